@@ -1,0 +1,225 @@
+//! The rig: where scanners sit on the tractor, how device angles map into the scene frame, how the tractor moves.
+//!
+//! Scene frame: X across the row from the scanner into the vegetation, Y along the row (travel), Z up; metres; the row
+//! axis is X = 0. θ is measured from +X, positive up.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::scan::Pose;
+
+/// A tractor with its scanners. Speed and spacing are what the *estimator believes*; a scene fills them from the truth.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct Rig {
+    /// Ground speed, m/s.
+    pub speed_m_s: f64,
+    /// Y of the first scan line, metres.
+    pub start_m: f64,
+    /// Distance between trees in the row, metres; without it nothing is reported by tree, and LAI is null.
+    pub tree_spacing_m: Option<f64>,
+    /// Distance between rows, metres; without it LAI is null.
+    pub row_spacing_m: Option<f64>,
+    /// Trees in the row, if it ends; tree `i` owns y in `[i, i + 1) * tree_spacing_m`.
+    pub trees: Option<u32>,
+    /// Returns lower than this above Z = 0 are ground, metres.
+    pub ground_clearance_m: f64,
+    /// Calibration class that turns impacted area into leaf area: a shipped calibration's name or a file.
+    pub calibration: Option<String>,
+    /// The scanners, in the order of the emulator's ports.
+    #[cfg_attr(feature = "serde", serde(rename = "scanner"))]
+    pub scanners: Vec<Mount>,
+}
+
+impl Default for Rig {
+    fn default() -> Self {
+        Self {
+            speed_m_s: 1.0,
+            start_m: 0.0,
+            tree_spacing_m: None,
+            row_spacing_m: None,
+            trees: None,
+            ground_clearance_m: 0.1,
+            calibration: None,
+            scanners: alloc::vec![Mount::default()],
+        }
+    }
+}
+
+/// How one scanner sits on the tractor.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct Mount {
+    /// Scanner model, by the name `rowscan models` lists.
+    pub model: String,
+    /// Which way device-ahead (90°) points.
+    pub orientation: Orientation,
+    /// For a side mount: which way the roof of the housing looks; turns the sense of the angle.
+    pub roof: Roof,
+    /// For an up mount: the row it looks at.
+    pub row: RowSide,
+    /// Height of the mirror above Z = 0, metres.
+    pub height_m: f64,
+    /// Horizontal distance from the mirror to the row axis, metres.
+    pub distance_m: f64,
+    /// Mirror turns a second; the model's own default where absent.
+    pub frequency_hz: Option<f64>,
+    /// Angle between beams, degrees; the model's own default where absent.
+    pub resolution_deg: Option<f64>,
+}
+
+impl Default for Mount {
+    fn default() -> Self {
+        Self {
+            model: String::from("lms111"),
+            orientation: Orientation::Side,
+            roof: Roof::Forward,
+            row: RowSide::Right,
+            height_m: 1.6,
+            distance_m: 1.9,
+            frequency_hz: None,
+            resolution_deg: None,
+        }
+    }
+}
+
+/// Which way device-ahead (device angle 90°) points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Orientation {
+    /// At the row.
+    #[default]
+    Side,
+    /// At the sky: one scanner sees the rows on both sides.
+    Up,
+}
+
+/// Which way the roof of a side-mounted scanner looks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Roof {
+    /// Device angles grow upwards: θ = α − 90°.
+    #[default]
+    Forward,
+    /// Device angles grow downwards: θ = 90° − α.
+    Backward,
+}
+
+/// The row an up-mounted scanner looks at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum RowSide {
+    /// To the device's right: θ = α.
+    #[default]
+    Right,
+    /// To the device's left: θ = 180° − α.
+    Left,
+}
+
+impl Mount {
+    /// θ (degrees from +X, up positive) of a beam at device angle `alpha_deg`.
+    pub fn theta_deg(&self, alpha_deg: f64) -> f64 {
+        let (sense, offset_deg) = self.angle_map();
+        sense * alpha_deg + offset_deg
+    }
+
+    /// θ = sense · α + offset (degrees).
+    pub fn angle_map(&self) -> (f64, f64) {
+        match (self.orientation, self.roof, self.row) {
+            (Orientation::Side, Roof::Forward, _) => (1.0, -90.0),
+            (Orientation::Side, Roof::Backward, _) => (-1.0, 90.0),
+            (Orientation::Up, _, RowSide::Right) => (1.0, 0.0),
+            (Orientation::Up, _, RowSide::Left) => (-1.0, 180.0),
+        }
+    }
+
+    /// The mirror's place when the tractor is at `y_m`.
+    pub fn pose(&self, y_m: f64) -> Pose {
+        Pose { x_m: -self.distance_m, y_m, z_m: self.height_m }
+    }
+}
+
+impl Rig {
+    /// Y of the tractor `travel_s` seconds after its first scan line, metres.
+    pub fn y_m(&self, travel_s: f64) -> f64 {
+        self.start_m + self.speed_m_s * travel_s
+    }
+
+    /// Ground that one tree owns, m²: row spacing × tree spacing. None where either is unknown.
+    pub fn area_per_tree_m2(&self) -> Option<f64> {
+        Some(self.row_spacing_m? * self.tree_spacing_m?)
+    }
+
+    /// Refuses values no estimate could be made with.
+    pub fn validate(&self) -> Result<(), RigError> {
+        let positive = |key, value: f64| {
+            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(RigError::NotPositive { key, value }) }
+        };
+        if !(self.speed_m_s.is_finite() && self.speed_m_s >= 0.0) {
+            return Err(RigError::NotPositive { key: "speed_m_s", value: self.speed_m_s });
+        }
+        if let Some(spacing) = self.tree_spacing_m {
+            positive("tree_spacing_m", spacing)?;
+        }
+        if let Some(spacing) = self.row_spacing_m {
+            positive("row_spacing_m", spacing)?;
+        }
+        if self.scanners.is_empty() {
+            return Err(RigError::NoScanner);
+        }
+        for mount in &self.scanners {
+            positive("scanner.distance_m", mount.distance_m)?;
+            positive("scanner.height_m", mount.height_m)?;
+            if let Some(frequency) = mount.frequency_hz {
+                positive("scanner.frequency_hz", frequency)?;
+            }
+            if let Some(resolution) = mount.resolution_deg {
+                positive("scanner.resolution_deg", resolution)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why a rig cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum RigError {
+    /// A length, speed or rate that must be a positive number is not.
+    #[error("rig.{key} must be a positive number, found {value}")]
+    NotPositive {
+        /// The key, below `rig`.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// A rig without scanners measures nothing.
+    #[error("the rig has no scanner; add a [[rig.scanner]] table")]
+    NoScanner,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn straight_ahead_of_a_side_mount_is_the_row_and_left_of_it_is_up() {
+        let mount = Mount::default();
+        assert_eq!(mount.theta_deg(90.0), 0.0);
+        assert_eq!(mount.theta_deg(180.0), 90.0);
+        let turned = Mount { roof: Roof::Backward, ..Mount::default() };
+        assert_eq!(turned.theta_deg(0.0), 90.0);
+    }
+
+    #[test]
+    fn an_up_mount_sees_the_sky_straight_ahead_from_either_row() {
+        for row in [RowSide::Right, RowSide::Left] {
+            let mount = Mount { orientation: Orientation::Up, row, ..Mount::default() };
+            assert_eq!(mount.theta_deg(90.0), 90.0);
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! What a scan telegram means: one mirror turn, in SI units.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::angle::BeamGrid;
+
+/// The range of a beam that came back without an echo. Misses are data: a canopy estimate without them is biased.
+pub const NO_ECHO: f64 = f64::INFINITY;
+
+/// One mirror turn as a device reported it.
+///
+/// `echoes[0]` is the first echo; every echo has one range a beam, [`NO_ECHO`] where the beam met nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scan {
+    /// The device's serial number.
+    pub serial_number: u32,
+    /// Counts telegrams; wraps, and keeps running over restarts of the measurement.
+    pub telegram_counter: u16,
+    /// Counts mirror turns; wraps; some models restart it when measurement starts.
+    pub scan_counter: u16,
+    /// Device clock when the mirror passed its zero index, µs since power-up; wraps after 71.6 minutes.
+    pub scan_time_us: u32,
+    /// Device clock when the telegram was sent, µs since power-up.
+    pub transmit_time_us: u32,
+    /// Mirror turns a second, as the telegram states it.
+    pub scan_frequency_hz: f64,
+    /// Where the beams point.
+    pub beams: BeamGrid,
+    /// One entry an echo, first echo first. Never empty in a decoded scan.
+    pub echoes: Vec<Echo>,
+    /// Encoder readings, empty unless configured.
+    pub encoders: Vec<EncoderReading>,
+    /// The device's name, empty unless configured.
+    pub device_name: String,
+}
+
+/// One echo of every beam.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Echo {
+    /// Metres, [`NO_ECHO`] where there was none. As long as the beam grid.
+    pub range_m: Vec<f64>,
+    /// Received signal strength, in the device's own digits; empty unless configured, else as long as the beam grid.
+    pub remission: Vec<u16>,
+}
+
+/// One wheel encoder, latched at the scan's zero index.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EncoderReading {
+    /// Ticks; wraps.
+    pub position_ticks: u32,
+    /// Ticks a millimetre, as the manual names the field.
+    pub speed: u16,
+}
+
+/// Where the scanner was when it took a line. Scene frame: X across the row into the vegetation, Y along the row, Z up, metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Across the row; the row axis is X = 0, so a scanner beside the row has a negative X.
+    pub x_m: f64,
+    /// Along the row.
+    pub y_m: f64,
+    /// Height.
+    pub z_m: f64,
+}
+
+/// One scan put in its place: what the canopy estimators eat. Borrowed, so that a stream of them allocates nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct ScanLine<'a> {
+    /// Device angles of the beams.
+    pub beams: BeamGrid,
+    /// First-echo ranges, metres, [`NO_ECHO`] for a miss.
+    pub range_m: &'a [f64],
+    /// First-echo remission, or empty.
+    pub remission: &'a [u16],
+    /// Where the scanner was.
+    pub pose: Pose,
+}

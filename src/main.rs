@@ -1,0 +1,2 @@
+//! rowscan.
+fn main() {}
