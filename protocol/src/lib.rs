@@ -16,3 +16,14 @@ pub mod angle;
 pub mod rig;
 pub mod scan;
 pub mod time;
+
+#[cfg(feature = "telegrams")]
+pub mod client;
+#[cfg(feature = "telegrams")]
+pub mod device;
+#[cfg(feature = "telegrams")]
+pub mod frame;
+#[cfg(feature = "telegrams")]
+pub mod model;
+#[cfg(feature = "telegrams")]
+pub mod telegram;

@@ -1,0 +1,85 @@
+//! Frames: which bytes of a stream are a telegram.
+//!
+//! | | CoLa A | CoLa B |
+//! |---|---|---|
+//! | start | `02` | `02 02 02 02`, then the payload's length, u32 big-endian |
+//! | payload | ASCII text | `sXX` + blank + name + blank + binary arguments |
+//! | end | `03` | one byte: XOR of all payload bytes ([`checksum`]) |
+//!
+//! The two dialects differ in how a frame is [recognised](cola_b::probe) and [written](encode); the search for the
+//! next good frame after junk is the same loop for both, in [`FrameDecoder`].
+
+mod cola_a;
+mod cola_b;
+mod decoder;
+
+use alloc::vec::Vec;
+use core::fmt;
+
+pub use cola_b::checksum;
+pub use decoder::{Accept, Frame, FrameCounts, FrameDecoder};
+
+/// Start of text: one opens a CoLa A frame, four open a CoLa B frame.
+pub const STX: u8 = 0x02;
+/// End of text: closes a CoLa A frame.
+pub const ETX: u8 = 0x03;
+/// Every CoLa payload, in both dialects, begins with this letter.
+const COMMAND_LETTER: u8 = b's';
+
+/// The two encodings of SICK's command language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Dialect {
+    /// Text between STX and ETX, no checksum.
+    A,
+    /// Binary with length and checksum.
+    B,
+}
+
+impl Dialect {
+    /// The other one: what a client tries next when nobody answers.
+    pub fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+}
+
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::A => "CoLa A",
+            Self::B => "CoLa B",
+        })
+    }
+}
+
+/// Appends `payload` as one frame.
+///
+/// A CoLa A payload must not hold STX or ETX; text made by the telegram writer never does.
+pub fn encode(dialect: Dialect, payload: &[u8], out: &mut Vec<u8>) {
+    match dialect {
+        Dialect::A => cola_a::encode(payload, out),
+        Dialect::B => cola_b::encode(payload, out),
+    }
+}
+
+/// What the bytes from a possible first byte of a frame turn out to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Probe {
+    /// A good frame.
+    Frame {
+        /// Bytes before the payload.
+        header: usize,
+        /// Bytes of the payload.
+        payload: usize,
+        /// Bytes after the payload.
+        trailer: usize,
+    },
+    /// Nothing contradicts a frame so far, but it is not all there. `examined` bytes need not be looked at again.
+    Incomplete { examined: usize },
+    /// Never was a frame of this dialect: only the first byte is junk.
+    NotAFrame,
+    /// Looked like a frame and is broken; `extent` is how many bytes it claimed, or seemed to.
+    Broken { extent: usize },
+}
