@@ -1,1 +1,29 @@
-//! Placeholder while the house is being built.
+//! From scan lines to canopy measures: impacted area, height, volume, leaf area, leaf area index; by row, tree and metre.
+//!
+//! [`Pipeline`] takes the scans of one scanner, one after the other, and gives an [`Estimate`] at any time. It knows the
+//! [`Rig`](rowscan_protocol::rig::Rig) (where the scanner sits, how fast the tractor drives) and nothing else: no scene,
+//! no truth, no clock, no I/O. Its result depends only on the sequence of scans, bit for bit.
+//!
+//! ```text
+//! scan -> counting (lost, repeated, restarts; device time) -> advance (y, weight of the line)
+//!      -> row: geometry (x, z; ground and far row removed) -> impacted area, profile, contact frequency
+//!      -> estimate (calibration applied, warnings)
+//! ```
+//!
+//! Memory is bounded and a scan allocates nothing in steady state: per-beam tables are built once per beam grid, only the
+//! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
+
+pub mod calibration;
+mod error;
+pub mod estimate;
+mod parameters;
+pub mod reference;
+mod stream;
+mod warning;
+
+pub use calibration::{Calibration, FitError, Sample, fit};
+pub use error::PipelineError;
+pub use estimate::{Estimate, Progress, SliceEstimate, TreeEstimate};
+pub use parameters::{AreaForm, Fill, Parameters};
+pub use stream::Pipeline;
+pub use warning::Warning;

@@ -1,0 +1,307 @@
+//! A calibration: how impacted area, and contact frequency, become leaf area, for one class of orchard and scanner.
+//!
+//! The reference length is a metre of row: every fit is made on values per metre.
+//! - linear: L = a · length + b · I_T. A cell without returns is a gap and holds 0, never `a`.
+//! - power: L / length = c · (I_T / length)^p.
+//! - contact: L = k · (raw contact-frequency leaf area); k holds wood, clumping and the leaves' true projection.
+//!
+//! A calibration is valid for its [`Class`] only. Within it, an estimate outside the fitted range carries a warning, and
+//! one far outside (a factor [`FAR`] beyond either end) is withheld.
+
+mod fit;
+
+use serde::{Deserialize, Serialize};
+
+pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
+
+/// How far beyond either end of the fitted range an estimate is withheld: a factor.
+pub const FAR: f64 = 2.0;
+
+/// How areas become leaf area, for one class. `class` and `units` are required in a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// The unit of every area in it; must be written, so that dm² are never taken for m².
+    pub units: Units,
+    /// What it is valid for.
+    pub class: Class,
+    /// How it was made.
+    pub provenance: Provenance,
+    /// The rows it was fitted on.
+    pub training: Training,
+    /// The straight line on I_T.
+    pub linear: Linear,
+    /// The power law on I_T.
+    pub power: Power,
+    /// The scale of the contact frequency.
+    pub contact: Contact,
+}
+
+/// The unit of a calibration's areas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Units {
+    /// Square metres, and square metres a metre of row.
+    #[serde(rename = "m2")]
+    SquareMetres,
+}
+
+/// What a calibration is valid for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Class {
+    /// Orchard preset: `spindle`, `mature`, `paper`, or a name of your own.
+    pub preset: String,
+    /// Shady threshold of the growth model, percent; over 100 keeps every leaf.
+    pub shady_threshold_percent: f64,
+    /// Growth stage in words, e.g. `10 iterations` or `full leaf`.
+    pub growth_stage: String,
+    /// Distance between trees, metres.
+    pub tree_spacing_m: f64,
+    /// Scanner model, by the name `rowscan models` lists.
+    pub scanner_model: String,
+    /// Angle between beams, degrees.
+    pub resolution_deg: f64,
+    /// Which echo was taken.
+    pub echo_rule: EchoRule,
+    /// How the beam was modelled.
+    pub optics: Optics,
+}
+
+/// Which echo a calibration was made with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EchoRule {
+    /// The first; the only one the estimators use.
+    #[default]
+    First,
+}
+
+/// How the beam of a calibration's scans was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Optics {
+    /// A ray: first hit.
+    #[default]
+    Ideal,
+    /// A beam with a footprint.
+    Footprint,
+    /// A real device in a real orchard.
+    Measured,
+}
+
+/// How a calibration was made.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// The command that made it.
+    pub command: String,
+    /// The seeds of its rows.
+    pub seeds: Vec<u64>,
+}
+
+/// The rows a calibration was fitted on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Training {
+    /// How many.
+    pub n: u32,
+    /// Reference length, metres: what the fits' values are per. Always 1.
+    pub reference_length_m: f64,
+    /// Mean leaf area, m² a metre of row: the null estimate.
+    pub mean_leaf_area_m2_per_m: f64,
+}
+
+/// How good a fit is, in leaf area per metre of row, whatever it was fitted in.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quality {
+    /// Rows fitted.
+    pub n: u32,
+    /// 1 − SSE / Σ(L − mean)².
+    pub r2: f64,
+    /// 1 − SSE / ΣL².
+    pub r2_uncentred: f64,
+    /// Root mean square of the leave-one-out errors over the mean leaf area.
+    pub loo_rmse_relative: f64,
+    /// Smallest regressor value fitted, m² a metre of row.
+    pub low_m2_per_m: f64,
+    /// Largest.
+    pub high_m2_per_m: f64,
+}
+
+/// L = a · length + b · I_T.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Linear {
+    /// m² a metre of row.
+    pub a_m2_per_m: f64,
+    /// m² of leaf a m² impacted.
+    pub b: f64,
+    /// How good it is.
+    pub quality: Quality,
+}
+
+/// L / length = c · (I_T / length)^p.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Power {
+    /// Leaf area a metre, m²/m, at an impacted area of 1 m²/m.
+    pub c: f64,
+    /// Exponent.
+    pub p: f64,
+    /// How good it is.
+    pub quality: Quality,
+}
+
+/// L = k · raw contact-frequency leaf area.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Scale.
+    pub k: f64,
+    /// How good it is.
+    pub quality: Quality,
+}
+
+/// The regressions on I_T.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RegressionKind {
+    /// [`Linear`].
+    Linear,
+    /// [`Power`].
+    Power,
+}
+
+/// Why a calibration cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// A coefficient is no finite number.
+    #[error("calibration: {key} must be a finite number, found {value}")]
+    NotFinite {
+        /// The key, with its table.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// A range or scale that must be positive is not.
+    #[error("calibration: {key} must be positive, found {value}")]
+    NotPositive {
+        /// The key, with its table.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// A text of the class is empty.
+    #[error("calibration: {key} is empty; a calibration holds for its class only")]
+    EmptyClass {
+        /// The key, with its table.
+        key: &'static str,
+    },
+}
+
+/// Where a value stands against the fitted range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fitted {
+    /// In the fitted range.
+    Inside,
+    /// Outside it, by less than a factor [`FAR`].
+    Outside,
+    /// Far outside: no estimate.
+    FarOutside,
+}
+
+impl Calibration {
+    /// Refuses coefficients and classes that no estimate could be made with.
+    pub fn validate(&self) -> Result<(), CalibrationError> {
+        for (key, text) in [
+            ("class.preset", &self.class.preset),
+            ("class.growth_stage", &self.class.growth_stage),
+            ("class.scanner_model", &self.class.scanner_model),
+        ] {
+            if text.trim().is_empty() {
+                return Err(CalibrationError::EmptyClass { key });
+            }
+        }
+        for (key, value) in [
+            ("class.shady_threshold_percent", self.class.shady_threshold_percent),
+            ("linear.a_m2_per_m", self.linear.a_m2_per_m),
+            ("linear.b", self.linear.b),
+            ("power.p", self.power.p),
+            ("linear.quality.loo_rmse_relative", self.linear.quality.loo_rmse_relative),
+            ("power.quality.loo_rmse_relative", self.power.quality.loo_rmse_relative),
+        ] {
+            if !value.is_finite() {
+                return Err(CalibrationError::NotFinite { key, value });
+            }
+        }
+        for (key, value) in [
+            ("class.tree_spacing_m", self.class.tree_spacing_m),
+            ("class.resolution_deg", self.class.resolution_deg),
+            ("training.reference_length_m", self.training.reference_length_m),
+            ("training.mean_leaf_area_m2_per_m", self.training.mean_leaf_area_m2_per_m),
+            ("linear.quality.high_m2_per_m", self.linear.quality.high_m2_per_m),
+            ("power.c", self.power.c),
+            ("power.quality.high_m2_per_m", self.power.quality.high_m2_per_m),
+            ("contact.k", self.contact.k),
+            ("contact.quality.high_m2_per_m", self.contact.quality.high_m2_per_m),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(CalibrationError::NotPositive { key, value });
+            }
+        }
+        Ok(())
+    }
+
+    /// The regression with the smaller leave-one-out error.
+    pub fn best_regression(&self) -> RegressionKind {
+        if self.power.quality.loo_rmse_relative < self.linear.quality.loo_rmse_relative {
+            RegressionKind::Power
+        } else {
+            RegressionKind::Linear
+        }
+    }
+
+    /// Leaf area, m², of `length_m` of row with the impacted area `impacted_m2`; never negative. 0 where nothing was hit.
+    pub fn regression_m2(&self, kind: RegressionKind, length_m: f64, impacted_m2: f64) -> f64 {
+        if !(length_m > 0.0 && impacted_m2 > 0.0) {
+            return 0.0;
+        }
+        let leaf = match kind {
+            RegressionKind::Linear => self.linear.a_m2_per_m * length_m + self.linear.b * impacted_m2,
+            RegressionKind::Power => length_m * self.power.c * (impacted_m2 / length_m).powf(self.power.p),
+        };
+        leaf.max(0.0)
+    }
+
+    /// The quality of a regression.
+    pub fn quality(&self, kind: RegressionKind) -> &Quality {
+        match kind {
+            RegressionKind::Linear => &self.linear.quality,
+            RegressionKind::Power => &self.power.quality,
+        }
+    }
+}
+
+impl Quality {
+    /// Where a value per metre of row stands against the fitted range.
+    pub fn range(&self, value_m2_per_m: f64) -> Fitted {
+        if value_m2_per_m > self.high_m2_per_m * FAR || value_m2_per_m < self.low_m2_per_m / FAR {
+            Fitted::FarOutside
+        } else if value_m2_per_m > self.high_m2_per_m || value_m2_per_m < self.low_m2_per_m {
+            Fitted::Outside
+        } else {
+            Fitted::Inside
+        }
+    }
+}
+
+impl RegressionKind {
+    /// Its name, as it stands in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Power => "power",
+        }
+    }
+}

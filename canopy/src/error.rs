@@ -1,0 +1,43 @@
+//! Why a pipeline cannot be built.
+
+use rowscan_protocol::rig::RigError;
+
+use crate::calibration::CalibrationError;
+
+/// Why a pipeline cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PipelineError {
+    /// The rig holds values no estimate could be made with.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// The rig has no such scanner.
+    #[error("the rig has {mounts} scanners, there is no scanner {index} (the first is 0)")]
+    NoSuchMount {
+        /// Asked for.
+        index: usize,
+        /// Scanners in the rig.
+        mounts: usize,
+    },
+    /// A value is outside what the estimators are made for.
+    #[error("{key} must lie in {low}..={high}, found {value}")]
+    OutOfRange {
+        /// The rig's or parameter's key.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+        /// Smallest value taken.
+        low: f64,
+        /// Largest value taken.
+        high: f64,
+    },
+    /// The calibration cannot be used.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+}
+
+impl PipelineError {
+    /// Refuses a value outside `low..=high`, NaN included.
+    pub(crate) fn check(key: &'static str, value: f64, low: f64, high: f64) -> Result<(), Self> {
+        if value >= low && value <= high { Ok(()) } else { Err(Self::OutOfRange { key, value, low, high }) }
+    }
+}

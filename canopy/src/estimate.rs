@@ -1,0 +1,183 @@
+//! The result: every number with its unit in its name, `null` where it is unknown.
+
+use serde::Serialize;
+
+use crate::calibration::{Class, RegressionKind};
+use crate::warning::Warning;
+
+/// What a stream of scans says about a row.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Valid scan telegrams, repeated ones included.
+    pub scans: u64,
+    /// Telegrams that came again (same telegram counter); they add no advance and no area.
+    pub scans_repeated: u64,
+    /// Telegrams missing between the first and the last seen, by the telegram counter; a restart is not a gap.
+    pub scans_lost: u64,
+    /// Frames refused by checksum or length. The caller knows them; 0 here.
+    pub telegrams_bad: u64,
+    /// Beams of the latest scan.
+    pub points_per_scan: Option<u32>,
+    /// Telegrams a second, lost ones included, on the device clock.
+    pub scan_frequency_hz: Option<f64>,
+    /// Mirror turns a second, as the latest telegram states it.
+    pub scan_frequency_nominal_hz: Option<f64>,
+    /// First echoes of all scans but the repeated ones.
+    pub ranges: RangeStatistics,
+    /// Way from the first line to the last, metres.
+    pub advance_m: Option<f64>,
+    /// Metres of row that the lines stand for: the sum of their weights, long gaps left out.
+    pub scanned_m: Option<f64>,
+    /// I_T, the impacted area of all canopy returns, leaf and wood (paper eq. 3), m².
+    pub impacted_total_area_m2: Option<f64>,
+    /// Best leaf area, one-sided, m²: see `leaf_area_estimator`.
+    pub leaf_area_m2: Option<f64>,
+    /// Leaf area index: leaf area over row spacing × metres scanned. `None` without row and tree spacing.
+    pub lai: Option<f64>,
+    /// Where `leaf_area_m2` comes from.
+    pub leaf_area_estimator: Option<LeafAreaEstimator>,
+    /// Leaf area by contact frequency, scaled if the calibration says how, m².
+    pub leaf_area_contact_m2: Option<f64>,
+    /// Leaf area by contact frequency, no fitted factor, wood included, m².
+    pub leaf_area_contact_raw_m2: Option<f64>,
+    /// Leaf area by regression on I_T, m²; `None` without a calibration or far outside its range.
+    pub leaf_area_regression_m2: Option<f64>,
+    /// The regression used.
+    pub regression: Option<RegressionKind>,
+    /// What the calibration rows' mean would give: the estimate of someone who does not scan, m².
+    pub leaf_area_null_m2: Option<f64>,
+    /// How the contact frequency was sampled.
+    pub contact: Option<ContactReport>,
+    /// Returns by where they were put.
+    pub returns: Option<ReturnCounts>,
+    /// The calibration's class.
+    pub calibration: Option<Class>,
+    /// What a reader must know beside the numbers.
+    pub warnings: Vec<Warning>,
+    /// By tree, in the order of travel; empty without a tree spacing.
+    pub trees: Vec<TreeEstimate>,
+    /// By metre of row, in the order of travel.
+    pub slices: Vec<SliceEstimate>,
+}
+
+/// Range statistics of the first echo.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct RangeStatistics {
+    /// Beams with an echo.
+    pub returns: u64,
+    /// Beams without one.
+    pub misses: u64,
+    /// Beams whose range is no range: not a number, not positive, or beyond 1000 m.
+    pub invalid: u64,
+    /// Nearest return, metres.
+    pub min_m: Option<f64>,
+    /// Farthest return, metres.
+    pub max_m: Option<f64>,
+    /// Mean range of the returns, metres.
+    pub mean_m: Option<f64>,
+}
+
+/// Where `leaf_area_m2` comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LeafAreaEstimator {
+    /// Contact frequency with the calibration's scale.
+    ContactCalibrated,
+    /// Contact frequency without a fitted factor.
+    ContactRaw,
+}
+
+/// How the contact frequency was sampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ContactReport {
+    /// Projection function G taken.
+    pub projection: f64,
+    /// Voxel edge across the row and in height, metres.
+    pub voxel_m: f64,
+    /// Length of a slice along the row, metres.
+    pub slice_m: f64,
+    /// Beams that ended in a voxel.
+    pub hits: u64,
+    /// Voxels that enough beams entered, summed over slices.
+    pub voxels_visited: u64,
+    /// Voxels that too few beams entered, summed over slices.
+    pub voxels_unvisited: u64,
+    /// The share of the raw leaf area that stands in unvisited voxels, by the fill rule; m².
+    pub leaf_area_filled_m2: f64,
+}
+
+/// Returns within |θ| < 90°, by where they were put.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ReturnCounts {
+    /// Canopy: leaf or wood of the scanned row.
+    pub canopy: u64,
+    /// Removed as ground: below the rig's ground clearance.
+    pub ground: u64,
+    /// Removed as the next row: beyond the row axis by more than half the row spacing.
+    pub far: u64,
+}
+
+/// One tree's cell of the row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TreeEstimate {
+    /// Index: tree `i` owns y in `[i, i + 1)` × tree spacing. Runs on beyond the rig's `trees`.
+    pub tree: u32,
+    /// Centre of the cell, metres.
+    pub y_m: f64,
+    /// False where less than the cell was scanned: at both ends of the stream, and at long gaps.
+    pub complete: bool,
+    /// Metres of the cell that were scanned.
+    pub scanned_m: f64,
+    /// I_T, m².
+    pub impacted_total_area_m2: f64,
+    /// Best leaf area, m².
+    pub leaf_area_m2: Option<f64>,
+    /// Leaf area by contact frequency, m².
+    pub leaf_area_contact_m2: Option<f64>,
+    /// Leaf area by regression, m².
+    pub leaf_area_regression_m2: Option<f64>,
+    /// Leaf area over row spacing × tree spacing (× metres scanned where the cell is not complete).
+    pub lai: Option<f64>,
+    /// Height that 99.5 % of the canopy returns stay below, metres; `None` without returns.
+    pub height_m: Option<f64>,
+    /// Crown volume from the side scanned, doubled, m³.
+    pub volume_m3: f64,
+    /// Canopy returns.
+    pub returns: u64,
+}
+
+/// One metre of row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SliceEstimate {
+    /// Centre of the metre.
+    pub y_m: f64,
+    /// Metres of it that were scanned.
+    pub scanned_m: f64,
+    /// I_T, m².
+    pub impacted_total_area_m2: f64,
+    /// Best leaf area, m².
+    pub leaf_area_m2: Option<f64>,
+    /// Leaf area by contact frequency, m².
+    pub leaf_area_contact_m2: Option<f64>,
+    /// Leaf area by regression, m².
+    pub leaf_area_regression_m2: Option<f64>,
+    /// Canopy returns.
+    pub returns: u64,
+}
+
+/// How far a stream has come; cheap, for progress bars.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Progress {
+    /// Valid scan telegrams.
+    pub scans: u64,
+    /// Telegrams that came again.
+    pub scans_repeated: u64,
+    /// Telegrams missing.
+    pub scans_lost: u64,
+    /// Way from the first line to the last, metres; `None` without a rig.
+    pub advance_m: Option<f64>,
+    /// Y of the last line, metres; `None` without a rig.
+    pub y_m: Option<f64>,
+    /// I_T of the lines closed so far, m²; `None` without a rig.
+    pub impacted_total_area_m2: Option<f64>,
+}

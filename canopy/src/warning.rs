@@ -1,0 +1,132 @@
+//! What a reader of an estimate must know beside its numbers.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+/// What a reader of an estimate must know beside its numbers. Serialises as its text, which begins with its [`code`](Warning::code).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Warning {
+    /// No calibration gives the contact scale: the leaf area is the raw contact frequency, wood included.
+    Uncalibrated,
+    /// The rig knows no row spacing: the far row is not removed.
+    NoFarRowGate,
+    /// The calibration was fitted on ideal rays; a real beam's footprint inflates the impacted area 1.1 to 2.3 times.
+    IdealOptics,
+    /// The calibration's class says otherwise than the rig or the scans.
+    ClassMismatch {
+        /// The class's key.
+        key: &'static str,
+        /// What the calibration was fitted on.
+        expected: String,
+        /// What is scanned.
+        found: String,
+    },
+    /// The row lies outside the range the calibration was fitted on.
+    OutsideFittedRange {
+        /// Estimator: `linear`, `power` or `contact`.
+        estimator: &'static str,
+        /// The row's value per metre of row, m²/m.
+        value_m2_per_m: f64,
+        /// Smallest fitted value.
+        low_m2_per_m: f64,
+        /// Largest fitted value.
+        high_m2_per_m: f64,
+        /// True if so far outside that the estimate is withheld.
+        refused: bool,
+    },
+    /// Trees whose own value lies so far outside the fitted range that it is withheld.
+    TreesRefused {
+        /// Estimator: `linear`, `power` or `contact`.
+        estimator: &'static str,
+        /// How many.
+        trees: u32,
+    },
+    /// Gaps longer than the longest one filled: so much of the row was not scanned.
+    GapsNotFilled {
+        /// How many.
+        gaps: u64,
+        /// Metres of row left out.
+        length_m: f64,
+    },
+    /// The device restarted, or its clock or counter jumped: the way driven meanwhile is unknown.
+    Restarts {
+        /// How many.
+        restarts: u64,
+    },
+    /// The device clock stood still while telegrams were counted: the nominal frequency stood in for it.
+    NoDeviceClock {
+        /// Turns so timed.
+        scans: u64,
+    },
+    /// More trees or slices than are kept: the later ones count in the totals only.
+    TooManyCells {
+        /// Kept at most.
+        kept: usize,
+    },
+}
+
+impl Warning {
+    /// One word to branch on.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Uncalibrated => "uncalibrated",
+            Self::NoFarRowGate => "no_far_row_gate",
+            Self::IdealOptics => "ideal_optics",
+            Self::ClassMismatch { .. } => "class_mismatch",
+            Self::OutsideFittedRange { refused: false, .. } => "outside_fitted_range",
+            Self::OutsideFittedRange { refused: true, .. } => "refused",
+            Self::TreesRefused { .. } => "trees_refused",
+            Self::GapsNotFilled { .. } => "gaps_not_filled",
+            Self::Restarts { .. } => "restarts",
+            Self::NoDeviceClock { .. } => "no_device_clock",
+            Self::TooManyCells { .. } => "too_many_cells",
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.code())?;
+        match self {
+            Self::Uncalibrated => {
+                f.write_str("leaf area is the raw contact frequency, wood included; name a calibration in the rig")
+            }
+            Self::NoFarRowGate => {
+                f.write_str("the rig has no row_spacing_m, so returns from the next row count as canopy")
+            }
+            Self::IdealOptics => f.write_str(
+                "the calibration was fitted on ideal rays; a real beam's footprint inflates the impacted area 1.1 to 2.3 times",
+            ),
+            Self::ClassMismatch { key, expected, found } => {
+                write!(f, "the calibration's {key} is {expected}, this is {found}")
+            }
+            Self::OutsideFittedRange { estimator, value_m2_per_m, low_m2_per_m, high_m2_per_m, refused } => write!(
+                f,
+                "{estimator} was fitted on {low_m2_per_m:.3}..{high_m2_per_m:.3} m²/m, found {value_m2_per_m:.3}{}",
+                if *refused { ": withheld" } else { "" }
+            ),
+            Self::TreesRefused { estimator, trees } => {
+                write!(f, "{trees} trees lie far outside the range {estimator} was fitted on: withheld")
+            }
+            Self::GapsNotFilled { gaps, length_m } => {
+                write!(f, "{gaps} gaps in the scan lines, {length_m:.2} m of row not scanned")
+            }
+            Self::Restarts { restarts } => {
+                write!(f, "{restarts} restarts or jumps of the device's clock or counter; the way driven meanwhile is unknown")
+            }
+            Self::NoDeviceClock { scans } => {
+                write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
+            }
+            Self::TooManyCells { kept } => {
+                write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
+            }
+        }
+    }
+}
+
+impl Serialize for Warning {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
