@@ -1,1 +1,35 @@
-//! Placeholder while the house is being built.
+//! The host's side of a SICK LMS scanner: dial, log in, configure, stream, reconnect.
+//!
+//! ```no_run
+//! # async fn run() -> Result<(), rowscan_driver::DriverError> {
+//! use rowscan_driver::{DriverConfig, Scanner, Source};
+//!
+//! let source: Source = "tcp://192.168.0.1:2112".parse()?;
+//! let mut scanner = Scanner::open(&source, DriverConfig::default()).await?;
+//! while let Some(record) = scanner.next().await? {
+//!     println!("{} beams at {} µs", record.scan.beams.count, record.scan.scan_time_us);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`Scanner::next`] drives the connection itself, on the caller's task: no hidden thread, no unbounded queue, one reused
+//! [`Scan`](rowscan_protocol::scan::Scan). It is cancel safe, so it may stand in a `select!`. A recording is a source like any other
+//! and goes through the same frame decoder, telegram parser and client session.
+
+mod clock;
+mod config;
+mod connection;
+mod dial;
+mod error;
+mod recording;
+mod scanner;
+mod source;
+mod tcp_link;
+
+pub use clock::HostTime;
+pub use config::{Backoff, DriverConfig};
+pub use connection::{Connection, Happened};
+pub use error::{DriverError, Heard};
+pub use scanner::{LinkCounts, LinkEvent, Record, Scanner};
+pub use source::Source;

@@ -1,0 +1,38 @@
+//! The one place of this crate that knows the host's clock.
+
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep_until};
+
+/// Host time since the connection was opened; monotonic, and frozen with tokio's clock in tests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HostTime(pub Duration);
+
+/// Counts host time from its making.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stopwatch {
+    epoch: Instant,
+}
+
+impl Stopwatch {
+    pub(crate) fn start() -> Self {
+        Self { epoch: Instant::now() }
+    }
+
+    pub(crate) fn now(&self) -> Duration {
+        self.epoch.elapsed()
+    }
+
+    /// Sleeps until `deadline` on this watch; for ever without one.
+    pub(crate) async fn until(&self, deadline: Option<Duration>) {
+        match deadline {
+            Some(deadline) => sleep_until(self.epoch + deadline).await,
+            None => std::future::pending().await,
+        }
+    }
+}
+
+/// Sleeps for `pause`.
+pub(crate) async fn pause(pause: Duration) {
+    tokio::time::sleep(pause).await;
+}

@@ -1,0 +1,77 @@
+//! How the driver behaves.
+
+use std::time::Duration;
+
+use rowscan_protocol::client::ClientConfig;
+use rowscan_protocol::frame::Dialect;
+
+/// How a scanner is opened and kept.
+#[derive(Clone, Debug)]
+pub struct DriverConfig {
+    /// What is asked of the device at start-up.
+    pub client: ClientConfig,
+    /// The dialect tried first; the other one is tried, over a new connection, if the device stays silent.
+    pub prefer: Dialect,
+    /// How long one TCP connection attempt may take.
+    pub connect_timeout: Duration,
+    /// A link that delivers nothing for this long after start-up counts as lost.
+    pub stall_timeout: Duration,
+    /// Keep trying when the first connection fails, instead of failing fast.
+    pub wait: bool,
+    /// Pauses between attempts.
+    pub backoff: Backoff,
+}
+
+impl Default for DriverConfig {
+    fn default() -> Self {
+        Self {
+            client: ClientConfig::default(),
+            prefer: Dialect::B,
+            connect_timeout: Duration::from_secs(3),
+            stall_timeout: Duration::from_secs(5),
+            wait: false,
+            backoff: Backoff::default(),
+        }
+    }
+}
+
+/// Doubling pauses between connection attempts, and when to give up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Backoff {
+    /// The first pause.
+    pub first: Duration,
+    /// No pause is longer.
+    pub longest: Duration,
+    /// Give up once a lost link could not be restored for this long; never, if `None`.
+    pub give_up_after: Option<Duration>,
+}
+
+impl Default for Backoff {
+    fn default() -> Self {
+        Self {
+            first: Duration::from_millis(100),
+            longest: Duration::from_secs(5),
+            give_up_after: Some(Duration::from_secs(60)),
+        }
+    }
+}
+
+impl Backoff {
+    /// The pause before attempt `attempt` (0 is the first retry).
+    pub fn pause(&self, attempt: u32) -> Duration {
+        self.first.saturating_mul(2_u32.saturating_pow(attempt)).min(self.longest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pauses_double_up_to_the_longest() {
+        let backoff = Backoff::default();
+        let pauses: Vec<u128> = (0..8).map(|attempt| backoff.pause(attempt).as_millis()).collect();
+        assert_eq!(pauses, [100, 200, 400, 800, 1600, 3200, 5000, 5000]);
+        assert_eq!(backoff.pause(u32::MAX), backoff.longest);
+    }
+}

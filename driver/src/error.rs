@@ -1,0 +1,138 @@
+//! What can go wrong between a host and its scanner.
+
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::telegram::SopasError;
+
+/// Why a source could not be opened or read on. Each message names the remedy where there is one.
+#[derive(Debug, thiserror::Error)]
+pub enum DriverError {
+    /// The source is written in a way the driver does not know.
+    #[error(
+        "source `{found}` is not understood: {reason}; expected tcp://HOST:PORT or the path of a recording"
+    )]
+    Source {
+        /// What was given.
+        found: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// No TCP connection could be made.
+    #[error(
+        "cannot connect to {address}: {cause}; is the scanner powered, and is this its address and port (2111 or 2112)?"
+    )]
+    Connect {
+        /// Host and port.
+        address: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// The peer accepted the connection and answered in neither dialect.
+    #[error(
+        "{address} accepts connections but does not answer as a SICK scanner: no reply to `sRN DeviceIdent` within {timeout:?} in \
+         CoLa B nor in CoLa A{heard}; is another program listening on this port?"
+    )]
+    NoDialect {
+        /// Host and port.
+        address: String,
+        /// How long each dialect was given.
+        timeout: Duration,
+        /// What came instead, if anything.
+        heard: Heard,
+    },
+    /// A command of the start-up got no reply.
+    #[error("{address} did not answer `{command}` in {dialect} within {timeout:?}")]
+    NoAnswer {
+        /// Host and port.
+        address: String,
+        /// The command.
+        command: &'static str,
+        /// The dialect in use.
+        dialect: Dialect,
+        /// How long it was given.
+        timeout: Duration,
+    },
+    /// A command without which no scan can come was refused.
+    #[error("{address} refused `{command}`: {code}")]
+    Refused {
+        /// Host and port.
+        address: String,
+        /// The command.
+        command: &'static str,
+        /// The device's reason.
+        code: SopasError,
+    },
+    /// The peer closed the connection.
+    #[error("{address} closed the connection {when}")]
+    Closed {
+        /// Host and port.
+        address: String,
+        /// In which phase.
+        when: &'static str,
+    },
+    /// The link broke.
+    #[error("the link to {address} broke: {cause}")]
+    Link {
+        /// Host and port.
+        address: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// Nothing arrived for too long.
+    #[error("{address} sent nothing for {timeout:?}")]
+    Stalled {
+        /// Host and port.
+        address: String,
+        /// The limit.
+        timeout: Duration,
+    },
+    /// A lost link stayed lost.
+    #[error("gave up on {address} after {after:?} without a connection; the last attempt said: {last}")]
+    GaveUp {
+        /// Host and port.
+        address: String,
+        /// How long it was tried.
+        after: Duration,
+        /// The last attempt's error.
+        last: Box<DriverError>,
+    },
+    /// A recording could not be read.
+    #[error("cannot read recording {}: {cause}", path.display())]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// A file holds no telegram.
+    #[error(
+        "{} holds no SICK telegram in its {bytes} bytes; expected CoLa A (02 … 03) or CoLa B (02 02 02 02, length, payload, checksum) frames \
+         with LMDscandata",
+        path.display()
+    )]
+    NotARecording {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        bytes: u64,
+    },
+}
+
+/// What a peer that speaks no known dialect sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Heard {
+    /// Bytes that belong to no valid frame.
+    pub bytes: u64,
+}
+
+impl std::fmt::Display for Heard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.bytes {
+            0 => Ok(()),
+            n => write!(f, " ({n} bytes came that are no telegram)"),
+        }
+    }
+}
