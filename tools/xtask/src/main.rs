@@ -1,1 +1,52 @@
-fn main() {}
+//! The project's habits as commands. `cargo xtask` lists them.
+
+mod bench;
+mod ci;
+mod counts;
+mod emulator;
+mod foreign;
+mod layering;
+mod licences;
+mod lint;
+mod python;
+mod readme;
+mod rust_tests;
+mod shell;
+mod steps;
+mod workspace;
+
+use std::process::ExitCode;
+
+use workspace::Workspace;
+
+/// A command of `cargo xtask`: name, what it does, what it runs with the arguments after its name.
+type Command = (&'static str, &'static str, fn(&Workspace, &[String]) -> ExitCode);
+
+const COMMANDS: &[Command] = &[
+    ("ci", "everything that needs only rustup's cargo and python3", ci::command),
+    ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
+    ("foreign", "programs nobody here wrote, installed from Debian packages", foreign::command),
+    ("bench", "NAME: measure beside a peer", bench::command),
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let workspace = match Workspace::find() {
+        Ok(workspace) => workspace,
+        Err(error) => {
+            eprintln!("xtask: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    let wanted = arguments.first().map(String::as_str);
+    match COMMANDS.iter().find(|(name, ..)| Some(*name) == wanted) {
+        Some((_, _, run)) => run(&workspace, &arguments[1..]),
+        None => {
+            eprintln!("usage: cargo xtask COMMAND");
+            for (name, does, _) in COMMANDS {
+                eprintln!("  {name:<8} {does}");
+            }
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The rules, as data.
+
+/// Words that some files must not hold.
+pub struct Rule {
+    /// Paths start with one of these; empty: every Rust file.
+    folders: &'static [&'static str],
+    /// Files that may, and why they may stands beside them.
+    except: &'static [&'static str],
+    /// The words; letters next to them make another word.
+    pub words: &'static [&'static str],
+    /// Code under `#[cfg(test)]` is held to it as well.
+    pub tests_too: bool,
+    /// Why not.
+    pub why: &'static str,
+}
+
+impl Rule {
+    /// True if the rule is about the file at `path`.
+    pub fn covers(&self, path: &str) -> bool {
+        let in_folder = self.folders.is_empty() || self.folders.iter().any(|folder| path.starts_with(folder));
+        in_folder && !self.except.contains(&path)
+    }
+}
+
+const SANS_IO: &[&str] = &["protocol/src/", "canopy/src/", "sim-scenes/src/"];
+
+/// Every rule on words.
+pub const ALL: &[Rule] = &[
+    Rule {
+        folders: SANS_IO,
+        except: &[],
+        words: &["sleep", "sleep_until", "Instant::now", "SystemTime"],
+        tests_too: false,
+        why: "this crate knows no clock; take the time as an argument",
+    },
+    Rule {
+        folders: SANS_IO,
+        except: &[],
+        words: &["std::net", "tokio", "mio", "socket2"],
+        tests_too: false,
+        why: "this crate does no I/O",
+    },
+    Rule {
+        folders: SANS_IO,
+        except: &[],
+        words: &["std::env", "thread_rng", "rand::rng", "OsRng", "static mut", "thread_local!"],
+        tests_too: false,
+        why: "this crate reads no environment and keeps no global state",
+    },
+    Rule {
+        folders: &[],
+        // Nothing so far. A SIMD module with a scalar twin and a test that they agree may be listed here.
+        except: &[],
+        words: &["unsafe"],
+        tests_too: true,
+        why: "unsafe code needs a place on the list in tools/xtask/src/lint/rules.rs",
+    },
+    Rule {
+        folders: &[],
+        except: &[],
+        words: &["todo!", "unimplemented!", "#[ignore]"],
+        tests_too: true,
+        why: "unfinished, or ignored without a reason",
+    },
+];
+
+/// Home folders of people and machines.
+pub const HOMES: &[&str] = &["/home/", "/root/", "/Users/", "/work/"];
+
+/// Fine in prose, not in code.
+pub const TEMPORARY: &str = "/tmp/";
+
+/// This file holds the names it forbids.
+pub const MAY_NAME_PATHS: &[&str] = &["tools/xtask/src/lint/rules.rs"];

@@ -1,0 +1,195 @@
+//! README's commands, run as they stand there.
+//!
+//! In fenced blocks marked `console`, lines that start with `$ rowscan ` or `$ cargo run --release -- ` run in a shell with the
+//! release binary on the path, in a folder that shows the repository's files but takes new ones itself. They must exit 0
+//! within a minute. Two comments change that: `# not run in CI` skips the line; `# until Ctrl-C` keeps it running behind the
+//! block's other lines, then interrupts it.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use crate::counts::Counts;
+use crate::shell;
+use crate::steps::Outcome;
+use crate::workspace::Workspace;
+
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// How long a server has to come up before the next line talks to it.
+const SETTLE: Duration = Duration::from_secs(3);
+
+/// How a line of a console block is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Habit {
+    ToItsEnd,
+    UntilInterrupted,
+    NotHere,
+}
+
+/// Runs every block of README.md.
+pub fn run(workspace: &Workspace) -> Outcome {
+    let Ok(text) = fs::read_to_string(workspace.root.join("README.md")) else {
+        return Outcome::Skipped("there is no README.md".to_owned());
+    };
+    let folder = match stage(workspace) {
+        Ok(folder) => folder,
+        Err(why) => return Outcome::failed(why),
+    };
+    let mut counts = Counts::default();
+    let mut failures = Vec::new();
+    for block in console_blocks(&text) {
+        run_block(workspace, &folder, &block, &mut counts, &mut failures);
+    }
+    println!(
+        "    README commands: {} run, {} failed, {} not run here",
+        counts.passed, counts.failed, counts.skipped
+    );
+    if failures.is_empty() { Outcome::ok() } else { Outcome::failed(failures.join("\n")) }
+}
+
+/// An empty folder with a link to each of the repository's entries.
+fn stage(workspace: &Workspace) -> Result<PathBuf, String> {
+    let folder = workspace.scratch("readme")?;
+    let tell = |error: std::io::Error| format!("cannot stage {}: {error}", folder.display());
+    fs::remove_dir_all(&folder).and_then(|()| fs::create_dir(&folder)).map_err(tell)?;
+    for entry in fs::read_dir(&workspace.root).map_err(tell)?.filter_map(Result::ok) {
+        symlink(entry.path(), folder.join(entry.file_name())).map_err(tell)?;
+    }
+    Ok(folder)
+}
+
+fn run_block(
+    workspace: &Workspace,
+    folder: &Path,
+    block: &[(String, Habit)],
+    counts: &mut Counts,
+    failures: &mut Vec<String>,
+) {
+    let mut background = Vec::new();
+    let mut judge = |line: &str, result: Result<(), String>| match result {
+        Ok(()) => counts.passed += 1,
+        Err(why) => {
+            counts.failed += 1;
+            failures.push(format!("README: {line}: {why}"));
+        }
+    };
+    let mut skipped = 0;
+    for (line, habit) in block {
+        println!("    $ {line}");
+        match habit {
+            Habit::NotHere => {
+                println!("    SKIPPED: marked `not run in CI`");
+                skipped += 1;
+            }
+            Habit::ToItsEnd => {
+                judge(line, spawn(workspace, folder, line).and_then(|child| end(child, LIMIT)))
+            }
+            // The shell must not stand between the signal and the server.
+            Habit::UntilInterrupted => match spawn(workspace, folder, &format!("exec {line}")) {
+                Ok(child) => {
+                    background.push((line, child));
+                    thread::sleep(SETTLE);
+                }
+                Err(why) => judge(line, Err(why)),
+            },
+        }
+    }
+    for (line, mut child) in background {
+        let early = matches!(child.try_wait(), Ok(Some(_)));
+        shell::signal(&child, "INT");
+        let result = end(child, Duration::from_secs(10));
+        judge(line, if early { Err("ended before it was interrupted".to_owned()) } else { result });
+    }
+    counts.skipped += skipped;
+}
+
+/// Starts a line in a shell of its own process group. Its data is dropped, its messages are shown.
+fn spawn(workspace: &Workspace, folder: &Path, line: &str) -> Result<Child, String> {
+    let binaries = workspace.binary().parent().map(Path::to_path_buf).unwrap_or_default();
+    let path = std::env::var("PATH").unwrap_or_default();
+    Command::new("sh")
+        .args(["-c", line])
+        .current_dir(folder)
+        .env("PATH", format!("{}:{path}", binaries.display()))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .process_group(0)
+        .spawn()
+        .map_err(|error| error.to_string())
+}
+
+fn end(mut child: Child, limit: Duration) -> Result<(), String> {
+    match shell::wait(&mut child, limit) {
+        Some(status) if status.success() => Ok(()),
+        Some(status) => Err(status.to_string()),
+        None => {
+            shell::signal(&child, "KILL");
+            let _ = child.wait();
+            Err(format!("still running after {} s", limit.as_secs()))
+        }
+    }
+}
+
+/// The commands of each console block, `cargo run --release --` replaced by the binary's name.
+fn console_blocks(text: &str) -> Vec<Vec<(String, Habit)>> {
+    let mut blocks = Vec::new();
+    let mut block: Option<Vec<(String, Habit)>> = None;
+    let mut continued = String::new();
+    for line in text.lines() {
+        match &mut block {
+            None if line.trim() == "```console" => block = Some(Vec::new()),
+            None => {}
+            Some(_) if line.trim() == "```" => blocks.extend(block.take()),
+            Some(commands) => {
+                let whole = continued + line.trim();
+                continued = String::new();
+                if let Some(start) = whole.strip_suffix('\\').filter(|_| whole.starts_with("$ ")) {
+                    continued = start.to_owned();
+                } else {
+                    commands.extend(command(&whole));
+                }
+            }
+        }
+    }
+    blocks
+}
+
+fn command(line: &str) -> Option<(String, Habit)> {
+    let line = line.strip_prefix("$ ")?;
+    let arguments = line.strip_prefix("cargo run --release -- ").or_else(|| line.strip_prefix("rowscan "))?;
+    let habit = if line.contains("# not run in CI") {
+        Habit::NotHere
+    } else if line.contains("# until Ctrl-C") {
+        Habit::UntilInterrupted
+    } else {
+        Habit::ToItsEnd
+    };
+    Some((format!("rowscan {arguments}"), habit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_come_from_console_blocks_only() {
+        let text = "$ rowscan no\n```console\n$ cargo run --release -- demo\noutput\n$ rowscan emulate \\\n  --seed 7 # until Ctrl-C\n\
+                    $ ls\n$ rowscan models # not run in CI\n```\n```sh\n$ rowscan no\n```\n```console\n$ rowscan demo | head\n```\n";
+        let blocks = console_blocks(text);
+        assert_eq!(blocks.len(), 2);
+        assert_eq!(
+            blocks[0],
+            [
+                ("rowscan demo".to_owned(), Habit::ToItsEnd),
+                ("rowscan emulate --seed 7 # until Ctrl-C".to_owned(), Habit::UntilInterrupted),
+                ("rowscan models # not run in CI".to_owned(), Habit::NotHere),
+            ]
+        );
+        assert_eq!(blocks[1], [("rowscan demo | head".to_owned(), Habit::ToItsEnd)]);
+    }
+}

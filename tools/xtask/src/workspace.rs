@@ -1,0 +1,88 @@
+//! Where things are: the workspace, its build directory, its source files.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The checked-out workspace.
+pub struct Workspace {
+    /// Folder of the root Cargo.toml.
+    pub root: PathBuf,
+    /// Cargo's build directory.
+    pub target: PathBuf,
+}
+
+impl Workspace {
+    /// Asks cargo where the workspace and its build directory are.
+    pub fn find() -> Result<Self, String> {
+        let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
+        let output = Command::new(cargo())
+            .args(["metadata", "--format-version", "1", "--no-deps", "--manifest-path"])
+            .arg(&manifest)
+            .output()
+            .map_err(|error| format!("cannot run cargo metadata: {error}"))?;
+        if !output.status.success() {
+            return Err(format!("cargo metadata failed: {}", String::from_utf8_lossy(&output.stderr)));
+        }
+        let metadata: serde_json::Value =
+            serde_json::from_slice(&output.stdout).map_err(|error| format!("cargo metadata: {error}"))?;
+        let path = |key: &str| {
+            metadata[key].as_str().map(PathBuf::from).ok_or(format!("cargo metadata has no {key}"))
+        };
+        Ok(Self { root: path("workspace_root")?, target: path("target_directory")? })
+    }
+
+    /// A `cargo` command that runs in the workspace.
+    pub fn cargo(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(cargo());
+        command.current_dir(&self.root).args(arguments);
+        command
+    }
+
+    /// The release binary (whether or not it has been built).
+    pub fn binary(&self) -> PathBuf {
+        self.target.join("release").join("rowscan")
+    }
+
+    /// A folder for the tasks' own files, made if missing.
+    pub fn scratch(&self, name: &str) -> Result<PathBuf, String> {
+        let folder = self.target.join("xtask").join(name);
+        fs::create_dir_all(&folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+        Ok(folder)
+    }
+
+    /// Every file of the workspace, relative to its root and sorted, without build output and version control.
+    pub fn files(&self) -> Result<Vec<PathBuf>, String> {
+        let mut files = Vec::new();
+        let mut folders = vec![self.root.clone()];
+        while let Some(folder) = folders.pop() {
+            let entries = fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+            for entry in entries.filter_map(Result::ok) {
+                let path = entry.path();
+                let Ok(kind) = entry.file_type() else { continue };
+                if kind.is_dir() {
+                    if path != self.target && !is_generated(&entry.file_name().to_string_lossy()) {
+                        folders.push(path);
+                    }
+                } else if kind.is_file()
+                    && let Ok(relative) = path.strip_prefix(&self.root)
+                {
+                    files.push(relative.to_path_buf());
+                }
+            }
+        }
+        files.sort();
+        Ok(files)
+    }
+}
+
+/// True for folders that hold nothing anyone wrote.
+fn is_generated(name: &str) -> bool {
+    matches!(name, ".git" | ".venv" | "__pycache__" | ".pytest_cache") || name.starts_with("target")
+}
+
+/// The cargo that runs us, or the one on the path.
+fn cargo() -> OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
