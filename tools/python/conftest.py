@@ -1,0 +1,52 @@
+"""Time-outs and the emulator for every test."""
+
+import contextlib
+import os
+import signal
+
+import pytest
+
+import emulator as emulator_module
+from lms_client import Client
+
+#: Seconds a test may take, its emulator's start included.
+LIMIT_S = 90
+
+
+@pytest.fixture(autouse=True)
+def time_limit():
+    """A hanging test fails."""
+
+    def expired(_signal, _frame):
+        raise TimeoutError("the test took longer than %d s" % LIMIT_S)
+
+    before = signal.signal(signal.SIGALRM, expired)
+    signal.alarm(LIMIT_S)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.fixture
+def rowscan():
+    """The binary's runner; skips where no binary was given."""
+    path = emulator_module.binary()
+    if not path:
+        pytest.skip("ROWSCAN_BIN is not set; `cargo xtask ci` sets it")
+    assert os.access(path, os.X_OK), "ROWSCAN_BIN=%s is no program" % path
+    return emulator_module
+
+
+@pytest.fixture
+def emulator(rowscan):
+    """An LMS111 on the built-in scene, ten times as fast as the real one."""
+    started = rowscan.Emulator("--model", "lms111", "--time-scale", "10")
+    yield started
+    started.close()
+
+
+@pytest.fixture
+def connect(emulator):
+    """Opens connections to the emulator and closes them at the end."""
+    with contextlib.ExitStack() as stack:
+        yield lambda dialect: stack.enter_context(Client(emulator.address, dialect))
