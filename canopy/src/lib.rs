@@ -13,12 +13,21 @@
 //! Memory is bounded and a scan allocates nothing in steady state: per-beam tables are built once per beam grid, only the
 //! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
 
+mod advance;
 pub mod calibration;
+mod contact;
+mod counting;
 mod error;
 pub mod estimate;
+mod geometry;
 mod parameters;
+mod profile;
+mod ranges;
 pub mod reference;
+mod report;
+mod row;
 mod stream;
+mod trees;
 mod warning;
 
 pub use calibration::{Calibration, FitError, Sample, fit};

@@ -1,17 +1,69 @@
-//! The streaming pipeline.
+//! The streaming pipeline: counting, advance and row, one line behind.
 
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::Scan;
 
+use crate::advance::{Advance, Weighted};
 use crate::calibration::Calibration;
+use crate::counting::{Counting, Turn, nominal_period_s};
 use crate::error::PipelineError;
-use crate::estimate::{Estimate, Progress};
+use crate::estimate::{Estimate, Progress, RangeStatistics};
 use crate::parameters::Parameters;
+use crate::ranges::Ranges;
+use crate::report;
+use crate::row::Row;
 
-/// Scans in, an [`Estimate`] out, at any time.
+/// Scans of one scanner in, an [`Estimate`] out, at any time.
+///
+/// Every scan is copied once and weighed when the next one comes. Without a rig only counts and range statistics are
+/// made: areas are `None`.
+///
+/// ```
+/// use rowscan_canopy::Pipeline;
+/// use rowscan_protocol::rig::Rig;
+/// use rowscan_protocol::scan::Scan;
+///
+/// let mut pipeline = Pipeline::new(Some(&Rig::default()), 0, None)?;
+/// pipeline.push(&Scan::default());
+/// let estimate = pipeline.finish();
+/// assert_eq!(estimate.scans, 1);
+/// assert_eq!(estimate.impacted_total_area_m2, Some(0.0));
+/// # Ok::<(), rowscan_canopy::PipelineError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Pipeline {
-    scans: u64,
+    counting: Counting,
+    ranges: Ranges,
+    latest: Option<Latest>,
+    field: Option<Field>,
+    calibration: Option<Calibration>,
+}
+
+/// What the latest telegram states.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Latest {
+    pub(crate) beams: BeamGrid,
+    pub(crate) frequency_hz: f64,
+}
+
+/// The part that needs a rig.
+#[derive(Clone, Debug)]
+pub(crate) struct Field {
+    pub(crate) rig: Rig,
+    pub(crate) mount: Mount,
+    pub(crate) advance: Advance,
+    pub(crate) row: Row,
+    open: OpenLine,
+}
+
+/// The line whose weight is not known yet.
+#[derive(Clone, Debug, Default)]
+struct OpenLine {
+    beams: BeamGrid,
+    range_m: Vec<f64>,
+    /// Way a telegram by the frequency its scan states.
+    nominal_step_m: f64,
 }
 
 impl Pipeline {
@@ -35,32 +87,93 @@ impl Pipeline {
         if let Some(calibration) = &calibration {
             calibration.validate()?;
         }
-        if let Some(rig) = rig {
-            rig.validate()?;
-            rig.scanners
-                .get(mount_index)
-                .ok_or(PipelineError::NoSuchMount { index: mount_index, mounts: rig.scanners.len() })?;
+        let field = rig.map(|rig| Field::new(rig, mount_index, parameters)).transpose()?;
+        Ok(Self {
+            counting: Counting::default(),
+            ranges: Ranges::default(),
+            latest: None,
+            field,
+            calibration,
+        })
+    }
+
+    /// Takes the next scan, in the order of reception.
+    pub fn push(&mut self, scan: &Scan) {
+        let turn = self.counting.observe(scan);
+        self.latest = Some(Latest { beams: scan.beams, frequency_hz: scan.scan_frequency_hz });
+        let Turn::Line { travel_s, link } = turn else { return };
+        let range_m = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
+        // What stands beyond the grid has no angle.
+        let range_m = range_m.get(..scan.beams.len()).unwrap_or(range_m);
+        self.ranges.add(range_m);
+        if let Some(field) = &mut self.field {
+            let nominal_step_m = field.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
+            let closed = field.advance.next(field.rig.y_m(travel_s), link, nominal_step_m);
+            field.add_open_line(closed);
+            field.open.beams = scan.beams;
+            field.open.range_m.clear();
+            field.open.range_m.extend_from_slice(range_m);
+            field.open.nominal_step_m = nominal_step_m;
         }
-        Ok(Self { scans: 0 })
     }
 
-    /// Takes the next scan.
-    pub fn push(&mut self, _scan: &Scan) {
-        self.scans += 1;
-    }
-
-    /// The estimate as if the stream ended here.
+    /// The estimate as if the stream ended here. Costs a copy of the sums; the stream goes on untouched.
     pub fn estimate(&self) -> Estimate {
         self.clone().finish()
     }
 
-    /// Ends the stream: closes the last line and slice.
+    /// Ends the stream: closes the last line and slice. Scans may still follow, as a new stretch of the same row.
     pub fn finish(&mut self) -> Estimate {
-        Estimate { scans: self.scans, ..Estimate::default() }
+        if let Some(field) = &mut self.field {
+            let closed = field.advance.close(field.open.nominal_step_m);
+            field.add_open_line(closed);
+            field.row.close();
+        }
+        report::estimate(
+            &self.counting,
+            self.ranges(),
+            self.latest,
+            self.field.as_ref(),
+            self.calibration.as_ref(),
+        )
     }
 
     /// How far the stream has come.
     pub fn progress(&self) -> Progress {
-        Progress { scans: self.scans, ..Progress::default() }
+        Progress {
+            scans: self.counting.scans,
+            scans_repeated: self.counting.repeated,
+            scans_lost: self.counting.lost,
+            advance_m: self.field.as_ref().map(|field| field.advance.advance_m().unwrap_or(0.0)),
+            y_m: self.field.as_ref().and_then(|field| field.advance.y_m()),
+            impacted_total_area_m2: self.field.as_ref().map(|field| field.row.totals().impacted_m2),
+        }
+    }
+
+    fn ranges(&self) -> RangeStatistics {
+        self.ranges.statistics()
+    }
+}
+
+impl Field {
+    fn new(rig: &Rig, mount_index: usize, parameters: Parameters) -> Result<Self, PipelineError> {
+        rig.validate()?;
+        let mount = rig
+            .scanners
+            .get(mount_index)
+            .ok_or(PipelineError::NoSuchMount { index: mount_index, mounts: rig.scanners.len() })?;
+        Ok(Self {
+            rig: rig.clone(),
+            mount: mount.clone(),
+            advance: Advance::new(parameters.max_gap_steps),
+            row: Row::new(rig, mount, parameters)?,
+            open: OpenLine::default(),
+        })
+    }
+
+    fn add_open_line(&mut self, weighted: Option<Weighted>) {
+        if let Some(weighted) = weighted {
+            self.row.add(self.open.beams, &self.open.range_m, weighted);
+        }
     }
 }

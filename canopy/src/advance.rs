@@ -1,0 +1,175 @@
+//! How much of the row each scan line stands for.
+//!
+//! Line i weighs half the way from the line before plus half the way to the line after, w_i = (y_{i+1} − y_{i−1})/2, so a
+//! lost line's place is taken by its neighbours. The outer half of the first and of the last line is half a *step*: the way
+//! to its neighbour, a telegram. N lines Δy apart therefore weigh N·Δy in all, and so they do with lines lost between.
+//! A gap of more than `max_gap_steps` steps is not filled: each side keeps half of `max_gap_steps` steps.
+//! A weight is known when the next line is, so lines lag by one.
+
+use crate::counting::Link;
+
+/// Weighs lines, one behind.
+#[derive(Clone, Debug)]
+pub(crate) struct Advance {
+    max_gap_steps: f64,
+    first_y_m: Option<f64>,
+    last_y_m: Option<f64>,
+    open: Option<OpenLine>,
+    /// Way a telegram, as the last countable link had it.
+    step_m: Option<f64>,
+    gaps: u64,
+    unfilled_m: f64,
+    scanned_m: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct OpenLine {
+    y_m: f64,
+    /// Half the way to the line before; None for the first line, whose outer half needs its neighbour.
+    before_m: Option<f64>,
+}
+
+/// A line whose weight is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Weighted {
+    pub(crate) y_m: f64,
+    pub(crate) weight_m: f64,
+}
+
+impl Advance {
+    pub(crate) fn new(max_gap_steps: f64) -> Self {
+        Self {
+            max_gap_steps,
+            first_y_m: None,
+            last_y_m: None,
+            open: None,
+            step_m: None,
+            gaps: 0,
+            unfilled_m: 0.0,
+            scanned_m: 0.0,
+        }
+    }
+
+    /// A line at `y_m` opens; gives the one before with its weight. `nominal_step_m` is the way a telegram by the stated
+    /// frequency, for where no step was seen yet.
+    pub(crate) fn next(&mut self, y_m: f64, link: Link, nominal_step_m: f64) -> Option<Weighted> {
+        self.last_y_m = Some(y_m);
+        let Some(open) = self.open else {
+            self.first_y_m.get_or_insert(y_m);
+            self.open = Some(OpenLine { y_m, before_m: None });
+            return None;
+        };
+        let way_m = (y_m - open.y_m).max(0.0);
+        if let Link::Steps(steps) = link {
+            self.step_m = Some(way_m / f64::from(steps.max(1)));
+        }
+        let step_m = self.step_m.unwrap_or(nominal_step_m);
+        let longest_m = self.max_gap_steps * step_m;
+        // Rounding of the device clock must not turn a gap of exactly the longest length into a longer one.
+        let filled_m = if way_m > longest_m * (1.0 + 1e-9) {
+            self.gaps += 1;
+            self.unfilled_m += way_m - longest_m;
+            longest_m
+        } else {
+            way_m
+        };
+        self.open = Some(OpenLine { y_m, before_m: Some(filled_m / 2.0) });
+        Some(self.weigh(open, filled_m / 2.0, step_m))
+    }
+
+    /// The stream ends: gives the last line with its weight.
+    pub(crate) fn close(&mut self, nominal_step_m: f64) -> Option<Weighted> {
+        let open = self.open.take()?;
+        let step_m = self.step_m.unwrap_or(nominal_step_m);
+        Some(self.weigh(open, step_m / 2.0, step_m))
+    }
+
+    fn weigh(&mut self, line: OpenLine, after_m: f64, step_m: f64) -> Weighted {
+        let weight_m = line.before_m.unwrap_or(step_m / 2.0) + after_m;
+        self.scanned_m += weight_m;
+        Weighted { y_m: line.y_m, weight_m }
+    }
+
+    /// Y of the latest line.
+    pub(crate) fn y_m(&self) -> Option<f64> {
+        self.last_y_m
+    }
+
+    /// Way from the first line to the latest.
+    pub(crate) fn advance_m(&self) -> Option<f64> {
+        Some(self.last_y_m? - self.first_y_m?)
+    }
+
+    /// Sum of the weights given so far.
+    pub(crate) fn scanned_m(&self) -> f64 {
+        self.scanned_m
+    }
+
+    /// Gaps not filled, and the metres left out.
+    pub(crate) fn unfilled(&self) -> (u64, f64) {
+        (self.gaps, self.unfilled_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn weights(lines: &[(f64, u32)]) -> (Vec<f64>, Advance) {
+        let mut advance = Advance::new(5.0);
+        let mut weights = Vec::new();
+        for (i, &(y_m, steps)) in lines.iter().enumerate() {
+            let link = if i == 0 { Link::First } else { Link::Steps(steps) };
+            weights.extend(advance.next(y_m, link, 0.02).map(|w| w.weight_m));
+        }
+        weights.extend(advance.close(0.02).map(|w| w.weight_m));
+        (weights, advance)
+    }
+
+    fn close_to(found: &[f64], expected: &[f64]) {
+        assert_eq!(found.len(), expected.len());
+        for (f, e) in found.iter().zip(expected) {
+            assert!((f - e).abs() < 1e-12, "found {found:?}, expected {expected:?}");
+        }
+    }
+
+    #[test]
+    fn evenly_spaced_lines_weigh_a_step_each_ends_included() {
+        let (w, advance) = weights(&[(0.0, 0), (0.1, 1), (0.2, 1), (0.3, 1)]);
+        close_to(&w, &[0.1; 4]);
+        assert!((advance.scanned_m() - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn neighbours_of_a_lost_line_share_its_weight() {
+        let (w, _) = weights(&[(0.0, 0), (0.1, 1), (0.3, 2), (0.4, 1)]);
+        close_to(&w, &[0.1, 0.15, 0.15, 0.1]);
+        // Next to an end as well: the outer half stays half a step.
+        let (w, _) = weights(&[(0.0, 0), (0.2, 2), (0.3, 1)]);
+        close_to(&w, &[0.15, 0.15, 0.1]);
+    }
+
+    #[test]
+    fn a_long_gap_is_not_filled_but_counted() {
+        let (w, advance) = weights(&[(0.0, 0), (0.1, 1), (1.1, 10), (1.2, 1)]);
+        close_to(&w, &[0.1, 0.3, 0.3, 0.1]);
+        assert_eq!(advance.unfilled().0, 1);
+        assert!((advance.unfilled().1 - 0.5).abs() < 1e-12);
+        // Five steps are filled.
+        let (w, advance) = weights(&[(0.0, 0), (0.1, 1), (0.6, 5), (0.7, 1)]);
+        assert!((w.iter().sum::<f64>() - 0.8).abs() < 1e-12);
+        assert_eq!(advance.unfilled(), (0, 0.0));
+    }
+
+    #[test]
+    fn a_tractor_at_standstill_adds_nothing() {
+        let (w, _) = weights(&[(0.0, 0), (0.0, 1), (0.0, 1)]);
+        close_to(&w, &[0.0; 3]);
+    }
+
+    #[test]
+    fn one_line_alone_weighs_the_nominal_step() {
+        let (w, _) = weights(&[(3.0, 0)]);
+        close_to(&w, &[0.02]);
+    }
+}

@@ -1,0 +1,247 @@
+//! What the counters say: which telegrams came again, how many are missing, where the device restarted, and when on the
+//! device clock each line was taken.
+
+use rowscan_protocol::scan::Scan;
+use rowscan_protocol::time::DeviceClock;
+
+/// How far a gap's length on the clock may be off its length by the counter, either way, and still be a gap.
+const GAP_TOLERANCE: f64 = 2.0;
+/// The largest output interval (one telegram every n turns) believed before a period has been measured.
+const MAX_OUTPUT_INTERVAL: f64 = 32.0;
+/// A pause between two telegrams that follow on each other, in their period, above which measurement had stopped.
+const MAX_JITTER: f64 = 4.0;
+/// The longest pause of the measurement, seconds, through which the device clock is still believed to time the tractor.
+const MAX_PAUSE_S: f64 = 60.0;
+/// The period assumed where the telegram states no frequency, seconds.
+const FALLBACK_PERIOD_S: f64 = 0.02;
+
+/// Counts telegrams and times them on the device clock.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Counting {
+    pub(crate) scans: u64,
+    pub(crate) repeated: u64,
+    pub(crate) lost: u64,
+    pub(crate) restarts: u64,
+    pub(crate) untimed: u64,
+    last: Option<Reading>,
+    clock: DeviceClock,
+    /// Travel time when `clock` started.
+    clock_base_s: f64,
+    /// Period a telegram, as the last plausible link had it.
+    period_s: Option<f64>,
+    /// Periods and their time, summed over links that neither stopped nor restarted.
+    periods: u64,
+    periods_s: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    counter: u16,
+    time_us: u32,
+    travel_s: f64,
+}
+
+/// Where a telegram stands in the stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Turn {
+    /// The same telegram again.
+    Repeated,
+    /// A new line, `travel_s` after the first one.
+    Line { travel_s: f64, link: Link },
+}
+
+/// How a line follows on the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Link {
+    /// It is the first.
+    First,
+    /// By so many telegrams: 1, or more where some were lost.
+    Steps(u32),
+    /// After a pause or a restart: nobody knows how many.
+    Broken,
+}
+
+impl Counting {
+    /// Counts one valid telegram.
+    pub(crate) fn observe(&mut self, scan: &Scan) -> Turn {
+        self.scans += 1;
+        let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
+        let Some(last) = self.last else {
+            self.clock.seconds(time_us);
+            return self.line(counter, time_us, 0.0, Link::First);
+        };
+        let steps = counter.wrapping_sub(last.counter);
+        let clock_us = time_us.wrapping_sub(last.time_us) as i32;
+        if steps == 0 && clock_us >= 0 {
+            self.repeated += 1;
+            return Turn::Repeated;
+        }
+        let nominal_s = nominal_period_s(scan.scan_frequency_hz);
+        if steps == 0 || steps > u16::MAX / 2 || clock_us < 0 {
+            return self.restart(counter, time_us, last.travel_s + self.period_s.unwrap_or(nominal_s));
+        }
+        if clock_us == 0 {
+            self.untimed += 1;
+            self.lost += u64::from(steps - 1);
+            let travel_s = last.travel_s + f64::from(steps) * nominal_s;
+            self.rebase(time_us, travel_s);
+            return self.line(counter, time_us, travel_s, Link::Steps(u32::from(steps)));
+        }
+        let travel_s = self.clock_base_s + self.clock.seconds(time_us);
+        let passed_s = travel_s - last.travel_s;
+        if self.follows(steps, passed_s, nominal_s) {
+            self.lost += u64::from(steps - 1);
+            self.periods += u64::from(steps);
+            self.periods_s += passed_s;
+            self.period_s = Some(passed_s / f64::from(steps));
+            return self.line(counter, time_us, travel_s, Link::Steps(u32::from(steps)));
+        }
+        if passed_s <= MAX_PAUSE_S && steps == 1 {
+            return self.line(counter, time_us, travel_s, Link::Broken);
+        }
+        self.restart(counter, time_us, last.travel_s + self.period_s.unwrap_or(nominal_s))
+    }
+
+    /// Telegrams a second on the device clock, lost ones included.
+    pub(crate) fn frequency_hz(&self) -> Option<f64> {
+        (self.periods_s > 0.0).then(|| self.periods as f64 / self.periods_s)
+    }
+
+    /// True if counter and clock tell the same story: `steps` telegrams in `passed_s`.
+    fn follows(&self, steps: u16, passed_s: f64, nominal_s: f64) -> bool {
+        let each_s = passed_s / f64::from(steps);
+        let (low_s, high_s) = match (self.period_s, steps) {
+            (Some(period_s), 1) => (0.0, period_s.max(nominal_s) * MAX_JITTER),
+            (Some(period_s), _) => (period_s / GAP_TOLERANCE, period_s * GAP_TOLERANCE),
+            (None, 1) => (0.0, nominal_s * MAX_OUTPUT_INTERVAL),
+            // The output interval is not known yet: one telegram may stand for many turns.
+            (None, _) => (nominal_s / GAP_TOLERANCE, nominal_s * MAX_OUTPUT_INTERVAL),
+        };
+        each_s >= low_s && each_s <= high_s
+    }
+
+    fn restart(&mut self, counter: u16, time_us: u32, travel_s: f64) -> Turn {
+        self.restarts += 1;
+        self.period_s = None;
+        self.rebase(time_us, travel_s);
+        self.line(counter, time_us, travel_s, Link::Broken)
+    }
+
+    /// Starts the clock anew: `time_us` is `travel_s`.
+    fn rebase(&mut self, time_us: u32, travel_s: f64) {
+        self.clock = DeviceClock::default();
+        self.clock.seconds(time_us);
+        self.clock_base_s = travel_s;
+    }
+
+    fn line(&mut self, counter: u16, time_us: u32, travel_s: f64, link: Link) -> Turn {
+        self.last = Some(Reading { counter, time_us, travel_s });
+        Turn::Line { travel_s, link }
+    }
+}
+
+/// The period a stated frequency stands for, seconds.
+pub(crate) fn nominal_period_s(frequency_hz: f64) -> f64 {
+    if (0.01..=10_000.0).contains(&frequency_hz) { 1.0 / frequency_hz } else { FALLBACK_PERIOD_S }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan(counter: u16, time_us: u32) -> Scan {
+        Scan { telegram_counter: counter, scan_time_us: time_us, scan_frequency_hz: 50.0, ..Scan::default() }
+    }
+
+    fn count(readings: impl IntoIterator<Item = (u16, u32)>) -> (Counting, Vec<Turn>) {
+        let mut counting = Counting::default();
+        let turns = readings.into_iter().map(|(c, t)| counting.observe(&scan(c, t))).collect();
+        (counting, turns)
+    }
+
+    fn travel_s(turn: &Turn) -> f64 {
+        match turn {
+            Turn::Line { travel_s, .. } => *travel_s,
+            Turn::Repeated => f64::NAN,
+        }
+    }
+
+    #[test]
+    fn counter_and_clock_wrap_without_a_gap() {
+        let start = u32::MAX - 50_000;
+        let (c, turns) =
+            count((0..10u16).map(|i| (65_530u16.wrapping_add(i), start.wrapping_add(u32::from(i) * 20_000))));
+        assert_eq!((c.scans, c.lost, c.restarts, c.repeated), (10, 0, 0, 0));
+        assert!((travel_s(&turns[9]) - 0.18).abs() < 1e-9);
+        assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn lost_telegrams_are_counted_and_keep_the_frequency() {
+        // 65534, 65535, [0, 1 lost], 2, [3 lost], 4
+        let (c, turns) = count([(65_534, 0), (65_535, 20_000), (2, 80_000), (4, 120_000)]);
+        assert_eq!((c.lost, c.restarts), (3, 0));
+        assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+        assert!(matches!(turns[2], Turn::Line { link: Link::Steps(3), .. }));
+    }
+
+    #[test]
+    fn a_repeated_telegram_neither_counts_as_line_nor_as_gap() {
+        let (c, turns) = count([(7, 0), (8, 20_000), (8, 20_000), (8, 20_000), (9, 40_000)]);
+        assert_eq!((c.scans, c.repeated, c.lost), (5, 2, 0));
+        assert_eq!(turns[2], Turn::Repeated);
+        assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_restart_is_no_gap_and_goes_on_one_period_later() {
+        // The device is switched off and on: counter and clock begin again.
+        let (c, turns) =
+            count([(100, 9_000_000), (101, 9_020_000), (1, 500_000), (2, 520_000), (3, 540_000)]);
+        assert_eq!((c.lost, c.restarts), (0, 1));
+        assert!((travel_s(&turns[2]) - 0.04).abs() < 1e-9);
+        assert!((travel_s(&turns[4]) - 0.08).abs() < 1e-9);
+        assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_counter_that_jumps_ahead_against_the_clock_is_a_restart() {
+        let (c, _) = count([(100, 0), (101, 20_000), (20_000, 40_000), (20_001, 60_000)]);
+        assert_eq!((c.lost, c.restarts), (0, 1));
+        // Ahead on the clock alone, by an hour and more.
+        let (c, _) = count([(100, 0), (101, 20_000), (105, 2_000_000_000), (106, 2_000_020_000)]);
+        assert_eq!((c.lost, c.restarts), (0, 1));
+    }
+
+    #[test]
+    fn a_pause_of_the_measurement_keeps_the_clock_but_not_the_frequency() {
+        let (c, turns) = count([(1, 0), (2, 20_000), (3, 5_020_000), (4, 5_040_000)]);
+        assert_eq!((c.lost, c.restarts), (0, 0));
+        assert!(matches!(turns[2], Turn::Line { link: Link::Broken, .. }));
+        assert!((travel_s(&turns[3]) - 5.04).abs() < 1e-9);
+        assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_long_gap_is_counted_in_full() {
+        // A connection lost for ten minutes while the device went on.
+        let (c, turns) = count([(0, 0), (1, 20_000), (30_001, 600_020_000)]);
+        assert_eq!((c.lost, c.restarts), (29_999, 0));
+        assert!((travel_s(&turns[2]) - 600.02).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_output_interval_gives_the_telegrams_own_frequency() {
+        let (c, _) = count((0..5u16).map(|i| (i, u32::from(i) * 100_000)));
+        assert_eq!((c.lost, c.restarts), (0, 0));
+        assert!((c.frequency_hz().unwrap() - 10.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn without_a_device_clock_the_nominal_frequency_stands_in() {
+        let (c, turns) = count([(0, 0), (1, 0), (4, 0)]);
+        assert_eq!((c.lost, c.untimed, c.restarts), (2, 2, 0));
+        assert!((travel_s(&turns[2]) - 0.08).abs() < 1e-12);
+        assert_eq!(c.frequency_hz(), None);
+    }
+}

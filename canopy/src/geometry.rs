@@ -1,0 +1,203 @@
+//! Where beams go: angles into the scene frame, the area a beam stands for, and which returns are canopy.
+//!
+//! Everything that depends on the beam alone is tabled once per beam grid. The frame here is the sensor's: x from the
+//! mirror towards the row (the row axis is at the mount's distance), z above ground.
+
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::scan::NO_ECHO;
+
+use crate::error::PipelineError;
+use crate::parameters::AreaForm;
+
+/// No range is longer than this, metres: twice what 16-bit millimetres with scale factor 2 hold, and still no overflow.
+pub(crate) const MAX_RANGE_M: f64 = 1000.0;
+
+/// The mount and what bounds the row, checked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// θ = sense · α + offset, degrees.
+    pub(crate) sense: f64,
+    pub(crate) offset_deg: f64,
+    pub(crate) height_m: f64,
+    pub(crate) distance_m: f64,
+    pub(crate) ground_clearance_m: f64,
+    /// Returns at or beyond this x belong to the next row; infinite where the row spacing is unknown.
+    pub(crate) far_gate_m: f64,
+}
+
+impl Frame {
+    pub(crate) fn new(rig: &Rig, mount: &Mount) -> Result<Self, PipelineError> {
+        PipelineError::check("rig.speed_m_s", rig.speed_m_s, 0.0, 100.0)?;
+        PipelineError::check("rig.start_m", rig.start_m, -1e6, 1e6)?;
+        PipelineError::check("rig.ground_clearance_m", rig.ground_clearance_m, -10.0, 10.0)?;
+        PipelineError::check("rig.tree_spacing_m", rig.tree_spacing_m.unwrap_or(1.0), 0.05, 1000.0)?;
+        PipelineError::check("rig.row_spacing_m", rig.row_spacing_m.unwrap_or(1.0), 0.1, 1000.0)?;
+        PipelineError::check("rig.scanner.height_m", mount.height_m, 0.0, 100.0)?;
+        PipelineError::check("rig.scanner.distance_m", mount.distance_m, 0.0, 100.0)?;
+        let (sense, offset_deg) = mount.angle_map();
+        Ok(Self {
+            sense,
+            offset_deg,
+            height_m: mount.height_m,
+            distance_m: mount.distance_m,
+            ground_clearance_m: rig.ground_clearance_m,
+            far_gate_m: rig.row_spacing_m.map_or(f64::INFINITY, |spacing| mount.distance_m + spacing / 2.0),
+        })
+    }
+}
+
+/// One beam of a grid: its direction in the scan plane and the area it stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Beam {
+    pub(crate) cos: f64,
+    pub(crate) sin: f64,
+    /// ΔA = weight · range · this: 2 sin(Δθ/2) cos θ, or |sin(θ + Δθ) − sin θ|.
+    pub(crate) area_factor: f64,
+}
+
+/// The beams of a grid; those that do not look ahead (|θ| ≥ 90°) are None.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BeamTable {
+    grid: BeamGrid,
+    beams: Vec<Option<Beam>>,
+}
+
+impl BeamTable {
+    /// Fits the table to a grid; true if it had to be rebuilt.
+    pub(crate) fn update(&mut self, grid: BeamGrid, frame: &Frame, form: AreaForm) -> bool {
+        if grid == self.grid {
+            return false;
+        }
+        self.grid = grid;
+        self.beams.clear();
+        let step = grid.step_deg().to_radians();
+        self.beams.extend((0..grid.len()).map(|i| {
+            let theta_deg = frame.sense * grid.angle_deg(i) + frame.offset_deg;
+            if theta_deg.abs() >= 90.0 {
+                return None;
+            }
+            let theta = theta_deg.to_radians();
+            let (sin, cos) = theta.sin_cos();
+            let area_factor = match form {
+                AreaForm::Midpoint => 2.0 * (step / 2.0).sin() * cos,
+                AreaForm::Forward => frame.sense * ((theta + frame.sense * step).sin() - sin),
+            };
+            Some(Beam { cos, sin, area_factor })
+        }));
+        true
+    }
+
+    pub(crate) fn beams(&self) -> &[Option<Beam>] {
+        &self.beams
+    }
+}
+
+/// What a range reading is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reading {
+    /// A return.
+    Return,
+    /// No echo: the beam met nothing.
+    Miss,
+    /// No range at all.
+    Invalid,
+}
+
+/// Tells returns from misses and from nonsense.
+pub(crate) fn reading(range_m: f64) -> Reading {
+    if range_m == NO_ECHO {
+        Reading::Miss
+    } else if range_m > 0.0 && range_m <= MAX_RANGE_M {
+        Reading::Return
+    } else {
+        Reading::Invalid
+    }
+}
+
+/// Where a return belongs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Place {
+    /// In the scanned row, at x from the sensor and z above ground.
+    Canopy {
+        x_m: f64,
+        z_m: f64,
+    },
+    Ground,
+    Far,
+}
+
+impl Frame {
+    /// Where the return at `range_m` along a beam belongs. Ground is looked at first.
+    pub(crate) fn place(&self, beam: &Beam, range_m: f64) -> Place {
+        let x_m = range_m * beam.cos;
+        let z_m = self.height_m + range_m * beam.sin;
+        if z_m < self.ground_clearance_m {
+            Place::Ground
+        } else if x_m >= self.far_gate_m {
+            Place::Far
+        } else {
+            Place::Canopy { x_m, z_m }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::rig::{Orientation, Roof, RowSide};
+
+    fn table(mount: &Mount, grid: BeamGrid, form: AreaForm) -> BeamTable {
+        let frame = Frame::new(&Rig::default(), mount).unwrap();
+        let mut table = BeamTable::default();
+        assert!(table.update(grid, &frame, form));
+        assert!(!table.update(grid, &frame, form));
+        table
+    }
+
+    #[test]
+    fn only_beams_that_look_ahead_count() {
+        // −45°..225° at 0.5°: 541 beams, of which −89.5°..89.5° look at the row.
+        let grid = BeamGrid::spanning(-450_000, 2_250_000, 5000);
+        let side = table(&Mount::default(), grid, AreaForm::Midpoint);
+        assert_eq!(side.beams().iter().flatten().count(), 359);
+        // Up: −45°..89.5° on either side.
+        for row in [RowSide::Right, RowSide::Left] {
+            let up = table(
+                &Mount { orientation: Orientation::Up, row, ..Mount::default() },
+                grid,
+                AreaForm::Midpoint,
+            );
+            assert_eq!(up.beams().iter().flatten().count(), 270);
+        }
+    }
+
+    #[test]
+    fn areas_are_positive_whichever_way_the_roof_looks() {
+        let grid = BeamGrid::spanning(0, 1_800_000, 5000);
+        for form in [AreaForm::Midpoint, AreaForm::Forward] {
+            let forward = table(&Mount::default(), grid, form);
+            let backward = table(&Mount { roof: Roof::Backward, ..Mount::default() }, grid, form);
+            let sum = |t: &BeamTable| t.beams().iter().flatten().map(|b| b.area_factor).sum::<f64>();
+            // Both telescope or sum to sin 89.5° − sin −89.5° and a step more.
+            assert!((sum(&forward) - 2.0).abs() < 1e-3, "{}", sum(&forward));
+            // The table of a roof that looks back is the other one, mirrored: the same beams in the other order.
+            let up = |t: &BeamTable| t.beams().iter().map(|b| b.map(|b| b.sin)).collect::<Vec<_>>();
+            let mut mirrored = up(&backward);
+            mirrored.reverse();
+            for (a, b) in up(&forward).iter().zip(&mirrored) {
+                assert!((a.unwrap_or(9.0) - b.unwrap_or(9.0)).abs() < 1e-12);
+            }
+            assert!((sum(&forward) - sum(&backward)).abs() < 2e-2);
+        }
+    }
+
+    #[test]
+    fn readings_that_are_no_ranges_are_neither_return_nor_miss() {
+        assert_eq!(reading(2.5), Reading::Return);
+        assert_eq!(reading(NO_ECHO), Reading::Miss);
+        for nonsense in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY, 1e300] {
+            assert_eq!(reading(nonsense), Reading::Invalid, "{nonsense}");
+        }
+    }
+}

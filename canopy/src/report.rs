@@ -1,0 +1,252 @@
+//! From sums to the estimate: calibration applied, warnings collected.
+
+use crate::calibration::{Calibration, Fitted, Optics, RegressionKind};
+use crate::counting::Counting;
+use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
+use crate::stream::{Field, Latest};
+use crate::trees::Cell;
+use crate::warning::Warning;
+
+/// How far the class's numbers may be off the rig's, relative.
+const CLASS_TOLERANCE: f64 = 0.01;
+
+pub(crate) fn estimate(
+    counting: &Counting,
+    ranges: RangeStatistics,
+    latest: Option<Latest>,
+    field: Option<&Field>,
+    calibration: Option<&Calibration>,
+) -> Estimate {
+    let mut estimate = Estimate {
+        scans: counting.scans,
+        scans_repeated: counting.repeated,
+        scans_lost: counting.lost,
+        points_per_scan: latest.map(|latest| u32::from(latest.beams.count)),
+        scan_frequency_hz: counting.frequency_hz(),
+        scan_frequency_nominal_hz: latest.map(|latest| latest.frequency_hz).filter(|hz| hz.is_finite()),
+        ranges,
+        ..Estimate::default()
+    };
+    if counting.restarts > 0 {
+        estimate.warnings.push(Warning::Restarts { restarts: counting.restarts });
+    }
+    if counting.untimed > 0 {
+        estimate.warnings.push(Warning::NoDeviceClock { scans: counting.untimed });
+    }
+    if let Some(field) = field {
+        row(&mut estimate, field, latest, calibration);
+    }
+    estimate
+}
+
+/// Fills in everything that needs a rig.
+fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibration: Option<&Calibration>) {
+    let totals = field.row.totals();
+    let scanned_m = field.advance.scanned_m();
+    estimate.advance_m = Some(field.advance.advance_m().unwrap_or(0.0));
+    estimate.scanned_m = Some(scanned_m);
+    estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
+    estimate.contact = Some(field.row.contact_report());
+    estimate.returns = Some(totals.returns);
+    estimate.leaf_area_contact_raw_m2 = Some(totals.contact_m2);
+    let (gaps, length_m) = field.advance.unfilled();
+    if gaps > 0 {
+        estimate.warnings.push(Warning::GapsNotFilled { gaps, length_m });
+    }
+    if !field.row.has_far_gate() {
+        estimate.warnings.push(Warning::NoFarRowGate);
+    }
+    if let Some(kept) = field.row.trees.dropped().or(field.row.metres.dropped()) {
+        estimate.warnings.push(Warning::TooManyCells { kept });
+    }
+
+    let leaf = LeafArea { calibration };
+    let whole = leaf.of(totals.canopy_m, totals.impacted_m2, totals.contact_m2, totals.returns.canopy);
+    estimate.leaf_area_contact_m2 = whole.contact.value();
+    estimate.leaf_area_m2 = whole.contact.value();
+    estimate.leaf_area_regression_m2 = whole.regression.and_then(Ranged::value);
+    match calibration {
+        None => {
+            estimate.leaf_area_estimator = Some(LeafAreaEstimator::ContactRaw);
+            estimate.warnings.push(Warning::Uncalibrated);
+        }
+        Some(calibration) => {
+            estimate.leaf_area_estimator = Some(LeafAreaEstimator::ContactCalibrated);
+            estimate.regression = Some(calibration.best_regression());
+            estimate.calibration = Some(calibration.class.clone());
+            estimate.leaf_area_null_m2 = Some(calibration.training.mean_leaf_area_m2_per_m * totals.canopy_m);
+            warn_of_class(estimate, calibration, field, latest);
+            whole.warn(estimate, calibration);
+        }
+    }
+    let row_spacing_m = field.rig.row_spacing_m;
+    let tree_spacing_m = field.rig.tree_spacing_m;
+    estimate.lai = tree_spacing_m.and(lai(estimate.leaf_area_m2, row_spacing_m, scanned_m));
+
+    let mut refused = (0, 0);
+    for cell in field.row.trees.iter() {
+        let cell_leaf = leaf.of_cell(cell);
+        refused.0 += u32::from(cell_leaf.contact.refused());
+        refused.1 += u32::from(cell_leaf.regression.is_some_and(Ranged::refused));
+        estimate.trees.extend(tree(cell, &cell_leaf, row_spacing_m, field.row.cut().tree_spacing_m()));
+    }
+    let regression = calibration.map_or("none", |c| c.best_regression().name());
+    for (estimator, trees) in [("contact", refused.0), (regression, refused.1)] {
+        if trees > 0 {
+            estimate.warnings.push(Warning::TreesRefused { estimator, trees });
+        }
+    }
+    estimate.slices.extend(field.row.metres.iter().map(|cell| slice(cell, &leaf.of_cell(cell))));
+}
+
+fn tree(
+    cell: &Cell,
+    leaf: &CellLeafArea,
+    row_spacing_m: Option<f64>,
+    spacing_m: f64,
+) -> Option<TreeEstimate> {
+    let complete = cell.complete(spacing_m);
+    let ground_m = if complete { spacing_m } else { cell.scanned_m };
+    Some(TreeEstimate {
+        tree: u32::try_from(cell.index).ok()?,
+        y_m: (cell.index as f64 + 0.5) * spacing_m,
+        complete,
+        scanned_m: cell.scanned_m,
+        impacted_total_area_m2: cell.impacted_m2,
+        leaf_area_m2: leaf.contact.value(),
+        leaf_area_contact_m2: leaf.contact.value(),
+        leaf_area_regression_m2: leaf.regression.and_then(Ranged::value),
+        lai: lai(leaf.contact.value(), row_spacing_m, ground_m),
+        height_m: cell.height_m,
+        volume_m3: cell.volume_m3,
+        returns: cell.returns,
+    })
+}
+
+fn slice(cell: &Cell, leaf: &CellLeafArea) -> SliceEstimate {
+    SliceEstimate {
+        y_m: cell.index as f64 + 0.5,
+        scanned_m: cell.scanned_m,
+        impacted_total_area_m2: cell.impacted_m2,
+        leaf_area_m2: leaf.contact.value(),
+        leaf_area_contact_m2: leaf.contact.value(),
+        leaf_area_regression_m2: leaf.regression.and_then(Ranged::value),
+        returns: cell.returns,
+    }
+}
+
+/// One-sided leaf area over ground area.
+fn lai(leaf_m2: Option<f64>, row_spacing_m: Option<f64>, length_m: f64) -> Option<f64> {
+    let ground_m2 = row_spacing_m? * length_m;
+    (ground_m2 > 0.0).then_some(leaf_m2? / ground_m2)
+}
+
+/// The leaf area estimators, side by side.
+struct LeafArea<'a> {
+    calibration: Option<&'a Calibration>,
+}
+
+/// A value, and where its regressor stands against the fitted range.
+#[derive(Clone, Copy)]
+struct Ranged {
+    leaf_m2: f64,
+    per_metre: f64,
+    fitted: Fitted,
+}
+
+impl Ranged {
+    fn value(self) -> Option<f64> {
+        (!self.refused()).then_some(self.leaf_m2)
+    }
+
+    fn refused(self) -> bool {
+        self.fitted == Fitted::FarOutside
+    }
+}
+
+struct CellLeafArea {
+    contact: Ranged,
+    regression: Option<Ranged>,
+}
+
+impl LeafArea<'_> {
+    fn of_cell(&self, cell: &Cell) -> CellLeafArea {
+        self.of(cell.scanned_m, cell.impacted_m2, cell.contact_m2, cell.returns)
+    }
+
+    /// Leaf area of `length_m` of row. Without a canopy return it is a gap: 0, never the line's intercept.
+    fn of(&self, length_m: f64, impacted_m2: f64, contact_m2: f64, returns: u64) -> CellLeafArea {
+        let gap = returns == 0 || length_m <= 0.0;
+        let ranged = |leaf_m2, value_m2: f64, range: &dyn Fn(f64) -> Fitted| {
+            if gap {
+                return Ranged { leaf_m2: 0.0, per_metre: 0.0, fitted: Fitted::Inside };
+            }
+            let per_metre = value_m2 / length_m;
+            Ranged { leaf_m2, per_metre, fitted: range(per_metre) }
+        };
+        let Some(calibration) = self.calibration else {
+            return CellLeafArea {
+                contact: ranged(contact_m2, contact_m2, &|_| Fitted::Inside),
+                regression: None,
+            };
+        };
+        let kind = calibration.best_regression();
+        let regression_m2 = calibration.regression_m2(kind, length_m, impacted_m2);
+        CellLeafArea {
+            contact: ranged(calibration.contact.k * contact_m2, contact_m2, &|value| {
+                // A proportion holds down to nothing: thin trees are outside the range, but never far outside.
+                match calibration.contact.quality.range(value) {
+                    Fitted::FarOutside if value < calibration.contact.quality.low_m2_per_m => Fitted::Outside,
+                    fitted => fitted,
+                }
+            }),
+            regression: Some(ranged(regression_m2, impacted_m2, &|value| {
+                calibration.quality(kind).range(value)
+            })),
+        }
+    }
+}
+
+impl CellLeafArea {
+    /// Warns where the row stands outside a fitted range.
+    fn warn(&self, estimate: &mut Estimate, calibration: &Calibration) {
+        let kind: RegressionKind = calibration.best_regression();
+        let both = [
+            ("contact", Some(self.contact), &calibration.contact.quality),
+            (kind.name(), self.regression, calibration.quality(kind)),
+        ];
+        for (estimator, ranged, quality) in both {
+            let Some(ranged) = ranged.filter(|ranged| ranged.fitted != Fitted::Inside) else { continue };
+            estimate.warnings.push(Warning::OutsideFittedRange {
+                estimator,
+                value_m2_per_m: ranged.per_metre,
+                low_m2_per_m: quality.low_m2_per_m,
+                high_m2_per_m: quality.high_m2_per_m,
+                refused: ranged.refused(),
+            });
+        }
+    }
+}
+
+/// Warns where the calibration was made for something else than what is scanned.
+fn warn_of_class(estimate: &mut Estimate, calibration: &Calibration, field: &Field, latest: Option<Latest>) {
+    let class = &calibration.class;
+    let mut mismatch = |key, expected: String, found: String| {
+        estimate.warnings.push(Warning::ClassMismatch { key, expected, found });
+    };
+    if !class.scanner_model.eq_ignore_ascii_case(&field.mount.model) {
+        mismatch("scanner_model", class.scanner_model.clone(), field.mount.model.clone());
+    }
+    let differs = |expected: f64, found: f64| (found - expected).abs() > CLASS_TOLERANCE * expected;
+    if let Some(found) =
+        latest.map(|latest| latest.beams.step_deg()).filter(|f| differs(class.resolution_deg, *f))
+    {
+        mismatch("resolution_deg", class.resolution_deg.to_string(), found.to_string());
+    }
+    if let Some(found) = field.rig.tree_spacing_m.filter(|found| differs(class.tree_spacing_m, *found)) {
+        mismatch("tree_spacing_m", class.tree_spacing_m.to_string(), found.to_string());
+    }
+    if class.optics == Optics::Ideal {
+        estimate.warnings.push(Warning::IdealOptics);
+    }
+}

@@ -1,0 +1,153 @@
+//! Cells along the row: trees, metres, and the finer ones nested in them.
+
+/// Length of an outline cell along the row, metres, about.
+const OUTLINE_M: f64 = 0.1;
+
+/// How the row is cut. Outline cells nest in slices, slices in trees, all by whole numbers, so that no line falls between.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cut {
+    outline_m: f64,
+    outlines_per_slice: i64,
+    slices_per_tree: Option<i64>,
+    tree_spacing_m: f64,
+}
+
+/// The cells a line lies in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Keys {
+    pub(crate) outline: i64,
+    pub(crate) slice: i64,
+    /// None without a tree spacing, and before the row's first tree.
+    pub(crate) tree: Option<i64>,
+    pub(crate) metre: i64,
+}
+
+impl Cut {
+    pub(crate) fn new(tree_spacing_m: Option<f64>, slice_m: f64) -> Self {
+        let whole = |length_m: f64, part_m: f64| (length_m / part_m).round().max(1.0);
+        let slices_per_tree = tree_spacing_m.map(|spacing_m| whole(spacing_m, slice_m));
+        let slice_m = match (tree_spacing_m, slices_per_tree) {
+            (Some(spacing_m), Some(slices)) => spacing_m / slices,
+            _ => slice_m,
+        };
+        let outlines = whole(slice_m, OUTLINE_M);
+        Self {
+            outline_m: slice_m / outlines,
+            outlines_per_slice: outlines as i64,
+            slices_per_tree: slices_per_tree.map(|n| n as i64),
+            tree_spacing_m: tree_spacing_m.unwrap_or(1.0),
+        }
+    }
+
+    pub(crate) fn slice_m(&self) -> f64 {
+        self.outline_m * self.outlines_per_slice as f64
+    }
+
+    pub(crate) fn tree_spacing_m(&self) -> f64 {
+        self.tree_spacing_m
+    }
+
+    pub(crate) fn keys(&self, y_m: f64) -> Keys {
+        // A line a rounding error short of a border belongs behind it.
+        let floor = |value: f64| (value + 1e-9).floor() as i64;
+        let outline = floor(y_m / self.outline_m);
+        let slice = outline.div_euclid(self.outlines_per_slice);
+        let tree = self.slices_per_tree.map(|n| slice.div_euclid(n)).filter(|tree| *tree >= 0);
+        Keys { outline, slice, tree, metre: floor(y_m) }
+    }
+}
+
+/// Sums over one tree or metre.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cell {
+    pub(crate) index: i64,
+    pub(crate) scanned_m: f64,
+    /// The largest line weight in it: how far off its length the scanned metres of a whole cell may be.
+    pub(crate) longest_line_m: f64,
+    pub(crate) impacted_m2: f64,
+    pub(crate) contact_m2: f64,
+    pub(crate) volume_m3: f64,
+    pub(crate) height_m: Option<f64>,
+    pub(crate) returns: u64,
+}
+
+impl Cell {
+    pub(crate) fn add_line(&mut self, weight_m: f64, impacted_m2: f64, returns: u64) {
+        self.scanned_m += weight_m;
+        self.longest_line_m = self.longest_line_m.max(weight_m);
+        self.impacted_m2 += impacted_m2;
+        self.returns += returns;
+    }
+
+    /// True if `length_m` was scanned, but for what one line more or less makes.
+    pub(crate) fn complete(&self, length_m: f64) -> bool {
+        length_m - self.scanned_m <= self.longest_line_m + 1e-9
+    }
+}
+
+/// Cells in the order of travel, only those scanned, `max` at most.
+#[derive(Clone, Debug)]
+pub(crate) struct Cells {
+    list: Vec<Cell>,
+    max: usize,
+    dropped: bool,
+}
+
+impl Cells {
+    pub(crate) fn new(max: usize) -> Self {
+        Self { list: Vec::new(), max, dropped: false }
+    }
+
+    /// The cell with an index; new ones come in ascending order. None if there are too many, or it never was.
+    pub(crate) fn at(&mut self, index: i64) -> Option<&mut Cell> {
+        if self.list.last().is_none_or(|last| last.index < index) {
+            if self.list.len() >= self.max {
+                self.dropped = true;
+                return None;
+            }
+            self.list.push(Cell { index, ..Cell::default() });
+        }
+        self.list.iter_mut().rev().find(|cell| cell.index <= index).filter(|cell| cell.index == index)
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Cell> {
+        self.list.iter()
+    }
+
+    /// The most cells kept, if some were dropped.
+    pub(crate) fn dropped(&self) -> Option<usize> {
+        self.dropped.then_some(self.max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_nest_and_trees_begin_at_multiples_of_the_spacing() {
+        let cut = Cut::new(Some(1.2), 0.25);
+        assert!((cut.slice_m() - 0.24).abs() < 1e-12);
+        for tree in 0..2000i64 {
+            let border_m = tree as f64 * 1.2;
+            assert_eq!(cut.keys(border_m).tree, Some(tree));
+            assert_eq!(cut.keys(border_m + 1.1999).tree, Some(tree));
+        }
+        assert_eq!(cut.keys(-0.01).tree, None);
+        assert_eq!(cut.keys(-0.01).metre, -1);
+        assert_eq!(Cut::new(None, 0.25).keys(7.0).tree, None);
+    }
+
+    #[test]
+    fn only_so_many_cells_are_kept() {
+        let mut cells = Cells::new(2);
+        assert!(cells.at(5).is_some());
+        assert!(cells.at(9).is_some());
+        assert!(cells.at(5).is_some());
+        assert!(cells.at(7).is_none());
+        assert_eq!(cells.dropped(), None);
+        assert!(cells.at(10).is_none());
+        assert_eq!(cells.dropped(), Some(2));
+        assert_eq!(cells.iter().count(), 2);
+    }
+}
