@@ -1,5 +1,6 @@
 //! Frames out of byte streams: real, split, dirty and hostile ones.
 #![cfg(feature = "telegrams")]
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests
 
 mod facts;
 

@@ -4,9 +4,6 @@ use alloc::vec::Vec;
 
 use super::{COMMAND_LETTER, ETX, Probe, STX};
 
-/// STX and ETX.
-pub(super) const OVERHEAD: usize = 2;
-
 /// Judges the bytes from an STX on. The first `examined` bytes are known to hold no ETX and no further STX.
 pub(super) fn probe(bytes: &[u8], examined: usize, max_payload: usize) -> Probe {
     match bytes.get(1) {
@@ -41,9 +38,8 @@ fn find_mark(bytes: &[u8]) -> Option<usize> {
     None
 }
 
-pub(super) fn encode(payload: &[u8], out: &mut Vec<u8>) {
-    out.reserve(payload.len() + OVERHEAD);
+pub(super) fn encode_with(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     out.push(STX);
-    out.extend_from_slice(payload);
+    write(out);
     out.push(ETX);
 }

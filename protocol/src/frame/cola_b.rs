@@ -52,11 +52,16 @@ pub(super) fn probe(
     }
 }
 
-pub(super) fn encode(payload: &[u8], out: &mut Vec<u8>) {
-    out.reserve(payload.len() + OVERHEAD);
+pub(super) fn encode_with(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     out.extend_from_slice(&START);
-    // A payload of 4 GB does not exist; a length that lies would be refused by the checksum.
-    out.extend_from_slice(&u32::try_from(payload.len()).unwrap_or(u32::MAX).to_be_bytes());
-    out.extend_from_slice(payload);
-    out.push(checksum(payload));
+    let length_at = out.len();
+    out.extend_from_slice(&[0; 4]);
+    let payload_at = out.len();
+    write(out);
+    let payload = out.get(payload_at..).unwrap_or_default();
+    // A payload of 4 GB does not exist; a length that lies would be refused with the checksum.
+    let length = u32::try_from(payload.len()).unwrap_or(u32::MAX);
+    let sum = checksum(payload);
+    out.iter_mut().skip(length_at).zip(length.to_be_bytes()).for_each(|(to, from)| *to = from);
+    out.push(sum);
 }

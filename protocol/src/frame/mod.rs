@@ -58,9 +58,15 @@ impl fmt::Display for Dialect {
 ///
 /// A CoLa A payload must not hold STX or ETX; text made by the telegram writer never does.
 pub fn encode(dialect: Dialect, payload: &[u8], out: &mut Vec<u8>) {
+    out.reserve(payload.len() + cola_b::OVERHEAD);
+    encode_with(dialect, out, |out| out.extend_from_slice(payload));
+}
+
+/// Appends one frame around the payload that `write` appends, which is not copied again.
+pub fn encode_with(dialect: Dialect, out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     match dialect {
-        Dialect::A => cola_a::encode(payload, out),
-        Dialect::B => cola_b::encode(payload, out),
+        Dialect::A => cola_a::encode_with(out, write),
+        Dialect::B => cola_b::encode_with(out, write),
     }
 }
 

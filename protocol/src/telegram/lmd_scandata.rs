@@ -1,67 +1,132 @@
-//! `LMDscandata`: one mirror turn's measured values.
+//! `LMDscandata`: one mirror turn's measured values. `LMDscandatamon` (SOPAS ET's monitor) has the same body.
 
-use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::scan::Scan;
+use super::Variable;
+use super::wire::{Fields, FixedText, Reader, ShortString, WireError, Word, Writer, fields};
+use crate::scan::{EncoderReading, NO_ECHO, Scan};
 
-/// One mirror turn as the wire has it (telegram listing, "LMDscandata").
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LmdScandata {
-    /// Telegram version: 1, or 0 on an LMS511 V1.80.
-    pub version: u16,
-    /// Device number, mostly 1.
-    pub device_number: u16,
-    /// Serial number.
-    pub serial_number: u32,
-    /// Device status; `[0, 0]` is ok, a first byte of 1 an error, 2 a contamination warning, 4 a contamination error.
-    pub device_status: [u8; 2],
-    /// Counts telegrams; wraps.
-    pub telegram_counter: u16,
-    /// Counts mirror turns; wraps.
-    pub scan_counter: u16,
-    /// µs since power-up at the mirror's zero index; wraps.
-    pub scan_time_us: u32,
-    /// µs since power-up when the telegram was sent; wraps.
-    pub transmit_time_us: u32,
-    /// Digital inputs, bit 0 of the first byte is input 1.
-    pub inputs: [u8; 2],
-    /// Digital outputs, bit 0 of the first byte is output 1.
-    pub outputs: [u8; 2],
-    /// Layer angle on scanners with several layers, 1/100°; else 0.
-    pub layer_angle: i16,
-    /// Mirror turns, 1/100 Hz.
-    pub scan_frequency: u32,
-    /// Shots: 100 Hz, on newer MRS1000 firmware Hz.
-    pub measurement_frequency: u32,
-    /// Encoders.
-    pub encoders: Vec<Encoder>,
-    /// Channels of 16-bit values: DIST1…, RSSI1…, ANGL1…
-    pub channels16: Vec<Channel<u16>>,
-    /// Channels of 8-bit values: RSSI1…
-    pub channels8: Vec<Channel<u8>>,
+/// The monitor event with the same body.
+pub const MONITOR: &str = "LMDscandatamon";
+
+fields! {
+    /// One mirror turn as the wire has it (telegram listing, "LMDscandata").
+    pub struct LmdScandata {
+        /// Telegram version: 1, or 0 on an LMS511 V1.80.
+        pub version: u16,
+        /// Device number, mostly 1.
+        pub device_number: u16,
+        /// Serial number.
+        pub serial_number: u32,
+        /// Device status; `[0, 0]` is ok, a first byte of 1 an error, 2 a contamination warning, 4 a contamination error.
+        pub device_status: [u8; 2],
+        /// Counts telegrams; wraps.
+        pub telegram_counter: u16,
+        /// Counts mirror turns; wraps.
+        pub scan_counter: u16,
+        /// µs since power-up at the mirror's zero index; wraps after 71.6 minutes.
+        pub scan_time_us: u32,
+        /// µs since power-up when the telegram was sent; wraps.
+        pub transmit_time_us: u32,
+        /// Digital inputs, bit 0 of the first byte is input 1.
+        pub inputs: [u8; 2],
+        /// Digital outputs, bit 0 of the first byte is output 1.
+        pub outputs: [u8; 2],
+        /// Layer angle on scanners with several layers, 1/100°; else 0.
+        pub layer_angle: i16,
+        /// Mirror turns, 1/100 Hz.
+        pub scan_frequency: u32,
+        /// Shots, 100 Hz; on newer MRS1000 firmware Hz.
+        pub measurement_frequency: u32,
+        /// Encoders, 0 to 3.
+        pub encoders: Vec<Encoder>,
+        /// Channels of 16-bit values: DIST1…DIST5, RSSI1…, ANGL1.
+        pub channels16: Vec<Channel<u16>>,
+        /// Channels of 8-bit values: RSSI1….
+        pub channels8: Vec<Channel<u8>>,
+        /// Position block.
+        pub position: Option<Position>,
+        /// Device name.
+        pub name: Option<ShortString>,
+        /// Comment.
+        pub comment: Option<ShortString>,
+        /// Device date and time.
+        pub time: Option<DateTime>,
+        /// Event block; the order of its fields is not verified on a device.
+        pub event: Option<EventInfo>,
+    }
+
+    /// One encoder's reading.
+    #[derive(Copy, Eq)]
+    pub struct Encoder {
+        /// Ticks; wraps.
+        pub position: u32,
+        /// Ticks a millimetre.
+        pub speed: u16,
+    }
+
     /// Position block.
-    pub position: Option<Position>,
-    /// Device name.
-    pub name: Option<String>,
-    /// Comment.
-    pub comment: Option<String>,
-    /// Device date and time.
-    pub time: Option<DateTime>,
+    #[derive(Copy)]
+    pub struct Position {
+        /// Along X.
+        pub x: f32,
+        /// Along Y.
+        pub y: f32,
+        /// Along Z.
+        pub z: f32,
+        /// About X.
+        pub rotation_x: f32,
+        /// About Y.
+        pub rotation_y: f32,
+        /// About Z.
+        pub rotation_z: f32,
+        /// 0 none, 1 pitch, 2 roll, 3 free.
+        pub rotation_type: u8,
+    }
+
+    /// The device's calendar; a clock nobody set starts at 1970-01-01 00:00 with power-up.
+    #[derive(Copy, Eq)]
+    pub struct DateTime {
+        /// Year.
+        pub year: u16,
+        /// 1..=12.
+        pub month: u8,
+        /// 1..=31.
+        pub day: u8,
+        /// 0..=23.
+        pub hour: u8,
+        /// 0..=59.
+        pub minute: u8,
+        /// 0..=59.
+        pub second: u8,
+        /// 0..=999999.
+        pub microsecond: u32,
+    }
+
     /// Event block.
-    pub event: Option<EventInfo>,
+    #[derive(Copy, Eq)]
+    pub struct EventInfo {
+        /// What happened, mostly `FDIN`.
+        pub kind: FixedText<4>,
+        /// Encoder ticks.
+        pub encoder_position: u32,
+        /// µs since power-up.
+        pub time_us: u32,
+        /// Device angle, 1/10000°.
+        pub angle: i32,
+    }
 }
 
-/// A channel's five letters.
-#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, Debug)]
-pub struct ChannelName(pub [u8; 5]);
+impl Variable for LmdScandata {
+    const NAME: &'static str = "LMDscandata";
+}
 
 /// One channel: a value a beam.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel<T> {
-    /// What it holds.
-    pub name: ChannelName,
-    /// Value = raw × scale + offset.
+    /// What it holds: `DIST1`, `RSSI1`, … Unknown names are kept.
+    pub name: FixedText<5>,
+    /// Value = raw × scale + offset; millimetres for DIST.
     pub scale: f32,
     /// Value = raw × scale + offset.
     pub offset: f32,
@@ -73,78 +138,109 @@ pub struct Channel<T> {
     pub values: Vec<T>,
 }
 
-/// One encoder's reading.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Encoder {
-    /// Ticks.
-    pub position: u32,
-    /// Ticks a millimetre.
-    pub speed: u16,
-}
+impl<T: Word> Fields for Channel<T> {
+    fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), WireError> {
+        self.name.read(reader)?;
+        self.scale.read(reader)?;
+        self.offset.read(reader)?;
+        self.start_angle.read(reader)?;
+        self.step.read(reader)?;
+        reader.counted(&mut self.values)
+    }
 
-/// Position block.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Position {
-    /// Metres.
-    pub x: f32,
-    /// Metres.
-    pub y: f32,
-    /// Metres.
-    pub z: f32,
-    /// About X.
-    pub rotation_x: f32,
-    /// About Y.
-    pub rotation_y: f32,
-    /// About Z.
-    pub rotation_z: f32,
-    /// 0 none, 1 pitch, 2 roll, 3 free.
-    pub rotation_type: u8,
-}
-
-/// The device's calendar.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct DateTime {
-    /// Year.
-    pub year: u16,
-    /// 1..=12.
-    pub month: u8,
-    /// 1..=31.
-    pub day: u8,
-    /// 0..=23.
-    pub hour: u8,
-    /// 0..=59.
-    pub minute: u8,
-    /// 0..=59.
-    pub second: u8,
-    /// 0..=999999.
-    pub microsecond: u32,
-}
-
-/// Event block.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct EventInfo {
-    /// Mostly `FDIN`.
-    pub kind: [u8; 4],
-    /// Encoder ticks.
-    pub encoder_position: u32,
-    /// µs since power-up.
-    pub time_us: u32,
-    /// 1/10000°.
-    pub angle: i32,
+    fn write(&self, writer: &mut Writer<'_>) {
+        self.name.write(writer);
+        self.scale.write(writer);
+        self.offset.write(writer);
+        self.start_angle.write(writer);
+        self.step.write(writer);
+        writer.counted(&self.values);
+    }
 }
 
 /// A scan telegram without a DIST channel has no ranges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no DIST channel in the scan telegram ({channels} other channels)")]
+#[error("no DIST channel in the scan telegram ({channels} other channels); enable one with LMDscandatacfg")]
 pub struct NoDistance {
     /// Channels it has.
     pub channels: usize,
 }
 
+/// Raw distances up to this are no distances: 0 is no echo, 1..=15 are error codes (TiM scanners send 2).
+const LAST_ERROR_CODE: u16 = 15;
+/// Millimetres a metre.
+const MM_PER_M: f64 = 1000.0;
+/// Frequencies are in hundredths.
+const CENTI: f64 = 100.0;
+
 impl LmdScandata {
     /// What the telegram means, into `scan`, whose buffers are reused.
+    ///
+    /// Millimetres become metres here and nowhere else: range = (raw × scale + offset) / 1000. Remission comes from the RSSI
+    /// channel with the distance channel's digit, whether 8 or 16 bits wide.
     pub fn to_scan_into(&self, scan: &mut Scan) -> Result<(), NoDistance> {
-        let _ = scan;
-        Err(NoDistance { channels: self.channels16.len() + self.channels8.len() })
+        let distances = || self.channels16.iter().filter(|channel| channel.name.0.starts_with(b"DIST"));
+        let Some(first) = distances().next() else {
+            return Err(NoDistance { channels: self.channels16.len() + self.channels8.len() });
+        };
+        scan.serial_number = self.serial_number;
+        scan.telegram_counter = self.telegram_counter;
+        scan.scan_counter = self.scan_counter;
+        scan.scan_time_us = self.scan_time_us;
+        scan.transmit_time_us = self.transmit_time_us;
+        scan.scan_frequency_hz = f64::from(self.scan_frequency) / CENTI;
+        scan.beams.start = first.start_angle;
+        scan.beams.step = first.step;
+        scan.beams.count = first.values.len().min(usize::from(u16::MAX)) as u16;
+        let beams = scan.beams.len();
+        scan.echoes.resize_with(distances().count(), Default::default);
+        for (echo, distance) in scan.echoes.iter_mut().zip(distances()) {
+            distance.ranges_into(&mut echo.range_m);
+            echo.range_m.resize(beams, NO_ECHO);
+            echo.remission.clear();
+            if self.remission_into(distance.name, &mut echo.remission) {
+                echo.remission.resize(beams, 0);
+            }
+        }
+        scan.encoders.clear();
+        let readings =
+            self.encoders.iter().map(|e| EncoderReading { position_ticks: e.position, speed: e.speed });
+        scan.encoders.extend(readings);
+        scan.device_name.clear();
+        scan.device_name.push_str(self.name.as_deref().unwrap_or_default());
+        Ok(())
+    }
+
+    /// Appends the remission that belongs to a distance channel; false if there is none.
+    fn remission_into(&self, distance: FixedText<5>, remission: &mut Vec<u16>) -> bool {
+        let name = remission_of(distance);
+        if let Some(channel) = self.channels16.iter().find(|channel| channel.name == name) {
+            remission.extend_from_slice(&channel.values);
+            return true;
+        }
+        let Some(channel) = self.channels8.iter().find(|channel| channel.name == name) else {
+            return false;
+        };
+        remission.extend(channel.values.iter().copied().map(u16::from));
+        true
+    }
+}
+
+/// `DISTn` to `RSSIn`.
+fn remission_of(distance: FixedText<5>) -> FixedText<5> {
+    let [.., digit] = distance.0;
+    let [r, s, s2, i] = *b"RSSI";
+    FixedText([r, s, s2, i, digit])
+}
+
+impl Channel<u16> {
+    fn ranges_into(&self, range_m: &mut Vec<f64>) {
+        let scale = f64::from(self.scale);
+        let offset = f64::from(self.offset);
+        range_m.clear();
+        range_m.extend(self.values.iter().map(|&raw| {
+            let range = (f64::from(raw) * scale + offset) / MM_PER_M;
+            if raw > LAST_ERROR_CODE && range >= 0.0 { range } else { NO_ECHO }
+        }));
     }
 }

@@ -1,0 +1,16 @@
+//! `ODoprh`: operating hours.
+
+use super::Variable;
+use super::wire::fields;
+
+fields! {
+    /// Time the scanner has been on.
+    pub struct OperatingHours {
+        /// Tenths of an hour.
+        pub tenths: u32,
+    }
+}
+
+impl Variable for OperatingHours {
+    const NAME: &'static str = "ODoprh";
+}

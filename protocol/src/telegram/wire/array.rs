@@ -1,0 +1,172 @@
+//! Arrays of measured values: the bulk of every scan telegram, so both dialects have a fast path.
+
+use alloc::vec::Vec;
+
+use super::error::{Found, WireError};
+use super::reader::Reader;
+use super::writer::{Writer, push_hex};
+use crate::frame::Dialect;
+
+/// A channel's raw value: 8 or 16 bits wide.
+pub trait Word: Copy + Default + Into<u16> + sealed::Sealed {
+    /// Bytes on the wire.
+    const BYTES: usize;
+
+    /// From the low bits of a number that is known to fit.
+    fn from_low(value: u32) -> Self;
+    /// Appends big-endian bytes as values.
+    fn extend_from_be(out: &mut Vec<Self>, bytes: &[u8]);
+    /// Appends values as big-endian bytes.
+    fn extend_be(values: &[Self], out: &mut Vec<u8>);
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for u8 {}
+    impl Sealed for u16 {}
+}
+
+impl Word for u8 {
+    const BYTES: usize = 1;
+
+    fn from_low(value: u32) -> Self {
+        value as Self
+    }
+
+    fn extend_from_be(out: &mut Vec<Self>, bytes: &[u8]) {
+        out.extend_from_slice(bytes);
+    }
+
+    fn extend_be(values: &[Self], out: &mut Vec<u8>) {
+        out.extend_from_slice(values);
+    }
+}
+
+impl Word for u16 {
+    const BYTES: usize = 2;
+
+    fn from_low(value: u32) -> Self {
+        value as Self
+    }
+
+    fn extend_from_be(out: &mut Vec<Self>, bytes: &[u8]) {
+        let (pairs, _) = bytes.as_chunks();
+        out.extend(pairs.iter().map(|pair| Self::from_be_bytes(*pair)));
+    }
+
+    fn extend_be(values: &[Self], out: &mut Vec<u8>) {
+        out.extend(values.iter().flat_map(|value| value.to_be_bytes()));
+    }
+}
+
+/// No digit.
+const NONE: u8 = 0xFF;
+
+/// What a character is worth as a hex digit.
+static HEX: [u8; 256] = {
+    let mut table = [NONE; 256];
+    let mut digit = 0;
+    while digit < 16 {
+        table[b"0123456789ABCDEF"[digit] as usize] = digit as u8;
+        table[b"0123456789abcdef"[digit] as usize] = digit as u8;
+        digit += 1;
+    }
+    table
+};
+
+impl Reader<'_> {
+    /// A u16 count and that many values, into `values`, whose buffer is reused.
+    pub fn counted<T: Word>(&mut self, values: &mut Vec<T>) -> Result<(), WireError> {
+        let count = usize::from(self.u16()?);
+        values.clear();
+        match self.dialect() {
+            Dialect::B => {
+                let bytes = self.take(count * T::BYTES, "as many values as the count says")?;
+                values.reserve(count);
+                T::extend_from_be(values, bytes);
+                Ok(())
+            }
+            Dialect::A => {
+                // A value takes two characters at least: a false count cannot ask for more memory than the frame's own.
+                if count * 2 > self.rest().len() {
+                    return Err(self.error("as many values as the count says", Found::End));
+                }
+                values.reserve(count);
+                self.text_values(count, values)
+            }
+        }
+    }
+
+    fn text_values<T: Word>(&mut self, count: usize, values: &mut Vec<T>) -> Result<(), WireError> {
+        let mut left = count;
+        while left > 0 {
+            let (read, len) = plain_values(self.rest(), left, values);
+            self.advance(len);
+            left -= read;
+            if left > 0 {
+                // Signs, leading zeros, errors and the last token, which no blank ends.
+                let value = if T::BYTES == 1 { self.number::<1>()? } else { self.number::<2>()? };
+                values.push(T::from_low(value));
+                left -= 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads up to `count` tokens of one to `2 * BYTES` hex digits, each led and followed by a blank. Gives how many, and
+/// how many bytes they took.
+fn plain_values<T: Word>(bytes: &[u8], count: usize, values: &mut Vec<T>) -> (usize, usize) {
+    let mut read = 0;
+    let mut at = 0;
+    while read < count {
+        let Some((&[b' ', a, b, c, d, e], _)) =
+            bytes.get(at..).and_then(|rest| rest.split_first_chunk::<6>())
+        else {
+            break;
+        };
+        let hex = |character: u8| HEX.get(usize::from(character)).copied().unwrap_or(NONE);
+        let mut value = u32::from(hex(a));
+        let mut bad = hex(a);
+        let mut digits = 1;
+        for next in [b, c, d] {
+            if next == b' ' || digits == 2 * T::BYTES {
+                break;
+            }
+            value = value << 4 | u32::from(hex(next));
+            bad |= hex(next);
+            digits += 1;
+        }
+        let after = [b, c, d, e].get(digits - 1).copied().unwrap_or_default();
+        if bad > 0xF || after != b' ' {
+            break;
+        }
+        values.push(T::from_low(value));
+        at += 1 + digits;
+        read += 1;
+    }
+    (read, at)
+}
+
+impl Writer<'_> {
+    /// A u16 count and the values. No channel has more than 65535; what is beyond is left out.
+    pub fn counted<T: Word>(&mut self, values: &[T]) {
+        let values = values.get(..usize::from(u16::MAX)).unwrap_or(values);
+        self.u16(values.len() as u16);
+        let dialect = self.dialect();
+        let out = self.raw();
+        match dialect {
+            Dialect::B => {
+                out.reserve(values.len() * T::BYTES);
+                T::extend_be(values, out);
+            }
+            Dialect::A => {
+                out.reserve(values.len() * (1 + 2 * T::BYTES));
+                for &value in values {
+                    out.push(b' ');
+                    push_hex(out, u32::from(value.into()));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Reads fields in either dialect.
+
+use super::error::{Excerpt, Found, WireError};
+use crate::frame::Dialect;
+
+/// Reads a telegram's arguments, front to back.
+#[derive(Clone, Debug)]
+pub struct Reader<'a> {
+    dialect: Dialect,
+    bytes: &'a [u8],
+    at: usize,
+}
+
+/// An unsigned number of up to 32 bits, by its width on the wire.
+const WIDTH_ERROR: [&str; 5] =
+    ["nothing", "an 8-bit number", "a 16-bit number", "a 24-bit number", "a 32-bit number"];
+
+impl<'a> Reader<'a> {
+    /// A reader over a telegram's arguments (what follows the blank after the name).
+    pub fn new(dialect: Dialect, arguments: &'a [u8]) -> Self {
+        Self { dialect, bytes: arguments, at: 0 }
+    }
+
+    /// How numbers look.
+    pub fn dialect(&self) -> Dialect {
+        self.dialect
+    }
+
+    /// Bytes not read yet.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
+    }
+
+    /// Nothing may follow. A trailing blank is forgiven in text.
+    pub fn end(&self) -> Result<(), WireError> {
+        match (self.dialect, self.rest()) {
+            (_, []) | (Dialect::A, [b' ']) => Ok(()),
+            (_, rest) => Err(self.error("the end", Found::Extra(rest.len()))),
+        }
+    }
+
+    /// An 8-bit number.
+    pub fn u8(&mut self) -> Result<u8, WireError> {
+        self.number::<1>().map(|value| value as u8)
+    }
+
+    /// A 16-bit number.
+    pub fn u16(&mut self) -> Result<u16, WireError> {
+        self.number::<2>().map(|value| value as u16)
+    }
+
+    /// A 32-bit number.
+    pub fn u32(&mut self) -> Result<u32, WireError> {
+        self.number::<4>()
+    }
+
+    /// `len` raw characters: a token of its own in text, which may be shorter there.
+    pub fn fixed(&mut self, len: usize) -> Result<&'a [u8], WireError> {
+        match self.dialect {
+            Dialect::B => self.take(len, "a text"),
+            Dialect::A => {
+                let at = self.at;
+                let token = self.token("a text")?;
+                if token.len() > len {
+                    return Err(WireError {
+                        expected: "a text",
+                        found: Found::TooLarge(Excerpt::of(token)),
+                        at,
+                    });
+                }
+                Ok(token)
+            }
+        }
+    }
+
+    /// `len` characters whose length has been read.
+    pub fn text(&mut self, len: usize) -> Result<&'a [u8], WireError> {
+        if self.dialect == Dialect::A && len > 0 {
+            self.separator();
+        }
+        self.take(len, "a text")
+    }
+
+    pub(super) fn at(&self) -> usize {
+        self.at
+    }
+
+    pub(super) fn advance(&mut self, bytes: usize) {
+        self.at += bytes;
+    }
+
+    pub(super) fn error(&self, expected: &'static str, found: Found) -> WireError {
+        WireError { expected, found, at: self.at }
+    }
+
+    pub(super) fn take(&mut self, len: usize, expected: &'static str) -> Result<&'a [u8], WireError> {
+        let taken = self.rest().get(..len).ok_or_else(|| self.error(expected, Found::End))?;
+        self.at += len;
+        Ok(taken)
+    }
+
+    /// A number that takes `BYTES` bytes in binary.
+    pub(super) fn number<const BYTES: usize>(&mut self) -> Result<u32, WireError> {
+        let expected = WIDTH_ERROR.get(BYTES).copied().unwrap_or("a number");
+        match self.dialect {
+            Dialect::B => {
+                let bytes = self.take(BYTES, expected)?;
+                Ok(bytes.iter().fold(0, |value, byte| value << 8 | u32::from(*byte)))
+            }
+            Dialect::A => {
+                let token = self.token(expected)?;
+                let at = self.at - token.len();
+                parse(token, BYTES).map_err(|found| WireError { expected, found, at })
+            }
+        }
+    }
+
+    fn separator(&mut self) {
+        // The blank before the first token belongs to the telegram's name.
+        if self.at > 0 && self.rest().first() == Some(&b' ') {
+            self.at += 1;
+        }
+    }
+
+    fn token(&mut self, expected: &'static str) -> Result<&'a [u8], WireError> {
+        self.separator();
+        let rest = self.rest();
+        let len = rest.iter().position(|&b| b == b' ').unwrap_or(rest.len());
+        match rest.get(..len) {
+            Some(token) if len > 0 => {
+                self.at += len;
+                Ok(token)
+            }
+            _ => Err(self.error(expected, Found::End)),
+        }
+    }
+}
+
+/// A text number into two's complement of `bytes` bytes.
+fn parse(token: &[u8], bytes: usize) -> Result<u32, Found> {
+    let bits = bytes as u32 * 8;
+    let (negative, radix, digits) = match token {
+        [b'+', digits @ ..] => (false, 10, digits),
+        [b'-', digits @ ..] => (true, 10, digits),
+        digits => (false, 16, digits),
+    };
+    if digits.is_empty() {
+        return Err(Found::Text(Excerpt::of(token)));
+    }
+    let mut value = 0u64;
+    for &digit in digits {
+        let digit = char::from(digit).to_digit(radix).ok_or_else(|| Found::Text(Excerpt::of(token)))?;
+        value = value * u64::from(radix) + u64::from(digit);
+        if value >> bits != 0 {
+            return Err(Found::TooLarge(Excerpt::of(token)));
+        }
+    }
+    if negative {
+        if value > 1 << (bits - 1) {
+            return Err(Found::TooLarge(Excerpt::of(token)));
+        }
+        value = value.wrapping_neg() & ((1 << bits) - 1);
+    }
+    Ok(value as u32)
+}
