@@ -1,1 +1,32 @@
-//! Placeholder while the house is being built.
+//! Virtual orchards: how trees grow, where every leaf and branch is, what a laser scanner sees of them, and the exact
+//! leaf area the scan should be turned back into.
+//!
+//! The way through the crate: a [`Scene`] (a TOML file, or one of the [`builtin`] ones) names an orchard and a rig;
+//! [`Orchard::grow`] grows it; [`Orchard::truth`] says what is there; [`Caster::cast`] says what the beams of one
+//! mirror turn meet; [`optics::measure`] says what the scanner makes of that.
+//!
+//! Scene frame: X across the row from the scanner into the vegetation, Y along the row (travel), Z up; metres. The axis
+//! of the first row is X = 0, the ground is Z = 0. θ is measured from +X, positive up.
+//!
+//! The crate does no I/O, reads no clock and keeps no global state. The same scene and seed give the same bytes on any
+//! machine and any number of threads: random streams are keyed ([`seed`]), elementary functions come from `libm`.
+
+pub mod builtin;
+pub mod caster;
+pub mod growth;
+pub mod optics;
+pub mod orchard;
+pub mod organ;
+pub mod parameters;
+mod polygon;
+pub mod scene;
+pub mod seed;
+pub mod trajectory;
+mod truth;
+
+pub use caster::{BeamFan, Caster, Class, Return, Scratch};
+pub use growth::GrowError;
+pub use orchard::{Orchard, OrchardParameters};
+pub use organ::{Cylinder, Leaf, OrganError, Tree};
+pub use scene::{Scene, SceneError};
+pub use truth::{HeightBand, RowSlab, TreeTruth, Truth, TruthGrid};

@@ -1,0 +1,55 @@
+//! What a beam came back from.
+
+/// What kind of surface a beam met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Class {
+    /// A leaf blade.
+    Leaf,
+    /// A branch or trunk.
+    Wood,
+    /// The plane Z = 0.
+    Ground,
+    /// Nothing: the beam escaped.
+    #[default]
+    None,
+}
+
+/// What one beam met first, with its truth labels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Return {
+    /// Distance along the beam, metres; infinite where it met nothing.
+    pub range_m: f64,
+    /// What it met.
+    pub class: Class,
+    /// Number of the tree in [`crate::Orchard::trees`]; [`Return::NO_LABEL`] for ground and misses.
+    pub tree: u32,
+    /// Number of the leaf or branch within its tree; [`Return::NO_LABEL`] for ground and misses.
+    pub organ: u32,
+    /// |beam · surface normal| there; 0 for a miss.
+    pub cos_incidence: f32,
+}
+
+impl Return {
+    /// Label of what belongs to no tree.
+    pub const NO_LABEL: u32 = u32::MAX;
+
+    /// A beam that met nothing.
+    pub const MISS: Self = Self {
+        range_m: f64::INFINITY,
+        class: Class::None,
+        tree: Self::NO_LABEL,
+        organ: Self::NO_LABEL,
+        cos_incidence: 0.0,
+    };
+
+    /// True where something was met.
+    pub fn is_hit(&self) -> bool {
+        self.class != Class::None
+    }
+}
+
+impl Default for Return {
+    fn default() -> Self {
+        Self::MISS
+    }
+}

@@ -1,0 +1,37 @@
+//! The shady index: how much of the sphere around a leaf other leaves hide.
+
+use crate::parameters::choices;
+
+choices! {
+    /// Half-lines that shade is counted on: bearing every 45°, elevation every 15°.
+    pub enum RaySet {
+        /// The 90 distinct directions of the whole sphere.
+        Distinct90 = "distinct90",
+        /// Both loops with both ends: 9 × 13, doubles counted.
+        Literal117 = "literal117",
+        /// Bearings distinct, 8 × 13: each pole eight times.
+        Literal104 = "literal104",
+        /// The 49 distinct directions at or above the horizon.
+        Upper49 = "upper49",
+    }
+}
+
+choices! {
+    /// Weight of a half-line.
+    pub enum RayWeight {
+        /// All alike.
+        Count = "count",
+        /// By the solid angle it stands for: the cosine of the elevation, at the poles the cap.
+        Cos = "cos",
+    }
+}
+
+choices! {
+    /// Whose leaves shade.
+    pub enum ShadeScope {
+        /// The tree's own.
+        Tree = "tree",
+        /// Those of all trees, each once (no repetition of the row).
+        Orchard = "orchard",
+    }
+}

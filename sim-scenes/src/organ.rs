@@ -1,0 +1,175 @@
+//! What an orchard is made of: leaves (plane polygons), wood (finite cylinders), trees that own them.
+
+use glam::DVec3;
+
+use crate::polygon;
+
+/// One leaf blade: a plane, simple, closed polygon. It need not be convex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaf {
+    outline: Box<[[f64; 3]]>,
+    normal: [f64; 3],
+    area_m2: f64,
+}
+
+impl Leaf {
+    /// A leaf from its outline (metres, scene frame; the last vertex joins the first).
+    ///
+    /// # Errors
+    /// Fewer than three vertices, a coordinate that is not a number, or an outline that encloses no area.
+    pub fn new(outline: impl Into<Box<[[f64; 3]]>>) -> Result<Self, OrganError> {
+        let outline = outline.into();
+        if outline.len() < 3 {
+            return Err(OrganError::TooFewVertices { found: outline.len() });
+        }
+        if outline.iter().flatten().any(|c| !c.is_finite()) {
+            return Err(OrganError::NotFinite);
+        }
+        let vector_area = polygon::vector_area(&outline);
+        let area_m2 = vector_area.length();
+        match vector_area.try_normalize() {
+            Some(normal) if area_m2 > 0.0 => Ok(Self { outline, normal: normal.to_array(), area_m2 }),
+            _ => Err(OrganError::NoArea),
+        }
+    }
+
+    /// The vertices in order, metres.
+    pub fn outline(&self) -> &[[f64; 3]] {
+        &self.outline
+    }
+
+    /// Unit normal; right-handed about the outline.
+    pub fn normal(&self) -> [f64; 3] {
+        self.normal
+    }
+
+    /// One-sided area, m², computed from the polygon.
+    pub fn area_m2(&self) -> f64 {
+        self.area_m2
+    }
+
+    /// Mean of the vertices weighted by area: the polygon's centroid.
+    pub fn centroid(&self) -> [f64; 3] {
+        polygon::centroid(&self.outline).to_array()
+    }
+
+    /// The same leaf elsewhere.
+    #[must_use]
+    pub fn translated(&self, by: [f64; 3]) -> Self {
+        let moved = self.outline.iter().map(|v| (DVec3::from_array(*v) + DVec3::from_array(by)).to_array());
+        Self { outline: moved.collect(), ..*self }
+    }
+}
+
+/// One piece of wood: a straight cylinder with flat ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    base: [f64; 3],
+    tip: [f64; 3],
+    radius_m: f64,
+}
+
+impl Cylinder {
+    /// A cylinder from the middles of its two ends (metres, scene frame) and its radius (metres).
+    ///
+    /// # Errors
+    /// A coordinate that is not a number, ends that coincide, or a radius that is not a positive number.
+    pub fn new(base: [f64; 3], tip: [f64; 3], radius_m: f64) -> Result<Self, OrganError> {
+        if base.iter().chain(&tip).any(|c| !c.is_finite()) {
+            return Err(OrganError::NotFinite);
+        }
+        if !(radius_m.is_finite() && radius_m > 0.0) {
+            return Err(OrganError::Radius { found: radius_m });
+        }
+        let cylinder = Self { base, tip, radius_m };
+        if cylinder.length_m() > 0.0 { Ok(cylinder) } else { Err(OrganError::NoLength) }
+    }
+
+    /// Middle of the lower (older) end, metres.
+    pub fn base(&self) -> [f64; 3] {
+        self.base
+    }
+
+    /// Middle of the upper (younger) end, metres.
+    pub fn tip(&self) -> [f64; 3] {
+        self.tip
+    }
+
+    /// Radius, metres.
+    pub fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
+    /// Distance between the ends, metres.
+    pub fn length_m(&self) -> f64 {
+        DVec3::from_array(self.base).distance(DVec3::from_array(self.tip))
+    }
+
+    /// Lateral surface without the ends, m².
+    pub fn area_m2(&self) -> f64 {
+        2.0 * std::f64::consts::PI * self.radius_m * self.length_m()
+    }
+
+    /// The same cylinder elsewhere.
+    #[must_use]
+    pub fn translated(&self, by: [f64; 3]) -> Self {
+        let shift = |p: [f64; 3]| (DVec3::from_array(p) + DVec3::from_array(by)).to_array();
+        Self { base: shift(self.base), tip: shift(self.tip), radius_m: self.radius_m }
+    }
+}
+
+/// A tree: what grows at one place of the row. A gap in the row is a tree without organs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tree {
+    /// Its blades; the place in this list is the leaf's id.
+    pub leaves: Vec<Leaf>,
+    /// Its branches; the place in this list is the branch's id.
+    pub wood: Vec<Cylinder>,
+}
+
+impl Tree {
+    /// One-sided area of all leaves, m².
+    pub fn leaf_area_m2(&self) -> f64 {
+        self.leaves.iter().map(Leaf::area_m2).sum()
+    }
+
+    /// Lateral surface of all wood, m².
+    pub fn wood_area_m2(&self) -> f64 {
+        self.wood.iter().map(Cylinder::area_m2).sum()
+    }
+
+    /// The same tree elsewhere.
+    #[must_use]
+    pub fn translated(&self, by: [f64; 3]) -> Self {
+        Self {
+            leaves: self.leaves.iter().map(|leaf| leaf.translated(by)).collect(),
+            wood: self.wood.iter().map(|piece| piece.translated(by)).collect(),
+        }
+    }
+}
+
+/// Why an outline is no leaf, or two points and a radius no branch.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum OrganError {
+    /// A polygon has three vertices or more.
+    #[error("a leaf outline needs 3 vertices or more, found {found}")]
+    TooFewVertices {
+        /// Vertices given.
+        found: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("a coordinate is not a finite number")]
+    NotFinite,
+    /// All vertices lie on a line.
+    #[error("the leaf outline encloses no area")]
+    NoArea,
+    /// Both ends are the same point.
+    #[error("the two ends of a branch coincide")]
+    NoLength,
+    /// The radius cannot be one.
+    #[error("the radius of a branch must be a positive number of metres, found {found}")]
+    Radius {
+        /// Metres.
+        found: f64,
+    },
+}

@@ -1,0 +1,125 @@
+//! How parameters are declared: once, in a table that gives the struct, its overrides, and the documentation.
+
+mod source;
+
+pub use source::Source;
+
+/// One line of a parameter table, for documentation and `--explain`.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ParameterDoc {
+    /// The key in a scene file.
+    pub key: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Value in force.
+    pub value: String,
+    /// Unit, or the kind of value where it has none.
+    pub unit: &'static str,
+    /// Where the default comes from, and the alternatives.
+    pub reason: &'static str,
+}
+
+/// A parameter that cannot be what it is.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{key} must be {expected}, found {found}")]
+pub struct ParameterError {
+    /// Full key, such as `orchard.tree.iterations`.
+    pub key: String,
+    /// What may stand there.
+    pub expected: String,
+    /// What stands there.
+    pub found: String,
+}
+
+impl ParameterError {
+    /// Key, what was expected, what was found.
+    pub fn new(key: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
+        Self { key: key.into(), expected: expected.into(), found: found.to_string() }
+    }
+}
+
+/// `Ok` if `holds`, else the error.
+pub(crate) fn require(
+    holds: bool,
+    key: &str,
+    expected: &str,
+    found: impl ToString,
+) -> Result<(), ParameterError> {
+    if holds { Ok(()) } else { Err(ParameterError::new(key, expected, found)) }
+}
+
+/// Declares a table of parameters. Gives the struct with all values (`Default` = the table), the struct of overrides
+/// (every value optional: what a scene file may hold), `Overrides::over(base)`, and `table()` for documentation.
+macro_rules! parameters {
+    (
+        $(#[$meta:meta])* pub struct $name:ident;
+        $(#[$overrides_meta:meta])* pub overrides $overrides:ident;
+        $( $(#[doc = $doc:literal])+ $key:ident: $type:ty = $default:expr, $unit:literal, $reason:literal; )+
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct $name { $( $(#[doc = $doc])+ pub $key: $type, )+ }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $( $key: $default, )+ }
+            }
+        }
+
+        $(#[$overrides_meta])*
+        #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $overrides {
+            $( $(#[doc = $doc])+ #[serde(skip_serializing_if = "Option::is_none")] pub $key: Option<$type>, )+
+        }
+
+        impl $overrides {
+            /// `base` with everything replaced that is set here.
+            #[must_use]
+            pub fn over(&self, base: $name) -> $name {
+                $name { $( $key: self.$key.clone().unwrap_or(base.$key), )+ }
+            }
+        }
+
+        impl $name {
+            /// Every parameter with its value here, in the order of the declaration.
+            pub fn table(&self) -> Vec<$crate::parameters::ParameterDoc> {
+                vec![ $( $crate::parameters::ParameterDoc {
+                    key: stringify!($key),
+                    meaning: concat!($($doc),+).trim_start(),
+                    value: self.$key.to_string(),
+                    unit: $unit,
+                    reason: $reason,
+                }, )+ ]
+            }
+        }
+    };
+}
+pub(crate) use parameters;
+
+/// Declares a plain enum whose variants have names in a scene file. Gives serde, `Display` and `NAMES`.
+macro_rules! choices {
+    (
+        $(#[$meta:meta])* pub enum $name:ident {
+            $( $(#[$variant_meta:meta])* $variant:ident = $text:literal, )+
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        pub enum $name { $( $(#[$variant_meta])* #[serde(rename = $text)] $variant, )+ }
+
+        impl $name {
+            /// The names that stand for the variants in a scene file.
+            pub const NAMES: &'static [&'static str] = &[$( $text, )+];
+            /// All variants, in the order of [`Self::NAMES`].
+            pub const ALL: &'static [Self] = &[$( Self::$variant, )+];
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(match self { $( Self::$variant => $text, )+ })
+            }
+        }
+    };
+}
+pub(crate) use choices;

@@ -1,0 +1,78 @@
+//! A scene: an orchard and the rig that drives past it.
+
+use rowscan_protocol::rig::{Rig, RigError};
+use serde::{Deserialize, Serialize};
+
+use crate::orchard::OrchardParameters;
+use crate::parameters::ParameterError;
+
+/// The scene file format this crate reads.
+pub const VERSION: u32 = 1;
+
+/// A scene file. Unknown keys are refused.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Format of the file: [`VERSION`].
+    pub version: u32,
+    /// What to call it.
+    #[serde(default)]
+    pub name: String,
+    /// Every random number of the scene follows from this.
+    #[serde(default = "default_seed")]
+    pub seed: u64,
+    /// What grows there.
+    #[serde(default)]
+    pub orchard: OrchardParameters,
+    /// What drives past; spacings and number of trees left out here are the orchard's, see [`Scene::resolved_rig`].
+    #[serde(default)]
+    pub rig: Rig,
+}
+
+fn default_seed() -> u64 {
+    1
+}
+
+impl Scene {
+    /// The rig with tree spacing, row spacing and number of trees filled in from the orchard where it leaves them out.
+    pub fn resolved_rig(&self) -> Rig {
+        let layout = self.orchard.layout();
+        let rig = self.rig.clone();
+        Rig {
+            tree_spacing_m: rig.tree_spacing_m.or(Some(layout.tree_spacing_m)),
+            row_spacing_m: rig.row_spacing_m.or(Some(layout.row_spacing_m)),
+            trees: rig.trees.or(Some(layout.trees)),
+            ..rig
+        }
+    }
+
+    /// Refuses values no scene could be made of.
+    ///
+    /// # Errors
+    /// The first key without meaning, with what was expected and found.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        if self.version != VERSION {
+            return Err(SceneError::Version { found: self.version });
+        }
+        self.orchard.validate()?;
+        self.resolved_rig().validate()?;
+        Ok(())
+    }
+}
+
+/// Why a scene cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// A format that this program does not know.
+    #[error("version must be {VERSION}, found {found}")]
+    Version {
+        /// What stands there.
+        found: u32,
+    },
+    /// A value in `[orchard]`.
+    #[error(transparent)]
+    Orchard(#[from] ParameterError),
+    /// A value in `[rig]`.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+}
