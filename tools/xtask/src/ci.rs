@@ -2,45 +2,39 @@
 
 use std::process::ExitCode;
 
-use crate::steps::{Outcome, Steps};
+use crate::steps::{self, Outcome, Step};
 use crate::workspace::Workspace;
 use crate::{layering, licences, lint, python, readme, rust_tests, shell};
 
-/// Steps that are one cargo command.
-const CARGO_STEPS: &[(&str, &[&str])] = &[
-    ("format", &["fmt", "--all", "--check"]),
-    ("clippy", &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
-    ("documentation", &["doc", "--workspace", "--no-deps"]),
-    ("driver and canopy without sim-scenes", &["check", "-p", "rowscan-driver", "-p", "rowscan-canopy"]),
-    ("protocol without default features", &["check", "-p", "rowscan-protocol", "--no-default-features"]),
+/// Every step, quick ones first.
+const STEPS: &[Step] = &[
+    Step::new("invariants", |workspace| Outcome::from_result(lint::check(workspace))),
+    Step::new("layering", |workspace| Outcome::from_result(layering::check(workspace))),
+    Step::new("licences", |workspace| Outcome::from_result(licences::check(workspace))),
+    Step::new("format", |workspace| cargo(workspace, &["fmt", "--all", "--check"])),
+    Step::new("clippy", |workspace| {
+        cargo(workspace, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])
+    }),
+    Step::new("documentation", |workspace| cargo(workspace, &["doc", "--workspace", "--no-deps"])),
+    // Delete sim-scenes: driver and canopy still build. Nor does the base of the protocol need the telegrams.
+    Step::new("without-scenes", |workspace| {
+        cargo(workspace, &["check", "-p", "rowscan-driver", "-p", "rowscan-canopy"])
+    }),
+    Step::new("bare-protocol", |workspace| {
+        cargo(workspace, &["check", "-p", "rowscan-protocol", "--no-default-features"])
+    }),
+    Step::new("tests", rust_tests::run),
+    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
+    Step::new("readme", readme::run),
+    Step::new("python", python::run),
 ];
 
-/// Runs every step, also after a failed one.
+/// Runs every step, also after a failed one; or those named in `arguments` only.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
-    if let Some(argument) = arguments.first() {
-        eprintln!("xtask ci: takes no argument, got `{argument}`");
-        return ExitCode::from(2);
-    }
-    let mut steps = Steps::default();
-    steps.run("invariants", || Outcome::from_result(lint::check(workspace)));
-    steps.run("layering", || Outcome::from_result(layering::check(workspace)));
-    steps.run("licences", || Outcome::from_result(licences::check(workspace)));
-    for (name, arguments) in CARGO_STEPS {
-        steps.run(name, || {
-            let mut cargo = workspace.cargo(arguments);
-            Outcome::from_result(shell::run(cargo.env("RUSTDOCFLAGS", "-D warnings")))
-        });
-    }
-    steps.run("tests", || rust_tests::run(workspace));
-    let mut built = Ok(());
-    steps.run("release build", || {
-        built = shell::run(&mut workspace.cargo(&["build", "--release", "-p", "rowscan"]));
-        Outcome::from_result(built.clone())
-    });
-    let with_binary = |step: fn(&Workspace) -> Outcome| {
-        if built.is_ok() { step(workspace) } else { Outcome::Skipped("the binary did not build".to_owned()) }
-    };
-    steps.run("README", || with_binary(readme::run));
-    steps.run("Python clients", || with_binary(python::run));
-    steps.close()
+    steps::run(workspace, STEPS, arguments)
+}
+
+fn cargo(workspace: &Workspace, arguments: &[&str]) -> Outcome {
+    let mut cargo = workspace.cargo(arguments);
+    Outcome::from_result(shell::run(cargo.env("RUSTDOCFLAGS", "-D warnings")))
 }

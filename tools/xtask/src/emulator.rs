@@ -25,14 +25,15 @@ pub struct Emulator {
 impl Emulator {
     /// Starts the built-in scene and waits for the listening line.
     pub fn start(workspace: &Workspace, extra: &[&str]) -> Result<Self, String> {
-        let child = Command::new(workspace.binary())
+        let binary = workspace.built_binary()?;
+        let child = Command::new(&binary)
             .args(["emulate", "--tcp", "127.0.0.1:0", "--format", "jsonl"])
             .args(extra)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .process_group(0)
             .spawn()
-            .map_err(|error| format!("cannot start {}: {error}", workspace.binary().display()))?;
+            .map_err(|error| format!("cannot start {}: {error}", binary.display()))?;
         let mut emulator = Self { child, tcp: String::new() };
         let lines = shell::stdout_lines(&mut emulator.child)?;
         let end = Instant::now() + START_LIMIT;

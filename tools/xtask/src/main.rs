@@ -23,9 +23,9 @@ use workspace::Workspace;
 type Command = (&'static str, &'static str, fn(&Workspace, &[String]) -> ExitCode);
 
 const COMMANDS: &[Command] = &[
-    ("ci", "everything that needs only rustup's cargo and python3", ci::command),
+    ("ci", "[STEP…] everything that needs only rustup's cargo and python3", ci::command),
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
-    ("foreign", "programs nobody here wrote, installed from Debian packages", foreign::command),
+    ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("bench", "NAME: measure beside a peer", bench::command),
 ];
 

@@ -18,6 +18,10 @@ pub fn run(workspace: &Workspace) -> Outcome {
     if !shell::has("python3") {
         return Outcome::Skipped("python3 is not installed".to_owned());
     }
+    let binary = match workspace.built_binary() {
+        Ok(binary) => binary,
+        Err(why) => return Outcome::Skipped(why),
+    };
     let python = match Python::prepare(workspace) {
         Ok(python) => python,
         Err(why) => return Outcome::failed(why),
@@ -28,7 +32,7 @@ pub fn run(workspace: &Workspace) -> Outcome {
         .args(["-m", "pytest", "-p", "no:cacheprovider", "--color=no", "-ra"])
         .current_dir(workspace.root.join("tools/python"))
         .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("ROWSCAN_BIN", workspace.binary());
+        .env("ROWSCAN_BIN", binary);
     let exit = shell::run_lines(&mut command, LIMIT, |line| {
         println!("{line}");
         counts = Counts::from_pytest(line).unwrap_or(counts);

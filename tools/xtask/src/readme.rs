@@ -5,6 +5,7 @@
 //! within a minute. Two comments change that: `# not run in CI` skips the line; `# until Ctrl-C` keeps it running behind the
 //! block's other lines, then interrupts it.
 
+use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::os::unix::process::CommandExt;
@@ -36,14 +37,18 @@ pub fn run(workspace: &Workspace) -> Outcome {
     let Ok(text) = fs::read_to_string(workspace.root.join("README.md")) else {
         return Outcome::Skipped("there is no README.md".to_owned());
     };
-    let folder = match stage(workspace) {
-        Ok(folder) => folder,
+    let binary = match workspace.built_binary() {
+        Ok(binary) => binary,
+        Err(why) => return Outcome::Skipped(why),
+    };
+    let stage = match Stage::set(workspace, &binary) {
+        Ok(stage) => stage,
         Err(why) => return Outcome::failed(why),
     };
     let mut counts = Counts::default();
     let mut failures = Vec::new();
     for block in console_blocks(&text) {
-        run_block(workspace, &folder, &block, &mut counts, &mut failures);
+        stage.run_block(&block, &mut counts, &mut failures);
     }
     println!(
         "    README commands: {} run, {} failed, {} not run here",
@@ -52,75 +57,85 @@ pub fn run(workspace: &Workspace) -> Outcome {
     if failures.is_empty() { Outcome::ok() } else { Outcome::failed(failures.join("\n")) }
 }
 
-/// An empty folder with a link to each of the repository's entries.
-fn stage(workspace: &Workspace) -> Result<PathBuf, String> {
-    let folder = workspace.scratch("readme")?;
-    let tell = |error: std::io::Error| format!("cannot stage {}: {error}", folder.display());
-    fs::remove_dir_all(&folder).and_then(|()| fs::create_dir(&folder)).map_err(tell)?;
-    for entry in fs::read_dir(&workspace.root).map_err(tell)?.filter_map(Result::ok) {
-        symlink(entry.path(), folder.join(entry.file_name())).map_err(tell)?;
-    }
-    Ok(folder)
+/// Where the commands run.
+struct Stage {
+    /// Holds a link to each of the repository's entries, and whatever the commands make.
+    folder: PathBuf,
+    /// The search path, the release binary's folder first.
+    path: OsString,
 }
 
-fn run_block(
-    workspace: &Workspace,
-    folder: &Path,
-    block: &[(String, Habit)],
-    counts: &mut Counts,
-    failures: &mut Vec<String>,
-) {
-    let mut background = Vec::new();
-    let mut judge = |line: &str, result: Result<(), String>| match result {
-        Ok(()) => counts.passed += 1,
-        Err(why) => {
-            counts.failed += 1;
-            failures.push(format!("README: {line}: {why}"));
+impl Stage {
+    fn set(workspace: &Workspace, binary: &Path) -> Result<Self, String> {
+        let folder = workspace.scratch("readme")?;
+        let tell = |error: std::io::Error| format!("cannot stage {}: {error}", folder.display());
+        fs::remove_dir_all(&folder).and_then(|()| fs::create_dir(&folder)).map_err(tell)?;
+        for entry in fs::read_dir(&workspace.root).map_err(tell)?.filter_map(Result::ok) {
+            symlink(entry.path(), folder.join(entry.file_name())).map_err(tell)?;
         }
-    };
-    let mut skipped = 0;
-    for (line, habit) in block {
-        println!("    $ {line}");
-        match habit {
-            Habit::NotHere => {
-                println!("    SKIPPED: marked `not run in CI`");
-                skipped += 1;
-            }
-            Habit::ToItsEnd => {
-                judge(line, spawn(workspace, folder, line).and_then(|child| end(child, LIMIT)))
-            }
-            // The shell must not stand between the signal and the server.
-            Habit::UntilInterrupted => match spawn(workspace, folder, &format!("exec {line}")) {
-                Ok(child) => {
-                    background.push((line, child));
-                    thread::sleep(SETTLE);
+        let inherited = std::env::var_os("PATH").unwrap_or_default();
+        let folders =
+            binary.parent().map(Path::to_path_buf).into_iter().chain(std::env::split_paths(&inherited));
+        let path = std::env::join_paths(folders).map_err(|error| error.to_string())?;
+        Ok(Self { folder, path })
+    }
+
+    fn run_block(&self, block: &[(String, Habit)], counts: &mut Counts, failures: &mut Vec<String>) {
+        let mut background = Vec::new();
+        let mut results = Vec::new();
+        for (line, habit) in block {
+            println!("    $ {line}");
+            match habit {
+                Habit::NotHere => {
+                    println!("    SKIPPED: marked `not run in CI`");
+                    counts.skipped += 1;
                 }
-                Err(why) => judge(line, Err(why)),
-            },
+                Habit::ToItsEnd => results.push((line, self.spawn(line).and_then(|child| end(child, LIMIT)))),
+                // The shell must not stand between the signal and the server.
+                Habit::UntilInterrupted => match self.spawn(&format!("exec {line}")) {
+                    Ok(child) => {
+                        background.push((line, child));
+                        thread::sleep(SETTLE);
+                    }
+                    Err(why) => results.push((line, Err(why))),
+                },
+            }
+        }
+        for (line, child) in background {
+            results.push((line, interrupt(child)));
+        }
+        for (line, result) in results {
+            match result {
+                Ok(()) => counts.passed += 1,
+                Err(why) => {
+                    counts.failed += 1;
+                    failures.push(format!("{line}: {why}"));
+                }
+            }
         }
     }
-    for (line, mut child) in background {
-        let early = matches!(child.try_wait(), Ok(Some(_)));
-        shell::signal(&child, "INT");
-        let result = end(child, Duration::from_secs(10));
-        judge(line, if early { Err("ended before it was interrupted".to_owned()) } else { result });
+
+    /// Starts a line in a shell of its own process group. Its data is dropped, its messages are shown.
+    fn spawn(&self, line: &str) -> Result<Child, String> {
+        Command::new("sh")
+            .args(["-c", line])
+            .current_dir(&self.folder)
+            .env("PATH", &self.path)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .process_group(0)
+            .spawn()
+            .map_err(|error| error.to_string())
     }
-    counts.skipped += skipped;
 }
 
-/// Starts a line in a shell of its own process group. Its data is dropped, its messages are shown.
-fn spawn(workspace: &Workspace, folder: &Path, line: &str) -> Result<Child, String> {
-    let binaries = workspace.binary().parent().map(Path::to_path_buf).unwrap_or_default();
-    let path = std::env::var("PATH").unwrap_or_default();
-    Command::new("sh")
-        .args(["-c", line])
-        .current_dir(folder)
-        .env("PATH", format!("{}:{path}", binaries.display()))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .process_group(0)
-        .spawn()
-        .map_err(|error| error.to_string())
+/// Ends a server as Ctrl-C does; it must still be there and end with 0.
+fn interrupt(mut child: Child) -> Result<(), String> {
+    if let Ok(Some(status)) = child.try_wait() {
+        return Err(format!("ended before it was interrupted: {status}"));
+    }
+    shell::signal(&child, "INT");
+    end(child, Duration::from_secs(10))
 }
 
 fn end(mut child: Child, limit: Duration) -> Result<(), String> {

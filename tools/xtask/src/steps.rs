@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use crate::counts::Counts;
+use crate::workspace::Workspace;
 
 /// How a step ended.
 pub enum Outcome {
@@ -41,59 +42,88 @@ impl Outcome {
     }
 }
 
-/// The steps run so far.
+/// Something to run, by name.
+pub struct Step {
+    name: &'static str,
+    run: fn(&Workspace) -> Outcome,
+}
+
+impl Step {
+    /// A step called `name`.
+    pub const fn new(name: &'static str, run: fn(&Workspace) -> Outcome) -> Self {
+        Self { name, run }
+    }
+}
+
+/// Runs all of `steps`, or only those in `names`, and prints each one's name before and its time after; at the end a table and,
+/// alone on the last line, the counts.
+pub fn run(workspace: &Workspace, steps: &[Step], names: &[String]) -> ExitCode {
+    if let Some(unknown) = names.iter().find(|name| steps.iter().all(|step| step.name != name.as_str())) {
+        let known: Vec<&str> = steps.iter().map(|step| step.name).collect();
+        eprintln!("there is no step `{unknown}`; there are: {}", known.join(", "));
+        return ExitCode::from(2);
+    }
+    let mut summary = Summary::default();
+    for step in steps.iter().filter(|step| names.is_empty() || names.iter().any(|name| name == step.name)) {
+        println!("==> {}", step.name);
+        let start = Instant::now();
+        let outcome = (step.run)(workspace);
+        summary.add(step.name, start.elapsed(), outcome);
+    }
+    summary.close()
+}
+
+/// What the steps so far came to.
 #[derive(Default)]
-pub struct Steps {
-    done: Vec<(String, Duration, Result<(), String>)>,
-    skipped: Vec<(String, String)>,
+struct Summary {
+    lines: Vec<String>,
     counts: Counts,
 }
 
-impl Steps {
-    /// Runs a step and prints its name before and its time after.
-    pub fn run(&mut self, name: &str, step: impl FnOnce() -> Outcome) {
-        println!("==> {name}");
-        let start = Instant::now();
-        let outcome = step();
-        let time = start.elapsed();
-        match outcome {
+impl Summary {
+    fn add(&mut self, name: &str, time: Duration, outcome: Outcome) {
+        let time = format!("{:>7.1} s", time.as_secs_f64());
+        let line = match outcome {
             Outcome::Passed(counts) => {
                 self.counts += counts;
-                self.finish(name, time, Ok(()));
+                format!("ok     {time}  {name}")
             }
             Outcome::Failed(counts, why) => {
                 self.counts += counts;
                 // A step that broke before its tests ran (a build, a lint) is one failure, or the sum would look clean.
                 self.counts.failed += u32::from(counts.failed == 0);
-                self.finish(name, time, Err(why));
+                let indented = why.trim_end().replace('\n', "\n                  ");
+                format!("FAILED {time}  {name}\n                  {indented}")
             }
             Outcome::Skipped(why) => {
                 self.counts.skipped += 1;
-                println!("SKIPPED: {name}: {why}\n");
-                self.skipped.push((name.to_owned(), why));
+                format!("SKIPPED: {name}: {why}")
             }
-        }
+        };
+        println!("{line}\n");
+        self.lines.push(line);
     }
 
-    fn finish(&mut self, name: &str, time: Duration, result: Result<(), String>) {
-        let verdict = if result.is_ok() { "ok" } else { "FAILED" };
-        println!("    {verdict} in {:.1} s\n", time.as_secs_f64());
-        self.done.push((name.to_owned(), time, result));
-    }
-
-    /// Prints the table of steps, then the counts alone on the last line.
-    pub fn close(self) -> ExitCode {
-        for (name, time, result) in &self.done {
-            let verdict = if result.is_ok() { "ok    " } else { "FAILED" };
-            println!("{verdict} {:>7.1} s  {name}", time.as_secs_f64());
-            if let Err(why) = result {
-                println!("                  {}", why.trim_end().replace('\n', "\n                  "));
-            }
-        }
-        for (name, why) in &self.skipped {
-            println!("SKIPPED: {name}: {why}");
+    fn close(self) -> ExitCode {
+        for line in &self.lines {
+            println!("{line}");
         }
         println!("{}", self.counts);
         if self.counts.failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_breaks_before_its_tests_is_one_failure() {
+        let mut summary = Summary::default();
+        let tests = Counts { passed: 5, failed: 2, skipped: 1 };
+        summary.add("tests", Duration::ZERO, Outcome::Failed(tests, "2 tests failed".to_owned()));
+        summary.add("build", Duration::ZERO, Outcome::failed("error[E0433]"));
+        summary.add("python", Duration::ZERO, Outcome::Skipped("no python3".to_owned()));
+        assert_eq!(summary.counts, Counts { passed: 5, failed: 3, skipped: 2 });
     }
 }

@@ -5,6 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::shell;
+
 /// The checked-out workspace.
 pub struct Workspace {
     /// Folder of the root Cargo.toml.
@@ -40,9 +42,21 @@ impl Workspace {
         command
     }
 
-    /// The release binary (whether or not it has been built).
-    pub fn binary(&self) -> PathBuf {
+    /// The release binary, if it has been built.
+    pub fn built_binary(&self) -> Result<PathBuf, String> {
+        let binary = self.binary();
+        if binary.is_file() { Ok(binary) } else { Err("the release binary is not built".to_owned()) }
+    }
+
+    /// Where the release binary is, or will be.
+    fn binary(&self) -> PathBuf {
         self.target.join("release").join("rowscan")
+    }
+
+    /// Builds the release binary. A failed build leaves none, so that later steps cannot test an old one.
+    pub fn build_binary(&self) -> Result<(), String> {
+        let _ = fs::remove_file(self.binary());
+        shell::run(&mut self.cargo(&["build", "--release", "-p", "rowscan"]))
     }
 
     /// A folder for the tasks' own files, made if missing.

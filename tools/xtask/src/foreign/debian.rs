@@ -3,12 +3,11 @@
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-use super::Part;
 use crate::shell;
 
-/// Makes the part's programs available; an error says why that cannot be.
-pub fn provide(part: &Part) -> Result<(), String> {
-    let missing = || part.programs.iter().filter(|program| !shell::has(program)).copied().collect::<Vec<_>>();
+/// Makes `programs` available by installing `packages`, if any of them is missing; an error says why that cannot be.
+pub fn provide(programs: &[&str], packages: &[&str]) -> Result<(), String> {
+    let missing = || programs.iter().filter(|program| !shell::has(program)).copied().collect::<Vec<_>>();
     if missing().is_empty() {
         return Ok(());
     }
@@ -18,11 +17,11 @@ pub fn provide(part: &Part) -> Result<(), String> {
     }
     update()?;
     let mut install = apt_get().ok_or("not root")?;
-    install.args(["install", "-y", "--no-install-recommends", "-qq"]).args(part.packages);
+    install.args(["install", "-y", "--no-install-recommends", "-qq"]).args(packages);
     shell::run(install.stdout(Stdio::null()))?;
     match missing() {
         still if still.is_empty() => Ok(()),
-        still => Err(format!("{} not in {}", still.join(", "), part.packages.join(", "))),
+        still => Err(format!("{} not in {}", still.join(", "), packages.join(", "))),
     }
 }
 

@@ -7,44 +7,32 @@ mod socat;
 
 use std::process::ExitCode;
 
-use crate::shell;
-use crate::steps::{Outcome, Steps};
+use crate::steps::{self, Outcome, Step};
 use crate::workspace::Workspace;
 
-/// One foreign program and what is asked of it.
-struct Part {
-    name: &'static str,
-    /// Debian packages it comes in.
-    packages: &'static [&'static str],
-    /// Programs it calls; nothing is installed if all are there.
-    programs: &'static [&'static str],
-    run: fn(&Workspace) -> Outcome,
-}
-
-/// Every part. A new one is a file beside this one and a line here.
-const PARTS: &[Part] = &[socat::PART];
+/// Every part, after the binary they talk to. A new one is a file beside this one and a line here.
+const PARTS: &[Step] = &[
+    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
+    Step::new("socat", socat::run),
+];
 
 /// Runs every part, or those named in `arguments`.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
-    if let Some(unknown) = arguments.iter().find(|name| PARTS.iter().all(|part| part.name != *name)) {
-        let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
-        eprintln!("xtask foreign: there is no part `{unknown}`; there are: {}", names.join(", "));
-        return ExitCode::from(2);
+    steps::run(workspace, PARTS, arguments)
+}
+
+/// Runs `part` once its programs are there, which come in Debian `packages`; skips it where they cannot be had.
+fn with_programs(
+    workspace: &Workspace,
+    programs: &[&str],
+    packages: &[&str],
+    part: impl FnOnce(&Workspace) -> Outcome,
+) -> Outcome {
+    if let Err(why) = workspace.built_binary() {
+        return Outcome::Skipped(why);
     }
-    let mut steps = Steps::default();
-    let mut built = Ok(());
-    steps.run("release build", || {
-        built = shell::run(&mut workspace.cargo(&["build", "--release", "-p", "rowscan"]));
-        Outcome::from_result(built.clone())
-    });
-    for part in
-        PARTS.iter().filter(|part| arguments.is_empty() || arguments.iter().any(|name| name == part.name))
-    {
-        steps.run(part.name, || match (&built, debian::provide(part)) {
-            (Err(_), _) => Outcome::Skipped("the binary did not build".to_owned()),
-            (Ok(()), Err(why)) => Outcome::Skipped(why),
-            (Ok(()), Ok(())) => (part.run)(workspace),
-        });
+    match debian::provide(programs, packages) {
+        Ok(()) => part(workspace),
+        Err(why) => Outcome::Skipped(why),
     }
-    steps.close()
 }

@@ -5,14 +5,12 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use super::Part;
+use super::with_programs;
 use crate::counts::Counts;
 use crate::emulator::Emulator;
 use crate::shell;
 use crate::steps::Outcome;
 use crate::workspace::Workspace;
-
-pub const PART: Part = Part { name: "socat", packages: &["socat"], programs: &["socat"], run };
 
 const STX: u8 = 0x02;
 const ETX: u8 = 0x03;
@@ -20,7 +18,12 @@ const ETX: u8 = 0x03;
 /// How long any one telegram may take to come.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-fn run(workspace: &Workspace) -> Outcome {
+/// The whole conversation.
+pub fn run(workspace: &Workspace) -> Outcome {
+    with_programs(workspace, &["socat"], &["socat"], converse)
+}
+
+fn converse(workspace: &Workspace) -> Outcome {
     let mut counts = Counts::default();
     let result = Emulator::start(workspace, &["--model", "lms111"]).and_then(|emulator| {
         counts.passed += 1;
