@@ -1,5 +1,6 @@
 //! `cargo xtask lint`: the invariants that neither rustc nor clippy holds. Each violation names file, line and rule.
 
+mod documents;
 mod rules;
 mod source;
 
@@ -65,7 +66,13 @@ pub fn check(workspace: &Workspace) -> Result<(), String> {
 fn inspect(files: &[(String, String)]) -> Findings {
     let mut findings = Findings::default();
     let mut clocks: Vec<BTreeSet<String>> = vec![BTreeSet::new(); ONE_CLOCK.len()];
+    let paths: BTreeSet<&str> = files.iter().map(|(path, _)| path.as_str()).collect();
     for (path, text) in files {
+        if path.ends_with(".md") {
+            for (line, dead) in documents::dead_paths(text, &paths) {
+                findings.violations.push(format!("{path}:{line}: `{dead}`: there is no such file"));
+            }
+        }
         check_paths(path, text, &mut findings);
         if !matches!(Path::new(path).extension().and_then(|e| e.to_str()), Some("rs" | "py" | "sh")) {
             continue;

@@ -1,0 +1,37 @@
+//! Documents that send the reader to a file: the file must be there.
+
+use std::collections::BTreeSet;
+
+/// Endings of the files that documents name.
+const ENDINGS: &[&str] = &[".rs", ".toml", ".py", ".md", ".sh"];
+
+/// The paths that Markdown `text` names in backticks and that are not among `files`, with their line numbers.
+///
+/// A path has a slash, a known ending and no placeholder (`<name>`, `*`). Paths count from the repository's root.
+pub fn dead_paths<'a>(text: &'a str, files: &BTreeSet<&str>) -> Vec<(usize, &'a str)> {
+    let mut dead = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        for quoted in line.split('`').skip(1).step_by(2) {
+            let is_path = quoted.contains('/')
+                && ENDINGS.iter().any(|ending| quoted.ends_with(ending))
+                && quoted.chars().all(|c| c.is_alphanumeric() || matches!(c, '/' | '_' | '-' | '.'))
+                && !quoted.starts_with(['/', '.']);
+            if is_path && !files.contains(quoted) {
+                dead.push((i + 1, quoted));
+            }
+        }
+    }
+    dead
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_whole_paths_that_are_missing_are_dead() {
+        let files = BTreeSet::from(["src/main.rs"]);
+        let text = "see `src/main.rs`, `src/cli/<name>.rs`, `main.rs` and\n`src/gone.rs`, `rowscan replay a/b`, a/b.rs, `../x/y.toml`";
+        assert_eq!(dead_paths(text, &files), [(2, "src/gone.rs")]);
+    }
+}
