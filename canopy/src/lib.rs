@@ -26,11 +26,12 @@ mod ranges;
 pub mod reference;
 mod report;
 mod row;
+pub mod shipped;
 mod stream;
 mod trees;
 mod warning;
 
-pub use calibration::{Calibration, FitError, Sample, fit};
+pub use calibration::{Calibration, CalibrationError, FitError, Sample, fit};
 pub use error::PipelineError;
 pub use estimate::{Estimate, Progress, SliceEstimate, TreeEstimate};
 pub use parameters::{AreaForm, Fill, Parameters};

@@ -1,0 +1,223 @@
+//! `rowscan demo`: a virtual scanner, our own driver, and the estimate beside the truth, over a real socket.
+
+use comfy_table::Cell;
+use indicatif::ProgressBar;
+use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_scenes::Truth;
+use serde::Serialize;
+
+use super::emulate::DialectArg;
+use super::estimate::{self, PARTING, Prefer};
+use super::interrupt::Interrupt;
+use super::output::{self, number, percent, say};
+use super::scene::SceneArgs;
+use super::{Failure, Format, Outcome, progress};
+use crate::clock::{Stopwatch, TimeScale};
+use crate::emulator::{Emulator, EmulatorConfig, EmulatorCounts};
+use crate::trial::rig_of;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Simulated seconds a second, or `max`: as fast as the bytes go through the socket
+    #[arg(long, value_name = "K", default_value = "max")]
+    time_scale: TimeScale,
+    /// Dialects the scanner answers
+    #[arg(long, value_enum, default_value_t)]
+    dialect: DialectArg,
+    /// A calibration file or a shipped calibration's name, instead of the rig's own
+    #[arg(long, value_name = "NAME")]
+    calibration: Option<String>,
+    /// How to write the result
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// The demo's result.
+#[derive(Debug, Serialize)]
+struct Outcomes {
+    estimate: Estimate,
+    truth: Truth,
+    /// (estimate − truth) / truth of the row's leaf area.
+    leaf_area_error: Option<f64>,
+    /// The same for the regression on I_T.
+    leaf_area_regression_error: Option<f64>,
+    seed: u64,
+    model: &'static str,
+    scans_sent: u64,
+    scans_dropped: u64,
+    /// Host time from the telegram's hand-over to its socket until the estimate holds it.
+    latency_p50_ms: Option<f64>,
+    latency_p99_ms: Option<f64>,
+    wall_clock_s: f64,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let watch = Stopwatch::start();
+    let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
+    let model = args.scene.model(&stage.rig, 0)?;
+    let (device, world) = stage.scanner(0, model)?;
+    let rig = rig_of(&stage, &device);
+    let mut pipeline = estimate::pipeline(Some(&rig), 0, args.calibration.as_deref())?;
+    let scans = stage.scans_per_row(&device);
+
+    let config = EmulatorConfig {
+        time_scale: args.time_scale,
+        dialects: args.dialect.into(),
+        ..EmulatorConfig::default()
+    };
+    let mut emulator = Emulator::start(device, world, config);
+    let address = emulator.listen("127.0.0.1:0").await?.address;
+    say(format_args!("a virtual {} listens on tcp://{address}, seed {}", model.title, stage.scene.seed));
+
+    let prefer = if args.dialect == DialectArg::A { Prefer::A } else { Prefer::B };
+    let config = DriverConfig { prefer: prefer.into(), ..DriverConfig::default() };
+    let source = Source::Tcp { address: address.to_string() };
+    let Some(mut scanner) = interrupt.or(Scanner::open(&source, config)).await.transpose()? else {
+        return Ok(Outcome::Done);
+    };
+    let bar = progress::bar("driving", "scans", scans);
+    let ended = tokio::select! {
+        ended = follow(&mut scanner, &mut pipeline, &emulator, scans, &bar) => ended,
+        () = interrupt.wait() => Ok(()),
+    };
+    bar.finish_and_clear();
+    let mut found = pipeline.finish();
+    found.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
+    ended?;
+
+    let truth = stage.orchard.truth();
+    let error = |estimate: Option<f64>| {
+        estimate
+            .map(|found| (found - truth.leaf_area_m2) / truth.leaf_area_m2)
+            .filter(|error| error.is_finite())
+    };
+    let EmulatorCounts { scans_sent, scans_dropped, .. } = emulator.counts();
+    let milliseconds =
+        |fraction| emulator.latency().quantile(fraction).map(|latency| latency.as_secs_f64() * 1e3);
+    let outcomes = Outcomes {
+        leaf_area_error: error(found.leaf_area_m2),
+        leaf_area_regression_error: error(found.leaf_area_regression_m2),
+        estimate: found,
+        truth,
+        seed: stage.scene.seed,
+        model: model.name,
+        scans_sent,
+        scans_dropped,
+        latency_p50_ms: milliseconds(0.5),
+        latency_p99_ms: milliseconds(0.99),
+        wall_clock_s: watch.elapsed().as_secs_f64(),
+    };
+    print(args.format, &outcomes)?;
+    Ok(Outcome::Done)
+}
+
+/// Feeds the pipeline the scans of one pass of the row.
+async fn follow(
+    scanner: &mut Scanner,
+    pipeline: &mut Pipeline,
+    emulator: &Emulator,
+    scans: u64,
+    bar: &ProgressBar,
+) -> Result<(), Failure> {
+    while pipeline.progress().scans < scans {
+        let Some(record) = scanner.next().await? else { break };
+        pipeline.push(record.scan);
+        emulator.latency().used(record.scan.telegram_counter);
+        bar.set_position(pipeline.progress().scans);
+        while let Some(event) = scanner.take_link_event() {
+            estimate::tell(&event);
+        }
+    }
+    Ok(())
+}
+
+fn print(format: Format, outcomes: &Outcomes) -> Result<(), Failure> {
+    match format {
+        Format::Json | Format::Jsonl => output::print_json(format, outcomes),
+        Format::Csv => output::print_rows(format, &outcomes.estimate.trees),
+        Format::Table => {
+            output::print(&format!("{}\n{}", trees(outcomes), facts(outcomes)))?;
+            output::print(&estimate::warnings(&outcomes.estimate.warnings))
+        }
+    }
+}
+
+/// Estimate beside truth, tree by tree and for the row.
+fn trees(outcomes: &Outcomes) -> String {
+    let Outcomes { estimate, truth, .. } = outcomes;
+    let mut table = output::grid();
+    output::head(
+        &mut table,
+        [
+            "tree",
+            "y m",
+            "I_T m²",
+            "leaf m² by I_T",
+            "by contact",
+            "truth",
+            "error",
+            "LAI",
+            "truth",
+            "height m",
+            "truth",
+        ],
+    );
+    let relative = |found: Option<f64>, real: f64| found.map(|found| (found - real) / real);
+    for (found, real) in estimate.trees.iter().zip(&truth.trees) {
+        table.add_row([
+            number(Some(found.tree.into()), 0),
+            number(Some(found.y_m), 2),
+            number(Some(found.impacted_total_area_m2), 3),
+            number(found.leaf_area_regression_m2, 2),
+            number(found.leaf_area_contact_m2, 2),
+            number(Some(real.leaf_area_m2), 2),
+            percent(relative(found.leaf_area_m2, real.leaf_area_m2)),
+            number(found.lai, 2),
+            number(real.lai, 2),
+            number(found.height_m, 2),
+            number(Some(real.height_m), 2),
+        ]);
+    }
+    table.add_row([
+        Cell::new("row"),
+        Cell::new(""),
+        number(estimate.impacted_total_area_m2, 3),
+        number(estimate.leaf_area_regression_m2, 2),
+        number(estimate.leaf_area_contact_m2, 2),
+        number(Some(truth.leaf_area_m2), 2),
+        percent(outcomes.leaf_area_error),
+        number(estimate.lai, 2),
+        number(truth.lai, 2),
+        Cell::new(""),
+        Cell::new(""),
+    ]);
+    table.to_string()
+}
+
+fn facts(outcomes: &Outcomes) -> String {
+    let estimate = &outcomes.estimate;
+    let ms = |value: Option<f64>| value.map_or_else(|| "unknown".to_owned(), |ms| format!("{ms:.2} ms"));
+    let percent = |error: Option<f64>| {
+        error.map_or_else(|| "unknown".to_owned(), |error| format!("{:+.1} %", 100.0 * error))
+    };
+    format!(
+        "row leaf area error   {} by contact frequency, {} by I_T\n\
+         scans                 {} sent, {} received, {} lost, {} repeated\n\
+         latency               p50 {}, p99 {} from the socket to the estimate\n\
+         took                  {:.1} s for {:.1} m of row\n",
+        percent(outcomes.leaf_area_error),
+        percent(outcomes.leaf_area_regression_error),
+        outcomes.scans_sent,
+        estimate.scans,
+        estimate.scans_lost,
+        estimate.scans_repeated,
+        ms(outcomes.latency_p50_ms),
+        ms(outcomes.latency_p99_ms),
+        outcomes.wall_clock_s,
+        estimate.scanned_m.unwrap_or_default(),
+    )
+}

@@ -1,0 +1,119 @@
+//! `rowscan emulate`
+
+use rowscan_protocol::device::DialectPolicy;
+use rowscan_protocol::frame::Dialect;
+use serde::Serialize;
+
+use super::interrupt::Interrupt;
+use super::output::{self, say};
+use super::scene::SceneArgs;
+use super::{Failure, Format, Outcome};
+use crate::clock::TimeScale;
+use crate::emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS};
+
+/// Where a SICK scanner listens; both ports take the same commands.
+const DEFAULT_ENDPOINTS: [&str; 2] = ["127.0.0.1:2111", "127.0.0.1:2112"];
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Listen on this address; repeatable; port 0 takes a free one [default: 127.0.0.1:2111 and 127.0.0.1:2112]
+    #[arg(long, value_name = "ADDR")]
+    tcp: Vec<String>,
+    /// Simulated seconds a second, or `max`: as fast as the clients take it
+    #[arg(long, value_name = "K", default_value = "1")]
+    time_scale: TimeScale,
+    /// Dialects answered
+    #[arg(long, value_enum, default_value_t)]
+    dialect: DialectArg,
+    /// The rig's scanner to be, from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    scanner: usize,
+    /// Clients served at once
+    #[arg(long, value_name = "N", default_value_t = MAX_CLIENTS)]
+    max_clients: usize,
+    /// How to tell where it listens; jsonl writes one object an endpoint to standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Dialects a virtual scanner answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum DialectArg {
+    /// Each connection's first valid frame decides
+    #[default]
+    Auto,
+    /// CoLa A only; silent in CoLa B
+    A,
+    /// CoLa B only; silent in CoLa A
+    B,
+}
+
+impl From<DialectArg> for DialectPolicy {
+    fn from(arg: DialectArg) -> Self {
+        match arg {
+            DialectArg::Auto => Self::Auto,
+            DialectArg::A => Self::Strict(Dialect::A),
+            DialectArg::B => Self::Strict(Dialect::B),
+        }
+    }
+}
+
+/// The line that tells a script where an endpoint is.
+#[derive(Debug, Serialize)]
+struct Listening {
+    event: &'static str,
+    endpoint: &'static str,
+    address: String,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
+    let model = args.scene.model(&stage.rig, args.scanner)?;
+    let (device, world) = stage.scanner(args.scanner, model)?;
+    let config = EmulatorConfig {
+        time_scale: args.time_scale,
+        dialects: args.dialect.into(),
+        max_clients: args.max_clients,
+    };
+    let mut emulator = Emulator::start(device, world, config);
+    let mut addresses: Vec<&str> = args.tcp.iter().map(String::as_str).collect();
+    if addresses.is_empty() {
+        addresses.extend(DEFAULT_ENDPOINTS);
+    }
+    let mut bound = Vec::new();
+    for address in addresses {
+        bound.push(emulator.listen(address).await?);
+    }
+    announce(&args, &bound)?;
+    say(format_args!(
+        "{} on {}, seed {}; the tractor starts with the first scan sent",
+        model.title, args.scene.name, stage.scene.seed
+    ));
+    if let Some(Bound { address }) = bound.first() {
+        say(format_args!(
+            "estimate with: rowscan estimate tcp://{address} --rig {} --model {}",
+            args.scene.name, model.name
+        ));
+    }
+    interrupt.wait().await;
+    let counts = emulator.counts();
+    say(format_args!(
+        "{} scans sent, {} dropped for slow clients, {} connections refused",
+        counts.scans_sent, counts.scans_dropped, counts.connections_refused
+    ));
+    Ok(Outcome::Done)
+}
+
+fn announce(args: &Args, bound: &[Bound]) -> Result<(), Failure> {
+    for Bound { address } in bound {
+        let line = Listening { event: "listening", endpoint: "tcp", address: address.to_string() };
+        match args.format {
+            Format::Json | Format::Jsonl => output::print_json(Format::Jsonl, &line)?,
+            Format::Csv | Format::Table => say(format_args!("listening on tcp {address}")),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,236 @@
+//! `rowscan estimate`
+
+use std::time::Duration;
+
+use rowscan_canopy::{Estimate, Pipeline, Warning};
+use rowscan_driver::{DriverConfig, LinkEvent, Scanner, Source};
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::rig::Rig;
+
+use super::interrupt::Interrupt;
+use super::output::{self, number, say};
+use super::{Failure, Format, Outcome, models, progress};
+use crate::config;
+
+/// How long the device is given to end the stream.
+pub(super) const PARTING: Duration = Duration::from_secs(2);
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// tcp://HOST:PORT, or the file of a recording
+    source: Source,
+    /// Where the scanner sits and how fast it drives: a rig file, a scene file or a built-in scene's name; without it areas are unknown
+    #[arg(long, value_name = "RIG")]
+    rig: Option<String>,
+    /// The rig's scanner this is, from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    scanner: usize,
+    /// Scanner model, instead of the rig's own; chooses the calibration
+    #[arg(long, value_name = "NAME")]
+    model: Option<String>,
+    /// A calibration file or a shipped calibration's name, instead of the rig's own
+    #[arg(long, value_name = "NAME")]
+    calibration: Option<String>,
+    /// End after so many scans
+    #[arg(long, value_name = "N")]
+    scans: Option<u64>,
+    /// End after so many metres of row
+    #[arg(long, value_name = "METRES")]
+    length: Option<f64>,
+    /// The dialect tried first
+    #[arg(long, value_enum, default_value_t)]
+    prefer: Prefer,
+    /// Wait for the scanner to appear instead of failing fast
+    #[arg(long)]
+    wait: bool,
+    /// How to write the estimate
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// The dialect a driver tries first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Prefer {
+    /// CoLa A, ASCII
+    A,
+    /// CoLa B, binary
+    #[default]
+    B,
+}
+
+impl From<Prefer> for Dialect {
+    fn from(prefer: Prefer) -> Self {
+        match prefer {
+            Prefer::A => Self::A,
+            Prefer::B => Self::B,
+        }
+    }
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let rig = match &args.rig {
+        Some(name) => Some(rig_for(name, args.model.as_deref(), args.scanner)?),
+        None => None,
+    };
+    let mut pipeline = pipeline(rig.as_ref(), args.scanner, args.calibration.as_deref())?;
+    if rig.is_none() {
+        say("no rig given: areas stay unknown; say where the scanner sits with --rig");
+    }
+    let config = DriverConfig { wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
+    let Some(scanner) = interrupt.or(Scanner::open(&args.source, config)).await else {
+        return Ok(Outcome::Done);
+    };
+    let mut scanner = scanner?;
+    let ended = tokio::select! {
+        ended = follow(&mut scanner, &mut pipeline, &args) => ended,
+        () = interrupt.wait() => Ok(()),
+    };
+    let mut estimate = pipeline.finish();
+    estimate.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
+    print(args.format, &estimate)?;
+    ended?;
+    Ok(Outcome::Done)
+}
+
+/// The rig called `name`, carrying scanners of `model`.
+fn rig_for(name: &str, model: Option<&str>, scanner: usize) -> Result<Rig, Failure> {
+    let mut rig = config::load_rig(name)?;
+    if let (Some(model), Some(mount)) = (model, rig.scanners.get_mut(scanner)) {
+        models::find(model)?.name.clone_into(&mut mount.model);
+    }
+    Ok(rig)
+}
+
+/// The pipeline of a rig's scanner, with the calibration named, or the rig's own.
+pub(super) fn pipeline(
+    rig: Option<&Rig>,
+    scanner: usize,
+    calibration: Option<&str>,
+) -> Result<Pipeline, Failure> {
+    let mount = rig.and_then(|rig| rig.scanners.get(scanner));
+    let calibration = match (calibration, rig.and_then(|rig| rig.calibration.as_deref()), mount) {
+        (Some(name), ..) => Some(config::load_calibration(name)?),
+        (None, Some(name), Some(mount)) => Some(config::load_calibration_for(name, &mount.model)?),
+        _ => None,
+    };
+    Ok(Pipeline::new(rig, scanner, calibration)?)
+}
+
+/// Feeds the pipeline until the source ends or enough has been seen.
+async fn follow(scanner: &mut Scanner, pipeline: &mut Pipeline, args: &Args) -> Result<(), Failure> {
+    let bar = progress::bar("scanning", "scans", args.scans.unwrap_or(0));
+    while let Some(record) = scanner.next().await? {
+        pipeline.push(record.scan);
+        while let Some(event) = scanner.take_link_event() {
+            tell(&event);
+        }
+        let progress = pipeline.progress();
+        bar.set_position(progress.scans);
+        if args.scans.is_some_and(|scans| progress.scans >= scans)
+            || args.length.is_some_and(|length| progress.advance_m >= Some(length))
+        {
+            break;
+        }
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// Tells the user what happened to the link.
+pub(super) fn tell(event: &LinkEvent) {
+    match event {
+        LinkEvent::Ready { ident, firmware, dialect } => {
+            say(format_args!("connected: {} {}, {dialect}", ident.trim(), firmware.trim()));
+        }
+        LinkEvent::Refused { command, code } => {
+            say(format_args!("the scanner refused `{command}` ({code}) and keeps its own setting"));
+        }
+        LinkEvent::Malformed { reason } => say(format_args!("a scan telegram made no sense: {reason}")),
+        LinkEvent::Lost { cause, pause } => say(format_args!("{cause}; trying again in {pause:?}")),
+    }
+}
+
+pub(super) fn print(format: Format, estimate: &Estimate) -> Result<(), Failure> {
+    match format {
+        Format::Json | Format::Jsonl => output::print_json(format, estimate),
+        Format::Csv => output::print_rows(format, &estimate.trees),
+        Format::Table => {
+            output::print(&facts(estimate))?;
+            if !estimate.trees.is_empty() {
+                output::print(&trees(estimate))?;
+            }
+            output::print(&warnings(&estimate.warnings))
+        }
+    }
+}
+
+/// The row's numbers, a line each.
+fn facts(estimate: &Estimate) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| text.push_str(&format!("{name:<22}{value}\n"));
+    let known = |value: Option<f64>, decimals: usize, unit: &str| {
+        value.map_or_else(|| "unknown".to_owned(), |value| format!("{value:.decimals$} {unit}"))
+    };
+    line(
+        "scans",
+        format!(
+            "{} ({} repeated, {} lost, {} bad telegrams)",
+            estimate.scans, estimate.scans_repeated, estimate.scans_lost, estimate.telegrams_bad
+        ),
+    );
+    line(
+        "scan frequency",
+        format!(
+            "{} measured, {} stated",
+            known(estimate.scan_frequency_hz, 3, "Hz"),
+            known(estimate.scan_frequency_nominal_hz, 2, "Hz")
+        ),
+    );
+    line("points a scan", estimate.points_per_scan.map_or_else(|| "unknown".into(), |n| n.to_string()));
+    let ranges = &estimate.ranges;
+    line(
+        "ranges",
+        format!(
+            "{} returns, {} misses; {} to {}, mean {}",
+            ranges.returns,
+            ranges.misses,
+            known(ranges.min_m, 3, "m"),
+            known(ranges.max_m, 3, "m"),
+            known(ranges.mean_m, 3, "m")
+        ),
+    );
+    line("advance", known(estimate.advance_m, 3, "m"));
+    line("impacted area I_T", known(estimate.impacted_total_area_m2, 3, "m²"));
+    line("leaf area", known(estimate.leaf_area_m2, 2, "m²"));
+    line("  by contact", known(estimate.leaf_area_contact_m2, 2, "m²"));
+    line("  by I_T", known(estimate.leaf_area_regression_m2, 2, "m²"));
+    line("LAI", known(estimate.lai, 2, ""));
+    text
+}
+
+fn trees(estimate: &Estimate) -> String {
+    let mut table = output::grid();
+    output::head(
+        &mut table,
+        ["tree", "y m", "I_T m²", "leaf m² by I_T", "leaf m² by contact", "LAI", "height m", "volume m³"],
+    );
+    for tree in &estimate.trees {
+        table.add_row([
+            number(Some(tree.tree.into()), 0),
+            number(Some(tree.y_m), 2),
+            number(Some(tree.impacted_total_area_m2), 3),
+            number(tree.leaf_area_regression_m2, 2),
+            number(tree.leaf_area_contact_m2, 2),
+            number(tree.lai, 2),
+            number(tree.height_m, 2),
+            number(Some(tree.volume_m3), 2),
+        ]);
+    }
+    format!("{table}\n")
+}
+
+/// What the reader must know beside the numbers.
+pub(super) fn warnings(warnings: &[Warning]) -> String {
+    warnings.iter().map(|warning| format!("warning: {warning}\n")).collect()
+}

@@ -1,0 +1,157 @@
+//! The command line: one file a subcommand.
+
+mod demo;
+mod emulate;
+mod estimate;
+mod interrupt;
+mod models;
+mod orchard;
+mod output;
+mod progress;
+mod scene;
+mod study;
+
+use std::io;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::config::ConfigError;
+
+/// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
+#[derive(Debug, Parser)]
+#[command(name = "rowscan", version, propagate_version = true, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Emulator, driver and estimate over loopback TCP on a built-in row; ends with the estimate beside the truth
+    Demo(demo::Args),
+    /// Be a scanner that drives past an orchard
+    Emulate(emulate::Args),
+    /// Estimate leaf area from a live scanner or a recording
+    Estimate(estimate::Args),
+    /// Grow orchards and measure what is really there
+    #[command(subcommand)]
+    Orchard(orchard::Command),
+    /// Studies over many orchards
+    #[command(subcommand)]
+    Study(study::Command),
+    /// List the scanner models, what each emulates and what not
+    Models(models::Args),
+}
+
+/// How data are written to standard output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people
+    #[default]
+    Table,
+    /// One JSON document, SI units
+    Json,
+    /// One JSON object a line, SI units
+    Jsonl,
+    /// Comma-separated values with a header
+    Csv,
+}
+
+/// How a command that did its work ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All is well.
+    Done,
+    /// The work was done, and it found something wrong.
+    Finding,
+}
+
+/// Why a command could not do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A scene, rig or calibration.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A name that is no scanner model.
+    #[error("unknown scanner model `{found}`; known are {known} (see `rowscan models`)")]
+    UnknownModel {
+        /// What was asked for.
+        found: String,
+        /// All names.
+        known: String,
+    },
+    /// An orchard that cannot be grown.
+    #[error("the orchard cannot be grown: {0}")]
+    Grow(#[from] rowscan_scenes::GrowError),
+    /// A scanner that does not fit the rig.
+    #[error(transparent)]
+    Stage(#[from] crate::stage::StageError),
+    /// A row that could not be tried.
+    #[error(transparent)]
+    Trial(#[from] crate::trial::TrialError),
+    /// An endpoint.
+    #[error(transparent)]
+    Listen(#[from] crate::emulator::ListenError),
+    /// The link to a scanner, or a recording.
+    #[error(transparent)]
+    Driver(#[from] rowscan_driver::DriverError),
+    /// A rig the estimator cannot work with.
+    #[error(transparent)]
+    Pipeline(#[from] rowscan_canopy::PipelineError),
+    /// Samples no calibration can be fitted to.
+    #[error(transparent)]
+    Fit(#[from] rowscan_canopy::FitError),
+    /// Standard output or a file.
+    #[error("cannot write {what}: {cause}")]
+    Write {
+        /// What was being written.
+        what: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// Flags that do not go together.
+    #[error("{0}")]
+    Usage(String),
+    /// The system refused something basic.
+    #[error("cannot {what}: {cause}")]
+    System {
+        /// What was tried.
+        what: &'static str,
+        /// What the system said.
+        cause: io::Error,
+    },
+}
+
+/// Runs one command line to its end.
+pub fn run(cli: Cli) -> Result<Outcome, Failure> {
+    tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .map_err(|cause| Failure::System { what: "start the runtime", cause })?
+        .block_on(async {
+            match cli.command {
+                Command::Demo(args) => demo::run(args).await,
+                Command::Emulate(args) => emulate::run(args).await,
+                Command::Estimate(args) => estimate::run(args).await,
+                Command::Orchard(command) => orchard::run(command).await,
+                Command::Study(command) => study::run(command).await,
+                Command::Models(args) => models::run(args),
+            }
+        })
+}
+
+/// Tells the user how it ended, once, and turns it into an exit code: 0 done, 1 a finding, 2 bad input.
+#[allow(clippy::print_stderr, reason = "the one place where an error is printed")]
+pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
+    match ended {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Finding) => ExitCode::from(1),
+        // A reader that has read enough (`| head`) is not a failure.
+        Err(Failure::Write { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("rowscan: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Data on standard output, in the format asked for; everything else on standard error.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::Path;
+
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::{Cell, CellAlignment, Table};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::{Failure, Format};
+
+/// Says something to the user, beside the data.
+#[allow(clippy::print_stderr, reason = "the command line's voice")]
+pub(super) fn say(message: impl Display) {
+    eprintln!("{message}");
+}
+
+/// Writes a text of data.
+pub(super) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(stdout_failure)
+}
+
+/// Writes one JSON document, on one line for jsonl.
+pub(super) fn print_json(format: Format, document: &impl Serialize) -> Result<(), Failure> {
+    let text = match format {
+        Format::Jsonl => serde_json::to_string(document),
+        _ => serde_json::to_string_pretty(document),
+    };
+    print(&(text.map_err(json_failure)? + "\n"))
+}
+
+/// Writes flat rows: as a table, a JSON array, one JSON object a line, or CSV. Column names are the rows' keys.
+pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(), Failure> {
+    match format {
+        Format::Json => print_json(format, &rows),
+        Format::Jsonl => rows.iter().try_for_each(|row| print_json(format, row)),
+        Format::Csv => {
+            let mut writer = csv::Writer::from_writer(Vec::new());
+            for (index, row) in rows.iter().enumerate() {
+                let fields = fields(row)?;
+                if index == 0 {
+                    writer.write_record(fields.iter().map(|(key, _)| key)).map_err(csv_failure)?;
+                }
+                writer.write_record(fields.iter().map(|(_, value)| plain(value))).map_err(csv_failure)?;
+            }
+            let bytes = writer.into_inner().map_err(|error| stdout_failure(error.into_error()))?;
+            print(&String::from_utf8_lossy(&bytes))
+        }
+        Format::Table => {
+            let mut table = grid();
+            for (index, row) in rows.iter().enumerate() {
+                let fields = fields(row)?;
+                if index == 0 {
+                    head(&mut table, fields.iter().map(|(key, _)| key.as_str()));
+                }
+                table.add_row(fields.iter().map(|(_, value)| cell(value)));
+            }
+            print(&format!("{table}\n"))
+        }
+    }
+}
+
+/// An empty table in the house style.
+pub(super) fn grid() -> Table {
+    let mut table = Table::new();
+    table.load_preset(UTF8_HORIZONTAL_ONLY);
+    table
+}
+
+/// Gives `table` its column names.
+pub(super) fn head<'a>(table: &mut Table, names: impl IntoIterator<Item = &'a str>) {
+    table.set_header(names.into_iter().map(Cell::new));
+}
+
+/// A right-aligned number with so many decimals; a dash where it is unknown.
+pub(super) fn number(value: Option<f64>, decimals: usize) -> Cell {
+    let text = value.map_or_else(|| "–".to_owned(), |value| format!("{value:.decimals$}"));
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// A right-aligned signed percentage of a fraction; a dash where it is unknown.
+pub(super) fn percent(fraction: Option<f64>) -> Cell {
+    let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:+.1} %", 100.0 * fraction));
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// Writes a file whole or not at all: to a temporary name beside it, then renamed.
+pub(super) fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
+    let failure = |cause| Failure::Write { what: path.display().to_string(), cause };
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)).map_err(|cause| {
+        // Nothing half-written stays behind; the first error is the one to tell.
+        let _ = std::fs::remove_file(&part);
+        failure(cause)
+    })
+}
+
+fn fields<T: Serialize>(row: &T) -> Result<Vec<(String, Value)>, Failure> {
+    match serde_json::to_value(row).map_err(json_failure)? {
+        Value::Object(map) => Ok(map.into_iter().collect()),
+        other => Ok(vec![("value".to_owned(), other)]),
+    }
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        Value::Array(items) => items.iter().map(plain).collect::<Vec<_>>().join("; "),
+        other => other.to_string(),
+    }
+}
+
+fn cell(value: &Value) -> Cell {
+    match value {
+        Value::Null => number(None, 0),
+        Value::Number(found) => match (found.as_f64(), found.is_f64()) {
+            (Some(float), true) => number(Some(float), 3),
+            _ => Cell::new(found).set_alignment(CellAlignment::Right),
+        },
+        Value::Array(items) => Cell::new(items.iter().map(plain).collect::<Vec<_>>().join("\n")),
+        other => Cell::new(plain(other)),
+    }
+}
+
+fn json_failure(cause: serde_json::Error) -> Failure {
+    Failure::Write { what: "JSON".to_owned(), cause: cause.into() }
+}
+
+fn stdout_failure(cause: io::Error) -> Failure {
+    Failure::Write { what: "standard output".to_owned(), cause }
+}
+
+fn csv_failure(cause: csv::Error) -> Failure {
+    Failure::Write { what: "CSV".to_owned(), cause: cause.into() }
+}

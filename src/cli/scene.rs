@@ -1,0 +1,62 @@
+//! The flags every command has that grows a scene.
+
+use rowscan_protocol::model::Model;
+use rowscan_protocol::rig::Rig;
+use rowscan_scenes::{GrowError, Scene};
+
+use super::{Failure, models, progress};
+use crate::config;
+use crate::stage::Stage;
+
+/// Which scene, which seed, which scanner.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct SceneArgs {
+    /// A scene file, or the name of a built-in scene
+    #[arg(value_name = "SCENE", default_value = "spindle")]
+    pub(super) name: String,
+    /// Seed of everything random, instead of the scene's own
+    #[arg(long, value_name = "N")]
+    pub(super) seed: Option<u64>,
+    /// Scanner model, instead of the rig's own; see `rowscan models`
+    #[arg(long, value_name = "NAME")]
+    model: Option<String>,
+}
+
+impl SceneArgs {
+    /// The scene with its seed.
+    pub(super) fn scene(&self) -> Result<Scene, Failure> {
+        // A model that does not exist is told before an orchard has been grown for it.
+        self.model.as_deref().map(models::find).transpose()?;
+        let mut scene = config::load_scene(&self.name)?;
+        scene.seed = self.seed.unwrap_or(scene.seed);
+        Ok(scene)
+    }
+
+    /// The scene, grown, with a progress bar.
+    pub(super) async fn stage(&self) -> Result<Stage, Failure> {
+        grow(self.scene()?).await
+    }
+
+    /// The scanner model: the one asked for, or the rig's.
+    pub(super) fn model(&self, rig: &Rig, scanner: usize) -> Result<&'static Model, Failure> {
+        let mounted = || rig.scanners.get(scanner).map(|mount| mount.model.as_str());
+        models::find(self.model.as_deref().or_else(mounted).unwrap_or_default())
+    }
+}
+
+/// Grows a scene off the runtime's threads, with a progress bar.
+pub(super) async fn grow(scene: Scene) -> Result<Stage, Failure> {
+    let bar = progress::bar("growing", "trees", 0);
+    let work = move || -> Result<Stage, GrowError> {
+        let stage = Stage::grow(scene, &|done, of| {
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
+        });
+        bar.finish_and_clear();
+        stage
+    };
+    match tokio::task::spawn_blocking(work).await {
+        Ok(stage) => Ok(stage?),
+        Err(cause) => Err(Failure::System { what: "grow the orchard", cause: std::io::Error::other(cause) }),
+    }
+}

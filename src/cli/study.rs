@@ -1,0 +1,341 @@
+//! `rowscan study`: many rows, tried in memory.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use comfy_table::Cell;
+use rowscan_canopy::calibration::{Class, EchoRule, Optics, Provenance};
+use rowscan_canopy::{Calibration, Sample};
+use rowscan_protocol::angle::exact_step_deg;
+use rowscan_protocol::model::Model;
+use rowscan_scenes::Scene;
+use serde::Serialize;
+
+use super::interrupt::Interrupt;
+use super::output::{self, number, percent, say};
+use super::scene::SceneArgs;
+use super::{Failure, Format, Outcome, progress};
+use crate::config;
+use crate::trial::{Trial, TrialError};
+
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum Command {
+    /// Fit a calibration to rows of known leaf area
+    Calibration(CalibrationArgs),
+    /// Hold both estimators against rows of known leaf area
+    Accuracy(AccuracyArgs),
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct CalibrationArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Seeds of the rows, first..last
+    #[arg(long, value_name = "A..B", default_value = "1001..1060")]
+    seeds: Seeds,
+    /// Write the calibration to this file instead of standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct AccuracyArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Seeds of the rows, first..last
+    #[arg(long, value_name = "A..B", default_value = "1..20")]
+    seeds: Seeds,
+    /// A calibration file or a shipped calibration's name, instead of the rig's own
+    #[arg(long, value_name = "NAME")]
+    calibration: Option<String>,
+    /// How to write the table
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// A range of seeds, both ends in it: `1..20`.
+#[derive(Clone, Debug)]
+struct Seeds(Vec<u64>);
+
+/// Rows one study may hold; each is grown and scanned whole.
+const MAX_SEEDS: u64 = 100_000;
+
+impl FromStr for Seeds {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let refuse = || format!("expected seeds as FIRST..LAST, such as 1..20, found `{text}`");
+        let (first, last) = text.split_once("..").ok_or_else(refuse)?;
+        let first: u64 = first.parse().map_err(|_| refuse())?;
+        let last: u64 = last.trim_start_matches('=').parse().map_err(|_| refuse())?;
+        match last.checked_sub(first) {
+            Some(count) if count < MAX_SEEDS => Ok(Self((first..=last).collect())),
+            Some(_) => Err(format!("expected at most {MAX_SEEDS} seeds, found `{text}`")),
+            None => Err(format!("expected the first seed not above the last, found `{text}`")),
+        }
+    }
+}
+
+pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let work = async {
+        match command {
+            Command::Calibration(args) => calibration(args).await,
+            Command::Accuracy(args) => accuracy(args).await,
+        }
+    };
+    interrupt.or(work).await.unwrap_or(Ok(Outcome::Done))
+}
+
+/// Tries one row a seed, off the runtime's threads, with a progress bar.
+async fn tries(
+    scene: Scene,
+    seeds: Vec<u64>,
+    model: &'static Model,
+    calibration: Option<Calibration>,
+) -> Result<Vec<Trial>, Failure> {
+    let bar = progress::bar("trying", "rows", seeds.len() as u64);
+    let work = move || -> Result<Vec<Trial>, TrialError> {
+        let trials = Trial::run_seeds(&scene, &seeds, model, calibration.as_ref(), &|| bar.inc(1));
+        bar.finish_and_clear();
+        trials
+    };
+    match tokio::task::spawn_blocking(work).await {
+        Ok(trials) => Ok(trials?),
+        Err(cause) => Err(Failure::System { what: "try the rows", cause: std::io::Error::other(cause) }),
+    }
+}
+
+async fn calibration(args: CalibrationArgs) -> Result<Outcome, Failure> {
+    let scene = args.scene.scene()?;
+    let model = args.scene.model(&scene.resolved_rig(), 0)?;
+    let seeds = args.seeds.0;
+    let class = class_of(&scene, model);
+    let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
+    let provenance = Provenance {
+        command: format!(
+            "rowscan study calibration {} --model {} --seeds {range}",
+            args.scene.name, model.name
+        ),
+        seeds: seeds.clone(),
+    };
+    let trials = tries(scene, seeds, model, None).await?;
+    let samples: Vec<Sample> = trials.iter().filter_map(sample).collect();
+    let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
+    let text = toml::to_string(&calibration).map_err(|cause| Failure::Write {
+        what: "the calibration".to_owned(),
+        cause: std::io::Error::other(cause),
+    })?;
+    match &args.output {
+        Some(path) => {
+            output::write_file(path, &text)?;
+            say(format_args!("wrote {}", path.display()));
+        }
+        None => output::print(&text)?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// A row as a point of the fit.
+fn sample(trial: &Trial) -> Option<Sample> {
+    Some(Sample {
+        length_m: trial.length_m,
+        impacted_total_area_m2: trial.estimate.impacted_total_area_m2?,
+        contact_leaf_area_m2: trial.estimate.leaf_area_contact_raw_m2?,
+        leaf_area_m2: trial.truth.leaf_area_m2,
+    })
+}
+
+/// What a calibration made on this scene is valid for.
+fn class_of(scene: &Scene, model: &Model) -> Class {
+    let tree = scene.orchard.tree_parameters();
+    Class {
+        preset: scene.orchard.preset.to_string(),
+        shady_threshold_percent: tree.shady_percent,
+        growth_stage: format!("{} iterations", tree.iterations),
+        tree_spacing_m: scene.orchard.layout().tree_spacing_m,
+        scanner_model: model.name.to_owned(),
+        resolution_deg: scene
+            .resolved_rig()
+            .scanners
+            .first()
+            .and_then(|mount| mount.resolution_deg)
+            .unwrap_or_else(|| exact_step_deg(model.default_mode.step)),
+        echo_rule: EchoRule::First,
+        optics: Optics::Ideal,
+    }
+}
+
+/// One row of the accuracy table.
+#[derive(Debug, Serialize)]
+struct AccuracyRow {
+    seed: u64,
+    leaf_area_m2: f64,
+    lai: Option<f64>,
+    impacted_total_area_m2: Option<f64>,
+    leaf_area_regression_m2: Option<f64>,
+    regression_error: Option<f64>,
+    leaf_area_contact_m2: Option<f64>,
+    contact_error: Option<f64>,
+    contact_raw_error: Option<f64>,
+    null_error: Option<f64>,
+}
+
+impl From<&Trial> for AccuracyRow {
+    fn from(trial: &Trial) -> Self {
+        let (estimate, truth) = (&trial.estimate, trial.truth.leaf_area_m2);
+        let error = |found: Option<f64>| found.map(|found| (found - truth) / truth);
+        Self {
+            seed: trial.seed,
+            leaf_area_m2: truth,
+            lai: trial.truth.lai,
+            impacted_total_area_m2: estimate.impacted_total_area_m2,
+            leaf_area_regression_m2: estimate.leaf_area_regression_m2,
+            regression_error: error(estimate.leaf_area_regression_m2),
+            leaf_area_contact_m2: estimate.leaf_area_contact_m2,
+            contact_error: error(estimate.leaf_area_contact_m2),
+            contact_raw_error: error(estimate.leaf_area_contact_raw_m2),
+            null_error: error(estimate.leaf_area_null_m2),
+        }
+    }
+}
+
+/// Median and 90th percentile of the absolute relative error of each estimator.
+#[derive(Debug, Serialize)]
+struct AccuracySummary {
+    estimator: &'static str,
+    rows: usize,
+    median_abs_error: Option<f64>,
+    p90_abs_error: Option<f64>,
+}
+
+impl AccuracySummary {
+    fn new(estimator: &'static str, errors: impl Iterator<Item = Option<f64>>) -> Self {
+        let mut errors: Vec<f64> = errors.flatten().map(f64::abs).collect();
+        errors.sort_unstable_by(f64::total_cmp);
+        // Nearest rank: an error some row really had.
+        let rank = |fraction: f64| {
+            let rank = (fraction * errors.len() as f64).ceil() as usize;
+            errors.get(rank.saturating_sub(1)).copied()
+        };
+        Self { estimator, rows: errors.len(), median_abs_error: rank(0.5), p90_abs_error: rank(0.9) }
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct Accuracy {
+    scene: String,
+    model: &'static str,
+    rows: Vec<AccuracyRow>,
+    summary: Vec<AccuracySummary>,
+}
+
+async fn accuracy(args: AccuracyArgs) -> Result<Outcome, Failure> {
+    let scene = args.scene.scene()?;
+    let rig = scene.resolved_rig();
+    let model = args.scene.model(&rig, 0)?;
+    let calibration = match (&args.calibration, &rig.calibration) {
+        (Some(name), _) => Some(config::load_calibration(name)?),
+        (None, Some(name)) => Some(config::load_calibration_for(name, model.name)?),
+        (None, None) => None,
+    };
+    if let Some(seed) =
+        calibration.iter().flat_map(|c| &c.provenance.seeds).find(|seed| args.seeds.0.contains(seed))
+    {
+        say(format_args!(
+            "warning: the calibration was fitted on seed {seed} too; choose seeds it has not seen"
+        ));
+    }
+    let trials = tries(scene, args.seeds.0, model, calibration).await?;
+    let rows: Vec<AccuracyRow> = trials.iter().map(AccuracyRow::from).collect();
+    let summary = vec![
+        AccuracySummary::new("regression on I_T", rows.iter().map(|row| row.regression_error)),
+        AccuracySummary::new("contact frequency", rows.iter().map(|row| row.contact_error)),
+        AccuracySummary::new("contact frequency, raw", rows.iter().map(|row| row.contact_raw_error)),
+        AccuracySummary::new("null (training mean)", rows.iter().map(|row| row.null_error)),
+    ];
+    match args.format {
+        Format::Json | Format::Jsonl => {
+            output::print_json(
+                args.format,
+                &Accuracy { scene: args.scene.name, model: model.name, rows, summary },
+            )?;
+        }
+        Format::Csv => output::print_rows(args.format, &rows)?,
+        Format::Table => {
+            output::print(&table(&rows))?;
+            let mut grid = output::grid();
+            output::head(&mut grid, ["estimator", "rows", "median |error|", "p90 |error|"]);
+            for line in &summary {
+                grid.add_row([
+                    Cell::new(line.estimator),
+                    number(Some(line.rows as f64), 0),
+                    percent(line.median_abs_error),
+                    percent(line.p90_abs_error),
+                ]);
+            }
+            output::print(&format!("{grid}\n"))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+fn table(rows: &[AccuracyRow]) -> String {
+    let mut grid = output::grid();
+    output::head(
+        &mut grid,
+        [
+            "seed",
+            "leaf area m²",
+            "LAI",
+            "I_T m²",
+            "by I_T",
+            "error",
+            "by contact",
+            "error",
+            "raw error",
+            "null error",
+        ],
+    );
+    for row in rows {
+        grid.add_row([
+            Cell::new(row.seed),
+            number(Some(row.leaf_area_m2), 2),
+            number(row.lai, 2),
+            number(row.impacted_total_area_m2, 3),
+            number(row.leaf_area_regression_m2, 2),
+            percent(row.regression_error),
+            number(row.leaf_area_contact_m2, 2),
+            percent(row.contact_error),
+            percent(row.contact_raw_error),
+            percent(row.null_error),
+        ]);
+    }
+    format!("{grid}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_are_a_range_with_both_ends() {
+        assert_eq!("3..5".parse::<Seeds>().map(|seeds| seeds.0), Ok(vec![3, 4, 5]));
+        for (text, reason) in [
+            ("5", "FIRST..LAST"),
+            ("5..3", "not above"),
+            ("1..x", "FIRST..LAST"),
+            ("0..18446744073709551615", "at most"),
+        ] {
+            let message = text.parse::<Seeds>().expect_err(text);
+            assert!(message.contains(reason), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn quantiles_are_errors_some_row_had() {
+        let summary = AccuracySummary::new("x", (1..=10).map(|n| Some(-f64::from(n))));
+        assert_eq!((summary.median_abs_error, summary.p90_abs_error), (Some(5.0), Some(9.0)));
+        assert_eq!(AccuracySummary::new("x", [None].into_iter()).median_abs_error, None);
+    }
+}

@@ -1,0 +1,165 @@
+//! The one place of the emulator that knows the host's clock: everything else runs on simulated time.
+
+use std::collections::VecDeque;
+use std::str::FromStr;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use rowscan_protocol::time::SimTime;
+use tokio::time::{Instant, sleep_until};
+
+/// How simulated time runs against the host's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeScale {
+    /// So many simulated seconds a host second; deadlines are absolute, a slow client loses scans.
+    Paced(f64),
+    /// As fast as the clients take it; the simulated clock waits for them and nothing is lost.
+    Max,
+}
+
+/// Why a time scale was refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a positive number (1 = real time, 10 = ten times faster) or `max`, found `{0}`")]
+pub struct TimeScaleError(String);
+
+impl FromStr for TimeScale {
+    type Err = TimeScaleError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "max" => Ok(Self::Max),
+            _ => match text.parse::<f64>() {
+                Ok(scale) if scale.is_finite() && (1e-6..=1e6).contains(&scale) => Ok(Self::Paced(scale)),
+                _ => Err(TimeScaleError(text.to_owned())),
+            },
+        }
+    }
+}
+
+/// Simulated time as the host sees it.
+#[derive(Debug)]
+pub struct SimClock {
+    scale: TimeScale,
+    epoch: Instant,
+    /// The latest instant the mirror reached, ns; what time it is while the clock waits for its clients.
+    reached: AtomicU64,
+}
+
+impl SimClock {
+    /// Starts simulated time at zero, now.
+    pub fn start(scale: TimeScale) -> Self {
+        Self { scale, epoch: Instant::now(), reached: AtomicU64::new(0) }
+    }
+
+    /// The scale.
+    pub fn scale(&self) -> TimeScale {
+        self.scale
+    }
+
+    /// Simulated time now.
+    pub fn now(&self) -> SimTime {
+        let reached = SimTime(self.reached.load(Ordering::Relaxed));
+        match self.scale {
+            TimeScale::Paced(scale) => {
+                reached.max(SimTime((self.epoch.elapsed().as_nanos() as f64 * scale) as u64))
+            }
+            TimeScale::Max => reached,
+        }
+    }
+
+    /// Waits for the simulated instant `at`: until its absolute host deadline if paced, not at all otherwise.
+    pub async fn reach(&self, at: SimTime) {
+        if let TimeScale::Paced(scale) = self.scale {
+            sleep_until(self.epoch + Duration::from_secs_f64(at.as_secs_f64() / scale)).await;
+        }
+        self.reached.fetch_max(at.0, Ordering::Relaxed);
+    }
+}
+
+/// A short rest before trying again what the system just refused.
+pub(crate) async fn breathe() {
+    tokio::time::sleep(Duration::from_millis(50)).await;
+}
+
+/// How many hand-overs a [`Latency`] remembers; more than any client's queue holds.
+const REMEMBERED: usize = 4096;
+
+/// Host time from handing a telegram to its socket queue until someone says it has been used.
+#[derive(Debug, Default)]
+pub struct Latency {
+    sent: Mutex<VecDeque<(u16, Instant)>>,
+    measured: Mutex<Vec<Duration>>,
+}
+
+impl Latency {
+    /// The telegram with this counter is on its way.
+    pub fn sent(&self, telegram_counter: u16) {
+        let mut sent = self.sent.lock().unwrap_or_else(PoisonError::into_inner);
+        if sent.len() == REMEMBERED {
+            sent.pop_front();
+        }
+        sent.push_back((telegram_counter, Instant::now()));
+    }
+
+    /// The telegram with this counter has been used.
+    pub fn used(&self, telegram_counter: u16) {
+        let now = Instant::now();
+        let mut sent = self.sent.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Some((counter, at)) = sent.pop_front() {
+            if counter == telegram_counter {
+                self.measured.lock().unwrap_or_else(PoisonError::into_inner).push(now - at);
+                return;
+            }
+        }
+    }
+
+    /// The latency that `fraction` of all telegrams stayed under.
+    pub fn quantile(&self, fraction: f64) -> Option<Duration> {
+        let mut measured = self.measured.lock().unwrap_or_else(PoisonError::into_inner);
+        measured.sort_unstable();
+        let last = measured.len().checked_sub(1)?;
+        measured.get((last as f64 * fraction).round() as usize).copied()
+    }
+}
+
+/// Host time since `self` was made; for telling the user how long something took.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch(Instant);
+
+impl Stopwatch {
+    /// Starts at zero.
+    pub fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Time since the start.
+    pub fn elapsed(&self) -> Duration {
+        self.0.elapsed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_scale_is_a_positive_number_or_max() {
+        assert_eq!("max".parse(), Ok(TimeScale::Max));
+        assert_eq!("0.5".parse(), Ok(TimeScale::Paced(0.5)));
+        for nonsense in ["0", "-1", "nan", "inf", "fast", ""] {
+            let message = nonsense.parse::<TimeScale>().expect_err(nonsense).to_string();
+            assert!(message.contains(&format!("`{nonsense}`")), "{message}");
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn deadlines_are_absolute_and_scaled() {
+        let clock = SimClock::start(TimeScale::Paced(10.0));
+        let watch = Stopwatch::start();
+        clock.reach(SimTime(20_000_000_000)).await;
+        // tokio's timer rounds up to its next millisecond
+        assert!(watch.elapsed().abs_diff(Duration::from_secs(2)) <= Duration::from_millis(1));
+        assert_eq!(clock.now().0 / 1_000_000_000, 20);
+    }
+}

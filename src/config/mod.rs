@@ -1,0 +1,7 @@
+//! Files and names a user hands in: scenes, rigs, calibrations.
+
+mod scene;
+mod strict;
+
+pub use scene::{ConfigError, load_calibration, load_calibration_for, load_rig, load_scene};
+pub use strict::{Trouble, from_toml};

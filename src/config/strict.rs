@@ -1,0 +1,365 @@
+//! TOML with errors a user can act on: the line, what was found, what was expected, and the nearest valid key.
+//!
+//! A deserializer of our own over the parsed, spanned document, because only so do serde's typed complaints (unknown field,
+//! unknown variant) reach us as data and not as a sentence to be searched.
+
+use std::fmt;
+use std::ops::Range;
+
+use serde::de::{
+    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error as _, IntoDeserializer, MapAccess,
+    SeqAccess, Unexpected, VariantAccess, Visitor,
+};
+use serde::forward_to_deserialize_any;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// What is wrong with a document, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trouble {
+    /// Line of the offending key or value, from 1; 0 if it concerns the whole document.
+    pub line: usize,
+    /// What is wrong, with the remedy.
+    pub message: String,
+}
+
+/// Reads a document strictly: unknown keys are refused.
+pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, Trouble> {
+    let document = DeTable::parse(text).map_err(|error| Trouble {
+        line: error.span().map_or(0, |span| line_of(text, &span)),
+        message: error.message().to_owned(),
+    })?;
+    let span = document.span();
+    let value = Spanned::new(span, DeValue::Table(document.into_inner()));
+    T::deserialize(Value(value)).map_err(|complaint| Trouble {
+        line: complaint.span.as_ref().map_or(0, |span| line_of(text, span)),
+        message: complaint.kind.to_string(),
+    })
+}
+
+fn line_of(text: &str, span: &Range<usize>) -> usize {
+    text.as_bytes().iter().take(span.start).filter(|byte| **byte == b'\n').count() + 1
+}
+
+/// A complaint of serde's, kept as data.
+#[derive(Debug)]
+struct Complaint {
+    span: Option<Range<usize>>,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    UnknownKey { found: String, valid: &'static [&'static str] },
+    UnknownChoice { found: String, valid: &'static [&'static str] },
+    MissingKey(&'static str),
+    Mismatch { found: String, expected: String },
+    Other(String),
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownKey { found, valid } => {
+                write!(f, "unknown key `{found}`")?;
+                suggest(f, found, valid)
+            }
+            Self::UnknownChoice { found, valid } => {
+                write!(f, "unknown value `{found}`")?;
+                suggest(f, found, valid)
+            }
+            Self::MissingKey(key) => write!(f, "the key `{key}` is missing; add it"),
+            Self::Mismatch { found, expected } => write!(f, "expected {expected}, found {found}"),
+            Self::Other(message) => f.write_str(message),
+        }
+    }
+}
+
+/// How alike two keys must be (Jaro-Winkler) for one to be offered for the other.
+const ALIKE: f64 = 0.7;
+
+fn suggest(f: &mut fmt::Formatter<'_>, found: &str, valid: &[&str]) -> fmt::Result {
+    let nearest = valid
+        .iter()
+        .map(|key| (strsim::jaro_winkler(found, key), *key))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(likeness, _)| *likeness >= ALIKE);
+    match nearest {
+        Some((_, key)) => write!(f, "; did you mean `{key}`?"),
+        None => write!(f, "; valid here: {}", valid.join(", ")),
+    }
+}
+
+impl Complaint {
+    fn new(kind: Kind) -> Self {
+        Self { span: None, kind }
+    }
+
+    /// The innermost place wins: it was noted first.
+    fn at(mut self, span: &Range<usize>) -> Self {
+        self.span.get_or_insert_with(|| span.clone());
+        self
+    }
+}
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.kind.fmt(f)
+    }
+}
+
+impl std::error::Error for Complaint {}
+
+impl serde::de::Error for Complaint {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        Self::new(Kind::Other(message.to_string()))
+    }
+
+    fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
+        Self::new(Kind::UnknownKey { found: field.to_owned(), valid: expected })
+    }
+
+    fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
+        Self::new(Kind::UnknownChoice { found: variant.to_owned(), valid: expected })
+    }
+
+    fn missing_field(field: &'static str) -> Self {
+        Self::new(Kind::MissingKey(field))
+    }
+
+    fn invalid_type(found: Unexpected<'_>, expected: &dyn serde::de::Expected) -> Self {
+        Self::new(Kind::Mismatch { found: found.to_string(), expected: expected.to_string() })
+    }
+
+    fn invalid_value(found: Unexpected<'_>, expected: &dyn serde::de::Expected) -> Self {
+        Self::invalid_type(found, expected)
+    }
+}
+
+/// One value of the document.
+struct Value<'i>(Spanned<DeValue<'i>>);
+
+impl<'de> Deserializer<'de> for Value<'_> {
+    type Error = Complaint;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Complaint> {
+        let span = self.0.span();
+        let visited = match self.0.into_inner() {
+            DeValue::String(text) => visitor.visit_str(&text),
+            DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
+                Ok(integer) => visitor.visit_i64(integer),
+                // A seed may use all 64 bits.
+                Err(_) => match u64::from_str_radix(integer.as_str(), integer.radix()) {
+                    Ok(integer) => visitor.visit_u64(integer),
+                    Err(_) => Err(Complaint::custom(format_args!("`{integer}` does not fit 64 bits"))),
+                },
+            },
+            DeValue::Float(float) => match float.as_str().parse() {
+                Ok(float) => visitor.visit_f64(float),
+                Err(_) => Err(Complaint::custom(format_args!("`{}` is not a number", float.as_str()))),
+            },
+            DeValue::Boolean(boolean) => visitor.visit_bool(boolean),
+            DeValue::Datetime(datetime) => visitor.visit_string(datetime.to_string()),
+            DeValue::Array(items) => visitor.visit_seq(Items(items.into_iter())),
+            DeValue::Table(table) => visitor.visit_map(Entries { entries: table.into_iter(), pending: None }),
+        };
+        visited.map_err(|complaint| complaint.at(&span))
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Complaint> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Complaint> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Complaint> {
+        let span = self.0.span();
+        let visited = match self.0.into_inner() {
+            DeValue::String(name) => visitor.visit_enum(name.into_deserializer()),
+            DeValue::Table(table) => visitor.visit_enum(Choice(table)),
+            other => Err(Complaint::new(Kind::Mismatch {
+                found: other.type_str().to_owned(),
+                expected: "a name or a table".to_owned(),
+            })),
+        };
+        visited.map_err(|complaint| complaint.at(&span))
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map struct identifier ignored_any
+    }
+}
+
+struct Items<'i>(<toml::de::DeArray<'i> as IntoIterator>::IntoIter);
+
+impl<'de> SeqAccess<'de> for Items<'_> {
+    type Error = Complaint;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Complaint> {
+        self.0.next().map(|item| seed.deserialize(Value(item))).transpose()
+    }
+}
+
+struct Entries<'i> {
+    entries: <DeTable<'i> as IntoIterator>::IntoIter,
+    pending: Option<Spanned<DeValue<'i>>>,
+}
+
+impl<'de> MapAccess<'de> for Entries<'_> {
+    type Error = Complaint;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Complaint> {
+        let Some((key, value)) = self.entries.next() else { return Ok(None) };
+        self.pending = Some(value);
+        let span = key.span();
+        let key: &str = key.get_ref();
+        seed.deserialize(key.into_deserializer())
+            .map(Some)
+            .map_err(|complaint: Complaint| complaint.at(&span))
+    }
+
+    fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Complaint> {
+        match self.pending.take() {
+            Some(value) => seed.deserialize(Value(value)),
+            None => Err(Complaint::custom("a value was asked for before its key")),
+        }
+    }
+}
+
+/// An enum value written as a table of one key: `{ cylinder = { radius_m = 0.1 } }`.
+struct Choice<'i>(DeTable<'i>);
+
+impl<'de, 'i> EnumAccess<'de> for Choice<'i> {
+    type Error = Complaint;
+    type Variant = Value<'i>;
+
+    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Value<'i>), Complaint> {
+        let mut entries = self.0.into_iter();
+        match (entries.next(), entries.next()) {
+            (Some((key, value)), None) => {
+                let span = key.span();
+                let name: &str = key.get_ref();
+                let variant = seed
+                    .deserialize(name.into_deserializer())
+                    .map_err(|complaint: Complaint| complaint.at(&span))?;
+                Ok((variant, Value(value)))
+            }
+            _ => Err(Complaint::custom("expected a table of exactly one key, the choice's name")),
+        }
+    }
+}
+
+impl<'de> VariantAccess<'de> for Value<'_> {
+    type Error = Complaint;
+
+    fn unit_variant(self) -> Result<(), Complaint> {
+        Ok(())
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Complaint> {
+        seed.deserialize(self)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, Complaint> {
+        self.deserialize_any(visitor)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Complaint> {
+        self.deserialize_any(visitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(deny_unknown_fields)]
+    struct Orchard {
+        trees: u32,
+        tree_spacing_m: f64,
+        shape: Shape,
+        #[serde(default)]
+        rows: Vec<[f64; 2]>,
+    }
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(rename_all = "snake_case")]
+    enum Shape {
+        Spindle,
+        Cylinder { radius_m: f64 },
+    }
+
+    fn trouble(text: &str) -> Trouble {
+        from_toml::<Orchard>(text).expect_err(text)
+    }
+
+    #[test]
+    fn a_sound_document_is_read() {
+        let orchard: Orchard = from_toml(
+            "trees = 12\ntree_spacing_m = 2\nshape = { cylinder = { radius_m = 0.1 } }\nrows = [[1, 2.5]]\n",
+        )
+        .expect("sound");
+        assert_eq!(
+            orchard,
+            Orchard {
+                trees: 12,
+                tree_spacing_m: 2.0,
+                shape: Shape::Cylinder { radius_m: 0.1 },
+                rows: vec![[1.0, 2.5]]
+            }
+        );
+    }
+
+    #[test]
+    fn an_unknown_key_names_its_line_and_the_nearest_key() {
+        let found = trouble("trees = 1\ntree_spacing = 1.5\nshape = \"spindle\"\n");
+        assert_eq!(found.line, 2);
+        assert_eq!(found.message, "unknown key `tree_spacing`; did you mean `tree_spacing_m`?");
+    }
+
+    #[test]
+    fn a_key_like_no_other_lists_what_is_valid() {
+        let found = trouble("xyz = 1\n");
+        assert_eq!(found.line, 1);
+        assert_eq!(found.message, "unknown key `xyz`; valid here: trees, tree_spacing_m, shape, rows");
+    }
+
+    #[test]
+    fn wrong_types_and_choices_name_what_was_found_and_expected() {
+        let found = trouble("trees = 1\ntree_spacing_m = \"wide\"\n");
+        assert_eq!((found.line, found.message.as_str()), (2, "expected f64, found string \"wide\""));
+        let found = trouble("trees = -1\n");
+        assert_eq!((found.line, found.message.as_str()), (1, "expected u32, found integer `-1`"));
+        let found = trouble("shape = \"spindel\"\n");
+        assert_eq!(
+            (found.line, found.message.as_str()),
+            (1, "unknown value `spindel`; did you mean `spindle`?")
+        );
+        let found = trouble("trees = 1\ntree_spacing_m = 1\n");
+        assert_eq!(found.message, "the key `shape` is missing; add it");
+    }
+
+    #[test]
+    fn what_is_not_toml_says_where() {
+        let found = trouble("trees = 1\ntrees = = 2\n");
+        assert_eq!(found.line, 2, "{found:?}");
+    }
+}

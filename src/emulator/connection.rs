@@ -1,0 +1,77 @@
+//! One client: its requests to the device, the device's replies and scans back to it. All bytes to a client pass here.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use bytes::Bytes;
+use rowscan_protocol::device::{AfterReply, Reply, Session};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::sync::mpsc;
+
+use super::Shared;
+use super::roster::Member;
+
+/// Bytes taken from a client at a time.
+const READ_CHUNK: usize = 4096;
+
+/// Serves one client until it leaves, is turned out, or the device drops it. A house full of speakers refuses it.
+pub(super) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, stream: S) {
+    let Some((member, scans)) = shared.roster.join() else {
+        shared.counts.refused.fetch_add(1, Ordering::Relaxed);
+        return;
+    };
+    let ended = tokio::select! {
+        ended = converse(&shared, &member, scans, stream) => ended,
+        () = member.turned_out() => Ok(()),
+    };
+    if let Err(cause) = ended {
+        tracing::debug!(%cause, "client gone");
+    }
+    shared.roster.leave(&member);
+    // A mirror that waits for this client's room must look again.
+    member.set_wants(None);
+    shared.interest.notify_one();
+}
+
+async fn converse<S: AsyncRead + AsyncWrite>(
+    shared: &Shared,
+    member: &Member,
+    mut scans: mpsc::Receiver<Bytes>,
+    stream: S,
+) -> io::Result<()> {
+    let (mut reader, mut writer) = tokio::io::split(stream);
+    let mut session = Session::new(shared.config.dialects);
+    let mut chunk = vec![0; READ_CHUNK];
+    let mut replies: Vec<Reply> = Vec::new();
+    loop {
+        tokio::select! {
+            read = reader.read(&mut chunk) => {
+                let read = read?;
+                if read == 0 {
+                    return Ok(());
+                }
+                session.handle_bytes(&mut shared.device(), shared.clock.now(), &chunk[..read], &mut replies);
+                if session.counts().frames > 0 {
+                    member.has_spoken();
+                }
+                for reply in replies.drain(..) {
+                    // One write a reply: many clients take whatever one read gives as the whole reply.
+                    writer.write_all(&reply.bytes).await?;
+                    if let Some(AfterReply::Close) = reply.after {
+                        return writer.shutdown().await;
+                    }
+                }
+                // Only now: no scan may overtake the reply to its subscription.
+                member.set_wants(session.subscribed().then(|| session.dialect()));
+                shared.interest.notify_one();
+            }
+            scan = scans.recv() => match scan {
+                // Scans already queued when the client unsubscribed are not sent any more.
+                Some(scan) if session.subscribed() => writer.write_all(&scan).await?,
+                Some(_) => {}
+                None => return Ok(()),
+            },
+        }
+    }
+}

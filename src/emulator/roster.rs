@@ -1,0 +1,119 @@
+//! Who is connected, and who wants scans.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bytes::Bytes;
+use rowscan_protocol::frame::Dialect;
+use tokio::sync::{Notify, mpsc};
+
+/// Scan telegrams a client may lag behind; at 50 Hz a little over a second.
+pub(super) const QUEUE: usize = 64;
+
+/// The connected clients of one scanner.
+#[derive(Debug)]
+pub(super) struct Roster {
+    members: Mutex<Vec<Arc<Member>>>,
+    limit: usize,
+    next: AtomicU64,
+}
+
+/// One connected client, as the mirror sees it.
+#[derive(Debug)]
+pub(super) struct Member {
+    id: u64,
+    queue: mpsc::Sender<Bytes>,
+    /// The dialect scans are wanted in.
+    wants: Mutex<Option<Dialect>>,
+    /// It has sent at least one valid telegram.
+    spoke: AtomicBool,
+    /// Rung to turn this client out.
+    leave: Notify,
+}
+
+impl Roster {
+    pub(super) fn new(limit: usize) -> Self {
+        Self { members: Mutex::default(), limit: limit.max(1), next: AtomicU64::new(0) }
+    }
+
+    /// Takes a client in, with the queue its scans will come through. When the house is full, the client that has been
+    /// connected longest without a single valid telegram is turned out; if all have spoken, the newcomer is refused.
+    pub(super) fn join(&self) -> Option<(Arc<Member>, mpsc::Receiver<Bytes>)> {
+        let mut members = self.lock();
+        if members.len() >= self.limit {
+            let silent = members.iter().position(|member| !member.spoke.load(Ordering::Relaxed))?;
+            members.remove(silent).leave.notify_one();
+        }
+        let (queue, scans) = mpsc::channel(QUEUE);
+        let member = Arc::new(Member {
+            id: self.next.fetch_add(1, Ordering::Relaxed),
+            queue,
+            wants: Mutex::new(None),
+            spoke: AtomicBool::new(false),
+            leave: Notify::new(),
+        });
+        members.push(Arc::clone(&member));
+        Some((member, scans))
+    }
+
+    pub(super) fn leave(&self, member: &Member) {
+        self.lock().retain(|other| other.id != member.id);
+    }
+
+    /// The clients that want scans now, with the dialect each wants.
+    pub(super) fn audience(&self, out: &mut Vec<(Arc<Member>, Dialect)>) {
+        out.clear();
+        out.extend(
+            self.lock()
+                .iter()
+                .filter_map(|member| member.wants().map(|dialect| (Arc::clone(member), dialect))),
+        );
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Arc<Member>>> {
+        self.members.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Member {
+    pub(super) fn wants(&self) -> Option<Dialect> {
+        *self.wants.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says in which dialect scans are wanted.
+    pub(super) fn set_wants(&self, wants: Option<Dialect>) {
+        *self.wants.lock().unwrap_or_else(PoisonError::into_inner) = wants;
+    }
+
+    pub(super) fn has_spoken(&self) {
+        self.spoke.store(true, Ordering::Relaxed);
+    }
+
+    /// Resolves when this client is turned out.
+    pub(super) async fn turned_out(&self) {
+        self.leave.notified().await;
+    }
+
+    pub(super) fn queue(&self) -> &mpsc::Sender<Bytes> {
+        &self.queue
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_house_turns_out_the_longest_silent_client_and_no_other() {
+        let roster = Roster::new(2);
+        let (speaker, _a) = roster.join().expect("room");
+        speaker.has_spoken();
+        let (silent, _b) = roster.join().expect("room");
+        let (newcomer, _c) = roster.join().expect("the silent one goes");
+        let ids: Vec<u64> = roster.lock().iter().map(|member| member.id).collect();
+        assert_eq!(ids, [speaker.id, newcomer.id]);
+        assert!(!ids.contains(&silent.id));
+        newcomer.has_spoken();
+        assert!(roster.join().is_none(), "all have spoken: the newcomer is refused");
+    }
+}

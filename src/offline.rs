@@ -1,0 +1,43 @@
+//! The same device without sockets: turn after turn in memory, as fast as it goes, through the same telegram.
+
+use rowscan_protocol::device::Device;
+use rowscan_protocol::scan::Scan;
+use rowscan_protocol::telegram::{LmdScandata, NoDistance};
+use rowscan_protocol::time::SimTime;
+
+use crate::emulator::{Drive, Turns, World};
+
+/// A device driven past a scene in memory. Its scans equal, bit for bit, those a client of the emulator receives.
+#[derive(Debug)]
+pub struct Offline {
+    device: Device,
+    world: World,
+    turns: Turns,
+    drive: Drive,
+}
+
+impl Offline {
+    /// Ready for the first turn.
+    pub fn new(device: Device, world: World) -> Self {
+        let turns = Turns::new(SimTime::ZERO, device.mirror());
+        Self { device, world, turns, drive: Drive::default() }
+    }
+
+    /// The next turn's telegram; `None` if the device does not measure or leaves this turn out.
+    pub fn telegram(&mut self) -> Option<&LmdScandata> {
+        let at = self.turns.next();
+        let mirror = self.device.mirror();
+        self.world.look(mirror, self.drive.travelled(at));
+        self.drive.begin(at);
+        self.turns.advance(mirror);
+        self.device.measure(at, &self.world.line())
+    }
+
+    /// The next turn's scan, into `scan`; false if there is none this turn.
+    pub fn scan_into(&mut self, scan: &mut Scan) -> Result<bool, NoDistance> {
+        match self.telegram() {
+            Some(telegram) => telegram.to_scan_into(scan).map(|()| true),
+            None => Ok(false),
+        }
+    }
+}

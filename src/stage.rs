@@ -1,0 +1,79 @@
+//! A scene made ready to be scanned: orchard grown, caster built, devices set up as the rig says.
+
+use std::sync::Arc;
+
+use rowscan_protocol::device::{Device, Identity, ModeError};
+use rowscan_protocol::model::{Model, ScanMode};
+use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
+
+use crate::emulator::{World, WorldError};
+
+/// A grown scene with its rig.
+#[derive(Debug)]
+pub struct Stage {
+    /// The scene as it was handed in.
+    pub scene: Scene,
+    /// The rig, with what the scene knows filled in.
+    pub rig: Rig,
+    /// The grown orchard.
+    pub orchard: Orchard,
+    caster: Arc<Caster>,
+}
+
+/// Why a scanner could not be put on the stage.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StageError {
+    /// The rig lacks it.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The model has no such scan mode.
+    #[error(transparent)]
+    Mode(#[from] ModeError),
+}
+
+impl Stage {
+    /// Grows the scene's orchard; `progress` hears of trees done and trees in all.
+    pub fn grow(scene: Scene, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<Self, GrowError> {
+        let orchard = Orchard::grow(&scene.orchard, scene.seed, progress)?;
+        let caster = Arc::new(Caster::new(&orchard));
+        Ok(Self { rig: scene.resolved_rig(), scene, orchard, caster })
+    }
+
+    /// The rig's scanner number `index` as a device of `model`, with its view.
+    pub fn scanner(&self, index: usize, model: &'static Model) -> Result<(Device, World), StageError> {
+        let world = World::new(Arc::clone(&self.caster), self.rig.clone(), index, model)?;
+        let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
+        let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
+        if let Some(mount) = self.rig.scanners.get(index) {
+            let mode = scan_mode(model, mount)?;
+            device.set_scan_mode(mode.frequency_centihz, mode.step)?;
+        }
+        Ok((device, world))
+    }
+
+    /// Scans a client receives while the tractor passes the whole row once.
+    pub fn scans_per_row(&self, device: &Device) -> u64 {
+        let hertz = f64::from(device.mirror().frequency_centihz) / 100.0;
+        (self.orchard.length_m() / self.rig.speed_m_s * hertz).round() as u64
+    }
+}
+
+/// The model's scan mode that fits what the mount asks for; its default where the mount leaves it open.
+fn scan_mode(model: &Model, mount: &Mount) -> Result<ScanMode, ModeError> {
+    let asked = ScanMode {
+        frequency_centihz: mount
+            .frequency_hz
+            .map_or(model.default_mode.frequency_centihz, |hertz| (hertz * 100.0).round() as u32),
+        step: mount
+            .resolution_deg
+            .map_or(model.default_mode.step, |degrees| (degrees * 10_000.0).round() as u16),
+    };
+    let fits = |mode: &&ScanMode| {
+        mount.frequency_hz.is_none_or(|_| mode.frequency_centihz == asked.frequency_centihz)
+            && mount.resolution_deg.is_none_or(|_| mode.step == asked.step)
+    };
+    let refused =
+        ModeError { model: model.title, frequency_centihz: asked.frequency_centihz, step: asked.step };
+    std::iter::once(&model.default_mode).chain(model.modes).find(fits).copied().ok_or(refused)
+}
