@@ -117,8 +117,9 @@ impl Stage {
 
     /// Starts a line in a shell of its own process group. Its data is dropped, its messages are shown.
     fn spawn(&self, line: &str) -> Result<Child, String> {
-        Command::new("sh")
-            .args(["-c", line])
+        // A pipe's last program must not hide that ours failed.
+        Command::new("bash")
+            .args(["-o", "pipefail", "-c", line])
             .current_dir(&self.folder)
             .env("PATH", &self.path)
             .stdin(Stdio::null())
