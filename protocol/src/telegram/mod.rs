@@ -137,6 +137,14 @@ pub fn encode<T: Fields>(dialect: Dialect, kind: Kind, name: &str, args: &T, out
     args.write(&mut Writer::begin(dialect, kind, name, out));
 }
 
+/// Appends the payload of a telegram without arguments. `trailing_blank`: binary replies mostly end in one.
+pub fn encode_empty(dialect: Dialect, kind: Kind, name: &str, trailing_blank: bool, out: &mut Vec<u8>) {
+    let mut writer = Writer::begin(dialect, kind, name, out);
+    if trailing_blank {
+        writer.trailing_blank();
+    }
+}
+
 /// Appends a telegram as a whole frame.
 pub fn encode_frame<T: Fields>(dialect: Dialect, kind: Kind, name: &str, args: &T, out: &mut Vec<u8>) {
     frame::encode_with(dialect, out, |out| encode(dialect, kind, name, args, out));
