@@ -4,8 +4,13 @@
 //! makes the estimate unbiased. Voxels are squares in x and z within a slice along the row; beams lie in one plane, so the
 //! way of each beam through the squares is worked out once per beam grid. Lines enter with their weight.
 //!
-//! Small samples: hits / Σ free path is the maximum-likelihood density. Its bias is about +LAD · G · path / N for N beams, so
-//! it matters only in voxels that hardly any beam reached; those with fewer than `min_beams` count as unvisited.
+//! Small samples: hits / Σ free path is a ratio, biased upwards where a voxel holds few independent looks.
+//! - Few beams: N independent beams of optical depth x bias it by (p − x(1 − p)) / (N p²), p = 1 − exp(−x), which is
+//!   1/(2N) for thin voxels; so it is multiplied by 1 − 1/(2N). Below `min_beams` a voxel counts as unvisited. With
+//!   infinitely small leaves the sum is then within 1 % up to an optical depth of 4.
+//! - Few leaves, each blocking many beams: not corrected, as the leaf size is unknown. On slabs of 6 cm leaves at
+//!   1.5 m²/m³ the bias was +7 % with voxels of 0.125 m, +2 % with 0.25 m (8 leaves a voxel) and under 1 % with 0.5 m,
+//!   which follow a crown's outline less well. A calibration's scale holds it.
 
 use crate::estimate::ContactReport;
 use crate::geometry::{Beam, Frame, Reading, reading};
@@ -32,6 +37,30 @@ struct Voxel {
     path_m2: f64,
     /// Beams that entered.
     beams: u32,
+}
+
+impl Voxel {
+    /// Contact frequency, hits a metre of free path; None where too few beams entered.
+    fn density(&self, min_beams: u32) -> Option<f64> {
+        let unbiased = 1.0 - 0.5 / f64::from(self.beams.max(1));
+        (self.beams >= min_beams && self.path_m2 > 0.0).then(|| self.hits_m / self.path_m2 * unbiased)
+    }
+}
+
+/// The visited voxels of one height: how many, and the sum of their contact frequencies.
+struct BandSums {
+    voxels: u32,
+    density: f64,
+}
+
+impl BandSums {
+    fn of(band: &[Voxel], min_beams: u32) -> Self {
+        let visited = band.iter().filter_map(|voxel| voxel.density(min_beams));
+        visited.fold(Self { voxels: 0, density: 0.0 }, |sums, density| Self {
+            voxels: sums.voxels + 1,
+            density: sums.density + density,
+        })
+    }
 }
 
 impl ContactFrequency {
@@ -96,19 +125,23 @@ impl ContactFrequency {
         let volume_m3 = self.region.dx_m * self.region.dz_m * self.length_m;
         let mut leaf_m2 = 0.0;
         for band in self.voxels.chunks_mut(self.region.nx.max(1)) {
-            let (mut density, mut visited) = (0.0, 0u32);
-            for voxel in band.iter().filter(|v| v.beams >= self.min_beams && v.path_m2 > 0.0) {
-                density += voxel.hits_m / voxel.path_m2 / self.report.projection;
-                visited += 1;
-            }
-            let unvisited = band.len() as u32 - visited;
-            leaf_m2 += density * volume_m3;
-            if self.fill == Fill::BandMean && visited > 0 {
-                let filled_m2 = density / f64::from(visited) * f64::from(unvisited) * volume_m3;
-                leaf_m2 += filled_m2;
-                self.report.leaf_area_filled_m2 += filled_m2;
-            }
-            self.report.voxels_visited += u64::from(visited);
+            let visited = BandSums::of(band, self.min_beams);
+            let unvisited = band.len() as u32 - visited.voxels;
+            let filled = match self.fill {
+                Fill::LeaveOut => 0.0,
+                Fill::BandMean if visited.voxels == 0 => 0.0,
+                Fill::BandMean => visited.density / f64::from(visited.voxels) * f64::from(unvisited),
+                Fill::Mirror => {
+                    let missing =
+                        band.iter().enumerate().filter(|(_, v)| v.density(self.min_beams).is_none());
+                    let twins = missing.filter_map(|(i, _)| band.get(self.region.mirrored(i)?));
+                    twins.filter_map(|twin| twin.density(self.min_beams)).sum()
+                }
+            };
+            let per_density_m2 = volume_m3 / self.report.projection;
+            leaf_m2 += (visited.density + filled) * per_density_m2;
+            self.report.leaf_area_filled_m2 += filled * per_density_m2;
+            self.report.voxels_visited += u64::from(visited.voxels);
             self.report.voxels_unvisited += u64::from(unvisited);
             band.fill(Voxel::default());
         }
@@ -130,6 +163,7 @@ struct Region {
     dz_m: f64,
     nx: usize,
     nz: usize,
+    row_m: f64,
 }
 
 /// Half width of the region where no row spacing says more, metres.
@@ -155,11 +189,18 @@ impl Region {
             dz_m: height_m / nz,
             nx: nx as usize,
             nz: nz as usize,
+            row_m: frame.distance_m,
         }
     }
 
     fn len(&self) -> usize {
         self.nx * self.nz
+    }
+
+    /// The voxel column as far behind the row plane as column `ix` lies before it.
+    fn mirrored(&self, ix: usize) -> Option<usize> {
+        let column = (2.0 * (self.row_m - self.x_m) / self.dx_m - (ix as f64 + 0.5)).floor();
+        (column >= 0.0 && column < self.nx as f64).then_some(column as usize)
     }
 
     fn voxel(&self, x_m: f64, z_m: f64) -> usize {
@@ -291,7 +332,7 @@ mod tests {
         assert!((walked - 0.1).abs() < 1e-12);
         assert_eq!(contact.report.hits, 1);
         // The hit stands 1.0 m off, in the fifth voxel of 3.9 m / 16: after 4 · 0.24375 = 0.975 m.
-        let density = 1.0 / (1.0 - 0.975) / 0.5;
+        let density = 1.0 / (1.0 - 0.975) / 0.5 * 0.5; // one beam: the correction is a half
         let expected = density * contact.region.dx_m * contact.region.dz_m * 0.1;
         let leaf = contact.close();
         assert!((leaf / expected - 1.0).abs() < 1e-9, "{leaf} {expected}");
