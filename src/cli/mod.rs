@@ -125,20 +125,23 @@ pub enum Failure {
 
 /// Runs one command line to its end.
 pub fn run(cli: Cli) -> Result<Outcome, Failure> {
-    tokio::runtime::Builder::new_multi_thread()
+    let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
-        .map_err(|cause| Failure::System { what: "start the runtime", cause })?
-        .block_on(async {
-            match cli.command {
-                Command::Demo(args) => demo::run(args).await,
-                Command::Emulate(args) => emulate::run(args).await,
-                Command::Estimate(args) => estimate::run(args).await,
-                Command::Orchard(command) => orchard::run(command).await,
-                Command::Study(command) => study::run(command).await,
-                Command::Models(args) => models::run(args),
-            }
-        })
+        .map_err(|cause| Failure::System { what: "start the runtime", cause })?;
+    let outcome = runtime.block_on(async {
+        match cli.command {
+            Command::Demo(args) => demo::run(args).await,
+            Command::Emulate(args) => emulate::run(args).await,
+            Command::Estimate(args) => estimate::run(args).await,
+            Command::Orchard(command) => orchard::run(command).await,
+            Command::Study(command) => study::run(command).await,
+            Command::Models(args) => models::run(args),
+        }
+    });
+    // An interrupted command does not wait for the orchard that was growing.
+    runtime.shutdown_background();
+    outcome
 }
 
 /// Tells the user how it ended, once, and turns it into an exit code: 0 done, 1 a finding, 2 bad input.

@@ -1,0 +1,110 @@
+//! The whole binary as a test sees it.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// No command under test may take longer.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+pub fn rowscan() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rowscan"));
+    command.stdin(Stdio::null());
+    command
+}
+
+/// What a finished command left.
+pub struct Ended {
+    pub code: Option<i32>,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+/// Runs a command to its end.
+pub fn run(args: &[&str]) -> Ended {
+    let mut command = rowscan();
+    let child =
+        command.args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs");
+    finish(child)
+}
+
+/// Waits for a command, reading what it says meanwhile.
+pub fn finish(mut child: Child) -> Ended {
+    fn drain(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<String> {
+        std::thread::spawn(move || {
+            let mut text = String::new();
+            if let Some(mut pipe) = pipe {
+                pipe.read_to_string(&mut text).expect("UTF-8");
+            }
+            text
+        })
+    }
+    let (stdout, stderr) = (drain(child.stdout.take()), drain(child.stderr.take()));
+    let status = wait(&mut child);
+    Ended { code: status.code(), stdout: stdout.join().expect("read"), stderr: stderr.join().expect("read") }
+}
+
+fn wait(child: &mut Child) -> ExitStatus {
+    let start = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().expect("it can be waited for") {
+            return status;
+        }
+        if start.elapsed() > PATIENCE {
+            let _ = child.kill();
+            panic!("a command did not end within {PATIENCE:?}");
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Sends SIGINT, as Ctrl-C does.
+pub fn interrupt(child: &Child) {
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(sent.success());
+}
+
+/// An emulator that has said where it listens. Ended when dropped.
+pub struct Emulator {
+    pub child: Child,
+    pub address: String,
+}
+
+impl Emulator {
+    pub fn start(args: &[&str]) -> Self {
+        let mut command = rowscan();
+        let mut child = command
+            .args(["emulate", "--tcp", "127.0.0.1:0", "--format", "jsonl"])
+            .args(args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the binary runs");
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
+        let listening: serde_json::Value = serde_json::from_str(&line).expect("json");
+        assert_eq!((&listening["event"], &listening["endpoint"]), (&"listening".into(), &"tcp".into()));
+        let address = listening["address"].as_str().expect("an address").to_owned();
+        Self { child, address }
+    }
+
+    pub fn url(&self) -> String {
+        format!("tcp://{}", self.address)
+    }
+
+    /// Memory held now, bytes.
+    pub fn resident_bytes(&self) -> u64 {
+        let path = PathBuf::from(format!("/proc/{}/statm", self.child.id()));
+        let statm = std::fs::read_to_string(path).expect("it runs");
+        let pages: u64 = statm.split(' ').nth(1).and_then(|pages| pages.parse().ok()).expect("a number");
+        pages * 4096
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
