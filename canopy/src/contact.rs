@@ -149,6 +149,12 @@ impl ContactFrequency {
         leaf_m2
     }
 
+    #[cfg(test)]
+    pub(crate) fn capacities(&self) -> [usize; 4] {
+        let paths = &self.paths;
+        [self.voxels.capacity(), paths.ways.capacity(), paths.steps.capacity(), paths.crossings.capacity()]
+    }
+
     pub(crate) fn report(&self) -> ContactReport {
         self.report
     }

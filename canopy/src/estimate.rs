@@ -28,6 +28,8 @@ pub struct Estimate {
     pub advance_m: Option<f64>,
     /// Metres of row that the lines stand for: the sum of their weights, long gaps left out.
     pub scanned_m: Option<f64>,
+    /// Metres scanned of those metres of row that hold canopy: the length that regressions count.
+    pub canopy_m: Option<f64>,
     /// I_T, the impacted area of all canopy returns, leaf and wood (paper eq. 3), m².
     pub impacted_total_area_m2: Option<f64>,
     /// Best leaf area, one-sided, m²: see `leaf_area_estimator`.

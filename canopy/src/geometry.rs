@@ -88,6 +88,11 @@ impl BeamTable {
         true
     }
 
+    #[cfg(test)]
+    pub(crate) fn capacity(&self) -> usize {
+        self.beams.capacity()
+    }
+
     pub(crate) fn beams(&self) -> &[Option<Beam>] {
         &self.beams
     }

@@ -45,6 +45,7 @@ fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibrati
     let scanned_m = field.advance.scanned_m();
     estimate.advance_m = Some(field.advance.advance_m().unwrap_or(0.0));
     estimate.scanned_m = Some(scanned_m);
+    estimate.canopy_m = Some(totals.canopy_m);
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
     estimate.contact = Some(field.row.contact_report());
     estimate.returns = Some(totals.returns);

@@ -178,6 +178,15 @@ impl Row {
         }
     }
 
+    /// What the buffers that every line uses could hold without growing.
+    #[cfg(test)]
+    pub(crate) fn capacities(&self) -> Vec<usize> {
+        [self.table.capacity(), self.slice_metres.capacity()]
+            .into_iter()
+            .chain(self.contact.capacities())
+            .collect()
+    }
+
     pub(crate) fn totals(&self) -> &Totals {
         &self.totals
     }

@@ -177,3 +177,35 @@ impl Field {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::scan::Echo;
+
+    #[test]
+    fn in_steady_state_no_buffer_grows() {
+        let rig = Rig { tree_spacing_m: Some(1.2), row_spacing_m: Some(3.5), ..Rig::default() };
+        let mut pipeline = Pipeline::new(Some(&rig), 0, None).unwrap();
+        let mut scan = Scan {
+            scan_frequency_hz: 50.0,
+            beams: BeamGrid::spanning(-450_000, 2_250_000, 5000),
+            echoes: vec![Echo { range_m: vec![1.8; 541], remission: Vec::new() }],
+            ..Scan::default()
+        };
+        let mut push = |pipeline: &mut Pipeline, scans: u16| {
+            for _ in 0..scans {
+                scan.telegram_counter = scan.telegram_counter.wrapping_add(1);
+                scan.scan_time_us = scan.scan_time_us.wrapping_add(20_000);
+                pipeline.push(&scan);
+            }
+            let field = pipeline.field.as_ref().unwrap();
+            let mut capacities = field.row.capacities();
+            capacities.push(field.open.range_m.capacity());
+            capacities
+        };
+        // Warm after the first slice that lies in two metres.
+        let warm = push(&mut pipeline, 200);
+        assert_eq!(push(&mut pipeline, 2000), warm);
+    }
+}

@@ -1,11 +1,13 @@
 //! Least squares on values per metre of row.
 
+use crate::estimate::Estimate;
+
 use super::{Calibration, Class, Contact, Linear, Power, Provenance, Quality, Training, Units};
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Metres of row scanned.
+    /// Metres of row scanned, gaps of a metre and more left out.
     pub length_m: f64,
     /// I_T, m².
     pub impacted_total_area_m2: f64,
@@ -13,6 +15,18 @@ pub struct Sample {
     pub contact_leaf_area_m2: f64,
     /// True one-sided leaf area, m².
     pub leaf_area_m2: f64,
+}
+
+impl Sample {
+    /// The sample of a row whose true leaf area is known. None if the estimate was made without a rig.
+    pub fn of(estimate: &Estimate, leaf_area_m2: f64) -> Option<Self> {
+        Some(Self {
+            length_m: estimate.canopy_m?,
+            impacted_total_area_m2: estimate.impacted_total_area_m2?,
+            contact_leaf_area_m2: estimate.leaf_area_contact_raw_m2?,
+            leaf_area_m2,
+        })
+    }
 }
 
 /// Fewest rows a calibration is fitted on: one more than the line has coefficients, so that leaving one out still fits.

@@ -1,0 +1,266 @@
+//! Calibrations: fits on exact data, leave-one-out by brute force, files, and how estimates use them.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers are not known as tests
+
+mod common;
+
+use common::*;
+use rowscan_canopy::calibration::{Class, EchoRule, Optics, Provenance, RegressionKind};
+use rowscan_canopy::{Calibration, Estimate, FitError, Pipeline, Sample, fit};
+use rowscan_protocol::rig::Rig;
+use rowscan_protocol::scan::{NO_ECHO, Scan};
+
+fn class() -> Class {
+    Class {
+        preset: "spindle".into(),
+        shady_threshold_percent: 101.0,
+        growth_stage: "10 iterations".into(),
+        tree_spacing_m: 1.5,
+        scanner_model: "lms111".into(),
+        resolution_deg: 0.5,
+        echo_rule: EchoRule::First,
+        optics: Optics::Ideal,
+    }
+}
+
+fn provenance() -> Provenance {
+    Provenance { command: "rowscan study areas --rows 8".into(), seeds: vec![1, 2, 3] }
+}
+
+/// Rows of several lengths with a leaf area that is a function of the impacted area a metre.
+fn rows(leaf_per_m: impl Fn(f64) -> f64) -> Vec<Sample> {
+    [0.4, 0.7, 0.9, 1.3, 1.6, 2.2]
+        .iter()
+        .enumerate()
+        .map(|(i, &impacted)| {
+            let length_m = 10.0 + i as f64;
+            Sample {
+                length_m,
+                impacted_total_area_m2: impacted * length_m,
+                contact_leaf_area_m2: 1.25 * leaf_per_m(impacted) * length_m,
+                leaf_area_m2: leaf_per_m(impacted) * length_m,
+            }
+        })
+        .collect()
+}
+
+/// The same with a scatter that no curve follows.
+fn scattered() -> Vec<Sample> {
+    let mut samples = rows(|i| 3.0 * i.powf(1.4));
+    for (sample, off) in samples.iter_mut().zip([1.2, 0.8, 1.1, 0.95, 1.07, 0.9]) {
+        sample.leaf_area_m2 *= off;
+    }
+    samples
+}
+
+fn line_on(samples: &[Sample]) -> Calibration {
+    fit(samples, class(), provenance()).unwrap()
+}
+
+#[test]
+fn exact_data_give_their_coefficients_back() {
+    let linear = line_on(&rows(|i| -1.5 + 6.0 * i + 2.0)).linear;
+    assert!((linear.a_m2_per_m - 0.5).abs() < 1e-12 && (linear.b - 6.0).abs() < 1e-12, "{linear:?}");
+    assert!(linear.quality.r2 > 1.0 - 1e-12 && linear.quality.loo_rmse_relative < 1e-12);
+
+    let calibration = line_on(&rows(|i| 3.7 * i.powf(1.5)));
+    let power = calibration.power;
+    assert!((power.c - 3.7).abs() < 1e-12 && (power.p - 1.5).abs() < 1e-12, "{power:?}");
+    assert!(power.quality.loo_rmse_relative < 1e-12);
+    assert_eq!(calibration.best_regression(), RegressionKind::Power);
+    assert!((calibration.contact.k - 0.8).abs() < 1e-12);
+    assert_eq!((power.quality.n, power.quality.low_m2_per_m, power.quality.high_m2_per_m), (6, 0.4, 2.2));
+    // A power law of exponent 1.5 is convex: a straight line through it has a negative intercept.
+    assert!(calibration.linear.a_m2_per_m < 0.0);
+}
+
+#[test]
+fn r2_is_centred_and_uncentred() {
+    let samples = scattered();
+    let calibration = line_on(&samples);
+    let y: Vec<f64> = samples.iter().map(|s| s.leaf_area_m2 / s.length_m).collect();
+    let mean = y.iter().sum::<f64>() / 6.0;
+    let sse: f64 = samples
+        .iter()
+        .zip(&y)
+        .map(|(s, y)| (y - calibration.contact.k * s.contact_leaf_area_m2 / s.length_m).powi(2))
+        .sum();
+    let quality = calibration.contact.quality;
+    assert!((quality.r2 - (1.0 - sse / y.iter().map(|y| (y - mean).powi(2)).sum::<f64>())).abs() < 1e-12);
+    assert!((quality.r2_uncentred - (1.0 - sse / y.iter().map(|y| y * y).sum::<f64>())).abs() < 1e-12);
+    assert!(quality.r2 < quality.r2_uncentred);
+    assert!((calibration.training.mean_leaf_area_m2_per_m - mean).abs() < 1e-12);
+}
+
+#[test]
+fn leave_one_out_is_what_refitting_gives() {
+    let samples = scattered();
+    let calibration = line_on(&samples);
+    let mut squares = [0.0; 3];
+    for i in 0..samples.len() {
+        let mut others = samples.clone();
+        let left = others.remove(i);
+        let without = line_on(&others);
+        let truth = left.leaf_area_m2 / left.length_m;
+        let said = [
+            without.linear.a_m2_per_m + without.linear.b * left.impacted_total_area_m2 / left.length_m,
+            without.power.c * (left.impacted_total_area_m2 / left.length_m).powf(without.power.p),
+            without.contact.k * left.contact_leaf_area_m2 / left.length_m,
+        ];
+        for (sum, said) in squares.iter_mut().zip(said) {
+            *sum += (said - truth).powi(2);
+        }
+    }
+    let mean = calibration.training.mean_leaf_area_m2_per_m;
+    let found = [calibration.linear.quality, calibration.power.quality, calibration.contact.quality];
+    for (square, quality) in squares.iter().zip(found) {
+        let expected = (square / samples.len() as f64).sqrt() / mean;
+        assert!(relative(quality.loo_rmse_relative, expected) < 1e-9, "{quality:?} {expected}");
+    }
+}
+
+#[test]
+fn a_sample_is_the_estimate_of_a_row_beside_its_truth() {
+    let found = estimate(&orchard_rig(), &hedge(225));
+    let sample = Sample::of(&found, 12.5).unwrap();
+    // Metre 2 holds no canopy: 3.5 m of 4.5 m do.
+    assert!((sample.length_m - 3.5).abs() < 1e-6, "{sample:?}");
+    assert_eq!(Some(sample.impacted_total_area_m2), found.impacted_total_area_m2);
+    assert_eq!(Some(sample.contact_leaf_area_m2), found.leaf_area_contact_raw_m2);
+    assert_eq!(Sample::of(&Estimate::default(), 1.0), None);
+}
+
+#[test]
+fn samples_that_fit_no_line_are_refused() {
+    let samples = rows(|i| 3.0 * i);
+    let refusal = |samples: &[Sample]| fit(samples, class(), provenance()).unwrap_err();
+    assert_eq!(refusal(&samples[..2]), FitError::TooFew { expected: 3, found: 2 });
+    let mut bad = samples.clone();
+    bad[4].leaf_area_m2 = f64::NAN;
+    assert!(matches!(refusal(&bad), FitError::BadSample { index: 4, key: "leaf_area_m2", .. }));
+    let same: Vec<Sample> = vec![samples[0]; 5];
+    assert!(matches!(refusal(&same), FitError::NoSpread { .. }));
+    // One row alone decides the line.
+    let mut lever = same;
+    lever.push(samples[3]);
+    assert_eq!(refusal(&lever), FitError::NoSpread { key: "impacted_total_area_m2" });
+}
+
+#[test]
+fn a_file_without_units_or_class_is_refused_by_key() {
+    let calibration = line_on(&scattered());
+    let text = toml::to_string(&calibration).unwrap();
+    assert_eq!(toml::from_str::<Calibration>(&text).unwrap(), calibration);
+    let refusal = |text: String| toml::from_str::<Calibration>(&text).unwrap_err().to_string();
+    assert!(refusal(text.replace("units = \"m2\"\n", "")).contains("units"));
+    assert!(refusal(text.replace("\"m2\"", "\"dm2\"")).contains("dm2"));
+    let classless = text.split("[class]").next().unwrap().to_owned()
+        + "[provenance]"
+        + text.split("[provenance]").nth(1).unwrap();
+    assert!(refusal(classless).contains("class"));
+    assert!(refusal(text.replace("scanner_model", "scaner_model")).contains("scaner_model"));
+
+    let endless = Calibration {
+        contact: rowscan_canopy::calibration::Contact { k: f64::NAN, ..calibration.contact },
+        ..calibration
+    };
+    let message = Pipeline::new(None, 0, Some(endless)).unwrap_err().to_string();
+    assert!(message.contains("contact.k"), "{message}");
+}
+
+/// Hedge faces 0.4 m before the row axis, 0.5..2.5 m high, but none in tree 1.
+fn hedge(lines: u32) -> Vec<Scan> {
+    drive(&orchard_rig(), lms111(), 50, lines, |y_m, theta| {
+        let z_m = 1.6 + 1.5 * theta.tan();
+        let gap = (1.5..3.0).contains(&(y_m + 1e-9));
+        if !gap && (0.5..2.5).contains(&z_m) && theta.abs() < 1.5 { 1.5 / theta.cos() } else { NO_ECHO }
+    })
+}
+
+fn calibrated(calibration: Calibration, rig: &Rig) -> Estimate {
+    let mut pipeline = Pipeline::new(Some(rig), 0, Some(calibration)).unwrap();
+    hedge(225).iter().for_each(|scan| pipeline.push(scan));
+    pipeline.finish()
+}
+
+/// A calibration whose fitted ranges hold `impacted` and `contact` m² a metre times 0.8 to 1.2.
+fn around(impacted: f64, contact: f64) -> Calibration {
+    let samples: Vec<Sample> = [0.8, 0.95, 1.1, 1.2]
+        .iter()
+        .map(|f| Sample {
+            length_m: 1.0,
+            impacted_total_area_m2: f * impacted,
+            contact_leaf_area_m2: f * contact,
+            leaf_area_m2: 1.0 + 2.0 * f * impacted,
+        })
+        .collect();
+    line_on(&samples)
+}
+
+/// What the hedge says a metre, raw: (I_T, contact).
+fn hedge_per_metre() -> (f64, f64) {
+    let raw = estimate(&orchard_rig(), &hedge(75));
+    (raw.impacted_total_area_m2.unwrap() / 1.5, raw.leaf_area_contact_raw_m2.unwrap() / 1.5)
+}
+
+#[test]
+fn a_calibration_scales_the_contact_and_gives_no_leaves_to_a_gap() {
+    let (impacted, contact) = hedge_per_metre();
+    let calibration = around(impacted, contact);
+    let k = calibration.contact.k;
+    let found = calibrated(calibration, &orchard_rig());
+    assert_eq!(found.regression, Some(RegressionKind::Linear));
+    assert!(relative(found.leaf_area_m2.unwrap(), k * found.leaf_area_contact_raw_m2.unwrap()) < 1e-12);
+    assert_eq!(found.leaf_area_m2, found.leaf_area_contact_m2);
+    // `a` = 1 m²/m must not reach the gap.
+    let gap = &found.trees[1];
+    assert_eq!((gap.leaf_area_regression_m2, gap.leaf_area_contact_m2), (Some(0.0), Some(0.0)));
+    for tree in [&found.trees[0], &found.trees[2]] {
+        let expected = tree.scanned_m + 2.0 * tree.impacted_total_area_m2;
+        assert!(relative(tree.leaf_area_regression_m2.unwrap(), expected) < 1e-9);
+    }
+    // Metre 1 (y = 1..2) is half gap; metre 2 is all gap: the row's `a` counts 3.5 m of 4.5 m.
+    let slices: Vec<f64> = found.slices.iter().map(|s| s.scanned_m).collect();
+    assert_eq!(found.slices[2].leaf_area_regression_m2, Some(0.0));
+    let canopy_m: f64 = slices.iter().sum::<f64>() - slices[2];
+    let expected = canopy_m + 2.0 * found.impacted_total_area_m2.unwrap();
+    assert!(relative(found.leaf_area_regression_m2.unwrap(), expected) < 1e-9);
+    let codes: Vec<_> = found.warnings.iter().map(|w| w.code()).collect();
+    assert!(codes.contains(&"ideal_optics") && !codes.contains(&"uncalibrated"), "{codes:?}");
+    assert_eq!(found.calibration.unwrap().preset, "spindle");
+}
+
+#[test]
+fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
+    let (impacted, contact) = hedge_per_metre();
+    let warnings = |found: &Estimate| found.warnings.iter().map(|w| w.code()).collect::<Vec<_>>();
+
+    let inside = calibrated(around(impacted * 0.9, contact * 0.9), &orchard_rig());
+    assert!(!warnings(&inside).contains(&"refused") && !warnings(&inside).contains(&"outside_fitted_range"));
+
+    let outside = calibrated(around(impacted / 1.8, contact), &orchard_rig());
+    assert!(
+        warnings(&outside).contains(&"outside_fitted_range") || outside.leaf_area_regression_m2.is_some()
+    );
+
+    let far = calibrated(around(impacted / 10.0, contact / 10.0), &orchard_rig());
+    assert_eq!((far.leaf_area_regression_m2, far.leaf_area_m2, far.lai), (None, None, None));
+    assert_eq!(far.trees[0].leaf_area_m2, None);
+    assert!(far.leaf_area_contact_raw_m2.unwrap() > 0.0);
+    assert!(warnings(&far).contains(&"refused") && warnings(&far).contains(&"trees_refused"));
+
+    // Thin rows: the line is withheld, the proportion is not.
+    let thin = calibrated(around(impacted * 10.0, contact * 10.0), &orchard_rig());
+    assert_eq!(thin.leaf_area_regression_m2, None);
+    assert!(thin.leaf_area_m2.unwrap() > 0.0);
+}
+
+#[test]
+fn another_class_is_named() {
+    let (impacted, contact) = hedge_per_metre();
+    let rig = Rig { tree_spacing_m: Some(1.2), ..orchard_rig() };
+    let found = calibrated(around(impacted, contact), &rig);
+    let said: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
+    assert!(said.iter().any(|w| w.contains("tree_spacing_m is 1.5, this is 1.2")), "{said:?}");
+    assert!(!said.iter().any(|w| w.contains("scanner_model")), "{said:?}");
+}
