@@ -4,8 +4,6 @@ pub mod parameters;
 
 pub use parameters::{Layout, OrchardParameters, Preset};
 
-use rayon::prelude::*;
-
 use crate::growth::{self, GrowError};
 use crate::organ::{Cylinder, Leaf, Tree};
 use crate::truth::{Truth, TruthGrid};
@@ -53,8 +51,6 @@ impl Orchard {
             })
             .collect();
         let trees = growth::grow_all(&parameters.tree_parameters(), seed, &planting, progress)?;
-        let trees =
-            trees.into_par_iter().zip(&planting).map(|(tree, place)| tree.translated(place.base)).collect();
         Ok(Self {
             trees,
             trees_per_row,

@@ -1,0 +1,279 @@
+//! The shady index: how much of the sphere around a leaf other leaves hide.
+
+mod grid;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use self::grid::{Grid, Shadow};
+use super::parameters::TreeParameters;
+use super::rotation::{cos_sin_deg, square_to};
+use crate::organ::Leaf;
+use crate::parameters::choices;
+
+choices! {
+    /// Half-lines that shade is counted on: bearing every 45°, elevation every 15°.
+    pub enum RaySet {
+        /// The 90 distinct directions of the whole sphere.
+        Distinct90 = "distinct90",
+        /// Both loops with both ends: 9 × 13, doubles counted.
+        Literal117 = "literal117",
+        /// Bearings distinct, 8 × 13: each pole eight times.
+        Literal104 = "literal104",
+        /// The 49 distinct directions at or above the horizon.
+        Upper49 = "upper49",
+    }
+}
+
+choices! {
+    /// Weight of a half-line.
+    pub enum RayWeight {
+        /// All alike.
+        Count = "count",
+        /// By the solid angle it stands for: the cosine of the elevation, at the poles the cap.
+        Cos = "cos",
+    }
+}
+
+choices! {
+    /// Whose leaves shade.
+    pub enum ShadeScope {
+        /// The tree's own.
+        Tree = "tree",
+        /// Those of all trees, each once (no repetition of the row).
+        Orchard = "orchard",
+    }
+}
+
+/// A half-line starts this far from the leaf, metres.
+const START_M: f64 = 1e-6;
+
+/// A leaf seen more edge-on than this hides nothing.
+const EDGE_ON: f64 = 1e-12;
+
+/// A line through every leaf's middle, with the weights of its two half-lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    direction: DVec3,
+    ahead: f64,
+    behind: f64,
+}
+
+/// Which leaves stay: those shaded less than the threshold. Above 100 % all do, and nothing is computed.
+pub(crate) fn survivors(leaves: &[&Leaf], parameters: &TreeParameters) -> Vec<bool> {
+    if parameters.shady_percent > 100.0 {
+        return vec![true; leaves.len()];
+    }
+    let ratios = shaded_percent(leaves, parameters.shady_rays, parameters.shady_weight);
+    ratios.iter().map(|ratio| *ratio < parameters.shady_percent).collect()
+}
+
+/// How much of its surroundings other leaves hide from each leaf: 100 · (weight of the half-lines from its centroid that
+/// meet another leaf) / (weight of all). Wood does not count. Every leaf is judged with all others in place.
+pub fn shaded_percent(leaves: &[&Leaf], rays: RaySet, weight: RayWeight) -> Vec<f64> {
+    let lines = lines(rays, weight);
+    let all: f64 = lines.iter().map(|line| line.ahead + line.behind).sum();
+    let centroids: Vec<DVec3> = leaves.iter().map(|leaf| DVec3::from_array(leaf.centroid())).collect();
+    let met: Vec<Vec<[bool; 2]>> =
+        lines.par_iter().map(|line| hidden(line.direction, leaves, &centroids)).collect();
+    let mut hidden = vec![0.0; leaves.len()];
+    // Line by line in order: the sum is the same on any number of threads.
+    for (line, met) in lines.iter().zip(&met) {
+        for (sum, [ahead, behind]) in hidden.iter_mut().zip(met) {
+            *sum += f64::from(u8::from(*ahead)) * line.ahead + f64::from(u8::from(*behind)) * line.behind;
+        }
+    }
+    // A full sum in another order could exceed the whole by a rounding.
+    hidden.iter().map(|sum| (100.0 * sum / all).min(100.0)).collect()
+}
+
+/// The half-lines of a set, opposite ones joined: 45 lines.
+fn lines(rays: RaySet, weight: RayWeight) -> Vec<Line> {
+    let mut lines = Vec::with_capacity(45);
+    let mut push = |elevation_deg: i32, bearing_deg: i32, ahead: f64, behind: f64| {
+        let (cos_e, sin_e) = cos_sin_deg(f64::from(elevation_deg));
+        let (cos_b, sin_b) = cos_sin_deg(f64::from(bearing_deg));
+        let direction = DVec3::new(cos_e * cos_b, cos_e * sin_b, sin_e);
+        lines.push(Line { direction, ahead, behind });
+    };
+    // How often the literal loops meet a direction. Both loop ends count 0° and 360° as two bearings.
+    let seam =
+        |bearing_deg: i32| if rays == RaySet::Literal117 && bearing_deg % 360 == 0 { 2.0 } else { 1.0 };
+    let pole = match rays {
+        RaySet::Literal117 => 9.0,
+        RaySet::Literal104 => 8.0,
+        RaySet::Distinct90 | RaySet::Upper49 => 1.0,
+    };
+    let below = if rays == RaySet::Upper49 { 0.0 } else { 1.0 };
+    let (solid, cap) = match weight {
+        RayWeight::Count => (None, 1.0),
+        // A cell of the grid 45° × 15° and the cap of half a step at a pole, over the same factor π/4.
+        RayWeight::Cos => (Some(2.0 * cos_sin_deg(7.5).1), 8.0 * (1.0 - cos_sin_deg(7.5).0)),
+    };
+    let cell = |elevation_deg: i32| solid.map_or(1.0, |step| step * cos_sin_deg(f64::from(elevation_deg)).0);
+    for elevation_deg in (15..=75).step_by(15) {
+        for bearing_deg in (0..360).step_by(45) {
+            let each = cell(elevation_deg);
+            // The opposite half-line looks down at the bearing half a turn on.
+            push(
+                elevation_deg,
+                bearing_deg,
+                each * seam(bearing_deg),
+                each * below * seam(bearing_deg + 180),
+            );
+        }
+    }
+    for bearing_deg in (0..180).step_by(45) {
+        push(0, bearing_deg, cell(0) * seam(bearing_deg), cell(0) * seam(bearing_deg + 180));
+    }
+    push(90, 0, cap * pole, cap * pole * below);
+    lines
+}
+
+/// For every leaf, whether another one lies ahead of and behind its centroid along `direction`.
+///
+/// All leaves are projected along the direction onto a grid; a centroid then asks only the leaves of its own cell.
+fn hidden(direction: DVec3, leaves: &[&Leaf], centroids: &[DVec3]) -> Vec<[bool; 2]> {
+    let u_axis = square_to(direction);
+    let v_axis = direction.cross(u_axis);
+    let flat = |p: DVec3| (p.dot(u_axis), p.dot(v_axis));
+    let points =
+        |leaf: &&Leaf| Shadow::of(leaf.outline().iter().map(|vertex| flat(DVec3::from_array(*vertex))));
+    let shadows: Vec<Shadow> = leaves.iter().map(points).collect();
+    let grid = Grid::over(&shadows);
+    let look = |(own, centroid): (usize, &DVec3)| {
+        let at = flat(*centroid);
+        let mut met = [false; 2];
+        for &other in grid.cell(at) {
+            let (Some(leaf), Some(shadow)) = (leaves.get(other as usize), shadows.get(other as usize)) else {
+                continue;
+            };
+            if other as usize == own || met == [true; 2] || !shadow.covers(at) {
+                continue;
+            }
+            let normal = DVec3::from_array(leaf.normal());
+            let facing = normal.dot(direction);
+            if facing.abs() < EDGE_ON || !inside(leaf, flat, at) {
+                continue;
+            }
+            let Some(vertex) = leaf.outline().first() else { continue };
+            let distance = (DVec3::from_array(*vertex) - centroid).dot(normal) / facing;
+            met[0] |= distance > START_M;
+            met[1] |= distance < -START_M;
+        }
+        met
+    };
+    centroids.iter().enumerate().map(look).collect()
+}
+
+/// Even-odd rule in the projection; each edge owns its lower end.
+fn inside(leaf: &Leaf, flat: impl Fn(DVec3) -> (f64, f64), (u, v): (f64, f64)) -> bool {
+    let flat = |vertex: &[f64; 3]| flat(DVec3::from_array(*vertex));
+    let Some(mut from) = leaf.outline().last().map(flat) else { return false };
+    let mut odd = false;
+    for to in leaf.outline().iter().map(flat) {
+        if (from.1 > v) != (to.1 > v) && u < from.0 + (v - from.1) / (to.1 - from.1) * (to.0 - from.0) {
+            odd = !odd;
+        }
+        from = to;
+    }
+    odd
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::growth::grow_lone_tree;
+
+    fn square(middle: [f64; 3], half: f64) -> Leaf {
+        let [x, y, z] = middle;
+        let at = |u: f64, v: f64| [x + u * half, y + v * half, z];
+        Leaf::new(vec![at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]).unwrap()
+    }
+
+    fn weight(rays: RaySet, weight: RayWeight) -> f64 {
+        lines(rays, weight).iter().map(|line| line.ahead + line.behind).sum()
+    }
+
+    #[test]
+    fn ray_sets_hold_the_rays_they_are_named_for() {
+        for (rays, count) in [
+            (RaySet::Distinct90, 90.0),
+            (RaySet::Literal117, 117.0),
+            (RaySet::Literal104, 104.0),
+            (RaySet::Upper49, 49.0),
+        ] {
+            assert_eq!(weight(rays, RayWeight::Count), count, "{rays}");
+        }
+        // The cells and caps of the sphere: 4π over the common factor π/4.
+        assert!((weight(RaySet::Distinct90, RayWeight::Cos) - 16.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_lone_leaf_is_not_shaded_and_a_roof_shades_the_cone_under_it() {
+        let roof = square([0.0, 0.0, 1.0], 1.01);
+        let below = square([0.0, 0.0, 0.0], 0.01);
+        assert_eq!(shaded_percent(&[&below], RaySet::Distinct90, RayWeight::Count), [0.0]);
+        // The roof's sides stand at elevation 44.7° and its corners at 35°: at each of eight bearings it hides 45°, 60° and
+        // 75°, and the zenith.
+        let ratios = shaded_percent(&[&below, &roof], RaySet::Distinct90, RayWeight::Count);
+        let hidden = 8 * 3 + 1;
+        assert!((ratios[0] - 100.0 * f64::from(hidden) / 90.0).abs() < 1e-9, "{ratios:?}");
+        assert!((ratios[1] - 100.0 / 90.0).abs() < 1e-9, "only straight down: {ratios:?}");
+    }
+
+    #[test]
+    fn the_grid_agrees_with_asking_every_leaf() {
+        let tree = grow_lone_tree(&TreeParameters { iterations: 8, ..TreeParameters::default() }, 3);
+        let leaves: Vec<&Leaf> = tree.leaves.iter().collect();
+        assert!(leaves.len() > 150, "{}", leaves.len());
+        let fast = shaded_percent(&leaves, RaySet::Distinct90, RayWeight::Count);
+        let origin = |leaf: &Leaf| DVec3::from_array(leaf.centroid());
+        let (mut met, mut all) = (vec![0u32; leaves.len()], 0);
+        for line in lines(RaySet::Distinct90, RayWeight::Count) {
+            for direction in [line.direction, -line.direction] {
+                all += 1;
+                for (i, leaf) in leaves.iter().enumerate() {
+                    let start = origin(leaf);
+                    let others = leaves.iter().enumerate().filter(|(j, _)| *j != i);
+                    met[i] += u32::from(others.into_iter().any(|(_, other)| meets(other, start, direction)));
+                }
+            }
+        }
+        assert_eq!(all, 90);
+        for (ratio, met) in fast.iter().zip(met) {
+            assert!((ratio - 100.0 * f64::from(met) / 90.0).abs() < 1e-9);
+        }
+    }
+
+    /// Half-line against polygon by winding angle in the leaf's own plane: another way than the grid's.
+    fn meets(leaf: &Leaf, start: DVec3, direction: DVec3) -> bool {
+        let normal = DVec3::from_array(leaf.normal());
+        let facing = direction.dot(normal);
+        if facing.abs() < EDGE_ON {
+            return false;
+        }
+        let vertices: Vec<DVec3> = leaf.outline().iter().map(|v| DVec3::from_array(*v)).collect();
+        let distance = (vertices[0] - start).dot(normal) / facing;
+        let at = start + direction * distance;
+        let turn: f64 = (0..vertices.len())
+            .map(|k| {
+                let (a, b) = (vertices[k] - at, vertices[(k + 1) % vertices.len()] - at);
+                a.cross(b).dot(normal).atan2(a.dot(b))
+            })
+            .sum();
+        distance > START_M && turn.abs() > 3.0
+    }
+
+    #[test]
+    fn a_leaf_more_never_lowers_the_shade_of_another() {
+        let tree = grow_lone_tree(&TreeParameters { iterations: 7, ..TreeParameters::default() }, 5);
+        let leaves: Vec<&Leaf> = tree.leaves.iter().collect();
+        let fewer = leaves.get(..leaves.len() / 2).unwrap();
+        for (rays, weight) in [(RaySet::Literal117, RayWeight::Count), (RaySet::Upper49, RayWeight::Cos)] {
+            let (few, all) = (shaded_percent(fewer, rays, weight), shaded_percent(&leaves, rays, weight));
+            assert!(few.iter().zip(&all).all(|(a, b)| a <= b));
+            assert!(all.iter().all(|ratio| (0.0..=100.0).contains(ratio)));
+        }
+    }
+}
