@@ -68,7 +68,7 @@ pub fn run(workspace: &Workspace, steps: &[Step], names: &[String]) -> ExitCode 
         println!("==> {}", step.name);
         let start = Instant::now();
         let outcome = (step.run)(workspace);
-        summary.add(step.name, start.elapsed(), outcome);
+        println!("{}\n", summary.add(step.name, start.elapsed(), outcome));
     }
     summary.close()
 }
@@ -81,7 +81,8 @@ struct Summary {
 }
 
 impl Summary {
-    fn add(&mut self, name: &str, time: Duration, outcome: Outcome) {
+    /// Takes a step's outcome and returns the line that tells it.
+    fn add(&mut self, name: &str, time: Duration, outcome: Outcome) -> &str {
         let time = format!("{:>7.1} s", time.as_secs_f64());
         let line = match outcome {
             Outcome::Passed(counts) => {
@@ -100,8 +101,8 @@ impl Summary {
                 format!("SKIPPED: {name}: {why}")
             }
         };
-        println!("{line}\n");
         self.lines.push(line);
+        self.lines.last().map_or("", String::as_str)
     }
 
     fn close(self) -> ExitCode {
