@@ -343,4 +343,13 @@ mod tests {
         let leaf = contact.close();
         assert!((leaf / expected - 1.0).abs() < 1e-9, "{leaf} {expected}");
     }
+
+    #[test]
+    fn a_hit_before_the_region_looks_at_nothing() {
+        // The region begins 1.4 m off; the return stands at 1.0 m.
+        let (mut contact, table) = contact(&Parameters { half_width_m: Some(0.5), ..Parameters::default() });
+        contact.add_line(&vec![1.0; table.beams().len()], 0.1);
+        assert!(contact.voxels.iter().all(|v| v.beams == 0 && v.path_m2 == 0.0 && v.hits_m == 0.0));
+        assert_eq!((contact.report.hits, contact.close()), (0, 0.0));
+    }
 }

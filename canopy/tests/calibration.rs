@@ -231,6 +231,16 @@ fn a_calibration_scales_the_contact_and_gives_no_leaves_to_a_gap() {
 }
 
 #[test]
+fn a_gap_of_any_length_has_no_leaves_by_either_regression() {
+    let calibration = around(1.0, 1.0);
+    for kind in [RegressionKind::Linear, RegressionKind::Power] {
+        assert_eq!(calibration.regression_m2(kind, 3.0, 0.0), 0.0);
+        assert_eq!(calibration.regression_m2(kind, 0.0, 1.0), 0.0);
+        assert!(calibration.regression_m2(kind, 3.0, 3.0) > 8.0);
+    }
+}
+
+#[test]
 fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
     let (impacted, contact) = hedge_per_metre();
     let warnings = |found: &Estimate| found.warnings.iter().map(|w| w.code()).collect::<Vec<_>>();
