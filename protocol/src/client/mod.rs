@@ -1,158 +1,114 @@
-//! The host's side, without I/O.
+//! The host's side, without I/O: sets a scanner up and turns its telegrams into scans.
+//!
+//! Calling order: hand in bytes ([`Client::handle_bytes`]) or time ([`Client::handle_timeout`]); then take events
+//! ([`Client::poll_event`]) until there is none, then frames to send ([`Client::poll_transmit`]) until there is none, then ask when time
+//! is due next ([`Client::poll_timeout`]). A new client begins with `poll_transmit`.
+//!
+//! Time is a [`Duration`] since an epoch of the caller's choice.
 
-use alloc::string::String;
+mod config;
+mod event;
+mod machine;
+mod step;
+
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use crate::frame::{Dialect, FrameCounts};
-use crate::model::ScanMode;
+pub use config::{ClientConfig, Login};
+pub use event::{DeviceInfo, Event};
+use machine::Machine;
+
+use crate::frame::{Accept, Dialect, FrameCounts, FrameDecoder};
 use crate::scan::Scan;
-use crate::telegram::SopasError;
-
-/// User level and password.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Login {
-    /// 2 maintenance, 3 authorised client, 4 service.
-    pub level: u8,
-    /// Password hash.
-    pub password: u32,
-}
-
-impl Login {
-    /// Authorised client of an LMS1xx or LMS5xx.
-    pub const CLIENT: Self = Self { level: 3, password: 0xF472_4744 };
-}
-
-/// How a scanner is to be set up.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ClientConfig {
-    /// Who logs in.
-    pub login: Login,
-    /// Scan mode; as the device has it where absent.
-    pub scan_mode: Option<ScanMode>,
-    /// First and last angle, 1/10000°; as the device has it where absent.
-    pub output_range: Option<(i32, i32)>,
-    /// Ask for remission.
-    pub remission: bool,
-    /// How long a reply may take.
-    pub reply_timeout: Duration,
-    /// Largest payload taken.
-    pub max_payload: usize,
-}
-
-impl Default for ClientConfig {
-    fn default() -> Self {
-        Self {
-            login: Login::CLIENT,
-            scan_mode: None,
-            output_range: None,
-            remission: false,
-            reply_timeout: Duration::from_secs(2),
-            max_payload: 64 * 1024,
-        }
-    }
-}
-
-/// What a device says of itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct DeviceInfo {
-    /// DeviceIdent, name and version.
-    pub ident: String,
-    /// FirmwareVersion.
-    pub firmware: String,
-}
-
-/// What happened.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// The device is set up and sends scans.
-    Ready(DeviceInfo),
-    /// A scan came; see [`Client::scan`].
-    Scan,
-    /// The device refused a command.
-    Refused {
-        /// The command's name.
-        command: &'static str,
-        /// Its reason.
-        error: SopasError,
-        /// The start-up cannot go on without it: the client is done.
-        fatal: bool,
-    },
-    /// No answer in time: wrong dialect, or nobody there. The client is done; try the other dialect over a new connection.
-    NoAnswer {
-        /// The command's name.
-        command: &'static str,
-        /// The dialect tried.
-        dialect: Dialect,
-    },
-    /// A scan telegram that passed the checksum and made no sense.
-    Malformed {
-        /// Why.
-        reason: String,
-    },
-    /// The clean stop is done.
-    Stopped,
-}
+use crate::telegram::LmdScandata;
 
 /// One connection to a scanner, or a tapped line.
 #[derive(Clone, Debug)]
 pub struct Client {
-    scan: Scan,
+    decoder: FrameDecoder,
+    machine: Machine,
 }
 
 impl Client {
-    /// A client that sets the scanner up and streams.
+    /// A client that sets the scanner up, subscribes to its scans, and goes on decoding them.
     pub fn new(config: ClientConfig, dialect: Dialect) -> Self {
-        let _ = (config, dialect);
-        Self { scan: Scan::default() }
+        let decoder = FrameDecoder::new(Accept::Only(dialect), config.max_payload);
+        Self { decoder, machine: Machine::start(config, dialect) }
     }
 
-    /// A client that only listens.
+    /// A client that only listens: to a recording, or a tapped line, in either dialect, with one side's frames or both sides'.
     pub fn listen(max_payload: usize) -> Self {
-        let _ = max_payload;
-        Self { scan: Scan::default() }
+        Self { decoder: FrameDecoder::new(Accept::Either, max_payload), machine: Machine::listen() }
     }
 
     /// Takes received bytes.
     pub fn handle_bytes(&mut self, now: Duration, bytes: &[u8]) {
-        let _ = (now, bytes);
+        self.machine.set_time(now);
+        self.decoder.push(bytes);
+        self.advance();
     }
 
-    /// The stream has ended (a recording's last byte).
-    pub fn handle_end(&mut self) {}
+    /// No more bytes will come, as at a recording's end: good frames inside an unfinished one come out.
+    pub fn handle_end(&mut self) {
+        self.decoder.finish();
+        self.advance();
+    }
 
-    /// Time has come to `now`.
+    /// It is `now`.
     pub fn handle_timeout(&mut self, now: Duration) {
-        let _ = now;
+        self.machine.set_time(now);
+        self.machine.check_deadline();
     }
 
-    /// When `handle_timeout` wants to be called.
+    /// When [`handle_timeout`](Self::handle_timeout) wants to be called; never, while nothing is awaited.
     pub fn poll_timeout(&self) -> Option<Duration> {
-        None
+        self.machine.deadline()
     }
 
-    /// The next frame to send.
+    /// The next frame to send, to be sent in one write.
     pub fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        None
+        self.machine.transmit()
     }
 
-    /// The next event.
+    /// The next event. One call reads no further than the next scan.
     pub fn poll_event(&mut self) -> Option<Event> {
-        None
+        if !self.machine.has_event() {
+            self.advance();
+        }
+        self.machine.next_event()
     }
 
-    /// Begins a clean stop.
+    /// Begins a clean stop: unsubscribes, then [`Event::Stopped`]. Other clients' scans go on.
     pub fn stop(&mut self, now: Duration) {
-        let _ = now;
+        self.machine.set_time(now);
+        self.machine.stop();
     }
 
-    /// The last scan.
+    /// The scan of the last [`Event::Scan`], valid until the next `handle_…` or [`poll_event`](Self::poll_event).
     pub fn scan(&self) -> &Scan {
-        &self.scan
+        self.machine.scan()
+    }
+
+    /// The telegram that scan came from.
+    pub fn telegram(&self) -> &LmdScandata {
+        self.machine.telegram()
     }
 
     /// What was received.
     pub fn counts(&self) -> FrameCounts {
-        FrameCounts::default()
+        self.decoder.counts()
+    }
+
+    /// True once the client waits for nothing more and sends nothing more.
+    pub fn is_done(&self) -> bool {
+        self.machine.is_done()
+    }
+
+    /// Reads frames up to the next scan: there is room for one.
+    fn advance(&mut self) {
+        while !self.machine.has_scan() && !self.machine.is_done() {
+            let Some(frame) = self.decoder.next_frame() else { break };
+            self.machine.handle_frame(&frame);
+        }
     }
 }

@@ -1,29 +1,30 @@
 //! Scanner models as data: one file a model, one line in [`MODELS`].
 
 mod lms111;
+mod lms511;
 
 use crate::angle::BeamGrid;
 
-/// A legal pair of scan frequency and angular step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct ScanMode {
-    /// Mirror turns, 1/100 Hz.
-    pub frequency_centihz: u32,
-    /// Angle between beams, 1/10000°, as the wire rounds it.
-    pub step: u16,
-}
+/// All models.
+pub static MODELS: &[&Model] = &[&lms111::LMS111, &lms511::LMS511];
 
-/// Everything that makes one scanner differ from another.
+/// Everything that makes one scanner differ from another. Data only; the device reads it.
 #[derive(Debug)]
 pub struct Model {
     /// Name on the command line and in rig files.
     pub name: &'static str,
-    /// Name in print.
+    /// Name in print, and in DeviceIdent.
     pub title: &'static str,
+    /// Version in DeviceIdent.
+    pub ident_version: &'static str,
+    /// FirmwareVersion, with the blanks real devices pad it with.
+    pub firmware: &'static str,
     /// First beam, 1/10000°.
     pub start_angle: i32,
     /// Last beam, 1/10000°.
     pub stop_angle: i32,
+    /// What LMPoutputRange reads as while the full range is set, 1/10000°: real devices round.
+    pub output_range_as_read: (i32, i32),
     /// Legal scan modes.
     pub modes: &'static [ScanMode],
     /// Scan mode out of the box.
@@ -34,25 +35,118 @@ pub struct Model {
     pub max_range_m: f64,
     /// Echoes it can tell apart.
     pub echoes: u8,
+    /// Width of the remission out of the box.
+    pub remission: RemissionWidth,
+    /// Version of the LMDscandata telegram.
+    pub scandata_version: u16,
+    /// Value of the scan counter in the first scan after LMCstartmeas; none where it keeps counting.
+    pub scan_counter_restart: Option<u16>,
+    /// Device time from the mirror's zero index to the transmission, µs.
+    pub transmit_delay_us: u32,
+    /// What the first scans after LMCstartmeas are marked with.
+    pub start_up: StartUp,
+    /// First byte of the digital outputs in a scan, once running.
+    pub outputs: u8,
+    /// Digital lines.
+    pub lines: Lines,
+    /// Number of evaluation fields, `field000` on.
+    pub fields: u16,
+    /// Who may log in.
+    pub logins: &'static [Password],
+    /// Commands whose binary `sWA` does not end in a blank.
+    pub replies_without_blank: &'static [&'static str],
     /// What the emulation does as the device does.
     pub emulates: &'static [&'static str],
     /// What it does not, and what it answers then.
     pub not_emulated: &'static [&'static str],
-    /// Where the numbers come from.
+    /// Where the numbers come from, and which are not verified.
     pub evidence: &'static [&'static str],
 }
 
-/// All models.
-pub static MODELS: &[&Model] = &[&lms111::LMS111];
+/// A legal pair of scan frequency and angular step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ScanMode {
+    /// Mirror turns, 1/100 Hz.
+    pub frequency_centihz: u32,
+    /// Angle between beams, 1/10000°, as the wire rounds it.
+    pub step: u16,
+}
+
+/// Width of the remission values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RemissionWidth {
+    /// RSSI channels of 8 bits.
+    Bits8,
+    /// RSSI channels of 16 bits.
+    Bits16,
+}
+
+/// How the first scans after LMCstartmeas differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StartUp {
+    /// How many.
+    pub scans: u32,
+    /// First byte of their device status.
+    pub status: u8,
+    /// First byte of their digital outputs.
+    pub outputs: u8,
+}
+
+/// Digital inputs and outputs, as LIDinputstate and LIDoutputstate report them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lines {
+    /// Version of both telegrams.
+    pub version: u16,
+    /// Each input: 0 off, 1 on, 2 unused.
+    pub inputs: [u8; 4],
+    /// LIDinputstate carries the time of day, and a time since power-up that is not 0.
+    pub inputs_timed: bool,
+    /// Each output: 0 off, 1 on, 2 unused.
+    pub outputs: &'static [u8],
+}
+
+/// A user level and the hash of its password.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Password {
+    /// 2 maintenance, 3 authorised client, 4 service.
+    pub level: u8,
+    /// The hash SetAccessMode carries.
+    pub hash: u32,
+}
+
+/// Maintenance, password `main` (manual).
+const MAINTENANCE: Password = Password { level: 2, hash: 0xB21A_CE26 };
+/// Authorised client, password `client` (manual, recordings).
+pub(crate) const CLIENT: Password = Password { level: 3, hash: 0xF472_4744 };
 
 /// The model of that name, whatever the case.
 pub fn by_name(name: &str) -> Option<&'static Model> {
     MODELS.iter().copied().find(|model| model.name.eq_ignore_ascii_case(name))
 }
 
+/// Shorthand for the tables.
+const fn mode(frequency_hz: u32, step: u16) -> ScanMode {
+    ScanMode { frequency_centihz: frequency_hz * 100, step }
+}
+
 impl Model {
     /// The full beam grid in a scan mode.
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
         BeamGrid::spanning(self.start_angle, self.stop_angle, mode.step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_in_any_case_and_are_unique() {
+        for model in MODELS {
+            assert!(core::ptr::eq(by_name(&model.title.to_ascii_uppercase()).unwrap(), *model));
+            assert_eq!(MODELS.iter().filter(|other| other.name == model.name).count(), 1);
+            assert!(model.modes.contains(&model.default_mode));
+        }
+        assert!(by_name("lms999").is_none());
     }
 }

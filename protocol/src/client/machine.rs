@@ -1,0 +1,268 @@
+//! The client's state machine, one frame at a time.
+
+use alloc::collections::VecDeque;
+use alloc::format;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+use super::config::ClientConfig;
+use super::event::{Event, ScanError};
+use super::step::{Plan, START_UP, STOP, Step};
+use crate::frame::{Dialect, Frame};
+use crate::scan::Scan;
+use crate::telegram::{Args, Kind, LmdScandata, SopasError, Telegram, Variable, lmd_scandata};
+
+/// Telegrams that may come between a request and its reply, as events do.
+const MAX_SKIPPED: u32 = 100;
+
+/// What the client is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Waits for the reply of this line of [`START_UP`].
+    Starting(usize),
+    Streaming,
+    Stopping,
+    Listening,
+    Done,
+}
+
+/// When a reply is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Deadline {
+    None,
+    /// A request has gone out before the first time was handed in.
+    Unset,
+    At(Duration),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Machine {
+    phase: Phase,
+    dialect: Dialect,
+    plan: Plan,
+    now: Option<Duration>,
+    deadline: Deadline,
+    skipped: u32,
+    transmits: VecDeque<Vec<u8>>,
+    events: VecDeque<Event>,
+    /// A scan waits in `events`.
+    has_scan: bool,
+    telegram: LmdScandata,
+    scan: Scan,
+}
+
+impl Machine {
+    pub(super) fn start(config: ClientConfig, dialect: Dialect) -> Self {
+        let mut machine = Self::idle(Phase::Done, dialect, config);
+        machine.step_from(0);
+        machine
+    }
+
+    pub(super) fn listen() -> Self {
+        Self::idle(Phase::Listening, Dialect::B, ClientConfig::default())
+    }
+
+    fn idle(phase: Phase, dialect: Dialect, config: ClientConfig) -> Self {
+        Self {
+            phase,
+            dialect,
+            plan: Plan { config, ..Plan::default() },
+            now: None,
+            deadline: Deadline::None,
+            skipped: 0,
+            transmits: VecDeque::new(),
+            events: VecDeque::new(),
+            has_scan: false,
+            telegram: LmdScandata::default(),
+            scan: Scan::default(),
+        }
+    }
+
+    pub(super) fn set_time(&mut self, now: Duration) {
+        self.now = Some(now);
+        if self.deadline == Deadline::Unset {
+            self.arm();
+        }
+    }
+
+    pub(super) fn deadline(&self) -> Option<Duration> {
+        match self.deadline {
+            Deadline::None => None,
+            // At once: the time-out begins with the first time the client hears of.
+            Deadline::Unset => Some(Duration::ZERO),
+            Deadline::At(time) => Some(time),
+        }
+    }
+
+    pub(super) fn check_deadline(&mut self) {
+        if let (Deadline::At(time), Some(now)) = (self.deadline, self.now)
+            && now >= time
+        {
+            self.give_up();
+        }
+    }
+
+    pub(super) fn transmit(&mut self) -> Option<Vec<u8>> {
+        self.transmits.pop_front()
+    }
+
+    pub(super) fn has_event(&self) -> bool {
+        !self.events.is_empty()
+    }
+
+    pub(super) fn has_scan(&self) -> bool {
+        self.has_scan
+    }
+
+    pub(super) fn next_event(&mut self) -> Option<Event> {
+        let event = self.events.pop_front()?;
+        if event == Event::Scan {
+            self.has_scan = false;
+        }
+        Some(event)
+    }
+
+    pub(super) fn scan(&self) -> &Scan {
+        &self.scan
+    }
+
+    pub(super) fn telegram(&self) -> &LmdScandata {
+        &self.telegram
+    }
+
+    pub(super) fn is_done(&self) -> bool {
+        self.phase == Phase::Done
+    }
+
+    pub(super) fn stop(&mut self) {
+        match self.phase {
+            Phase::Streaming => {
+                self.phase = Phase::Stopping;
+                self.request(&STOP);
+            }
+            Phase::Starting(_) | Phase::Listening => self.finish(Event::Stopped),
+            Phase::Stopping | Phase::Done => {}
+        }
+    }
+
+    pub(super) fn handle_frame(&mut self, frame: &Frame<'_>) {
+        // A good frame that is no telegram is somebody else's.
+        let Ok(telegram) = Telegram::parse(frame.dialect, frame.payload) else { return };
+        let awaited = match self.phase {
+            Phase::Starting(index) => START_UP.get(index),
+            Phase::Stopping => Some(&STOP),
+            Phase::Streaming | Phase::Listening | Phase::Done => None,
+        };
+        let is_scan = is_scan(&telegram);
+        if is_scan && !matches!(self.phase, Phase::Starting(_) | Phase::Done) {
+            self.take_scan(telegram.args);
+        }
+        let Some(step) = awaited else { return };
+        if let Some(error) = telegram.refusal() {
+            self.refused(step, error);
+        } else if telegram.kind == step.reply_kind && telegram.name == step.command {
+            match (step.take)(&mut self.plan, telegram.args) {
+                Ok(()) => self.answered(),
+                Err(error) => self.refused(step, error),
+            }
+        } else {
+            // Events, receipts (sMA), and replies that came twice.
+            self.skipped += 1;
+            if self.skipped > MAX_SKIPPED {
+                self.give_up();
+            }
+        }
+    }
+
+    fn take_scan(&mut self, args: Args<'_>) {
+        let Self { telegram, scan, .. } = self;
+        let taken = args.decode_into(telegram).map_err(ScanError::from);
+        match taken.and_then(|()| telegram.to_scan_into(scan).map_err(ScanError::from)) {
+            Ok(()) => {
+                self.has_scan = true;
+                self.events.push_back(Event::Scan);
+            }
+            Err(error) => self.events.push_back(Event::Malformed { reason: format!("{error}") }),
+        }
+    }
+
+    fn answered(&mut self) {
+        match self.phase {
+            Phase::Starting(index) => self.step_from(index + 1),
+            Phase::Stopping => self.finish(Event::Stopped),
+            Phase::Streaming | Phase::Listening | Phase::Done => {}
+        }
+    }
+
+    fn refused(&mut self, step: &Step, error: SopasError) {
+        let fatal = step.required && self.phase != Phase::Stopping;
+        let event = Event::Refused { command: step.command, error, fatal };
+        if fatal {
+            self.finish(event);
+        } else {
+            self.events.push_back(event);
+            self.answered();
+        }
+    }
+
+    fn give_up(&mut self) {
+        match self.phase {
+            Phase::Starting(index) => {
+                let command = START_UP.get(index).map_or("", |step| step.command);
+                self.finish(Event::NoAnswer { command, dialect: self.dialect });
+            }
+            // It will not answer any more; the connection is closed next anyway.
+            Phase::Stopping => self.finish(Event::Stopped),
+            Phase::Streaming | Phase::Listening | Phase::Done => self.deadline = Deadline::None,
+        }
+    }
+
+    /// Sends the first needed step from line `index` on; past the last, scans will come.
+    fn step_from(&mut self, index: usize) {
+        let config = &self.plan.config;
+        match START_UP.iter().enumerate().skip(index).find(|(_, step)| (step.needed)(config)) {
+            Some((index, step)) => {
+                self.phase = Phase::Starting(index);
+                self.request(step);
+            }
+            None => {
+                self.phase = Phase::Streaming;
+                self.deadline = Deadline::None;
+                self.events.push_back(Event::Ready(self.plan.info.clone()));
+            }
+        }
+    }
+
+    fn request(&mut self, step: &Step) {
+        let mut frame = Vec::new();
+        (step.request)(&self.plan, self.dialect, &mut frame);
+        self.transmits.push_back(frame);
+        self.skipped = 0;
+        self.arm();
+    }
+
+    /// Sets the time-out of the request that was sent last.
+    fn arm(&mut self) {
+        let patience = match self.phase {
+            Phase::Starting(index) => START_UP.get(index).map_or(1, |step| step.patience),
+            _ => STOP.patience,
+        };
+        let timeout = self.plan.config.reply_timeout.saturating_mul(patience);
+        self.deadline = self.now.map_or(Deadline::Unset, |now| Deadline::At(now.saturating_add(timeout)));
+    }
+
+    fn finish(&mut self, event: Event) {
+        self.phase = Phase::Done;
+        self.deadline = Deadline::None;
+        self.events.push_back(event);
+    }
+}
+
+/// Scan events, SOPAS ET's monitor events, and polled scans.
+fn is_scan(telegram: &Telegram<'_>) -> bool {
+    match telegram.kind {
+        Kind::Sn => [LmdScandata::NAME, lmd_scandata::MONITOR].contains(&telegram.name),
+        Kind::Ra => telegram.name == LmdScandata::NAME,
+        _ => false,
+    }
+}

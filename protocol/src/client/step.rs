@@ -1,0 +1,181 @@
+//! The start-up, one line a step, in the order of the table.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::config::ClientConfig;
+use super::event::DeviceInfo;
+use crate::frame::Dialect;
+use crate::model::RemissionWidth;
+use crate::telegram::device_ident::DeviceIdent;
+use crate::telegram::firmware_version::FirmwareVersion;
+use crate::telegram::lmc_meas::{ACCEPTED, StartMeasurement};
+use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
+use crate::telegram::lmp_output_range::{OutputRange, Sector};
+use crate::telegram::lmp_scancfg::{self, ScanConfig, SetScanConfig, SetScanConfigReply};
+use crate::telegram::run::Run;
+use crate::telegram::set_access_mode::{PasswordHash, SetAccessMode};
+use crate::telegram::wire::{Fields, LowHigh};
+use crate::telegram::{Args, Kind, LmdScandata, Method, SopasError, Variable, encode_frame};
+
+/// The start-up.
+pub(super) static START_UP: &[Step] = &[
+    read::<DeviceIdent>(take_ident),
+    read::<FirmwareVersion>(take_firmware),
+    call::<SetAccessMode>(log_in, take_yes),
+    call::<SetScanConfig>(set_scan_mode, take_scan_mode).only_if(|config| config.scan_mode.is_some()).slow(),
+    read::<OutputRange>(take_step).only_if(|config| config.output_range.is_some()),
+    write::<OutputRange>(set_output_range).only_if(|config| config.output_range.is_some()),
+    write::<ScanDataConfig>(set_scan_data),
+    call::<StartMeasurement>(|_, dialect, out| ask::<StartMeasurement>(dialect, out), take_accepted).slow(),
+    call::<Run>(|_, dialect, out| ask::<Run>(dialect, out), take_yes),
+    subscribe(true),
+];
+
+/// The clean stop.
+pub(super) static STOP: Step = subscribe(false);
+
+/// One request and what is made of its reply.
+pub(super) struct Step {
+    pub(super) command: &'static str,
+    /// The reply this step waits for.
+    pub(super) reply_kind: Kind,
+    pub(super) needed: fn(&ClientConfig) -> bool,
+    /// Appends the whole request frame.
+    pub(super) request: fn(&Plan, Dialect, &mut Vec<u8>),
+    /// Takes the reply; an error counts like `sFA`.
+    pub(super) take: fn(&mut Plan, Args<'_>) -> Result<(), SopasError>,
+    /// The start-up cannot go on if it is refused.
+    pub(super) required: bool,
+    /// Reply time-outs it is given.
+    pub(super) patience: u32,
+}
+
+/// What the steps share.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Plan {
+    pub(super) config: ClientConfig,
+    pub(super) info: DeviceInfo,
+    /// The angular step LMPoutputRange reads; it must be sent back with a new range.
+    pub(super) output_step: u32,
+}
+
+type Request = fn(&Plan, Dialect, &mut Vec<u8>);
+type Take = fn(&mut Plan, Args<'_>) -> Result<(), SopasError>;
+
+const fn step(command: &'static str, reply_kind: Kind, request: Request, take: Take) -> Step {
+    Step { command, reply_kind, needed: |_| true, request, take, required: false, patience: 1 }
+}
+
+const fn read<V: Variable>(take: Take) -> Step {
+    step(V::NAME, Kind::Ra, |_, dialect, out| encode_frame(dialect, Kind::Rn, V::NAME, &(), out), take)
+}
+
+const fn write<V: Variable>(request: Request) -> Step {
+    step(V::NAME, Kind::Wa, request, |_, _| Ok(()))
+}
+
+const fn call<M: Method>(request: Request, take: Take) -> Step {
+    step(M::NAME, Kind::An, request, take)
+}
+
+const fn subscribe(on: bool) -> Step {
+    let request: Request = match on {
+        true => |_, dialect, out| encode_frame(dialect, Kind::En, LmdScandata::NAME, &true, out),
+        false => |_, dialect, out| encode_frame(dialect, Kind::En, LmdScandata::NAME, &false, out),
+    };
+    Step { required: true, ..step(LmdScandata::NAME, Kind::Ea, request, |_, _| Ok(())) }
+}
+
+impl Step {
+    const fn only_if(self, needed: fn(&ClientConfig) -> bool) -> Self {
+        Self { needed, ..self }
+    }
+
+    const fn slow(self) -> Self {
+        Self { patience: 5, ..self }
+    }
+}
+
+/// A method without arguments.
+fn ask<M: Method>(dialect: Dialect, out: &mut Vec<u8>) {
+    tell(dialect, &M::default(), out);
+}
+
+fn tell<M: Method>(dialect: Dialect, method: &M, out: &mut Vec<u8>) {
+    encode_frame(dialect, Kind::Mn, M::NAME, method, out);
+}
+
+fn set<V: Variable>(dialect: Dialect, value: &V, out: &mut Vec<u8>) {
+    encode_frame(dialect, Kind::Wn, V::NAME, value, out);
+}
+
+fn log_in(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    let login = plan.config.login;
+    tell(dialect, &SetAccessMode { level: login.level, password: PasswordHash(login.password) }, out);
+}
+
+/// The angles are ignored by the devices known here and must be sent: zero to 180° is inside every model's range.
+fn set_scan_mode(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    let mode = plan.config.scan_mode;
+    let step = mode.map_or(0, |mode| u32::from(mode.step));
+    let sectors = vec![Sector { step, start: 0, stop: 1_800_000 }];
+    let frequency_centihz = mode.map_or(0, |mode| mode.frequency_centihz);
+    tell(dialect, &SetScanConfig { config: ScanConfig { frequency_centihz, sectors } }, out);
+}
+
+fn set_output_range(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    let (start, stop) = plan.config.output_range.unwrap_or_default();
+    set(dialect, &OutputRange { sectors: vec![Sector { step: plan.output_step, start, stop }] }, out);
+}
+
+fn set_scan_data(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    let config = &plan.config;
+    let contents = ScanDataConfig {
+        channels: LowHigh((1 << config.echoes.clamp(1, 5)) - 1),
+        remission: u8::from(config.remission),
+        resolution: match config.remission_width {
+            RemissionWidth::Bits8 => REMISSION_8_BIT,
+            RemissionWidth::Bits16 => REMISSION_16_BIT,
+        },
+        output_rate: config.output_rate.max(1),
+        ..ScanDataConfig::default()
+    };
+    set(dialect, &contents, out);
+}
+
+fn value<T: Fields + Default>(args: Args<'_>) -> Result<T, SopasError> {
+    args.decode().map_err(SopasError::from)
+}
+
+fn take_ident(plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+    let DeviceIdent { name, version } = value(args)?;
+    plan.info.ident = format!("{} {}", name.trim(), version.trim());
+    Ok(())
+}
+
+fn take_firmware(plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+    plan.info.firmware = String::from(value::<FirmwareVersion>(args)?.text.trim());
+    Ok(())
+}
+
+fn take_yes(_: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+    if value(args)? { Ok(()) } else { Err(SopasError::MethodAccessDenied) }
+}
+
+fn take_accepted(_: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+    if value::<u8>(args)? == ACCEPTED { Ok(()) } else { Err(SopasError::LocalConditionFailed) }
+}
+
+fn take_scan_mode(_: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+    let reply: SetScanConfigReply = value(args)?;
+    if reply.code == lmp_scancfg::OK { Ok(()) } else { Err(SopasError::LocalConditionFailed) }
+}
+
+fn take_step(plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+    let range: OutputRange = value(args)?;
+    plan.output_step = range.sectors.first().ok_or(SopasError::InvalidData)?.step;
+    Ok(())
+}

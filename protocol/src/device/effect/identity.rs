@@ -1,0 +1,109 @@
+//! What the scanner is, and how it is.
+
+use alloc::format;
+
+use crate::device::command::{Context, Readable, Writable};
+use crate::device::state::Activity;
+use crate::telegram::device_ident::DeviceIdent;
+use crate::telegram::firmware_version::FirmwareVersion;
+use crate::telegram::lcm_state::Contamination;
+use crate::telegram::location_name::LocationName;
+use crate::telegram::od_oprh::OperatingHours;
+use crate::telegram::od_pwrc::PowerOnCount;
+use crate::telegram::scdevicestate::{self, DeviceState};
+use crate::telegram::serial_number::SerialNumber;
+use crate::telegram::stlms::{self, Status};
+use crate::telegram::wire::FlexString;
+use crate::telegram::{DateTime, SopasError};
+
+/// µs in a tenth of an hour.
+const US_PER_TENTH_HOUR: u64 = 360_000_000;
+/// Longest location name; the scan telegram has room for as many.
+const MAX_LOCATION_NAME: usize = 16;
+
+impl Readable for DeviceIdent {
+    fn get(context: &Context<'_>) -> Self {
+        let model = context.device.model;
+        Self { name: model.title.into(), version: model.ident_version.into() }
+    }
+}
+
+impl Readable for FirmwareVersion {
+    fn get(context: &Context<'_>) -> Self {
+        Self { text: context.device.model.firmware.into() }
+    }
+}
+
+impl Readable for SerialNumber {
+    fn get(context: &Context<'_>) -> Self {
+        Self { text: FlexString(format!("{:08}", context.device.identity.serial_number)) }
+    }
+}
+
+impl Readable for OperatingHours {
+    fn get(context: &Context<'_>) -> Self {
+        let on_for = context.device.uptime_us(context.now) / US_PER_TENTH_HOUR;
+        Self { tenths: context.device.identity.operating_hours.wrapping_add(on_for as u32) }
+    }
+}
+
+impl Readable for PowerOnCount {
+    fn get(context: &Context<'_>) -> Self {
+        Self { count: context.device.identity.power_on_count }
+    }
+}
+
+impl Readable for LocationName {
+    fn get(context: &Context<'_>) -> Self {
+        Self { text: context.device.settings.location_name.as_str().into() }
+    }
+}
+
+impl Writable for LocationName {
+    fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
+        if self.text.chars().count() > MAX_LOCATION_NAME {
+            return Err(SopasError::FlexOutOfBounds);
+        }
+        context.device.settings.location_name = self.text.0;
+        Ok(())
+    }
+}
+
+impl Readable for Contamination {
+    fn get(_: &Context<'_>) -> Self {
+        Self { level: 0 }
+    }
+}
+
+impl Readable for DeviceState {
+    /// Ready means that scans come: a session that is logged in reads busy, as recorded.
+    fn get(context: &Context<'_>) -> Self {
+        let state = match context.device.activity {
+            Activity::Standby => scdevicestate::STANDBY,
+            Activity::Measuring if context.device.is_measuring() && context.access.level <= 1 => {
+                scdevicestate::READY
+            }
+            Activity::Measuring | Activity::Stopped => scdevicestate::BUSY,
+        };
+        Self { state }
+    }
+}
+
+impl Readable for Status {
+    fn get(context: &Context<'_>) -> Self {
+        let state = match context.device.activity {
+            Activity::Measuring if context.device.is_measuring() => stlms::MEASURING,
+            Activity::Measuring => stlms::READY,
+            Activity::Standby => stlms::ROTATING,
+            Activity::Stopped => stlms::IDLE,
+        };
+        let DateTime { year, month, day, hour, minute, second, .. } = context.device.date_time(context.now);
+        Self {
+            state,
+            temperature: 0,
+            time: FlexString(format!("{hour:02}:{minute:02}:{second:02}")),
+            date: FlexString(format!("{day:02}.{month:02}.{:02}", year % 100)),
+            lamps: [0; 3],
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! What the scan telegrams hold: contents, range, echoes.
+
+use alloc::vec;
+
+use crate::device::command::{Context, Readable, Writable};
+use crate::device::settings::OutputCut;
+use crate::telegram::SopasError;
+use crate::telegram::fr_echo_filter::{self, EchoFilter};
+use crate::telegram::lmd_scandatacfg::{REMISSION_16_BIT, ScanDataConfig};
+use crate::telegram::lmp_output_range::{OutputRange, Sector};
+
+/// Largest n of "every n-th scan".
+const MAX_OUTPUT_RATE: u16 = 50_000;
+
+impl Readable for ScanDataConfig {
+    fn get(context: &Context<'_>) -> Self {
+        context.device.settings.scan_data.clone()
+    }
+}
+
+impl Writable for ScanDataConfig {
+    /// What would have no effect is refused.
+    fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
+        let echoes = 1u16 << context.device.model.echoes;
+        let possible = (1..echoes).contains(&self.channels.0)
+            && self.remission <= 1
+            && self.resolution <= REMISSION_16_BIT
+            && self.unit == 0
+            && self.encoders.0 == 0
+            && !self.position
+            && !self.comment
+            && (1..=MAX_OUTPUT_RATE).contains(&self.output_rate);
+        if !possible {
+            return Err(SopasError::LocalConditionFailed);
+        }
+        context.device.settings.scan_data = self;
+        Ok(())
+    }
+}
+
+impl Readable for OutputRange {
+    fn get(context: &Context<'_>) -> Self {
+        let device = &context.device;
+        let cut = device.settings.output_range;
+        let (start, stop) =
+            if cut.is_full(device.model) { device.model.output_range_as_read } else { (cut.start, cut.stop) };
+        Self { sectors: vec![Sector { step: device.settings.mode.step.into(), start, stop }] }
+    }
+}
+
+impl Writable for OutputRange {
+    /// The angular step must be sent and comes from the scan mode.
+    fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
+        let &[Sector { start, stop, .. }] = self.sectors.as_slice() else {
+            return Err(SopasError::LocalConditionFailed);
+        };
+        let cut = OutputCut { start, stop };
+        if !cut.is_within(context.device.model) {
+            return Err(SopasError::LocalConditionFailed);
+        }
+        context.device.settings.output_range = cut;
+        Ok(())
+    }
+}
+
+impl Readable for EchoFilter {
+    fn get(context: &Context<'_>) -> Self {
+        Self { code: context.device.settings.echo_filter }
+    }
+}
+
+impl Writable for EchoFilter {
+    fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
+        if self.code > fr_echo_filter::LAST {
+            return Err(SopasError::LocalConditionFailed);
+        }
+        context.device.settings.echo_filter = self.code;
+        Ok(())
+    }
+}

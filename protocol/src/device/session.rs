@@ -1,0 +1,151 @@
+//! One connection to a device: dialect, user level, subscriptions.
+
+use alloc::vec::Vec;
+
+use super::Device;
+use super::command::{Context, Event, answer, refuse};
+use crate::frame::{Accept, Dialect, Frame, FrameCounts, FrameDecoder, encode};
+use crate::telegram::{SopasError, Telegram};
+use crate::time::SimTime;
+
+/// Largest payload a device takes. Commands are short; clients' longest known ones are below 300 bytes.
+const MAX_PAYLOAD: usize = 4096;
+
+/// How a connection decides on its dialect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DialectPolicy {
+    /// The first valid frame decides.
+    Auto,
+    /// This one, or the one EIHstCola has set since; silent in the other.
+    Strict(Dialect),
+}
+
+/// One answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reply {
+    /// One whole frame, to be sent in one write: some clients take what one read gives for the whole reply.
+    pub bytes: Vec<u8>,
+    /// What happens to the connection afterwards.
+    pub after: Option<AfterReply>,
+}
+
+/// What happens to a connection after a reply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AfterReply {
+    /// The device drops it, as a restart does.
+    Close,
+}
+
+/// What commands know and change of their connection.
+#[derive(Clone, Debug)]
+pub(super) struct Access {
+    /// User level, 1 = nobody logged in.
+    pub(super) level: u8,
+    pub(super) dialect: Dialect,
+    /// Dialect after the reply that is being made.
+    pub(super) next_dialect: Option<Dialect>,
+    /// The connection is dropped after the reply that is being made.
+    pub(super) closing: bool,
+    subscriptions: u8,
+}
+
+impl Access {
+    pub(super) fn subscribe(&mut self, event: Event, on: bool) {
+        let bit = 1 << event as u8;
+        self.subscriptions = if on { self.subscriptions | bit } else { self.subscriptions & !bit };
+    }
+
+    fn subscribed(&self, event: Event) -> bool {
+        self.subscriptions & 1 << event as u8 != 0
+    }
+}
+
+/// One connection.
+#[derive(Clone, Debug)]
+pub struct Session {
+    policy: DialectPolicy,
+    decoder: FrameDecoder,
+    access: Access,
+    /// The first bytes have come.
+    begun: bool,
+}
+
+impl Session {
+    /// A fresh connection.
+    pub fn new(policy: DialectPolicy) -> Self {
+        let (accept, dialect) = match policy {
+            DialectPolicy::Auto => (Accept::Either, Dialect::B),
+            DialectPolicy::Strict(dialect) => (Accept::Only(dialect), dialect),
+        };
+        Self {
+            policy,
+            decoder: FrameDecoder::new(accept, MAX_PAYLOAD),
+            access: Access { level: 1, dialect, next_dialect: None, closing: false, subscriptions: 0 },
+            begun: false,
+        }
+    }
+
+    /// Takes the host's bytes and appends the replies, in order.
+    pub fn handle_bytes(&mut self, device: &mut Device, now: SimTime, bytes: &[u8], out: &mut Vec<Reply>) {
+        if !core::mem::replace(&mut self.begun, true) {
+            self.begin(device);
+        }
+        self.decoder.push(bytes);
+        while !self.access.closing {
+            let Self { decoder, access, .. } = self;
+            let Some(frame) = decoder.next_frame() else { break };
+            access.dialect = frame.dialect;
+            let reply = reply(&frame, &mut Context { device, access, now });
+            let after = self.access.closing.then_some(AfterReply::Close);
+            out.push(Reply { bytes: reply, after });
+            self.settle_dialect();
+        }
+    }
+
+    /// Subscribed to LMDscandata.
+    pub fn subscribed(&self) -> bool {
+        self.access.subscribed(Event::ScanData)
+    }
+
+    /// The dialect to encode events in.
+    pub fn dialect(&self) -> Dialect {
+        self.access.dialect
+    }
+
+    /// What was received.
+    pub fn counts(&self) -> FrameCounts {
+        self.decoder.counts()
+    }
+
+    fn begin(&mut self, device: &Device) {
+        if let (DialectPolicy::Strict(_), Some(dialect)) = (self.policy, device.host_dialect) {
+            self.access.dialect = dialect;
+            self.decoder.accept_only(dialect);
+        }
+    }
+
+    /// Before the next frame: one connection, one dialect, unless EIHstCola says otherwise.
+    fn settle_dialect(&mut self) {
+        let current = self.access.dialect;
+        match (self.access.next_dialect.take(), self.policy) {
+            (Some(next), DialectPolicy::Strict(_)) => {
+                self.access.dialect = next;
+                self.decoder.accept_only(next);
+            }
+            // Clients reconnect, or go on in either dialect: the next frame tells.
+            (Some(next), DialectPolicy::Auto) if next != current => self.decoder.accept(Accept::Either),
+            _ => self.decoder.accept_only(current),
+        }
+    }
+}
+
+fn reply(frame: &Frame<'_>, context: &mut Context<'_>) -> Vec<u8> {
+    let mut payload = Vec::new();
+    match Telegram::parse(frame.dialect, frame.payload) {
+        Ok(telegram) => answer(context, &telegram, &mut payload),
+        Err(_) => refuse(frame.dialect, SopasError::UnknownColaCommand, &mut payload),
+    }
+    let mut bytes = Vec::new();
+    encode(frame.dialect, &payload, &mut bytes);
+    bytes
+}

@@ -1,0 +1,122 @@
+//! What a client can set, and what mEEwriteall keeps.
+
+use alloc::string::String;
+
+use crate::angle::BeamGrid;
+use crate::model::{Model, RemissionWidth, ScanMode};
+use crate::telegram::fr_echo_filter;
+use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
+use crate::telegram::wire::LowHigh;
+
+/// Real devices read back an output range that is a few 1/10000° off; a beam this near to the edge is inside.
+const EDGE_TOLERANCE: i32 = 10;
+/// 1/10000° a degree.
+const PER_DEGREE: f64 = 10_000.0;
+
+/// All settings.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Settings {
+    pub(super) mode: ScanMode,
+    pub(super) output_range: OutputCut,
+    pub(super) scan_data: ScanDataConfig,
+    pub(super) echo_filter: u8,
+    pub(super) location_name: String,
+}
+
+/// The part of the turn that is sent, 1/10000°.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct OutputCut {
+    pub(super) start: i32,
+    pub(super) stop: i32,
+}
+
+impl Settings {
+    /// Out of the box. Contents of LMDscandata: first echo, no remission, no time, every scan (not verified).
+    pub(super) fn new(model: &Model, location_name: &str) -> Self {
+        Self {
+            mode: model.default_mode,
+            output_range: OutputCut { start: model.start_angle, stop: model.stop_angle },
+            scan_data: ScanDataConfig {
+                channels: LowHigh(1),
+                resolution: match model.remission {
+                    RemissionWidth::Bits8 => REMISSION_8_BIT,
+                    RemissionWidth::Bits16 => REMISSION_16_BIT,
+                },
+                output_rate: 1,
+                ..ScanDataConfig::default()
+            },
+            echo_filter: fr_echo_filter::ALL,
+            location_name: location_name.into(),
+        }
+    }
+}
+
+impl OutputCut {
+    /// True if it lies within the model's range, give or take the rounding of real devices.
+    pub(super) fn is_within(&self, model: &Model) -> bool {
+        self.start < self.stop
+            && self.start >= model.start_angle - EDGE_TOLERANCE
+            && self.stop <= model.stop_angle + EDGE_TOLERANCE
+    }
+
+    /// True if it takes no beam away.
+    pub(super) fn is_full(&self, model: &Model) -> bool {
+        self.start <= model.start_angle + EDGE_TOLERANCE && self.stop >= model.stop_angle - EDGE_TOLERANCE
+    }
+
+    /// The beams of `full` inside the cut: index of the first, and their grid. Beams are taken away, never moved.
+    pub(super) fn beams(&self, full: BeamGrid) -> (usize, BeamGrid) {
+        let step = full.step_deg() * PER_DEGREE;
+        let steps_to = |angle: i32| (f64::from(angle) - f64::from(full.start)) / step;
+        let first = ceil(steps_to(self.start.saturating_sub(EDGE_TOLERANCE))).min(full.len());
+        let end = (floor(steps_to(self.stop.saturating_add(EDGE_TOLERANCE))) + 1).min(full.len());
+        let start = full.start + (first as f64 * step + 0.5) as i32;
+        (first, BeamGrid { start, step: full.step, count: end.saturating_sub(first) as u16 })
+    }
+}
+
+/// Not below zero.
+fn floor(value: f64) -> usize {
+    value as usize
+}
+
+fn ceil(value: f64) -> usize {
+    let whole = floor(value);
+    whole + usize::from(value > whole as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::MODELS;
+
+    #[test]
+    fn the_range_a_real_device_reads_back_is_the_full_one() {
+        for model in MODELS {
+            let (start, stop) = model.output_range_as_read;
+            let cut = OutputCut { start, stop };
+            assert!(cut.is_full(model) && cut.is_within(model));
+            let full = model.beams(model.default_mode);
+            assert_eq!(cut.beams(full), (0, full));
+        }
+    }
+
+    #[test]
+    fn a_cut_keeps_the_beams_where_they_are() {
+        let full = BeamGrid::spanning(-50_000, 1_850_000, 1667);
+        let (first, beams) = OutputCut { start: 450_000, stop: 1_350_000 }.beams(full);
+        assert_eq!((first, beams.start, beams.count), (300, 450_000, 541));
+        // Between two beams: the next inside.
+        let (first, beams) = OutputCut { start: 450_100, stop: 451_700 }.beams(full);
+        assert_eq!((first, beams.start, beams.count), (301, 451_667, 1));
+        for i in 0..beams.len() {
+            assert!((beams.angle_deg(i) - full.angle_deg(first + i)).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn a_cut_between_two_beams_is_empty() {
+        let full = BeamGrid::spanning(-450_000, 2_250_000, 5000);
+        assert_eq!(OutputCut { start: 1000, stop: 4000 }.beams(full).1.count, 0);
+    }
+}
