@@ -1,5 +1,6 @@
 """The emulated LMS111 as its clients see it: start-up sequences, then scans."""
 
+import math
 import socket
 import time
 
@@ -18,8 +19,10 @@ def check_scans(scans, points=541, step=5000, period_us=20000, consecutive=True)
         distances = scan.channel("DIST1")
         assert (distances.scale, distances.offset) == (1.0, 0.0)
         assert (distances.start, distances.step, len(distances.values)) == (-450000, step, points)
-        straight_down = (0 - distances.start) // step
-        assert abs(distances.values[straight_down] - SENSOR_HEIGHT_MM) <= 1
+        # No leaf hangs within half a metre of the sensor's foot: there the ground's distance is height / cos(angle).
+        for angle in range(-150_000, 150_001, step):
+            ground_mm = SENSOR_HEIGHT_MM / math.cos(math.radians(angle / 10_000))
+            assert abs(distances.values[(angle - distances.start) // step] - ground_mm) <= 1, "beam at %d" % angle
         assert scan.version == 1
         assert scan.scan_frequency_centihz == 100_000_000 // period_us
         assert scan.measurement_frequency == round(scan.scan_frequency_centihz / 100 * 3_600_000 / step / 100)
