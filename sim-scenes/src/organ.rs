@@ -110,6 +110,12 @@ impl Cylinder {
         2.0 * std::f64::consts::PI * self.radius_m * self.length_m()
     }
 
+    /// Height of its highest point, metres.
+    pub fn top_m(&self) -> f64 {
+        let [along_x, along_y, _] = (DVec3::from_array(self.tip) - DVec3::from_array(self.base)).to_array();
+        self.base[2].max(self.tip[2]) + self.radius_m * along_x.hypot(along_y) / self.length_m()
+    }
+
     /// The same cylinder elsewhere.
     #[must_use]
     pub fn translated(&self, by: [f64; 3]) -> Self {

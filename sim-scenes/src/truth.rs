@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::orchard::Orchard;
-use crate::organ::Tree;
+use crate::organ::{Cylinder, Leaf, Tree};
+use crate::polygon;
 
 /// The bins of slabs and bands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,15 +82,131 @@ pub struct HeightBand {
 }
 
 impl Truth {
-    pub(crate) fn of_row(orchard: &Orchard, _trees: &[Tree], _grid: TruthGrid) -> Self {
+    /// Measures the trees of one row.
+    pub(crate) fn of_row(orchard: &Orchard, trees: &[Tree], grid: TruthGrid) -> Self {
+        let cell_m2 = orchard.row_spacing_m().zip(orchard.tree_spacing_m()).map(|(row, tree)| row * tree);
+        let by_tree: Vec<TreeTruth> = (0..)
+            .zip(trees)
+            .map(|(tree, organs)| TreeTruth::of(tree, organs, orchard.tree_spacing_m(), cell_m2))
+            .collect();
+        let leaf_area_m2: f64 = by_tree.iter().map(|tree| tree.leaf_area_m2).sum();
+        let leaves = || trees.iter().flat_map(|tree| &tree.leaves);
         Self {
             seed: orchard.seed(),
-            leaf_area_m2: 0.0,
-            wood_area_m2: 0.0,
-            lai: None,
-            trees: Vec::new(),
-            slabs: Vec::new(),
-            bands: Vec::new(),
+            leaf_area_m2,
+            wood_area_m2: by_tree.iter().map(|tree| tree.wood_area_m2).sum(),
+            lai: cell_m2.filter(|_| !trees.is_empty()).map(|cell| leaf_area_m2 / (cell * trees.len() as f64)),
+            trees: by_tree,
+            slabs: slabs(leaves(), orchard.length_m(), grid.slab_m),
+            bands: bands(leaves(), grid.band_m),
         }
+    }
+}
+
+impl TreeTruth {
+    fn of(tree: u32, organs: &Tree, spacing_m: Option<f64>, cell_m2: Option<f64>) -> Self {
+        let leaf_area_m2 = organs.leaf_area_m2();
+        let leaf_tops = organs.leaves.iter().flat_map(|leaf| leaf.outline().iter().map(|[_, _, z]| *z));
+        let wood_tops = organs.wood.iter().map(Cylinder::top_m);
+        Self {
+            tree,
+            y_m: spacing_m.map(|spacing| (f64::from(tree) + 0.5) * spacing),
+            leaves: organs.leaves.len(),
+            leaf_area_m2,
+            wood_area_m2: organs.wood_area_m2(),
+            lai: cell_m2.map(|cell| leaf_area_m2 / cell),
+            height_m: leaf_tops.chain(wood_tops).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Most bins of one axis: a scene of odd size may not exhaust the memory.
+const MOST_BINS: f64 = 1e6;
+
+/// Slabs from 0 to `length_m`, the last one ending there. Leaf parts beyond count where the row repeats them.
+fn slabs<'a>(leaves: impl Iterator<Item = &'a Leaf>, length_m: f64, slab_m: f64) -> Vec<RowSlab> {
+    let count = (length_m / slab_m - 1e-9).ceil();
+    if !(slab_m > 0.0 && (1.0..=MOST_BINS).contains(&count)) {
+        return Vec::new();
+    }
+    let count = count as usize;
+    // Face `k` counted through all periods: the last slab of each period may be thinner than the others.
+    let face_m = |k: i64| {
+        let (period, within) = (k.div_euclid(count as i64), k.rem_euclid(count as i64));
+        period as f64 * length_m + within as f64 * slab_m
+    };
+    let bin_of = |y_m: f64| {
+        let period = (y_m / length_m).floor();
+        period as i64 * count as i64 + (((y_m - period * length_m) / slab_m) as i64).min(count as i64 - 1)
+    };
+    let mut areas = vec![0.0; count];
+    let mut cutter = Cutter { axis: 1, scratch: Vec::new() };
+    for leaf in leaves {
+        cutter.cut(leaf, bin_of, face_m, |bin, area| {
+            if let Some(sum) = areas.get_mut(bin.rem_euclid(count as i64) as usize) {
+                *sum += area;
+            }
+        });
+    }
+    let slab = |(k, leaf_area_m2): (i64, f64)| {
+        let y_to_m = if k + 1 == count as i64 { length_m } else { face_m(k + 1) };
+        RowSlab { y_from_m: face_m(k), y_to_m, leaf_area_m2 }
+    };
+    (0..).zip(areas).map(slab).collect()
+}
+
+/// Bands of equal height about Z = 0, from the lowest leaf's to the highest leaf's.
+fn bands<'a>(leaves: impl Iterator<Item = &'a Leaf>, band_m: f64) -> Vec<HeightBand> {
+    if !(band_m > 0.0 && band_m.is_finite()) {
+        return Vec::new();
+    }
+    let mut areas = std::collections::BTreeMap::new();
+    let mut cutter = Cutter { axis: 2, scratch: Vec::new() };
+    let face_m = |k: i64| k as f64 * band_m;
+    for leaf in leaves {
+        cutter.cut(
+            leaf,
+            |z_m| (z_m / band_m).floor() as i64,
+            face_m,
+            |bin, area| *areas.entry(bin).or_insert(0.0) += area,
+        );
+    }
+    let Some((lowest, highest)) = areas.keys().next().zip(areas.keys().next_back()) else {
+        return Vec::new();
+    };
+    let band = |k: i64| HeightBand {
+        z_from_m: face_m(k),
+        z_to_m: face_m(k + 1),
+        leaf_area_m2: areas.get(&k).copied().unwrap_or(0.0),
+    };
+    (*lowest..=*highest).take(MOST_BINS as usize).map(band).collect()
+}
+
+/// Cuts leaves at the faces of bins along one coordinate.
+struct Cutter {
+    axis: usize,
+    scratch: Vec<[f64; 3]>,
+}
+
+impl Cutter {
+    /// Calls `add(bin, area)` for every bin that holds some of the leaf. The parts add up to the leaf.
+    fn cut(
+        &mut self,
+        leaf: &Leaf,
+        bin_of: impl Fn(f64) -> i64,
+        face_m: impl Fn(i64) -> f64,
+        mut add: impl FnMut(i64, f64),
+    ) {
+        let along = || leaf.outline().iter().filter_map(|vertex| vertex.get(self.axis).copied());
+        let low = along().fold(f64::INFINITY, f64::min);
+        let high = along().fold(f64::NEG_INFINITY, f64::max);
+        let (first, last) = (bin_of(low), bin_of(high));
+        let mut below_m2 = 0.0;
+        for bin in first..last {
+            let up_to_m2 = polygon::area_below(leaf.outline(), self.axis, face_m(bin + 1), &mut self.scratch);
+            add(bin, up_to_m2 - below_m2);
+            below_m2 = up_to_m2;
+        }
+        add(last, leaf.area_m2() - below_m2);
     }
 }

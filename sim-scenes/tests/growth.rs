@@ -1,6 +1,6 @@
 //! Whole orchards: the same on any number of threads, a tree for every place, presets as described.
 
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 use rayon::ThreadPoolBuilder;
 use rowscan_scenes::growth::{GrowError, MatrixSource, RuleSource};

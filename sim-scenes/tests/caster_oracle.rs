@@ -1,0 +1,210 @@
+//! The caster against the oracle, return by return, in scenes made to be awkward.
+
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use proptest::prelude::*;
+use rowscan_protocol::scan::Pose;
+use rowscan_scenes::caster::brute;
+use rowscan_scenes::orchard::{OrchardParameters, Preset};
+use rowscan_scenes::seed::{Stage, Stream};
+use rowscan_scenes::{BeamFan, Caster, Class, Cylinder, Leaf, Orchard, Return, Scratch};
+
+/// A source of random values for scenes.
+struct Dice(Stream);
+
+impl Dice {
+    fn new(seed: u64) -> Self {
+        Self(Stream::new(seed, Stage::Growth, 77, 77))
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.0.unit()
+    }
+
+    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.0.unit() * from.len() as f64) as usize]
+    }
+
+    fn direction(&mut self) -> [f64; 3] {
+        if self.0.unit() < 0.3 {
+            return self.pick(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
+        }
+        let z = self.between(-1.0, 1.0);
+        let turn = self.between(0.0, std::f64::consts::TAU);
+        let flat = (1.0 - z * z).sqrt();
+        [flat * turn.cos(), flat * turn.sin(), z]
+    }
+
+    /// A star with 3 to 12 corners, mostly non-convex, in any plane.
+    fn leaf(&mut self) -> Leaf {
+        let normal = self.direction();
+        let least = if normal[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+        let u = unit(cross(normal, least));
+        let v = cross(normal, u);
+        let middle = [self.between(-1.5, 1.5), self.between(0.0, 6.0), self.between(-0.3, 3.5)];
+        let size = self.pick(&[0.03, 0.08, 0.3, 1.5]);
+        let corners = self.between(3.0, 13.0) as usize;
+        let outline: Vec<[f64; 3]> = (0..corners)
+            .map(|k| {
+                let angle = std::f64::consts::TAU * k as f64 / corners as f64;
+                let radius = size * self.between(0.15, 1.0);
+                let (a, b) = (radius * angle.cos(), radius * angle.sin());
+                std::array::from_fn(|i| middle[i] + a * u[i] + b * v[i])
+            })
+            .collect();
+        Leaf::new(outline).unwrap()
+    }
+
+    fn branch(&mut self) -> Cylinder {
+        let base = [self.between(-1.5, 1.5), self.between(0.0, 6.0), self.between(-0.3, 3.0)];
+        let direction = self.direction();
+        let length = self.pick(&[0.02, 0.3, 2.5]) * self.between(0.3, 1.0);
+        let radius = self.pick(&[0.001, 0.01, 0.2]) * self.between(0.5, 1.0);
+        Cylinder::new(base, std::array::from_fn(|i| base[i] + length * direction[i]), radius).unwrap()
+    }
+
+    fn scene(&mut self) -> Orchard {
+        let leaves = (0..self.between(0.0, 60.0) as usize).map(|_| self.leaf()).collect();
+        let wood = (0..self.between(0.0, 15.0) as usize).map(|_| self.branch()).collect();
+        let length = self.pick(&[f64::INFINITY, 0.4, 2.0, 6.0]);
+        Orchard::from_organs(leaves, wood, length)
+    }
+
+    fn pose(&mut self) -> Pose {
+        Pose { x_m: self.between(-3.0, 2.0), y_m: self.between(-8.0, 14.0), z_m: self.between(-0.5, 5.0) }
+    }
+
+    fn fan(&mut self) -> BeamFan {
+        let step = self.pick(&[0.5, -0.5, 1.0 / 3.0, 1.3, -7.0]);
+        BeamFan::from_degrees(
+            self.between(-400.0, 400.0),
+            step,
+            self.between(1.0, 420.0 / f64::abs(step)) as usize,
+        )
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn unit(v: [f64; 3]) -> [f64; 3] {
+    let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    v.map(|c| c / length)
+}
+
+/// The same organ at the same range; another organ only where both are met at once.
+fn agree(fast: &Return, slow: &Return) -> Result<(), String> {
+    let same = (fast.class, fast.tree, fast.organ) == (slow.class, slow.tree, slow.organ);
+    let apart = if fast.range_m == slow.range_m { 0.0 } else { (fast.range_m - slow.range_m).abs() };
+    let angles = (fast.cos_incidence - slow.cos_incidence).abs();
+    if apart < if same { 1e-6 } else { 1e-9 } && (!same || angles < 1e-3) {
+        Ok(())
+    } else {
+        Err(format!("caster {fast:?}, oracle {slow:?}"))
+    }
+}
+
+fn compare(
+    orchard: &Orchard,
+    caster: &Caster,
+    origin: Pose,
+    fan: &BeamFan,
+    scratch: &mut Scratch,
+) -> [usize; 4] {
+    let mut fast = vec![Return::MISS; fan.len()];
+    caster.cast(origin, fan, scratch, &mut fast);
+    let slow = brute::cast(orchard, origin, fan);
+    let mut classes = [0; 4];
+    for (beam, (a, b)) in fast.iter().zip(&slow).enumerate() {
+        classes[a.class as usize] += 1;
+        if let Err(difference) = agree(a, b) {
+            panic!("beam {beam} at θ = {}° from {origin:?}: {difference}", fan.theta_rad(beam).to_degrees());
+        }
+    }
+    classes
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(250))]
+
+    #[test]
+    fn every_return_is_the_oracles_in_random_scenes(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let orchard = dice.scene();
+        let caster = Caster::new(&orchard);
+        let mut scratch = Scratch::default();
+        for _ in 0..8 {
+            let (pose, fan) = (dice.pose(), dice.fan());
+            compare(&orchard, &caster, pose, &fan, &mut scratch);
+        }
+    }
+}
+
+#[test]
+fn every_return_is_the_oracles_beside_above_and_within_grown_rows() {
+    let mut dice = Dice::new(5);
+    let mut classes = [0; 4];
+    for (preset, trees, seed) in [(Preset::Spindle, 2, 1), (Preset::Paper, 1, 2), (Preset::Spindle, 1, 3)] {
+        let mut parameters =
+            OrchardParameters { trees: Some(trees), rows: Some(2), ..OrchardParameters::of(preset) };
+        parameters.tree.iterations = Some(6);
+        // A crown wider than the row is long: many images of every tree.
+        parameters.tree_spacing_m = Some(0.7);
+        parameters.tree.petiole_radius_m = Some(0.0006);
+        let orchard = Orchard::grow(&parameters, seed, &|_, _| {}).unwrap();
+        let caster = Caster::new(&orchard);
+        let mut scratch = Scratch::default();
+        let fan = BeamFan::from_degrees(-135.0, 2.0, 136);
+        for _ in 0..300 {
+            let found = compare(&orchard, &caster, dice.pose(), &fan, &mut scratch);
+            classes.iter_mut().zip(found).for_each(|(sum, count)| *sum += count);
+        }
+    }
+    assert!(classes.iter().all(|count| *count > 1_000), "leaf, wood, ground, none: {classes:?}");
+}
+
+#[test]
+fn the_default_row_is_the_oracles_at_full_resolution() {
+    let orchard = Orchard::grow(&OrchardParameters::default(), 1, &|_, _| {}).unwrap();
+    let caster = Caster::new(&orchard);
+    let mut scratch = Scratch::default();
+    let fan = BeamFan::from_degrees(-10.0, 1.0 / 6.0, 240);
+    for y_m in [0.003, 8.77] {
+        let classes = compare(&orchard, &caster, Pose { x_m: -1.9, y_m, z_m: 1.6 }, &fan, &mut scratch);
+        assert!(classes[Class::Leaf as usize] > 40, "{classes:?}");
+    }
+}
+
+#[test]
+fn the_row_repeats_for_ever() {
+    let mut dice = Dice::new(9);
+    let orchard = dice.scene();
+    let orchard = Orchard::from_trees(orchard.trees().to_vec(), 4.0, None, None);
+    let caster = Caster::new(&orchard);
+    let fan = BeamFan::from_degrees(-135.0, 0.5, 541);
+    let mut scratch = Scratch::default();
+    let (mut here, mut there) = (vec![Return::MISS; 541], vec![Return::MISS; 541]);
+    let mut met = 0;
+    for k in 0..64 {
+        // Multiples of 1/16 are exact, so the wrapped place is too.
+        let pose = Pose { x_m: -2.0, y_m: f64::from(k) / 16.0, z_m: 1.6 };
+        caster.cast(pose, &fan, &mut scratch, &mut here);
+        for periods in [-3.0, 1.0, 1000.0] {
+            caster.cast(Pose { y_m: pose.y_m + 4.0 * periods, ..pose }, &fan, &mut scratch, &mut there);
+            assert_eq!(here, there);
+        }
+        met += here.iter().filter(|hit| matches!(hit.class, Class::Leaf | Class::Wood)).count();
+    }
+    assert!(met > 1000, "{met}");
+}
+
+#[test]
+fn an_origin_that_is_no_number_meets_nothing() {
+    let orchard = Dice::new(1).scene();
+    let fan = BeamFan::from_degrees(-135.0, 0.5, 541);
+    let mut out = vec![Return::default(); 541];
+    let pose = Pose { x_m: 0.0, y_m: f64::NAN, z_m: f64::NAN };
+    Caster::new(&orchard).cast(pose, &fan, &mut Scratch::default(), &mut out);
+    assert!(out.iter().all(|hit| !hit.is_hit()));
+}
