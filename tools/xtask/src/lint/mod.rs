@@ -69,7 +69,7 @@ fn inspect(files: &[(String, String)]) -> Findings {
     let paths: BTreeSet<&str> = files.iter().map(|(path, _)| path.as_str()).collect();
     for (path, text) in files {
         if path.ends_with(".md") {
-            for (line, dead) in documents::dead_paths(text, &paths) {
+            for (line, dead) in documents::dead_paths(path, text, &paths) {
                 findings.violations.push(format!("{path}:{line}: `{dead}`: there is no such file"));
             }
         }
