@@ -12,7 +12,8 @@ const ENDINGS: &[&str] = &[".rs", ".toml", ".py", ".md", ".sh"];
 pub fn dead_paths<'a>(document: &str, text: &'a str, files: &BTreeSet<&str>) -> Vec<(usize, &'a str)> {
     let folder = document.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
     let mut dead = Vec::new();
-    for (i, line) in text.lines().enumerate() {
+    // A recipe may name a file that is yet to be written, if it says so.
+    for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.contains("for example")) {
         for quoted in line.split('`').skip(1).step_by(2) {
             let is_path = quoted.contains('/')
                 && ENDINGS.iter().any(|ending| quoted.ends_with(ending))
@@ -35,6 +36,11 @@ mod tests {
         let files = BTreeSet::from(["src/main.rs"]);
         let text = "see `src/main.rs`, `src/cli/<name>.rs`, `main.rs` and\n`src/gone.rs`, `rowscan replay a/b`, a/b.rs, `../x/y.toml`";
         assert_eq!(dead_paths("README.md", text, &files), [(2, "src/gone.rs")]);
+    }
+
+    #[test]
+    fn a_recipe_s_example_need_not_exist() {
+        assert!(dead_paths("README.md", "a file, for example `src/x.rs`", &BTreeSet::new()).is_empty());
     }
 
     #[test]
