@@ -11,6 +11,7 @@
 //! The crate does no I/O, reads no clock and keeps no global state. The same scene and seed give the same bytes on any
 //! machine and any number of threads: random streams are keyed ([`seed`]), elementary functions come from `libm`.
 
+mod angle;
 pub mod builtin;
 pub mod caster;
 pub mod growth;

@@ -1,6 +1,6 @@
 //! The caster against the oracle, return by return, in scenes made to be awkward.
 
-#![allow(missing_docs, clippy::unwrap_used)]
+#![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 use proptest::prelude::*;
 use rowscan_protocol::scan::Pose;

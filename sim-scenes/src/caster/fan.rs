@@ -6,6 +6,8 @@ use std::ops::Range;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::Mount;
 
+use crate::angle::cos_sin_deg;
+
 /// Evenly spaced beam directions, up to a full circle or beyond. θ in radians from +X, positive up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BeamFan {
@@ -22,9 +24,8 @@ impl BeamFan {
     /// or no number gives an empty fan.
     pub fn from_degrees(start_deg: f64, step_deg: f64, count: usize) -> Self {
         let usable = start_deg.is_finite() && step_deg.is_finite() && step_deg != 0.0;
-        let thetas =
-            (0..if usable { count } else { 0 }).map(|j| (start_deg + j as f64 * step_deg) * (PI / 180.0));
-        let (cos, sin) = thetas.map(|theta| (libm::cos(theta), libm::sin(theta))).unzip();
+        let thetas = (0..if usable { count } else { 0 }).map(|j| start_deg + j as f64 * step_deg);
+        let (cos, sin) = thetas.map(cos_sin_deg).unzip();
         Self { start_rad: start_deg * (PI / 180.0), step_rad: step_deg * (PI / 180.0), cos, sin }
     }
 

@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::parameters::TreeParameters;
-use super::rotation::{self, cos_sin_deg};
+use super::rotation;
 use super::skeleton::GrowthUnit;
+use crate::angle::cos_sin_deg;
 use crate::organ::{Cylinder, Leaf};
 use crate::parameters::choices;
 use crate::seed::Stream;

@@ -2,11 +2,7 @@
 
 use glam::DVec3;
 
-/// Cosine and sine of an angle in degrees, the same bits on every machine.
-pub(crate) fn cos_sin_deg(angle_deg: f64) -> (f64, f64) {
-    let angle = angle_deg * (std::f64::consts::PI / 180.0);
-    (libm::cos(angle), libm::sin(angle))
-}
+use crate::angle::cos_sin_deg;
 
 /// Rodrigues' rotation of `v` about the unit vector `k`: v cos a + (k × v) sin a + k (k·v)(1 − cos a).
 pub(crate) fn rotate(v: DVec3, k: DVec3, angle_deg: f64) -> DVec3 {

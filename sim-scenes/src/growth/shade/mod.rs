@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use self::grid::{Grid, Shadow};
 use super::parameters::TreeParameters;
-use super::rotation::{cos_sin_deg, square_to};
+use super::rotation::square_to;
+use crate::angle::cos_sin_deg;
 use crate::organ::Leaf;
 use crate::parameters::choices;
 
