@@ -88,18 +88,21 @@ fn walls_of_touching_panels_have_neither_gaps_nor_doubles() {
         })
     });
     let orchard = Orchard::from_organs(panels.collect(), vec![], 1.0);
-    let fan = BeamFan::from_degrees(-33.0, 0.01, 6000);
-    // Also exactly on the seams, from a scanner at the height of one.
-    let lines = ys.iter().copied().chain((0..40).map(|i| f64::from(i) * 0.025)).filter(|y| *y < 1.0);
+    // Steps of 1/64° are exact: beam 2048 is horizontal, and from the height of a seam runs exactly into it.
+    let fan = BeamFan::from_degrees(-32.0, 1.0 / 64.0, 4000);
+    let lines: Vec<f64> =
+        ys.iter().copied().chain((0..40).map(|i| f64::from(i) * 0.025)).filter(|y| *y < 1.0).collect();
     let mut met = 0;
-    scan(&orchard, [1.9, zs[4].max(1.6)], lines, &fan, |theta, hit| {
-        let reaches = 2.3 * theta.tan() + zs[4].max(1.6);
-        if reaches > 1e-9 && reaches < 4.0 - 1e-9 {
-            assert_eq!(hit.class, Class::Leaf, "{theta}");
-            assert!((hit.range_m * theta.cos() - 2.3).abs() < 1e-12);
-            met += 1;
-        }
-    });
+    for height_m in zs[1..10].iter().copied() {
+        scan(&orchard, [1.9, height_m], lines.iter().copied(), &fan, |theta, hit| {
+            let reaches = 2.3 * theta.tan() + height_m;
+            if reaches > 1e-9 && reaches < 4.0 - 1e-9 {
+                assert_eq!(hit.class, Class::Leaf, "{theta}");
+                assert!((hit.range_m * theta.cos() - 2.3).abs() < 1e-12);
+                met += 1;
+            }
+        });
+    }
     assert!(met > 100_000, "{met}");
 }
 
