@@ -120,7 +120,8 @@ async fn calibration(args: CalibrationArgs) -> Result<Outcome, Failure> {
         seeds: seeds.clone(),
     };
     let trials = tries(scene, seeds, model, None).await?;
-    let samples: Vec<Sample> = trials.iter().filter_map(sample).collect();
+    let samples: Vec<Sample> =
+        trials.iter().filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2)).collect();
     let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
     let text = toml::to_string(&calibration).map_err(|cause| Failure::Write {
         what: "the calibration".to_owned(),
@@ -134,16 +135,6 @@ async fn calibration(args: CalibrationArgs) -> Result<Outcome, Failure> {
         None => output::print(&text)?,
     }
     Ok(Outcome::Done)
-}
-
-/// A row as a point of the fit.
-fn sample(trial: &Trial) -> Option<Sample> {
-    Some(Sample {
-        length_m: trial.length_m,
-        impacted_total_area_m2: trial.estimate.impacted_total_area_m2?,
-        contact_leaf_area_m2: trial.estimate.leaf_area_contact_raw_m2?,
-        leaf_area_m2: trial.truth.leaf_area_m2,
-    })
 }
 
 /// What a calibration made on this scene is valid for.
