@@ -1,9 +1,11 @@
 //! What is there: exact leaf and wood areas, by tree, along the row and by height.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::orchard::Orchard;
-use crate::organ::{Cylinder, Leaf, Tree};
+use crate::organ::{Cylinder, Tree};
 use crate::polygon;
 
 /// The bins of slabs and bands.
@@ -66,8 +68,10 @@ pub struct RowSlab {
     pub y_from_m: f64,
     /// Upper face, metres.
     pub y_to_m: f64,
-    /// One-sided area of the leaf parts between the faces, m².
+    /// One-sided area of the leaf parts between the faces, m²: leaves are cut exactly.
     pub leaf_area_m2: f64,
+    /// Lateral surface of the wood between the faces, m²: a branch is shared out along its axis.
+    pub wood_area_m2: f64,
 }
 
 /// What lies between two heights.
@@ -77,8 +81,10 @@ pub struct HeightBand {
     pub z_from_m: f64,
     /// Upper height, metres.
     pub z_to_m: f64,
-    /// One-sided area of the leaf parts between the heights, m².
+    /// One-sided area of the leaf parts between the heights, m²: leaves are cut exactly.
     pub leaf_area_m2: f64,
+    /// Lateral surface of the wood between the heights, m²: a branch is shared out along its axis.
+    pub wood_area_m2: f64,
 }
 
 impl Truth {
@@ -90,15 +96,14 @@ impl Truth {
             .map(|(tree, organs)| TreeTruth::of(tree, organs, orchard.tree_spacing_m(), cell_m2))
             .collect();
         let leaf_area_m2: f64 = by_tree.iter().map(|tree| tree.leaf_area_m2).sum();
-        let leaves = || trees.iter().flat_map(|tree| &tree.leaves);
         Self {
             seed: orchard.seed(),
             leaf_area_m2,
             wood_area_m2: by_tree.iter().map(|tree| tree.wood_area_m2).sum(),
             lai: cell_m2.filter(|_| !trees.is_empty()).map(|cell| leaf_area_m2 / (cell * trees.len() as f64)),
             trees: by_tree,
-            slabs: slabs(leaves(), orchard.length_m(), grid.slab_m),
-            bands: bands(leaves(), grid.band_m),
+            slabs: slabs(trees, orchard.length_m(), grid.slab_m),
+            bands: bands(trees, grid.band_m),
         }
     }
 }
@@ -123,90 +128,104 @@ impl TreeTruth {
 /// Most bins of one axis: a scene of odd size may not exhaust the memory.
 const MOST_BINS: f64 = 1e6;
 
-/// Slabs from 0 to `length_m`, the last one ending there. Leaf parts beyond count where the row repeats them.
-fn slabs<'a>(leaves: impl Iterator<Item = &'a Leaf>, length_m: f64, slab_m: f64) -> Vec<RowSlab> {
+/// Slabs from 0 to `length_m`, the last one ending there. Parts beyond count where the row repeats them.
+fn slabs(trees: &[Tree], length_m: f64, slab_m: f64) -> Vec<RowSlab> {
     let count = (length_m / slab_m - 1e-9).ceil();
     if !(slab_m > 0.0 && (1.0..=MOST_BINS).contains(&count)) {
         return Vec::new();
     }
-    let count = count as usize;
-    // Face `k` counted through all periods: the last slab of each period may be thinner than the others.
-    let face_m = |k: i64| {
-        let (period, within) = (k.div_euclid(count as i64), k.rem_euclid(count as i64));
-        period as f64 * length_m + within as f64 * slab_m
+    let count = count as i64;
+    // Faces are counted through all periods: the last slab of each may be thinner than the others.
+    let bins = Bins {
+        axis: 1,
+        face_m: |k: i64| k.div_euclid(count) as f64 * length_m + k.rem_euclid(count) as f64 * slab_m,
+        bin_of: |y_m: f64| {
+            let period = (y_m / length_m).floor();
+            period as i64 * count + (((y_m - period * length_m) / slab_m) as i64).min(count - 1)
+        },
     };
-    let bin_of = |y_m: f64| {
-        let period = (y_m / length_m).floor();
-        period as i64 * count as i64 + (((y_m - period * length_m) / slab_m) as i64).min(count as i64 - 1)
-    };
-    let mut areas = vec![0.0; count];
-    let mut cutter = Cutter { axis: 1, scratch: Vec::new() };
-    for leaf in leaves {
-        cutter.cut(leaf, bin_of, face_m, |bin, area| {
-            if let Some(sum) = areas.get_mut(bin.rem_euclid(count as i64) as usize) {
-                *sum += area;
-            }
-        });
-    }
-    let slab = |(k, leaf_area_m2): (i64, f64)| {
-        let y_to_m = if k + 1 == count as i64 { length_m } else { face_m(k + 1) };
-        RowSlab { y_from_m: face_m(k), y_to_m, leaf_area_m2 }
-    };
-    (0..).zip(areas).map(slab).collect()
+    let mut slabs: Vec<RowSlab> = (0..count)
+        .map(|k| {
+            let y_to_m = if k + 1 == count { length_m } else { (bins.face_m)(k + 1) };
+            RowSlab { y_from_m: (bins.face_m)(k), y_to_m, leaf_area_m2: 0.0, wood_area_m2: 0.0 }
+        })
+        .collect();
+    bins.fill(trees, |bin, leaf_m2, wood_m2| {
+        if let Some(slab) = slabs.get_mut(bin.rem_euclid(count) as usize) {
+            slab.leaf_area_m2 += leaf_m2;
+            slab.wood_area_m2 += wood_m2;
+        }
+    });
+    slabs
 }
 
-/// Bands of equal height about Z = 0, from the lowest leaf's to the highest leaf's.
-fn bands<'a>(leaves: impl Iterator<Item = &'a Leaf>, band_m: f64) -> Vec<HeightBand> {
+/// Bands of equal height about Z = 0, from the lowest organ's to the highest organ's.
+fn bands(trees: &[Tree], band_m: f64) -> Vec<HeightBand> {
     if !(band_m > 0.0 && band_m.is_finite()) {
         return Vec::new();
     }
-    let mut areas = std::collections::BTreeMap::new();
-    let mut cutter = Cutter { axis: 2, scratch: Vec::new() };
-    let face_m = |k: i64| k as f64 * band_m;
-    for leaf in leaves {
-        cutter.cut(
-            leaf,
-            |z_m| (z_m / band_m).floor() as i64,
-            face_m,
-            |bin, area| *areas.entry(bin).or_insert(0.0) += area,
-        );
-    }
+    let bins = Bins {
+        axis: 2,
+        face_m: |k: i64| k as f64 * band_m,
+        bin_of: |z_m: f64| (z_m / band_m).floor() as i64,
+    };
+    let mut areas = BTreeMap::new();
+    bins.fill(trees, |bin, leaf_m2, wood_m2| {
+        let (leaf, wood) = areas.entry(bin).or_insert((0.0, 0.0));
+        *leaf += leaf_m2;
+        *wood += wood_m2;
+    });
     let Some((lowest, highest)) = areas.keys().next().zip(areas.keys().next_back()) else {
         return Vec::new();
     };
-    let band = |k: i64| HeightBand {
-        z_from_m: face_m(k),
-        z_to_m: face_m(k + 1),
-        leaf_area_m2: areas.get(&k).copied().unwrap_or(0.0),
+    let band = |k: i64| {
+        let (leaf_area_m2, wood_area_m2) = areas.get(&k).copied().unwrap_or_default();
+        HeightBand { z_from_m: (bins.face_m)(k), z_to_m: (bins.face_m)(k + 1), leaf_area_m2, wood_area_m2 }
     };
     (*lowest..=*highest).take(MOST_BINS as usize).map(band).collect()
 }
 
-/// Cuts leaves at the faces of bins along one coordinate.
-struct Cutter {
+/// Bins along one coordinate: bin `k` lies between faces `k` and `k + 1`.
+struct Bins<F, B> {
     axis: usize,
-    scratch: Vec<[f64; 3]>,
+    face_m: F,
+    bin_of: B,
 }
 
-impl Cutter {
-    /// Calls `add(bin, area)` for every bin that holds some of the leaf. The parts add up to the leaf.
+impl<F: Fn(i64) -> f64, B: Fn(f64) -> i64> Bins<F, B> {
+    /// Calls `add(bin, leaf area, wood area)` for every part of every organ. The parts of an organ add up to the organ.
+    fn fill(&self, trees: &[Tree], mut add: impl FnMut(i64, f64, f64)) {
+        let mut scratch = Vec::new();
+        let along = |vertex: &[f64; 3]| vertex.get(self.axis).copied().unwrap_or(0.0);
+        for leaf in trees.iter().flat_map(|tree| &tree.leaves) {
+            let low = leaf.outline().iter().map(along).fold(f64::INFINITY, f64::min);
+            let high = leaf.outline().iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+            let below = |face_m| polygon::area_below(leaf.outline(), self.axis, face_m, &mut scratch);
+            self.cut([low, high], leaf.area_m2(), below, |bin, area| add(bin, area, 0.0));
+        }
+        for piece in trees.iter().flat_map(|tree| &tree.wood) {
+            let (one, other) = (along(&piece.base()), along(&piece.tip()));
+            let (low, high) = (one.min(other), one.max(other));
+            let below = |face_m: f64| piece.area_m2() * (face_m - low) / (high - low);
+            self.cut([low, high], piece.area_m2(), below, |bin, area| add(bin, 0.0, area));
+        }
+    }
+
+    /// Cuts what reaches from `low` to `high` at the faces; `below` gives the area under a face between the two.
     fn cut(
-        &mut self,
-        leaf: &Leaf,
-        bin_of: impl Fn(f64) -> i64,
-        face_m: impl Fn(i64) -> f64,
+        &self,
+        [low, high]: [f64; 2],
+        total_m2: f64,
+        mut below: impl FnMut(f64) -> f64,
         mut add: impl FnMut(i64, f64),
     ) {
-        let along = || leaf.outline().iter().filter_map(|vertex| vertex.get(self.axis).copied());
-        let low = along().fold(f64::INFINITY, f64::min);
-        let high = along().fold(f64::NEG_INFINITY, f64::max);
-        let (first, last) = (bin_of(low), bin_of(high));
+        let (first, last) = ((self.bin_of)(low), (self.bin_of)(high));
         let mut below_m2 = 0.0;
         for bin in first..last {
-            let up_to_m2 = polygon::area_below(leaf.outline(), self.axis, face_m(bin + 1), &mut self.scratch);
+            let up_to_m2 = below((self.face_m)(bin + 1));
             add(bin, up_to_m2 - below_m2);
             below_m2 = up_to_m2;
         }
-        add(last, leaf.area_m2() - below_m2);
+        add(last, total_m2 - below_m2);
     }
 }

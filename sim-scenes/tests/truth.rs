@@ -30,9 +30,16 @@ fn one_leaf_over_the_border_by_hand() {
         assert!((found - expected).abs() < 1e-12, "{slabs:?}");
     }
     assert_eq!(truth.slabs.last().unwrap().y_to_m, 2.0);
-    let bands: Vec<(f64, f64)> = truth.bands.iter().map(|band| (band.z_from_m, band.leaf_area_m2)).collect();
+    let leafy = truth.bands.iter().filter(|band| band.leaf_area_m2 > 0.0);
+    let bands: Vec<(f64, f64)> = leafy.map(|band| (band.z_from_m, band.leaf_area_m2)).collect();
     for ((from, area), (z, expected)) in bands.iter().zip([(0.75, 0.03), (1.0, 0.075), (1.25, 0.045)]) {
         assert!((from - z).abs() < 1e-12 && (area - expected).abs() < 1e-12, "{bands:?}");
+    }
+    // The post: all of it at y = 1.0, in the second slab; below the leaf, bands hold wood only; each 0.25 m of 2 m.
+    let wood: Vec<f64> = truth.slabs.iter().map(|slab| slab.wood_area_m2).collect();
+    assert_eq!(wood, [0.0, truth.wood_area_m2, 0.0, 0.0]);
+    for band in truth.bands.iter().filter(|band| band.z_to_m <= 2.0) {
+        assert!((band.wood_area_m2 - truth.wood_area_m2 / 8.0).abs() < 1e-12, "{band:?}");
     }
     let tree = &truth.trees[0];
     assert_eq!((tree.leaves, tree.y_m, tree.height_m), (1, Some(1.0), 2.0));
@@ -61,6 +68,12 @@ fn slabs_bands_and_trees_each_sum_to_the_row() {
                 truth.trees.iter().map(|tree| tree.leaf_area_m2).sum(),
             ] {
                 assert!((sum - truth.leaf_area_m2).abs() < 1e-9, "{sum} of {}", truth.leaf_area_m2);
+            }
+            for sum in [
+                truth.slabs.iter().map(|slab| slab.wood_area_m2).sum::<f64>(),
+                truth.bands.iter().map(|band| band.wood_area_m2).sum(),
+            ] {
+                assert!((sum - truth.wood_area_m2).abs() < 1e-9);
             }
             assert!(truth.slabs.windows(2).all(|pair| pair[0].y_to_m == pair[1].y_from_m));
             assert!(truth.slabs.iter().all(|slab| slab.leaf_area_m2 >= -1e-12));
