@@ -9,7 +9,7 @@ use rowscan_protocol::client::{Client, ClientConfig, Event};
 use rowscan_protocol::device::{Device, DialectPolicy, Identity, Session};
 use rowscan_protocol::frame::{Dialect, encode as frame};
 use rowscan_protocol::model::MODELS;
-use rowscan_protocol::scan::Scan;
+use rowscan_protocol::scan::{NO_ECHO, Scan};
 use rowscan_protocol::telegram::wire::{FixedText, Reader, ShortString, WireError};
 use rowscan_protocol::telegram::{
     Args, Channel, DateTime, Encoder, EventInfo, Kind, LmdScandata, Position, SopasError, TABLE, Telegram,
@@ -144,6 +144,30 @@ proptest! {
         prop_assert_eq!(read, values.into_iter().map(|(value, _)| value).collect::<Vec<_>>());
     }
 
+    /// One odd token among plain ones, at any place: it is read like any number, or refused.
+    #[test]
+    fn an_odd_token_among_plain_ones_is_read_or_refused(
+        plain in prop::collection::vec(any::<u16>(), 0..60), at in any::<prop::sample::Index>(),
+        odd in prop_oneof!["[0-9A-Fa-f]{1,6}", "[+-][0-9]{1,6}", "[0-9A-F]{0,2}[!-~][0-9A-F]{0,2}"],
+    ) {
+        let at = at.index(plain.len() + 1);
+        let mut tokens: Vec<String> = plain.iter().map(|value| format!("{value:X}")).collect();
+        tokens.insert(at, odd.clone());
+        let text = format!("{:X} {}", tokens.len(), tokens.join(" "));
+        let mut expected = plain.clone();
+        let odd = Reader::new(Dialect::A, odd.as_bytes()).u16().ok();
+        let mut read: Vec<u16> = Vec::new();
+        let mut reader = Reader::new(Dialect::A, text.as_bytes());
+        let result = reader.counted(&mut read).and_then(|()| reader.end());
+        match odd {
+            Some(odd) => {
+                expected.insert(at, odd);
+                prop_assert_eq!((result, read), (Ok(()), expected));
+            }
+            None => prop_assert!(result.is_err(), "{}", text),
+        }
+    }
+
     /// Whatever a telegram of the table holds, it is read or refused, never more.
     #[test]
     fn no_arguments_panic(
@@ -275,24 +299,33 @@ fn remission_is_found_by_the_distance_channels_digit_in_either_width() {
         name: FixedText(*name),
         scale: 2.0,
         offset: 1.0,
-        values: vec![1000, 2, 0],
+        values: vec![1000, 16, 15, 2, 0],
         ..Channel::default()
     };
     let telegram = LmdScandata {
         channels16: vec![
             distance(b"DIST1"),
             distance(b"DIST2"),
-            Channel { name: FixedText(*b"RSSI2"), values: vec![300, 400, 500], ..Channel::default() },
+            Channel {
+                name: FixedText(*b"RSSI2"),
+                values: vec![300, 400, 500, 600, 700],
+                ..Channel::default()
+            },
             Channel { name: FixedText(*b"ANGL1"), ..Channel::default() },
         ],
-        channels8: vec![Channel { name: FixedText(*b"RSSI1"), values: vec![7, 8, 9], ..Channel::default() }],
+        channels8: vec![Channel {
+            name: FixedText(*b"RSSI1"),
+            values: vec![7, 8, 9, 10, 11],
+            ..Channel::default()
+        }],
         ..LmdScandata::default()
     };
     let mut scan = Scan::default();
     telegram.to_scan_into(&mut scan).unwrap();
-    assert_eq!(scan.echoes[0].range_m, [2.001, f64::INFINITY, f64::INFINITY]);
-    assert_eq!(scan.echoes[0].remission, [7, 8, 9]);
-    assert_eq!(scan.echoes[1].remission, [300, 400, 500]);
+    assert_eq!(scan.echoes[0].range_m[..2], [2.001, 0.033]);
+    assert!(scan.echoes[0].range_m[2..].iter().all(|range| *range == NO_ECHO));
+    assert_eq!(scan.echoes[0].remission, [7, 8, 9, 10, 11]);
+    assert_eq!(scan.echoes[1].remission, [300, 400, 500, 600, 700]);
 }
 
 #[test]
@@ -334,6 +367,17 @@ fn errors_say_what_was_expected_and_what_stood_where() {
         assert_eq!(SopasError::from(number_error(text)), code, "{text}");
     }
     assert_eq!(Reader::new(Dialect::A, b"-32768").u16(), Ok(0x8000));
+}
+
+#[test]
+fn a_value_too_large_for_an_8_bit_channel_is_refused() {
+    let plain = "0 ".repeat(40);
+    for odd in ["100", "-129", "+256"] {
+        let text = format!("51 {plain}{odd} {plain}0");
+        let mut values: Vec<u8> = Vec::new();
+        let error = Reader::new(Dialect::A, text.as_bytes()).counted(&mut values).unwrap_err();
+        assert_eq!((error.expected, error.at), ("an 8-bit number", 3 + plain.len()), "{error}");
+    }
 }
 
 /// A false count must not reserve what the frame cannot hold.

@@ -6,7 +6,7 @@
 //! | payload | ASCII text | `sXX` + blank + name + blank + binary arguments |
 //! | end | `03` | one byte: XOR of all payload bytes ([`checksum`]) |
 //!
-//! The two dialects differ in how a frame is [recognised](cola_b::probe) and [written](encode); the search for the
+//! The two dialects differ in how a frame is recognised and [written](encode_with); the search for the
 //! next good frame after junk is the same loop for both, in [`FrameDecoder`].
 
 mod cola_a;

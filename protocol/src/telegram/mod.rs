@@ -1,7 +1,7 @@
 //! Telegrams: commands with typed fields. One file a telegram, named as the manual names the command.
 //!
 //! A payload is `sXX name arguments` in both dialects; [`Telegram::parse`] splits it. What the arguments are is
-//! written once a telegram, as a [`Fields`](wire::Fields) type, and serves both dialects and both directions.
+//! written once a telegram, as a [`Fields`] type, and serves both dialects and both directions.
 //! [`TABLE`] lists them all.
 
 mod kind;

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::error::{Found, WireError};
 use super::reader::Reader;
-use super::writer::{Writer, push_hex};
+use super::writer::Writer;
 use crate::frame::Dialect;
 
 /// A channel's raw value: 8 or 16 bits wide.
@@ -70,6 +70,17 @@ static HEX: [u8; 256] = {
         table[b"0123456789ABCDEF"[digit] as usize] = digit as u8;
         table[b"0123456789abcdef"[digit] as usize] = digit as u8;
         digit += 1;
+    }
+    table
+};
+
+/// The two hex digits of every byte.
+static DIGITS: [[u8; 2]; 256] = {
+    let mut table = [[0; 2]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        table[byte] = [b"0123456789ABCDEF"[byte >> 4], b"0123456789ABCDEF"[byte & 0xF]];
+        byte += 1;
     }
     table
 };
@@ -148,6 +159,25 @@ fn plain_values<T: Word>(bytes: &[u8], count: usize, values: &mut Vec<T>) -> (us
     (read, at)
 }
 
+/// Appends a blank and the hex digits without leading zeros, for every value.
+fn push_text_values<T: Word>(values: &[T], out: &mut Vec<u8>) {
+    const MOST: usize = 5;
+    let mut at = out.len();
+    out.resize(at + values.len() * MOST, 0);
+    for &value in values {
+        let value: u16 = value.into();
+        let [high, low] = value.to_be_bytes().map(|byte| DIGITS[usize::from(byte)]);
+        let digits = (19 - (value | 1).leading_zeros()) / 4;
+        let text = u32::from_be_bytes([high[0], high[1], low[0], low[1]]) << (32 - 8 * digits);
+        let [a, b, c, d] = text.to_be_bytes();
+        if let Some(slot) = out.get_mut(at..at + MOST) {
+            slot.copy_from_slice(&[b' ', a, b, c, d]);
+        }
+        at += 1 + digits as usize;
+    }
+    out.truncate(at);
+}
+
 impl Writer<'_> {
     /// A u16 count and the values. No channel has more than 65535; what is beyond is left out.
     pub fn counted<T: Word>(&mut self, values: &[T]) {
@@ -160,13 +190,7 @@ impl Writer<'_> {
                 out.reserve(values.len() * T::BYTES);
                 T::extend_be(values, out);
             }
-            Dialect::A => {
-                out.reserve(values.len() * (1 + 2 * T::BYTES));
-                for &value in values {
-                    out.push(b' ');
-                    push_hex(out, u32::from(value.into()));
-                }
-            }
+            Dialect::A => push_text_values(values, out),
         }
     }
 }

@@ -115,7 +115,7 @@ fn digit(value: u32) -> u8 {
 }
 
 /// Upper-case hex without leading zeros.
-pub(super) fn push_hex(out: &mut Vec<u8>, value: u32) {
+fn push_hex(out: &mut Vec<u8>, value: u32) {
     let digits = (35 - (value | 1).leading_zeros()) / 4;
     for nibble in (0..digits).rev() {
         out.push(digit(value >> (4 * nibble)));
