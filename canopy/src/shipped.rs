@@ -1,7 +1,22 @@
 //! Calibrations that ship with the crate, each made by the command its provenance names.
 
-/// Name and TOML text, one line a calibration.
-static SHIPPED: &[(&str, &str)] = &[];
+macro_rules! shipped {
+    ($($name:literal),+ $(,)?) => {
+        /// Name and TOML text, one line a calibration.
+        static SHIPPED: &[(&str, &str)] = &[
+            $(($name, include_str!(concat!("../calibrations/", $name, ".toml"))),)+
+        ];
+    };
+}
+
+shipped! {
+    "mature-lms111",
+    "mature-lms511",
+    "paper-lms111",
+    "paper-lms511",
+    "spindle-lms111",
+    "spindle-lms511",
+}
 
 /// The names of all shipped calibrations.
 pub fn names() -> impl Iterator<Item = &'static str> {
@@ -11,4 +26,25 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// The TOML text of the shipped calibration `name`.
 pub fn text(name: &str) -> Option<&'static str> {
     SHIPPED.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Calibration;
+
+    #[test]
+    fn every_shipped_calibration_is_sound_and_says_how_it_was_made() {
+        for name in names() {
+            let calibration: Calibration = toml::from_str(text(name).unwrap_or_default()).expect(name);
+            calibration.validate().expect(name);
+            let Some((preset, model)) = name.split_once('-') else { panic!("{name} is not PRESET-MODEL") };
+            assert_eq!(calibration.class.preset, preset);
+            assert_eq!(calibration.class.scanner_model, model);
+            assert!(calibration.provenance.command.contains(&format!("{preset} --model {model}")), "{name}");
+            assert_eq!(calibration.provenance.seeds.len(), calibration.training.n as usize, "{name}");
+            // Seeds 1 to 1000 are for trying estimates on.
+            assert!(calibration.provenance.seeds.iter().all(|seed| *seed > 1000), "{name}");
+        }
+    }
 }

@@ -14,8 +14,10 @@ pub struct DriverConfig {
     pub prefer: Dialect,
     /// How long one TCP connection attempt may take.
     pub connect_timeout: Duration,
-    /// A link that delivers nothing for this long after start-up counts as lost.
+    /// A link that delivers nothing for this long counts as lost.
     pub stall_timeout: Duration,
+    /// The same until a connection's first scan: a real LMS1xx may need more than 30 s to settle after its scan mode was set.
+    pub first_scan_timeout: Duration,
     /// Keep trying when the first connection fails, instead of failing fast.
     pub wait: bool,
     /// Pauses between attempts.
@@ -29,6 +31,7 @@ impl Default for DriverConfig {
             prefer: Dialect::B,
             connect_timeout: Duration::from_secs(3),
             stall_timeout: Duration::from_secs(5),
+            first_scan_timeout: Duration::from_secs(60),
             wait: false,
             backoff: Backoff::default(),
         }

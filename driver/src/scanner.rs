@@ -92,7 +92,7 @@ pub struct Scanner {
 
 #[derive(Debug)]
 enum Link {
-    Recording(Recording),
+    Recording(Box<Recording>),
     Tcp(Box<TcpLink>),
 }
 
@@ -101,7 +101,9 @@ impl Scanner {
     pub async fn open(source: &Source, config: DriverConfig) -> Result<Self, DriverError> {
         let mut events = LinkEvents::default();
         let link = match source {
-            Source::Recording { path } => Link::Recording(Recording::open(path, config.client.max_payload)?),
+            Source::Recording { path } => {
+                Link::Recording(Box::new(Recording::open(path, config.client.max_payload)?))
+            }
             Source::Tcp { address } => {
                 Link::Tcp(Box::new(TcpLink::open(address.clone(), config, &mut events).await?))
             }

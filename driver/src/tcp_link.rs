@@ -32,6 +32,7 @@ pub(crate) struct TcpLink {
 struct Live {
     connection: Connection<TcpStream>,
     opened: Duration,
+    scanned: bool,
 }
 
 /// A lost link being restored.
@@ -81,10 +82,14 @@ impl TcpLink {
                 continue;
             };
             let address = self.address.clone();
-            let timeout = self.config.stall_timeout;
+            let timeout =
+                if live.scanned { self.config.stall_timeout } else { self.config.first_scan_timeout };
             let cause = match live.connection.next_event(Some(timeout)).await {
                 Ok(Happened::Event(Event::Stopped)) => return Ok(None),
-                Ok(Happened::Event(event)) => return Ok(Some(event)),
+                Ok(Happened::Event(event)) => {
+                    live.scanned |= event == Event::Scan;
+                    return Ok(Some(event));
+                }
                 Ok(Happened::Closed) => DriverError::Closed { address, when: "while it streamed" },
                 Ok(Happened::Stalled) => DriverError::Stalled { address, timeout },
                 Err(cause) => DriverError::Link { address, cause },
@@ -147,7 +152,7 @@ impl TcpLink {
                 Greeting::Ready(DeviceInfo { ident, firmware }) => {
                     events.push(LinkEvent::Ready { ident, firmware, dialect });
                     self.dialect = dialect;
-                    self.connection = Some(Live { connection, opened });
+                    self.connection = Some(Live { connection, opened, scanned: false });
                     self.outage = None;
                     self.connections += 1;
                     return Ok(());

@@ -51,8 +51,11 @@ pub struct TreeTruth {
     pub y_m: Option<f64>,
     /// Number of leaves.
     pub leaves: usize,
-    /// One-sided leaf area, m².
+    /// One-sided leaf area of the tree, wherever its crown reaches, m².
     pub leaf_area_m2: f64,
+    /// One-sided leaf area within the tree's cell of the row, neighbours' leaves included and its own beyond left out, m²: what an
+    /// estimator that cuts the row at the spacing looks for. None where the spacing is unknown or the row does not repeat.
+    pub cell_leaf_area_m2: Option<f64>,
     /// Lateral surface of its wood, m².
     pub wood_area_m2: f64,
     /// Leaf area over the ground it owns; None where a spacing is unknown.
@@ -91,10 +94,16 @@ impl Truth {
     /// Measures the trees of one row.
     pub(crate) fn of_row(orchard: &Orchard, trees: &[Tree], grid: TruthGrid) -> Self {
         let cell_m2 = orchard.row_spacing_m().zip(orchard.tree_spacing_m()).map(|(row, tree)| row * tree);
-        let by_tree: Vec<TreeTruth> = (0..)
+        let mut by_tree: Vec<TreeTruth> = (0..)
             .zip(trees)
             .map(|(tree, organs)| TreeTruth::of(tree, organs, orchard.tree_spacing_m(), cell_m2))
             .collect();
+        let cells = orchard
+            .tree_spacing_m()
+            .map_or_else(Vec::new, |spacing_m| slabs(trees, orchard.length_m(), spacing_m));
+        for (tree, cell) in by_tree.iter_mut().zip(&cells) {
+            tree.cell_leaf_area_m2 = Some(cell.leaf_area_m2);
+        }
         let leaf_area_m2: f64 = by_tree.iter().map(|tree| tree.leaf_area_m2).sum();
         Self {
             seed: orchard.seed(),
@@ -118,6 +127,7 @@ impl TreeTruth {
             y_m: spacing_m.map(|spacing| (f64::from(tree) + 0.5) * spacing),
             leaves: organs.leaves.len(),
             leaf_area_m2,
+            cell_leaf_area_m2: None,
             wood_area_m2: organs.wood_area_m2(),
             lai: cell_m2.map(|cell| leaf_area_m2 / cell),
             height_m: leaf_tops.chain(wood_tops).fold(0.0, f64::max),

@@ -87,6 +87,17 @@ fn slabs_bands_and_trees_each_sum_to_the_row() {
 }
 
 #[test]
+fn cells_hold_what_stands_between_a_trees_borders() {
+    // Three trees 2 m apart; the middle one's only leaf reaches half a metre into the third one's cell.
+    let leaf = Leaf::new(panel([3.0, 4.5], [1.0, 2.0]).outline().to_vec()).unwrap();
+    let trees = vec![Tree::default(), Tree { leaves: vec![leaf], wood: vec![] }, Tree::default()];
+    let truth = Orchard::from_trees(trees, 6.0, Some(2.0), None).truth();
+    let cells: Vec<f64> = truth.trees.iter().map(|tree| tree.cell_leaf_area_m2.unwrap()).collect();
+    assert!((cells[1] - 1.0).abs() < 1e-12 && (cells[2] - 0.5).abs() < 1e-12 && cells[0] == 0.0, "{cells:?}");
+    assert!((truth.trees[1].leaf_area_m2 - 1.5).abs() < 1e-12);
+}
+
+#[test]
 fn truth_follows_positions_and_rows() {
     let parameters = OrchardParameters { trees: Some(4), rows: Some(2), ..OrchardParameters::default() };
     let moved = OrchardParameters { order: vec![2, 0, 3, 1], ..parameters.clone() };

@@ -166,18 +166,21 @@ fn trees(outcomes: &Outcomes) -> String {
             "truth",
         ],
     );
-    let relative = |found: Option<f64>, real: f64| found.map(|found| (found - real) / real);
+    let places_per_ground_m2 = truth.lai.map(|lai| lai * truth.trees.len() as f64 / truth.leaf_area_m2);
     for (found, real) in estimate.trees.iter().zip(&truth.trees) {
+        // What the estimator can know is the leaf area between a tree's borders, whoever's leaves they are.
+        let leaf_area_m2 = real.cell_leaf_area_m2;
+        let error = found.leaf_area_m2.zip(leaf_area_m2).map(|(found, real)| (found - real) / real);
         table.add_row([
             number(Some(found.tree.into()), 0),
             number(Some(found.y_m), 2),
             number(Some(found.impacted_total_area_m2), 3),
             number(found.leaf_area_regression_m2, 2),
             number(found.leaf_area_contact_m2, 2),
-            number(Some(real.leaf_area_m2), 2),
-            percent(relative(found.leaf_area_m2, real.leaf_area_m2)),
+            number(leaf_area_m2, 2),
+            percent(error),
             number(found.lai, 2),
-            number(real.lai, 2),
+            number(leaf_area_m2.zip(places_per_ground_m2).map(|(area, places)| area * places), 2),
             number(found.height_m, 2),
             number(Some(real.height_m), 2),
         ]);

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
-use comfy_table::{Cell, CellAlignment, Table};
+use comfy_table::{Cell, CellAlignment, Table, TableComponent};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -66,7 +66,7 @@ pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(),
 /// An empty table in the house style.
 pub(super) fn grid() -> Table {
     let mut table = Table::new();
-    table.load_preset(UTF8_HORIZONTAL_ONLY);
+    table.load_preset(UTF8_HORIZONTAL_ONLY).remove_style(TableComponent::HorizontalLines);
     table
 }
 

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use comfy_table::Cell;
 use rowscan_canopy::calibration::{Class, EchoRule, Optics, Provenance};
-use rowscan_canopy::{Calibration, Sample};
+use rowscan_canopy::{Calibration, Sample, TreeEstimate};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::Model;
 use rowscan_scenes::Scene;
@@ -195,7 +195,7 @@ impl From<&Trial> for AccuracyRow {
 #[derive(Debug, Serialize)]
 struct AccuracySummary {
     estimator: &'static str,
-    rows: usize,
+    n: usize,
     median_abs_error: Option<f64>,
     p90_abs_error: Option<f64>,
 }
@@ -209,8 +209,21 @@ impl AccuracySummary {
             let rank = (fraction * errors.len() as f64).ceil() as usize;
             errors.get(rank.saturating_sub(1)).copied()
         };
-        Self { estimator, rows: errors.len(), median_abs_error: rank(0.5), p90_abs_error: rank(0.9) }
+        Self { estimator, n: errors.len(), median_abs_error: rank(0.5), p90_abs_error: rank(0.9) }
     }
+}
+
+/// Relative errors tree by tree, against the leaf area within each tree's borders.
+fn tree_errors(
+    trials: &[Trial],
+    found: fn(&TreeEstimate) -> Option<f64>,
+) -> impl Iterator<Item = Option<f64>> + '_ {
+    trials.iter().flat_map(move |trial| {
+        trial.estimate.trees.iter().zip(&trial.truth.trees).map(move |(tree, real)| {
+            let truth = real.cell_leaf_area_m2.filter(|area| *area > 0.0)?;
+            found(tree).map(|found| (found - truth) / truth)
+        })
+    })
 }
 
 #[derive(Debug, Serialize)]
@@ -239,11 +252,14 @@ async fn accuracy(args: AccuracyArgs) -> Result<Outcome, Failure> {
     }
     let trials = tries(scene, args.seeds.0, model, calibration).await?;
     let rows: Vec<AccuracyRow> = trials.iter().map(AccuracyRow::from).collect();
+    let trees = |found: fn(&TreeEstimate) -> Option<f64>| tree_errors(&trials, found);
     let summary = vec![
         AccuracySummary::new("regression on I_T", rows.iter().map(|row| row.regression_error)),
         AccuracySummary::new("contact frequency", rows.iter().map(|row| row.contact_error)),
         AccuracySummary::new("contact frequency, raw", rows.iter().map(|row| row.contact_raw_error)),
         AccuracySummary::new("null (training mean)", rows.iter().map(|row| row.null_error)),
+        AccuracySummary::new("single trees: regression on I_T", trees(|tree| tree.leaf_area_regression_m2)),
+        AccuracySummary::new("single trees: contact frequency", trees(|tree| tree.leaf_area_contact_m2)),
     ];
     match args.format {
         Format::Json | Format::Jsonl => {
@@ -256,11 +272,11 @@ async fn accuracy(args: AccuracyArgs) -> Result<Outcome, Failure> {
         Format::Table => {
             output::print(&table(&rows))?;
             let mut grid = output::grid();
-            output::head(&mut grid, ["estimator", "rows", "median |error|", "p90 |error|"]);
+            output::head(&mut grid, ["estimator", "n", "median |error|", "p90 |error|"]);
             for line in &summary {
                 grid.add_row([
                     Cell::new(line.estimator),
-                    number(Some(line.rows as f64), 0),
+                    number(Some(line.n as f64), 0),
                     percent(line.median_abs_error),
                     percent(line.p90_abs_error),
                 ]);

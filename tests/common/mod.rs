@@ -1,5 +1,5 @@
 //! What the end-to-end tests share: a small scene, a client on an in-memory stream, the facts folder.
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part")]
 
 pub mod binary;
 
