@@ -7,7 +7,9 @@ use rowscan_protocol::scan::Pose;
 use rowscan_scenes::caster::brute;
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
 use rowscan_scenes::seed::{Stage, Stream};
-use rowscan_scenes::{BeamFan, Caster, Class, Cylinder, Leaf, Orchard, Return, Scratch};
+use rowscan_scenes::{
+    BeamFan, Beams, Caster, Class, Cylinder, Layers, Leaf, Orchard, ParallelBeams, Return, Scratch,
+};
 
 /// A source of random values for scenes.
 struct Dice(Stream);
@@ -82,6 +84,11 @@ impl Dice {
             self.between(1.0, 420.0 / f64::abs(step)) as usize,
         )
     }
+
+    fn parallel(&mut self) -> ParallelBeams {
+        let make = self.pick(&[ParallelBeams::lateral, ParallelBeams::opposite, ParallelBeams::zenith]);
+        make(self.between(-3.0, 0.5), self.pick(&[0.005, 0.031, -0.02]), self.between(1.0, 400.0) as usize)
+    }
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -137,6 +144,40 @@ proptest! {
         for _ in 0..8 {
             let (pose, fan) = (dice.pose(), dice.fan());
             compare(&orchard, &caster, pose, &fan, &mut scratch);
+        }
+    }
+}
+
+/// Nearest surface and first leaves of every beam; leaves met at once may come in either order.
+fn compare_layers(orchard: &Orchard, origin: Pose, beams: &Beams, k: usize, out: &Layers) {
+    assert_eq!(out.len(), beams.len());
+    for (beam, (start, direction)) in beams.rays(origin).enumerate() {
+        let slow = brute::leaves(orchard, start, direction, k);
+        let fast = out.leaves(beam);
+        let nearest = agree(&out.nearest()[beam], &brute::ray(orchard, start, direction));
+        let same = fast.len() == slow.len() && fast.iter().zip(&slow).all(|(a, b)| agree(a, b).is_ok());
+        assert!(
+            same && nearest.is_ok(),
+            "beam {beam} of {start:?} {direction:?}: {nearest:?} {fast:?} {slow:?}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn every_layer_is_the_oracles_in_fans_and_in_parallel_beams(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let orchard = dice.scene();
+        let caster = Caster::new(&orchard);
+        let (mut scratch, mut out) = (Scratch::default(), Layers::default());
+        for k in [0, 1, 3, 5] {
+            let pose = dice.pose();
+            for beams in [Beams::from(dice.fan()), Beams::from(dice.parallel())] {
+                caster.cast_layers(pose, &beams, k, &mut scratch, &mut out);
+                compare_layers(&orchard, pose, &beams, k, &out);
+            }
         }
     }
 }

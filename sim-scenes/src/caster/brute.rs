@@ -22,25 +22,30 @@ pub fn cast(orchard: &Orchard, origin: Pose, fan: &BeamFan) -> Vec<Return> {
 
 /// The nearest surface along any ray: leaf, wood, or the ground Z = 0. `direction` is a unit vector.
 pub fn ray(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Return {
+    surfaces(orchard, origin, direction).first().copied().unwrap_or(Return::MISS)
+}
+
+/// What [`super::Layers::leaves`] gives of any ray: the first `k` leaves before the first wood and the ground.
+pub fn leaves(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3], k: usize) -> Vec<Return> {
+    let all = surfaces(orchard, origin, direction);
+    all.into_iter().take_while(|hit| hit.class == Class::Leaf).take(k).collect()
+}
+
+/// All surfaces along a ray, each organ once, nearest first.
+fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Return> {
     let (o, d) = (DVec3::from_array(origin), DVec3::from_array(direction));
-    let mut best = ground(o, d);
+    let mut found: Vec<Return> = ground(o, d).into_iter().collect();
     let mut offer = |hit: Option<(f64, f64)>, class, tree, organ| {
-        if let Some((range_m, cos)) = hit
-            && range_m <= best.range_m
-        {
-            best = Return { range_m, class, tree, organ, cos_incidence: cos as f32 };
+        if let Some((range_m, cos)) = hit {
+            found.push(Return { range_m, class, tree, organ, cos_incidence: cos as f32 });
         }
     };
     for (tree, organs) in (0..).zip(orchard.trees()) {
         for (organ, leaf) in (0..).zip(&organs.leaves) {
             let ys = leaf.outline().iter().map(|[_, y, _]| *y);
-            for start in images(
-                o,
-                d,
-                ys.clone().fold(f64::INFINITY, f64::min),
-                ys.fold(f64::NEG_INFINITY, f64::max),
-                orchard,
-            ) {
+            let (low, high) =
+                (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
+            for start in images(o, d, low, high, orchard) {
                 offer(meet_leaf(leaf, start, d), Class::Leaf, tree, organ);
             }
         }
@@ -51,15 +56,17 @@ pub fn ray(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Return {
             }
         }
     }
-    best
+    found.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));
+    found
 }
 
-fn ground(o: DVec3, d: DVec3) -> Return {
-    if d.z < 0.0 && o.z > 0.0 {
-        Return { range_m: -o.z / d.z, class: Class::Ground, cos_incidence: -d.z as f32, ..Return::MISS }
-    } else {
-        Return::MISS
-    }
+fn ground(o: DVec3, d: DVec3) -> Option<Return> {
+    (d.z < 0.0 && o.z > 0.0).then(|| Return {
+        range_m: -o.z / d.z,
+        class: Class::Ground,
+        cos_incidence: -d.z as f32,
+        ..Return::MISS
+    })
 }
 
 /// The origin moved by every whole number of periods for which the ray may come near Y from `low` to `high`.

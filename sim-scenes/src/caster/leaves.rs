@@ -1,8 +1,10 @@
 //! The leaf kernel: polygon ∩ scan plane = segments; a segment covers a run of beams.
 
-use super::fan::BeamFan;
+use glam::DVec3;
+
 use super::nearest::Nearest;
 use super::row_index::{Extent, RowIndex};
+use super::sight::{Plane, Point, Segment, Sight};
 use crate::organ::Leaf;
 
 /// Leaves whose plane is nearer than this to the scan plane (sine of the angle) are edge-on and return nothing.
@@ -25,9 +27,6 @@ pub(super) struct LeafField {
     starts: Vec<usize>,
     vertices: Vec<[f64; 3]>,
 }
-
-/// A point of the scan plane, (X, Z) from the scanner.
-type Point = (f64, f64);
 
 impl LeafField {
     pub(super) fn new<'a>(leaves: impl Iterator<Item = (Label, &'a Leaf)>, period_m: f64) -> Self {
@@ -60,15 +59,15 @@ impl LeafField {
     }
 
     /// |direction · normal| of an entry.
-    pub(super) fn cos_incidence(&self, entry: usize, (cos, sin): (f64, f64)) -> f64 {
-        self.normals.get(entry).map_or(0.0, |[nx, _, nz]| (nx * cos + nz * sin).abs())
+    pub(super) fn cos_incidence(&self, entry: usize, direction: DVec3) -> f64 {
+        self.normals.get(entry).map_or(0.0, |normal| DVec3::from_array(*normal).dot(direction).abs())
     }
 
     /// Enters every leaf that the plane y = `y_m` cuts, seen from (`x_m`, `z_m`).
-    pub(super) fn cast(
+    pub(super) fn cast<S: Sight>(
         &self,
         [x_m, y_m, z_m]: [f64; 3],
-        fan: &BeamFan,
+        sight: &S,
         crossings: &mut Vec<Point>,
         nearest: &mut Nearest,
     ) {
@@ -91,13 +90,12 @@ impl LeafField {
             }
             let Some([qx, qy, qz]) = outline.first() else { continue };
             let distance = nx * (qx - x_m) + ny * (qy - y_m) + nz * (qz - z_m);
-            if distance == 0.0 {
-                continue;
-            }
-            let plane = (nx / distance, nz / distance);
+            let plane = Plane { normal: (nx, nz), distance };
             for pair in crossings.chunks_exact(2) {
-                if let [a, b] = pair {
-                    cover((a.0 - x_m, a.1 - z_m), (b.0 - x_m, b.1 - z_m), plane, entry as u32, fan, nearest);
+                let [a, b] = pair else { continue };
+                let (a, b) = ((a.0 - x_m, a.1 - z_m), (b.0 - x_m, b.1 - z_m));
+                if let Some(segment) = sight.segment(a, b, plane) {
+                    cover(segment, entry as u32, sight, nearest);
                 }
             }
         }
@@ -119,27 +117,14 @@ fn cut(outline: &[[f64; 3]], y_m: f64, crossings: &mut Vec<Point>) {
     }
 }
 
-/// Enters the segment from `a` to `b` (from the scanner) of the plane whose inverse range is `plane` · (cos θ, sin θ).
-///
-/// A beam meets it if it lies on the far side of `a` and the near side of `b`, counter-clockwise: two cross products, the first end
-/// included, the second not, so that of two segments that share an end exactly one is met.
-fn cover(a: Point, b: Point, plane: (f64, f64), owner: u32, fan: &BeamFan, nearest: &mut Nearest) {
-    let cross = a.0 * b.1 - a.1 * b.0;
-    let (a, b) = if cross < 0.0 { (b, a) } else { (a, b) };
-    if cross == 0.0 {
-        return;
-    }
-    let width = cross.abs().atan2(a.0 * b.0 + a.1 * b.1);
-    fan.runs(a.1.atan2(a.0), width, |beams| {
-        let (cos, sin) = fan.cos_sin(beams.clone());
-        let run = nearest.run(beams);
-        for (((cos, sin), best), whose) in cos.iter().zip(sin).zip(run.inverse).zip(run.owner) {
-            let inverse = plane.0 * cos + plane.1 * sin;
-            let after_a = a.0 * sin - a.1 * cos >= 0.0;
-            let before_b = b.1 * cos - b.0 * sin > 0.0;
-            if after_a & before_b & (inverse > *best) {
-                *best = inverse;
-                *whose = owner;
+/// Enters a segment in every beam that meets it: two signs a beam, the first end included, the second not, so that of two segments
+/// that share an end exactly one is met.
+fn cover<S: Sight>(segment: Segment, owner: u32, sight: &S, nearest: &mut Nearest) {
+    sight.runs(segment.low, segment.width, |beams| {
+        let (p, q) = sight.parameters(beams.clone());
+        for (beam, (p, q)) in beams.zip(p.iter().zip(q)) {
+            if (segment.from.at(*p, *q) >= 0.0) & (segment.to.at(*p, *q) > 0.0) {
+                nearest.offer(beam, segment.key.at(*p, *q), owner);
             }
         }
     });

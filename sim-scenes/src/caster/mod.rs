@@ -8,22 +8,29 @@
 //! The conservative intervals may use any arctangent; whether a beam meets an organ is decided by the signs of exact
 //! expressions alone, so returns repeat on every machine.
 
+mod beams;
 pub mod brute;
 mod fan;
+mod layers;
 mod leaves;
 mod nearest;
 mod returns;
 mod row_index;
+mod sight;
 mod wood;
 
+pub use beams::{Beams, ParallelBeams};
 pub use fan::BeamFan;
+pub use layers::Layers;
 pub use returns::{Class, Return};
 
+use glam::DVec3;
 use rowscan_protocol::scan::Pose;
 
 use crate::orchard::Orchard;
 use leaves::{Label, LeafField};
 use nearest::{NOBODY, Nearest};
+use sight::Sight;
 use wood::WoodField;
 
 /// An orchard made ready for scanning. Immutable and shared between threads; each thread has its own [`Scratch`].
@@ -61,20 +68,69 @@ impl Caster {
     /// The origin may be anywhere, also far along the row (which repeats), above it, or within the canopy. An origin that is not a
     /// number meets nothing.
     pub fn cast(&self, origin: Pose, fan: &BeamFan, scratch: &mut Scratch, out: &mut [Return]) {
+        let at = self.look(origin, fan, 1, scratch);
+        for (beam, target) in (0..fan.len()).zip(out) {
+            *target = self.found(at, fan, beam, scratch).next().unwrap_or(Return::MISS);
+        }
+    }
+
+    /// The nearest surface along every beam, as [`Caster::cast`] finds it, and besides the first `k` leaves before the first wood and
+    /// the ground (three for the I_3L of the paper), each with its own range, labels and incidence; in one pass.
+    ///
+    /// `out` is emptied first and reused. With `k` = 0 only the nearest surface is kept.
+    pub fn cast_layers(
+        &self,
+        origin: Pose,
+        beams: &Beams,
+        k: usize,
+        scratch: &mut Scratch,
+        out: &mut Layers,
+    ) {
+        out.reset(beams.len(), k);
+        match beams {
+            Beams::Fan(fan) => self.layers(origin, fan, k, scratch, out),
+            Beams::Parallel(beams) => self.layers(origin, beams, k, scratch, out),
+        }
+    }
+
+    fn layers<S: Sight>(&self, origin: Pose, sight: &S, k: usize, scratch: &mut Scratch, out: &mut Layers) {
+        let at = self.look(origin, sight, k.max(1), scratch);
+        for beam in 0..sight.count() {
+            out.set(beam, self.found(at, sight, beam, scratch));
+        }
+    }
+
+    /// Fills the scratch with what every beam meets; gives the place looked from, within the period.
+    fn look<S: Sight>(&self, origin: Pose, sight: &S, depth: usize, scratch: &mut Scratch) -> DVec3 {
         let Scratch { nearest, crossings } = scratch;
-        nearest.reset(fan.len());
+        nearest.reset(sight.count(), depth, S::FARTHEST);
         let at = [origin.x_m, self.within_period(origin.y_m), origin.z_m];
         if at.iter().all(|coordinate| coordinate.is_finite()) {
-            self.leaves.cast(at, fan, crossings, nearest);
-            self.wood.cast(at, fan, self.leaves.len(), nearest);
+            self.wood.cast(at, sight, self.leaves.len(), nearest);
+            self.leaves.cast(at, sight, crossings, nearest);
         }
-        for ((target, (inverse, owner)), direction) in
-            out.iter_mut().zip(nearest.beams()).zip(fan.directions())
-        {
-            let organ = self.organ_return(at, direction, inverse, owner);
-            let ground = ground_return(at, direction);
-            *target = if ground.range_m < organ.range_m { ground } else { organ };
-        }
+        DVec3::from_array(at)
+    }
+
+    /// What a beam met, nearest first: the leaves up to the first other surface, and that.
+    fn found<S: Sight>(
+        &self,
+        at: DVec3,
+        sight: &S,
+        beam: usize,
+        scratch: &Scratch,
+    ) -> impl Iterator<Item = Return> {
+        let (start, direction) = sight.ray(beam);
+        let start = at + start;
+        let ground = ground_return(start, direction);
+        let mut ended = false;
+        scratch.nearest.beam(beam).map_while(move |(key, owner)| {
+            let organ = self.organ_return(start, direction, S::range_m(key), owner);
+            let hit = if ground.range_m < organ.range_m { ground } else { organ };
+            let show = !ended;
+            ended |= hit.class != Class::Leaf;
+            show.then_some(hit)
+        })
     }
 
     /// The same place of the row, in [0, period).
@@ -87,19 +143,16 @@ impl Caster {
         if wrapped < self.period_m { wrapped } else { 0.0 }
     }
 
-    fn organ_return(&self, origin: [f64; 3], direction: (f64, f64), inverse: f64, owner: u32) -> Return {
+    fn organ_return(&self, start: DVec3, direction: DVec3, range_m: f64, owner: u32) -> Return {
         if owner == NOBODY {
             return Return::MISS;
         }
         let owner = owner as usize;
         let (class, label, range_m, cos_incidence) = match owner.checked_sub(self.leaves.len()) {
-            None => (
-                Class::Leaf,
-                self.leaves.label(owner),
-                1.0 / inverse,
-                self.leaves.cos_incidence(owner, direction),
-            ),
-            Some(entry) => match self.wood.hit(entry, origin, direction) {
+            None => {
+                (Class::Leaf, self.leaves.label(owner), range_m, self.leaves.cos_incidence(owner, direction))
+            }
+            Some(entry) => match self.wood.hit(entry, start, direction) {
                 Some(hit) => (Class::Wood, self.wood.label(entry), hit.range_m, hit.cos_incidence),
                 None => return Return::MISS,
             },
@@ -110,9 +163,14 @@ impl Caster {
 }
 
 /// The ground, where a beam that looks down meets it.
-fn ground_return([_, _, z_m]: [f64; 3], (_, sin): (f64, f64)) -> Return {
-    if !(sin < 0.0 && z_m > 0.0) {
+fn ground_return(start: DVec3, direction: DVec3) -> Return {
+    if !(direction.z < 0.0 && start.z > 0.0) {
         return Return::MISS;
     }
-    Return { range_m: z_m / -sin, class: Class::Ground, cos_incidence: -sin as f32, ..Return::MISS }
+    Return {
+        range_m: start.z / -direction.z,
+        class: Class::Ground,
+        cos_incidence: -direction.z as f32,
+        ..Return::MISS
+    }
 }

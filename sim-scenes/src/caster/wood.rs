@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::fan::BeamFan;
 use super::leaves::Label;
 use super::nearest::Nearest;
 use super::row_index::{Extent, RowIndex};
+use super::sight::Sight;
 use crate::organ::Cylinder;
 
 /// A beam this near to the axis's direction (square of the sine) meets ends only.
@@ -60,25 +60,27 @@ impl WoodField {
     }
 
     /// The hit of one beam on one entry.
-    pub(super) fn hit(&self, entry: usize, origin: [f64; 3], cos_sin: (f64, f64)) -> Option<PoleHit> {
-        self.poles.get(entry)?.hit(DVec3::from_array(origin), cos_sin)
+    pub(super) fn hit(&self, entry: usize, start: DVec3, direction: DVec3) -> Option<PoleHit> {
+        self.poles.get(entry)?.hit(start, direction)
     }
 
     /// Enters every branch that the plane y = `origin[1]` cuts; owners are counted from `first_owner`.
-    pub(super) fn cast(&self, origin: [f64; 3], fan: &BeamFan, first_owner: usize, nearest: &mut Nearest) {
+    pub(super) fn cast<S: Sight>(
+        &self,
+        origin: [f64; 3],
+        sight: &S,
+        first_owner: usize,
+        nearest: &mut Nearest,
+    ) {
         let origin = DVec3::from_array(origin);
         for entry in self.index.at(origin.y) {
             let Some(pole) = self.poles.get(entry) else { continue };
             let owner = (first_owner + entry) as u32;
-            pole.runs(origin, fan, |beams| {
-                let (cos, sin) = fan.cos_sin(beams.clone());
-                let run = nearest.run(beams);
-                for (((cos, sin), best), whose) in cos.iter().zip(sin).zip(run.inverse).zip(run.owner) {
-                    let Some(hit) = pole.hit(origin, (*cos, *sin)) else { continue };
-                    let inverse = 1.0 / hit.range_m;
-                    if inverse > *best {
-                        *best = inverse;
-                        *whose = owner;
+            pole.runs(origin, sight, |beams| {
+                for beam in beams {
+                    let (start, direction) = sight.ray(beam);
+                    if let Some(hit) = pole.hit(origin + start, direction) {
+                        nearest.offer_floor(beam, S::key(hit.range_m), owner);
                     }
                 }
             });
@@ -106,23 +108,16 @@ impl Pole {
 
     /// The beams that may meet it. What the plane cuts lies within a capsule: disks about that part of the axis that is within
     /// reach of the plane.
-    fn runs(&self, origin: DVec3, fan: &BeamFan, mut visit: impl FnMut(std::ops::Range<usize>)) {
+    fn runs<S: Sight>(&self, origin: DVec3, sight: &S, mut visit: impl FnMut(std::ops::Range<usize>)) {
         let (from, to) = self.part_near(origin.y);
         let seen = |along: f64| {
             let p = self.base + self.axis * along - origin;
             (p.x, p.z)
         };
-        let (a, b) = (seen(from), seen(to));
-        let radius = self.radius_m * WIDER + 1e-12;
-        if distance_to_segment(a, b) <= radius * WIDER {
-            return visit(0..fan.len());
+        match sight.swept(seen(from), seen(to), self.radius_m * WIDER + 1e-12) {
+            Some((low, width)) => sight.runs(low, width, visit),
+            None => visit(0..sight.count()),
         }
-        let opening = |p: (f64, f64)| (radius / p.0.hypot(p.1)).min(1.0).asin();
-        let turn = (a.0 * b.1 - a.1 * b.0).atan2(a.0 * b.0 + a.1 * b.1);
-        let (low, high) = (-opening(a), turn - opening(b));
-        let low = low.min(high);
-        let high = opening(a).max(turn + opening(b));
-        fan.runs(a.1.atan2(a.0) + low, high - low, visit);
     }
 
     /// Part of the axis (metres from the base) whose disks reach the plane.
@@ -137,13 +132,13 @@ impl Pole {
         (within(one.min(other) - spare), within(one.max(other) + spare))
     }
 
-    /// First surface along (cos, 0, sin) from `origin`: where the beam enters, or leaves if it starts inside.
+    /// First surface along `direction` (unit, square to Y) from `origin`: where the beam enters, or leaves if it starts inside.
     ///
     /// The solid is an infinite cylinder between two planes: both convex, so the beam is inside both from the later entry to the
     /// earlier exit. The quadratic is taken about the point nearest the axis, where nothing cancels.
-    fn hit(&self, origin: DVec3, (cos, sin): (f64, f64)) -> Option<PoleHit> {
+    fn hit(&self, origin: DVec3, direction: DVec3) -> Option<PoleHit> {
         let from_base = origin - self.base;
-        let along = cos * self.axis.x + sin * self.axis.z;
+        let along = direction.dot(self.axis);
         let height = from_base.dot(self.axis);
         let (enter_slab, leave_slab) = if along != 0.0 {
             let (low, high) = (-height / along, (self.length_m - height) / along);
@@ -153,7 +148,7 @@ impl Pole {
         } else {
             return None;
         };
-        let across = DVec3::new(cos, 0.0, sin) - self.axis * along;
+        let across = direction - self.axis * along;
         let offset = from_base - self.axis * height;
         let square = across.length_squared();
         let (middle, half) = if square > ALONG_AXIS {
@@ -179,12 +174,4 @@ impl Pole {
         let cos_incidence = if on_side { square * half / self.radius_m } else { along.abs() };
         Some(PoleHit { range_m, cos_incidence })
     }
-}
-
-/// Distance of the origin from a segment.
-fn distance_to_segment(a: (f64, f64), b: (f64, f64)) -> f64 {
-    let along = (b.0 - a.0, b.1 - a.1);
-    let square = along.0 * along.0 + along.1 * along.1;
-    let share = if square > 0.0 { (-(a.0 * along.0 + a.1 * along.1) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (a.0 + share * along.0).hypot(a.1 + share * along.1)
 }
