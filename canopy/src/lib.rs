@@ -24,6 +24,7 @@ mod parameters;
 mod profile;
 mod ranges;
 pub mod reference;
+pub mod regression;
 mod report;
 mod row;
 pub mod shipped;

@@ -1,6 +1,7 @@
 //! Least squares on values per metre of row.
 
 use crate::estimate::Estimate;
+use crate::regression::{Goodness, Line, mean, spread};
 
 use super::{Calibration, Class, Contact, Linear, Power, Provenance, Quality, Training, Units};
 
@@ -85,7 +86,7 @@ pub fn fit(samples: &[Sample], class: Class, provenance: Provenance) -> Result<C
     let per_metre =
         |area: fn(&Sample) -> f64| -> Vec<f64> { samples.iter().map(|s| area(s) / s.length_m).collect() };
     let impacted = per_metre(|s| s.impacted_total_area_m2);
-    let contact = per_metre(|s| s.contact_leaf_area_m2);
+    let contact_raw = per_metre(|s| s.contact_leaf_area_m2);
     let leaf = per_metre(|s| s.leaf_area_m2);
     let n = u32::try_from(samples.len()).unwrap_or(u32::MAX);
     if !spread(&leaf) {
@@ -98,98 +99,43 @@ pub fn fit(samples: &[Sample], class: Class, provenance: Provenance) -> Result<C
         training: Training { n, reference_length_m: 1.0, mean_leaf_area_m2_per_m: mean(&leaf) },
         linear: linear(&impacted, &leaf)?,
         power: power(&impacted, &leaf)?,
-        contact: through_origin(&contact, &leaf)?,
+        contact: contact(&contact_raw, &leaf)?,
     })
 }
 
 fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
-    let line = Line::fit(x, y)?;
-    let fitted = x.iter().map(|&x| line.at(x));
-    let left_out = line.left_out(x, y);
-    Ok(Linear { a_m2_per_m: line.a, b: line.b, quality: quality(x, y, fitted, left_out) })
+    let line = Line::fit(x, y).ok_or(NO_SPREAD)?;
+    Ok(Linear {
+        a_m2_per_m: line.intercept,
+        b: line.slope,
+        quality: quality(x, y, Goodness::of_line(&line, x, y)),
+    })
 }
 
 fn power(x: &[f64], y: &[f64]) -> Result<Power, FitError> {
     let ln = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v.ln()).collect() };
     let (ln_x, ln_y) = (ln(x), ln(y));
-    let line = Line::fit(&ln_x, &ln_y)?;
+    let line = Line::fit(&ln_x, &ln_y).ok_or(NO_SPREAD)?;
     let fitted = ln_x.iter().map(|&x| line.at(x).exp());
     let left_out = line.left_out(&ln_x, &ln_y).map(f64::exp);
-    Ok(Power { c: line.a.exp(), p: line.b, quality: quality(x, y, fitted, left_out) })
+    let goodness = Goodness::of(y, fitted, left_out);
+    Ok(Power { c: line.intercept.exp(), p: line.slope, quality: quality(x, y, goodness) })
 }
 
-fn through_origin(x: &[f64], y: &[f64]) -> Result<Contact, FitError> {
-    let sum_xx: f64 = x.iter().map(|x| x * x).sum();
-    let sum_xy: f64 = x.iter().zip(y).map(|(x, y)| x * y).sum();
-    let k = sum_xy / sum_xx;
-    let left_out = x.iter().zip(y).map(|(x, y)| x * (sum_xy - x * y) / (sum_xx - x * x));
-    Ok(Contact { k, quality: quality(x, y, x.iter().map(|x| k * x), left_out) })
+fn contact(x: &[f64], y: &[f64]) -> Result<Contact, FitError> {
+    let line = Line::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
+    Ok(Contact { k: line.slope, quality: quality(x, y, Goodness::of_line(&line, x, y)) })
 }
 
-/// y = a + b x, with what leaving one out needs.
-struct Line {
-    a: f64,
-    b: f64,
-    mean_x: f64,
-    sum_xx: f64,
-    n: f64,
-}
+const NO_SPREAD: FitError = FitError::NoSpread { key: "impacted_total_area_m2" };
 
-impl Line {
-    fn fit(x: &[f64], y: &[f64]) -> Result<Self, FitError> {
-        let no_spread = FitError::NoSpread { key: "impacted_total_area_m2" };
-        let (mean_x, mean_y) = (mean(x), mean(y));
-        let sum_xx: f64 = x.iter().map(|x| (x - mean_x).powi(2)).sum();
-        let sum_xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
-        if !spread(x) {
-            return Err(no_spread);
-        }
-        let b = sum_xy / sum_xx;
-        let line = Self { a: mean_y - b * mean_x, b, mean_x, sum_xx, n: x.len() as f64 };
-        // A row with full leverage alone decides the line: without it the others' x are all the same.
-        if x.iter().any(|&x| line.leverage(x) > 1.0 - 1e-9) { Err(no_spread) } else { Ok(line) }
-    }
-
-    fn at(&self, x: f64) -> f64 {
-        self.a + self.b * x
-    }
-
-    fn leverage(&self, x: f64) -> f64 {
-        1.0 / self.n + (x - self.mean_x).powi(2) / self.sum_xx
-    }
-
-    /// What the line fitted without row i says of row i: y − e / (1 − h), the closed form of refitting n times.
-    fn left_out<'a>(&'a self, x: &'a [f64], y: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        x.iter().zip(y).map(|(&x, &y)| y - (y - self.at(x)) / (1.0 - self.leverage(x)))
-    }
-}
-
-fn quality(
-    x: &[f64],
-    y: &[f64],
-    fitted: impl Iterator<Item = f64>,
-    left_out: impl Iterator<Item = f64>,
-) -> Quality {
-    let mean_y = mean(y);
-    let sse: f64 = y.iter().zip(fitted).map(|(y, f)| (y - f).powi(2)).sum();
-    let loo: f64 = y.iter().zip(left_out).map(|(y, f)| (y - f).powi(2)).sum();
+fn quality(x: &[f64], y: &[f64], goodness: Goodness) -> Quality {
     Quality {
         n: u32::try_from(y.len()).unwrap_or(u32::MAX),
-        r2: 1.0 - sse / y.iter().map(|y| (y - mean_y).powi(2)).sum::<f64>(),
-        r2_uncentred: 1.0 - sse / y.iter().map(|y| y * y).sum::<f64>(),
-        loo_rmse_relative: (loo / y.len() as f64).sqrt() / mean_y,
+        r2: goodness.r2,
+        r2_uncentred: goodness.r2_uncentred,
+        loo_rmse_relative: goodness.loo_rmse_relative,
         low_m2_per_m: x.iter().copied().fold(f64::INFINITY, f64::min),
         high_m2_per_m: x.iter().copied().fold(0.0, f64::max),
     }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// True if the values differ by more than rounding.
-fn spread(values: &[f64]) -> bool {
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    high - low > 1e-9 * high.abs().max(low.abs())
 }

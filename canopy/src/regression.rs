@@ -1,0 +1,154 @@
+//! Straight lines by least squares, and how good they are.
+
+/// y = intercept + slope · x.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// y at x = 0; 0 for a line through the origin.
+    pub intercept: f64,
+    /// Rise of y a unit of x.
+    pub slope: f64,
+    form: Form,
+}
+
+/// What the leverage of a point depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    Free { n: f64, mean_x: f64, sum_xx: f64 },
+    Origin { sum_xx: f64 },
+}
+
+impl Line {
+    /// Ordinary least squares. None where x does not spread, or where one point alone decides the line (without it the others' x are
+    /// all the same).
+    pub fn fit(x: &[f64], y: &[f64]) -> Option<Self> {
+        let (mean_x, mean_y) = (mean(x), mean(y));
+        let sum_xx: f64 = x.iter().map(|x| (x - mean_x).powi(2)).sum();
+        let sum_xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+        if !spread(x) {
+            return None;
+        }
+        let slope = sum_xy / sum_xx;
+        let form = Form::Free { n: x.len() as f64, mean_x, sum_xx };
+        Self { intercept: mean_y - slope * mean_x, slope, form }.steady(x)
+    }
+
+    /// Least squares through the origin. None where all x but one are 0.
+    pub fn through_origin(x: &[f64], y: &[f64]) -> Option<Self> {
+        let sum_xx: f64 = x.iter().map(|x| x * x).sum();
+        let sum_xy: f64 = x.iter().zip(y).map(|(x, y)| x * y).sum();
+        Self { intercept: 0.0, slope: sum_xy / sum_xx, form: Form::Origin { sum_xx } }.steady(x)
+    }
+
+    /// The line at `x`.
+    pub fn at(&self, x: f64) -> f64 {
+        self.intercept + self.slope * x
+    }
+
+    /// What the line fitted without point i says of point i: y − e / (1 − h), the closed form of refitting n times. `x` and `y` are those
+    /// it was fitted to.
+    pub fn left_out<'a>(&'a self, x: &'a [f64], y: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        x.iter().zip(y).map(|(&x, &y)| y - (y - self.at(x)) / (1.0 - self.leverage(x)))
+    }
+
+    fn steady(self, x: &[f64]) -> Option<Self> {
+        let steady = !x.is_empty() && x.iter().all(|&x| self.leverage(x) <= 1.0 - 1e-9);
+        (steady && self.slope.is_finite() && self.intercept.is_finite()).then_some(self)
+    }
+
+    fn leverage(&self, x: f64) -> f64 {
+        match self.form {
+            Form::Free { n, mean_x, sum_xx } => 1.0 / n + (x - mean_x).powi(2) / sum_xx,
+            Form::Origin { sum_xx } => x * x / sum_xx,
+        }
+    }
+}
+
+/// How well a fit meets the values it was made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goodness {
+    /// 1 − SSE / Σ(y − mean)².
+    pub r2: f64,
+    /// 1 − SSE / Σy²: what some programs report for lines through the origin; never lower.
+    pub r2_uncentred: f64,
+    /// Root mean square of the leave-one-out errors over the mean of y.
+    pub loo_rmse_relative: f64,
+}
+
+impl Goodness {
+    /// Of fitted values, and of the values fitted without each point, against `y`.
+    pub fn of(y: &[f64], fitted: impl Iterator<Item = f64>, left_out: impl Iterator<Item = f64>) -> Self {
+        let mean_y = mean(y);
+        let sse: f64 = y.iter().zip(fitted).map(|(y, f)| (y - f).powi(2)).sum();
+        let loo: f64 = y.iter().zip(left_out).map(|(y, f)| (y - f).powi(2)).sum();
+        Self {
+            r2: 1.0 - sse / y.iter().map(|y| (y - mean_y).powi(2)).sum::<f64>(),
+            r2_uncentred: 1.0 - sse / y.iter().map(|y| y * y).sum::<f64>(),
+            loo_rmse_relative: (loo / y.len() as f64).sqrt() / mean_y,
+        }
+    }
+
+    /// Of a line against the points it was fitted to.
+    pub fn of_line(line: &Line, x: &[f64], y: &[f64]) -> Self {
+        Self::of(y, x.iter().map(|&x| line.at(x)), line.left_out(x, y))
+    }
+}
+
+/// Arithmetic mean; NaN of nothing.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// True if the values differ by more than rounding.
+pub fn spread(values: &[f64]) -> bool {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    high - low > 1e-9 * high.abs().max(low.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const X: [f64; 5] = [1.0, 2.0, 4.0, 7.0, 11.0];
+    const Y: [f64; 5] = [1.5, 4.0, 9.0, 13.0, 24.0];
+
+    /// Leaves out one point after the other and fits anew.
+    fn refitted(fit: fn(&[f64], &[f64]) -> Option<Line>) -> Vec<f64> {
+        (0..X.len())
+            .map(|skip| {
+                let rest = |values: &[f64]| -> Vec<f64> {
+                    values.iter().enumerate().filter(|(i, _)| *i != skip).map(|(_, v)| *v).collect()
+                };
+                fit(&rest(&X), &rest(&Y)).unwrap().at(X[skip])
+            })
+            .collect()
+    }
+
+    #[test]
+    fn leaving_one_out_in_closed_form_is_refitting_without_it() {
+        for fit in [Line::fit, Line::through_origin] {
+            let line = fit(&X, &Y).unwrap();
+            for (closed, anew) in line.left_out(&X, &Y).zip(refitted(fit)) {
+                assert!((closed - anew).abs() < 1e-12, "{closed} {anew}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_is_found_again_and_its_goodness_is_whole() {
+        let y: Vec<f64> = X.iter().map(|x| 3.0 - 0.5 * x).collect();
+        let line = Line::fit(&X, &y).unwrap();
+        assert!((line.intercept - 3.0).abs() < 1e-12 && (line.slope + 0.5).abs() < 1e-12);
+        let goodness = Goodness::of_line(&line, &X, &y);
+        assert!((goodness.r2 - 1.0).abs() < 1e-12 && (goodness.r2_uncentred - 1.0).abs() < 1e-12);
+        assert!(goodness.loo_rmse_relative.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_line_needs_spread() {
+        assert_eq!(Line::fit(&[2.0, 2.0, 2.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(Line::fit(&[2.0, 2.0, 5.0], &[1.0, 2.0, 3.0]), None, "one point alone decides it");
+        assert_eq!(Line::through_origin(&[0.0, 0.0, 5.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(Line::fit(&[], &[]), None);
+    }
+}
