@@ -67,7 +67,10 @@ fn an_unknown_key_names_file_line_and_nearest_key() {
 fn a_matrix_that_is_not_stochastic_names_the_row_and_its_sum() {
     let scene = b"version = 1\n[orchard.tree]\ntransitions = [[0.5, 0.2, 0.2, 0.2], [0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 1]]\n";
     let (_folder, path) = file("row.toml", scene);
-    assert_says(&refused(&["orchard", "grow", &path]), &["L", "1.1"]);
+    assert_says(
+        &refused(&["orchard", "grow", &path]),
+        &["orchard.tree.transitions", "row L must sum to 1", "1.0999"],
+    );
 }
 
 #[test]
@@ -82,10 +85,14 @@ fn a_scene_of_another_version_or_an_impossible_rig_is_refused() {
 
 #[test]
 fn a_calibration_without_class_or_units_is_refused() {
-    let (_folder, path) = file("calibration.toml", b"[linear]\na_m2_per_m = 0.1\n");
-    let rig = ["estimate", "tcp://127.0.0.1:1", "--rig", "spindle", "--calibration", &path];
-    let message = refused(&rig);
-    assert!(message.contains("units") || message.contains("class"), "{message}");
+    let sound = rowscan_canopy::shipped::text("spindle-lms111").expect("it ships");
+    let unitless = sound.replace("units = \"m2\"", "");
+    let classless = &sound[..sound.find("[class]").expect("a class")].to_owned();
+    for (text, key) in [(unitless.as_str(), "`units`"), (classless.as_str(), "`class`")] {
+        let (_folder, path) = file("calibration.toml", text.as_bytes());
+        let message = refused(&["estimate", "tcp://127.0.0.1:1", "--rig", "spindle", "--calibration", &path]);
+        assert_says(&message, &["calibration.toml:", key, "missing"]);
+    }
 }
 
 #[test]

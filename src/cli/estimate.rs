@@ -88,9 +88,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let mut estimate = pipeline.finish();
     estimate.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
-    print(args.format, &estimate)?;
-    ended?;
-    Ok(Outcome::Done)
+    // What was seen before a failure is not lost by it; a source that never gave a scan has nothing to show.
+    if ended.is_ok() || estimate.scans > 0 {
+        print(args.format, &estimate)?;
+    }
+    ended.map(|()| Outcome::Done)
 }
 
 /// The rig called `name`, carrying scanners of `model`.
