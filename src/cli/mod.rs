@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand.
 
+mod decode;
 mod demo;
 mod emulate;
 mod estimate;
@@ -40,6 +41,8 @@ enum Command {
     /// Studies over many orchards
     #[command(subcommand)]
     Study(study::Command),
+    /// Recorded telegrams in words: raw bytes, hex text, pcap, pcapng
+    Decode(decode::Args),
     /// List the scanner models, what each emulates and what not
     Models(models::Args),
 }
@@ -102,6 +105,14 @@ pub enum Failure {
     /// Samples no calibration can be fitted to.
     #[error(transparent)]
     Fit(#[from] rowscan_canopy::FitError),
+    /// Standard input or a file.
+    #[error("cannot read {what}: {cause}")]
+    Read {
+        /// What was being read.
+        what: String,
+        /// What the system said.
+        cause: io::Error,
+    },
     /// Standard output or a file.
     #[error("cannot write {what}: {cause}")]
     Write {
@@ -136,6 +147,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Estimate(args) => estimate::run(args).await,
             Command::Orchard(command) => orchard::run(command).await,
             Command::Study(command) => study::run(command).await,
+            Command::Decode(args) => decode::run(args),
             Command::Models(args) => models::run(args),
         }
     });

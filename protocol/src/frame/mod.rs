@@ -12,12 +12,14 @@
 mod cola_a;
 mod cola_b;
 mod decoder;
+mod fault;
 
 use alloc::vec::Vec;
 use core::fmt;
 
 pub use cola_b::checksum;
 pub use decoder::{Accept, Frame, FrameCounts, FrameDecoder};
+pub use fault::{Fault, FaultKind, fault};
 
 /// Start of text: one opens a CoLa A frame, four open a CoLa B frame.
 pub const STX: u8 = 0x02;

@@ -1,0 +1,319 @@
+//! Recorded bytes in words: which telegrams a file holds, what they say, and where it is broken.
+//!
+//! A file becomes streams (raw bytes, hex text, network captures, whose TCP
+//! connections are put together again), a stream becomes
+//! [`Line`]s. Nothing ends the work: what is no telegram is located and the search goes on behind it.
+
+mod capture;
+mod input;
+mod lms2xx;
+mod packet;
+mod tcp;
+mod words;
+
+use std::ops::Range;
+
+use rowscan_protocol::frame::{Accept, Frame, FrameDecoder, fault};
+use rowscan_protocol::telegram::{Kind, Telegram, in_words};
+use serde::Serialize;
+
+pub use input::{Input, InputError};
+
+/// The largest payload that is taken for one: twice that of the largest scan telegram in text.
+const MAX_PAYLOAD: usize = 64 * 1024;
+
+/// Who sent bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The client.
+    Host,
+    /// The scanner.
+    Device,
+}
+
+/// What a stretch of bytes turned out to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// A telegram, all of whose fields have names.
+    Telegram,
+    /// A good frame with a body that is not taken apart, or fill bytes between frames.
+    Opaque,
+    /// No frame, or a telegram that cannot be read to its end.
+    Bad,
+}
+
+/// One telegram, or one stretch of bytes that is none.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// Which TCP connection of a capture, from 1 on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub connection: Option<u32>,
+    /// Seconds since the capture began, when the last byte had come.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Place of the first byte in its stream: in the file, or in one direction of the connection.
+    pub offset: u64,
+    /// Bytes it takes.
+    pub length: u64,
+    /// Who sent it, as far as that can be told.
+    pub from: Option<Side>,
+    /// What it is.
+    pub is: Verdict,
+    /// `CoLa A`, `CoLa B`, `LMS2xx`.
+    pub dialect: Option<String>,
+    /// The telegram's first three letters.
+    pub kind: Option<&'static str>,
+    /// The command's name.
+    pub name: Option<String>,
+    /// What it says.
+    pub words: Option<String>,
+    /// Where it is wrong, counted as `offset`.
+    pub error_offset: Option<u64>,
+    /// What should stand there.
+    pub expected: Option<String>,
+    /// What stands there.
+    pub found: Option<String>,
+}
+
+impl Line {
+    fn new(stream: &Stream, offset: u64, length: u64, is: Verdict) -> Self {
+        Self {
+            connection: stream.connection,
+            time_s: stream.time_of(offset + length),
+            offset,
+            length,
+            from: None,
+            is,
+            dialect: None,
+            kind: None,
+            name: None,
+            words: None,
+            error_offset: None,
+            expected: None,
+            found: None,
+        }
+    }
+
+    fn opaque(stream: &Stream, offset: u64, length: u64, words: String) -> Self {
+        Self { words: Some(words), ..Self::new(stream, offset, length, Verdict::Opaque) }
+    }
+
+    fn bad(stream: &Stream, offset: u64, length: u64, at: u64, expected: String, found: String) -> Self {
+        Self {
+            error_offset: Some(at),
+            expected: Some(expected),
+            found: Some(found),
+            ..Self::new(stream, offset, length, Verdict::Bad)
+        }
+    }
+}
+
+/// Bytes of one direction, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Stream {
+    /// Which TCP connection of a capture.
+    connection: Option<u32>,
+    pieces: Vec<Piece>,
+    /// Offset behind the last byte of a packet, and when it came, in order.
+    times: Vec<(u64, f64)>,
+}
+
+/// Bytes without a gap.
+#[derive(Clone, Debug, Default)]
+struct Piece {
+    offset: u64,
+    bytes: Vec<u8>,
+    /// Bytes before it that should be there and are not.
+    missing_before: u64,
+    /// It may begin inside a telegram.
+    begins_inside: bool,
+}
+
+impl Stream {
+    /// Bytes of a file.
+    fn plain(offset: u64, bytes: Vec<u8>) -> Self {
+        let piece = Piece { offset, bytes, ..Piece::default() };
+        Self { pieces: vec![piece], ..Self::default() }
+    }
+
+    fn time_of(&self, end: u64) -> Option<f64> {
+        let packet = self.times.partition_point(|(packet_end, _)| *packet_end < end);
+        self.times.get(packet).or(self.times.last()).map(|(_, time)| *time)
+    }
+
+    fn lines(&self, options: Options) -> Vec<Line> {
+        let mut lines = Vec::new();
+        for piece in &self.pieces {
+            if piece.missing_before > 0 {
+                let at = piece.offset - piece.missing_before;
+                let expected = format!("{} more bytes", piece.missing_before);
+                lines.push(Line::bad(
+                    self,
+                    at,
+                    piece.missing_before,
+                    at,
+                    expected,
+                    "none in the capture".to_owned(),
+                ));
+            }
+            self.piece_lines(piece, options, &mut lines);
+        }
+        if self.connection.is_some() {
+            // One direction of a connection has one sender.
+            let from = lines.iter().find_map(|line| line.from);
+            lines.iter_mut().for_each(|line| line.from = from);
+        }
+        lines
+    }
+
+    fn piece_lines(&self, piece: &Piece, options: Options, lines: &mut Vec<Line>) {
+        let mut decoder = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
+        decoder.push(&piece.bytes);
+        decoder.finish();
+        let mut done = 0;
+        while let Some(frame) = decoder.next_frame() {
+            let start = frame.offset as usize;
+            self.skipped(piece, done..start, lines);
+            lines.push(self.telegram(piece, &frame, options));
+            done = start + frame.len;
+        }
+        self.skipped(piece, done..piece.bytes.len(), lines);
+    }
+
+    /// What no frame was found in.
+    fn skipped(&self, piece: &Piece, mut skipped: Range<usize>, lines: &mut Vec<Line>) {
+        let place = |range: &Range<usize>| (piece.offset + range.start as u64, range.len() as u64);
+        while !skipped.is_empty() {
+            let bytes = piece.bytes.get(skipped.clone()).unwrap_or_default();
+            let fill = bytes.iter().take_while(|&&b| b == 0).count();
+            let inside = piece.begins_inside && skipped.start == 0;
+            let end = if let Some((len, mut line)) = lms2xx::frame(bytes) {
+                let (offset, length) = place(&(skipped.start..skipped.start + len));
+                line = Line { offset, length, time_s: self.time_of(offset + length), ..line };
+                lines.push(line);
+                skipped.start + len
+            } else if fill > 0 {
+                // MRPT sends a NUL behind every frame; nobody minds.
+                let (offset, length) = place(&(skipped.start..skipped.start + fill));
+                lines.push(Line::opaque(self, offset, length, format!("{fill} fill bytes")));
+                skipped.start + fill
+            } else {
+                let Some(fault) = fault(&piece.bytes, skipped.clone(), MAX_PAYLOAD) else { return };
+                let (offset, length) = place(&fault.bytes);
+                lines.push(if inside {
+                    let words = "the capture begins inside a telegram".to_owned();
+                    Line::opaque(self, offset, length, words)
+                } else {
+                    let at = piece.offset + fault.at as u64;
+                    Line::bad(self, offset, length, at, fault.kind.expected(), fault.kind.found())
+                });
+                fault.bytes.end
+            };
+            skipped.start = end;
+        }
+    }
+
+    fn telegram(&self, piece: &Piece, frame: &Frame<'_>, options: Options) -> Line {
+        let offset = piece.offset + frame.offset;
+        let line = Line {
+            dialect: Some(frame.dialect.to_string()),
+            ..Line::new(self, offset, frame.len as u64, Verdict::Telegram)
+        };
+        // A frame ends in one byte behind its payload, in either dialect.
+        let payload_at = offset + (frame.len - 1 - frame.payload.len()) as u64;
+        let bad = |line: Line, at: u64, expected: String, found: String| Line {
+            is: Verdict::Bad,
+            error_offset: Some(at),
+            expected: Some(expected),
+            found: Some(found),
+            ..line
+        };
+        let telegram = match Telegram::parse(frame.dialect, frame.payload) {
+            Ok(telegram) => telegram,
+            Err(error) => {
+                let expected = "a command such as \"sRN name\"".to_owned();
+                return bad(line, payload_at, expected, format!("\"{}\"", error.found));
+            }
+        };
+        let line = Line {
+            from: Some(sender(telegram.kind)),
+            kind: Some(telegram.kind.letters()),
+            name: (!telegram.name.is_empty()).then(|| telegram.name.to_owned()),
+            ..line
+        };
+        let args = telegram.args.bytes.len();
+        match in_words(&telegram) {
+            Some(Ok(debug)) => {
+                let words = words::plain(&debug, options.values);
+                let is = if words.opaque { Verdict::Opaque } else { Verdict::Telegram };
+                Line { is, words: Some(words.text), ..line }
+            }
+            Some(Err(error)) => {
+                let at = payload_at + (frame.payload.len() - args + error.at) as u64;
+                bad(line, at, error.expected.to_owned(), error.found.to_string())
+            }
+            None if args == 0 => Line { words: Some(String::new()), ..line },
+            None => Line { is: Verdict::Opaque, words: Some(words::opaque(args)), ..line },
+        }
+    }
+}
+
+/// Only hosts ask, only devices answer.
+fn sender(kind: Kind) -> Side {
+    match kind {
+        Kind::Rn | Kind::Ri | Kind::Wn | Kind::Mn | Kind::En => Side::Host,
+        Kind::Ra | Kind::Wa | Kind::Ma | Kind::An | Kind::Ea | Kind::Sn | Kind::Fa => Side::Device,
+    }
+}
+
+/// How much is said.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Long lists of values are written out.
+    pub values: bool,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub struct Transcript {
+    /// In the order the bytes came.
+    pub lines: Vec<Line>,
+    /// TCP connections of a capture that carry no telegram at all, which are left out.
+    pub other_connections: usize,
+}
+
+impl Transcript {
+    /// All lines of an input.
+    pub fn of(input: &Input, options: Options) -> Self {
+        let mut transcript = Self::default();
+        for streams in input.connections() {
+            let lines: Vec<Line> = streams.iter().flat_map(|stream| stream.lines(options)).collect();
+            if input.is_capture() && !lines.iter().any(|line| line.dialect.is_some()) {
+                transcript.other_connections += 1;
+                continue;
+            }
+            transcript.lines.extend(lines);
+        }
+        // Stable: without times the file's order stays.
+        transcript.lines.sort_by(|a, b| {
+            let time = |line: &Line| line.time_s.unwrap_or_default();
+            time(a).total_cmp(&time(b))
+        });
+        if let Some(cut) = input.cut() {
+            transcript.lines.push(cut);
+        }
+        transcript
+    }
+
+    /// How many lines are of a kind.
+    pub fn count(&self, is: Verdict) -> usize {
+        self.lines.iter().filter(|line| line.is == is).count()
+    }
+
+    /// Frames of any protocol that is known here.
+    pub fn frames(&self) -> usize {
+        self.lines.iter().filter(|line| line.dialect.is_some()).count()
+    }
+}
