@@ -2,59 +2,15 @@
 #![cfg(feature = "telegrams")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests
 
+mod bench;
+
 use std::time::Duration;
 
-use rowscan_protocol::device::{
-    AfterReply, Device, DialectPolicy, Identity, MeasuredLine, Options, Reply, Session,
-};
+use bench::Bench;
+use rowscan_protocol::device::{AfterReply, DialectPolicy, MeasuredLine, Options, Reply, Session};
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
-use rowscan_protocol::model::{MODELS, by_name};
+use rowscan_protocol::model::MODELS;
 use rowscan_protocol::time::SimTime;
-
-struct Bench {
-    device: Device,
-    session: Session,
-    now: SimTime,
-}
-
-impl Bench {
-    fn new(model: &str) -> Self {
-        let device = Device::new(by_name(model).unwrap(), Identity::default());
-        Self { device, session: Session::new(DialectPolicy::Auto), now: SimTime::ZERO }
-    }
-
-    fn logged_in(model: &str) -> Self {
-        let mut bench = Self::new(model);
-        assert_eq!(bench.ask("sMN SetAccessMode 03 F4724744"), "sAN SetAccessMode 1");
-        bench
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> Vec<Reply> {
-        let mut replies = Vec::new();
-        self.session.handle_bytes(&mut self.device, self.now, bytes, &mut replies);
-        replies
-    }
-
-    /// One request, one reply, as text.
-    fn ask(&mut self, text: &str) -> String {
-        let mut request = Vec::new();
-        encode(Dialect::A, text.as_bytes(), &mut request);
-        let replies = self.send(&request);
-        let [reply] = &replies[..] else { panic!("{} replies to {text}", replies.len()) };
-        let [0x02, payload @ .., 0x03] = &reply.bytes[..] else { panic!("{reply:?}") };
-        String::from_utf8(payload.to_vec()).unwrap()
-    }
-
-    fn table(&mut self, rows: &[(&str, &str)]) {
-        for (request, reply) in rows {
-            assert_eq!(self.ask(request), *reply, "to {request}");
-        }
-    }
-
-    fn scans(&mut self, turns: usize) -> usize {
-        (0..turns).filter(|_| self.device.measure(self.now, &MeasuredLine { echoes: &[] }).is_some()).count()
-    }
-}
 
 #[test]
 fn a_warm_lms111_tells_who_it_is() {
@@ -116,7 +72,7 @@ fn arguments_that_make_no_sense_are_refused_by_what_is_wrong() {
         ("sWN LMPoutputRange 1 1388 +1000 -1000", "sFA 4"),
         ("sWN LMDscandatacfg 00 00 0 0 0 00 00 0 0 0 0 +1", "sFA 4"),
         ("sWN LMDscandatacfg 04 00 0 0 0 00 00 0 0 0 0 +1", "sFA 4"),
-        ("sWN LMDscandatacfg 01 00 0 0 0 00 00 1 0 0 0 +1", "sFA 4"),
+        ("sWN LMDscandatacfg 01 00 0 0 0 02 00 0 0 0 0 +1", "sFA 4"),
         ("sWN LMDscandatacfg 01 00 0 0 0 00 00 0 0 0 0 0", "sFA 4"),
         ("sWN EIHstCola 2", "sFA 4"),
         ("sMN LSPsetdatetime +2023 +2 +29 0 0 0 0", "sFA 5"),
@@ -229,7 +185,11 @@ fn a_restart_forgets_what_was_not_saved_and_drops_the_connection() {
     ]);
     bench.now = SimTime(5_000_000_000);
     let reply = bench.send(b"\x02sMN mSCreboot\x03\x02sRN DeviceIdent\x03");
-    let expected = Reply { bytes: b"\x02sAN mSCreboot\x03".to_vec(), after: Some(AfterReply::Close) };
+    let expected = Reply {
+        bytes: b"\x02sAN mSCreboot\x03".to_vec(),
+        delay: Duration::ZERO,
+        after: Some(AfterReply::Close),
+    };
     assert_eq!(reply, [expected]);
     bench.session = Session::new(DialectPolicy::Auto);
     assert_eq!(bench.ask("sRN LocationName"), "sRA LocationName 5 saved");

@@ -10,11 +10,16 @@ use std::fmt::Debug;
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode as frame};
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::ee_writeall::WriteAll;
+use rowscan_protocol::telegram::ei_address::IpAddress;
 use rowscan_protocol::telegram::eihst_cola::HostDialect;
 use rowscan_protocol::telegram::field_nnn::Field;
 use rowscan_protocol::telegram::firmware_version::FirmwareVersion;
 use rowscan_protocol::telegram::fr_echo_filter::EchoFilter;
 use rowscan_protocol::telegram::lcm_state::Contamination;
+use rowscan_protocol::telegram::lfp_filter::{MeanFilter, ParticleFilter};
+use rowscan_protocol::telegram::lic_encoder::{
+    EncoderResolution, EncoderSetting, IncrementSource, InputsThreeAndFour,
+};
 use rowscan_protocol::telegram::lmc_meas::{Standby, StartMeasurement, StopMeasurement};
 use rowscan_protocol::telegram::lmd_scandatacfg::ScanDataConfig;
 use rowscan_protocol::telegram::lmp_output_range::OutputRange;
@@ -29,6 +34,7 @@ use rowscan_protocol::telegram::serial_number::SerialNumber;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::set_active_applications::ActiveApplications;
 use rowscan_protocol::telegram::stlms::Status;
+use rowscan_protocol::telegram::tsc_time_client::{TimeInterface, TimeRole, TimeServer, TimeUpdate};
 use rowscan_protocol::telegram::wire::Fields;
 use rowscan_protocol::telegram::{Kind, Method, SopasError, Telegram, encode, encode_empty};
 
@@ -219,4 +225,16 @@ fn published_telegrams_are_read_and_written_in_both_dialects() {
     subscribe("sEN LIDinputstate 1", "02 02 02 02 00 00 00 13 73 45 4E 20 4C 49 44 69 6E 70 75 74 73 74 61 74 65 20 01 39", "sEA LIDinputstate 1", "02 02 02 02 00 00 00 13 73 45 41 20 4C 49 44 69 6E 70 75 74 73 74 61 74 65 20 01 36");
     // fieldNNN read (unused slot): [REC]
     read::<Field>("sRN field010", "02 02 02 02 00 00 00 0C 73 52 4E 20 66 69 65 6C 64 30 31 30 1C", "sRA field010 0", "02 02 02 02 00 00 00 0E 73 52 41 20 66 69 65 6C 64 30 31 30 20 00 33");
+    // CLI, replies by their shape; LFPparticle's layout is not verified.
+    write::<InputsThreeAndFour>("sWN DO3And4Fnc 1", "02 02 02 02 00 00 00 10 73 57 4E 20 44 4F 33 41 6E 64 34 46 6E 63 20 01 67", "sWA DO3And4Fnc", "02 02 02 02 00 00 00 0F 73 57 41 20 44 4F 33 41 6E 64 34 46 6E 63 20 69");
+    write::<IncrementSource>("sWN LICsrc 1", "02 02 02 02 00 00 00 0C 73 57 4E 20 4C 49 43 73 72 63 20 01 4F", "sWA LICsrc", "02 02 02 02 00 00 00 0B 73 57 41 20 4C 49 43 73 72 63 20 41");
+    write::<EncoderSetting>("sWN LICencset 1", "02 02 02 02 00 00 00 0F 73 57 4E 20 4C 49 43 65 6E 63 73 65 74 20 01 27", "sWA LICencset", "02 02 02 02 00 00 00 0E 73 57 41 20 4C 49 43 65 6E 63 73 65 74 20 29");
+    write::<EncoderResolution>("sWN LICencres 1", "02 02 02 02 00 00 00 12 73 57 4E 20 4C 49 43 65 6E 63 72 65 73 20 3F 80 00 00 9F", "sWA LICencres", "02 02 02 02 00 00 00 0E 73 57 41 20 4C 49 43 65 6E 63 72 65 73 20 2F");
+    write::<MeanFilter>("sWN LFPmeanfilter 1 +2 0", "02 02 02 02 00 00 00 16 73 57 4E 20 4C 46 50 6D 65 61 6E 66 69 6C 74 65 72 20 01 00 02 00 34", "sWA LFPmeanfilter", "02 02 02 02 00 00 00 12 73 57 41 20 4C 46 50 6D 65 61 6E 66 69 6C 74 65 72 20 38");
+    write::<ParticleFilter>("sWN LFPparticle 1 +500", "02 02 02 02 00 00 00 13 73 57 4E 20 4C 46 50 70 61 72 74 69 63 6C 65 20 01 01 F4 D0", "sWA LFPparticle", "02 02 02 02 00 00 00 10 73 57 41 20 4C 46 50 70 61 72 74 69 63 6C 65 20 2B");
+    write::<TimeRole>("sWN TSCRole 1", "02 02 02 02 00 00 00 0D 73 57 4E 20 54 53 43 52 6F 6C 65 20 01 1B", "sWA TSCRole", "02 02 02 02 00 00 00 0C 73 57 41 20 54 53 43 52 6F 6C 65 20 15");
+    write::<TimeInterface>("sWN TSCTCInterface 0", "02 02 02 02 00 00 00 14 73 57 4E 20 54 53 43 54 43 49 6E 74 65 72 66 61 63 65 20 00 7C", "sWA TSCTCInterface", "02 02 02 02 00 00 00 13 73 57 41 20 54 53 43 54 43 49 6E 74 65 72 66 61 63 65 20 73");
+    write::<TimeServer>("sWN TSCTCSrvAddr C0 A8 00 64", "02 02 02 02 00 00 00 15 73 57 4E 20 54 53 43 54 43 53 72 76 41 64 64 72 20 C0 A8 00 64 51", "sWA TSCTCSrvAddr", "02 02 02 02 00 00 00 11 73 57 41 20 54 53 43 54 43 53 72 76 41 64 64 72 20 52");
+    write::<TimeUpdate>("sWN TSCTCupdatetime A", "02 02 02 02 00 00 00 18 73 57 4E 20 54 53 43 54 43 75 70 64 61 74 65 74 69 6D 65 20 00 00 00 0A 37", "sWA TSCTCupdatetime", "02 02 02 02 00 00 00 14 73 57 41 20 54 53 43 54 43 75 70 64 61 74 65 74 69 6D 65 20 32");
+    write::<IpAddress>("sWN EIIpAddr C0 A8 00 01", "02 02 02 02 00 00 00 11 73 57 4E 20 45 49 49 70 41 64 64 72 20 C0 A8 00 01 05", "sWA EIIpAddr", "02 02 02 02 00 00 00 0D 73 57 41 20 45 49 49 70 41 64 64 72 20 63");
 }

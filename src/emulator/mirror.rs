@@ -21,16 +21,22 @@ pub(crate) struct Turns {
     epoch: SimTime,
     turned: u64,
     frequency_centihz: u32,
+    period_ppm: i32,
 }
 
 impl Turns {
     pub(crate) fn new(epoch: SimTime, mirror: Mirror) -> Self {
-        Self { epoch, turned: 0, frequency_centihz: mirror.frequency_centihz.max(1) }
+        Self {
+            epoch,
+            turned: 0,
+            frequency_centihz: mirror.frequency_centihz.max(1),
+            period_ppm: mirror.period_ppm,
+        }
     }
 
     /// The next turn's instant.
     pub(crate) fn next(&self) -> SimTime {
-        SimTime(self.epoch.0 + period_times(self.turned, self.frequency_centihz))
+        SimTime(self.epoch.0 + period_times(self.turned, self.frequency_centihz, self.period_ppm))
     }
 
     /// On to the turn after; a changed frequency starts a new epoch there.
@@ -44,9 +50,10 @@ impl Turns {
     }
 }
 
-/// `n` scan periods in ns, exact to the last one.
-fn period_times(n: u64, frequency_centihz: u32) -> u64 {
-    (u128::from(n) * 100_000_000_000 / u128::from(frequency_centihz)) as u64
+/// `n` scan periods in ns, exact to the last one; each `ppm` parts per million longer than nominal.
+fn period_times(n: u64, frequency_centihz: u32, ppm: i32) -> u64 {
+    let stretch = 1_000_000 + i128::from(ppm);
+    (i128::from(n) * 100_000 * stretch / i128::from(frequency_centihz)) as u64
 }
 
 /// Turns the mirror for as long as the scanner runs.
@@ -153,7 +160,7 @@ mod tests {
     use rowscan_protocol::angle::BeamGrid;
 
     fn mirror(frequency_centihz: u32) -> Mirror {
-        Mirror { frequency_centihz, beams: BeamGrid::spanning(-450_000, 2_250_000, 5000) }
+        Mirror { frequency_centihz, period_ppm: 0, beams: BeamGrid::spanning(-450_000, 2_250_000, 5000) }
     }
 
     #[test]
@@ -164,6 +171,16 @@ mod tests {
             turns.advance(mirror(1500));
         }
         assert_eq!(turns.next(), SimTime(36_000_000_000_000));
+    }
+
+    #[test]
+    fn a_recorded_period_is_kept() {
+        let slow = Mirror { period_ppm: 5_600, ..mirror(5000) };
+        let mut turns = Turns::new(SimTime::ZERO, slow);
+        for _ in 0..1000 {
+            turns.advance(slow);
+        }
+        assert_eq!(turns.next(), SimTime(20_112_000_000));
     }
 
     #[test]

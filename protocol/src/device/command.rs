@@ -6,14 +6,16 @@
 use alloc::vec::Vec;
 
 use super::Device;
+use super::refusal::Fault;
 use super::session::Access;
 use crate::telegram::wire::{Fields, Writer};
 use crate::telegram::{Args, Kind, Method, SopasError, Telegram, Variable, encode, encode_empty};
 use crate::telegram::{
-    device_ident, ee_writeall, eihst_cola, field_nnn, firmware_version, fr_echo_filter, lcm_state, lfe_rec,
-    lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata, lmd_scandatacfg, lmp_output_range, lmp_scancfg,
-    location_name, lsp_datetime, od_oprh, od_pwrc, run, sc_reboot, scdevicestate, serial_number,
-    set_access_mode, stlms,
+    device_ident, ee_writeall, ei_address, eihst_cola, field_nnn, firmware_version, fr_echo_filter,
+    lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata,
+    lmd_scandatacfg, lmp_output_range, lmp_scancfg, location_name, lsp_datetime, od_oprh, od_pwrc, ord_num,
+    run, sc_reboot, scdevicestate, serial_number, set_access_mode, set_active_applications, stlms,
+    tsc_time_client,
 };
 use crate::time::SimTime;
 
@@ -27,20 +29,38 @@ static COMMANDS: &[Command] = &[
     read_only::<device_ident::DeviceIdent>(),
     read_only::<firmware_version::FirmwareVersion>(),
     read_only::<lcm_state::Contamination>(),
+    read_only::<lfe_rec::FieldResults>().subscribable(Event::FieldResult),
     read_only::<lid_inputstate::InputState>().subscribable(Event::InputState),
     read_only::<lid_outputstate::OutputStates>().subscribable(Event::OutputState),
     read_only::<lmp_scancfg::ScanConfig>(),
     read_only::<lsp_datetime::CurrentDateTime>(),
     read_only::<od_oprh::OperatingHours>(),
     read_only::<od_pwrc::PowerOnCount>(),
+    read_only::<ord_num::OrderNumber>(),
+    read_only::<ord_num::TypeCode>(),
     read_only::<scdevicestate::DeviceState>(),
     read_only::<serial_number::SerialNumber>(),
     read_only::<stlms::Status>(),
     variable::<eihst_cola::HostDialect>(),
     variable::<fr_echo_filter::EchoFilter>(),
+    variable::<lfp_filter::MeanFilter>(),
+    variable::<lfp_filter::MedianFilter>(),
+    variable::<lfp_filter::ParticleFilter>(),
+    variable::<lic_encoder::EncoderResolution>(),
+    variable::<lic_encoder::EncoderSetting>(),
+    variable::<lic_encoder::IncrementSource>(),
+    variable::<lic_encoder::InputsThreeAndFour>(),
     variable::<lmd_scandatacfg::ScanDataConfig>(),
     variable::<lmp_output_range::OutputRange>(),
     variable::<location_name::LocationName>(),
+    variable::<set_active_applications::ActiveApplications>(),
+    fixed::<ei_address::Gateway>(),
+    fixed::<ei_address::IpAddress>(),
+    fixed::<ei_address::NetworkMask>(),
+    fixed::<tsc_time_client::TimeInterface>(),
+    fixed::<tsc_time_client::TimeRole>(),
+    fixed::<tsc_time_client::TimeServer>(),
+    fixed::<tsc_time_client::TimeUpdate>(),
     method::<ee_writeall::WriteAll>(CLIENT),
     method::<lmc_meas::Standby>(CLIENT),
     method::<lmc_meas::StartMeasurement>(CLIENT),
@@ -51,13 +71,15 @@ static COMMANDS: &[Command] = &[
     method::<sc_reboot::Reboot>(CLIENT),
     method::<set_access_mode::SetAccessMode>(EVERYBODY),
     named(lmd_scandata::LmdScandata::NAME).readable(read_last_scan).subscribable(Event::ScanData),
-    named(lfe_rec::FieldResults::NAME).subscribable(Event::FieldResult),
+    named(lmd_scandata::MONITOR).subscribable(Event::Monitor),
 ];
 
 /// What a session can subscribe to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event {
     ScanData,
+    /// The same scans under the monitor's name.
+    Monitor,
     FieldResult,
     InputState,
     OutputState,
@@ -112,6 +134,15 @@ const fn variable<V: Writable>() -> Command {
     Command { write: Some(|context, args| args.decode::<V>()?.set(context)), ..read_only::<V>() }
 }
 
+/// A variable that exists and that nothing here could change: only the value in force is accepted.
+const fn fixed<V: Readable + PartialEq>() -> Command {
+    let write: Write = |context, args| match args.decode::<V>()? == V::get(context) {
+        true => Ok(()),
+        false => Err(Fault::FixedHere.into()),
+    };
+    Command { write: Some(write), ..read_only::<V>() }
+}
+
 const fn method<M: Callable>(level: u8) -> Command {
     let call: Call = |context, args, out| {
         let reply = args.decode::<M>()?.call(context)?;
@@ -153,11 +184,11 @@ fn try_answer(
     out: &mut Vec<u8>,
 ) -> Result<(), SopasError> {
     let Telegram { kind, name, args } = *telegram;
-    let command = COMMANDS.iter().find(|command| command.name == name);
+    let command = known(context.device, name);
     match kind {
         Kind::Rn if command.is_none() => read_field(context, name, args, out),
         Kind::Rn => {
-            let read = command.and_then(|command| command.read).ok_or(SopasError::UnknownVariable)?;
+            let read = command.and_then(|command| command.read).ok_or(Fault::NoVariable)?;
             read(context, &mut Writer::begin(args.dialect, Kind::Ra, name, out))
         }
         Kind::Ri if name == device_ident::INDEX => {
@@ -165,13 +196,12 @@ fn try_answer(
             encode(args.dialect, Kind::Ra, name, &ident, out);
             Ok(())
         }
-        Kind::Ri => Err(SopasError::UnknownVariable),
+        Kind::Ri => Err(Fault::NoVariable.into()),
         Kind::Wn => {
-            let command =
-                command.filter(|command| command.read.is_some()).ok_or(SopasError::UnknownVariable)?;
-            let write = command.write.ok_or(SopasError::WriteAccessDenied)?;
+            let command = command.filter(|command| command.read.is_some()).ok_or(Fault::NoVariable)?;
+            let write = command.write.ok_or(Fault::ReadOnly)?;
             if context.access.level < CLIENT {
-                return Err(SopasError::WriteAccessDenied);
+                return Err(Fault::WriteWithoutLogin.into());
             }
             write(context, args)?;
             let blank = !context.device.model.replies_without_blank.contains(&name);
@@ -179,27 +209,53 @@ fn try_answer(
             Ok(())
         }
         Kind::Mn => {
-            let (level, call) = command.and_then(|command| command.call).ok_or(SopasError::UnknownMethod)?;
+            let (level, call) = command.and_then(|command| command.call).ok_or(Fault::NoMethod)?;
             if context.access.level < level {
-                return Err(SopasError::MethodAccessDenied);
+                return Err(Fault::CallWithoutLogin.into());
             }
             call(context, args, out)
         }
         Kind::En => {
-            let event = command.and_then(|command| command.event).ok_or(SopasError::UnknownEvent)?;
+            let event = command.and_then(|command| command.event).ok_or(Fault::NoEvent)?;
             let on = args.decode::<bool>()?;
             context.access.subscribe(event, on);
             encode(args.dialect, Kind::Ea, name, &on, out);
             Ok(())
         }
         Kind::Ra | Kind::Wa | Kind::Ma | Kind::An | Kind::Ea | Kind::Sn | Kind::Fa => {
-            Err(SopasError::UnknownColaCommand)
+            Err(Fault::NoCommand.into())
         }
     }
 }
 
+/// The command called `name`, if this model has it.
+fn known(device: &Device, name: &str) -> Option<&'static Command> {
+    COMMANDS.iter().find(|command| command.name == name).filter(|_| !device.model.lacks.contains(&name))
+}
+
+/// Does what a line of saved settings says, as a logged-in client's write would.
+pub(super) fn write_saved(context: &mut Context<'_>, name: &str, args: Args<'_>) -> Result<(), SopasError> {
+    let write = known(context.device, name).and_then(|command| command.write);
+    write.ok_or(Fault::NoVariable)?(context, args)
+}
+
+/// Appends the payload `sWN name value` that would set a variable to what it is now.
+pub(super) fn read_saved(context: &Context<'_>, name: &str, out: &mut Vec<u8>) -> Result<(), SopasError> {
+    let read = known(context.device, name).and_then(|command| command.read).ok_or(Fault::NoVariable)?;
+    read(context, &mut Writer::begin(crate::frame::Dialect::A, Kind::Wn, name, out))
+}
+
+/// Appends the payload `sSN name value` of a variable that can be subscribed to.
+pub(super) fn write_event(event: Event, context: &Context<'_>, out: &mut Vec<u8>) {
+    let told = |command: &&Command| command.event == Some(event);
+    if let Some(Command { name, read: Some(read), .. }) = COMMANDS.iter().find(told) {
+        // No event is told before it has happened, so its value can be read.
+        let _ = read(context, &mut Writer::begin(context.access.dialect, Kind::Sn, name, out));
+    }
+}
+
 fn read_last_scan(context: &Context<'_>, writer: &mut Writer<'_>) -> Result<(), SopasError> {
-    let scan = context.device.last_scan().ok_or(SopasError::LocalConditionFailed)?;
+    let scan = context.device.last_scan().ok_or(Fault::NoScanYet)?;
     scan.write(writer);
     Ok(())
 }
@@ -211,9 +267,9 @@ fn read_field(
     args: Args<'_>,
     out: &mut Vec<u8>,
 ) -> Result<(), SopasError> {
-    let slot = field_nnn::slot(name).ok_or(SopasError::UnknownVariable)?;
+    let slot = field_nnn::slot(name).ok_or(Fault::NoVariable)?;
     if slot >= context.device.model.fields {
-        return Err(SopasError::UnknownVariable);
+        return Err(Fault::NoVariable.into());
     }
     encode(args.dialect, Kind::Ra, name, &field_nnn::Field::unused(args.dialect), out);
     Ok(())

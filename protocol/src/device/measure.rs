@@ -1,5 +1,6 @@
 //! One mirror turn: from what was measured to the scan telegram.
 
+use alloc::string::String;
 use alloc::vec::Vec;
 
 use super::Device;
@@ -7,7 +8,9 @@ use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::telegram::lmd_scandatacfg::REMISSION_16_BIT;
 use crate::telegram::wire::{FixedText, ShortString, Word};
-use crate::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame, fr_echo_filter};
+use crate::telegram::{
+    Channel, Encoder, Kind, LmdScandata, Position, Variable, encode_frame, fr_echo_filter, lmd_scandata,
+};
 use crate::time::SimTime;
 
 /// One mirror turn's raw measurement on the mirror's full grid.
@@ -26,6 +29,11 @@ pub struct MeasuredEcho {
     pub remission: Vec<u16>,
 }
 
+/// Appends the whole frame `sSN LMDscandatamon …`: the same scan under the monitor's name.
+pub fn monitor_event(dialect: Dialect, scan: &LmdScandata, out: &mut Vec<u8>) {
+    encode_frame(dialect, Kind::Sn, lmd_scandata::MONITOR, scan, out);
+}
+
 /// Appends the whole frame `sSN LMDscandata …`.
 pub fn scan_event(dialect: Dialect, scan: &LmdScandata, out: &mut Vec<u8>) {
     encode_frame(dialect, Kind::Sn, LmdScandata::NAME, scan, out);
@@ -33,50 +41,84 @@ pub fn scan_event(dialect: Dialect, scan: &LmdScandata, out: &mut Vec<u8>) {
 
 impl Device {
     /// One mirror turn, whose zero index was at `at`. The scan counter advances always; a telegram comes while measuring,
-    /// on every n-th turn as LMDscandatacfg says.
+    /// on every n-th turn as LMDscandatacfg says, or once for all turns of a mean.
     pub fn measure(&mut self, at: SimTime, line: &MeasuredLine<'_>) -> Option<&LmdScandata> {
-        let scan_counter = self.counters.scan;
-        self.counters.scan = scan_counter.wrapping_add(1);
         let turn = self.counters.turns;
         self.counters.turns += 1;
-        let rate = u64::from(self.settings.scan_data.output_rate.max(1));
-        if !self.is_measuring() || !turn.is_multiple_of(rate) {
+        self.travel.turn(at);
+        let makes_scans = self.makes_scans(at);
+        // A counter that restarts with LMCstartmeas waits for the first scan.
+        if !makes_scans && self.is_measuring() && self.model.scan_counter_restart.is_some() {
             return None;
         }
-        // Taken out while it is filled, so that its buffers are reused.
-        let mut scan = core::mem::take(&mut self.last_scan);
-        self.fill_header(&mut scan, at, scan_counter);
-        self.fill_channels(&mut scan, line);
-        self.last_scan = scan;
-        self.has_scan = true;
-        Some(&self.last_scan)
+        let scan_counter = self.counters.scan;
+        self.counters.scan = scan_counter.wrapping_add(1);
+        if !makes_scans {
+            return None;
+        }
+        let rate = u64::from(self.settings.scan_data.output_rate.max(1));
+        // Taken out while they are used, so that their buffers are used again.
+        let mut filters = core::mem::take(&mut self.filters);
+        let sent = turn.is_multiple_of(rate);
+        if let Some(line) = filters.apply(self.settings.filters, line).filter(|_| sent) {
+            let mut scan = core::mem::take(&mut self.last_scan);
+            self.evaluate_field(at, nearest_mm(&line));
+            self.fill_header(&mut scan, at, turn, scan_counter);
+            self.fill_channels(&mut scan, &line);
+            self.last_scan = scan;
+            self.has_scan = true;
+            self.filters = filters;
+            Some(&self.last_scan)
+        } else {
+            self.filters = filters;
+            None
+        }
     }
 
-    fn fill_header(&mut self, scan: &mut LmdScandata, at: SimTime, scan_counter: u16) {
-        let Self { model, counters, settings, .. } = self;
-        let starting = counters.start_up_scans > 0;
-        counters.start_up_scans = counters.start_up_scans.saturating_sub(1);
-        scan.version = model.scandata_version;
+    fn fill_header(&mut self, scan: &mut LmdScandata, at: SimTime, turn: u64, scan_counter: u16) {
+        let starting = self.counters.start_up_scans > 0;
+        if starting {
+            self.counters.start_up_scans -= 1;
+        }
+        scan.version = self.model.scandata_version;
         scan.device_number = 1;
         scan.serial_number = self.identity.serial_number;
-        scan.device_status = if starting { [model.start_up.status, 0] } else { [0, 0] };
-        scan.outputs = [if starting { model.start_up.outputs } else { model.outputs }, 0];
-        scan.telegram_counter = counters.telegram;
-        counters.telegram = counters.telegram.wrapping_add(1);
+        scan.device_status = [self.scan_status(starting), 0];
+        scan.inputs = [self.lines.input_mask(), 0];
+        scan.outputs = [self.lines.output_mask, 0];
+        if starting && self.counters.start_up_scans == 0 {
+            self.switch_outputs(at, true);
+        }
+        scan.telegram_counter = self.counters.telegram;
+        self.counters.telegram = scan.telegram_counter.wrapping_add(1);
         scan.scan_counter = scan_counter;
+        let Self { settings, identity, .. } = &*self;
         scan.scan_frequency = settings.mode.frequency_centihz;
         scan.measurement_frequency =
             measurement_frequency(settings.mode.frequency_centihz, settings.mode.step);
-        if settings.scan_data.device_name {
-            scan.name.get_or_insert_default().0.clone_from(&settings.location_name);
-        } else {
-            scan.name = None::<ShortString>;
-        }
-        let timed = settings.scan_data.time;
+        scan.encoders.clear();
+        scan.encoders.extend((0..settings.scan_data.encoders.0.count_ones()).map(|_| self.encoder()));
+        scan.position = settings.scan_data.position.then(Position::default);
+        set_text(&mut scan.name, settings.scan_data.device_name, &settings.location_name);
+        set_text(&mut scan.comment, settings.scan_data.comment, &identity.comment);
+        let us = self.uptime_us(at).wrapping_add_signed(self.clock.jitter_us(turn));
         // The device's clock is 32 bits wide and wraps.
-        scan.scan_time_us = self.uptime_us(at) as u32;
+        scan.scan_time_us = us as u32;
         scan.transmit_time_us = scan.scan_time_us.wrapping_add(self.model.transmit_delay_us);
-        scan.time = timed.then(|| self.date_time(at));
+        scan.time = settings.scan_data.time.then(|| self.date_time_at(us));
+    }
+
+    /// Position in ticks, which wraps at 32 bits, and speed in ticks a millisecond. The listing says ticks a millimetre, which is
+    /// no speed; not verified.
+    fn encoder(&self) -> Encoder {
+        let encoder = &self.settings.encoder;
+        if !encoder.counts(self.model) {
+            return Encoder::default();
+        }
+        let ticks_per_mm = f64::from(encoder.resolution.ticks_per_mm);
+        let position = (self.travel.mm * ticks_per_mm) as i64 as u32;
+        let speed = (self.travel.mm_per_ms.abs() * ticks_per_mm + 0.5) as u16;
+        Encoder { position, speed }
     }
 
     fn fill_channels(&self, scan: &mut LmdScandata, line: &MeasuredLine<'_>) {
@@ -89,9 +131,13 @@ impl Device {
 
         scan.channels16.resize_with(if remission && wide { 2 * count } else { count }, Channel::default);
         scan.channels8.resize_with(if remission && !wide { count } else { 0 }, Channel::default);
+        let none = self.model.no_echo;
         let (distances, wide_remissions) = scan.channels16.split_at_mut(count);
         for (channel, echo) in distances.iter_mut().zip(echoes()) {
-            self.fill(channel, b"DIST", echo, beams, |beam| self.echo(line, echo, first + beam).0);
+            self.fill(channel, b"DIST", echo, beams, |beam| match self.echo(line, echo, first + beam).0 {
+                0 if echo == 0 => none,
+                range_mm => range_mm,
+            });
         }
         for (channel, echo) in wide_remissions.iter_mut().zip(echoes()) {
             self.fill(channel, b"RSSI", echo, beams, |beam| self.echo(line, echo, first + beam).1);
@@ -140,6 +186,37 @@ impl Device {
         channel.step = beams.step;
         channel.values.clear();
         channel.values.extend((0..beams.len()).map(value));
+    }
+}
+
+/// What the encoder has seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Travel {
+    /// Way travelled.
+    pub(super) mm: f64,
+    mm_per_ms: f64,
+    last: Option<(SimTime, f64)>,
+}
+
+impl Travel {
+    fn turn(&mut self, at: SimTime) {
+        if let Some((before, mm)) = self.last.filter(|(before, _)| *before < at) {
+            self.mm_per_ms = (self.mm - mm) * 1e6 / (at.0 - before.0) as f64;
+        }
+        self.last = Some((at, self.mm));
+    }
+}
+
+/// The nearest of all first echoes.
+fn nearest_mm(line: &MeasuredLine<'_>) -> Option<u16> {
+    line.echoes.first()?.range_mm.iter().copied().filter(|&range_mm| range_mm > 0).min()
+}
+
+fn set_text(text: &mut Option<ShortString>, on: bool, value: &String) {
+    if on {
+        text.get_or_insert_default().0.clone_from(value);
+    } else {
+        *text = None;
     }
 }
 

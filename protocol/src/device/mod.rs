@@ -6,13 +6,24 @@
 //! Received bytes go to [`Session::handle_bytes`], which gives the replies.
 
 mod calendar;
+mod clock;
 mod command;
+mod condition;
+mod eeprom;
 mod effect;
+mod filter;
+mod lines;
 mod measure;
+mod options;
+mod refusal;
 mod session;
 mod settings;
 mod state;
 
-pub use measure::{MeasuredEcho, MeasuredLine, scan_event};
+pub use eeprom::SavedError;
+pub use lines::LineError;
+pub use measure::{MeasuredEcho, MeasuredLine, monitor_event, scan_event};
+pub use options::{Options, Profile, Start};
+pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
 pub use session::{AfterReply, DialectPolicy, Reply, Session};
-pub use state::{Device, Identity, Mirror, ModeError, Options};
+pub use state::{Device, Identity, Mirror, ModeError};

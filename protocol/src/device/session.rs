@@ -1,11 +1,13 @@
 //! One connection to a device: dialect, user level, subscriptions.
 
 use alloc::vec::Vec;
+use core::time::Duration;
 
 use super::Device;
-use super::command::{Context, Event, answer, refuse};
+use super::command::{Context, Event, answer, refuse, write_event};
+use super::refusal::Fault;
 use crate::frame::{Accept, Dialect, Frame, FrameCounts, FrameDecoder, encode};
-use crate::telegram::{SopasError, Telegram};
+use crate::telegram::Telegram;
 use crate::time::SimTime;
 
 /// Largest payload a device takes. Commands are short; clients' longest known ones are below 300 bytes.
@@ -25,6 +27,8 @@ pub enum DialectPolicy {
 pub struct Reply {
     /// One whole frame, to be sent in one write: some clients take what one read gives for the whole reply.
     pub bytes: Vec<u8>,
+    /// How long the device takes to answer; nothing in the bench profile.
+    pub delay: Duration,
     /// What happens to the connection afterwards.
     pub after: Option<AfterReply>,
 }
@@ -46,10 +50,24 @@ pub(super) struct Access {
     pub(super) next_dialect: Option<Dialect>,
     /// The connection is dropped after the reply that is being made.
     pub(super) closing: bool,
+    /// How long the reply takes that is being made.
+    pub(super) delay: Duration,
     subscriptions: u8,
 }
 
 impl Access {
+    /// Nobody logged in.
+    pub(super) fn new(dialect: Dialect) -> Self {
+        Self {
+            level: 1,
+            dialect,
+            next_dialect: None,
+            closing: false,
+            delay: Duration::ZERO,
+            subscriptions: 0,
+        }
+    }
+
     pub(super) fn subscribe(&mut self, event: Event, on: bool) {
         let bit = 1 << event as u8;
         self.subscriptions = if on { self.subscriptions | bit } else { self.subscriptions & !bit };
@@ -68,6 +86,15 @@ pub struct Session {
     access: Access,
     /// The first bytes have come.
     begun: bool,
+    told: Told,
+}
+
+/// Which changes of the device's lines this connection has been told: each kind's count.
+#[derive(Clone, Copy, Debug, Default)]
+struct Told {
+    inputs: u32,
+    outputs: u32,
+    field: u32,
 }
 
 impl Session {
@@ -80,8 +107,9 @@ impl Session {
         Self {
             policy,
             decoder: FrameDecoder::new(accept, MAX_PAYLOAD),
-            access: Access { level: 1, dialect, next_dialect: None, closing: false, subscriptions: 0 },
+            access: Access::new(dialect),
             begun: false,
+            told: Told::default(),
         }
     }
 
@@ -90,21 +118,71 @@ impl Session {
         if !core::mem::replace(&mut self.begun, true) {
             self.begin(device);
         }
+        // While it starts up the connection is there, and nobody reads it.
+        if device.is_silent(now) {
+            return;
+        }
         self.decoder.push(bytes);
         while !self.access.closing {
             let Self { decoder, access, .. } = self;
             let Some(frame) = decoder.next_frame() else { break };
             access.dialect = frame.dialect;
+            access.delay = device.takes(device.model.times.reply);
+            let subscribed = access.subscriptions;
             let reply = reply(&frame, &mut Context { device, access, now });
             let after = self.access.closing.then_some(AfterReply::Close);
-            out.push(Reply { bytes: reply, after });
+            out.push(Reply { bytes: reply, delay: self.access.delay, after });
+            self.begin_subscriptions(device, !subscribed & self.access.subscriptions);
             self.settle_dialect();
+        }
+        self.poll_events(device, now, out);
+    }
+
+    /// Appends the events this connection has subscribed to and not been told yet: inputs, outputs, fields. Scans come another
+    /// way, see [`Device::measure`]. To be called after [`Device::changes`] has changed.
+    pub fn poll_events(&mut self, device: &mut Device, now: SimTime, out: &mut Vec<Reply>) {
+        let Self { access, told, .. } = self;
+        let changes = device.lines.changes;
+        for (event, told, count) in [
+            (Event::InputState, &mut told.inputs, changes.inputs.count),
+            (Event::OutputState, &mut told.outputs, changes.outputs.count),
+            (Event::FieldResult, &mut told.field, changes.field.count),
+        ] {
+            if !access.subscribed(event) || core::mem::replace(told, count) == count {
+                continue;
+            }
+            let mut payload = Vec::new();
+            write_event(event, &Context { device, access, now }, &mut payload);
+            let mut bytes = Vec::new();
+            encode(access.dialect, &payload, &mut bytes);
+            out.push(Reply { bytes, delay: Duration::ZERO, after: None });
+        }
+    }
+
+    /// What has changed before a subscription is not told; except the outputs, where a model does.
+    fn begin_subscriptions(&mut self, device: &Device, begun: u8) {
+        let changes = device.lines.changes;
+        let began = |event: Event| begun & 1 << event as u8 != 0;
+        if began(Event::InputState) {
+            self.told.inputs = changes.inputs.count;
+        }
+        if began(Event::OutputState) {
+            let owed = u32::from(device.model.lines.outputs_told_at_once);
+            self.told.outputs = changes.outputs.count.wrapping_sub(owed);
+        }
+        if began(Event::FieldResult) {
+            self.told.field = changes.field.count;
         }
     }
 
     /// Subscribed to LMDscandata.
     pub fn subscribed(&self) -> bool {
         self.access.subscribed(Event::ScanData)
+    }
+
+    /// Subscribed to LMDscandatamon, the same scans under the monitor's name.
+    pub fn monitors(&self) -> bool {
+        self.access.subscribed(Event::Monitor)
     }
 
     /// The dialect to encode events in.
@@ -143,7 +221,7 @@ fn reply(frame: &Frame<'_>, context: &mut Context<'_>) -> Vec<u8> {
     let mut payload = Vec::new();
     match Telegram::parse(frame.dialect, frame.payload) {
         Ok(telegram) => answer(context, &telegram, &mut payload),
-        Err(_) => refuse(frame.dialect, SopasError::UnknownColaCommand, &mut payload),
+        Err(_) => refuse(frame.dialect, Fault::NoCommand.into(), &mut payload),
     }
     let mut bytes = Vec::new();
     encode(frame.dialect, &payload, &mut bytes);

@@ -2,11 +2,16 @@
 
 use alloc::string::String;
 
+use super::filter;
 use crate::angle::BeamGrid;
 use crate::model::{Model, RemissionWidth, ScanMode};
-use crate::telegram::fr_echo_filter;
+use crate::telegram::lfp_filter::{MeanFilter, MedianFilter, ParticleFilter};
+use crate::telegram::lic_encoder::{
+    self, EncoderResolution, EncoderSetting, IncrementSource, InputsThreeAndFour,
+};
 use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
 use crate::telegram::wire::LowHigh;
+use crate::telegram::{Variable, fr_echo_filter};
 
 /// Real devices read back an output range that is a few 1/10000° off; a beam this near to the edge is inside.
 const EDGE_TOLERANCE: i32 = 10;
@@ -21,6 +26,36 @@ pub(super) struct Settings {
     pub(super) scan_data: ScanDataConfig,
     pub(super) echo_filter: u8,
     pub(super) location_name: String,
+    pub(super) filters: filter::Active,
+    pub(super) encoder: EncoderSettings,
+    pub(super) applications: Applications,
+}
+
+/// How the way travelled is counted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EncoderSettings {
+    pub(super) source: IncrementSource,
+    pub(super) setting: EncoderSetting,
+    pub(super) resolution: EncoderResolution,
+    pub(super) inputs: InputsThreeAndFour,
+}
+
+/// Which applications run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Applications {
+    /// `RANG`: scans are made.
+    pub(super) ranging: bool,
+    /// `FEVL`: fields are evaluated.
+    pub(super) evaluation: bool,
+}
+
+impl EncoderSettings {
+    /// True if increments are counted.
+    pub(super) fn counts(&self, model: &Model) -> bool {
+        self.source.code == lic_encoder::ENCODER
+            && self.setting.code != lic_encoder::OFF
+            && (self.inputs.encoder || model.lacks.contains(&<InputsThreeAndFour as Variable>::NAME))
+    }
 }
 
 /// The part of the turn that is sent, 1/10000°.
@@ -47,6 +82,18 @@ impl Settings {
             },
             echo_filter: fr_echo_filter::ALL,
             location_name: location_name.into(),
+            filters: filter::Active {
+                mean: MeanFilter { active: false, scans: *filter::MEAN_SCANS.start(), reserved: 0 },
+                median: MedianFilter { active: false, beams: filter::MEDIAN_BEAMS },
+                particle: ParticleFilter { active: false, threshold_mm: 500 },
+            },
+            encoder: EncoderSettings {
+                source: IncrementSource { code: lic_encoder::FIXED_SPEED },
+                setting: EncoderSetting { code: lic_encoder::OFF },
+                resolution: EncoderResolution { ticks_per_mm: 1.0 },
+                inputs: InputsThreeAndFour::default(),
+            },
+            applications: Applications { ranging: true, evaluation: true },
         }
     }
 }

@@ -1,9 +1,13 @@
 //! One scanner: what it is, what it does, how it is set.
 
 use alloc::string::String;
-use core::time::Duration;
 
-use super::calendar;
+use super::clock::Clock;
+use super::condition::Condition;
+use super::filter::Filters;
+use super::lines::Lines;
+use super::measure::Travel;
+use super::options::{Options, Profile};
 use super::settings::Settings;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
@@ -22,6 +26,8 @@ pub struct Identity {
     pub operating_hours: u32,
     /// How often it was switched on.
     pub power_on_count: u32,
+    /// Comment in scan telegrams, where LMDscandatacfg asks for it.
+    pub comment: String,
 }
 
 impl Default for Identity {
@@ -31,18 +37,9 @@ impl Default for Identity {
             location_name: String::from("not defined"),
             operating_hours: 1234,
             power_on_count: 56,
+            comment: String::new(),
         }
     }
-}
-
-/// How this scanner behaves where real ones differ.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Options {
-    /// Logging in stops the measurement until `Run` or `LMCstartmeas`, as the manual has it. Without it scans go on, as clients
-    /// that never send `Run` rely on.
-    pub strict_login: bool,
-    /// How long before simulated time zero the scanner was powered up: where its 32-bit clock stands.
-    pub power_up_before: Duration,
 }
 
 /// What the mirror does now.
@@ -50,6 +47,8 @@ pub struct Options {
 pub struct Mirror {
     /// Mirror turns, 1/100 Hz.
     pub frequency_centihz: u32,
+    /// How much longer than its nominal period a turn takes, parts per million of the period.
+    pub period_ppm: i32,
     /// The full grid of the scan mode, before the output range is cut.
     pub beams: BeamGrid,
 }
@@ -70,16 +69,6 @@ pub struct ModeError {
     pub step: u16,
 }
 
-/// What laser and motor do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Activity {
-    Measuring,
-    /// Laser off, the mirror turns.
-    Standby,
-    /// Laser and motor off.
-    Stopped,
-}
-
 /// One scanner. Sessions share it.
 #[derive(Clone, Debug)]
 pub struct Device {
@@ -89,15 +78,15 @@ pub struct Device {
     pub(super) settings: Settings,
     /// What a restart brings back.
     pub(super) saved: Settings,
-    pub(super) activity: Activity,
-    /// A login has stopped the scans (strict login).
-    pub(super) held_by_login: bool,
+    pub(super) condition: Condition,
     /// Dialect of the host interface, once EIHstCola has set it.
     pub(super) host_dialect: Option<Dialect>,
-    /// Power-up time = simulated time + this, µs; wraps.
-    power_up_offset_us: u64,
-    /// Calendar = power-up time + this, µs; wraps. Zero until LSPsetdatetime: the calendar starts at 1970 with power-up.
-    calendar_offset_us: u64,
+    pub(super) clock: Clock,
+    pub(super) lines: Lines,
+    pub(super) filters: Filters,
+    pub(super) travel: Travel,
+    /// How often mEEwriteall has saved.
+    pub(super) saves: u32,
     pub(super) counters: Counters,
     pub(super) last_scan: LmdScandata,
     pub(super) has_scan: bool,
@@ -124,25 +113,28 @@ impl Device {
             Counters { scan: model.scan_counter_restart.unwrap_or_default(), ..Counters::default() };
         Self {
             model,
-            identity,
             options: Options::default(),
             saved: settings.clone(),
             settings,
-            activity: Activity::Measuring,
-            held_by_login: false,
+            condition: Condition::default(),
             host_dialect: None,
-            power_up_offset_us: 0,
-            calendar_offset_us: 0,
+            clock: Clock::default(),
+            lines: Lines::new(model),
+            filters: Filters::default(),
+            travel: Travel::default(),
+            saves: 0,
             counters,
             last_scan: LmdScandata::default(),
             has_scan: false,
+            identity,
         }
     }
 
-    /// The same with other options.
+    /// The same with other options, as it is at simulated time zero.
     pub fn with_options(mut self, options: Options) -> Self {
         self.options = options;
-        self.power_up_offset_us = options.power_up_before.as_micros() as u64;
+        self.clock = Clock::new(&options, self.model.jitter_us);
+        self.begin(options.start);
         self
     }
 
@@ -151,15 +143,14 @@ impl Device {
         self.model
     }
 
-    /// True while turns give scans.
-    pub fn is_measuring(&self) -> bool {
-        self.activity == Activity::Measuring && !self.held_by_login
-    }
-
     /// What the mirror does.
     pub fn mirror(&self) -> Mirror {
         let mode = self.settings.mode;
-        Mirror { frequency_centihz: mode.frequency_centihz, beams: self.model.beams(mode) }
+        let period_ppm = match self.options.profile {
+            Profile::Bench => 0,
+            Profile::Field => self.model.period_ppm,
+        };
+        Mirror { frequency_centihz: mode.frequency_centihz, period_ppm, beams: self.model.beams(mode) }
     }
 
     /// Sets the scan mode, as the host program finds it in a rig file. It is kept over restarts.
@@ -182,41 +173,52 @@ impl Device {
         if legal { Ok(()) } else { Err(ModeError { model: self.model.title, frequency_centihz, step }) }
     }
 
-    pub(super) fn start_measurement(&mut self) {
-        self.activity = Activity::Measuring;
-        self.held_by_login = false;
-        self.counters.start_up_scans = self.model.start_up.scans;
-        if let Some(restart) = self.model.scan_counter_restart {
-            self.counters.scan = restart;
-        }
+    /// How far the scanner has travelled: what its encoder counts.
+    pub fn set_travelled_mm(&mut self, travelled_mm: f64) {
+        self.travel.mm = travelled_mm;
+    }
+
+    /// How often mEEwriteall has been called: when this number changes, [`Self::saved_settings`] are others.
+    pub fn saves(&self) -> u32 {
+        self.saves
     }
 
     /// A restart: saved settings come back, counters and clocks begin anew.
     pub(super) fn reboot(&mut self, now: SimTime) {
-        let fresh = Self::new(self.model, self.identity.clone());
+        let identity = Identity {
+            power_on_count: self.identity.power_on_count.wrapping_add(1),
+            ..self.identity.clone()
+        };
+        let mut fresh = Self::new(self.model, identity);
+        fresh.condition = self.condition;
+        fresh.lines.inputs = self.lines.inputs;
+        fresh.lines.field.radius_mm = self.lines.field.radius_mm;
+        fresh.lines.changes = self.lines.changes;
         *self = Self {
             options: self.options,
             settings: self.saved.clone(),
             saved: self.saved.clone(),
+            saves: self.saves,
             host_dialect: self.host_dialect,
-            power_up_offset_us: 0u64.wrapping_sub(now.0 / 1000),
+            clock: self.clock.restarted(now),
+            travel: self.travel,
             ..fresh
         };
+        self.condition.reboots = self.condition.reboots.wrapping_add(1);
+        self.power_up(now);
     }
 
     /// µs since power-up.
     pub(super) fn uptime_us(&self, now: SimTime) -> u64 {
-        (now.0 / 1000).wrapping_add(self.power_up_offset_us)
+        self.clock.uptime_us(now)
     }
 
     pub(super) fn date_time(&self, now: SimTime) -> DateTime {
-        calendar::date_time(self.uptime_us(now).wrapping_add(self.calendar_offset_us))
+        self.date_time_at(self.uptime_us(now))
     }
 
-    /// False for a date that does not exist.
-    pub(super) fn set_date_time(&mut self, now: SimTime, date_time: &DateTime) -> bool {
-        let Some(us) = calendar::microseconds(date_time) else { return false };
-        self.calendar_offset_us = us.wrapping_sub(self.uptime_us(now));
-        true
+    /// The calendar at an instant of the device's own clock.
+    pub(super) fn date_time_at(&self, uptime_us: u64) -> DateTime {
+        self.clock.date_time_at(uptime_us)
     }
 }

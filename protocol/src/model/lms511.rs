@@ -1,65 +1,12 @@
 //! SICK LMS511 PRO: outdoor, 190°, five echoes.
 
-use super::{CLIENT, Lines, MAINTENANCE, Model, RemissionWidth, StartUp, mode};
+use super::Model;
+use super::family::LMS5XX;
 
 pub(super) static LMS511: Model = Model {
     name: "lms511",
     title: "LMS511",
-    ident_version: "V1.80",
-    firmware: "V1.80    ",
-    start_angle: -50_000,
-    stop_angle: 1_850_000,
-    output_range_as_read: (-50_000, 1_850_000),
-    modes: &[
-        mode(25, 1667),
-        mode(25, 2500),
-        mode(35, 2500),
-        mode(50, 3333),
-        mode(50, 5000),
-        mode(75, 5000),
-        mode(100, 6667),
-        mode(100, 10_000),
-    ],
-    default_mode: mode(25, 1667),
-    min_range_m: 0.2,
-    // What 16 bits of millimetres hold.
-    max_range_m: 65.535,
-    echoes: 5,
-    remission: RemissionWidth::Bits8,
-    scandata_version: 0,
-    scan_counter_restart: None,
-    transmit_delay_us: 40_700,
-    start_up: StartUp { scans: 1, status: 1, outputs: 0x00 },
-    outputs: 0x38,
-    lines: Lines {
-        version: 0,
-        inputs: [0, 0, 0, 0],
-        inputs_timed: true,
-        outputs: &[0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2],
-    },
-    fields: 30,
-    logins: &[MAINTENANCE, CLIENT],
-    replies_without_blank: &["FREchoFilter"],
-    emulates: &[
-        "both CoLa dialects, switched by EIHstCola",
-        "eight scan modes from 25 Hz/0.1667° to 100 Hz/1°; LMPoutputRange cuts the full grid",
-        "LMDscandata with one to five echoes, echo filter, 8- or 16-bit remission, device name, time, output rate",
-        "telegram version 0; the first scan after LMCstartmeas carries device status 1",
-        "user levels, write protection, sFA codes; settings kept by mEEwriteall, lost by mSCreboot",
-    ],
-    not_emulated: &[
-        "interlaced scan modes: mLMPsetscancfg answers 2",
-        "scale factor 2 for ranges over 65.5 m",
-        "encoders, position block, comment in LMDscandatacfg: sFA 4",
-        "field evaluation: fieldNNN reads as unused, LFErec can be subscribed to and never comes",
-        "LIDinputstate and LIDoutputstate never change, so no events come",
-        "filters, encoder, time server and network variables: sFA 3",
-    ],
-    evidence: &[
-        "recorded LMS511, V1.80: firmware text, output range, version, times, status and output bytes, digital lines",
-        "pairs of frequency and resolution: the values are the manual's, the pairs are not verified",
-        "nearest range: not verified",
-        "FREchoFilter reply without trailing blank: recorded on an MRS1104, not verified on an LMS511",
-        "DeviceIdent text: shape as recorded on other models",
-    ],
+    type_code: "LMS511-10100 PRO",
+    order_number: "1046135",
+    ..LMS5XX
 };

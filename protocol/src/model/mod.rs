@@ -1,12 +1,69 @@
 //! Scanner models as data: one file a model, one line in [`MODELS`].
 
+mod family;
+mod lms100;
 mod lms111;
+mod lms151;
+mod lms500;
 mod lms511;
+mod lms511_lite;
+mod tim561;
+mod tim571;
+mod tim781;
+mod tim781s;
+
+use core::time::Duration;
 
 use crate::angle::BeamGrid;
 
 /// All models.
-pub static MODELS: &[&Model] = &[&lms111::LMS111, &lms511::LMS511];
+pub static MODELS: &[&Model] = &[
+    &lms111::LMS111,
+    &lms100::LMS100,
+    &lms151::LMS151,
+    &lms511::LMS511,
+    &lms500::LMS500,
+    &lms511_lite::LMS511_LITE,
+    &tim561::TIM561,
+    &tim571::TIM571,
+    &tim781::TIM781,
+    &tim781s::TIM781S,
+];
+
+/// What every model emulates.
+pub const ALL_EMULATE: &[&str] = &[
+    "both CoLa dialects, decimal and hex arguments, switched by EIHstCola",
+    "LMDscandata: echo mask, 8- or 16-bit remission, position block (zeros), device name, comment, time, output rate; LMDscandatamon with it",
+    "LFPmeanfilter (one scan for all of a mean), LFPmedianfilter (3 beams), LFPparticle, SetActiveApplications",
+    "LIDinputstate and LIDoutputstate events when a line changes; LFErec for one circle about the scanner",
+    "user levels, write protection, sFA codes (docs/refusals.md); settings kept by mEEwriteall, lost by mSCreboot",
+];
+
+/// What none emulates, and what is answered then.
+pub const NONE_EMULATE: &[&str] = &[
+    "evaluation fields other than that circle: fieldNNN reads as unused",
+    "network and time server variables (EIIpAddr, EImask, EIgate, TSC…): read, and sFA 4 for any other value",
+    "user levels 2 and 4 have no rights of their own; the service password is not known",
+    "NTP, parameter files, firmware update, SOPAS' own variables: sFA 3, 2 or F by kind",
+];
+
+/// What is not certain of any.
+pub const ALL_EVIDENCE: &[&str] = &[
+    "FREchoFilter and SetActiveApplications replies without a trailing blank: recorded on an MRS1104 only",
+    "DeviceIdent: shape as recorded on other models; DItype and OrdNum: not verified",
+    "rules of the filters, unit of LICencres and of the encoder's speed: not verified",
+];
+
+/// Models that are left out, and why.
+pub const NOT_MODELLED: &[(&str, &str)] = &[
+    (
+        "LMS1000",
+        "its finer scan modes are interlaced and its beams need the ANGL1 channel; neither is emulated",
+    ),
+    ("MRS1000", "four layers"),
+    ("TiM551", "no client's start-up was captured with it"),
+    ("LMS200, LMS291", "another protocol, on a serial line"),
+];
 
 /// Everything that makes one scanner differ from another. Data only; the device reads it.
 #[derive(Debug)]
@@ -15,6 +72,10 @@ pub struct Model {
     pub name: &'static str,
     /// Name in print, and in DeviceIdent.
     pub title: &'static str,
+    /// Type code, in DItype.
+    pub type_code: &'static str,
+    /// Order number, in OrdNum.
+    pub order_number: &'static str,
     /// Version in DeviceIdent.
     pub ident_version: &'static str,
     /// FirmwareVersion, with the blanks real devices pad it with.
@@ -33,8 +94,12 @@ pub struct Model {
     pub min_range_m: f64,
     /// Farthest range the device reports, metres.
     pub max_range_m: f64,
+    /// What a beam without an echo reads, raw.
+    pub no_echo: u16,
     /// Echoes it can tell apart.
     pub echoes: u8,
+    /// Encoders it can count.
+    pub encoders: u8,
     /// Width of the remission out of the box.
     pub remission: RemissionWidth,
     /// Version of the LMDscandata telegram.
@@ -43,6 +108,10 @@ pub struct Model {
     pub scan_counter_restart: Option<u16>,
     /// Device time from the mirror's zero index to the transmission, µs.
     pub transmit_delay_us: u32,
+    /// How much longer than nominal a real one's period is, parts per million (`field` profile).
+    pub period_ppm: i32,
+    /// How far a scan's time is off at most, µs (`field` profile).
+    pub jitter_us: u32,
     /// What the first scans after LMCstartmeas are marked with.
     pub start_up: StartUp,
     /// First byte of the digital outputs in a scan, once running.
@@ -55,11 +124,15 @@ pub struct Model {
     pub logins: &'static [Password],
     /// Commands whose binary `sWA` does not end in a blank.
     pub replies_without_blank: &'static [&'static str],
-    /// What the emulation does as the device does.
+    /// Commands other models have and this one does not.
+    pub lacks: &'static [&'static str],
+    /// How long things take (`field` profile).
+    pub times: Times,
+    /// What the emulation does as the device does, besides [`ALL_EMULATE`].
     pub emulates: &'static [&'static str],
-    /// What it does not, and what it answers then.
+    /// What it does not, and what it answers then, besides [`NONE_EMULATE`].
     pub not_emulated: &'static [&'static str],
-    /// Where the numbers come from, and which are not verified.
+    /// Where the numbers come from, and which are not verified, besides [`ALL_EVIDENCE`].
     pub evidence: &'static [&'static str],
 }
 
@@ -103,6 +176,31 @@ pub struct Lines {
     pub inputs_timed: bool,
     /// Each output: 0 off, 1 on, 2 unused.
     pub outputs: &'static [u8],
+    /// A subscription to LIDoutputstate is followed by the outputs as they are.
+    pub outputs_told_at_once: bool,
+}
+
+/// How long things take on a real device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Times {
+    /// From power-up until telegrams are answered.
+    pub boot: Duration,
+    /// From then until measuring can begin.
+    pub initialisation: Duration,
+    /// Until the motor turns as fast as it shall.
+    pub spin_up: Duration,
+    /// From then, or from LMCstartmeas, until the first scan.
+    pub first_scan: Duration,
+    /// From LMCstartmeas in a new scan mode until SCdevicestate tells ready.
+    pub busy_after_new_mode: Duration,
+    /// From a request to its reply.
+    pub reply: Duration,
+    /// The same for SetAccessMode.
+    pub login_reply: Duration,
+    /// The same for LMCstartmeas.
+    pub start_reply: Duration,
+    /// The same for mEEwriteall.
+    pub save_reply: Duration,
 }
 
 /// A user level and the hash of its password.

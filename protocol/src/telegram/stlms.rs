@@ -23,6 +23,8 @@ impl Variable for Status {
     const NAME: &'static str = "STlms";
 }
 
+/// Undefined; what a device out of order tells (not verified).
+pub const UNDEFINED: u16 = 0;
 /// Initialisation.
 pub const INITIALISATION: u16 = 1;
 /// Configuration.

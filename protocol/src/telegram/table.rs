@@ -6,10 +6,11 @@ use alloc::string::String;
 use super::wire::{Fields, WireError};
 use super::{Args, Kind, Method, Telegram, Variable};
 use super::{
-    device_ident, ee_writeall, eihst_cola, field_nnn, firmware_version, fr_echo_filter, lcm_state, lfe_rec,
-    lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata, lmd_scandatacfg, lmp_output_range, lmp_scancfg,
-    location_name, lsp_datetime, od_oprh, od_pwrc, run, sc_reboot, scdevicestate, serial_number,
-    set_access_mode, set_active_applications, stlms,
+    device_ident, ee_writeall, ei_address, eihst_cola, field_nnn, firmware_version, fr_echo_filter,
+    lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata,
+    lmd_scandatacfg, lmp_output_range, lmp_scancfg, location_name, lsp_datetime, od_oprh, od_pwrc, ord_num,
+    run, sc_reboot, scdevicestate, serial_number, set_access_mode, set_active_applications, stlms,
+    tsc_time_client,
 };
 
 /// What a name stands for.
@@ -37,11 +38,21 @@ pub struct Entry {
 /// One line a command.
 pub static TABLE: &[Entry] = &[
     variable::<device_ident::DeviceIdent>(),
+    variable::<ei_address::Gateway>(),
+    variable::<ei_address::IpAddress>(),
+    variable::<ei_address::NetworkMask>(),
     variable::<eihst_cola::HostDialect>(),
     variable::<firmware_version::FirmwareVersion>(),
     variable::<fr_echo_filter::EchoFilter>(),
     variable::<lcm_state::Contamination>(),
     variable::<lfe_rec::FieldResults>(),
+    variable::<lfp_filter::MeanFilter>(),
+    variable::<lfp_filter::MedianFilter>(),
+    variable::<lfp_filter::ParticleFilter>(),
+    variable::<lic_encoder::EncoderResolution>(),
+    variable::<lic_encoder::EncoderSetting>(),
+    variable::<lic_encoder::IncrementSource>(),
+    variable::<lic_encoder::InputsThreeAndFour>(),
     variable::<lid_inputstate::InputState>(),
     variable::<lid_outputstate::OutputStates>(),
     variable::<lmd_scandata::LmdScandata>(),
@@ -52,10 +63,16 @@ pub static TABLE: &[Entry] = &[
     variable::<lsp_datetime::CurrentDateTime>(),
     variable::<od_oprh::OperatingHours>(),
     variable::<od_pwrc::PowerOnCount>(),
+    variable::<ord_num::OrderNumber>(),
+    variable::<ord_num::TypeCode>(),
     variable::<scdevicestate::DeviceState>(),
     variable::<serial_number::SerialNumber>(),
     variable::<set_active_applications::ActiveApplications>(),
     variable::<stlms::Status>(),
+    variable::<tsc_time_client::TimeInterface>(),
+    variable::<tsc_time_client::TimeRole>(),
+    variable::<tsc_time_client::TimeServer>(),
+    variable::<tsc_time_client::TimeUpdate>(),
     method::<ee_writeall::WriteAll>(),
     method::<lmc_meas::Standby>(),
     method::<lmc_meas::StartMeasurement>(),

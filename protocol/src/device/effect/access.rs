@@ -1,6 +1,7 @@
 //! Login, settings that are kept, restart, dialect, calendar.
 
 use crate::device::command::{Callable, Context, Readable, Writable};
+use crate::device::refusal::Fault;
 use crate::frame::Dialect;
 use crate::model::Password;
 use crate::telegram::SopasError;
@@ -14,12 +15,13 @@ use crate::telegram::set_access_mode::SetAccessMode;
 impl Callable for SetAccessMode {
     /// A wrong password is answered with 0, not with an error.
     fn call(self, context: &mut Context<'_>) -> Result<bool, SopasError> {
+        context.access.delay = context.device.takes(context.device.model.times.login_reply);
         let login = Password { level: self.level, hash: self.password.0 };
         if !context.device.model.logins.contains(&login) {
             return Ok(false);
         }
         context.access.level = login.level;
-        context.device.held_by_login |= context.device.options.strict_login;
+        context.device.condition.held_by_login |= context.device.options.strict_login;
         Ok(true)
     }
 }
@@ -27,14 +29,16 @@ impl Callable for SetAccessMode {
 impl Callable for Run {
     fn call(self, context: &mut Context<'_>) -> Result<bool, SopasError> {
         context.access.level = 1;
-        context.device.held_by_login = false;
+        context.device.release();
         Ok(true)
     }
 }
 
 impl Callable for WriteAll {
     fn call(self, context: &mut Context<'_>) -> Result<bool, SopasError> {
+        context.access.delay = context.device.takes(context.device.model.times.save_reply);
         context.device.saved = context.device.settings.clone();
+        context.device.saves = context.device.saves.wrapping_add(1);
         Ok(true)
     }
 }
@@ -56,7 +60,7 @@ impl Readable for HostDialect {
 impl Writable for HostDialect {
     /// This answer still goes out in the old dialect; the session switches after it.
     fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
-        let dialect: Dialect = self.dialect().ok_or(SopasError::LocalConditionFailed)?;
+        let dialect: Dialect = self.dialect().ok_or(Fault::NoSuchCode)?;
         context.device.host_dialect = Some(dialect);
         context.access.next_dialect = Some(dialect);
         Ok(())
@@ -73,7 +77,7 @@ impl Callable for SetDateTime {
     fn call(self, context: &mut Context<'_>) -> Result<bool, SopasError> {
         match context.device.set_date_time(context.now, &self.now) {
             true => Ok(true),
-            false => Err(SopasError::InvalidData),
+            false => Err(Fault::NoDate.into()),
         }
     }
 }

@@ -3,16 +3,17 @@
 use alloc::format;
 
 use crate::device::command::{Context, Readable, Writable};
-use crate::device::state::Activity;
+use crate::device::refusal::Fault;
 use crate::telegram::device_ident::DeviceIdent;
 use crate::telegram::firmware_version::FirmwareVersion;
 use crate::telegram::lcm_state::Contamination;
 use crate::telegram::location_name::LocationName;
 use crate::telegram::od_oprh::OperatingHours;
 use crate::telegram::od_pwrc::PowerOnCount;
-use crate::telegram::scdevicestate::{self, DeviceState};
+use crate::telegram::ord_num::{OrderNumber, TypeCode};
+use crate::telegram::scdevicestate::DeviceState;
 use crate::telegram::serial_number::SerialNumber;
-use crate::telegram::stlms::{self, Status};
+use crate::telegram::stlms::Status;
 use crate::telegram::wire::FlexString;
 use crate::telegram::{DateTime, SopasError};
 
@@ -62,44 +63,43 @@ impl Readable for LocationName {
 impl Writable for LocationName {
     fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
         if self.text.chars().count() > MAX_LOCATION_NAME {
-            return Err(SopasError::FlexOutOfBounds);
+            return Err(Fault::TextTooLong.into());
         }
         context.device.settings.location_name = self.text.0;
         Ok(())
     }
 }
 
+impl Readable for OrderNumber {
+    fn get(context: &Context<'_>) -> Self {
+        Self { text: context.device.model.order_number.into() }
+    }
+}
+
+impl Readable for TypeCode {
+    fn get(context: &Context<'_>) -> Self {
+        Self { text: context.device.model.type_code.into() }
+    }
+}
+
 impl Readable for Contamination {
-    fn get(_: &Context<'_>) -> Self {
-        Self { level: 0 }
+    fn get(context: &Context<'_>) -> Self {
+        Self { level: context.device.condition.contamination }
     }
 }
 
 impl Readable for DeviceState {
     /// Ready means that scans come: a session that is logged in reads busy, as recorded.
     fn get(context: &Context<'_>) -> Self {
-        let state = match context.device.activity {
-            Activity::Standby => scdevicestate::STANDBY,
-            Activity::Measuring if context.device.is_measuring() && context.access.level <= 1 => {
-                scdevicestate::READY
-            }
-            Activity::Measuring | Activity::Stopped => scdevicestate::BUSY,
-        };
-        Self { state }
+        Self { state: context.device.device_state(context.now, context.access.level > 1) }
     }
 }
 
 impl Readable for Status {
     fn get(context: &Context<'_>) -> Self {
-        let state = match context.device.activity {
-            Activity::Measuring if context.device.is_measuring() => stlms::MEASURING,
-            Activity::Measuring => stlms::READY,
-            Activity::Standby => stlms::ROTATING,
-            Activity::Stopped => stlms::IDLE,
-        };
         let DateTime { year, month, day, hour, minute, second, .. } = context.device.date_time(context.now);
         Self {
-            state,
+            state: context.device.status(context.now),
             temperature: 0,
             time: FlexString(format!("{hour:02}:{minute:02}:{second:02}")),
             date: FlexString(format!("{day:02}.{month:02}.{:02}", year % 100)),

@@ -1,30 +1,97 @@
-//! Digital inputs and outputs. They never change here.
+//! Digital inputs and outputs, field results, applications.
 
-use crate::device::command::{Context, Readable};
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::device::command::{Context, Readable, Writable};
+use crate::device::refusal::Fault;
+use crate::telegram::SopasError;
+use crate::telegram::lfe_rec::{FieldResult, FieldResults};
 use crate::telegram::lid_inputstate::InputState;
-use crate::telegram::lid_outputstate::{OutputState, OutputStates};
+use crate::telegram::lid_outputstate::OutputStates;
+use crate::telegram::set_active_applications::{ActiveApplications, Application};
+use crate::telegram::wire::FixedText;
+
+/// Ranging.
+const RANGING: FixedText<4> = FixedText(*b"RANG");
+/// Field evaluation.
+const EVALUATION: FixedText<4> = FixedText(*b"FEVL");
 
 impl Readable for InputState {
+    /// Timed models tell when an input last changed.
     fn get(context: &Context<'_>) -> Self {
-        let lines = &context.device.model.lines;
-        let timed = lines.inputs_timed;
+        let device = &context.device;
+        let at_us = device.lines.changes.inputs.at_us;
+        let timed = device.model.lines.inputs_timed;
         Self {
-            version: lines.version,
-            time_us: if timed { context.device.uptime_us(context.now) as u32 } else { 0 },
-            inputs: lines.inputs,
-            date_time: timed.then(|| context.device.date_time(context.now)),
+            version: device.model.lines.version,
+            time_us: if timed { at_us as u32 } else { 0 },
+            inputs: device.lines.inputs,
+            date_time: timed.then(|| device.date_time_at(at_us)),
         }
     }
 }
 
 impl Readable for OutputStates {
     fn get(context: &Context<'_>) -> Self {
-        let lines = &context.device.model.lines;
+        let device = &context.device;
+        let at_us = device.lines.changes.outputs.at_us;
         Self {
-            version: lines.version,
-            time_us: context.device.uptime_us(context.now) as u32,
-            outputs: lines.outputs.iter().map(|&state| OutputState { state, changes: 0 }).collect(),
-            date_time: Some(context.device.date_time(context.now)),
+            version: device.model.lines.version,
+            time_us: at_us as u32,
+            outputs: device.lines.outputs.clone(),
+            date_time: Some(device.date_time_at(at_us)),
         }
+    }
+}
+
+impl Readable for FieldResults {
+    /// One field, if there is one to watch. Models that do not time their inputs do not time this either.
+    fn get(context: &Context<'_>) -> Self {
+        let device = &context.device;
+        let at_us = device.lines.changes.field.at_us;
+        let time_us = if device.model.lines.inputs_timed { at_us as u32 } else { 0 };
+        let beams = device.mirror().beams;
+        let result = |_| FieldResult {
+            version: 1,
+            field: 1,
+            time_us,
+            scale: 1.0,
+            step: beams.step.into(),
+            start_angle: beams.start,
+            result: device.lines.field.result,
+            date_time: Some(device.date_time_at(at_us)),
+            ..FieldResult::default()
+        };
+        Self { fields: device.lines.field.radius_mm.map(result).into_iter().collect::<Vec<_>>() }
+    }
+}
+
+impl Readable for ActiveApplications {
+    fn get(context: &Context<'_>) -> Self {
+        let applications = context.device.settings.applications;
+        Self {
+            applications: vec![
+                Application { name: RANGING, active: applications.ranging },
+                Application { name: EVALUATION, active: applications.evaluation },
+            ],
+        }
+    }
+}
+
+impl Writable for ActiveApplications {
+    /// Those not named stay as they are.
+    fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
+        let mut applications = context.device.settings.applications;
+        for Application { name, active } in self.applications {
+            let switch = match name {
+                RANGING => &mut applications.ranging,
+                EVALUATION => &mut applications.evaluation,
+                _ => return Err(Fault::NoSuchApplication.into()),
+            };
+            *switch = active;
+        }
+        context.device.settings.applications = applications;
+        Ok(())
     }
 }

@@ -1,7 +1,9 @@
 //! What commands do to the device, by theme.
 
 mod access;
+mod filters;
+mod fixed;
 mod identity;
 mod lines;
 mod scan_data;
-mod scanning;
+pub(super) mod scanning;

@@ -3,6 +3,7 @@
 use alloc::vec;
 
 use crate::device::command::{Context, Readable, Writable};
+use crate::device::refusal::Fault;
 use crate::device::settings::OutputCut;
 use crate::telegram::SopasError;
 use crate::telegram::fr_echo_filter::{self, EchoFilter};
@@ -26,12 +27,10 @@ impl Writable for ScanDataConfig {
             && self.remission <= 1
             && self.resolution <= REMISSION_16_BIT
             && self.unit == 0
-            && self.encoders.0 == 0
-            && !self.position
-            && !self.comment
+            && self.encoders.0 < 1u16 << context.device.model.encoders
             && (1..=MAX_OUTPUT_RATE).contains(&self.output_rate);
         if !possible {
-            return Err(SopasError::LocalConditionFailed);
+            return Err(Fault::ImpossibleContents.into());
         }
         context.device.settings.scan_data = self;
         Ok(())
@@ -52,11 +51,11 @@ impl Writable for OutputRange {
     /// The angular step must be sent and comes from the scan mode.
     fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
         let &[Sector { start, stop, .. }] = self.sectors.as_slice() else {
-            return Err(SopasError::LocalConditionFailed);
+            return Err(Fault::OutsideOutputRange.into());
         };
         let cut = OutputCut { start, stop };
         if !cut.is_within(context.device.model) {
-            return Err(SopasError::LocalConditionFailed);
+            return Err(Fault::OutsideOutputRange.into());
         }
         context.device.settings.output_range = cut;
         Ok(())
@@ -72,7 +71,7 @@ impl Readable for EchoFilter {
 impl Writable for EchoFilter {
     fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
         if self.code > fr_echo_filter::LAST {
-            return Err(SopasError::LocalConditionFailed);
+            return Err(Fault::NoSuchCode.into());
         }
         context.device.settings.echo_filter = self.code;
         Ok(())

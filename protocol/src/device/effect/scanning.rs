@@ -3,7 +3,8 @@
 use alloc::vec;
 
 use crate::device::command::{Callable, Context, Readable};
-use crate::device::state::{Activity, Device};
+use crate::device::condition::Activity;
+use crate::device::state::Device;
 use crate::model::ScanMode;
 use crate::telegram::SopasError;
 use crate::telegram::lmc_meas::{ACCEPTED, Standby, StartMeasurement, StopMeasurement};
@@ -15,21 +16,22 @@ use crate::telegram::lmp_scancfg::{
 
 impl Callable for StartMeasurement {
     fn call(self, context: &mut Context<'_>) -> Result<u8, SopasError> {
-        context.device.start_measurement();
+        context.access.delay = context.device.takes(context.device.model.times.start_reply);
+        context.device.start_measurement(context.now);
         Ok(ACCEPTED)
     }
 }
 
 impl Callable for StopMeasurement {
     fn call(self, context: &mut Context<'_>) -> Result<u8, SopasError> {
-        context.device.activity = Activity::Stopped;
+        context.device.stop_measurement(Activity::Stopped);
         Ok(ACCEPTED)
     }
 }
 
 impl Callable for Standby {
     fn call(self, context: &mut Context<'_>) -> Result<u8, SopasError> {
-        context.device.activity = Activity::Standby;
+        context.device.stop_measurement(Activity::Standby);
         Ok(ACCEPTED)
     }
 }
@@ -54,7 +56,7 @@ impl Callable for SetScanConfig {
 }
 
 /// The angles must be sent and are ignored, as the manual has it for LMS1xx and LMS5xx.
-fn set_mode(device: &mut Device, config: &ScanConfig) -> u8 {
+pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u8 {
     let &[Sector { step, .. }] = config.sectors.as_slice() else {
         return OTHER_ERROR;
     };
@@ -62,6 +64,7 @@ fn set_mode(device: &mut Device, config: &ScanConfig) -> u8 {
     let step = u16::try_from(step).unwrap_or(u16::MAX);
     let mode = ScanMode { frequency_centihz: config.frequency_centihz, step };
     if device.check_mode(mode).is_ok() {
+        device.condition.mode_changed |= device.settings.mode != mode;
         device.settings.mode = mode;
         return OK;
     }

@@ -2,8 +2,6 @@
 
 use core::fmt;
 
-use crate::telegram::SopasError;
-
 /// What was expected, what stood there, and where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected {expected}, found {found} at byte {at} of the arguments")]
@@ -62,18 +60,5 @@ impl Excerpt {
 impl fmt::Display for Excerpt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.bytes.get(..usize::from(self.len)).unwrap_or_default().escape_ascii())
-    }
-}
-
-impl From<WireError> for SopasError {
-    /// The code a device refuses such arguments with.
-    fn from(error: WireError) -> Self {
-        match error.found {
-            Found::End => Self::BufferUnderflow,
-            Found::Text(_) => Self::InvalidCharacter,
-            Found::TooLarge(_) => Self::ValueOverflow,
-            Found::Value(_) => Self::InvalidData,
-            Found::Extra(_) => Self::BufferOverflow,
-        }
     }
 }

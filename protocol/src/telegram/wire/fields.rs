@@ -94,7 +94,7 @@ impl Fields for bool {
 
 impl Fields for f32 {
     fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), WireError> {
-        *self = Self::from_bits(reader.u32()?);
+        *self = reader.real()?;
         Ok(())
     }
 

@@ -54,6 +54,26 @@ impl<'a> Reader<'a> {
         self.number::<4>()
     }
 
+    /// A 32-bit float. Devices write its bits as 8 hex digits; hosts may also write a decimal number: one with a sign, with a
+    /// point, or shorter than that.
+    pub fn real(&mut self) -> Result<f32, WireError> {
+        if self.dialect == Dialect::B {
+            return self.u32().map(f32::from_bits);
+        }
+        let mut ahead = self.clone();
+        let token = ahead.token("a float")?;
+        let is_decimal = token.len() < 8 || token.iter().any(|b| matches!(b, b'+' | b'-' | b'.'));
+        if !is_decimal {
+            return self.u32().map(f32::from_bits);
+        }
+        let at = ahead.at - token.len();
+        // Digits only: no "inf", no "nan", no exponent.
+        let plain = token.iter().all(|b| matches!(b, b'0'..=b'9' | b'+' | b'-' | b'.'));
+        let value = core::str::from_utf8(token).ok().filter(|_| plain).and_then(|text| text.parse().ok());
+        self.at = ahead.at;
+        value.ok_or_else(|| WireError { expected: "a float", found: Found::Text(Excerpt::of(token)), at })
+    }
+
     /// `len` raw characters: a token of its own in text, which may be shorter there.
     pub fn fixed(&mut self, len: usize) -> Result<&'a [u8], WireError> {
         match self.dialect {

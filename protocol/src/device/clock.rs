@@ -1,0 +1,114 @@
+//! The device's own clock: µs since power-up, with the drift and jitter of a real one.
+
+use super::calendar;
+use super::options::{Options, Profile};
+use super::state::Device;
+use crate::telegram::DateTime;
+use crate::time::SimTime;
+
+/// Parts of one million.
+const MILLION: i128 = 1_000_000;
+
+/// Clock of one device.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clock {
+    /// Simulated time of power-up, ns; negative if before time zero.
+    power_up_ns: i64,
+    /// Too fast by so many parts per million.
+    ppm: i32,
+    /// Largest deviation of a scan's time, µs.
+    jitter_us: u32,
+    seed: u64,
+    /// Calendar = power-up time + this, µs; wraps. Zero until LSPsetdatetime: the calendar starts at 1970 with power-up.
+    calendar_offset_us: u64,
+}
+
+impl Clock {
+    pub(super) fn new(options: &Options, jitter_us: u32) -> Self {
+        let before = i64::try_from(options.power_up_before.as_nanos()).unwrap_or(i64::MAX);
+        let jitter_us = match options.profile {
+            Profile::Bench => 0,
+            Profile::Field => jitter_us,
+        };
+        Self {
+            power_up_ns: -before,
+            ppm: options.clock_ppm,
+            jitter_us,
+            seed: options.seed,
+            calendar_offset_us: 0,
+        }
+    }
+
+    /// The same crystal, powered up at `now`.
+    pub(super) fn restarted(&self, now: SimTime) -> Self {
+        let power_up_ns = i64::try_from(now.0).unwrap_or(i64::MAX);
+        Self { power_up_ns, calendar_offset_us: 0, ..*self }
+    }
+
+    pub(super) fn uptime_us(&self, now: SimTime) -> u64 {
+        let ns = i128::from(now.0) - i128::from(self.power_up_ns);
+        (ns * (MILLION + i128::from(self.ppm)) / MILLION / 1000) as u64
+    }
+
+    /// What a scan's time deviates by, µs: uniform, and keyed by seed and turn, so that it does not depend on what was asked before.
+    pub(super) fn jitter_us(&self, turn: u64) -> i64 {
+        if self.jitter_us == 0 {
+            return 0;
+        }
+        let width = 2 * u64::from(self.jitter_us) + 1;
+        (mix(self.seed ^ mix(turn)) % width) as i64 - i64::from(self.jitter_us)
+    }
+
+    pub(super) fn date_time_at(&self, uptime_us: u64) -> DateTime {
+        calendar::date_time(uptime_us.wrapping_add(self.calendar_offset_us))
+    }
+}
+
+/// The finaliser of splitmix64 (Steele, Lea, Flood 2014).
+fn mix(key: u64) -> u64 {
+    let key = key.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let key = (key ^ key >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let key = (key ^ key >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    key ^ key >> 31
+}
+
+impl Device {
+    /// False for a date that does not exist.
+    pub(super) fn set_date_time(&mut self, now: SimTime, date_time: &DateTime) -> bool {
+        let Some(us) = calendar::microseconds(date_time) else { return false };
+        self.clock.calendar_offset_us = us.wrapping_sub(self.uptime_us(now));
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_a_hundred_ppm_fast_gains_six_milliseconds_a_minute() {
+        let clock = Clock::new(&Options { clock_ppm: 100, ..Options::default() }, 50);
+        assert_eq!(clock.uptime_us(SimTime(60_000_000_000)), 60_006_000);
+        assert_eq!(clock.restarted(SimTime(59_000_000_000)).uptime_us(SimTime(60_000_000_000)), 1_000_100);
+    }
+
+    #[test]
+    fn jitter_is_bounded_centred_and_repeats() {
+        let options = Options { profile: Profile::Field, seed: 7, ..Options::default() };
+        let clock = Clock::new(&options, 50);
+        let jitter =
+            |clock: &Clock| -> alloc::vec::Vec<i64> { (0..10_000).map(|n| clock.jitter_us(n)).collect() };
+        let values = jitter(&clock);
+        assert!(values.iter().all(|us| us.abs() <= 50));
+        assert!(values.contains(&50) && values.contains(&-50));
+        // Uniform over ±50: the mean of 10 000 has a standard deviation of 0.29.
+        assert!(values.iter().sum::<i64>().abs() < 4 * 2_900);
+        assert_eq!(values, jitter(&clock));
+        assert_ne!(values, jitter(&Clock::new(&Options { seed: 8, ..options }, 50)));
+    }
+
+    #[test]
+    fn the_bench_profile_has_no_jitter() {
+        assert_eq!(Clock::new(&Options::default(), 50).jitter_us(3), 0);
+    }
+}

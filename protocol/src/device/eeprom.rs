@@ -1,0 +1,139 @@
+//! Saved settings as text, for a host program that keeps them in a file: one `sWN` a line, in CoLa A, as a client would write them.
+//!
+//! ```text
+//! rowscan settings 1 lms111
+//! sWN LMPscancfg 9C4 1 9C4 FFF92230 225510
+//! sWN LMDscandatacfg 1 0 0 0 0 0 0 0 0 0 1 1
+//! …
+//! end 5A
+//! ```
+//! The last line holds the XOR of all bytes before it, so that a torn file is not taken for a short one.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use super::command::{Context, read_saved, write_saved};
+use super::effect::scanning::set_mode;
+use super::session::Access;
+use super::state::Device;
+use crate::frame::Dialect;
+use crate::telegram::lmp_scancfg::{self, ScanConfig};
+use crate::telegram::{Args, Kind, Telegram, Variable};
+use crate::time::SimTime;
+
+/// How a file of settings begins.
+const MAGIC: &str = "rowscan settings 1 ";
+/// How its last line begins.
+const END: &str = "end ";
+
+/// Variables that are saved, in the order they are written back.
+const SAVED: [&str; 14] = [
+    ScanConfig::NAME,
+    "EIHstCola",
+    "LMDscandatacfg",
+    "LMPoutputRange",
+    "FREchoFilter",
+    "LFPmeanfilter",
+    "LFPmedianfilter",
+    "LFPparticle",
+    "DO3And4Fnc",
+    "LICsrc",
+    "LICencset",
+    "LICencres",
+    "LocationName",
+    "SetActiveApplications",
+];
+
+/// Saved settings that cannot be taken over.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SavedError {
+    /// Not such a file.
+    #[error("expected a first line `rowscan settings 1 MODEL`: not a file of scanner settings")]
+    Foreign,
+    /// Another model's.
+    #[error("the settings are those of a {found}, this is a {expected}")]
+    OtherModel {
+        /// This device.
+        expected: &'static str,
+        /// Whose settings they are.
+        found: String,
+    },
+    /// Cut off, or changed by hand.
+    #[error("the last line's check does not fit: the file is torn or was edited")]
+    Torn,
+    /// A line the device refuses.
+    #[error("line {line} is not a setting of this model: `{text}`")]
+    Line {
+        /// Counted from 1.
+        line: usize,
+        /// What it says.
+        text: String,
+    },
+}
+
+impl Device {
+    /// What mEEwriteall has saved, as text.
+    pub fn saved_settings(&self) -> String {
+        let mut device = self.clone();
+        device.settings = self.saved.clone();
+        let mut access = Access::new(Dialect::A);
+        let context = Context { device: &mut device, access: &mut access, now: SimTime::ZERO };
+        let mut text = format!("{MAGIC}{}\n", self.model.name);
+        for name in SAVED {
+            let mut line = Vec::new();
+            let is_set = name != "EIHstCola" || self.host_dialect.is_some();
+            if is_set && read_saved(&context, name, &mut line).is_ok() {
+                // A line break within a name would tear the line.
+                text.extend(line.iter().map(|&byte| if byte < b' ' { '?' } else { char::from(byte) }));
+                text.push('\n');
+            }
+        }
+        let check = check(&text);
+        text.push_str(&format!("{END}{check:02X}\n"));
+        text
+    }
+
+    /// Takes saved settings over, as they were before a restart. After an error nothing has changed.
+    pub fn restore(&mut self, text: &str) -> Result<(), SavedError> {
+        let model = text.strip_prefix(MAGIC).ok_or(SavedError::Foreign)?;
+        let model = model.lines().next().unwrap_or_default();
+        if model != self.model.name {
+            return Err(SavedError::OtherModel { expected: self.model.name, found: model.into() });
+        }
+        let (body, end) = text.rsplit_once(END).ok_or(SavedError::Torn)?;
+        if end != format!("{:02X}\n", check(body)) {
+            return Err(SavedError::Torn);
+        }
+        let mut device = self.clone();
+        for (index, line) in body.lines().enumerate().skip(1) {
+            device
+                .restore_line(line)
+                .ok_or_else(|| SavedError::Line { line: index + 1, text: line.into() })?;
+        }
+        device.saved = device.settings.clone();
+        *self = device;
+        Ok(())
+    }
+
+    fn restore_line(&mut self, line: &str) -> Option<()> {
+        // Device texts are Latin-1.
+        let payload: Vec<u8> =
+            line.chars().map(|c| u8::try_from(u32::from(c)).ok()).collect::<Option<_>>()?;
+        let Telegram { kind: Kind::Wn, name, args } = Telegram::parse(Dialect::A, &payload).ok()? else {
+            return None;
+        };
+        if name == ScanConfig::NAME {
+            return (set_mode(self, &args.decode().ok()?) == lmp_scancfg::OK).then_some(());
+        }
+        let known = SAVED.contains(&name);
+        let mut access = Access::new(Dialect::A);
+        let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
+        let args = Args { dialect: Dialect::A, ..args };
+        known.then(|| write_saved(&mut context, name, args).ok())?
+    }
+}
+
+fn check(text: &str) -> u8 {
+    text.bytes().fold(0, |check, byte| check ^ byte)
+}

@@ -1,0 +1,53 @@
+//! How a scanner behaves where real ones differ, and how it begins.
+
+use core::time::Duration;
+
+use crate::frame::Dialect;
+
+/// What can be chosen about a scanner.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Times and jitter.
+    pub profile: Profile,
+    /// The state it is found in.
+    pub start: Start,
+    /// Logging in stops the measurement until `Run` or `LMCstartmeas`, as the manual has it. Without it scans go on, as clients
+    /// that never send `Run` rely on.
+    pub strict_login: bool,
+    /// How long before simulated time zero the scanner was powered up: where its 32-bit clock stands.
+    pub power_up_before: Duration,
+    /// How fast the device's clock runs, parts per million too fast.
+    pub clock_ppm: i32,
+    /// Seed of the jitter.
+    pub seed: u64,
+}
+
+/// Whether the scanner takes the time a real one takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Profile {
+    /// Warm and ready: everything happens at once, every period is exact.
+    #[default]
+    Bench,
+    /// Boot, busy and save times, reply latencies, the recorded period and its jitter.
+    Field,
+}
+
+/// The state a scanner is found in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Start {
+    /// Measuring.
+    #[default]
+    Streaming,
+    /// Just switched on.
+    PowerUp,
+    /// Laser off, the mirror turns.
+    Standby,
+    /// Stopped by a client that is gone.
+    Stopped,
+    /// A client logged in and vanished: no scans until `Run` or `LMCstartmeas`.
+    LoggedIn,
+    /// Out of order: it answers and never measures.
+    Error,
+    /// A client has stored this dialect.
+    Stored(Dialect),
+}

@@ -1,0 +1,169 @@
+//! What the models of a family share. A model's file says what is its own.
+
+use core::time::Duration;
+
+use super::{CLIENT, Lines, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode};
+
+const fn ms(milliseconds: u64) -> Duration {
+    Duration::from_millis(milliseconds)
+}
+
+/// LMS100, LMS111, LMS151: 270°, two echoes.
+pub(super) const LMS1XX: Model = Model {
+    name: "",
+    title: "",
+    type_code: "",
+    order_number: "",
+    ident_version: "V1.80",
+    firmware: "V1.80.2  ",
+    start_angle: -450_000,
+    stop_angle: 2_250_000,
+    output_range_as_read: (-449_997, 2_249_997),
+    modes: &[mode(25, 2500), mode(25, 5000), mode(50, 5000)],
+    default_mode: mode(50, 5000),
+    min_range_m: 0.05,
+    max_range_m: 20.0,
+    no_echo: 0,
+    echoes: 2,
+    encoders: 1,
+    remission: RemissionWidth::Bits8,
+    scandata_version: 1,
+    scan_counter_restart: Some(4),
+    transmit_delay_us: 3_100,
+    period_ppm: 5_600,
+    jitter_us: 50,
+    start_up: StartUp { scans: 7, status: 1, outputs: 0x01 },
+    outputs: 0x04,
+    lines: Lines {
+        version: 1,
+        inputs: [2, 2, 2, 2],
+        inputs_timed: false,
+        outputs: &[0, 0, 1, 2, 2, 2, 2, 2, 2, 2, 2],
+        outputs_told_at_once: false,
+    },
+    fields: 30,
+    logins: &[MAINTENANCE, CLIENT],
+    replies_without_blank: &["FREchoFilter", "SetActiveApplications"],
+    lacks: &["DO3And4Fnc"],
+    times: Times {
+        boot: ms(15_000),
+        initialisation: ms(10_000),
+        spin_up: ms(5_000),
+        first_scan: ms(80),
+        busy_after_new_mode: ms(30_000),
+        reply: ms(1),
+        login_reply: ms(3),
+        start_reply: ms(14),
+        save_reply: ms(1_000),
+    },
+    emulates: &[
+        "25 Hz/0.25°, 25 Hz/0.5°, 50 Hz/0.5°; LMPoutputRange cuts the full grid",
+        "one or two echoes, echo filter, encoder block from LICencset, LICsrc and LICencres",
+        "scan counter restarts at 4 with LMCstartmeas; the next 7 scans carry device status 1",
+    ],
+    not_emulated: &["50 Hz/0.25° interlaced: mLMPsetscancfg answers 2"],
+    evidence: &[
+        "recorded LMS111, V1.80.2: firmware text, output range, version, counters, times, status and output bytes, digital lines, period 20112 µs ±50",
+        "nearest recorded range is 77 mm; the nearest range is set below it, not verified",
+        "SCdevicestate stays 0 for 30 s after a new scan mode: comment in a public client; boot, spin-up and save times: not verified",
+    ],
+};
+
+/// LMS500, LMS511 PRO and Lite: 190°, five echoes.
+pub(super) const LMS5XX: Model = Model {
+    ident_version: "V1.80",
+    firmware: "V1.80    ",
+    start_angle: -50_000,
+    stop_angle: 1_850_000,
+    output_range_as_read: (-50_000, 1_850_000),
+    modes: &[
+        mode(25, 1667),
+        mode(25, 2500),
+        mode(35, 2500),
+        mode(50, 3333),
+        mode(50, 5000),
+        mode(75, 5000),
+        mode(100, 6667),
+        mode(100, 10_000),
+    ],
+    default_mode: mode(25, 1667),
+    min_range_m: 0.2,
+    // What 16 bits of millimetres hold.
+    max_range_m: 65.535,
+    echoes: 5,
+    scandata_version: 0,
+    scan_counter_restart: None,
+    transmit_delay_us: 40_700,
+    period_ppm: 200,
+    jitter_us: 260,
+    start_up: StartUp { scans: 1, status: 1, outputs: 0x00 },
+    outputs: 0x38,
+    lines: Lines {
+        version: 0,
+        inputs: [0, 0, 0, 0],
+        inputs_timed: true,
+        outputs: &[0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2],
+        outputs_told_at_once: true,
+    },
+    lacks: &[],
+    times: Times { first_scan: ms(220), start_reply: ms(1), ..LMS1XX.times },
+    emulates: &[
+        "eight scan modes from 25 Hz/0.1667° to 100 Hz/1°; LMPoutputRange cuts the full grid",
+        "one to five echoes, echo filter, encoder block from DO3And4Fnc, LICencset, LICsrc and LICencres",
+        "telegram version 0; the first scan after LMCstartmeas carries device status 1",
+    ],
+    not_emulated: &[
+        "interlaced scan modes: mLMPsetscancfg answers 2",
+        "scale factor 2 for ranges over 65.5 m: such ranges read as no echo",
+    ],
+    evidence: &[
+        "recorded LMS511, V1.80: firmware text, output range, version, times, status and output bytes, digital lines, period 40008 µs ±260",
+        "pairs of frequency and resolution: the values are the manual's, the pairs are not verified",
+        "nearest range, boot, spin-up and save times: not verified",
+    ],
+    ..LMS1XX
+};
+
+/// TiM561, TiM571, TiM781, TiM781S: 270°, 15 Hz, one echo, 16-bit remission.
+pub(super) const TIM: Model = Model {
+    ident_version: "V3.13",
+    firmware: "V3.13",
+    output_range_as_read: (-450_000, 2_250_000),
+    modes: &[mode(15, 3333)],
+    default_mode: mode(15, 3333),
+    max_range_m: 25.0,
+    no_echo: 2,
+    echoes: 1,
+    encoders: 0,
+    remission: RemissionWidth::Bits16,
+    scan_counter_restart: None,
+    transmit_delay_us: 7_000,
+    period_ppm: -25,
+    jitter_us: 50,
+    start_up: StartUp { scans: 0, status: 0, outputs: 0x00 },
+    outputs: 0x00,
+    lines: Lines {
+        version: 0,
+        inputs: [0, 0, 0, 0],
+        inputs_timed: false,
+        outputs: &[0, 0, 0, 0],
+        outputs_told_at_once: false,
+    },
+    fields: 48,
+    lacks: &["DO3And4Fnc", "LICsrc", "LICencset", "LICencres", "FREchoFilter"],
+    times: Times { first_scan: ms(280), start_reply: ms(1), ..LMS1XX.times },
+    emulates: &[
+        "15 Hz/0.3333°; LMPoutputRange cuts the full grid",
+        "a beam without an echo reads 2 with remission 0, as recorded; 16-bit remission out of the box",
+        "the scan counter keeps counting over LMCstartmeas",
+    ],
+    not_emulated: &[
+        "echo filter and encoders: sFA 3 for FREchoFilter, LIC… and DO3And4Fnc, sFA 4 for encoders in LMDscandatacfg; whether real ones have them was not found out",
+        "raw codes for no valid return other than 2",
+    ],
+    evidence: &[
+        "recorded TiM781S, V3.13: firmware text, output range, version, times, status bytes, inputs, code 2 for no echo, period 66665 µs",
+        "period jitter, outputs, boot, spin-up and save times: not verified",
+    ],
+    ..LMS1XX
+};
