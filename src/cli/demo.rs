@@ -2,7 +2,7 @@
 
 use comfy_table::Cell;
 use indicatif::ProgressBar;
-use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_canopy::{Estimate, Pipeline, Warning};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_scenes::Truth;
 use serde::Serialize;
@@ -86,6 +86,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     bar.finish_and_clear();
     let mut found = pipeline.finish();
+    // Here the rays are known to be ideal.
+    found.warnings.retain(|warning| *warning != Warning::IdealOptics);
     found.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
     ended?;
 
@@ -209,13 +211,13 @@ fn facts(outcomes: &Outcomes) -> String {
     };
     format!(
         "row leaf area error   {} by contact frequency, {} by I_T\n\
-         scans                 {} sent, {} received, {} lost, {} repeated\n\
+         scans                 {} received of {} sent by the time the row ended, {} lost, {} repeated\n\
          latency               p50 {}, p99 {} from the socket to the estimate\n\
          took                  {:.1} s for {:.1} m of row\n",
         percent(outcomes.leaf_area_error),
         percent(outcomes.leaf_area_regression_error),
-        outcomes.scans_sent,
         estimate.scans,
+        outcomes.scans_sent,
         estimate.scans_lost,
         estimate.scans_repeated,
         ms(outcomes.latency_p50_ms),

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
 
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, Table, TableComponent};
 use serde::Serialize;
 use serde_json::Value;
@@ -66,7 +66,10 @@ pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(),
 /// An empty table in the house style.
 pub(super) fn grid() -> Table {
     let mut table = Table::new();
-    table.load_preset(UTF8_HORIZONTAL_ONLY).remove_style(TableComponent::HorizontalLines);
+    table
+        .load_preset(NOTHING)
+        .set_style(TableComponent::HeaderLines, '─')
+        .set_style(TableComponent::MiddleHeaderIntersections, '─');
     table
 }
 
@@ -84,6 +87,12 @@ pub(super) fn number(value: Option<f64>, decimals: usize) -> Cell {
 /// A right-aligned signed percentage of a fraction; a dash where it is unknown.
 pub(super) fn percent(fraction: Option<f64>) -> Cell {
     let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:+.1} %", 100.0 * fraction));
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// A right-aligned percentage of a fraction that has no sign; a dash where it is unknown.
+pub(super) fn share(fraction: Option<f64>) -> Cell {
+    let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:.1} %", 100.0 * fraction));
     Cell::new(text).set_alignment(CellAlignment::Right)
 }
 

@@ -12,7 +12,7 @@ use rowscan_scenes::Scene;
 use serde::Serialize;
 
 use super::interrupt::Interrupt;
-use super::output::{self, number, percent, say};
+use super::output::{self, number, percent, say, share};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, progress};
 use crate::config;
@@ -277,8 +277,8 @@ async fn accuracy(args: AccuracyArgs) -> Result<Outcome, Failure> {
                 grid.add_row([
                     Cell::new(line.estimator),
                     number(Some(line.n as f64), 0),
-                    percent(line.median_abs_error),
-                    percent(line.p90_abs_error),
+                    share(line.median_abs_error),
+                    share(line.p90_abs_error),
                 ]);
             }
             output::print(&format!("{grid}\n"))?;
