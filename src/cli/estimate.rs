@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use rowscan_canopy::{Estimate, Pipeline, Warning};
 use rowscan_driver::{DriverConfig, LinkEvent, Scanner, Source};
+use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::Rig;
 
 use super::interrupt::Interrupt;
@@ -77,7 +79,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if rig.is_none() {
         say("no rig given: areas stay unknown; say where the scanner sits with --rig");
     }
-    let config = DriverConfig { wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
+    let client = ClientConfig { scan_mode: scan_mode(rig.as_ref(), args.scanner), ..ClientConfig::default() };
+    let config =
+        DriverConfig { client, wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
     let Some(scanner) = interrupt.or(Scanner::open(&args.source, config)).await else {
         return Ok(Outcome::Done);
     };
@@ -93,6 +97,15 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         print(args.format, &estimate)?;
     }
     ended.map(|()| Outcome::Done)
+}
+
+/// The scan mode the rig asks of its scanner; the device keeps its own where the rig leaves frequency or resolution open.
+fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
+    let mount = rig?.scanners.get(scanner)?;
+    Some(ScanMode {
+        frequency_centihz: (mount.frequency_hz? * 100.0).round() as u32,
+        step: (mount.resolution_deg? * 10_000.0).round() as u16,
+    })
 }
 
 /// The rig called `name`, carrying scanners of `model`.
