@@ -1,16 +1,14 @@
 //! A scanner as its user sees it: scans, one after another, whatever the link does.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use rowscan_protocol::client::{Client, Event};
-use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::scan::Scan;
-use rowscan_protocol::telegram::SopasError;
 
 use crate::clock::HostTime;
 use crate::config::DriverConfig;
 use crate::error::DriverError;
+use crate::link_event::{LinkEvent, LinkEvents};
 use crate::recording::Recording;
 use crate::source::Source;
 use crate::tcp_link::TcpLink;
@@ -31,55 +29,6 @@ pub struct LinkCounts {
     pub connections: u64,
     /// Frames refused by checksum or length, and scan telegrams that made no sense.
     pub telegrams_bad: u64,
-}
-
-/// Something the user may want to be told; taken by [`Scanner::take_link_event`].
-#[derive(Debug)]
-pub enum LinkEvent {
-    /// The device is configured and streams.
-    Ready {
-        /// Its own identification.
-        ident: String,
-        /// Its firmware version.
-        firmware: String,
-        /// The dialect spoken.
-        dialect: Dialect,
-    },
-    /// The device refused an optional setting; it goes on with its own.
-    Refused {
-        /// The command.
-        command: &'static str,
-        /// The device's reason.
-        code: SopasError,
-    },
-    /// A scan telegram that passed the checksum and made no sense.
-    Malformed {
-        /// Why.
-        reason: String,
-    },
-    /// The link was lost and will be dialled again after `pause`.
-    Lost {
-        /// What happened.
-        cause: DriverError,
-        /// The pause before the next attempt.
-        pause: Duration,
-    },
-}
-
-/// Link events kept for a user who does not take them.
-const EVENTS_KEPT: usize = 64;
-
-/// The newest link events, oldest first.
-#[derive(Debug, Default)]
-pub(crate) struct LinkEvents(VecDeque<LinkEvent>);
-
-impl LinkEvents {
-    pub(crate) fn push(&mut self, event: LinkEvent) {
-        if self.0.len() == EVENTS_KEPT {
-            self.0.pop_front();
-        }
-        self.0.push_back(event);
-    }
 }
 
 /// A live scanner or a recording, opened.
@@ -157,7 +106,7 @@ impl Scanner {
 
     /// The oldest link event not yet taken.
     pub fn take_link_event(&mut self) -> Option<LinkEvent> {
-        self.events.0.pop_front()
+        self.events.take()
     }
 
     fn client(&self) -> Option<&Client> {

@@ -11,7 +11,7 @@ use crate::config::DriverConfig;
 use crate::connection::{Connection, Happened};
 use crate::dial;
 use crate::error::{DriverError, Heard};
-use crate::scanner::{LinkEvent, LinkEvents};
+use crate::link_event::{LinkEvent, LinkEvents};
 
 /// One scanner's link. Whenever there is no connection, the next step dials one.
 #[derive(Debug)]
