@@ -1,0 +1,52 @@
+//! The shipped calibrations are what their commands make.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+mod common;
+
+use common::binary::run;
+use rowscan_canopy::{Calibration, shipped};
+
+/// Coefficients may move in the last bits from machine to machine, and a range that sits on half a millimetre may then round the
+/// other way; a thousandth is far above that and far below any change of method.
+const AGREE: f64 = 1e-3;
+
+fn assert_made_by_its_command(name: &str) {
+    let shipped: Calibration = toml::from_str(shipped::text(name).expect(name)).expect(name);
+    let command: Vec<&str> = shipped.provenance.command.split(' ').skip(1).collect();
+    let made = run(&command);
+    assert_eq!(made.code, Some(0), "{command:?}: {}", made.stderr);
+    let made: Calibration = toml::from_str(&made.stdout).expect("a calibration");
+    assert_eq!(made.class, shipped.class, "{name}");
+    assert_eq!(made.provenance, shipped.provenance, "{name}");
+    for (key, made, shipped) in [
+        ("linear.a", made.linear.a_m2_per_m, shipped.linear.a_m2_per_m),
+        ("linear.b", made.linear.b, shipped.linear.b),
+        ("power.c", made.power.c, shipped.power.c),
+        ("power.p", made.power.p, shipped.power.p),
+        ("contact.k", made.contact.k, shipped.contact.k),
+        ("mean", made.training.mean_leaf_area_m2_per_m, shipped.training.mean_leaf_area_m2_per_m),
+    ] {
+        let off = ((made - shipped) / shipped).abs();
+        assert!(
+            off < AGREE,
+            "{name}: {key} is {made}, shipped is {shipped}; make it again with `rowscan {}`",
+            command.join(" ")
+        );
+    }
+}
+
+#[test]
+fn the_default_scenes_calibration() {
+    assert_made_by_its_command("spindle-lms111");
+}
+
+#[test]
+fn the_small_trees_calibrations_for_both_models() {
+    assert_made_by_its_command("paper-lms111");
+    assert_made_by_its_command("paper-lms511");
+}
