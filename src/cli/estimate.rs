@@ -126,7 +126,7 @@ pub(super) fn pipeline(
     let mount = rig.and_then(|rig| rig.scanners.get(scanner));
     let calibration = match (calibration, rig.and_then(|rig| rig.calibration.as_deref()), mount) {
         (Some(name), ..) => Some(config::load_calibration(name)?),
-        (None, Some(name), Some(mount)) => Some(config::load_calibration_for(name, &mount.model)?),
+        (None, Some(name), Some(mount)) => config::load_calibration_for(name, &mount.model)?,
         _ => None,
     };
     Ok(Pipeline::new(rig, scanner, calibration)?)

@@ -240,7 +240,7 @@ async fn accuracy(args: AccuracyArgs) -> Result<Outcome, Failure> {
     let model = args.scene.model(&rig, 0)?;
     let calibration = match (&args.calibration, &rig.calibration) {
         (Some(name), _) => Some(config::load_calibration(name)?),
-        (None, Some(name)) => Some(config::load_calibration_for(name, model.name)?),
+        (None, Some(name)) => config::load_calibration_for(name, model.name)?,
         (None, None) => None,
     };
     if let Some(seed) =

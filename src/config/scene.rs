@@ -137,10 +137,18 @@ pub fn load_rig(name: &str) -> Result<Rig, ConfigError> {
     Ok(rig)
 }
 
-/// The calibration of this name for a scanner model: `NAME-MODEL` where one is shipped, else `NAME` itself.
-pub fn load_calibration_for(name: &str, model: &str) -> Result<Calibration, ConfigError> {
+/// The calibration a rig names, for the scanner model it carries: `NAME-MODEL` where calibrations of that name are shipped, none if
+/// they are shipped for other models only; else whatever `NAME` is.
+pub fn load_calibration_for(name: &str, model: &str) -> Result<Option<Calibration>, ConfigError> {
     let specific = format!("{name}-{model}");
-    load_calibration(if rowscan_canopy::shipped::text(&specific).is_some() { &specific } else { name })
+    let family = format!("{name}-");
+    if rowscan_canopy::shipped::text(&specific).is_some() {
+        load_calibration(&specific).map(Some)
+    } else if rowscan_canopy::shipped::names().any(|shipped| shipped.starts_with(&family)) {
+        Ok(None)
+    } else {
+        load_calibration(name).map(Some)
+    }
 }
 
 /// A calibration by shipped name or file, validated.
@@ -154,4 +162,16 @@ pub fn load_calibration(name: &str) -> Result<Calibration, ConfigError> {
     let calibration: Calibration = text.read()?;
     calibration.validate().map_err(|cause| ConfigError::Calibration { place: text.place, cause })?;
     Ok(calibration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_family_has_calibrations_for_some_models_and_a_wrong_name_has_none() {
+        assert!(load_calibration_for("spindle", "lms111").is_ok_and(|found| found.is_some()));
+        assert!(load_calibration_for("spindle", "no-such-model").is_ok_and(|found| found.is_none()));
+        assert!(matches!(load_calibration_for("spindel", "lms111"), Err(ConfigError::Missing { .. })));
+    }
 }
