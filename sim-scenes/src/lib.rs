@@ -25,7 +25,7 @@ pub mod seed;
 pub mod trajectory;
 mod truth;
 
-pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Return, Scratch};
+pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
 pub use growth::GrowError;
 pub use orchard::{Orchard, OrchardParameters};
 pub use organ::{Cylinder, Leaf, OrganError, Tree};

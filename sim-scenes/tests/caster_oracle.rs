@@ -8,7 +8,7 @@ use rowscan_scenes::caster::brute;
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
 use rowscan_scenes::seed::{Stage, Stream};
 use rowscan_scenes::{
-    BeamFan, Beams, Caster, Class, Cylinder, Layers, Leaf, Orchard, ParallelBeams, Return, Scratch,
+    BeamFan, Beams, Caster, Class, Cylinder, Layers, Leaf, Orchard, ParallelBeams, Registers, Return, Scratch,
 };
 
 /// A source of random values for scenes.
@@ -85,6 +85,14 @@ impl Dice {
         )
     }
 
+    /// A fan whose scanner moves, mostly by millimetres a turn, now and then by whole periods.
+    fn moving_fan(&mut self) -> BeamFan {
+        let fan = self.fan();
+        let travel = self.pick(&[0.015, 0.04, -0.04, 0.8, 11.0]);
+        let advance = travel / fan.len() as f64;
+        fan.advancing(advance)
+    }
+
     fn parallel(&mut self) -> ParallelBeams {
         let make = self.pick(&[ParallelBeams::lateral, ParallelBeams::opposite, ParallelBeams::zenith]);
         make(self.between(-3.0, 0.5), self.pick(&[0.005, 0.031, -0.02]), self.between(1.0, 400.0) as usize)
@@ -142,8 +150,10 @@ proptest! {
         let caster = Caster::new(&orchard);
         let mut scratch = Scratch::default();
         for _ in 0..8 {
-            let (pose, fan) = (dice.pose(), dice.fan());
-            compare(&orchard, &caster, pose, &fan, &mut scratch);
+            let pose = dice.pose();
+            for fan in [dice.fan(), dice.moving_fan()] {
+                compare(&orchard, &caster, pose, &fan, &mut scratch);
+            }
         }
     }
 }
@@ -174,7 +184,7 @@ proptest! {
         let (mut scratch, mut out) = (Scratch::default(), Layers::default());
         for k in [0, 1, 3, 5] {
             let pose = dice.pose();
-            for beams in [Beams::from(dice.fan()), Beams::from(dice.parallel())] {
+            for beams in [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())] {
                 caster.cast_layers(pose, &beams, k, &mut scratch, &mut out);
                 compare_layers(&orchard, pose, &beams, k, &out);
             }
@@ -214,6 +224,23 @@ fn the_default_row_is_the_oracles_at_full_resolution() {
     for y_m in [0.003, 8.77] {
         let classes = compare(&orchard, &caster, Pose { x_m: -1.9, y_m, z_m: 1.6 }, &fan, &mut scratch);
         assert!(classes[Class::Leaf as usize] > 40, "{classes:?}");
+    }
+}
+
+#[test]
+fn any_register_width_gives_the_same_bits() {
+    let mut dice = Dice::new(21);
+    for _ in 0..20 {
+        let wide = Caster::new(&dice.scene());
+        let single = wide.clone().with_registers(Registers::Single);
+        let (mut scratch, mut a, mut b) = (Scratch::default(), Layers::default(), Layers::default());
+        for beams in [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())] {
+            let pose = dice.pose();
+            wide.cast_layers(pose, &beams, 3, &mut scratch, &mut a);
+            single.cast_layers(pose, &beams, 3, &mut scratch, &mut b);
+            assert_eq!(a.nearest(), b.nearest());
+            assert!((0..beams.len()).all(|beam| a.leaves(beam) == b.leaves(beam)));
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rowscan_protocol::scan::Pose;
 
-use super::{BeamFan, Class, Return};
+use super::{BeamFan, Beams, Class, Return};
 use crate::orchard::Orchard;
 use crate::organ::{Cylinder, Leaf};
 
@@ -16,8 +16,8 @@ const FARTHEST_M: f64 = 1000.0;
 
 /// What [`super::Caster::cast`] gives, one ray at a time.
 pub fn cast(orchard: &Orchard, origin: Pose, fan: &BeamFan) -> Vec<Return> {
-    let start = [origin.x_m, origin.y_m, origin.z_m];
-    fan.directions().map(|(cos, sin)| ray(orchard, start, [cos, 0.0, sin])).collect()
+    let beams = Beams::from(fan.clone());
+    beams.rays(origin).map(|(start, direction)| ray(orchard, start, direction)).collect()
 }
 
 /// The nearest surface along any ray: leaf, wood, or the ground Z = 0. `direction` is a unit vector.

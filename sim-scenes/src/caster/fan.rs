@@ -1,11 +1,14 @@
 //! The beams of one mirror turn: evenly spaced directions in the scan plane.
 
-use std::f64::consts::{PI, TAU};
-use std::ops::Range;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use glam::DVec3;
+use pulp::Simd;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::Mount;
 
+use super::lanes::{ATAN2_ERROR, Lanes, Row};
+use super::sight::{Cut, Points, Rays, Segments, Sight, in_rows};
 use crate::angle::cos_sin_deg;
 
 /// Evenly spaced beam directions, up to a full circle or beyond. θ in radians from +X, positive up.
@@ -13,8 +16,13 @@ use crate::angle::cos_sin_deg;
 pub struct BeamFan {
     start_rad: f64,
     step_rad: f64,
+    /// The start, within half a turn of 0.
+    first_rad: f64,
+    advance_m: f64,
     cos: Vec<f64>,
     sin: Vec<f64>,
+    cos_rows: Vec<Row>,
+    sin_rows: Vec<Row>,
 }
 
 impl BeamFan {
@@ -25,8 +33,24 @@ impl BeamFan {
     pub fn from_degrees(start_deg: f64, step_deg: f64, count: usize) -> Self {
         let usable = start_deg.is_finite() && step_deg.is_finite() && step_deg != 0.0;
         let thetas = (0..if usable { count } else { 0 }).map(|j| start_deg + j as f64 * step_deg);
-        let (cos, sin) = thetas.map(cos_sin_deg).unzip();
-        Self { start_rad: start_deg * (PI / 180.0), step_rad: step_deg * (PI / 180.0), cos, sin }
+        let (cos, sin): (Vec<f64>, Vec<f64>) = thetas.map(cos_sin_deg).unzip();
+        Self {
+            start_rad: start_deg * (PI / 180.0),
+            step_rad: step_deg * (PI / 180.0),
+            first_rad: ((start_deg + 180.0).rem_euclid(360.0) - 180.0) * (PI / 180.0),
+            advance_m: 0.0,
+            cos_rows: in_rows(&cos),
+            sin_rows: in_rows(&sin),
+            cos,
+            sin,
+        }
+    }
+
+    /// The same beams from a scanner that moves while its mirror turns: beam `j` starts `j · metres_per_beam` farther along +Y than
+    /// beam 0. At speed v and mirror frequency f that is v · |step| / (360° · f). No number counts as standing still.
+    #[must_use]
+    pub fn advancing(self, metres_per_beam: f64) -> Self {
+        Self { advance_m: if metres_per_beam.is_finite() { metres_per_beam } else { 0.0 }, ..self }
     }
 
     /// The beams of a scanner's mirror as mounted.
@@ -56,32 +80,120 @@ impl BeamFan {
     }
 }
 
-/// How far (in beams) an interval is widened: far above rounding, far below anything that costs time.
+/// How far (in beams) an interval is widened beyond the error of the arctangent: far above rounding.
 const MARGIN: f64 = 1e-6;
 
 impl BeamFan {
-    /// Calls `visit` with every run of beams whose θ may lie in [from, from + width] (radians), modulo full turns. No beam
-    /// within is left out; one just outside may come along.
-    pub(super) fn runs(&self, from_rad: f64, width_rad: f64, mut visit: impl FnMut(Range<usize>)) {
-        let low_rad = if self.step_rad > 0.0 { from_rad } else { from_rad + width_rad };
-        let turn = TAU / self.step_rad.abs();
-        let width = (width_rad / self.step_rad.abs()).min(turn);
-        let count = self.len();
-        // First the turn whose interval may still reach beam 0, then on turn by turn while it begins within the fan.
-        let low = (low_rad - self.start_rad) / self.step_rad - MARGIN;
-        let mut low = low - turn * ((low + width + 2.0 * MARGIN) / turn).floor();
-        while low < count as f64 {
-            let from = low.ceil().max(0.0) as usize;
-            let to = ((low + width + 2.0 * MARGIN).floor() + 1.0).clamp(0.0, count as f64) as usize;
-            if from < to {
-                visit(from..to);
-            }
-            low += turn;
+    /// Angles θ to θ + width (radians) as beam numbers, widened, and turned so that the first beams to meet come first.
+    #[inline(always)]
+    fn interval<S: Simd>(&self, from: Lanes<S>, width: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let step = self.step_rad;
+        let first = if step > 0.0 { from } else { from + width };
+        let margin = from.of(4.0 * ATAN2_ERROR / step.abs() + MARGIN);
+        let low = (first - from.of(self.first_rad)) * from.of(1.0 / step) - margin;
+        let high = low + width * from.of(1.0 / step.abs()) + margin + margin;
+        let (turn, zero) = (from.of(self.turn()), from.of(0.0));
+        let mut shift = zero;
+        for _ in 0..2 {
+            let past = turn.le(high + shift);
+            shift = past.select(shift - turn, shift);
         }
+        for _ in 0..2 {
+            let before = (high + shift).lt(zero);
+            shift = before.select(shift + turn, shift);
+        }
+        (low + shift, high + shift)
+    }
+}
+
+impl Sight for BeamFan {
+    const FARTHEST: f64 = 0.0;
+
+    fn count(&self) -> usize {
+        self.len()
     }
 
-    /// Cosines and sines of a run of beams.
-    pub(super) fn cos_sin(&self, run: Range<usize>) -> (&[f64], &[f64]) {
-        (self.cos.get(run.clone()).unwrap_or(&[]), self.sin.get(run).unwrap_or(&[]))
+    fn parameters(&self) -> (&[Row], &[Row]) {
+        (&self.cos_rows, &self.sin_rows)
     }
+
+    #[inline(always)]
+    fn segments<S: Simd>(&self, simd: S, part: usize, cut: Cut<S>, out: &mut Segments) {
+        let Cut { a, b, normal, distance, cut } = cut;
+        let zero = Lanes::splat(simd, 0.0);
+        let cross = a.cross(b);
+        // Counter-clockwise from a to b.
+        let swap = cross.lt(zero);
+        let (a, b) = (Points::select(swap, b, a), Points::select(swap, a, b));
+        let met = cut.and(zero.lt(cross.abs())).and(zero.lt(distance.abs()));
+        let from = a.angle();
+        let width = b.angle() - from;
+        let width = width.lt(zero.of(-1.0)).select(width + zero.of(TAU), width);
+        let (low, high) = self.interval(from, width.max(zero));
+        let never = Lanes::splat(simd, f64::INFINITY);
+        out.key[0].store(part, normal.0 / distance);
+        out.key[1].store(part, normal.1 / distance);
+        out.from[0].store(part, -a.1);
+        out.from[1].store(part, a.0);
+        out.to[0].store(part, b.1);
+        out.to[1].store(part, -b.0);
+        out.low.store(part, met.select(low, never));
+        out.high.store(part, high);
+    }
+
+    #[inline(always)]
+    fn swept<S: Simd>(&self, simd: S, a: Points<S>, b: Points<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let (zero, one) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
+        // Where the segment comes near, all beams may.
+        let along = Points(b.0 - a.0, b.1 - a.1);
+        let square = along.dot(along);
+        let share = zero.lt(square).select(-a.dot(along) / square, zero).max(zero).min(one);
+        let closest = Points(a.0 + share * along.0, a.1 + share * along.1);
+        let near = closest.dot(closest).le(radius * radius * zero.of(1.0 + 1e-9));
+        let (at_a, at_b) = (opening(a, radius), opening(b, radius));
+        let turn = a.cross(b).atan2(a.dot(b));
+        let low = (-at_a).min(turn - at_b);
+        let width = at_a.max(turn + at_b) - low;
+        let (from, to) = self.interval(a.angle() + low, width);
+        let all = near.or(zero.of(TAU).le(width));
+        (all.select(zero, from), all.select(zero.of(self.len() as f64), to))
+    }
+
+    fn turn(&self) -> f64 {
+        TAU / self.step_rad.abs()
+    }
+
+    fn advance_m(&self) -> f64 {
+        self.advance_m
+    }
+
+    #[inline(always)]
+    fn rays<S: Simd>(&self, simd: S, p: Lanes<S>, q: Lanes<S>) -> Rays<S> {
+        Rays { start: Points(Lanes::splat(simd, 0.0), Lanes::splat(simd, 0.0)), direction: Points(p, q) }
+    }
+
+    #[inline(always)]
+    fn key<S: Simd>(simd: S, range_m: Lanes<S>) -> Lanes<S> {
+        Lanes::splat(simd, 1.0) / range_m
+    }
+
+    #[inline(always)]
+    fn range_m(key: f64) -> f64 {
+        1.0 / key
+    }
+
+    #[inline(always)]
+    fn ray(&self, j: usize) -> (DVec3, DVec3) {
+        match (self.cos.get(j), self.sin.get(j)) {
+            (Some(cos), Some(sin)) => (DVec3::Y * (j as f64 * self.advance_m), DVec3::new(*cos, 0.0, *sin)),
+            _ => (DVec3::ZERO, DVec3::ZERO),
+        }
+    }
+}
+
+/// Bound on half the angle that a disk takes up: asin x <= x + (π/2 - 1) x³.
+#[inline(always)]
+fn opening<S: Simd>(middle: Points<S>, radius: Lanes<S>) -> Lanes<S> {
+    let sine = (radius / middle.dot(middle).sqrt()).min(radius.of(1.0));
+    sine + sine * sine * sine * radius.of(FRAC_PI_2 - 1.0)
 }

@@ -10,28 +10,34 @@
 
 mod beams;
 pub mod brute;
+mod convex;
 mod fan;
+mod lanes;
 mod layers;
 mod leaves;
+mod moving;
 mod nearest;
+mod parallel;
 mod returns;
 mod row_index;
 mod sight;
 mod wood;
 
-pub use beams::{Beams, ParallelBeams};
+pub use beams::Beams;
 pub use fan::BeamFan;
 pub use layers::Layers;
+pub use parallel::ParallelBeams;
 pub use returns::{Class, Return};
 
 use glam::DVec3;
+use pulp::WithSimd;
 use rowscan_protocol::scan::Pose;
 
 use crate::orchard::Orchard;
-use leaves::{Label, LeafField};
-use nearest::{NOBODY, Nearest};
-use sight::Sight;
-use wood::WoodField;
+use leaves::{Label, LeafField, LeafPass};
+use nearest::{GROUND, NOBODY, Nearest};
+use sight::{Part, Sight};
+use wood::{FloorPass, WoodField};
 
 /// An orchard made ready for scanning. Immutable and shared between threads; each thread has its own [`Scratch`].
 #[derive(Clone, Debug)]
@@ -39,13 +45,23 @@ pub struct Caster {
     leaves: LeafField,
     wood: WoodField,
     period_m: f64,
+    registers: Registers,
+}
+
+/// Which registers the kernels use. Returns are the same to the last bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Registers {
+    /// The widest this machine has, found out at run time.
+    #[default]
+    Widest,
+    /// One number at a time.
+    Single,
 }
 
 /// Working memory of one thread, reused from line to line.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     nearest: Nearest,
-    crossings: Vec<(f64, f64)>,
 }
 
 impl Caster {
@@ -59,18 +75,29 @@ impl Caster {
         let wood = trees().flat_map(|(tree, organs)| {
             (0..).zip(&organs.wood).map(move |(organ, piece)| (Label { tree, organ }, piece))
         });
-        Self { leaves: LeafField::new(leaves, period_m), wood: WoodField::new(wood, period_m), period_m }
+        Self {
+            leaves: LeafField::new(leaves, period_m),
+            wood: WoodField::new(wood, period_m),
+            period_m,
+            registers: Registers::Widest,
+        }
     }
 
-    /// The nearest surface along every beam of `fan` from `origin`, all within the plane y = origin.y: leaf, wood, or the ground
+    /// The same caster with other registers.
+    #[must_use]
+    pub fn with_registers(self, registers: Registers) -> Self {
+        Self { registers, ..self }
+    }
+
+    /// The nearest surface along every beam of `fan` from `origin` (beam 0's start, if the scanner moves): leaf, wood, or the ground
     /// Z = 0 beyond neither. Writes one return a beam, as many as both `fan` and `out` hold.
     ///
     /// The origin may be anywhere, also far along the row (which repeats), above it, or within the canopy. An origin that is not a
     /// number meets nothing.
     pub fn cast(&self, origin: Pose, fan: &BeamFan, scratch: &mut Scratch, out: &mut [Return]) {
-        let at = self.look(origin, fan, 1, scratch);
-        for (beam, target) in (0..fan.len()).zip(out) {
-            *target = self.found(at, fan, beam, scratch).next().unwrap_or(Return::MISS);
+        self.look(origin, fan, 1, scratch);
+        for ((beam, direction), target) in fan.directions().enumerate().zip(out) {
+            *target = self.found(fan, DVec3::new(direction.0, 0.0, direction.1), beam, 0, scratch);
         }
     }
 
@@ -93,44 +120,68 @@ impl Caster {
         }
     }
 
-    fn layers<S: Sight>(&self, origin: Pose, sight: &S, k: usize, scratch: &mut Scratch, out: &mut Layers) {
-        let at = self.look(origin, sight, k.max(1), scratch);
+    fn layers<T: Sight>(&self, origin: Pose, sight: &T, k: usize, scratch: &mut Scratch, out: &mut Layers) {
+        let depth = k.max(1);
+        self.look(origin, sight, depth, scratch);
         for beam in 0..sight.count() {
-            out.set(beam, self.found(at, sight, beam, scratch));
+            let (_, direction) = sight.ray(beam);
+            out.set(beam, (0..depth).map(|slot| self.found(sight, direction, beam, slot, scratch)));
         }
     }
 
-    /// Fills the scratch with what every beam meets; gives the place looked from, within the period.
-    fn look<S: Sight>(&self, origin: Pose, sight: &S, depth: usize, scratch: &mut Scratch) -> DVec3 {
-        let Scratch { nearest, crossings } = scratch;
-        nearest.reset(sight.count(), depth, S::FARTHEST);
-        let at = [origin.x_m, self.within_period(origin.y_m), origin.z_m];
-        if at.iter().all(|coordinate| coordinate.is_finite()) {
-            self.wood.cast(at, sight, self.leaves.len(), nearest);
-            self.leaves.cast(at, sight, crossings, nearest);
+    /// Fills the scratch with what every beam meets.
+    fn look<T: Sight>(&self, origin: Pose, sight: &T, depth: usize, scratch: &mut Scratch) {
+        let nearest = &mut scratch.nearest;
+        nearest.reset(sight.parameters().0.len(), depth, T::FARTHEST);
+        let parts = self.parts(origin, sight);
+        for part in parts.clone() {
+            let first_owner = self.leaves.len();
+            self.dispatch(FloorPass { field: &self.wood, sight, part, first_owner, nearest: &mut *nearest });
         }
-        DVec3::from_array(at)
+        nearest.close_floor();
+        for part in parts {
+            self.dispatch(LeafPass { field: &self.leaves, sight, part, nearest: &mut *nearest });
+        }
     }
 
-    /// What a beam met, nearest first: the leaves up to the first other surface, and that.
-    fn found<S: Sight>(
-        &self,
-        at: DVec3,
-        sight: &S,
-        beam: usize,
-        scratch: &Scratch,
-    ) -> impl Iterator<Item = Return> {
-        let (start, direction) = sight.ray(beam);
-        let start = at + start;
-        let ground = ground_return(start, direction);
-        let mut ended = false;
-        scratch.nearest.beam(beam).map_while(move |(key, owner)| {
-            let organ = self.organ_return(start, direction, S::range_m(key), owner);
-            let hit = if ground.range_m < organ.range_m { ground } else { organ };
-            let show = !ended;
-            ended |= hit.class != Class::Leaf;
-            show.then_some(hit)
+    /// A line by periods of the row: one part, unless a moving scanner passes the end of a period. None where the origin is no number.
+    fn parts<T: Sight>(&self, origin: Pose, sight: &T) -> impl Iterator<Item = Part> + Clone {
+        let (count, advance_m) = (sight.count(), sight.advance_m());
+        let Pose { x_m, y_m, z_m } = origin;
+        let first_m = self.within_period(y_m);
+        let (period_m, endless) = (self.period_m, self.period_m.is_finite());
+        let at = move |beam: usize| first_m + beam as f64 * advance_m;
+        let usable = [x_m, first_m, z_m].iter().all(|coordinate| coordinate.is_finite());
+        let mut next = if usable { 0 } else { count };
+        std::iter::from_fn(move || {
+            let from = next;
+            if from >= count {
+                return None;
+            }
+            let period = |beam: usize| if endless { (at(beam) / period_m).floor() } else { 0.0 };
+            let here = period(from);
+            // The first beam of another period: they come in order.
+            let (mut to, mut beyond) = (from, count);
+            while to + 1 < beyond {
+                let middle = to + (beyond - to) / 2;
+                if period(middle) == here { to = middle } else { beyond = middle }
+            }
+            next = beyond;
+            let shift = here * if endless { period_m } else { 0.0 };
+            let (one, other) = (at(from) - shift, at(beyond - 1) - shift);
+            Some(Part {
+                origin: [x_m, first_m - shift, z_m],
+                beams: (from, beyond),
+                y_m: (one.min(other), one.max(other)),
+            })
         })
+    }
+
+    fn dispatch(&self, pass: impl WithSimd<Output = ()>) {
+        match self.registers {
+            Registers::Widest => pulp::Arch::new().dispatch(pass),
+            Registers::Single => pass.with_simd(pulp::Scalar::new()),
+        }
     }
 
     /// The same place of the row, in [0, period).
@@ -143,34 +194,32 @@ impl Caster {
         if wrapped < self.period_m { wrapped } else { 0.0 }
     }
 
-    fn organ_return(&self, start: DVec3, direction: DVec3, range_m: f64, owner: u32) -> Return {
+    /// What slot `slot` of a beam holds.
+    #[inline(always)]
+    fn found<T: Sight>(
+        &self,
+        _: &T,
+        direction: DVec3,
+        beam: usize,
+        slot: usize,
+        scratch: &Scratch,
+    ) -> Return {
+        let (key, owner) = scratch.nearest.slot(beam, slot);
         if owner == NOBODY {
             return Return::MISS;
         }
-        let owner = owner as usize;
-        let (class, label, range_m, cos_incidence) = match owner.checked_sub(self.leaves.len()) {
-            None => {
-                (Class::Leaf, self.leaves.label(owner), range_m, self.leaves.cos_incidence(owner, direction))
-            }
-            Some(entry) => match self.wood.hit(entry, start, direction) {
-                Some(hit) => (Class::Wood, self.wood.label(entry), hit.range_m, hit.cos_incidence),
-                None => return Return::MISS,
-            },
+        let range_m = T::range_m(key);
+        let floor = |class, Label { tree, organ }: Label| {
+            let cos_incidence = scratch.nearest.cos_of_floor(beam) as f32;
+            Return { range_m, class, tree, organ, cos_incidence }
         };
-        let Some(Label { tree, organ }) = label else { return Return::MISS };
-        Return { range_m, class, tree, organ, cos_incidence: cos_incidence as f32 }
-    }
-}
-
-/// The ground, where a beam that looks down meets it.
-fn ground_return(start: DVec3, direction: DVec3) -> Return {
-    if !(direction.z < 0.0 && start.z > 0.0) {
-        return Return::MISS;
-    }
-    Return {
-        range_m: start.z / -direction.z,
-        class: Class::Ground,
-        cos_incidence: -direction.z as f32,
-        ..Return::MISS
+        if owner == GROUND {
+            return floor(Class::Ground, Label { tree: Return::NO_LABEL, organ: Return::NO_LABEL });
+        }
+        let entry = owner as usize;
+        if let Some((Label { tree, organ }, cos_incidence)) = self.leaves.tag(entry, direction) {
+            return Return { range_m, class: Class::Leaf, tree, organ, cos_incidence };
+        }
+        self.wood.label(entry - self.leaves.len()).map_or(Return::MISS, |label| floor(Class::Wood, label))
     }
 }

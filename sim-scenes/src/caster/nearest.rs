@@ -1,58 +1,97 @@
 //! What every beam of a line has met nearest so far.
 
-/// The owner of a beam that met nothing.
-pub(super) const NOBODY: u32 = u32::MAX;
+use pulp::Simd;
+
+use super::lanes::{Lanes, Mask, Row, WIDTH};
+
+/// The owner of a beam that met nothing. Owners are whole numbers, kept as f64 beside the keys: every u32 is one.
+pub(super) const NOBODY: f64 = -1.0;
+
+/// The owner of a beam that met the ground.
+pub(super) const GROUND: f64 = -2.0;
 
 /// The largest depth keys and whose they are, beam by beam: `depth` slots a beam, nearest first. Surfaces that end a beam (wood,
 /// ground) are the floor: they fill all slots, so that no leaf behind them enters.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Nearest {
     depth: usize,
-    key: Vec<f64>,
-    owner: Vec<u32>,
+    /// `depth` rows for each eight beams.
+    key: Vec<Row>,
+    owner: Vec<Row>,
+    /// What ends each beam, and |beam · normal| there.
+    pub(super) floor_key: Vec<Row>,
+    pub(super) floor_owner: Vec<Row>,
+    pub(super) floor_cos: Vec<Row>,
 }
 
 impl Nearest {
-    /// Forgets everything, for a line of `beams` beams. Allocates only where a line is longer than any before.
-    pub(super) fn reset(&mut self, beams: usize, depth: usize, farthest: f64) {
+    /// Forgets everything, for `rows` rows of beams. Allocates only where a line is longer than any before.
+    pub(super) fn reset(&mut self, rows: usize, depth: usize, farthest: f64) {
         self.depth = depth;
-        self.key.clear();
-        self.key.resize(beams * depth, farthest);
-        self.owner.clear();
-        self.owner.resize(beams * depth, NOBODY);
-    }
-
-    /// Enters what ends a beam. All such come before the first leaf.
-    pub(super) fn offer_floor(&mut self, beam: usize, key: f64, owner: u32) {
-        let slots = beam * self.depth..(beam + 1) * self.depth;
-        let (Some(keys), Some(owners)) = (self.key.get_mut(slots.clone()), self.owner.get_mut(slots)) else {
-            return;
-        };
-        if keys.first().is_some_and(|best| key > *best) {
-            keys.fill(key);
-            owners.fill(owner);
+        for (rows_of, value) in
+            [(&mut self.floor_key, farthest), (&mut self.floor_owner, NOBODY), (&mut self.floor_cos, 0.0)]
+        {
+            rows_of.clear();
+            rows_of.resize(rows, Row::splat(value));
         }
     }
 
-    /// Enters a leaf.
-    pub(super) fn offer(&mut self, beam: usize, key: f64, owner: u32) {
-        let slots = beam * self.depth..(beam + 1) * self.depth;
-        let (Some(keys), Some(owners)) = (self.key.get_mut(slots.clone()), self.owner.get_mut(slots)) else {
-            return;
-        };
-        let (mut key, mut owner) = (key, owner);
-        for (best, whose) in keys.iter_mut().zip(owners) {
-            if key > *best {
-                std::mem::swap(&mut key, best);
-                std::mem::swap(&mut owner, whose);
+    /// The floor is complete; leaves come now.
+    pub(super) fn close_floor(&mut self) {
+        for (slots, floor) in [(&mut self.key, &self.floor_key), (&mut self.owner, &self.floor_owner)] {
+            slots.resize(floor.len() * self.depth, Row::splat(0.0));
+            for (slots, floor) in slots.chunks_exact_mut(self.depth).zip(floor) {
+                slots.fill(*floor);
             }
         }
     }
 
-    /// (key, owner) of a beam, nearest first.
-    pub(super) fn beam(&self, beam: usize) -> impl Iterator<Item = (f64, u32)> + '_ {
-        let slots = beam * self.depth..(beam + 1) * self.depth;
-        let keys = self.key.get(slots.clone()).unwrap_or(&[]);
-        keys.iter().copied().zip(self.owner.get(slots).unwrap_or(&[]).iter().copied())
+    /// The slots of a run of rows of beams.
+    #[inline(always)]
+    pub(super) fn slots(&mut self, from: usize, to: usize) -> (&mut [Row], &mut [Row]) {
+        let run = from * self.depth..to * self.depth;
+        (self.key.get_mut(run.clone()).unwrap_or(&mut []), self.owner.get_mut(run).unwrap_or(&mut []))
+    }
+
+    pub(super) fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// (key, owner) of slot `slot` of a beam.
+    #[inline(always)]
+    pub(super) fn slot(&self, beam: usize, slot: usize) -> (f64, f64) {
+        let row = beam / WIDTH * self.depth + slot;
+        match (self.key.get(row), self.owner.get(row)) {
+            (Some(key), Some(owner)) => (key.0[beam % WIDTH], owner.0[beam % WIDTH]),
+            _ => (0.0, NOBODY),
+        }
+    }
+
+    /// |beam · normal| where the floor ends a beam.
+    #[inline(always)]
+    pub(super) fn cos_of_floor(&self, beam: usize) -> f64 {
+        self.floor_cos.get(beam / WIDTH).map_or(0.0, |row| row.0[beam % WIDTH])
+    }
+}
+
+/// Enters keys where `met` into the slots of eight beams: an insertion network, nearest first.
+#[inline(always)]
+pub(super) fn insert<S: Simd>(
+    part: usize,
+    met: Mask<S>,
+    key: Lanes<S>,
+    owner: Lanes<S>,
+    simd: S,
+    keys: &mut [Row],
+    owners: &mut [Row],
+) {
+    let (mut key, mut owner) = (met.select(key, Lanes::splat(simd, f64::NEG_INFINITY)), owner);
+    for (best, whose) in keys.iter_mut().zip(owners) {
+        let (old_key, old_owner) = (best.load(simd, part), whose.load(simd, part));
+        let nearer = old_key.lt(key);
+        best.store(part, nearer.select(key, old_key));
+        whose.store(part, nearer.select(owner, old_owner));
+        key = nearer.select(old_key, key);
+        owner = nearer.select(old_owner, owner);
     }
 }

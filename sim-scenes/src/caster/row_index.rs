@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use super::lanes::WIDTH;
+
 /// What an organ takes up along Y, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extent {
@@ -38,54 +40,55 @@ struct Tier {
 }
 
 /// Finds the organs at a place of the row by binary search. An extent is looked for no farther back than the longest of its
-/// tier; tiers double in length, so one long organ does not widen the search for all.
+/// tier; tiers double in length, so one long organ does not widen the search for all. Entries come in rows of [`WIDTH`]; every
+/// tier begins a new row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RowIndex {
     from_m: Vec<f64>,
-    to_m: Vec<f64>,
     tiers: Vec<Tier>,
 }
 
+/// Extents shorter than this share a tier.
+const SHORTEST_M: f64 = 1e-2;
+
 impl RowIndex {
-    /// Sorts the extents. Gives the index and, entry by entry, which extent it is.
-    pub(super) fn new(extents: &[Extent]) -> (Self, Vec<usize>) {
+    /// Sorts the extents. Gives the index and, entry by entry, which extent it is; None fills up a row.
+    pub(super) fn new(extents: &[Extent]) -> (Self, Vec<Option<usize>>) {
         let tier_of = |extent: &Extent| {
-            // The binary exponent of the length, a millimetre at least.
-            (extent.to_m - extent.from_m).max(1e-3).to_bits() >> 52
+            // The binary exponent of the length and the first bit after it: tiers grow by halves.
+            (extent.to_m - extent.from_m).max(SHORTEST_M).to_bits() >> 51
         };
         let mut order: Vec<(u64, f64, usize)> = extents
             .iter()
             .enumerate()
             .map(|(number, extent)| (tier_of(extent), extent.from_m, number))
             .collect();
-        order.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-        let sorted = || order.iter().filter_map(|&(_, _, number)| extents.get(number));
-        let mut tiers = Vec::new();
-        let mut start = 0;
+        order.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let mut index = Self::default();
+        let mut numbers = Vec::with_capacity(extents.len() + WIDTH);
         for run in order.chunk_by(|a, b| a.0 == b.0) {
+            let start = numbers.len();
             let members = run.iter().filter_map(|&(_, _, number)| extents.get(number));
             let longest_m = members.map(|extent| extent.to_m - extent.from_m).fold(0.0, f64::max);
-            tiers.push(Tier { entries: start..start + run.len(), longest_m });
-            start += run.len();
+            index.from_m.extend(run.iter().map(|&(_, from_m, _)| from_m));
+            numbers.extend(run.iter().map(|&(_, _, number)| Some(number)));
+            index.tiers.push(Tier { entries: start..numbers.len(), longest_m });
+            let full = numbers.len().next_multiple_of(WIDTH);
+            index.from_m.resize(full, f64::INFINITY);
+            numbers.resize(full, None);
         }
-        let index = Self {
-            from_m: sorted().map(|extent| extent.from_m).collect(),
-            to_m: sorted().map(|extent| extent.to_m).collect(),
-            tiers,
-        };
-        (index, order.into_iter().map(|(_, _, number)| number).collect())
+        (index, numbers)
     }
 
-    /// The entries whose extent holds `y_m`.
-    pub(super) fn at(&self, y_m: f64) -> impl Iterator<Item = usize> + '_ {
-        self.tiers.iter().flat_map(move |tier| {
+    /// Rows of entries, of which no other may hold any extent that touches [low, high].
+    pub(super) fn rows(&self, low_m: f64, high_m: f64) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.tiers.iter().map(move |tier| {
             let from_m = self.from_m.get(tier.entries.clone()).unwrap_or(&[]);
             // A hair farther back: from + length may round below to.
-            let first = from_m.partition_point(|from| *from < y_m - tier.longest_m * (1.0 + 1e-9) - 1e-9);
-            let last = from_m.partition_point(|from| *from <= y_m);
-            let window = tier.entries.start + first..tier.entries.start + last;
-            let to_m = self.to_m.get(window.clone()).unwrap_or(&[]);
-            window.zip(to_m).filter_map(move |(entry, to)| (*to >= y_m).then_some(entry))
+            let first = from_m.partition_point(|from| *from < low_m - tier.longest_m * (1.0 + 1e-9) - 1e-9);
+            let last = from_m.partition_point(|from| *from <= high_m);
+            let row = tier.entries.start / WIDTH;
+            if first < last { row + first / WIDTH..row + last.div_ceil(WIDTH) } else { row..row }
         })
     }
 }
@@ -98,17 +101,19 @@ mod tests {
     proptest! {
         #[test]
         fn the_index_finds_what_a_search_of_all_finds(
-            spans in prop::collection::vec((-5.0..25.0f64, 0.0..3.0f64, 0..4), 0..80), y in -6.0..26.0f64,
+            spans in prop::collection::vec((-5.0..25.0f64, 0.0..3.0f64, 0..4), 0..80),
+            y in -6.0..26.0f64, more in 0.0..2.0f64,
         ) {
             let extents: Vec<Extent> = spans
                 .iter()
                 .map(|&(from_m, length, scale)| Extent { from_m, to_m: from_m + length * 0.1f64.powi(scale) })
                 .collect();
             let (index, order) = RowIndex::new(&extents);
-            let mut found: Vec<usize> = index.at(y).map(|entry| order[entry]).collect();
+            let entries = index.rows(y, y + more).flatten().flat_map(|row| row * WIDTH..(row + 1) * WIDTH);
+            let touches = |i: &usize| extents[*i].from_m <= y + more && y <= extents[*i].to_m;
+            let mut found: Vec<usize> = entries.filter_map(|entry| order[entry]).filter(touches).collect();
             found.sort_unstable();
-            let all: Vec<usize> =
-                (0..extents.len()).filter(|i| extents[*i].from_m <= y && y <= extents[*i].to_m).collect();
+            let all: Vec<usize> = (0..extents.len()).filter(touches).collect();
             prop_assert_eq!(found, all);
         }
 

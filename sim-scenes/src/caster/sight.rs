@@ -4,199 +4,182 @@
 //! linear in them: the inverse range in a fan, minus the range for parallel beams. So is the side of an end of a segment on which
 //! the beam passes. Of two surfaces the one with the larger key is nearer.
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use glam::DVec3;
+use pulp::Simd;
 
-use super::beams::ParallelBeams;
-use super::fan::BeamFan;
+use super::lanes::{Lanes, Mask, Row, WIDTH};
 
-/// A point of the scan plane, (X, Z) from the line's origin.
-pub(super) type Point = (f64, f64);
+/// Points or vectors of the scan plane, (X, Z).
+#[derive(Clone, Copy)]
+pub(super) struct Points<S: Simd>(pub(super) Lanes<S>, pub(super) Lanes<S>);
 
-/// A linear form in a beam's parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Form(pub(super) f64, pub(super) f64);
+impl<S: Simd> Points<S> {
+    #[inline(always)]
+    pub(super) fn dot(self, other: Self) -> Lanes<S> {
+        self.0 * other.0 + self.1 * other.1
+    }
 
-impl Form {
-    pub(super) fn at(self, p: f64, q: f64) -> f64 {
-        self.0 * p + self.1 * q
+    /// Positive where `other` lies counter-clockwise.
+    #[inline(always)]
+    pub(super) fn cross(self, other: Self) -> Lanes<S> {
+        self.0 * other.1 - self.1 * other.0
+    }
+
+    /// Length along a fixed axis.
+    #[inline(always)]
+    pub(super) fn onto(self, (x, z): (f64, f64)) -> Lanes<S> {
+        self.0 * self.0.of(x) + self.1 * self.1.of(z)
+    }
+
+    /// θ, as [`Lanes::atan2`] has it.
+    #[inline(always)]
+    pub(super) fn angle(self) -> Lanes<S> {
+        self.1.atan2(self.0)
+    }
+
+    #[inline(always)]
+    pub(super) fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        Self(mask.select(yes.0, no.0), mask.select(yes.1, no.1))
     }
 }
 
-/// A segment as beams see it: met where `from` ≥ 0 and `to` > 0, at depth `key`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Segment {
-    pub(super) key: Form,
-    pub(super) from: Form,
-    pub(super) to: Form,
-    /// Where it begins and how far it goes on: radians, or metres of offset.
-    pub(super) low: f64,
-    pub(super) width: f64,
+/// Eight segments as beams see them: a beam meets one where `from` ≥ 0 and `to` > 0, at depth `key`. Each is a linear form in (p, q).
+#[derive(Clone, Debug)]
+pub(super) struct Segments {
+    pub(super) key: [Row; 2],
+    pub(super) from: [Row; 2],
+    pub(super) to: [Row; 2],
+    /// The beams that may meet it, as fractions of beam numbers; infinite where none does.
+    pub(super) low: Row,
+    pub(super) high: Row,
 }
 
-/// The cut leaf's plane: normal in (X, Z) and distance from the origin along the whole normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
-    pub(super) normal: Point,
-    pub(super) distance: f64,
+impl Segments {
+    pub(super) const NONE: Self = Self {
+        key: [Row::splat(0.0); 2],
+        from: [Row::splat(0.0); 2],
+        to: [Row::splat(0.0); 2],
+        low: Row::splat(f64::INFINITY),
+        high: Row::splat(f64::INFINITY),
+    };
+}
+
+/// Eight cut leaves: their ends, the normals of their planes in (X, Z), their distances from the origin along the whole normals.
+pub(super) struct Cut<S: Simd> {
+    pub(super) a: Points<S>,
+    pub(super) b: Points<S>,
+    pub(super) normal: Points<S>,
+    pub(super) distance: Lanes<S>,
+    /// Which of them the plane cuts at all.
+    pub(super) cut: Mask<S>,
+}
+
+/// Rays of one register of beams: starts from the line's origin and directions, in (X, Z).
+pub(super) struct Rays<S: Simd> {
+    pub(super) start: Points<S>,
+    pub(super) direction: Points<S>,
 }
 
 /// Beams that see.
-pub(super) trait Sight {
+pub(super) trait Sight: Sync {
     /// Key of a surface infinitely far away.
     const FARTHEST: f64;
     /// Number of beams.
     fn count(&self) -> usize;
-    /// p and q of a run of beams.
-    fn parameters(&self, run: Range<usize>) -> (&[f64], &[f64]);
-    /// The segment from `a` to `b`; None where no beam can meet it.
-    fn segment(&self, a: Point, b: Point, plane: Plane) -> Option<Segment>;
-    /// The beams that may meet a disk swept from `a` to `b`: (low, width) as in [`Segment`]; None: all.
-    fn swept(&self, a: Point, b: Point, radius: f64) -> Option<(f64, f64)>;
-    /// Calls `visit` with every run of beams that may lie in [low, low + width].
-    fn runs(&self, low: f64, width: f64, visit: impl FnMut(Range<usize>));
-    /// Key of a range along a beam.
-    fn key(range_m: f64) -> f64;
+    /// p and q of all beams, in rows; the last one filled up with beams that meet nothing.
+    fn parameters(&self) -> (&[Row], &[Row]);
+    /// Writes part `part` of the segments of `cut`.
+    fn segments<S: Simd>(&self, simd: S, part: usize, cut: Cut<S>, out: &mut Segments);
+    /// The beams that may meet disks swept from `a` to `b`: low and high as in [`Segments`].
+    fn swept<S: Simd>(&self, simd: S, a: Points<S>, b: Points<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>);
+    /// How many beams on the same interval comes round again; infinite if it does not.
+    fn turn(&self) -> f64;
+    /// How far the scanner moves along Y from one beam to the next, metres.
+    fn advance_m(&self) -> f64;
+    /// Rays by their parameters.
+    fn rays<S: Simd>(&self, simd: S, p: Lanes<S>, q: Lanes<S>) -> Rays<S>;
+    /// Depth keys of ranges, and back: each its own inverse.
+    fn key<S: Simd>(simd: S, range_m: Lanes<S>) -> Lanes<S>;
     /// The range of a key.
     fn range_m(key: f64) -> f64;
     /// Start (from the line's origin) and direction of beam `j`.
     fn ray(&self, j: usize) -> (DVec3, DVec3);
 }
 
-impl Sight for BeamFan {
-    const FARTHEST: f64 = 0.0;
+/// The rows of beams that an interval touches, modulo whole turns. No row comes twice: whoever asks tests all beams of a row, and
+/// would meet a leaf twice.
+pub(super) struct Runs {
+    low: f64,
+    high: f64,
+    turn: f64,
+    count: f64,
+    done: usize,
+}
 
-    fn count(&self) -> usize {
-        self.len()
+impl Runs {
+    #[inline(always)]
+    pub(super) fn new(sight: &impl Sight, low: f64, high: f64) -> Self {
+        let (count, turn) = (sight.count() as f64, sight.turn());
+        // Coarser than half a turn a beam: all of them, once.
+        let all = turn < 2.0 && low.is_finite();
+        let (low, high, turn) = if all { (0.0, count, count) } else { (low, high, turn) };
+        Self { low, high, turn, count, done: 0 }
     }
 
-    fn parameters(&self, run: Range<usize>) -> (&[f64], &[f64]) {
-        self.cos_sin(run)
-    }
-
-    fn segment(&self, a: Point, b: Point, plane: Plane) -> Option<Segment> {
-        let cross = a.0 * b.1 - a.1 * b.0;
-        let (a, b) = if cross < 0.0 { (b, a) } else { (a, b) };
-        if cross == 0.0 || plane.distance == 0.0 {
-            return None;
+    /// The next run of rows.
+    #[inline(always)]
+    pub(super) fn next(&mut self) -> Option<Range<usize>> {
+        while self.low < self.count {
+            let from = self.low.max(0.0).ceil() as usize;
+            let to = (self.high.min(self.count - 1.0).floor() + 1.0).max(0.0) as usize;
+            self.low += self.turn;
+            self.high += self.turn;
+            let rows = (from / WIDTH).max(self.done)..to.div_ceil(WIDTH);
+            if from < to && !rows.is_empty() {
+                self.done = rows.end;
+                return Some(rows);
+            }
         }
-        Some(Segment {
-            key: Form(plane.normal.0 / plane.distance, plane.normal.1 / plane.distance),
-            from: Form(-a.1, a.0),
-            to: Form(b.1, -b.0),
-            low: a.1.atan2(a.0),
-            width: cross.abs().atan2(a.0 * b.0 + a.1 * b.1),
-        })
-    }
-
-    fn swept(&self, a: Point, b: Point, radius: f64) -> Option<(f64, f64)> {
-        if distance_to_segment(a, b) <= radius {
-            return None;
-        }
-        let opening = |p: Point| (radius / p.0.hypot(p.1)).min(1.0).asin();
-        let turn = (a.0 * b.1 - a.1 * b.0).atan2(a.0 * b.0 + a.1 * b.1);
-        let low = (-opening(a)).min(turn - opening(b));
-        let high = opening(a).max(turn + opening(b));
-        Some((a.1.atan2(a.0) + low, (high - low).min(TAU)))
-    }
-
-    fn runs(&self, low: f64, width: f64, visit: impl FnMut(Range<usize>)) {
-        self.runs(low, width, visit);
-    }
-
-    fn key(range_m: f64) -> f64 {
-        1.0 / range_m
-    }
-
-    fn range_m(key: f64) -> f64 {
-        1.0 / key
-    }
-
-    fn ray(&self, j: usize) -> (DVec3, DVec3) {
-        let (cos, sin) = self.cos_sin(j..j + 1);
-        match (cos, sin) {
-            ([cos], [sin]) => (DVec3::ZERO, DVec3::new(*cos, 0.0, *sin)),
-            _ => (DVec3::ZERO, DVec3::ZERO),
-        }
+        None
     }
 }
 
-impl Sight for ParallelBeams {
-    const FARTHEST: f64 = f64::NEG_INFINITY;
+/// The beams of a line that look from one period of the row, and from where.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// Where beam 0 would start, with Y counted so that `beams` start within [0, period).
+    pub(super) origin: [f64; 3],
+    /// First beam, and the one after the last.
+    pub(super) beams: (usize, usize),
+    /// Least and greatest Y of those beams.
+    pub(super) y_m: (f64, f64),
+}
 
-    fn count(&self) -> usize {
-        self.len()
-    }
-
-    fn parameters(&self, run: Range<usize>) -> (&[f64], &[f64]) {
-        self.ones_offsets(run)
-    }
-
-    fn segment(&self, a: Point, b: Point, plane: Plane) -> Option<Segment> {
-        let (ahead, across) = (self.direction(), self.across());
-        let dot = |u: Point, v: Point| u.0 * v.0 + u.1 * v.1;
-        let facing = dot(plane.normal, ahead);
-        let (range_a, range_b) = (dot(a, ahead), dot(b, ahead));
-        if facing == 0.0 || range_a.max(range_b) <= 0.0 {
-            return None;
-        }
-        let (mut at_a, mut at_b) = (dot(a, across), dot(b, across));
-        // What lies behind the starts is cut off.
-        let start = at_a + (at_b - at_a) * (range_a / (range_a - range_b));
-        if range_a <= 0.0 {
-            at_a = start;
-        } else if range_b <= 0.0 {
-            at_b = start;
-        }
-        let (low, high) = (at_a.min(at_b), at_a.max(at_b));
-        Some(Segment {
-            key: Form(-plane.distance / facing, dot(plane.normal, across) / facing),
-            from: Form(-low, 1.0),
-            to: Form(high, -1.0),
-            low,
-            width: high - low,
-        })
-    }
-
-    fn swept(&self, a: Point, b: Point, radius: f64) -> Option<(f64, f64)> {
-        let across = self.across();
-        let (a, b) = (a.0 * across.0 + a.1 * across.1, b.0 * across.0 + b.1 * across.1);
-        Some((a.min(b) - radius, (a - b).abs() + 2.0 * radius))
-    }
-
-    fn runs(&self, low: f64, width: f64, mut visit: impl FnMut(Range<usize>)) {
-        /// As for a fan: far above rounding.
-        const MARGIN: f64 = 1e-6;
-        let (one, other) =
-            ((low - self.offset_m(0)) / self.step_m(), (low + width - self.offset_m(0)) / self.step_m());
-        let count = self.len() as f64;
-        let from = (one.min(other) - MARGIN).ceil().clamp(0.0, count) as usize;
-        let to = ((one.max(other) + MARGIN).floor() + 1.0).clamp(0.0, count) as usize;
-        if from < to {
-            visit(from..to);
-        }
-    }
-
-    fn key(range_m: f64) -> f64 {
-        -range_m
-    }
-
-    fn range_m(key: f64) -> f64 {
-        -key
-    }
-
-    fn ray(&self, j: usize) -> (DVec3, DVec3) {
-        let (cos, sin) = self.direction();
-        (DVec3::from_array(self.start([0.0; 3], j)), DVec3::new(cos, 0.0, sin))
+impl Part {
+    /// Y of each of the eight beams of a row, counted from that of beam 0, and which of them are of this part.
+    #[inline(always)]
+    pub(super) fn beams_of<S: Simd>(
+        &self,
+        simd: S,
+        advance_m: f64,
+        row: usize,
+        part: usize,
+    ) -> (Lanes<S>, Mask<S>) {
+        const PLACES: Row = Row([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let beam = PLACES.load(simd, part) + Lanes::splat(simd, (row * WIDTH) as f64);
+        let own = beam.of(self.beams.0 as f64).le(beam).and(beam.lt(beam.of(self.beams.1 as f64)));
+        (beam * beam.of(advance_m), own)
     }
 }
 
-/// Distance of the origin from a segment.
-fn distance_to_segment(a: Point, b: Point) -> f64 {
-    let along = (b.0 - a.0, b.1 - a.1);
-    let square = along.0 * along.0 + along.1 * along.1;
-    let share = if square > 0.0 { (-(a.0 * along.0 + a.1 * along.1) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (a.0 + share * along.0).hypot(a.1 + share * along.1)
+/// Values in rows; the last row filled up with zeros.
+pub(super) fn in_rows(values: &[f64]) -> Vec<Row> {
+    let row = |chunk: &[f64]| {
+        let mut row = Row::splat(0.0);
+        row.0.iter_mut().zip(chunk).for_each(|(place, value)| *place = *value);
+        row
+    };
+    values.chunks(WIDTH).map(row).collect()
 }

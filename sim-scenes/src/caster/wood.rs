@@ -1,11 +1,13 @@
-//! The wood kernel: the beams that may meet a cylinder, then the exact quadratic.
+//! The wood kernel: the beams that may meet a cylinder, then the exact quadratic. Eight cylinders at a time find their beams, eight
+//! beams at a time are solved.
 
-use glam::DVec3;
+use pulp::{Simd, WithSimd};
 
+use super::lanes::{Lanes, Mask, Row, WIDTH};
 use super::leaves::Label;
-use super::nearest::Nearest;
+use super::nearest::{GROUND, Nearest};
 use super::row_index::{Extent, RowIndex};
-use super::sight::Sight;
+use super::sight::{Part, Points, Runs, Sight};
 use crate::organ::Cylinder;
 
 /// A beam this near to the axis's direction (square of the sine) meets ends only.
@@ -14,20 +16,60 @@ const ALONG_AXIS: f64 = 1e-20;
 /// How far a conservative outline is widened, relative; far above rounding.
 const WIDER: f64 = 1.0 + 1e-9;
 
-/// A cylinder with what every beam needs.
-#[derive(Clone, Copy, Debug)]
-struct Pole {
-    base: DVec3,
-    axis: DVec3,
-    length_m: f64,
-    radius_m: f64,
+/// An axis that rises less than this along Y lies in the scan plane.
+const LEVEL: f64 = 1e-12;
+
+/// Eight cylinders.
+#[derive(Clone, Debug)]
+struct Poles {
+    base: [Row; 3],
+    axis: [Row; 3],
+    length: Row,
+    radius: Row,
+    /// How far a disk square to the axis reaches along Y from its middle.
+    reach: Row,
+    from: Row,
+    to: Row,
 }
 
-/// Where a beam meets a cylinder, and |beam · surface normal| there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PoleHit {
-    pub(super) range_m: f64,
-    pub(super) cos_incidence: f64,
+impl Poles {
+    /// Nothing anywhere.
+    const NONE: Self = Self {
+        base: [Row::splat(0.0); 3],
+        axis: [Row::splat(0.0); 3],
+        length: Row::splat(0.0),
+        radius: Row::splat(0.0),
+        reach: Row::splat(0.0),
+        from: Row::splat(f64::INFINITY),
+        to: Row::splat(f64::NEG_INFINITY),
+    };
+
+    fn set(&mut self, lane: usize, piece: &Cylinder, shift: f64) {
+        let length = piece.length_m();
+        let (base, tip) = (piece.base(), piece.tip());
+        for axis in 0..3 {
+            self.base[axis].0[lane] = base[axis];
+            self.axis[axis].0[lane] = (tip[axis] - base[axis]) / length;
+        }
+        self.base[1].0[lane] += shift;
+        let extent = extent(piece);
+        self.length.0[lane] = length;
+        self.radius.0[lane] = piece.radius_m();
+        self.reach.0[lane] = reach_m(piece);
+        self.from.0[lane] = extent.from_m + shift;
+        self.to.0[lane] = extent.to_m + shift;
+    }
+}
+
+fn reach_m(piece: &Cylinder) -> f64 {
+    let (base, tip) = (piece.base(), piece.tip());
+    let flat = (tip[0] - base[0]).hypot(tip[2] - base[2]);
+    piece.radius_m() * flat / piece.length_m() * WIDER + 1e-12
+}
+
+fn extent(piece: &Cylinder) -> Extent {
+    let reach = reach_m(piece);
+    Extent::around([piece.base()[1], piece.tip()[1]].into_iter().flat_map(|y| [y - reach, y + reach]))
 }
 
 /// All wood of an orchard, images over the border of the period included, in the order of the row index.
@@ -35,143 +77,249 @@ pub(super) struct PoleHit {
 pub(super) struct WoodField {
     index: RowIndex,
     labels: Vec<Label>,
-    poles: Vec<Pole>,
+    poles: Vec<Poles>,
 }
 
 impl WoodField {
     pub(super) fn new<'a>(wood: impl Iterator<Item = (Label, &'a Cylinder)>, period_m: f64) -> Self {
-        let images: Vec<(Label, Pole, Extent)> = wood
-            .flat_map(|(label, piece)| {
-                let pole = Pole::of(piece);
-                pole.extent().images(period_m).map(move |shift| {
-                    let pole = Pole { base: pole.base + DVec3::Y * shift, ..pole };
-                    (label, pole, pole.extent())
-                })
+        let images: Vec<(Label, &Cylinder, f64)> = wood
+            .flat_map(|(label, piece)| extent(piece).images(period_m).map(move |shift| (label, piece, shift)))
+            .collect();
+        let extents: Vec<Extent> = images
+            .iter()
+            .map(|(_, piece, shift)| {
+                let Extent { from_m, to_m } = extent(piece);
+                Extent { from_m: from_m + shift, to_m: to_m + shift }
             })
             .collect();
-        let (index, order) = RowIndex::new(&images.iter().map(|(.., extent)| *extent).collect::<Vec<_>>());
-        let sorted = || order.iter().filter_map(|number| images.get(*number));
-        let (labels, poles) = sorted().map(|(label, pole, _)| (*label, *pole)).unzip();
-        Self { index, labels, poles }
+        let (index, order) = RowIndex::new(&extents);
+        let mut field = Self { index, ..Self::default() };
+        for eight in order.chunks(WIDTH) {
+            let mut poles = Poles::NONE;
+            for (lane, number) in eight.iter().enumerate() {
+                let image = number.and_then(|number| images.get(number));
+                field.labels.push(image.map_or(Label { tree: u32::MAX, organ: u32::MAX }, |image| image.0));
+                if let Some((_, piece, shift)) = image {
+                    poles.set(lane, piece, *shift);
+                }
+            }
+            field.poles.push(poles);
+        }
+        field
     }
 
     pub(super) fn label(&self, entry: usize) -> Option<Label> {
         self.labels.get(entry).copied()
     }
+}
 
-    /// The hit of one beam on one entry.
-    pub(super) fn hit(&self, entry: usize, start: DVec3, direction: DVec3) -> Option<PoleHit> {
-        self.poles.get(entry)?.hit(start, direction)
-    }
+/// Enters what ends beams: the ground and every branch that the plane of `origin` cuts. Owners of wood are counted from
+/// `first_owner`.
+pub(super) struct FloorPass<'a, T> {
+    pub(super) field: &'a WoodField,
+    pub(super) sight: &'a T,
+    pub(super) part: Part,
+    pub(super) first_owner: usize,
+    pub(super) nearest: &'a mut Nearest,
+}
 
-    /// Enters every branch that the plane y = `origin[1]` cuts; owners are counted from `first_owner`.
-    pub(super) fn cast<S: Sight>(
-        &self,
-        origin: [f64; 3],
-        sight: &S,
-        first_owner: usize,
-        nearest: &mut Nearest,
-    ) {
-        let origin = DVec3::from_array(origin);
-        for entry in self.index.at(origin.y) {
-            let Some(pole) = self.poles.get(entry) else { continue };
-            let owner = (first_owner + entry) as u32;
-            pole.runs(origin, sight, |beams| {
-                for beam in beams {
-                    let (start, direction) = sight.ray(beam);
-                    if let Some(hit) = pole.hit(origin + start, direction) {
-                        nearest.offer_floor(beam, S::key(hit.range_m), owner);
+impl<T: Sight> WithSimd for FloorPass<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { field, sight, part: of, first_owner, nearest } = self;
+        let origin = of.origin;
+        let (p, q) = sight.parameters();
+        ground(simd, sight, of, nearest);
+        let (mut low, mut high) = (Row::splat(0.0), Row::splat(0.0));
+        for eights in field.index.rows(of.y_m.0, of.y_m.1) {
+            for eight in eights {
+                let Some(poles) = field.poles.get(eight) else { continue };
+                intervals(simd, poles, sight, of, (&mut low, &mut high));
+                for lane in 0..WIDTH {
+                    let owner = (first_owner + eight * WIDTH + lane) as f64;
+                    let mut runs = Runs::new(sight, low.0[lane], high.0[lane]);
+                    while let Some(rows) = runs.next() {
+                        let (Some(p), Some(q)) = (p.get(rows.clone()), q.get(rows.clone())) else { continue };
+                        let pole = Pole::of(simd, poles, lane, origin);
+                        for ((row, p), q) in rows.zip(p).zip(q) {
+                            for part in 0..Row::parts::<S>() {
+                                let rays = sight.rays(simd, p.load(simd, part), q.load(simd, part));
+                                let (moved, own) = of.beams_of(simd, sight.advance_m(), row, part);
+                                let start = Vector(rays.start.0, moved, rays.start.1);
+                                let (met, range, cos) = pole.hit(start, rays.direction);
+                                let key = T::key(simd, range);
+                                floor(simd, nearest, (row, part), met.and(own), key, owner, cos);
+                            }
+                        }
                     }
                 }
-            });
+            }
         }
     }
 }
 
-impl Pole {
-    fn of(piece: &Cylinder) -> Self {
-        let (base, tip) = (DVec3::from_array(piece.base()), DVec3::from_array(piece.tip()));
-        let (length_m, radius_m) = (piece.length_m(), piece.radius_m());
-        Self { base, axis: (tip - base) / length_m, length_m, radius_m }
+/// Enters the plane Z = 0 where beams that start above it look down.
+#[inline(always)]
+fn ground<S: Simd, T: Sight>(simd: S, sight: &T, of: Part, nearest: &mut Nearest) {
+    let (p, q) = sight.parameters();
+    let zero = Lanes::splat(simd, 0.0);
+    for (row, (p, q)) in p.iter().zip(q).enumerate() {
+        for part in 0..Row::parts::<S>() {
+            let rays = sight.rays(simd, p.load(simd, part), q.load(simd, part));
+            let height = Lanes::splat(simd, of.origin[2]) + rays.start.1;
+            let (_, own) = of.beams_of(simd, 0.0, row, part);
+            let cos = -rays.direction.1;
+            let met = zero.lt(height).and(zero.lt(cos)).and(own);
+            floor(simd, nearest, (row, part), met, T::key(simd, height / cos), GROUND, cos);
+        }
+    }
+}
+
+/// Enters what ends eight beams where `met` and nearer than what does so far.
+#[inline(always)]
+fn floor<S: Simd>(
+    simd: S,
+    nearest: &mut Nearest,
+    (row, part): (usize, usize),
+    met: Mask<S>,
+    key: Lanes<S>,
+    owner: f64,
+    cos: Lanes<S>,
+) {
+    let Nearest { floor_key, floor_owner, floor_cos, .. } = nearest;
+    let (Some(keys), Some(owners), Some(cosines)) =
+        (floor_key.get_mut(row), floor_owner.get_mut(row), floor_cos.get_mut(row))
+    else {
+        return;
+    };
+    let old = keys.load(simd, part);
+    let nearer = met.and(old.lt(key));
+    keys.store(part, nearer.select(key, old));
+    owners.store(part, nearer.select(Lanes::splat(simd, owner), owners.load(simd, part)));
+    cosines.store(part, nearer.select(cos, cosines.load(simd, part)));
+}
+
+/// The beams that may meet each of eight cylinders. What the plane cuts lies within a capsule: disks about that part of the axis
+/// that is within reach of the plane.
+#[inline(always)]
+fn intervals<S: Simd, T: Sight>(
+    simd: S,
+    poles: &Poles,
+    sight: &T,
+    of: Part,
+    (low, high): (&mut Row, &mut Row),
+) {
+    let (x_m, z_m) = (Lanes::splat(simd, of.origin[0]), Lanes::splat(simd, of.origin[2]));
+    let (least_m, most_m) = (Lanes::splat(simd, of.y_m.0), Lanes::splat(simd, of.y_m.1));
+    let zero = Lanes::splat(simd, 0.0);
+    for part in 0..Row::parts::<S>() {
+        let base = Vector::load(simd, part, &poles.base);
+        let axis = Vector::load(simd, part, &poles.axis);
+        let (length, reach) = (poles.length.load(simd, part), poles.reach.load(simd, part));
+        let near = poles.from.load(simd, part).le(most_m).and(least_m.le(poles.to.load(simd, part)));
+        // Part of the axis (metres from the base) whose disks reach the plane, or any of the planes of a moving scanner.
+        let (one, other) = ((least_m - reach - base.1) / axis.1, (most_m + reach - base.1) / axis.1);
+        let spare = length * zero.of(1e-9);
+        let level = axis.1.abs().lt(zero.of(LEVEL));
+        let from = level.select(zero, (one.min(other) - spare).max(zero).min(length));
+        let to = level.select(length, (one.max(other) + spare).max(zero).min(length));
+        let from = Points(base.0 + axis.0 * from - x_m, base.2 + axis.2 * from - z_m);
+        let to = Points(base.0 + axis.0 * to - x_m, base.2 + axis.2 * to - z_m);
+        let radius = poles.radius.load(simd, part) * zero.of(WIDER) + zero.of(1e-12);
+        let (first, last) = sight.swept(simd, from, to, radius);
+        low.store(part, near.select(first, zero.of(f64::INFINITY)));
+        high.store(part, last);
+    }
+}
+
+/// A register of vectors.
+#[derive(Clone, Copy)]
+struct Vector<S: Simd>(Lanes<S>, Lanes<S>, Lanes<S>);
+
+impl<S: Simd> Vector<S> {
+    #[inline(always)]
+    fn load(simd: S, part: usize, [x, y, z]: &[Row; 3]) -> Self {
+        Self(x.load(simd, part), y.load(simd, part), z.load(simd, part))
     }
 
-    /// How far a disk square to the axis reaches along Y from its middle.
-    fn reach_m(&self) -> f64 {
-        self.radius_m * self.axis.x.hypot(self.axis.z) * WIDER + 1e-12
+    #[inline(always)]
+    fn dot(self, other: Self) -> Lanes<S> {
+        self.0 * other.0 + self.1 * other.1 + self.2 * other.2
     }
 
-    fn extent(&self) -> Extent {
-        let ends = [self.base.y, self.base.y + self.axis.y * self.length_m];
-        let reach = self.reach_m();
-        Extent::around(ends.into_iter().flat_map(|y| [y - reach, y + reach]))
+    /// self + other · factor
+    #[inline(always)]
+    fn plus(self, other: Self, factor: Lanes<S>) -> Self {
+        Self(self.0 + other.0 * factor, self.1 + other.1 * factor, self.2 + other.2 * factor)
     }
+}
 
-    /// The beams that may meet it. What the plane cuts lies within a capsule: disks about that part of the axis that is within
-    /// reach of the plane.
-    fn runs<S: Sight>(&self, origin: DVec3, sight: &S, mut visit: impl FnMut(std::ops::Range<usize>)) {
-        let (from, to) = self.part_near(origin.y);
-        let seen = |along: f64| {
-            let p = self.base + self.axis * along - origin;
-            (p.x, p.z)
-        };
-        match sight.swept(seen(from), seen(to), self.radius_m * WIDER + 1e-12) {
-            Some((low, width)) => sight.runs(low, width, visit),
-            None => visit(0..sight.count()),
+/// One cylinder as seen from the line's origin.
+struct Pole<S: Simd> {
+    /// Origin from the base.
+    from_base: Vector<S>,
+    axis: Vector<S>,
+    length: Lanes<S>,
+    radius: Lanes<S>,
+}
+
+impl<S: Simd> Pole<S> {
+    #[inline(always)]
+    fn of(simd: S, poles: &Poles, lane: usize, [x, y, z]: [f64; 3]) -> Self {
+        let [base_x, base_y, base_z] = &poles.base;
+        let [axis_x, axis_y, axis_z] = &poles.axis;
+        Self {
+            from_base: Vector(
+                Lanes::splat(simd, x - base_x.0[lane]),
+                Lanes::splat(simd, y - base_y.0[lane]),
+                Lanes::splat(simd, z - base_z.0[lane]),
+            ),
+            axis: Vector(
+                Lanes::splat(simd, axis_x.0[lane]),
+                Lanes::splat(simd, axis_y.0[lane]),
+                Lanes::splat(simd, axis_z.0[lane]),
+            ),
+            length: Lanes::splat(simd, poles.length.0[lane]),
+            radius: Lanes::splat(simd, poles.radius.0[lane]),
         }
     }
 
-    /// Part of the axis (metres from the base) whose disks reach the plane.
-    fn part_near(&self, y_m: f64) -> (f64, f64) {
-        let (reach, rise) = (self.reach_m(), self.axis.y);
-        if rise.abs() < 1e-12 {
-            return (0.0, self.length_m);
-        }
-        let (one, other) = ((y_m - reach - self.base.y) / rise, (y_m + reach - self.base.y) / rise);
-        let spare = self.length_m * 1e-9;
-        let within = |along: f64| along.clamp(0.0, self.length_m);
-        (within(one.min(other) - spare), within(one.max(other) + spare))
-    }
-
-    /// First surface along `direction` (unit, square to Y) from `origin`: where the beam enters, or leaves if it starts inside.
+    /// First surface along (`x`, 0, `z`) from `start` (counted from the line's origin): whether met, how far, and |beam · normal|
+    /// there. Where the beam enters, or leaves if it starts inside.
     ///
     /// The solid is an infinite cylinder between two planes: both convex, so the beam is inside both from the later entry to the
     /// earlier exit. The quadratic is taken about the point nearest the axis, where nothing cancels.
-    fn hit(&self, origin: DVec3, direction: DVec3) -> Option<PoleHit> {
-        let from_base = origin - self.base;
-        let along = direction.dot(self.axis);
-        let height = from_base.dot(self.axis);
-        let (enter_slab, leave_slab) = if along != 0.0 {
-            let (low, high) = (-height / along, (self.length_m - height) / along);
-            (low.min(high), low.max(high))
-        } else if (0.0..=self.length_m).contains(&height) {
-            (f64::NEG_INFINITY, f64::INFINITY)
-        } else {
-            return None;
-        };
-        let across = direction - self.axis * along;
-        let offset = from_base - self.axis * height;
-        let square = across.length_squared();
-        let (middle, half) = if square > ALONG_AXIS {
-            let middle = -offset.dot(across) / square;
-            let nearest = offset + across * middle;
-            let inside = self.radius_m * self.radius_m - nearest.length_squared();
-            if inside < 0.0 {
-                return None;
-            }
-            (middle, (inside / square).sqrt())
-        } else if offset.length_squared() <= self.radius_m * self.radius_m {
-            (0.0, f64::INFINITY)
-        } else {
-            return None;
-        };
+    #[inline(always)]
+    fn hit(&self, start: Vector<S>, Points(x, z): Points<S>) -> (Mask<S>, Lanes<S>, Lanes<S>) {
+        let (zero, far) = (x.of(0.0), x.of(f64::INFINITY));
+        let axis = self.axis;
+        let from_base = self.from_base.plus(start, x.of(1.0));
+        let beam = Vector(x, zero, z);
+        let along = beam.dot(axis);
+        let height = from_base.dot(axis);
+        let (low, high) = (-height / along, (self.length - height) / along);
+        let slanted = zero.lt(along.abs());
+        let between = zero.le(height).and(height.le(self.length));
+        let enter_slab = slanted.select(low.min(high), between.select(-far, far));
+        let leave_slab = slanted.select(low.max(high), between.select(far, -far));
+        let across = beam.plus(axis, -along);
+        let offset = from_base.plus(axis, -height);
+        let square = across.dot(across);
+        let turned = square.of(ALONG_AXIS).lt(square);
+        let middle = turned.select(-offset.dot(across) / square, zero);
+        let nearest = offset.plus(across, middle);
+        let inside = self.radius * self.radius - nearest.dot(nearest);
+        let half = turned.select((inside.max(zero) / square).sqrt(), far);
         let (enter_side, leave_side) = (middle - half, middle + half);
         let (enter, leave) = (enter_side.max(enter_slab), leave_side.min(leave_slab));
-        if enter > leave || leave <= 0.0 {
-            return None;
-        }
-        let (range_m, on_side) =
-            if enter > 0.0 { (enter, enter_side > enter_slab) } else { (leave, leave_side < leave_slab) };
-        let cos_incidence = if on_side { square * half / self.radius_m } else { along.abs() };
-        Some(PoleHit { range_m, cos_incidence })
+        let met = zero.le(inside).and(enter.le(leave)).and(zero.lt(leave));
+        let outside = zero.lt(enter);
+        let range = outside.select(enter, leave);
+        let on_side = square * half / self.radius;
+        let by_enter = enter_slab.lt(enter_side).select(on_side, along.abs());
+        let by_leave = leave_side.lt(leave_slab).select(on_side, along.abs());
+        (met, range, outside.select(by_enter, by_leave))
     }
 }

@@ -1,0 +1,218 @@
+//! Eight numbers side by side, in whatever registers the machine has.
+//!
+//! Kernels are written once over [`pulp::Simd`], with plain IEEE operations and no fused multiply-add. So the widest registers and
+//! one number at a time give the same bits, and which of them runs is found out at run time ([`pulp::Arch`]).
+//!
+//! Whatever touches a register must be inlined into the function that pulp compiles for it, or it falls back to calls through
+//! memory. Closures and `array::map` cannot be told to: kernels use neither on [`Lanes`].
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use pulp::Simd;
+
+/// Numbers in a row; every register width divides it.
+pub(super) const WIDTH: usize = 8;
+
+/// One row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub(super) struct Row(pub(super) [f64; WIDTH]);
+
+impl Row {
+    /// The same number in every place.
+    pub(super) const fn splat(value: f64) -> Self {
+        Self([value; WIDTH])
+    }
+
+    /// Number of registers a row takes.
+    #[inline(always)]
+    pub(super) const fn parts<S: Simd>() -> usize {
+        WIDTH / S::F64_LANES
+    }
+
+    /// Register `part` of the row.
+    #[inline(always)]
+    pub(super) fn load<S: Simd>(&self, simd: S, part: usize) -> Lanes<S> {
+        Lanes { simd, value: S::as_simd_f64s(&self.0).0[part] }
+    }
+
+    /// Writes register `part` of the row.
+    #[inline(always)]
+    pub(super) fn store<S: Simd>(&mut self, part: usize, lanes: Lanes<S>) {
+        S::as_mut_simd_f64s(&mut self.0).0[part] = lanes.value;
+    }
+}
+
+/// One register of numbers.
+#[derive(Clone, Copy)]
+pub(super) struct Lanes<S: Simd> {
+    simd: S,
+    value: S::f64s,
+}
+
+/// One register of truths.
+#[derive(Clone, Copy)]
+pub(super) struct Mask<S: Simd> {
+    simd: S,
+    value: S::m64s,
+}
+
+impl<S: Simd> Lanes<S> {
+    #[inline(always)]
+    pub(super) fn splat(simd: S, value: f64) -> Self {
+        Self { simd, value: simd.splat_f64s(value) }
+    }
+
+    /// The same number in every place of a register like this one.
+    #[inline(always)]
+    pub(super) fn of(self, value: f64) -> Self {
+        Self::splat(self.simd, value)
+    }
+
+    #[inline(always)]
+    pub(super) fn abs(self) -> Self {
+        self.max(-self)
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(self) -> Self {
+        Self { value: self.simd.sqrt_f64s(self.value), ..self }
+    }
+
+    #[inline(always)]
+    pub(super) fn min(self, other: Self) -> Self {
+        other.lt(self).select(other, self)
+    }
+
+    #[inline(always)]
+    pub(super) fn max(self, other: Self) -> Self {
+        self.lt(other).select(other, self)
+    }
+
+    #[inline(always)]
+    pub(super) fn lt(self, other: Self) -> Mask<S> {
+        Mask { simd: self.simd, value: self.simd.less_than_f64s(self.value, other.value) }
+    }
+
+    #[inline(always)]
+    pub(super) fn le(self, other: Self) -> Mask<S> {
+        Mask { simd: self.simd, value: self.simd.less_than_or_equal_f64s(self.value, other.value) }
+    }
+
+    /// atan2(self, x), wrong by [`ATAN2_ERROR`] at most; NaN at the origin. By Abramowitz and Stegun 4.4.49.
+    #[inline(always)]
+    pub(super) fn atan2(self, x: Self) -> Self {
+        const SERIES: [f64; 8] = [
+            -0.016_165_736_7,
+            0.042_909_613_8,
+            -0.075_289_640_0,
+            0.106_562_639_3,
+            -0.142_088_994_4,
+            0.199_935_508_5,
+            -0.333_331_452_8,
+            1.0,
+        ];
+        let (across, along) = (self.abs(), x.abs());
+        let steep = along.lt(across);
+        let ratio = across.min(along) / across.max(along);
+        let square = ratio * ratio;
+        let mut series = self.of(0.002_866_225_7);
+        for coefficient in SERIES {
+            series = series * square + self.of(coefficient);
+        }
+        let angle = ratio * series;
+        let angle = steep.select(self.of(std::f64::consts::FRAC_PI_2) - angle, angle);
+        let angle = x.lt(self.of(0.0)).select(self.of(std::f64::consts::PI) - angle, angle);
+        self.lt(self.of(0.0)).select(-angle, angle)
+    }
+}
+
+/// Bound on the error of [`Lanes::atan2`], radians.
+pub(super) const ATAN2_ERROR: f64 = 5e-8;
+
+impl<S: Simd> Mask<S> {
+    #[inline(always)]
+    pub(super) fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
+        Lanes { simd: self.simd, value: self.simd.select_f64s(self.value, yes.value, no.value) }
+    }
+
+    #[inline(always)]
+    pub(super) fn and(self, other: Self) -> Self {
+        Self { value: self.simd.and_m64s(self.value, other.value), ..self }
+    }
+
+    #[inline(always)]
+    pub(super) fn or(self, other: Self) -> Self {
+        Self { value: self.simd.or_m64s(self.value, other.value), ..self }
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $method:ident) => {
+        impl<S: Simd> $trait for Lanes<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Self { value: self.simd.$method(self.value, other.value), ..self }
+            }
+        }
+    };
+}
+
+operator!(Add, add, add_f64s);
+operator!(Sub, sub, sub_f64s);
+operator!(Mul, mul, mul_f64s);
+operator!(Div, div, div_f64s);
+
+impl<S: Simd> Neg for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // Exact, zeros included; pulp's own is a call on some widths.
+        self.of(-0.0) - self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pulp::{Arch, WithSimd};
+
+    use super::*;
+
+    struct Angles(Vec<(f64, f64)>);
+
+    impl WithSimd for Angles {
+        type Output = Vec<f64>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+            let angle = |&(y, x): &(f64, f64)| {
+                let mut out = Row::splat(0.0);
+                for part in 0..Row::parts::<S>() {
+                    out.store(part, Lanes::splat(simd, y).atan2(Lanes::splat(simd, x)));
+                }
+                assert!(out.0.iter().all(|value| *value == out.0[0]));
+                out.0[0]
+            };
+            self.0.iter().map(angle).collect()
+        }
+    }
+
+    #[test]
+    fn the_arctangent_keeps_its_bound_and_its_bits_on_any_register_width() {
+        let points: Vec<(f64, f64)> = (0..200_000)
+            .map(|k| {
+                let angle = std::f64::consts::PI * f64::from(k - 100_000) / 100_000.0;
+                (3.7 * angle.sin(), 3.7 * angle.cos())
+            })
+            .collect();
+        let wide = Arch::new().dispatch(Angles(points.clone()));
+        let single = Angles(points.clone()).with_simd(pulp::Scalar::new());
+        for (((y, x), wide), single) in points.iter().zip(wide).zip(single) {
+            assert!((wide - y.atan2(*x)).abs() < ATAN2_ERROR, "{y} {x}: {wide}");
+            assert_eq!(wide.to_bits(), single.to_bits());
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! The caster beside parry3d's hierarchy: leaf rows of several sizes, deep scenes, moving origins, three layers.
+
+use std::hint::black_box;
+
+use rowscan_protocol::scan::Pose;
+use rowscan_scenes::{BeamFan, Beams, Caster, Layers, Return, Scratch};
+
+use crate::measure::{Case, Report};
+use crate::peer::{FARTHEST_M, PARRY, Peer};
+use crate::row::Planting;
+
+/// Beams of a line: 270° in steps of a quarter.
+const BEAMS: usize = 1081;
+
+/// A row to be measured on.
+struct Scene {
+    name: &'static str,
+    planting: Planting,
+    /// Lines of one run of ours, and of the peer.
+    lines: [usize; 2],
+}
+
+const ONE_ROW: Planting = Planting { rows: 1, trees: 10, leaves: 5_000, blade_m: 0.08, branches: 2_000 };
+
+const SCENES: &[Scene] = &[
+    Scene { name: "50 k leaves", planting: ONE_ROW, lines: [700, 100] },
+    Scene {
+        name: "500 k leaves",
+        planting: Planting { trees: 20, leaves: 25_000, blade_m: 0.05, ..ONE_ROW },
+        lines: [700, 100],
+    },
+    Scene {
+        name: "5 M leaves",
+        planting: Planting { trees: 100, leaves: 50_000, blade_m: 0.05, ..ONE_ROW },
+        lines: [700, 100],
+    },
+    Scene {
+        name: "5 rows deep, 5 M leaves",
+        planting: Planting { rows: 5, trees: 20, leaves: 50_000, blade_m: 0.05, ..ONE_ROW },
+        lines: [200, 60],
+    },
+];
+
+/// A scene made ready for both.
+struct Bench {
+    name: &'static str,
+    caster: Caster,
+    peer: Peer,
+    length_m: f64,
+    lines: [usize; 2],
+    fan: BeamFan,
+}
+
+/// Runs all cases; `--quick` leaves out those of 5 M leaves.
+pub fn run(report: &mut Report, arguments: &[String]) {
+    let quick = arguments.iter().any(|argument| argument == "--quick");
+    for scene in SCENES {
+        let leaves = scene.planting.rows * scene.planting.trees * scene.planting.leaves;
+        if quick && leaves > 1_000_000 {
+            continue;
+        }
+        let orchard = scene.planting.orchard();
+        let bench = Bench {
+            name: scene.name,
+            caster: Caster::new(&orchard),
+            peer: Peer::new(&orchard),
+            length_m: orchard.length_m(),
+            lines: scene.lines,
+            fan: BeamFan::from_degrees(-135.0, 0.25, BEAMS),
+        };
+        drop(orchard);
+        bench.nearest(report, "every 20 mm", |line| line as f64 * 0.020);
+        bench.nearest(report, "every 2 mm", |line| line as f64 * 0.002);
+        // The golden section visits the whole row evenly, never a place near the last one.
+        bench.nearest(report, "spread along the row", |line| {
+            (line as f64 * 0.618_033_988_749_895).fract() * bench.length_m
+        });
+        bench.layers(report);
+    }
+}
+
+impl Bench {
+    fn case(&self, what: &str, threads: usize) -> Case {
+        Case {
+            name: format!("{}, {what}", self.name),
+            unit: "Mrays/s",
+            peer: PARRY,
+            threads,
+            work: self.lines.map(|lines| (lines * BEAMS) as f64 * 1e-6),
+        }
+    }
+
+    fn nearest(&self, report: &mut Report, what: &str, y_m: impl Fn(usize) -> f64) {
+        let (mut scratch, mut out) = (Scratch::default(), vec![Return::MISS; BEAMS]);
+        let ours = || {
+            for line in 0..self.lines[0] {
+                self.caster.cast(pose(y_m(line)), &self.fan, &mut scratch, &mut out);
+                black_box(&out);
+            }
+        };
+        let peer = || {
+            for line in 0..self.lines[1] {
+                let at = pose(y_m(line));
+                let origin = [at.x_m, at.y_m.rem_euclid(self.length_m), at.z_m];
+                for (cos, sin) in self.fan.directions() {
+                    black_box(self.peer.nearest(origin, [cos, 0.0, sin], before_ground(at.z_m, sin)));
+                }
+            }
+        };
+        report.compare(&self.case(what, 1), 9, ours, peer);
+    }
+
+    fn layers(&self, report: &mut Report) {
+        let beams = Beams::from(self.fan.clone());
+        let (mut scratch, mut out) = (Scratch::default(), Layers::default());
+        let ours = || {
+            for line in 0..self.lines[0] {
+                self.caster.cast_layers(pose(line as f64 * 0.02), &beams, 3, &mut scratch, &mut out);
+                black_box(&out);
+            }
+        };
+        let peer = || {
+            for line in 0..self.lines[1] {
+                let at = pose(line as f64 * 0.02);
+                let origin = [at.x_m, at.y_m.rem_euclid(self.length_m), at.z_m];
+                for (cos, sin) in self.fan.directions() {
+                    black_box(self.peer.layers(origin, [cos, 0.0, sin], before_ground(at.z_m, sin)));
+                }
+            }
+        };
+        report.compare(&self.case("first 3 leaves", 1), 9, ours, peer);
+    }
+}
+
+fn pose(y_m: f64) -> Pose {
+    Pose { x_m: -1.9, y_m, z_m: 1.6 }
+}
+
+/// Range to the ground, where the peer may stop looking.
+fn before_ground(z_m: f64, sin: f64) -> f32 {
+    if sin < 0.0 { (z_m / -sin) as f32 } else { FARTHEST_M }
+}

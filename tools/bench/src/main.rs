@@ -1,0 +1,24 @@
+//! `rowscan-bench NAME [--format json]`: one bench, one line a case.
+
+use std::process::ExitCode;
+
+use rowscan_bench::measure::Report;
+use rowscan_bench::{caster, shady};
+
+/// A bench: its name and what runs it with the arguments after it.
+type Bench = (&'static str, fn(&mut Report, &[String]));
+
+const BENCHES: &[Bench] = &[("caster", caster::run), ("shady", shady::run)];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let wanted = arguments.first().map(String::as_str);
+    let Some((_, run)) = BENCHES.iter().find(|(name, _)| Some(*name) == wanted) else {
+        let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();
+        eprintln!("usage: rowscan-bench NAME [--format json]; benches: {}", names.join(", "));
+        return ExitCode::from(2);
+    };
+    let json = arguments.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json");
+    run(&mut Report::new(json), &arguments[1..]);
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,76 @@
+//! Timing two ways of one job, turn by turn, and telling the result.
+
+use std::time::Instant;
+
+/// Prints one line a case: JSON, or a table row for people.
+pub struct Report {
+    json: bool,
+    begun: bool,
+}
+
+/// What a case is called and counted in.
+pub struct Case {
+    /// What was done.
+    pub name: String,
+    /// Unit of both values; more is better.
+    pub unit: &'static str,
+    /// What stands beside ours, with its version.
+    pub peer: &'static str,
+    /// Threads that ours used.
+    pub threads: usize,
+    /// Units of work in one run of ours, and of the peer.
+    pub work: [f64; 2],
+}
+
+impl Report {
+    /// Lines of JSON if `json`, else a table.
+    pub fn new(json: bool) -> Self {
+        Self { json, begun: false }
+    }
+
+    /// Runs both `rounds` times in turn, after one turn that does not count, and prints the best of each: on a machine with other work
+    /// that is what either can do. Gives the ratio: how many times faster ours is.
+    pub fn compare(
+        &mut self,
+        case: &Case,
+        rounds: usize,
+        mut ours: impl FnMut(),
+        mut peer: impl FnMut(),
+    ) -> f64 {
+        let mut rates = [Vec::new(), Vec::new()];
+        for round in 0..=rounds {
+            for (side, rates) in rates.iter_mut().enumerate() {
+                let start = Instant::now();
+                if side == 0 {
+                    ours()
+                } else {
+                    peer()
+                }
+                let rate = case.work[side] / start.elapsed().as_secs_f64();
+                if round > 0 {
+                    rates.push(rate);
+                }
+            }
+        }
+        let [ours, peer] = rates.map(|rates| rates.into_iter().fold(0.0, f64::max));
+        self.line(case, ours, peer);
+        ours / peer
+    }
+
+    fn line(&mut self, case: &Case, ours: f64, peer: f64) {
+        let Case { name, unit, peer: of, threads, .. } = case;
+        let ratio = ours / peer;
+        if self.json {
+            let line = serde_json::json!({
+                "case": name, "ours": ours, "unit": unit, "peer": of, "peer_value": peer, "ratio": ratio, "threads": threads,
+            });
+            println!("{line}");
+            return;
+        }
+        if !self.begun {
+            println!("{:<52} {:>10} {:>10} {:>7}  thr  unit, peer", "case", "ours", "peer", "ratio");
+            self.begun = true;
+        }
+        println!("{name:<52} {ours:>10.2} {peer:>10.2} {ratio:>7.1}  {threads:>3}  {unit}, {of}");
+    }
+}
