@@ -77,6 +77,17 @@ impl SimClock {
     }
 }
 
+impl SimClock {
+    /// Rests for a simulated time, as a device does that is at work; not at all while the clock waits for its clients.
+    pub async fn rest(&self, time: Duration) {
+        if let TimeScale::Paced(scale) = self.scale
+            && !time.is_zero()
+        {
+            tokio::time::sleep(time.div_f64(scale)).await;
+        }
+    }
+}
+
 /// A short rest before trying again what the system just refused.
 pub(crate) async fn breathe() {
     tokio::time::sleep(Duration::from_millis(50)).await;

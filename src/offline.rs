@@ -20,15 +20,23 @@ impl Offline {
     /// Ready for the first turn.
     pub fn new(device: Device, world: World) -> Self {
         let turns = Turns::new(SimTime::ZERO, device.mirror());
-        Self { device, world, turns, drive: Drive::default() }
+        let mut offline = Self { device, world, turns, drive: Drive::default() };
+        // Online, the turn at time zero has passed before anyone can have connected; the tractor still stands.
+        offline.turn();
+        offline
     }
 
     /// The next turn's telegram; `None` if the device does not measure or leaves this turn out.
     pub fn telegram(&mut self) -> Option<&LmdScandata> {
+        self.drive.begin(self.turns.next());
+        self.turn()
+    }
+
+    fn turn(&mut self) -> Option<&LmdScandata> {
         let at = self.turns.next();
         let mirror = self.device.mirror();
         self.world.look(mirror, self.drive.travelled(at));
-        self.drive.begin(at);
+        self.device.set_travelled_mm(self.world.travelled_mm(self.drive.travelled(at)));
         self.turns.advance(mirror);
         self.device.measure(at, &self.world.line())
     }

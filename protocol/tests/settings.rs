@@ -118,6 +118,9 @@ fn the_filters_change_what_is_sent() {
     bench.ask("sWN LFPmeanfilter 1 +4 0");
     assert_eq!((0..40).filter(|_| turn(&mut bench).is_some()).count(), 10);
     assert_eq!(bench.ask("sRN LFPmeanfilter"), "sRA LFPmeanfilter 1 4 0");
+    // The output rate counts what the filters leave.
+    bench.ask("sWN LMDscandatacfg 01 00 0 0 0 00 00 0 0 0 0 +5");
+    assert_eq!((0..40).filter(|_| turn(&mut bench).is_some()).count(), 2);
     let median = scan_with("lms111", &["sWN LFPmedianfilter 1 +3"]);
     assert_eq!(median.channels16[0].values[..4], [1000, 2000, 2000, 2000]);
     let particle = scan_with("lms111", &["sWN LFPparticle 1 +500"]);

@@ -4,6 +4,7 @@ use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use serde::Serialize;
 
+use super::device::DeviceArgs;
 use super::interrupt::Interrupt;
 use super::output::{self, say};
 use super::scene::SceneArgs;
@@ -36,6 +37,8 @@ pub(super) struct Args {
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 /// Dialects a virtual scanner answers.
@@ -73,10 +76,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     let model = args.scene.model(&stage.rig, args.scanner)?;
     let (device, world) = stage.scanner(args.scanner, model)?;
+    let (device, state, line_changes) = args.device.set_up(device, stage.scene.seed)?;
     let config = EmulatorConfig {
         time_scale: args.time_scale,
         dialects: args.dialect.into(),
         max_clients: args.max_clients,
+        state,
+        line_changes,
     };
     let mut emulator = Emulator::start(device, world, config);
     let mut addresses: Vec<&str> = args.tcp.iter().map(String::as_str).collect();

@@ -2,6 +2,7 @@
 
 mod decode;
 mod demo;
+mod device;
 mod emulate;
 mod estimate;
 mod interrupt;
@@ -93,6 +94,12 @@ pub enum Failure {
     /// A row that could not be tried.
     #[error(transparent)]
     Trial(#[from] crate::trial::TrialError),
+    /// Saved settings of a scanner.
+    #[error(transparent)]
+    State(#[from] crate::emulator::StateFileError),
+    /// A digital line the scanner does not have.
+    #[error(transparent)]
+    Line(#[from] rowscan_protocol::device::LineError),
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] crate::emulator::ListenError),

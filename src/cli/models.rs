@@ -1,5 +1,6 @@
 //! `rowscan models`
 
+use rowscan_protocol::device::{Evidence, REFUSALS, Refusal};
 use rowscan_protocol::model::{self, Model};
 use serde::Serialize;
 
@@ -7,6 +8,12 @@ use super::{Failure, Format, Outcome, output};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
+    /// What the scanners refuse instead, and with which code
+    #[arg(long)]
+    refusals: bool,
+    /// As a page of documentation: docs/models.md, docs/refusals.md
+    #[arg(long, conflicts_with = "format")]
+    markdown: bool,
     /// How to write the list
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -16,14 +23,20 @@ pub(super) struct Args {
 #[derive(Debug, Serialize)]
 struct Row {
     name: &'static str,
+    title: &'static str,
+    firmware: &'static str,
     start_angle_deg: f64,
     stop_angle_deg: f64,
     modes: Vec<String>,
+    points: Vec<u16>,
+    min_range_m: f64,
     max_range_m: f64,
     echoes: u8,
-    emulates: &'static [&'static str],
-    not_emulated: &'static [&'static str],
-    evidence: &'static [&'static str],
+    encoders: u8,
+    fields: u16,
+    emulates: Vec<&'static str>,
+    not_emulated: Vec<&'static str>,
+    evidence: Vec<&'static str>,
 }
 
 impl From<&'static Model> for Row {
@@ -35,14 +48,51 @@ impl From<&'static Model> for Row {
         };
         Self {
             name: model.name,
+            title: model.title,
+            firmware: model.firmware.trim_end(),
             start_angle_deg: f64::from(model.start_angle) / 10_000.0,
             stop_angle_deg: f64::from(model.stop_angle) / 10_000.0,
             modes: model.modes.iter().map(mode).collect(),
+            points: model.modes.iter().map(|&mode| model.beams(mode).count).collect(),
+            min_range_m: model.min_range_m,
             max_range_m: model.max_range_m,
             echoes: model.echoes,
-            emulates: model.emulates,
-            not_emulated: model.not_emulated,
-            evidence: model.evidence,
+            encoders: model.encoders,
+            fields: model.fields,
+            emulates: [model::ALL_EMULATE, model.emulates].concat(),
+            not_emulated: [model::NONE_EMULATE, model.not_emulated].concat(),
+            evidence: [model.evidence, model::ALL_EVIDENCE].concat(),
+        }
+    }
+}
+
+/// One refusal, as it is listed.
+#[derive(Debug, Serialize)]
+struct RefusalRow {
+    command: &'static str,
+    fault: &'static str,
+    answer: String,
+    meaning: String,
+    evidence: String,
+    example: &'static str,
+    model: &'static str,
+}
+
+impl From<&'static Refusal> for RefusalRow {
+    fn from(line: &'static Refusal) -> Self {
+        let evidence = match line.evidence {
+            Evidence::Recorded(what) => format!("recorded: {what}"),
+            Evidence::Documented(what) => format!("documented: {what}"),
+            Evidence::Assumed => "assumed from the code's meaning".to_owned(),
+        };
+        Self {
+            command: line.command,
+            fault: line.what,
+            answer: format!("sFA {:X}", line.error.code()),
+            meaning: line.error.to_string(),
+            evidence,
+            example: line.example,
+            model: line.model,
         }
     }
 }
@@ -56,25 +106,100 @@ pub(super) fn find(name: &str) -> Result<&'static Model, Failure> {
 }
 
 pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
-    let rows: Vec<Row> = model::MODELS.iter().copied().map(Row::from).collect();
-    if args.format != Format::Table {
-        output::print_rows(args.format, &rows)?;
-        return Ok(Outcome::Done);
-    }
-    for row in &rows {
-        output::print(&format!(
-            "{}  {}°..{}°  {} m  {} echo(es)\n",
-            row.name, row.start_angle_deg, row.stop_angle_deg, row.max_range_m, row.echoes
-        ))?;
-        for (title, lines) in
-            [("emulates", row.emulates), ("not emulated", row.not_emulated), ("evidence", row.evidence)]
-        {
-            output::print(&format!("  {title}\n"))?;
-            for line in lines {
-                output::print(&format!("    {line}\n"))?;
-            }
-        }
-        output::print(&format!("  scan modes\n    {}\n\n", row.modes.join("\n    ")))?;
+    let models = || model::MODELS.iter().copied().map(Row::from).collect::<Vec<_>>();
+    let refusals = || REFUSALS.iter().map(RefusalRow::from).collect::<Vec<_>>();
+    match (args.refusals, args.markdown) {
+        (false, true) => output::print(&models_page(&models()))?,
+        (true, true) => output::print(&refusals_page(&refusals()))?,
+        (true, false) => output::print_rows(args.format, &refusals())?,
+        (false, false) if args.format == Format::Table => output::print(&listing(&models()))?,
+        (false, false) => output::print_rows(args.format, &models())?,
     }
     Ok(Outcome::Done)
+}
+
+/// The three lists of a model with their titles.
+fn lists(row: &Row) -> [(&'static str, &[&'static str]); 3] {
+    [("emulates", &row.emulates), ("not emulated", &row.not_emulated), ("evidence", &row.evidence)]
+}
+
+fn listing(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        text += &format!(
+            "{}  {}°..{}°  {} m  {} echo(es)\n",
+            row.name, row.start_angle_deg, row.stop_angle_deg, row.max_range_m, row.echoes
+        );
+        for (title, lines) in lists(row) {
+            text += &format!("  {title}\n");
+            lines.iter().for_each(|line| text += &format!("    {line}\n"));
+        }
+        text += &format!("  scan modes\n    {}\n\n", row.modes.join("\n    "));
+    }
+    text += "not modelled\n";
+    for (name, why) in model::NOT_MODELLED {
+        text += &format!("  {name}: {why}\n");
+    }
+    text
+}
+
+fn models_page(rows: &[Row]) -> String {
+    let mut page = String::from(
+        "# Scanner models\n\nWritten by `rowscan models --markdown`; a test holds that it is up to date.\n\n\
+         | model | angles | scan modes | points | range | echoes | encoders | fields | firmware |\n|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in rows {
+        let points: Vec<String> = row.points.iter().map(u16::to_string).collect();
+        page += &format!(
+            "| `{}` {} | {}°..{}° | {} | {} | {} to {} m | {} | {} | {} | {} |\n",
+            row.name,
+            row.title,
+            row.start_angle_deg,
+            row.stop_angle_deg,
+            row.modes.join(", "),
+            points.join(", "),
+            row.min_range_m,
+            row.max_range_m,
+            row.echoes,
+            row.encoders,
+            row.fields,
+            row.firmware
+        );
+    }
+    let mut section = |title: &str, lines: &[&str]| {
+        page += &format!("\n## {title}\n");
+        lines.iter().for_each(|line| page += &format!("- {line}\n"));
+    };
+    section("Every model emulates", model::ALL_EMULATE);
+    section("No model emulates", model::NONE_EMULATE);
+    section("Not certain of any", model::ALL_EVIDENCE);
+    for model in model::MODELS {
+        page += &format!("\n## {}\n", model.title);
+        for (title, lines) in
+            [("emulates", model.emulates), ("not emulated", model.not_emulated), ("evidence", model.evidence)]
+        {
+            page += &format!("\n{title}\n");
+            lines.iter().for_each(|line| page += &format!("- {line}\n"));
+        }
+    }
+    page += "\n## Not modelled\n";
+    for (name, why) in model::NOT_MODELLED {
+        page += &format!("- {name}: {why}\n");
+    }
+    page
+}
+
+fn refusals_page(rows: &[RefusalRow]) -> String {
+    let mut page = String::from(
+        "# What a scanner refuses, and how\n\nWritten by `rowscan models --refusals --markdown`; a test holds that it is up to date, \
+         another sends every example.\n\n| command | fault | answer | meaning | evidence | example |\n|---|---|---|---|---|---|\n",
+    );
+    for row in rows {
+        page += &format!(
+            "| {} | {} | `{}` | {} | {} | `{}` |\n",
+            row.command, row.fault, row.answer, row.meaning, row.evidence, row.example
+        );
+    }
+    page += "\nTwo refusals are no `sFA`: `sAN SetAccessMode 0` for a wrong password, and the codes 1 to 5 of `sAN mLMPsetscancfg`.\n";
+    page
 }

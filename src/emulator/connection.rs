@@ -10,7 +10,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 
 use super::Shared;
-use super::roster::Member;
+use super::roster::{Member, Wants};
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 4096;
@@ -42,6 +42,8 @@ async fn converse<S: AsyncRead + AsyncWrite>(
 ) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
     let mut session = Session::new(shared.config.dialects);
+    let mut news = shared.news.subscribe();
+    let reboots = shared.device().reboots();
     let mut chunk = vec![0; READ_CHUNK];
     let mut replies: Vec<Reply> = Vec::new();
     loop {
@@ -51,27 +53,54 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 if read == 0 {
                     return Ok(());
                 }
-                session.handle_bytes(&mut shared.device(), shared.clock.now(), &chunk[..read], &mut replies);
+                let saved = shared.converse(&mut session, &chunk[..read], &mut replies);
                 if session.counts().frames > 0 {
                     member.has_spoken();
                 }
-                for reply in replies.drain(..) {
-                    // One write a reply: many clients take whatever one read gives as the whole reply.
-                    writer.write_all(&reply.bytes).await?;
-                    if let Some(AfterReply::Close) = reply.after {
-                        return writer.shutdown().await;
-                    }
+                // Before the reply that says so. If it cannot be kept the client gets no answer, rather than a wrong one.
+                if let (Some(settings), Some(file)) = (saved, &shared.config.state) {
+                    file.keep(settings).await?;
+                }
+                if send(shared, &mut writer, &mut replies).await? {
+                    return writer.shutdown().await;
                 }
                 // Only now: no scan may overtake the reply to its subscription.
-                member.set_wants(session.subscribed().then(|| session.dialect()));
+                member.set_wants(Wants::of(&session));
                 shared.interest.notify_one();
             }
             scan = scans.recv() => match scan {
                 // Scans already queued when the client unsubscribed are not sent any more.
-                Some(scan) if session.subscribed() => writer.write_all(&scan).await?,
+                Some(scan) if session.subscribed() || session.monitors() => writer.write_all(&scan).await?,
                 Some(_) => {}
                 None => return Ok(()),
             },
+            Ok(()) = news.changed() => {
+                {
+                    let mut device = shared.device();
+                    if device.reboots() != reboots {
+                        return Ok(());
+                    }
+                    session.poll_events(&mut device, shared.clock.now(), &mut replies);
+                }
+                send(shared, &mut writer, &mut replies).await?;
+            }
         }
     }
+}
+
+/// Sends replies and events, each when the device is done with it; true if the connection ends with them.
+async fn send<W: AsyncWrite + Unpin>(
+    shared: &Shared,
+    writer: &mut W,
+    replies: &mut Vec<Reply>,
+) -> io::Result<bool> {
+    for reply in replies.drain(..) {
+        shared.clock.rest(reply.delay).await;
+        // One write a reply: many clients take whatever one read gives as the whole reply.
+        writer.write_all(&reply.bytes).await?;
+        if let Some(AfterReply::Close) = reply.after {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use bytes::Bytes;
-use rowscan_protocol::device::{Mirror, scan_event};
+use rowscan_protocol::device::{Mirror, monitor_event, scan_event};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc::error::TrySendError;
 
-use super::Shared;
-use super::roster::Member;
+use super::roster::{Member, Wants};
 use super::world::{Drive, World};
+use super::{LineChange, Shared};
 use crate::clock::TimeScale;
 
 /// When the mirror passes its zero index: absolute instants epoch + n·T, never a sum of periods.
@@ -60,7 +60,8 @@ fn period_times(n: u64, frequency_centihz: u32, ppm: i32) -> u64 {
 pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
     let mut turns = Turns::new(SimTime::ZERO, shared.device().mirror());
     let mut drive = Drive::default();
-    let mut audience: Vec<(Arc<Member>, Dialect)> = Vec::new();
+    let mut audience: Vec<(Arc<Member>, Wants)> = Vec::new();
+    let mut line_changes = shared.config.line_changes.clone();
     loop {
         let at = turns.next();
         // Cast ahead, so that the line is ready before its deadline.
@@ -68,13 +69,15 @@ pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
         world.look(mirror, drive.travelled(at));
         shared.clock.reach(at).await;
         if at > SimTime::ZERO {
-            wait_for_clients(&shared).await;
+            wait_for_clients(&shared, at).await;
         }
         let current = shared.device().mirror();
         if current != mirror {
             mirror = current;
             world.look(mirror, drive.travelled(at));
         }
+        switch_lines(&shared, at, &mut line_changes);
+        shared.device().set_travelled_mm(world.travelled_mm(drive.travelled(at)));
         shared.roster.audience(&mut audience);
         if let Some(telegram) = Telegram::measure(&shared, at, &world, &audience) {
             telegram.deliver(&shared, &audience).await;
@@ -86,27 +89,74 @@ pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
     }
 }
 
-/// As fast as the clients take it, time stands still while nobody wants a scan or the device does not measure.
-async fn wait_for_clients(shared: &Shared) {
+/// Switches the lines whose time has come.
+fn switch_lines(shared: &Shared, now: SimTime, changes: &mut Vec<LineChange>) {
+    changes.retain(|change| {
+        let due = change.at <= now;
+        if due {
+            let mut device = shared.device();
+            if let Err(cause) = change.apply(&mut device) {
+                tracing::warn!(%cause, "line not switched");
+            }
+            shared.spread(&device);
+        }
+        !due
+    });
+}
+
+/// As fast as the clients take it, time stands still while nobody wants a scan or the device does not measure. While it starts up
+/// time goes on: clients wait for it to be ready.
+async fn wait_for_clients(shared: &Shared, at: SimTime) {
     if shared.clock.scale() != TimeScale::Max {
         return;
     }
     let mut audience = Vec::new();
     loop {
         shared.roster.audience(&mut audience);
-        if !audience.is_empty() && shared.device().is_measuring() {
+        let (settling, measuring) = {
+            let device = shared.device();
+            (device.is_settling(at), device.is_measuring())
+        };
+        if settling || measuring && !audience.is_empty() {
             return;
         }
         shared.interest.notified().await;
     }
 }
 
-/// One scan telegram, encoded once a dialect, whoever many want it.
+/// One scan telegram, encoded once a dialect and name, whoever many want it.
 #[derive(Debug, Default)]
 struct Telegram {
     counter: u16,
+    scan: Frames,
+    monitor: Frames,
+}
+
+/// The same telegram in both dialects, as far as someone wants it.
+#[derive(Debug, Default)]
+struct Frames {
     a: Option<Bytes>,
     b: Option<Bytes>,
+}
+
+impl Frames {
+    fn encode(wanted: impl Fn(Dialect) -> bool, encode: impl Fn(Dialect, &mut Vec<u8>)) -> Self {
+        let frame = |dialect| {
+            wanted(dialect).then(|| {
+                let mut frame = Vec::new();
+                encode(dialect, &mut frame);
+                Bytes::from(frame)
+            })
+        };
+        Self { a: frame(Dialect::A), b: frame(Dialect::B) }
+    }
+
+    fn in_dialect(&self, dialect: Dialect) -> Option<Bytes> {
+        match dialect {
+            Dialect::A => self.a.clone(),
+            Dialect::B => self.b.clone(),
+        }
+    }
 }
 
 impl Telegram {
@@ -115,43 +165,53 @@ impl Telegram {
         shared: &Shared,
         at: SimTime,
         world: &World,
-        audience: &[(Arc<Member>, Dialect)],
+        audience: &[(Arc<Member>, Wants)],
     ) -> Option<Self> {
         let mut device = shared.device();
-        let scan = device.measure(at, &world.line())?;
-        let encode = |dialect| {
-            audience.iter().any(|(_, wanted)| *wanted == dialect).then(|| {
-                let mut frame = Vec::new();
-                scan_event(dialect, scan, &mut frame);
-                Bytes::from(frame)
-            })
-        };
-        Some(Self { counter: scan.telegram_counter, a: encode(Dialect::A), b: encode(Dialect::B) })
+        let measured = device.measure(at, &world.line()).map(|scan| {
+            let wanted = |of: fn(&Wants) -> bool| {
+                move |dialect| audience.iter().any(|(_, wants)| wants.dialect == dialect && of(wants))
+            };
+            Self {
+                counter: scan.telegram_counter,
+                scan: Frames::encode(wanted(|wants| wants.scans), |dialect, out| {
+                    scan_event(dialect, scan, out);
+                }),
+                monitor: Frames::encode(wanted(|wants| wants.monitor), |dialect, out| {
+                    monitor_event(dialect, scan, out);
+                }),
+            }
+        });
+        shared.spread(&device);
+        measured
     }
 
     /// Hands it to everyone who wants it. Paced, a full queue drops it for that client alone; else the clock waits.
-    async fn deliver(&self, shared: &Shared, audience: &[(Arc<Member>, Dialect)]) {
+    async fn deliver(&self, shared: &Shared, audience: &[(Arc<Member>, Wants)]) {
         if !audience.is_empty() {
             shared.latency.sent(self.counter);
         }
-        for (member, dialect) in audience {
-            let frame = match dialect {
-                Dialect::A => &self.a,
-                Dialect::B => &self.b,
-            };
-            let Some(frame) = frame.clone() else { continue };
-            let (taken, dropped) = match shared.clock.scale() {
-                TimeScale::Max => (member.queue().send(frame).await.is_ok(), false),
-                TimeScale::Paced(_) => match member.queue().try_send(frame) {
-                    Ok(()) => (true, false),
-                    Err(TrySendError::Full(_)) => (false, true),
-                    Err(TrySendError::Closed(_)) => (false, false),
-                },
-            };
-            shared.counts.sent.fetch_add(taken.into(), Ordering::Relaxed);
-            shared.counts.dropped.fetch_add(dropped.into(), Ordering::Relaxed);
+        for (member, wants) in audience {
+            let scan = wants.scans.then(|| self.scan.in_dialect(wants.dialect)).flatten();
+            let monitor = wants.monitor.then(|| self.monitor.in_dialect(wants.dialect)).flatten();
+            for frame in scan.into_iter().chain(monitor) {
+                hand_over(shared, member, frame).await;
+            }
         }
     }
+}
+
+async fn hand_over(shared: &Shared, member: &Member, frame: Bytes) {
+    let (taken, dropped) = match shared.clock.scale() {
+        TimeScale::Max => (member.queue().send(frame).await.is_ok(), false),
+        TimeScale::Paced(_) => match member.queue().try_send(frame) {
+            Ok(()) => (true, false),
+            Err(TrySendError::Full(_)) => (false, true),
+            Err(TrySendError::Closed(_)) => (false, false),
+        },
+    };
+    shared.counts.sent.fetch_add(taken.into(), Ordering::Relaxed);
+    shared.counts.dropped.fetch_add(dropped.into(), Ordering::Relaxed);
 }
 
 #[cfg(test)]

@@ -1,24 +1,27 @@
 //! The virtual scanner: a mirror that turns in simulated time, a device that turns lines into telegrams, and the clients
 //! that listen.
 //!
-//! One task turns the mirror ([`mirror`]), one task serves each client ([`connection`]); they share the device behind a lock
-//! and meet in bounded queues. The byte path to a client is one place, [`connection::serve`].
+//! One task turns the mirror (`mirror`), one task serves each client (`connection`); they share the device behind a lock
+//! and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
 
 mod connection;
 mod listener;
 mod mirror;
 mod roster;
+mod state_file;
 mod world;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rowscan_protocol::device::{Device, DialectPolicy};
-use tokio::sync::Notify;
+use rowscan_protocol::device::{Device, DialectPolicy, LineError, Reply, Session};
+use rowscan_protocol::time::SimTime;
+use tokio::sync::{Notify, watch};
 use tokio::task::JoinSet;
 
 pub use listener::{Bound, ListenError};
 pub(crate) use mirror::Turns;
+pub use state_file::{StateFile, StateFileError};
 pub(crate) use world::Drive;
 pub use world::{World, WorldError};
 
@@ -29,7 +32,7 @@ use roster::Roster;
 pub const MAX_CLIENTS: usize = 32;
 
 /// How a virtual scanner is run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct EmulatorConfig {
     /// How simulated time runs.
     pub time_scale: TimeScale,
@@ -37,11 +40,44 @@ pub struct EmulatorConfig {
     pub dialects: DialectPolicy,
     /// Clients served at once.
     pub max_clients: usize,
+    /// Where mEEwriteall keeps the settings.
+    pub state: Option<StateFile>,
+    /// Digital lines that change on the way, in any order.
+    pub line_changes: Vec<LineChange>,
+}
+
+/// A digital line that is switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LineChange {
+    /// When.
+    pub at: SimTime,
+    /// An output; else an input.
+    pub output: bool,
+    /// Which, from 1.
+    pub number: u8,
+    /// On; else off.
+    pub on: bool,
+}
+
+impl LineChange {
+    /// Switches it on `device`.
+    pub fn apply(&self, device: &mut Device) -> Result<(), LineError> {
+        match self.output {
+            true => device.set_output(self.at, self.number, self.on),
+            false => device.set_input(self.at, self.number, self.on),
+        }
+    }
 }
 
 impl Default for EmulatorConfig {
     fn default() -> Self {
-        Self { time_scale: TimeScale::Paced(1.0), dialects: DialectPolicy::Auto, max_clients: MAX_CLIENTS }
+        Self {
+            time_scale: TimeScale::Paced(1.0),
+            dialects: DialectPolicy::Auto,
+            max_clients: MAX_CLIENTS,
+            state: None,
+            line_changes: Vec::new(),
+        }
     }
 }
 
@@ -53,6 +89,8 @@ pub struct Shared {
     roster: Roster,
     /// Rung when a client's interest changes, so that a waiting mirror looks again.
     interest: Notify,
+    /// How often the device's lines have changed and it has restarted: connections look when this changes.
+    news: watch::Sender<(u32, u32)>,
     config: EmulatorConfig,
     counts: Counts,
     latency: Latency,
@@ -80,6 +118,21 @@ impl Shared {
     fn device(&self) -> MutexGuard<'_, Device> {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// Lets `session` answer; the settings, if mEEwriteall was among the requests.
+    fn converse(&self, session: &mut Session, bytes: &[u8], replies: &mut Vec<Reply>) -> Option<String> {
+        let mut device = self.device();
+        let saves = device.saves();
+        session.handle_bytes(&mut device, self.clock.now(), bytes, replies);
+        self.spread(&device);
+        (device.saves() != saves).then(|| device.saved_settings())
+    }
+
+    /// Rings every connection if there is anything new about the device.
+    fn spread(&self, device: &Device) {
+        let news = (device.changes(), device.reboots());
+        self.news.send_if_modified(|known| std::mem::replace(known, news) != news);
+    }
 }
 
 /// A running virtual scanner. Dropping it ends its tasks and closes its connections.
@@ -97,6 +150,7 @@ impl Emulator {
             clock: SimClock::start(config.time_scale),
             roster: Roster::new(config.max_clients),
             interest: Notify::new(),
+            news: watch::Sender::default(),
             config,
             counts: Counts::default(),
             latency: Latency::default(),

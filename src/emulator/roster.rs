@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
+use rowscan_protocol::device::Session;
 use rowscan_protocol::frame::Dialect;
 use tokio::sync::{Notify, mpsc};
 
@@ -23,12 +24,31 @@ pub(super) struct Roster {
 pub(super) struct Member {
     id: u64,
     queue: mpsc::Sender<Bytes>,
-    /// The dialect scans are wanted in.
-    wants: Mutex<Option<Dialect>>,
+    /// What is wanted of the scans, if anything.
+    wants: Mutex<Option<Wants>>,
     /// It has sent at least one valid telegram.
     spoke: AtomicBool,
     /// Rung to turn this client out.
     leave: Notify,
+}
+
+/// What a client wants of the scans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Wants {
+    pub(super) dialect: Dialect,
+    /// Every scan, as LMDscandata.
+    pub(super) scans: bool,
+    /// Every scan, as LMDscandatamon.
+    pub(super) monitor: bool,
+}
+
+impl Wants {
+    /// What `session` has subscribed to.
+    pub(super) fn of(session: &Session) -> Option<Self> {
+        let wants =
+            Self { dialect: session.dialect(), scans: session.subscribed(), monitor: session.monitors() };
+        (wants.scans || wants.monitor).then_some(wants)
+    }
 }
 
 impl Roster {
@@ -60,13 +80,11 @@ impl Roster {
         self.lock().retain(|other| other.id != member.id);
     }
 
-    /// The clients that want scans now, with the dialect each wants.
-    pub(super) fn audience(&self, out: &mut Vec<(Arc<Member>, Dialect)>) {
+    /// The clients that want scans now, with what each wants.
+    pub(super) fn audience(&self, out: &mut Vec<(Arc<Member>, Wants)>) {
         out.clear();
         out.extend(
-            self.lock()
-                .iter()
-                .filter_map(|member| member.wants().map(|dialect| (Arc::clone(member), dialect))),
+            self.lock().iter().filter_map(|member| member.wants().map(|wants| (Arc::clone(member), wants))),
         );
     }
 
@@ -76,12 +94,12 @@ impl Roster {
 }
 
 impl Member {
-    pub(super) fn wants(&self) -> Option<Dialect> {
+    pub(super) fn wants(&self) -> Option<Wants> {
         *self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Says in which dialect scans are wanted.
-    pub(super) fn set_wants(&self, wants: Option<Dialect>) {
+    /// Says what is wanted of the scans.
+    pub(super) fn set_wants(&self, wants: Option<Wants>) {
         *self.wants.lock().unwrap_or_else(PoisonError::into_inner) = wants;
     }
 

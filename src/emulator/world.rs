@@ -60,7 +60,7 @@ impl World {
 
     /// Casts one line: the mirror's full grid, with the tractor `travelled` into its drive.
     ///
-    /// One origin a line: the tractor's motion within a turn is left out (its effect: an issue of its own).
+    /// One origin a line: the tractor's motion within a turn (15 mm at 1 m/s and 50 Hz) is left out.
     pub fn look(&mut self, mirror: Mirror, travelled: Duration) {
         if self.seen == Some((mirror, travelled)) {
             return;
@@ -74,6 +74,11 @@ impl World {
         let [echo] = &mut self.echoes;
         optics::measure(&self.returns, self.limits, &mut echo.range_mm, &mut echo.remission);
         self.seen = Some((mirror, travelled));
+    }
+
+    /// The way an encoder on this tractor has counted after `travelled`.
+    pub fn travelled_mm(&self, travelled: Duration) -> f64 {
+        (self.rig.y_m(travelled.as_secs_f64()) - self.rig.y_m(0.0)) * 1000.0
     }
 
     /// The line last cast, in the device's raw units.

@@ -55,6 +55,12 @@ impl Device {
         now < self.condition.silent_until
     }
 
+    /// True while it starts up, speeds up or settles in a new scan mode.
+    pub fn is_settling(&self, now: SimTime) -> bool {
+        let Condition { silent_until, scans_from, busy_until, .. } = self.condition;
+        now < silent_until.max(scans_from).max(busy_until)
+    }
+
     /// How often it has restarted: when this number changes, all connections are gone.
     pub fn reboots(&self) -> u32 {
         self.condition.reboots

@@ -46,6 +46,14 @@ pub(super) struct Change {
     pub(super) at_us: u64,
 }
 
+impl Changes {
+    /// The same counts, as of a clock that begins anew.
+    pub(super) fn since_power_up(self) -> Self {
+        let counted = |change: Change| Change { at_us: 0, ..change };
+        Self { inputs: counted(self.inputs), outputs: counted(self.outputs), field: counted(self.field) }
+    }
+}
+
 impl Change {
     fn now(&mut self, uptime_us: u64) {
         self.count = self.count.wrapping_add(1);

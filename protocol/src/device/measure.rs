@@ -41,7 +41,7 @@ pub fn scan_event(dialect: Dialect, scan: &LmdScandata, out: &mut Vec<u8>) {
 
 impl Device {
     /// One mirror turn, whose zero index was at `at`. The scan counter advances always; a telegram comes while measuring,
-    /// on every n-th turn as LMDscandatacfg says, or once for all turns of a mean.
+    /// for every n-th line as LMDscandatacfg says; a mean makes one line of its turns.
     pub fn measure(&mut self, at: SimTime, line: &MeasuredLine<'_>) -> Option<&LmdScandata> {
         let turn = self.counters.turns;
         self.counters.turns += 1;
@@ -59,8 +59,10 @@ impl Device {
         let rate = u64::from(self.settings.scan_data.output_rate.max(1));
         // Taken out while they are used, so that their buffers are used again.
         let mut filters = core::mem::take(&mut self.filters);
-        let sent = turn.is_multiple_of(rate);
-        if let Some(line) = filters.apply(self.settings.filters, line).filter(|_| sent) {
+        let filtered = filters.apply(self.settings.filters, line);
+        let lines = self.counters.lines;
+        self.counters.lines += u64::from(filtered.is_some());
+        if let Some(line) = filtered.filter(|_| lines.is_multiple_of(rate)) {
             let mut scan = core::mem::take(&mut self.last_scan);
             self.evaluate_field(at, nearest_mm(&line));
             self.fill_header(&mut scan, at, turn, scan_counter);

@@ -97,6 +97,8 @@ pub struct Device {
 pub(super) struct Counters {
     /// Mirror turns since power-up.
     pub(super) turns: u64,
+    /// Lines made while measuring, after the filters.
+    pub(super) lines: u64,
     /// What the next turn carries.
     pub(super) scan: u16,
     /// What the next telegram carries.
@@ -136,6 +138,11 @@ impl Device {
         self.clock = Clock::new(&options, self.model.jitter_us);
         self.begin(options.start);
         self
+    }
+
+    /// Sets the comment of scan telegrams, which LMDscandatacfg asks for.
+    pub fn set_comment(&mut self, comment: &str) {
+        self.identity.comment = comment.into();
     }
 
     /// What it is.
@@ -193,7 +200,7 @@ impl Device {
         fresh.condition = self.condition;
         fresh.lines.inputs = self.lines.inputs;
         fresh.lines.field.radius_mm = self.lines.field.radius_mm;
-        fresh.lines.changes = self.lines.changes;
+        fresh.lines.changes = self.lines.changes.since_power_up();
         *self = Self {
             options: self.options,
             settings: self.saved.clone(),

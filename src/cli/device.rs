@@ -1,0 +1,196 @@
+//! Flags that say in which state the virtual scanner is, and how it behaves.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+use rowscan_protocol::device::{Device, Options, Profile, Start};
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::time::SimTime;
+
+use super::Failure;
+use crate::emulator::{LineChange, StateFile};
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Device")]
+pub(super) struct DeviceArgs {
+    /// Whether it takes the time a real one takes
+    #[arg(long, value_enum, default_value_t)]
+    profile: ProfileArg,
+    /// The state it is found in [default: streaming; power-up with --profile field]
+    #[arg(long, value_enum, value_name = "STATE")]
+    start: Option<StartArg>,
+    /// Keep saved settings (mEEwriteall) in this file, and begin with what it holds
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
+    /// A login stops the scans until Run or LMCstartmeas, as the manual has it
+    #[arg(long)]
+    strict_login: bool,
+    /// Seconds it has been on already: where its clock stands
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = uptime)]
+    uptime: f64,
+    /// How much too fast its clock runs, parts per million
+    #[arg(long, value_name = "PPM", default_value_t = 0, allow_negative_numbers = true,
+          value_parser = clap::value_parser!(i32).range(-100_000..=100_000))]
+    clock_ppm: i32,
+    /// Switch a digital input, at a second of simulated time; repeatable: `1=on`, `2=off@3.5`
+    #[arg(long, value_name = "N=on|off[@SECONDS]")]
+    input: Vec<LineArg>,
+    /// Switch a digital output; as --input
+    #[arg(long, value_name = "N=on|off[@SECONDS]")]
+    output: Vec<LineArg>,
+    /// Evaluation field 1: infringed while anything is nearer than this
+    #[arg(long, value_name = "METRES", value_parser = field_mm)]
+    field: Option<u16>,
+    /// Dirt on the front screen: 0 clean, 1 warning, 2 error, 3 serious error
+    #[arg(long, value_name = "LEVEL", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
+    contamination: u8,
+    /// The comment in its scan telegrams, where a client asks for it
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    comment: String,
+}
+
+/// Times and jitter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum ProfileArg {
+    /// Warm and ready; exact periods, immediate answers
+    #[default]
+    Bench,
+    /// Boot, busy and save times, latencies, periods and jitter as recorded
+    Field,
+}
+
+/// States a scanner can be found in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum StartArg {
+    /// Measuring
+    Streaming,
+    /// Just switched on
+    PowerUp,
+    /// Laser off, the mirror turns
+    Standby,
+    /// Stopped by a client that is gone
+    Stopped,
+    /// A client logged in and vanished: no scans until Run or LMCstartmeas
+    LoggedIn,
+    /// Out of order
+    Error,
+    /// A client has stored CoLa A: it decides over --dialect a and b
+    ColaA,
+    /// A client has stored CoLa B: it decides over --dialect a and b
+    ColaB,
+}
+
+impl From<StartArg> for Start {
+    fn from(arg: StartArg) -> Self {
+        match arg {
+            StartArg::Streaming => Self::Streaming,
+            StartArg::PowerUp => Self::PowerUp,
+            StartArg::Standby => Self::Standby,
+            StartArg::Stopped => Self::Stopped,
+            StartArg::LoggedIn => Self::LoggedIn,
+            StartArg::Error => Self::Error,
+            StartArg::ColaA => Self::Stored(Dialect::A),
+            StartArg::ColaB => Self::Stored(Dialect::B),
+        }
+    }
+}
+
+/// `1=on@2.5`
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LineArg {
+    number: u8,
+    on: bool,
+    at: SimTime,
+}
+
+impl FromStr for LineArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || format!("expected a line such as `1=on` or `2=off@3.5`, found `{text}`");
+        let (number, rest) = text.split_once('=').ok_or_else(wrong)?;
+        let (state, seconds) = rest.split_once('@').unwrap_or((rest, "0"));
+        let on = match state {
+            "on" => true,
+            "off" => false,
+            _ => return Err(wrong()),
+        };
+        let seconds =
+            seconds.parse().ok().and_then(|s| Duration::try_from_secs_f64(s).ok()).ok_or_else(wrong)?;
+        Ok(Self { number: number.parse().map_err(|_| wrong())?, on, at: SimTime::ZERO + seconds })
+    }
+}
+
+fn uptime(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| format!("expected seconds, found `{text}`"))?;
+    // A hundred years; the device's own clock wraps after 71 minutes anyway.
+    match (0.0..=3.2e9).contains(&seconds) {
+        true => Ok(seconds),
+        false => Err(format!("expected 0 to 3200000000 seconds, found `{text}`")),
+    }
+}
+
+fn field_mm(text: &str) -> Result<u16, String> {
+    let millimetres = text.parse::<f64>().map(|metres| (metres * 1000.0).round());
+    match millimetres {
+        Ok(millimetres) if (1.0..=65_535.0).contains(&millimetres) => Ok(millimetres as u16),
+        _ => Err(format!("expected 0.001 to 65.535 metres, found `{text}`")),
+    }
+}
+
+impl DeviceArgs {
+    /// The device as these flags have it, its settings file, and what happens to its lines on the way.
+    pub(super) fn set_up(
+        &self,
+        device: Device,
+        seed: u64,
+    ) -> Result<(Device, Option<StateFile>, Vec<LineChange>), Failure> {
+        let profile = match self.profile {
+            ProfileArg::Bench => Profile::Bench,
+            ProfileArg::Field => Profile::Field,
+        };
+        let start = match (self.start, profile) {
+            (Some(start), _) => start.into(),
+            (None, Profile::Bench) => Start::Streaming,
+            (None, Profile::Field) => Start::PowerUp,
+        };
+        let mut device = device.with_options(Options {
+            profile,
+            start,
+            strict_login: self.strict_login,
+            power_up_before: Duration::from_secs_f64(self.uptime),
+            clock_ppm: self.clock_ppm,
+            seed,
+        });
+        let state = self.state.as_ref().map(|path| StateFile::open(path, &mut device)).transpose()?;
+        device.set_contamination(self.contamination);
+        device.set_comment(&self.comment);
+        device.watch_field(self.field);
+        let lines = |args: &[LineArg], output: bool| {
+            let change =
+                move |arg: &LineArg| LineChange { at: arg.at, output, number: arg.number, on: arg.on };
+            args.iter().map(change).collect::<Vec<_>>()
+        };
+        let changes = [lines(&self.input, false), lines(&self.output, true)].concat();
+        // A line the model does not have is told now, not when its time comes.
+        let mut trial = device.clone();
+        changes.iter().try_for_each(|change| change.apply(&mut trial))?;
+        Ok((device, state, changes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_a_number_a_state_and_maybe_a_time() {
+        let line = |number, on, ns| Ok(LineArg { number, on, at: SimTime(ns) });
+        assert_eq!("1=on".parse(), line(1, true, 0));
+        assert_eq!("2=off@3.5".parse(), line(2, false, 3_500_000_000));
+        for nonsense in ["", "1", "1=yes", "x=on", "1=on@soon", "1=on@-1", "300=on"] {
+            assert!(nonsense.parse::<LineArg>().is_err(), "{nonsense}");
+        }
+    }
+}
