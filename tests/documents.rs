@@ -1,13 +1,16 @@
 //! Pages that a command writes are what it writes now, and the settings file keeps its promise on the command line.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
 
-#[path = "common/binary.rs"]
-#[allow(dead_code, reason = "each test binary uses its own part")]
-mod binary;
+mod common;
 
 use std::path::Path;
 
-use binary::run;
+use common::binary::run;
 
 #[test]
 fn the_pages_of_models_and_refusals_are_up_to_date() {
