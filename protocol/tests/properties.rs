@@ -293,6 +293,18 @@ fn a_second_scan_of_the_same_shape_reuses_every_buffer() {
     }
 }
 
+/// Found by fuzzing: a channel without a name took its neighbours' place in text.
+#[test]
+fn a_channel_without_a_name_keeps_its_place_in_text() {
+    let telegram = LmdScandata {
+        channels16: vec![Channel { values: vec![7], ..Channel::default() }],
+        ..LmdScandata::default()
+    };
+    let payload = payload(Dialect::A, &telegram);
+    let again: LmdScandata = Telegram::parse(Dialect::A, &payload).unwrap().args.decode().unwrap();
+    assert_eq!(again.channels16[0].values, [7]);
+}
+
 #[test]
 fn remission_is_found_by_the_distance_channels_digit_in_either_width() {
     let distance = |name: &[u8; 5]| Channel {

@@ -266,7 +266,11 @@ impl<const N: usize> Fields for FixedText<N> {
             Dialect::A => {
                 // A blank would end the token, STX or ETX the frame.
                 let safe = self.0.map(|b| if matches!(b, 2 | 3 | b' ') { b'?' } else { b });
-                writer.fixed(Self(safe).as_bytes());
+                match Self(safe).as_bytes() {
+                    // No text is no token, and what follows would move up.
+                    [] => writer.fixed(b"?"),
+                    text => writer.fixed(text),
+                }
             }
             Dialect::B => writer.fixed(&self.0),
         }
