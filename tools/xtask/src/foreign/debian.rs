@@ -8,10 +8,14 @@ use crate::shell;
 /// Makes `programs` available by installing `packages`, if any of them is missing; an error says why that cannot be.
 pub fn provide(programs: &[&str], packages: &[&str]) -> Result<(), String> {
     let missing = || programs.iter().filter(|program| !shell::has(program)).copied().collect::<Vec<_>>();
-    if missing().is_empty() {
+    provide_where(&missing().join(", "), || missing().is_empty(), packages)
+}
+
+/// Makes what is called `wanted` available by installing `packages`, if it is not there.
+pub fn provide_where(wanted: &str, is_there: impl Fn() -> bool, packages: &[&str]) -> Result<(), String> {
+    if is_there() {
         return Ok(());
     }
-    let wanted = missing().join(", ");
     if !shell::has("apt-get") {
         return Err(format!("{wanted} not installed, and there is no apt-get"));
     }
@@ -19,10 +23,7 @@ pub fn provide(programs: &[&str], packages: &[&str]) -> Result<(), String> {
     let mut install = apt_get().ok_or("not root")?;
     install.args(["install", "-y", "--no-install-recommends", "-qq"]).args(packages);
     shell::run(install.stdout(Stdio::null()))?;
-    match missing() {
-        still if still.is_empty() => Ok(()),
-        still => Err(format!("{} not in {}", still.join(", "), packages.join(", "))),
-    }
+    is_there().then_some(()).ok_or_else(|| format!("{wanted} not in {}", packages.join(", ")))
 }
 
 /// Refreshes the package lists, once a run.

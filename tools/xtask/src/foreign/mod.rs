@@ -3,6 +3,7 @@
 //! A part that cannot run here (no root, no network, no Debian) is skipped visibly; a part that runs and fails is a failure.
 
 mod debian;
+mod mrpt;
 mod socat;
 
 use std::process::ExitCode;
@@ -14,6 +15,7 @@ use crate::workspace::Workspace;
 const PARTS: &[Step] = &[
     Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
     Step::new("socat", socat::run),
+    Step::new("mrpt", mrpt::run),
 ];
 
 /// Runs every part, or those named in `arguments`.
