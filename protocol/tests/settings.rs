@@ -220,6 +220,12 @@ fn a_torn_or_foreign_file_is_refused_and_changes_nothing() {
     for end in 0..good.len() {
         assert!(bench.device.restore(&good[..end]).is_err(), "{:?}", &good[..end]);
     }
+    for at in 0..good.len() {
+        let mut edited = good.clone().into_bytes();
+        edited[at] ^= 1;
+        let edited = String::from_utf8(edited).unwrap();
+        assert!(bench.device.restore(&edited).is_err(), "{edited}");
+    }
     let other = bench.device.saved_settings().replace("lms511", "lms111");
     assert!(matches!(bench.device.restore(&other), Err(SavedError::OtherModel { .. })));
     assert_eq!(bench.device.restore("[package]\nname = \"x\"\n"), Err(SavedError::Foreign));
