@@ -123,7 +123,12 @@ fn decode_cases(report: &mut Report, dialect: Dialect, frame: &[u8], scan: &LmdS
             report.compare(&case(dialect, "decode", BYTES, TELEGRAMS), ROUNDS, &mut ours, peer);
             let mut copy = Vec::new();
             let peer = || (0..TELEGRAMS).for_each(|_| copied_and_summed(black_box(frame), &mut copy));
-            report.compare(&case(dialect, "decode beside a copy", COPY_AND_SUM, TELEGRAMS), ROUNDS, ours, peer);
+            report.compare(
+                &case(dialect, "decode beside a copy", COPY_AND_SUM, TELEGRAMS),
+                ROUNDS,
+                ours,
+                peer,
+            );
         }
     }
 }
@@ -152,7 +157,12 @@ fn encode_cases(report: &mut Report, dialect: Dialect, frame: &[u8], scan: &LmdS
             let peer = || (0..TELEGRAMS).for_each(|_| drop(black_box(pushed(black_box(scan)))));
             report.compare(&case(dialect, "encode", PUSH, TELEGRAMS), ROUNDS, &mut ours, peer);
             let peer = || (0..TELEGRAMS).for_each(|_| copied_and_summed(black_box(frame), &mut copy));
-            report.compare(&case(dialect, "encode beside a copy", COPY_AND_SUM, TELEGRAMS), ROUNDS, ours, peer);
+            report.compare(
+                &case(dialect, "encode beside a copy", COPY_AND_SUM, TELEGRAMS),
+                ROUNDS,
+                ours,
+                peer,
+            );
         }
     }
 }

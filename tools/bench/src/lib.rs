@@ -1,6 +1,7 @@
 //! Our kernels beside well-kept peers: same scenes, same process, runs interleaved.
 
 pub mod caster;
+pub mod codec;
 pub mod measure;
 pub mod peer;
 pub mod row;

@@ -8,7 +8,24 @@ use crate::workspace::Workspace;
 type Bench = (&'static str, fn(&Workspace, &[String]) -> ExitCode);
 
 /// Every bench. A new one is a file beside this one and a line here.
-const BENCHES: &[Bench] = &[];
+const BENCHES: &[Bench] = &[
+    ("caster", |workspace, arguments| beside_peers(workspace, "caster", arguments)),
+    ("codec", |workspace, arguments| beside_peers(workspace, "codec", arguments)),
+    ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),
+];
+
+/// Builds and runs a bench of `tools/bench`.
+fn beside_peers(workspace: &Workspace, name: &str, arguments: &[String]) -> ExitCode {
+    let mut cargo = workspace.cargo(&["run", "--release", "--quiet", "-p", "rowscan-bench", "--", name]);
+    match cargo.args(arguments).status() {
+        Ok(status) if status.success() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("xtask bench: cannot run cargo: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
 
 /// Runs the bench named first in `arguments`.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
