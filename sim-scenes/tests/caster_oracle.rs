@@ -245,6 +245,21 @@ fn any_register_width_gives_the_same_bits() {
 }
 
 #[test]
+fn lines_in_parallel_are_the_lines_one_by_one() {
+    let mut dice = Dice::new(31);
+    let caster = Caster::new(&dice.scene());
+    let fan = BeamFan::from_degrees(-135.0, 0.5, 541).advancing(0.015 / 541.0);
+    let origins: Vec<Pose> = (0..40).map(|_| dice.pose()).collect();
+    let mut together = vec![Return::MISS; 541 * origins.len()];
+    caster.cast_lines(&origins, &fan, &mut together);
+    let (mut scratch, mut line) = (Scratch::default(), vec![Return::MISS; 541]);
+    for (origin, found) in origins.iter().zip(together.chunks(541)) {
+        caster.cast(*origin, &fan, &mut scratch, &mut line);
+        assert_eq!(line, found);
+    }
+}
+
+#[test]
 fn the_row_repeats_for_ever() {
     let mut dice = Dice::new(9);
     let orchard = dice.scene();

@@ -141,6 +141,12 @@ impl<S: Simd> Mask<S> {
         Self { value: self.simd.and_m64s(self.value, other.value), ..self }
     }
 
+    /// True if no place is.
+    #[inline(always)]
+    pub(super) fn is_empty(self) -> bool {
+        self.simd.first_true_m64s(self.value) >= S::F64_LANES
+    }
+
     #[inline(always)]
     pub(super) fn or(self, other: Self) -> Self {
         Self { value: self.simd.or_m64s(self.value, other.value), ..self }

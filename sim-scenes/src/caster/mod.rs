@@ -31,6 +31,7 @@ pub use returns::{Class, Return};
 
 use glam::DVec3;
 use pulp::WithSimd;
+use rayon::prelude::*;
 use rowscan_protocol::scan::Pose;
 
 use crate::orchard::Orchard;
@@ -99,6 +100,15 @@ impl Caster {
         for ((beam, direction), target) in fan.directions().enumerate().zip(out) {
             *target = self.found(fan, DVec3::new(direction.0, 0.0, direction.1), beam, 0, scratch);
         }
+    }
+
+    /// Many lines, on all threads of the current rayon pool: line `i` from `origins[i]` goes to `out[i · fan.len()..]`. The returns are
+    /// those of [`Caster::cast`], whatever the number of threads. Lines for which `out` has no room are left out.
+    pub fn cast_lines(&self, origins: &[Pose], fan: &BeamFan, out: &mut [Return]) {
+        let lines = out.par_chunks_exact_mut(fan.len().max(1)).zip(origins);
+        lines.for_each_init(Scratch::default, |scratch, (line, origin)| {
+            self.cast(*origin, fan, scratch, line)
+        });
     }
 
     /// The nearest surface along every beam, as [`Caster::cast`] finds it, and besides the first `k` leaves before the first wood and

@@ -219,6 +219,10 @@ fn intervals<S: Simd, T: Sight>(
         let axis = Vector::load(simd, part, &poles.axis);
         let (length, reach) = (poles.length.load(simd, part), poles.reach.load(simd, part));
         let near = poles.from.load(simd, part).le(most_m).and(least_m.le(poles.to.load(simd, part)));
+        if near.is_empty() {
+            low.store(part, zero.of(f64::INFINITY));
+            continue;
+        }
         // Part of the axis (metres from the base) whose disks reach the plane, or any of the planes of a moving scanner.
         let (one, other) = ((least_m - reach - base.1) / axis.1, (most_m + reach - base.1) / axis.1);
         let spare = length * zero.of(1e-9);

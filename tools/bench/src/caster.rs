@@ -75,7 +75,40 @@ pub fn run(report: &mut Report, arguments: &[String]) {
         bench.nearest(report, "spread along the row", |line| {
             (line as f64 * 0.618_033_988_749_895).fract() * bench.length_m
         });
+        bench.moving(report);
         bench.layers(report);
+        bench.two_threads(report);
+    }
+    flatness(report);
+}
+
+/// Lines a second in rows of 100 and 1000 like trees, beside 10: what a line costs must not depend on the trees it does not cut.
+fn flatness(report: &mut Report) {
+    let row = |trees| {
+        let orchard = Planting { trees, leaves: 1_000, branches: 100, ..ONE_ROW }.orchard();
+        (Caster::new(&orchard), orchard.length_m())
+    };
+    let fan = BeamFan::from_degrees(-135.0, 0.25, BEAMS);
+    let lines = 700;
+    let drive = |(caster, length_m): &(Caster, f64)| {
+        let (mut scratch, mut out) = (Scratch::default(), vec![Return::MISS; BEAMS]);
+        for line in 0..lines {
+            // Through the middle of every row alike: 14 m at 20 mm.
+            caster.cast(pose(length_m / 2.0 + line as f64 * 0.02), &fan, &mut scratch, &mut out);
+            black_box(&out);
+        }
+    };
+    let ten = row(10);
+    for trees in [100, 1000] {
+        let many = row(trees);
+        let case = Case {
+            name: format!("{trees} trees in a row beside 10"),
+            unit: "lines/s",
+            peer: "rowscan, 10 trees",
+            threads: 1,
+            work: [lines as f64; 2],
+        };
+        report.compare(&case, 9, || drive(&many), || drive(&ten));
     }
 }
 
@@ -108,6 +141,52 @@ impl Bench {
             }
         };
         report.compare(&self.case(what, 1), 9, ours, peer);
+    }
+
+    /// 15 mm of advance in a turn: every ray has its own origin.
+    fn moving(&self, report: &mut Report) {
+        let advance = 0.015 / BEAMS as f64;
+        let fan = self.fan.clone().advancing(advance);
+        let (mut scratch, mut out) = (Scratch::default(), vec![Return::MISS; BEAMS]);
+        let ours = || {
+            for line in 0..self.lines[0] {
+                self.caster.cast(pose(line as f64 * 0.02), &fan, &mut scratch, &mut out);
+                black_box(&out);
+            }
+        };
+        let peer = || {
+            for line in 0..self.lines[1] {
+                let at = pose(line as f64 * 0.02);
+                for (beam, (cos, sin)) in self.fan.directions().enumerate() {
+                    let y_m = at.y_m + beam as f64 * advance;
+                    let origin = [at.x_m, y_m.rem_euclid(self.length_m), at.z_m];
+                    black_box(self.peer.nearest(origin, [cos, 0.0, sin], before_ground(at.z_m, sin)));
+                }
+            }
+        };
+        report.compare(&self.case("moving origin", 1), 9, ours, peer);
+    }
+
+    /// All threads of the pool beside one thread.
+    fn two_threads(&self, report: &mut Report) {
+        let origins: Vec<Pose> = (0..self.lines[0]).map(|line| pose(line as f64 * 0.02)).collect();
+        let mut out = vec![Return::MISS; BEAMS * origins.len()];
+        let ours = || {
+            self.caster.cast_lines(&origins, &self.fan, &mut out);
+            black_box(&out);
+        };
+        let mut line = vec![Return::MISS; BEAMS * origins.len()];
+        let mut scratch = Scratch::default();
+        let peer = || {
+            for (origin, line) in origins.iter().zip(line.chunks_mut(BEAMS)) {
+                self.caster.cast(*origin, &self.fan, &mut scratch, line);
+            }
+            black_box(&line);
+        };
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let work = (self.lines[0] * BEAMS) as f64 * 1e-6;
+        let case = Case { peer: "rowscan, 1 thread", work: [work; 2], ..self.case("all threads", threads) };
+        report.compare(&case, 9, ours, peer);
     }
 
     fn layers(&self, report: &mut Report) {

@@ -138,29 +138,44 @@ fn hidden(direction: DVec3, leaves: &[&Leaf], centroids: &[DVec3]) -> Vec<[bool;
     let u_axis = square_to(direction);
     let v_axis = direction.cross(u_axis);
     let flat = |p: DVec3| (p.dot(u_axis), p.dot(v_axis));
-    let points =
-        |leaf: &&Leaf| Shadow::of(leaf.outline().iter().map(|vertex| flat(DVec3::from_array(*vertex))));
-    let shadows: Vec<Shadow> = leaves.iter().map(points).collect();
+    // Every vertex is projected once, not once a question.
+    let outlines: Vec<(f64, f64)> = leaves
+        .iter()
+        .flat_map(|leaf| leaf.outline())
+        .map(|vertex| flat(DVec3::from_array(*vertex)))
+        .collect();
+    let mut rest = outlines.as_slice();
+    let projected: Vec<&[(f64, f64)]> = leaves
+        .iter()
+        .map(|leaf| {
+            let (own, others) = rest.split_at(leaf.outline().len().min(rest.len()));
+            rest = others;
+            own
+        })
+        .collect();
+    let shadows: Vec<Shadow> = projected.iter().map(|outline| Shadow::of(outline.iter().copied())).collect();
     let grid = Grid::over(&shadows);
     let look = |(own, centroid): (usize, &DVec3)| {
         let at = flat(*centroid);
         let mut met = [false; 2];
         for &other in grid.cell(at) {
-            let (Some(leaf), Some(shadow)) = (leaves.get(other as usize), shadows.get(other as usize)) else {
-                continue;
-            };
-            if other as usize == own || met == [true; 2] || !shadow.covers(at) {
+            let other = other as usize;
+            if !shadows.get(other).is_some_and(|shadow| shadow.covers(at)) || other == own {
                 continue;
             }
+            let (Some(leaf), Some(outline)) = (leaves.get(other), projected.get(other)) else { continue };
             let normal = DVec3::from_array(leaf.normal());
             let facing = normal.dot(direction);
-            if facing.abs() < EDGE_ON || !inside(leaf, flat, at) {
+            if facing.abs() < EDGE_ON || !inside(outline, at) {
                 continue;
             }
             let Some(vertex) = leaf.outline().first() else { continue };
             let distance = (DVec3::from_array(*vertex) - centroid).dot(normal) / facing;
             met[0] |= distance > START_M;
             met[1] |= distance < -START_M;
+            if met == [true; 2] {
+                break;
+            }
         }
         met
     };
@@ -168,11 +183,10 @@ fn hidden(direction: DVec3, leaves: &[&Leaf], centroids: &[DVec3]) -> Vec<[bool;
 }
 
 /// Even-odd rule in the projection; each edge owns its lower end.
-fn inside(leaf: &Leaf, flat: impl Fn(DVec3) -> (f64, f64), (u, v): (f64, f64)) -> bool {
-    let flat = |vertex: &[f64; 3]| flat(DVec3::from_array(*vertex));
-    let Some(mut from) = leaf.outline().last().map(flat) else { return false };
+fn inside(outline: &[(f64, f64)], (u, v): (f64, f64)) -> bool {
+    let Some(mut from) = outline.last().copied() else { return false };
     let mut odd = false;
-    for to in leaf.outline().iter().map(flat) {
+    for &to in outline {
         if (from.1 > v) != (to.1 > v) && u < from.0 + (v - from.1) / (to.1 - from.1) * (to.0 - from.0) {
             odd = !odd;
         }
