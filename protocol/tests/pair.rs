@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use rowscan_protocol::client::{Client, ClientConfig, Event, Login};
+use rowscan_protocol::client::{Client, ClientConfig, Event};
 use rowscan_protocol::device::{
     Device, DialectPolicy, Identity, MeasuredEcho, MeasuredLine, Options, Session, scan_event,
 };
@@ -106,12 +106,6 @@ fn device(model: &'static Model) -> Device {
     Device::new(model, Identity::default())
 }
 
-/// The model's own password: a TiM781S has another one.
-fn login(model: &Model) -> Login {
-    let client = model.logins.iter().find(|login| login.level == 3).unwrap();
-    Login { level: client.level, password: client.hash }
-}
-
 #[test]
 fn every_value_measured_arrives_in_both_dialects_from_every_model_and_mode() {
     for model in MODELS {
@@ -119,7 +113,6 @@ fn every_value_measured_arrives_in_both_dialects_from_every_model_and_mode() {
             for (index, &mode) in model.modes.iter().enumerate() {
                 let width = if index % 2 == 0 { RemissionWidth::Bits8 } else { RemissionWidth::Bits16 };
                 let config = ClientConfig {
-                    login: login(model),
                     scan_mode: Some(mode),
                     echoes: model.echoes,
                     remission: true,
@@ -163,7 +156,7 @@ fn every_value_measured_arrives_in_both_dialects_from_every_model_and_mode() {
 fn an_output_range_cuts_the_grid_and_keeps_every_value_at_its_angle() {
     for model in MODELS {
         let output_range = Some((450_000, 1_350_000));
-        let config = ClientConfig { login: login(model), output_range, ..ClientConfig::default() };
+        let config = ClientConfig { output_range, ..ClientConfig::default() };
         let mut pair = Pair::new(device(model), DialectPolicy::Auto, config, Dialect::B);
         pair.settle();
         let full = pair.device.mirror().beams;

@@ -2,13 +2,13 @@
 
 use core::time::Duration;
 
-use crate::model::{Password, RemissionWidth, ScanMode};
+use crate::model::{self, Password, RemissionWidth, ScanMode};
 
 /// How a scanner is to be set up.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClientConfig {
-    /// Who logs in.
-    pub login: Login,
+    /// Who logs in; where absent, the authorised client with the password of the model that DeviceIdent names.
+    pub login: Option<Login>,
     /// Scan mode; as the device has it where absent.
     pub scan_mode: Option<ScanMode>,
     /// First and last device angle, 1/10000°; as the device has it where absent.
@@ -30,7 +30,7 @@ pub struct ClientConfig {
 impl Default for ClientConfig {
     fn default() -> Self {
         Self {
-            login: Login::CLIENT,
+            login: None,
             scan_mode: None,
             output_range: None,
             echoes: 1,
@@ -54,9 +54,28 @@ pub struct Login {
 
 impl Login {
     /// Authorised client of an LMS1xx or LMS5xx.
-    pub const CLIENT: Self = Self::of(crate::model::CLIENT);
+    pub const CLIENT: Self = Self::of(model::CLIENT);
+
+    /// Authorised client of the model that a DeviceIdent names; [`Login::CLIENT`] for one that is not modelled.
+    pub(crate) fn for_ident(ident: &str) -> Self {
+        let logins = model::by_ident(ident).map_or(&[][..], |model| model.logins);
+        logins.iter().find(|login| login.level == model::CLIENT.level).copied().map_or(Self::CLIENT, Self::of)
+    }
 
     const fn of(password: Password) -> Self {
         Self { level: password.level, password: password.hash }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_password_follows_the_ident() {
+        assert_eq!(Login::for_ident("TiM781S V3.13").password, 0x6FD6_2C05);
+        assert_eq!(Login::for_ident("TiM781 V3.13"), Login::CLIENT);
+        assert_eq!(Login::for_ident("LMS111 V1.80"), Login::CLIENT);
+        assert_eq!(Login::for_ident("somebody else"), Login::CLIENT);
     }
 }

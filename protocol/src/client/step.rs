@@ -5,7 +5,7 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::config::ClientConfig;
+use super::config::{ClientConfig, Login};
 use super::event::DeviceInfo;
 use crate::frame::Dialect;
 use crate::model::RemissionWidth;
@@ -113,7 +113,7 @@ fn set<V: Variable>(dialect: Dialect, value: &V, out: &mut Vec<u8>) {
 }
 
 fn log_in(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
-    let login = plan.config.login;
+    let login = plan.config.login.unwrap_or_else(|| Login::for_ident(&plan.info.ident));
     tell(dialect, &SetAccessMode { level: login.level, password: PasswordHash(login.password) }, out);
 }
 

@@ -229,6 +229,14 @@ const fn mode(frequency_hz: u32, step: u16) -> ScanMode {
     ScanMode { frequency_centihz: frequency_hz * 100, step }
 }
 
+/// The model whose title a DeviceIdent begins with; the longest title where several do (TiM781 and TiM781S).
+pub fn by_ident(ident: &str) -> Option<&'static Model> {
+    let named = |model: &&Model| {
+        ident.get(..model.title.len()).is_some_and(|start| start.eq_ignore_ascii_case(model.title))
+    };
+    MODELS.iter().copied().filter(named).max_by_key(|model| model.title.len())
+}
+
 impl Model {
     /// The full beam grid in a scan mode.
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
