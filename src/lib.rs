@@ -14,4 +14,5 @@ pub mod decode;
 pub mod emulator;
 pub mod offline;
 pub mod stage;
+pub mod study;
 pub mod trial;

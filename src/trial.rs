@@ -48,10 +48,18 @@ impl Trial {
         model: &'static Model,
         calibration: Option<Calibration>,
     ) -> Result<Self, TrialError> {
-        let stage = Stage::grow(scene, &|_, _| {})?;
+        Self::drive_past(&Stage::grow(scene, &|_, _| {})?, model, calibration)
+    }
+
+    /// Drives past a grown row once, and estimates.
+    pub fn drive_past(
+        stage: &Stage,
+        model: &'static Model,
+        calibration: Option<Calibration>,
+    ) -> Result<Self, TrialError> {
         let (device, world) = stage.scanner(0, model)?;
         let scans = stage.scans_per_row(&device);
-        let mut pipeline = Pipeline::new(Some(&rig_of(&stage, &device)), 0, calibration)?;
+        let mut pipeline = Pipeline::new(Some(&rig_of(stage, &device)), 0, calibration)?;
         let mut offline = Offline::new(device, world);
         let mut scan = Scan::default();
         for _ in 0..scans {

@@ -20,6 +20,7 @@ pub mod orchard;
 pub mod organ;
 pub mod parameters;
 mod polygon;
+pub mod scan;
 pub mod scene;
 pub mod seed;
 pub mod trajectory;

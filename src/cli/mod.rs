@@ -10,6 +10,7 @@ mod models;
 mod orchard;
 mod output;
 mod progress;
+mod scan;
 mod scene;
 mod study;
 
@@ -39,6 +40,8 @@ enum Command {
     /// Grow orchards and measure what is really there
     #[command(subcommand)]
     Orchard(orchard::Command),
+    /// Scan a row offline in one of the paper's six ways: areas, matrix L, labelled points
+    Scan(scan::Args),
     /// Studies over many orchards
     #[command(subcommand)]
     Study(study::Command),
@@ -120,6 +123,23 @@ pub enum Failure {
         /// What the system said.
         cause: io::Error,
     },
+    /// A scan that cannot be laid out.
+    #[error(transparent)]
+    Scan(#[from] rowscan_scenes::scan::ScanError),
+    /// A study that did not end.
+    #[error(transparent)]
+    Study(#[from] crate::study::RunError),
+    /// Shards that make no whole.
+    #[error(transparent)]
+    Merge(#[from] crate::study::MergeError),
+    /// A shard or journal that cannot be used.
+    #[error("{path} {cause}")]
+    StudyFile {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        cause: String,
+    },
     /// Standard output or a file.
     #[error("cannot write {what}: {cause}")]
     Write {
@@ -153,6 +173,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Emulate(args) => emulate::run(args).await,
             Command::Estimate(args) => estimate::run(args).await,
             Command::Orchard(command) => orchard::run(command).await,
+            Command::Scan(args) => scan::run(args).await,
             Command::Study(command) => study::run(command).await,
             Command::Decode(args) => decode::run(args),
             Command::Models(args) => models::run(args),

@@ -97,12 +97,12 @@ pub(super) fn share(fraction: Option<f64>) -> Cell {
 }
 
 /// Writes a file whole or not at all: to a temporary name beside it, then renamed.
-pub(super) fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
+pub(super) fn write_file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let failure = |cause| Failure::Write { what: path.display().to_string(), cause };
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     let part = path.with_file_name(name);
-    std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)).map_err(|cause| {
+    std::fs::write(&part, content).and_then(|()| std::fs::rename(&part, path)).map_err(|cause| {
         // Nothing half-written stays behind; the first error is the one to tell.
         let _ = std::fs::remove_file(&part);
         failure(cause)

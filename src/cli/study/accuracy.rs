@@ -1,45 +1,18 @@
-//! `rowscan study`: many rows, tried in memory.
-
-use std::path::PathBuf;
-use std::str::FromStr;
+//! `rowscan study accuracy`: holds both estimators against rows of known leaf area.
 
 use comfy_table::Cell;
-use rowscan_canopy::calibration::{Class, EchoRule, Optics, Provenance};
-use rowscan_canopy::{Calibration, Sample, TreeEstimate};
-use rowscan_protocol::angle::exact_step_deg;
-use rowscan_protocol::model::Model;
-use rowscan_scenes::Scene;
+use rowscan_canopy::TreeEstimate;
 use serde::Serialize;
 
-use super::interrupt::Interrupt;
-use super::output::{self, number, percent, say, share};
-use super::scene::SceneArgs;
-use super::{Failure, Format, Outcome, progress};
+use super::rows::{Seeds, tries};
+use crate::cli::output::{self, number, percent, say, share};
+use crate::cli::scene::SceneArgs;
+use crate::cli::{Failure, Format, Outcome};
 use crate::config;
-use crate::trial::{Trial, TrialError};
-
-#[derive(Debug, clap::Subcommand)]
-pub(super) enum Command {
-    /// Fit a calibration to rows of known leaf area
-    Calibration(CalibrationArgs),
-    /// Hold both estimators against rows of known leaf area
-    Accuracy(AccuracyArgs),
-}
+use crate::trial::Trial;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct CalibrationArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// Seeds of the rows, first..last
-    #[arg(long, value_name = "A..B", default_value = "1001..1060")]
-    seeds: Seeds,
-    /// Write the calibration to this file instead of standard output
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-}
-
-#[derive(Debug, clap::Args)]
-pub(super) struct AccuracyArgs {
+pub(in crate::cli) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// Seeds of the rows, first..last
@@ -51,110 +24,6 @@ pub(super) struct AccuracyArgs {
     /// How to write the table
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-}
-
-/// A range of seeds, both ends in it: `1..20`.
-#[derive(Clone, Debug)]
-struct Seeds(Vec<u64>);
-
-/// Rows one study may hold; each is grown and scanned whole.
-const MAX_SEEDS: u64 = 100_000;
-
-impl FromStr for Seeds {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let refuse = || format!("expected seeds as FIRST..LAST, such as 1..20, found `{text}`");
-        let (first, last) = text.split_once("..").ok_or_else(refuse)?;
-        let first: u64 = first.parse().map_err(|_| refuse())?;
-        let last: u64 = last.trim_start_matches('=').parse().map_err(|_| refuse())?;
-        match last.checked_sub(first) {
-            Some(count) if count < MAX_SEEDS => Ok(Self((first..=last).collect())),
-            Some(_) => Err(format!("expected at most {MAX_SEEDS} seeds, found `{text}`")),
-            None => Err(format!("expected the first seed not above the last, found `{text}`")),
-        }
-    }
-}
-
-pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
-    let work = async {
-        match command {
-            Command::Calibration(args) => calibration(args).await,
-            Command::Accuracy(args) => accuracy(args).await,
-        }
-    };
-    interrupt.or(work).await.unwrap_or(Ok(Outcome::Done))
-}
-
-/// Tries one row a seed, off the runtime's threads, with a progress bar.
-async fn tries(
-    scene: Scene,
-    seeds: Vec<u64>,
-    model: &'static Model,
-    calibration: Option<Calibration>,
-) -> Result<Vec<Trial>, Failure> {
-    let bar = progress::bar("trying", "rows", seeds.len() as u64);
-    let work = move || -> Result<Vec<Trial>, TrialError> {
-        let trials = Trial::run_seeds(&scene, &seeds, model, calibration.as_ref(), &|| bar.inc(1));
-        bar.finish_and_clear();
-        trials
-    };
-    match tokio::task::spawn_blocking(work).await {
-        Ok(trials) => Ok(trials?),
-        Err(cause) => Err(Failure::System { what: "try the rows", cause: std::io::Error::other(cause) }),
-    }
-}
-
-async fn calibration(args: CalibrationArgs) -> Result<Outcome, Failure> {
-    let scene = args.scene.scene()?;
-    let model = args.scene.model(&scene.resolved_rig(), 0)?;
-    let seeds = args.seeds.0;
-    let class = class_of(&scene, model);
-    let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
-    let provenance = Provenance {
-        command: format!(
-            "rowscan study calibration {} --model {} --seeds {range}",
-            args.scene.name, model.name
-        ),
-        seeds: seeds.clone(),
-    };
-    let trials = tries(scene, seeds, model, None).await?;
-    let samples: Vec<Sample> =
-        trials.iter().filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2)).collect();
-    let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
-    let text = toml::to_string(&calibration).map_err(|cause| Failure::Write {
-        what: "the calibration".to_owned(),
-        cause: std::io::Error::other(cause),
-    })?;
-    match &args.output {
-        Some(path) => {
-            output::write_file(path, &text)?;
-            say(format_args!("wrote {}", path.display()));
-        }
-        None => output::print(&text)?,
-    }
-    Ok(Outcome::Done)
-}
-
-/// What a calibration made on this scene is valid for.
-fn class_of(scene: &Scene, model: &Model) -> Class {
-    let tree = scene.orchard.tree_parameters();
-    Class {
-        preset: scene.orchard.preset.to_string(),
-        shady_threshold_percent: tree.shady_percent,
-        growth_stage: format!("{} iterations", tree.iterations),
-        tree_spacing_m: scene.orchard.layout().tree_spacing_m,
-        scanner_model: model.name.to_owned(),
-        resolution_deg: scene
-            .resolved_rig()
-            .scanners
-            .first()
-            .and_then(|mount| mount.resolution_deg)
-            .unwrap_or_else(|| exact_step_deg(model.default_mode.step)),
-        echo_rule: EchoRule::First,
-        optics: Optics::Ideal,
-    }
 }
 
 /// One row of the accuracy table.
@@ -234,7 +103,7 @@ struct Accuracy {
     summary: Vec<AccuracySummary>,
 }
 
-async fn accuracy(args: AccuracyArgs) -> Result<Outcome, Failure> {
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scene = args.scene.scene()?;
     let rig = scene.resolved_rig();
     let model = args.scene.model(&rig, 0)?;
@@ -324,20 +193,6 @@ fn table(rows: &[AccuracyRow]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn seeds_are_a_range_with_both_ends() {
-        assert_eq!("3..5".parse::<Seeds>().map(|seeds| seeds.0), Ok(vec![3, 4, 5]));
-        for (text, reason) in [
-            ("5", "FIRST..LAST"),
-            ("5..3", "not above"),
-            ("1..x", "FIRST..LAST"),
-            ("0..18446744073709551615", "at most"),
-        ] {
-            let message = text.parse::<Seeds>().expect_err(text);
-            assert!(message.contains(reason), "{text}: {message}");
-        }
-    }
 
     #[test]
     fn quantiles_are_errors_some_row_had() {

@@ -1,0 +1,50 @@
+//! The flags that lay a scan out, shared by `scan` and the studies.
+
+use rowscan_scenes::scan::{Sampling, ScanSettings};
+
+/// How a scan is laid out; what is left out is the command's own.
+#[derive(Clone, Debug, clap::Args)]
+pub(in crate::cli) struct ScanArgs {
+    /// Advance from line to line, Δy
+    #[arg(long, value_name = "METRES")]
+    dy: Option<f64>,
+    /// Angle between the beams of an angular scan, Δθ
+    #[arg(long, value_name = "DEGREES")]
+    dtheta: Option<f64>,
+    /// Distance between the beams of an orthogonal scan, Δz or Δx
+    #[arg(long, value_name = "METRES")]
+    pitch: Option<f64>,
+    /// Where in its cell a sample is taken: start (as the paper does) or centre
+    #[arg(long, value_name = "WHERE", value_parser = sampling)]
+    sampling: Option<Sampling>,
+    /// Distance of a lateral sensor from the row's axis, D
+    #[arg(long, value_name = "METRES")]
+    distance: Option<f64>,
+    /// Height of a lateral angular sensor, z0
+    #[arg(long, value_name = "METRES")]
+    height: Option<f64>,
+    /// Height of a zenith sensor, Zs; 2 m above the canopy where left out
+    #[arg(long, value_name = "METRES")]
+    overhead: Option<f64>,
+}
+
+fn sampling(text: &str) -> Result<Sampling, String> {
+    let known = Sampling::ALL.iter().zip(Sampling::NAMES).find(|(_, name)| **name == text);
+    known.map(|(sampling, _)| *sampling).ok_or_else(|| format!("expected {}", Sampling::NAMES.join(" or ")))
+}
+
+impl ScanArgs {
+    /// `base` with everything replaced that was asked for.
+    pub(in crate::cli) fn over(&self, base: ScanSettings) -> ScanSettings {
+        ScanSettings {
+            dy_m: self.dy.unwrap_or(base.dy_m),
+            dtheta_deg: self.dtheta.unwrap_or(base.dtheta_deg),
+            pitch_m: self.pitch.unwrap_or(base.pitch_m),
+            sampling: self.sampling.unwrap_or(base.sampling),
+            distance_m: self.distance.unwrap_or(base.distance_m),
+            height_m: self.height.unwrap_or(base.height_m),
+            overhead_m: self.overhead.or(base.overhead_m),
+            ..base
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! `rowscan scan`: one of the paper's scans, offline, as fast as it goes.
+
+mod layout;
+mod matrix;
+mod points;
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use rowscan_scenes::caster::Class;
+use rowscan_scenes::scan::{LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target};
+use rowscan_scenes::{Caster, Scene, TruthGrid};
+use serde::Serialize;
+
+use super::interrupt::Interrupt;
+use super::output::{self, say};
+use super::{Failure, Format, Outcome, progress};
+use crate::config;
+use crate::stage::Stage;
+
+pub(super) use layout::ScanArgs;
+use points::Point;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A scene file, or the name of a built-in scene; its rig's first scanner gives distance and height
+    #[arg(value_name = "SCENE", default_value = "spindle")]
+    scene: String,
+    /// Seed of everything random, instead of the scene's own
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// lateral, opposite, lateral-orthogonal, opposite-orthogonal, zenith or zenith-orthogonal
+    #[arg(long = "type", value_name = "TYPE", default_value = "lateral", value_parser = kind)]
+    kind: ScanKind,
+    #[command(flatten)]
+    layout: ScanArgs,
+    /// First and last value of what is swept (degrees or metres), instead of what the canopy asks for
+    #[arg(long, value_name = "FROM..TO", value_parser = range, allow_hyphen_values = true)]
+    range: Option<(f64, f64)>,
+    /// Drive midway between two rows of different trees and scan both: files *_left and *_right
+    #[arg(long)]
+    two_rows: bool,
+    /// Write files that begin with this
+    #[arg(short, long, value_name = "PREFIX")]
+    output: Option<PathBuf>,
+    /// Which files
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "matrix,csv",
+        requires = "output"
+    )]
+    write: Vec<File>,
+    /// How to write the areas
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// What can be written of a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum File {
+    /// PREFIX_L.csv: matrix L, a row a beam, a column a line, metres
+    Matrix,
+    /// PREFIX_points.csv: every return with its labels
+    Csv,
+    /// PREFIX_points.ply: the same, binary little-endian
+    Ply,
+    /// PREFIX_points.las: the same without organ numbers, LAS 1.4
+    Las,
+}
+
+fn kind(text: &str) -> Result<ScanKind, String> {
+    ScanKind::from_name(text).ok_or_else(|| format!("expected one of {}", ScanKind::NAMES.join(", ")))
+}
+
+fn range(text: &str) -> Result<(f64, f64), String> {
+    let both = text.split_once("..").and_then(|(from, to)| Some((from.parse().ok()?, to.parse().ok()?)));
+    both.ok_or_else(|| format!("expected a range as FROM..TO, such as -40..60, found `{text}`"))
+}
+
+/// One scan of one row.
+struct Task {
+    suffix: &'static str,
+    row: usize,
+    settings: ScanSettings,
+}
+
+/// What came of it.
+#[derive(Debug, Serialize)]
+struct Scanned {
+    #[serde(rename = "type")]
+    kind: ScanKind,
+    row: usize,
+    seed: u64,
+    lines: usize,
+    beams: usize,
+    dy_m: f64,
+    range_from: f64,
+    range_to: f64,
+    origin_x_m: f64,
+    origin_z_m: f64,
+    leaf_hits: usize,
+    wood_hits: usize,
+    ground_hits: usize,
+    escapes: usize,
+    #[serde(rename = "I_L")]
+    leaf_m2: f64,
+    #[serde(rename = "I_T")]
+    total_m2: f64,
+    #[serde(rename = "I_3L")]
+    three_leaves_m2: f64,
+    visible_leaf_area_m2: f64,
+    leaf_area_m2: f64,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let work = async {
+        match tokio::task::spawn_blocking(move || scan(&args)).await {
+            Ok(ended) => ended,
+            Err(cause) => Err(Failure::System { what: "scan", cause: std::io::Error::other(cause) }),
+        }
+    };
+    interrupt.or(work).await.unwrap_or(Ok(Outcome::Done))
+}
+
+fn scan(args: &Args) -> Result<Outcome, Failure> {
+    let mut scene = config::load_scene(&args.scene)?;
+    scene.seed = args.seed.unwrap_or(scene.seed);
+    if args.two_rows {
+        scene.orchard.rows = Some(scene.orchard.layout().rows.max(2));
+    }
+    let tasks = tasks(args, &scene)?;
+    let bar = progress::bar("growing", "trees", 0);
+    let stage = Stage::grow(scene, &|done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    let caster = Caster::new(&stage.orchard);
+    let scans: Vec<Scanned> =
+        tasks.iter().map(|task| one(args, &stage, &caster, task)).collect::<Result<_, _>>()?;
+    output::print_rows(args.format, &scans)?;
+    let blind = scans.iter().find(|scan| scan.leaf_hits + scan.wood_hits == 0);
+    if let Some(scan) = blind {
+        say(format_args!("the {} scan sees nothing: no beam met a leaf or a branch", scan.kind));
+        return Ok(Outcome::Finding);
+    }
+    Ok(Outcome::Done)
+}
+
+/// One scan, or the two of a drive between rows.
+fn tasks(args: &Args, scene: &Scene) -> Result<Vec<Task>, Failure> {
+    let rig = scene.resolved_rig();
+    let mut base =
+        ScanSettings { kind: args.kind, dy_m: 0.02, dtheta_deg: 0.5, pitch_m: 0.01, ..Default::default() };
+    if let Some(mount) = rig.scanners.first() {
+        base = ScanSettings { distance_m: mount.distance_m, height_m: mount.height_m, ..base };
+    }
+    let settings = ScanSettings { range: args.range, ..args.layout.over(base) };
+    if !args.two_rows {
+        return Ok(vec![Task { suffix: "", row: 0, settings }]);
+    }
+    let other = match args.kind {
+        ScanKind::Lateral => ScanKind::Opposite,
+        ScanKind::LateralOrthogonal => ScanKind::OppositeOrthogonal,
+        found => {
+            return Err(Failure::Usage(format!(
+                "--two-rows scans to both sides: expected --type lateral or lateral-orthogonal, found {found}"
+            )));
+        }
+    };
+    // Driving towards +Y, the row on the left is the one at smaller X: seen towards −X.
+    let midway = ScanSettings { distance_m: scene.orchard.layout().row_spacing_m / 2.0, ..settings };
+    Ok(vec![
+        Task { suffix: "_left", row: 0, settings: ScanSettings { kind: other, ..midway.clone() } },
+        Task { suffix: "_right", row: 1, settings: midway },
+    ])
+}
+
+/// What is kept of a line.
+struct LineRecord {
+    areas: ScanAreas,
+    counts: [usize; 4],
+    ranges: Vec<f64>,
+    points: Vec<Point>,
+}
+
+fn one(args: &Args, stage: &Stage, caster: &Caster, task: &Task) -> Result<Scanned, Failure> {
+    let kind = task.settings.kind;
+    let target = Target::row(&stage.orchard, task.row).ok_or(ScanError::NothingThere { kind })?;
+    let plan = ScanPlan::new(&target, &task.settings)?;
+    let files: &[File] = if args.output.is_some() { &args.write } else { &[] };
+    let wants_points = files.iter().any(|file| *file != File::Matrix);
+    let wants_matrix = files.contains(&File::Matrix);
+    let bar = progress::bar("scanning", "lines", plan.len() as u64);
+    let lines = plan.lines(caster, LAYERS, |line| {
+        bar.inc(1);
+        let count = |class| line.layers.nearest().iter().filter(|found| found.class == class).count();
+        LineRecord {
+            areas: plan.line_areas(line.layers),
+            counts: [Class::Leaf, Class::Wood, Class::Ground, Class::None].map(count),
+            ranges: if wants_matrix {
+                line.layers.nearest().iter().map(|found| found.range_m).collect()
+            } else {
+                Vec::new()
+            },
+            points: if wants_points { points::of_line(&plan, &line) } else { Vec::new() },
+        }
+    });
+    bar.finish_and_clear();
+    if let Some(prefix) = &args.output {
+        let named = |end: &str| {
+            let mut name = prefix.clone().into_os_string();
+            name.push(task.suffix);
+            name.push(end);
+            PathBuf::from(name)
+        };
+        write(&plan, stage, files, &lines, &named)?;
+    }
+    let areas: ScanAreas = lines.iter().map(|line| line.areas).sum();
+    let total = |place: usize| lines.iter().filter_map(|line| line.counts.get(place)).sum();
+    let beams = plan.beams().len();
+    let origin = plan.origin(0);
+    Ok(Scanned {
+        kind,
+        row: task.row,
+        seed: stage.scene.seed,
+        lines: plan.len(),
+        beams,
+        dy_m: task.settings.dy_m,
+        range_from: plan.swept(0),
+        range_to: plan.swept(beams.saturating_sub(1)),
+        origin_x_m: origin.x_m,
+        origin_z_m: origin.z_m,
+        leaf_hits: total(0),
+        wood_hits: total(1),
+        ground_hits: total(2),
+        escapes: total(3),
+        leaf_m2: areas.leaf_m2,
+        total_m2: areas.total_m2,
+        three_leaves_m2: areas.three_leaves_m2,
+        visible_leaf_area_m2: areas.visible_leaf_area_m2,
+        leaf_area_m2: stage.orchard.truth_of_row(task.row, TruthGrid::default()).leaf_area_m2,
+    })
+}
+
+fn write(
+    plan: &ScanPlan,
+    stage: &Stage,
+    files: &[File],
+    lines: &[LineRecord],
+    named: &dyn Fn(&str) -> PathBuf,
+) -> Result<(), Failure> {
+    let points: Vec<Point> = lines.iter().flat_map(|line| line.points.iter().copied()).collect();
+    for file in files {
+        let (path, bytes): (PathBuf, Vec<u8>) = match file {
+            File::Matrix => {
+                let columns: Vec<&[f64]> = lines.iter().map(|line| line.ranges.as_slice()).collect();
+                (named("_L.csv"), matrix::csv(plan, stage, &columns))
+            }
+            File::Csv => {
+                let path = named("_points.csv");
+                let bytes = points::csv(&points).map_err(|cause| trouble(&path, cause))?;
+                (path, bytes)
+            }
+            File::Ply => {
+                let path = named("_points.ply");
+                let bytes = points::ply(points.clone()).map_err(|cause| trouble(&path, cause))?;
+                (path, bytes)
+            }
+            File::Las => {
+                let path = named("_points.las");
+                let bytes = points::las(plan, &points).map_err(|cause| trouble(&path, cause))?;
+                (path, bytes)
+            }
+        };
+        output::write_file(&path, &bytes)?;
+        say(format_args!("wrote {}", path.display()));
+    }
+    Ok(())
+}
+
+fn trouble(path: &Path, cause: impl std::fmt::Display) -> Failure {
+    Failure::Write { what: path.display().to_string(), cause: std::io::Error::other(cause.to_string()) }
+}

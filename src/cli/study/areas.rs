@@ -1,0 +1,246 @@
+//! `rowscan study areas`: the paper's twenty orchards and six regressions.
+
+use std::path::PathBuf;
+
+use comfy_table::Cell;
+use rowscan_canopy::Sample;
+use rowscan_canopy::calibration::Provenance;
+use serde::Serialize;
+
+use super::shards::ShardArgs;
+use crate::cli::output::{self, number, say};
+use crate::cli::scan::ScanArgs;
+use crate::cli::{Failure, Format, Outcome};
+use crate::config;
+use crate::study::areas::{AreasReport, AreasStudy, Orchard, View, report};
+use crate::study::{Whole, figure};
+
+#[derive(Debug, clap::Args)]
+pub(in crate::cli) struct Args {
+    /// A scene file or a built-in scene: layout and tree parameters of the orchards
+    #[arg(value_name = "SCENE", default_value = "paper")]
+    scene: String,
+    /// Seed of the study instead of the scene's; every orchard's own is hash(study, seed, number)
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Iterations of growth
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "7,8,9,10,11")]
+    iterations: Vec<u32>,
+    /// Shady thresholds, percent; above 100 keeps every leaf
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "60,70,80,101")]
+    shady: Vec<f64>,
+    /// Trees in a row, instead of the scene's
+    #[arg(long, value_name = "N")]
+    trees: Option<u32>,
+    /// Count the leaves of all rows, not of the first alone
+    #[arg(long)]
+    whole_orchard: bool,
+    #[command(flatten)]
+    scan: ScanArgs,
+    /// Keep the lateral sensor at least so far from the canopy
+    #[arg(long, value_name = "METRES", default_value_t = 0.5)]
+    clearance: f64,
+    #[command(flatten)]
+    pub(super) shards: ShardArgs,
+    #[command(flatten)]
+    report: ReportArgs,
+}
+
+/// How a whole study is told.
+#[derive(Debug, clap::Args)]
+pub(super) struct ReportArgs {
+    /// Draw the regressions, like the paper's Fig. 7
+    #[arg(long, value_name = "FILE.svg")]
+    figure: Option<PathBuf>,
+    /// Write a calibration for `estimate`, fitted to drives of the scene's rig past these orchards
+    #[arg(long, value_name = "FILE.toml")]
+    calibration: Option<PathBuf>,
+    /// How to write the report
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut scene = config::load_scene(&args.scene)?;
+    scene.seed = args.seed.unwrap_or(scene.seed);
+    scene.orchard.trees = args.trees.or(scene.orchard.trees);
+    let whole = AreasStudy::new(scene);
+    let study = AreasStudy {
+        iterations: args.iterations,
+        shady_percent: args.shady,
+        lateral: args.scan.over(whole.lateral),
+        zenith: args.scan.over(whole.zenith),
+        clearance_m: args.clearance,
+        whole_orchard: args.whole_orchard,
+        scene: whole.scene,
+    };
+    match args.shards.run(study).await? {
+        Some(whole) => args.report.tell(whole),
+        None => Ok(Outcome::Done),
+    }
+}
+
+impl ReportArgs {
+    /// As `merge` was asked to.
+    pub(super) fn new(format: Format, figure: Option<PathBuf>, calibration: Option<PathBuf>) -> Self {
+        Self { figure, calibration, format }
+    }
+
+    /// Reports on a whole study.
+    pub(super) fn tell(&self, (header, units): Whole<AreasStudy>) -> Result<Outcome, Failure> {
+        let report = report(header, units);
+        if let Some(path) = &self.calibration {
+            output::write_file(path, &calibration(&report)?)?;
+            say(format_args!("wrote {}", path.display()));
+        }
+        if let Some(path) = &self.figure {
+            let drawing =
+                figure::areas(&report).map_err(|cause| super::merge::drawing_failure(path, cause))?;
+            output::write_file(path, &drawing)?;
+            say(format_args!("wrote {}", path.display()));
+        }
+        match self.format {
+            Format::Json | Format::Jsonl => output::print_json(self.format, &report)?,
+            Format::Csv => {
+                output::print_rows(self.format, &report.orchards.iter().map(Row::from).collect::<Vec<_>>())?;
+            }
+            Format::Table => output::print(&table(&report))?,
+        }
+        Ok(Outcome::Done)
+    }
+}
+
+fn calibration(report: &AreasReport) -> Result<String, Failure> {
+    let samples: Vec<Sample> =
+        report.orchards.iter().filter_map(|orchard| orchard.sample.map(Sample::from)).collect();
+    let study = &report.provenance.settings;
+    let provenance = Provenance {
+        command: format!(
+            "rowscan study areas {} --seed {} --calibration",
+            report.provenance.scene, report.provenance.seed
+        ),
+        seeds: report.orchards.iter().map(|orchard| orchard.seed).collect(),
+    };
+    let calibration = rowscan_canopy::fit(&samples, study.class(), provenance)?;
+    toml::to_string(&calibration).map_err(|cause| Failure::Write {
+        what: "the calibration".to_owned(),
+        cause: std::io::Error::other(cause),
+    })
+}
+
+/// An orchard on one line.
+#[derive(Serialize)]
+struct Row {
+    iterations: u32,
+    shady_percent: f64,
+    seed: u64,
+    leaf_area_m2: f64,
+    wood_area_m2: f64,
+    distance_m: f64,
+    #[serde(rename = "lateral_I_L_m2")]
+    lateral_leaf: f64,
+    #[serde(rename = "lateral_I_T_m2")]
+    lateral_total: f64,
+    #[serde(rename = "lateral_I_3L_m2")]
+    lateral_three: f64,
+    #[serde(rename = "zenith_I_L_m2")]
+    zenith_leaf: f64,
+    #[serde(rename = "zenith_I_T_m2")]
+    zenith_total: f64,
+    #[serde(rename = "zenith_I_3L_m2")]
+    zenith_three: f64,
+}
+
+impl From<&Orchard> for Row {
+    fn from(orchard: &Orchard) -> Self {
+        let Orchard { lateral, zenith, .. } = orchard;
+        Self {
+            iterations: orchard.iterations,
+            shady_percent: orchard.shady_percent,
+            seed: orchard.seed,
+            leaf_area_m2: orchard.leaf_area_m2,
+            wood_area_m2: orchard.wood_area_m2,
+            distance_m: orchard.distance_m,
+            lateral_leaf: lateral.leaf_m2,
+            lateral_total: lateral.total_m2,
+            lateral_three: lateral.three_leaves_m2,
+            zenith_leaf: zenith.leaf_m2,
+            zenith_total: zenith.total_m2,
+            zenith_three: zenith.three_leaves_m2,
+        }
+    }
+}
+
+fn table(report: &AreasReport) -> String {
+    let mut orchards = output::grid();
+    output::head(
+        &mut orchards,
+        ["iterations", "shady %", "L_A m²", "lateral I_L", "I_T", "I_3L", "zenith I_L", "I_T", "I_3L"],
+    );
+    for Orchard { iterations, shady_percent, leaf_area_m2, lateral, zenith, .. } in &report.orchards {
+        let mut row = vec![
+            number(Some(f64::from(*iterations)), 0),
+            number(Some(*shady_percent), 0),
+            number(Some(*leaf_area_m2), 2),
+        ];
+        for areas in [lateral, zenith] {
+            let three = [areas.leaf_m2, areas.total_m2, areas.three_leaves_m2];
+            row.extend(three.map(|area| number(Some(area), 3)));
+        }
+        orchards.add_row(row);
+    }
+    let mut fits = output::grid();
+    output::head(
+        &mut fits,
+        [
+            "view",
+            "area",
+            "slope",
+            "intercept m²",
+            "R²",
+            "R² unc.",
+            "LOO",
+            "slope, origin",
+            "bend t",
+            "power p",
+            "its LOO",
+            "paper slope",
+            "intercept m²",
+            "R²",
+        ],
+    );
+    for (name, view) in [("lateral", &report.lateral), ("zenith", &report.zenith)] {
+        fit_rows(&mut fits, name, view);
+    }
+    format!(
+        "{orchards}\n{fits}\n{} orchards, L_A max/min {:.1}; seed {}, scene {} ({}), rowscan {}\n",
+        report.orchards.len(),
+        report.leaf_area_max_over_min,
+        report.provenance.seed,
+        report.provenance.scene,
+        report.provenance.scene_hash,
+        report.provenance.rowscan,
+    )
+}
+
+fn fit_rows(table: &mut comfy_table::Table, name: &str, view: &View) {
+    for (area, fit) in view.fits() {
+        let Some(fit) = fit else { continue };
+        table.add_row([
+            Cell::new(name),
+            Cell::new(figure::symbol(area)),
+            number(Some(fit.slope), 2),
+            number(fit.intercept_m2, 2),
+            number(Some(fit.r2), 3),
+            number(Some(fit.r2_uncentred), 3),
+            number(Some(fit.loo_rmse_relative), 3),
+            number(Some(fit.slope_origin), 2),
+            number(fit.residual_trend_t, 1),
+            number(fit.power.map(|power| power.p), 2),
+            number(fit.power.map(|power| power.loo_rmse_relative), 3),
+            number(fit.paper.map(|paper| paper.slope), 2),
+            number(fit.paper.filter(|paper| paper.intercept_m2 != 0.0).map(|paper| paper.intercept_m2), 2),
+            number(fit.paper.map(|paper| paper.r2), 2),
+        ]);
+    }
+}

@@ -1,0 +1,77 @@
+//! `rowscan study calibration`: fits a calibration to rows driven past in memory.
+
+use std::path::PathBuf;
+
+use rowscan_canopy::Sample;
+use rowscan_canopy::calibration::{Class, EchoRule, Optics, Provenance};
+use rowscan_protocol::angle::exact_step_deg;
+use rowscan_protocol::model::Model;
+use rowscan_scenes::Scene;
+
+use super::rows::{Seeds, tries};
+use crate::cli::output::{self, say};
+use crate::cli::scene::SceneArgs;
+use crate::cli::{Failure, Outcome};
+
+#[derive(Debug, clap::Args)]
+pub(in crate::cli) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Seeds of the rows, first..last
+    #[arg(long, value_name = "A..B", default_value = "1001..1060")]
+    seeds: Seeds,
+    /// Write the calibration to this file instead of standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let scene = args.scene.scene()?;
+    let model = args.scene.model(&scene.resolved_rig(), 0)?;
+    let seeds = args.seeds.0;
+    let class = class_of(&scene, model);
+    let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
+    let provenance = Provenance {
+        command: format!(
+            "rowscan study calibration {} --model {} --seeds {range}",
+            args.scene.name, model.name
+        ),
+        seeds: seeds.clone(),
+    };
+    let trials = tries(scene, seeds, model, None).await?;
+    let samples: Vec<Sample> =
+        trials.iter().filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2)).collect();
+    let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
+    let text = toml::to_string(&calibration).map_err(|cause| Failure::Write {
+        what: "the calibration".to_owned(),
+        cause: std::io::Error::other(cause),
+    })?;
+    match &args.output {
+        Some(path) => {
+            output::write_file(path, &text)?;
+            say(format_args!("wrote {}", path.display()));
+        }
+        None => output::print(&text)?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// What a calibration made on this scene is valid for.
+fn class_of(scene: &Scene, model: &Model) -> Class {
+    let tree = scene.orchard.tree_parameters();
+    Class {
+        preset: scene.orchard.preset.to_string(),
+        shady_threshold_percent: tree.shady_percent,
+        growth_stage: format!("{} iterations", tree.iterations),
+        tree_spacing_m: scene.orchard.layout().tree_spacing_m,
+        scanner_model: model.name.to_owned(),
+        resolution_deg: scene
+            .resolved_rig()
+            .scanners
+            .first()
+            .and_then(|mount| mount.resolution_deg)
+            .unwrap_or_else(|| exact_step_deg(model.default_mode.step)),
+        echo_rule: EchoRule::First,
+        optics: Optics::Ideal,
+    }
+}

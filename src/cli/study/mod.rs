@@ -1,0 +1,55 @@
+//! `rowscan study`: many orchards, one report. One file a study.
+
+mod accuracy;
+mod areas;
+mod calibration;
+mod merge;
+mod resolution;
+mod rows;
+mod shards;
+
+use super::interrupt::Interrupt;
+use super::output::say;
+use super::{Failure, Outcome};
+
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum Command {
+    /// The paper's regressions: impacted areas of twenty orchards against their leaf area, from beside and from above
+    Areas(areas::Args),
+    /// How far apart scan lines may be: I_T at coarser advances against 2 mm
+    Resolution(resolution::Args),
+    /// Join the shards of a study and report on the whole
+    Merge(merge::Args),
+    /// Fit a calibration to rows of known leaf area
+    Calibration(calibration::Args),
+    /// Hold both estimators against rows of known leaf area
+    Accuracy(accuracy::Args),
+}
+
+pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let journal = match &command {
+        Command::Areas(args) => args.shards.journal(),
+        Command::Resolution(args) => args.shards.journal(),
+        Command::Merge(_) | Command::Calibration(_) | Command::Accuracy(_) => None,
+    };
+    let work = async {
+        match command {
+            Command::Areas(args) => areas::run(args).await,
+            Command::Resolution(args) => resolution::run(args).await,
+            Command::Merge(args) => merge::run(&args),
+            Command::Calibration(args) => calibration::run(args).await,
+            Command::Accuracy(args) => accuracy::run(args).await,
+        }
+    };
+    if let Some(ended) = interrupt.or(work).await {
+        return ended;
+    }
+    if let Some(journal) = journal {
+        say(format_args!(
+            "interrupted; what is finished stands in {}: go on with --resume",
+            journal.display()
+        ));
+    }
+    Ok(Outcome::Done)
+}

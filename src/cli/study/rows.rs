@@ -1,0 +1,71 @@
+//! What the studies of rows driven past share: a range of seeds, one trial each.
+
+use std::str::FromStr;
+
+use rowscan_canopy::Calibration;
+use rowscan_protocol::model::Model;
+use rowscan_scenes::Scene;
+
+use crate::cli::{Failure, progress};
+use crate::trial::{Trial, TrialError};
+
+/// A range of seeds, both ends in it: `1..20`.
+#[derive(Clone, Debug)]
+pub(super) struct Seeds(pub(super) Vec<u64>);
+
+/// Rows one study may hold; each is grown and scanned whole.
+const MAX_SEEDS: u64 = 100_000;
+
+impl FromStr for Seeds {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let refuse = || format!("expected seeds as FIRST..LAST, such as 1..20, found `{text}`");
+        let (first, last) = text.split_once("..").ok_or_else(refuse)?;
+        let first: u64 = first.parse().map_err(|_| refuse())?;
+        let last: u64 = last.trim_start_matches('=').parse().map_err(|_| refuse())?;
+        match last.checked_sub(first) {
+            Some(count) if count < MAX_SEEDS => Ok(Self((first..=last).collect())),
+            Some(_) => Err(format!("expected at most {MAX_SEEDS} seeds, found `{text}`")),
+            None => Err(format!("expected the first seed not above the last, found `{text}`")),
+        }
+    }
+}
+
+/// Tries one row a seed, off the runtime's threads, with a progress bar.
+pub(super) async fn tries(
+    scene: Scene,
+    seeds: Vec<u64>,
+    model: &'static Model,
+    calibration: Option<Calibration>,
+) -> Result<Vec<Trial>, Failure> {
+    let bar = progress::bar("trying", "rows", seeds.len() as u64);
+    let work = move || -> Result<Vec<Trial>, TrialError> {
+        let trials = Trial::run_seeds(&scene, &seeds, model, calibration.as_ref(), &|| bar.inc(1));
+        bar.finish_and_clear();
+        trials
+    };
+    match tokio::task::spawn_blocking(work).await {
+        Ok(trials) => Ok(trials?),
+        Err(cause) => Err(Failure::System { what: "try the rows", cause: std::io::Error::other(cause) }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_are_a_range_with_both_ends() {
+        assert_eq!("3..5".parse::<Seeds>().map(|seeds| seeds.0), Ok(vec![3, 4, 5]));
+        for (text, reason) in [
+            ("5", "FIRST..LAST"),
+            ("5..3", "not above"),
+            ("1..x", "FIRST..LAST"),
+            ("0..18446744073709551615", "at most"),
+        ] {
+            let message = text.parse::<Seeds>().expect_err(text);
+            assert!(message.contains(reason), "{text}: {message}");
+        }
+    }
+}
