@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn a_bend_is_told_from_a_straight_cloud() {
         let x: Vec<f64> = (1..=20).map(f64::from).collect();
-        let wobble = |x: f64| if x as u32 % 2 == 0 { 0.3 } else { -0.3 };
+        let wobble = |x: f64| if (x as u32).is_multiple_of(2) { 0.3 } else { -0.3 };
         let straight: Vec<f64> = x.iter().map(|x| 2.0 + 3.0 * x + wobble(*x)).collect();
         let convex: Vec<f64> = x.iter().map(|x| 0.1 * x * x + wobble(*x)).collect();
         assert!(bend_t(&x, &straight).unwrap().abs() < 1.0);

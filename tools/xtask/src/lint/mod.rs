@@ -56,14 +56,14 @@ pub fn check(workspace: &Workspace) -> Result<(), String> {
             files.push((path.to_string_lossy().into_owned(), text));
         }
     }
-    let findings = inspect(&files);
+    let findings = inspect(&files, &format!("{}/", workspace.root.display()));
     for line in findings.warnings.iter().chain(&findings.notes) {
         println!("    {line}");
     }
     if findings.violations.is_empty() { Ok(()) } else { Err(findings.violations.join("\n")) }
 }
 
-fn inspect(files: &[(String, String)]) -> Findings {
+fn inspect(files: &[(String, String)], checkout: &str) -> Findings {
     let mut findings = Findings::default();
     let mut clocks: Vec<BTreeSet<String>> = vec![BTreeSet::new(); ONE_CLOCK.len()];
     let paths: BTreeSet<&str> = files.iter().map(|(path, _)| path.as_str()).collect();
@@ -73,7 +73,7 @@ fn inspect(files: &[(String, String)]) -> Findings {
                 findings.violations.push(format!("{path}:{line}: `{dead}`: there is no such file"));
             }
         }
-        check_paths(path, text, &mut findings);
+        check_paths(path, text, checkout, &mut findings);
         if !matches!(Path::new(path).extension().and_then(|e| e.to_str()), Some("rs" | "py" | "sh")) {
             continue;
         }
@@ -124,17 +124,19 @@ fn check_length(path: &str, text: &str, findings: &mut Findings) {
 }
 
 /// Text that is true on one machine only. Examples in prose may name `/tmp`; code may not.
-fn check_paths(path: &str, text: &str, findings: &mut Findings) {
-    if rules::MAY_NAME_PATHS.contains(&path) || path == "Cargo.lock" {
+fn check_paths(path: &str, text: &str, checkout: &str, findings: &mut Findings) {
+    // In a linked work tree `.git` is a file that names its repository.
+    if rules::MAY_NAME_PATHS.contains(&path) || matches!(path, "Cargo.lock" | ".git") {
         return;
     }
     let source = path.ends_with(".rs").then(|| Source::new(text));
     for (i, line) in text.lines().enumerate() {
-        let prose = rules::HOMES.iter().find(|home| source::names_path(line, home));
+        let mut homes = rules::HOMES.iter().copied().chain([checkout]);
+        let prose = homes.find(|home| source::names_path(line, home));
         let in_code = source.as_ref().is_some_and(|source| {
             !path.contains("tests/") && source::names_path(source.product_line(i), rules::TEMPORARY)
         });
-        if let Some(found) = prose.or(in_code.then_some(&rules::TEMPORARY)) {
+        if let Some(found) = prose.or(in_code.then_some(rules::TEMPORARY)) {
             findings.violations.push(format!("{path}:{}: `{found}`: a path of one machine", i + 1));
         }
     }
@@ -144,9 +146,12 @@ fn check_paths(path: &str, text: &str, findings: &mut Findings) {
 mod tests {
     use super::*;
 
+    /// Where the checkout under test is said to lie.
+    const CHECKOUT: &str = "/some/where/rowscan/";
+
     /// The violations of one file, without the notes on clocks.
     fn violations(path: &str, text: &str) -> Vec<String> {
-        inspect(&[(path.to_owned(), text.to_owned())]).violations
+        inspect(&[(path.to_owned(), text.to_owned())], CHECKOUT).violations
     }
 
     #[test]
@@ -174,9 +179,11 @@ mod tests {
     fn an_async_crate_has_one_clock() {
         let file = |path: &str| (path.to_owned(), "fn f() { sleep_until(t) }".to_owned());
         assert!(
-            inspect(&[file("driver/src/a.rs"), file("src/a.rs"), file("tests/a.rs")]).violations.is_empty()
+            inspect(&[file("driver/src/a.rs"), file("src/a.rs"), file("tests/a.rs")], CHECKOUT)
+                .violations
+                .is_empty()
         );
-        let two = inspect(&[file("driver/src/a.rs"), file("driver/src/b.rs")]).violations;
+        let two = inspect(&[file("driver/src/a.rs"), file("driver/src/b.rs")], CHECKOUT).violations;
         assert_eq!(
             two,
             [
@@ -184,7 +191,11 @@ mod tests {
             ]
         );
         let in_tests = "fn f() {}\n#[cfg(test)]\nmod tests { fn g() { sleep(t) } }\n";
-        assert!(inspect(&[file("src/a.rs"), ("src/b.rs".into(), in_tests.into())]).violations.is_empty());
+        assert!(
+            inspect(&[file("src/a.rs"), ("src/b.rs".into(), in_tests.into())], CHECKOUT)
+                .violations
+                .is_empty()
+        );
     }
 
     #[test]
@@ -209,6 +220,7 @@ mod tests {
         assert!(violations("tests/x.rs", &temporary).is_empty());
         assert!(violations("src/x.rs", &format!("/// `--pty {}lms`\n", rules::TEMPORARY)).is_empty());
         assert!(violations("README.md", &temporary).is_empty());
+        assert_eq!(violations("README.md", &format!("cd {CHECKOUT}src")).len(), 1);
     }
 
     #[test]

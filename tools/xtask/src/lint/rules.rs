@@ -64,8 +64,8 @@ pub const ALL: &[Rule] = &[
     },
 ];
 
-/// Home folders of people and machines.
-pub const HOMES: &[&str] = &["/home/", "/root/", "/Users/", "/work/"];
+/// Home folders of people; the folder of the checkout itself is forbidden too.
+pub const HOMES: &[&str] = &["/home/", "/Users/"];
 
 /// Fine in prose, not in code.
 pub const TEMPORARY: &str = "/tmp/";
