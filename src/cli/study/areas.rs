@@ -7,31 +7,24 @@ use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::Provenance;
 use serde::Serialize;
 
+use super::orchards::OrchardArgs;
 use super::shards::ShardArgs;
 use crate::cli::output::{self, number, say};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
-use crate::config;
 use crate::study::areas::{AreasReport, AreasStudy, Orchard, View, report};
 use crate::study::{Whole, figure};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
-    /// A scene file or a built-in scene: layout and tree parameters of the orchards
-    #[arg(value_name = "SCENE", default_value = "paper")]
-    scene: String,
-    /// Seed of the study instead of the scene's; every orchard's own is hash(study, seed, number)
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
+    #[command(flatten)]
+    orchards_of: OrchardArgs,
     /// Iterations of growth
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "7,8,9,10,11")]
     iterations: Vec<u32>,
     /// Shady thresholds, percent; above 100 keeps every leaf
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "60,70,80,101")]
     shady: Vec<f64>,
-    /// Trees in a row, instead of the scene's
-    #[arg(long, value_name = "N")]
-    trees: Option<u32>,
     /// Count the leaves of all rows, not of the first alone
     #[arg(long)]
     whole_orchard: bool,
@@ -61,9 +54,7 @@ pub(super) struct ReportArgs {
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let mut scene = config::load_scene(&args.scene)?;
-    scene.seed = args.seed.unwrap_or(scene.seed);
-    scene.orchard.trees = args.trees.or(scene.orchard.trees);
+    let scene = args.orchards_of.scene()?;
     let whole = AreasStudy::new(scene);
     let study = AreasStudy {
         iterations: args.iterations,

@@ -4,6 +4,7 @@ mod accuracy;
 mod areas;
 mod calibration;
 mod merge;
+mod orchards;
 mod resolution;
 mod rows;
 mod shards;

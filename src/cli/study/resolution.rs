@@ -2,22 +2,18 @@
 
 use std::path::PathBuf;
 
+use super::orchards::OrchardArgs;
 use super::shards::ShardArgs;
 use crate::cli::output::{self, number, say};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
-use crate::config;
 use crate::study::resolution::{ResolutionStudy, report};
 use crate::study::{Whole, figure};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
-    /// A scene file or a built-in scene: what the orchards are
-    #[arg(value_name = "SCENE", default_value = "paper")]
-    scene: String,
-    /// Seed of the study instead of the scene's; every orchard's own is hash(study, seed, number)
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
+    #[command(flatten)]
+    orchards_of: OrchardArgs,
     /// Orchards
     #[arg(long, value_name = "N", default_value_t = 12)]
     orchards: usize,
@@ -27,9 +23,6 @@ pub(in crate::cli) struct Args {
     /// Angles between beams, degrees
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.25,0.5,1")]
     angles: Vec<f64>,
-    /// Trees in a row, instead of the scene's
-    #[arg(long, value_name = "N")]
-    trees: Option<u32>,
     #[command(flatten)]
     scan: ScanArgs,
     /// Keep the sensor at least so far from the canopy
@@ -57,9 +50,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if args.advances_mm.is_empty() || args.advances_mm.contains(&0) {
         return Err(refuse("the advances (--advances-mm)"));
     }
-    let mut scene = config::load_scene(&args.scene)?;
-    scene.seed = args.seed.unwrap_or(scene.seed);
-    scene.orchard.trees = args.trees.or(scene.orchard.trees);
+    let scene = args.orchards_of.scene()?;
     let study = ResolutionStudy::new(scene);
     let study = ResolutionStudy {
         orchards: args.orchards,
