@@ -68,10 +68,14 @@ impl SimClock {
         }
     }
 
-    /// Waits for the simulated instant `at`: until its absolute host deadline if paced, not at all otherwise.
+    /// Waits for the simulated instant `at`: until its absolute host deadline if paced; else it only lets others run, so that no
+    /// loop that turns as fast as it can keeps its thread for itself.
     pub async fn reach(&self, at: SimTime) {
-        if let TimeScale::Paced(scale) = self.scale {
-            sleep_until(self.epoch + Duration::from_secs_f64(at.as_secs_f64() / scale)).await;
+        match self.scale {
+            TimeScale::Paced(scale) => {
+                sleep_until(self.epoch + Duration::from_secs_f64(at.as_secs_f64() / scale)).await;
+            }
+            TimeScale::Max => tokio::task::yield_now().await,
         }
         self.reached.fetch_max(at.0, Ordering::Relaxed);
     }

@@ -140,3 +140,22 @@ async fn scans_come_only_while_measuring_and_subscribed() {
     tokio::time::sleep(Duration::from_secs(5)).await;
     assert_eq!(emulator.counts().scans_sent, sent, "a stopped scanner sent scans");
 }
+
+#[tokio::test(start_paused = true)]
+async fn at_max_a_client_that_is_gone_leaves_time_standing_still() {
+    let (device, world) = bench("lms111");
+    let config = EmulatorConfig { time_scale: TimeScale::Max, ..EmulatorConfig::default() };
+    let mut emulator = Emulator::start(device, world, config);
+    let mut gone = raw_client(&mut emulator, Dialect::B);
+    for _ in 0..10 {
+        gone.next_scan().await;
+    }
+    drop(gone);
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let sent = emulator.counts().scans_sent;
+    tokio::time::sleep(Duration::from_secs(60)).await;
+    assert_eq!(emulator.counts().scans_sent, sent);
+    let mut next = raw_client(&mut emulator, Dialect::B);
+    let first = next.next_scan().await;
+    assert!(first.scan_time_us < 10_000_000, "time ran on without a client: {} µs", first.scan_time_us);
+}

@@ -141,3 +141,29 @@ async fn a_driver_that_waits_finds_the_scanner_when_it_comes() {
     late.listen(&address).await.expect("the port is free");
     assert_eq!(waiting.await.expect("no panic"), Some(541));
 }
+
+#[test]
+fn an_emulator_that_is_dropped_in_full_flight_ends() {
+    // On a runtime of its own: a mirror that never rests would keep the runtime from ending, and this test with it.
+    let (ended, end) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        for _ in 0..20 {
+            let runtime = tokio::runtime::Builder::new_multi_thread()
+                .worker_threads(2)
+                .enable_all()
+                .build()
+                .expect("a runtime");
+            runtime.block_on(async {
+                let mut emulator = emulator();
+                let address = emulator.listen("127.0.0.1:0").await.expect("a free port").address.to_string();
+                let mut scanner = Scanner::open(&Source::Tcp { address }, quick()).await.expect("it answers");
+                for _ in 0..50 {
+                    scanner.next().await.expect("the link holds").expect("a scan");
+                }
+                drop(emulator);
+            });
+        }
+        ended.send(()).expect("someone waits");
+    });
+    end.recv_timeout(Duration::from_secs(60)).expect("every emulator ended with its runtime");
+}

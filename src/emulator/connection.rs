@@ -21,17 +21,29 @@ pub(super) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, stream
         shared.counts.refused.fetch_add(1, Ordering::Relaxed);
         return;
     };
+    let seat = Seat { shared: &shared, member };
     let ended = tokio::select! {
-        ended = converse(&shared, &member, scans, stream) => ended,
-        () = member.turned_out() => Ok(()),
+        ended = converse(&shared, &seat.member, scans, stream) => ended,
+        () = seat.member.turned_out() => Ok(()),
     };
     if let Err(cause) = ended {
         tracing::debug!(%cause, "client gone");
     }
-    shared.roster.leave(&member);
-    // A mirror that waits for this client's room must look again.
-    member.set_wants(None);
-    shared.interest.notify_one();
+}
+
+/// A client's place among the others, given up however its task ends: a client that is gone must not keep the mirror turning.
+struct Seat<'a> {
+    shared: &'a Shared,
+    member: Arc<Member>,
+}
+
+impl Drop for Seat<'_> {
+    fn drop(&mut self) {
+        self.shared.roster.leave(&self.member);
+        self.member.set_wants(None);
+        // A mirror that waits for this client's room must look again.
+        self.shared.interest.notify_one();
+    }
 }
 
 async fn converse<S: AsyncRead + AsyncWrite>(

@@ -78,7 +78,10 @@ pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
         }
         switch_lines(&shared, at, &mut line_changes);
         shared.device().set_travelled_mm(world.travelled_mm(drive.travelled(at)));
-        shared.roster.audience(&mut audience);
+        // The turn at time zero is nobody's, however quick a client was: so every run begins alike.
+        if at > SimTime::ZERO {
+            shared.roster.audience(&mut audience);
+        }
         if let Some(telegram) = Telegram::measure(&shared, at, &world, &audience) {
             telegram.deliver(&shared, &audience).await;
             if !audience.is_empty() {
