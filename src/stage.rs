@@ -59,21 +59,27 @@ impl Stage {
     }
 }
 
+/// The scan frequency a mount asks for, in the wire's 1/100 Hz.
+pub(crate) fn asked_frequency_centihz(mount: &Mount) -> Option<u32> {
+    mount.frequency_hz.map(|hertz| (hertz * 100.0).round() as u32)
+}
+
+/// The angle between beams a mount asks for, in the wire's 1/10000°.
+pub(crate) fn asked_step(mount: &Mount) -> Option<u16> {
+    mount.resolution_deg.map(|degrees| (degrees * 10_000.0).round() as u16)
+}
+
 /// The model's scan mode that fits what the mount asks for; its default where the mount leaves it open.
 fn scan_mode(model: &Model, mount: &Mount) -> Result<ScanMode, ModeError> {
-    let asked = ScanMode {
-        frequency_centihz: mount
-            .frequency_hz
-            .map_or(model.default_mode.frequency_centihz, |hertz| (hertz * 100.0).round() as u32),
-        step: mount
-            .resolution_deg
-            .map_or(model.default_mode.step, |degrees| (degrees * 10_000.0).round() as u16),
-    };
+    let (frequency_centihz, step) = (asked_frequency_centihz(mount), asked_step(mount));
     let fits = |mode: &&ScanMode| {
-        mount.frequency_hz.is_none_or(|_| mode.frequency_centihz == asked.frequency_centihz)
-            && mount.resolution_deg.is_none_or(|_| mode.step == asked.step)
+        frequency_centihz.is_none_or(|asked| mode.frequency_centihz == asked)
+            && step.is_none_or(|asked| mode.step == asked)
     };
-    let refused =
-        ModeError { model: model.title, frequency_centihz: asked.frequency_centihz, step: asked.step };
+    let refused = ModeError {
+        model: model.title,
+        frequency_centihz: frequency_centihz.unwrap_or(model.default_mode.frequency_centihz),
+        step: step.unwrap_or(model.default_mode.step),
+    };
     std::iter::once(&model.default_mode).chain(model.modes).find(fits).copied().ok_or(refused)
 }

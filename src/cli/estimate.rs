@@ -12,7 +12,7 @@ use rowscan_protocol::rig::Rig;
 use super::interrupt::Interrupt;
 use super::output::{self, number, say};
 use super::{Failure, Format, Outcome, models, progress};
-use crate::config;
+use crate::{config, stage};
 
 /// How long the device is given to end the stream.
 pub(super) const PARTING: Duration = Duration::from_secs(2);
@@ -103,8 +103,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
     let mount = rig?.scanners.get(scanner)?;
     Some(ScanMode {
-        frequency_centihz: (mount.frequency_hz? * 100.0).round() as u32,
-        step: (mount.resolution_deg? * 10_000.0).round() as u16,
+        frequency_centihz: stage::asked_frequency_centihz(mount)?,
+        step: stage::asked_step(mount)?,
     })
 }
 

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand.
 
+mod blocking;
 mod decode;
 mod demo;
 mod device;

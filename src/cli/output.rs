@@ -6,6 +6,7 @@ use std::path::Path;
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, Table, TableComponent};
+use rowscan_canopy::Calibration;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -94,6 +95,14 @@ pub(super) fn percent(fraction: Option<f64>) -> Cell {
 pub(super) fn share(fraction: Option<f64>) -> Cell {
     let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:.1} %", 100.0 * fraction));
     Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// A calibration as the text of its file.
+pub(super) fn calibration_text(calibration: &Calibration) -> Result<String, Failure> {
+    toml::to_string(calibration).map_err(|cause| Failure::Write {
+        what: "the calibration".to_owned(),
+        cause: io::Error::other(cause),
+    })
 }
 
 /// Writes a file whole or not at all: to a temporary name beside it, then renamed.

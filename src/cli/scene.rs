@@ -4,6 +4,7 @@ use rowscan_protocol::model::Model;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::{GrowError, Scene};
 
+use super::blocking::off_runtime;
 use super::{Failure, models, progress};
 use crate::config;
 use crate::stage::Stage;
@@ -55,8 +56,5 @@ pub(super) async fn grow(scene: Scene) -> Result<Stage, Failure> {
         bar.finish_and_clear();
         stage
     };
-    match tokio::task::spawn_blocking(work).await {
-        Ok(stage) => Ok(stage?),
-        Err(cause) => Err(Failure::System { what: "grow the orchard", cause: std::io::Error::other(cause) }),
-    }
+    off_runtime("grow the orchard", work).await
 }

@@ -12,6 +12,7 @@ use rowscan_scenes::scan::{LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, Sca
 use rowscan_scenes::{Caster, Scene, TruthGrid};
 use serde::Serialize;
 
+use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
 use super::output::{self, say};
 use super::{Failure, Format, Outcome, progress};
@@ -116,13 +117,7 @@ struct Scanned {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
-    let work = async {
-        match tokio::task::spawn_blocking(move || scan(&args)).await {
-            Ok(ended) => ended,
-            Err(cause) => Err(Failure::System { what: "scan", cause: std::io::Error::other(cause) }),
-        }
-    };
-    interrupt.or(work).await.unwrap_or(Ok(Outcome::Done))
+    interrupt.or(off_runtime("scan", move || scan(&args))).await.unwrap_or(Ok(Outcome::Done))
 }
 
 fn scan(args: &Args) -> Result<Outcome, Failure> {

@@ -113,10 +113,7 @@ fn calibration(report: &AreasReport) -> Result<String, Failure> {
         seeds: report.orchards.iter().map(|orchard| orchard.seed).collect(),
     };
     let calibration = rowscan_canopy::fit(&samples, study.class(), provenance)?;
-    toml::to_string(&calibration).map_err(|cause| Failure::Write {
-        what: "the calibration".to_owned(),
-        cause: std::io::Error::other(cause),
-    })
+    output::calibration_text(&calibration)
 }
 
 /// An orchard on one line.

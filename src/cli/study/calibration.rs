@@ -42,10 +42,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let samples: Vec<Sample> =
         trials.iter().filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2)).collect();
     let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
-    let text = toml::to_string(&calibration).map_err(|cause| Failure::Write {
-        what: "the calibration".to_owned(),
-        cause: std::io::Error::other(cause),
-    })?;
+    let text = output::calibration_text(&calibration)?;
     match &args.output {
         Some(path) => {
             output::write_file(path, &text)?;

@@ -6,6 +6,7 @@ use rowscan_canopy::Calibration;
 use rowscan_protocol::model::Model;
 use rowscan_scenes::Scene;
 
+use crate::cli::blocking::off_runtime;
 use crate::cli::{Failure, progress};
 use crate::trial::{Trial, TrialError};
 
@@ -45,10 +46,7 @@ pub(super) async fn tries(
         bar.finish_and_clear();
         trials
     };
-    match tokio::task::spawn_blocking(work).await {
-        Ok(trials) => Ok(trials?),
-        Err(cause) => Err(Failure::System { what: "try the rows", cause: std::io::Error::other(cause) }),
-    }
+    off_runtime("try the rows", work).await
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 
 use serde::de::DeserializeOwned;
 
+use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, progress};
 use crate::study::journal::{self, Journal};
@@ -41,13 +42,8 @@ impl ShardArgs {
             ));
         }
         let args = self.clone();
-        let units = tokio::task::spawn_blocking(move || args.work(&study).map(|units| (study, units)));
-        let (study, units) = match units.await {
-            Ok(worked) => worked?,
-            Err(cause) => {
-                return Err(Failure::System { what: "run the study", cause: io::Error::other(cause) });
-            }
-        };
+        let work = move || args.work(&study).map(|units| (study, units));
+        let (study, units) = off_runtime("run the study", work).await?;
         if self.shard == Shard::WHOLE {
             return Ok(Some((Header::of(&study), units)));
         }
