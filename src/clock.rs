@@ -4,9 +4,10 @@ use std::collections::VecDeque;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use rowscan_protocol::time::SimTime;
+use rowscan_recording::WallClock;
 use tokio::time::{Instant, sleep_until};
 
 /// How simulated time runs against the host's.
@@ -90,6 +91,13 @@ impl SimClock {
             tokio::time::sleep(time.div_f64(scale)).await;
         }
     }
+}
+
+/// The host's time of day for recordings: it runs on evenly, whatever happens to the system's clock after the start.
+pub fn wall_clock() -> WallClock {
+    let began = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let epoch = Instant::now();
+    WallClock::new(move || (began + epoch.elapsed()).as_nanos() as u64)
 }
 
 /// A short rest before trying again what the system just refused.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::frame::Dialect;
+use rowscan_recording::Tap;
 
 /// How a scanner is opened and kept.
 #[derive(Clone, Debug)]
@@ -22,6 +23,8 @@ pub struct DriverConfig {
     pub wait: bool,
     /// Pauses between attempts.
     pub backoff: Backoff,
+    /// Gets a copy of all bytes, both ways, over all connections; does nothing unless something records.
+    pub tap: Tap,
 }
 
 impl Default for DriverConfig {
@@ -34,6 +37,7 @@ impl Default for DriverConfig {
             first_scan_timeout: Duration::from_secs(60),
             wait: false,
             backoff: Backoff::default(),
+            tap: Tap::default(),
         }
     }
 }

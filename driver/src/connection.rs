@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use bytes::{Buf, BytesMut};
 use rowscan_protocol::client::{Client, Event};
+use rowscan_recording::{Side, Tap};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
 
 use crate::clock::Stopwatch;
@@ -20,6 +21,7 @@ pub struct Connection<S> {
     received: BytesMut,
     sending: BytesMut,
     client: Client,
+    tap: Tap,
     watch: Stopwatch,
     last_received: Duration,
 }
@@ -45,9 +47,15 @@ impl<S: AsyncRead + AsyncWrite> Connection<S> {
             received: BytesMut::with_capacity(READ_CHUNK),
             sending: BytesMut::new(),
             client,
+            tap: Tap::default(),
             watch: Stopwatch::start(),
             last_received: Duration::ZERO,
         }
+    }
+
+    /// Hands a copy of all bytes, both ways, to `tap`.
+    pub fn tapped(self, tap: Tap) -> Self {
+        Self { tap, ..self }
     }
 
     /// The session.
@@ -74,6 +82,7 @@ impl<S: AsyncRead + AsyncWrite> Connection<S> {
                 return Ok(Happened::Event(event));
             }
             while let Some(frame) = self.client.poll_transmit() {
+                self.tap.record(Side::Host, &frame);
                 self.sending.extend_from_slice(&frame);
             }
             let stalled = stall.map(|limit| self.last_received + limit);
@@ -83,6 +92,7 @@ impl<S: AsyncRead + AsyncWrite> Connection<S> {
                     0 => return Ok(Happened::Closed),
                     _ => {
                         self.last_received = self.watch.now();
+                        self.tap.record(Side::Device, &self.received);
                         self.client.handle_bytes(self.last_received, &self.received);
                         self.received.clear();
                     }

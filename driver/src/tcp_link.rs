@@ -147,7 +147,8 @@ impl TcpLink {
             let stream = dial::tcp(&self.address, self.config.connect_timeout)
                 .await
                 .map_err(|cause| DriverError::Connect { address: self.address.clone(), cause })?;
-            let mut connection = Connection::new(stream, Client::new(self.config.client.clone(), dialect));
+            let client = Client::new(self.config.client.clone(), dialect);
+            let mut connection = Connection::new(stream, client).tapped(self.config.tap.clone());
             match self.greet(&mut connection, events).await? {
                 Greeting::Ready(DeviceInfo { ident, firmware }) => {
                     events.push(LinkEvent::Ready { ident, firmware, dialect });

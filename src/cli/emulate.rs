@@ -83,6 +83,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         max_clients: args.max_clients,
         state,
         line_changes,
+        ..EmulatorConfig::default()
     };
     let mut emulator = Emulator::start(device, world, config);
     let mut addresses: Vec<&str> = args.tcp.iter().map(String::as_str).collect();

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 
 use bytes::Bytes;
 use rowscan_protocol::device::{AfterReply, Reply, Session};
+use rowscan_recording::{Side, StreamKind, Tap};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 
@@ -53,6 +54,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
     stream: S,
 ) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
+    let tap = shared.config.taps.open(shared.device().model().name, StreamKind::Cola);
     let mut session = Session::new(shared.config.dialects);
     let mut news = shared.news.subscribe();
     let reboots = shared.device().reboots();
@@ -65,6 +67,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 if read == 0 {
                     return Ok(());
                 }
+                tap.record(Side::Host, &chunk[..read]);
                 let saved = shared.converse(&mut session, &chunk[..read], &mut replies);
                 if session.counts().frames > 0 {
                     member.has_spoken();
@@ -73,7 +76,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 if let (Some(settings), Some(file)) = (saved, &shared.config.state) {
                     file.keep(settings).await?;
                 }
-                if send(shared, &mut writer, &mut replies).await? {
+                if send(shared, &mut writer, &mut replies, &tap).await? {
                     return writer.shutdown().await;
                 }
                 // Only now: no scan may overtake the reply to its subscription.
@@ -82,7 +85,10 @@ async fn converse<S: AsyncRead + AsyncWrite>(
             }
             scan = scans.recv() => match scan {
                 // Scans already queued when the client unsubscribed are not sent any more.
-                Some(scan) if session.subscribed() || session.monitors() => writer.write_all(&scan).await?,
+                Some(scan) if session.subscribed() || session.monitors() => {
+                    writer.write_all(&scan).await?;
+                    tap.record(Side::Device, &scan);
+                }
                 Some(_) => {}
                 None => return Ok(()),
             },
@@ -94,7 +100,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                     }
                     session.poll_events(&mut device, shared.clock.now(), &mut replies);
                 }
-                send(shared, &mut writer, &mut replies).await?;
+                send(shared, &mut writer, &mut replies, &tap).await?;
             }
         }
     }
@@ -105,11 +111,13 @@ async fn send<W: AsyncWrite + Unpin>(
     shared: &Shared,
     writer: &mut W,
     replies: &mut Vec<Reply>,
+    tap: &Tap,
 ) -> io::Result<bool> {
     for reply in replies.drain(..) {
         shared.clock.rest(reply.delay).await;
         // One write a reply: many clients take whatever one read gives as the whole reply.
         writer.write_all(&reply.bytes).await?;
+        tap.record(Side::Device, &reply.bytes);
         if let Some(AfterReply::Close) = reply.after {
             return Ok(true);
         }

@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rowscan_protocol::device::{Device, DialectPolicy, LineError, Reply, Session};
 use rowscan_protocol::time::SimTime;
+use rowscan_recording::Taps;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinSet;
 
@@ -44,6 +45,8 @@ pub struct EmulatorConfig {
     pub state: Option<StateFile>,
     /// Digital lines that change on the way, in any order.
     pub line_changes: Vec<LineChange>,
+    /// Where copies of all bytes go, a stream a client; nowhere unless something records.
+    pub taps: Taps,
 }
 
 /// A digital line that is switched.
@@ -77,6 +80,7 @@ impl Default for EmulatorConfig {
             max_clients: MAX_CLIENTS,
             state: None,
             line_changes: Vec::new(),
+            taps: Taps::default(),
         }
     }
 }

@@ -25,6 +25,19 @@ const RULES: &[Rule] = &[
         why: "the protocol knows no async and no socket, and stands below every other crate",
     },
     Rule {
+        package: "rowscan-recording",
+        forbidden: &[
+            "tokio",
+            "mio",
+            "socket2",
+            "rowscan-driver",
+            "rowscan-canopy",
+            "rowscan-scenes",
+            "rowscan",
+        ],
+        why: "recordings know files and telegrams, no async and no socket",
+    },
+    Rule {
         package: "rowscan-canopy",
         forbidden: &["tokio", "mio", "socket2", "rowscan-driver", "rowscan-scenes", "rowscan"],
         why: "the estimator knows no async, no socket and no truth",

@@ -1,0 +1,21 @@
+//! Recorded bytes: what went over the wire, in both directions, with the host's time.
+//!
+//! Ways through the crate:
+//! - out: [`Tap`] (in a connection's byte path) → bounded queue → [`Recorder`]'s thread → [`McapWriter`] → file
+//! - in: file → [`Recording`], which recognises by content what the file is and hands out [`Packet`]s in the order they came
+//!
+//! The crate knows files and telegrams. It knows no socket, no async runtime and no clock: whoever starts a [`Recorder`] hands it one.
+
+mod error;
+mod foxglove;
+mod packet;
+mod recorder;
+mod scans;
+mod tap;
+mod writer;
+
+pub use error::RecordError;
+pub use packet::{Packet, Side, StreamKind};
+pub use recorder::{Recorded, Recorder, RecorderOptions, WallClock};
+pub use tap::{Tap, Taps};
+pub use writer::{About, Decoded, McapWriter, StreamId};

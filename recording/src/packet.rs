@@ -1,0 +1,69 @@
+//! One stretch of recorded bytes.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::Serialize;
+
+/// Who sent bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The client.
+    Host,
+    /// The scanner, or whatever else stands on the tractor.
+    Device,
+}
+
+/// What the bytes of a stream are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StreamKind {
+    /// CoLa telegrams over TCP or a serial line.
+    #[default]
+    Cola,
+    /// NMEA 0183 sentences.
+    Nmea,
+    /// CAN frames, one a packet, as a candump line has them: `ID#DATA`.
+    Can,
+    /// Anything else, kept and given back as it was.
+    Bytes,
+}
+
+/// Every kind with the name it has in a file.
+const KINDS: [(StreamKind, &str); 4] = [
+    (StreamKind::Cola, "cola"),
+    (StreamKind::Nmea, "nmea"),
+    (StreamKind::Can, "can"),
+    (StreamKind::Bytes, "bytes"),
+];
+
+impl fmt::Display for StreamKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = KINDS.iter().find(|(kind, _)| kind == self).map_or("bytes", |(_, name)| name);
+        f.write_str(name)
+    }
+}
+
+impl FromStr for StreamKind {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        KINDS.iter().find(|(_, name)| *name == text).map(|(kind, _)| *kind).ok_or(())
+    }
+}
+
+/// Bytes that went one way over one connection at one time.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Packet {
+    /// Which stream of the recording, counted from 0 in the order they appear.
+    pub stream: usize,
+    /// Who sent them; none where a log does not say.
+    pub from: Option<Side>,
+    /// When the host saw them, ns since 1970 or since the recording began; none where a log does not say.
+    pub at_ns: Option<u64>,
+    /// Bytes of this direction that should stand before these and were not recorded.
+    pub missing_before: u64,
+    /// What was sent.
+    pub bytes: Vec<u8>,
+}

@@ -1,0 +1,193 @@
+//! Writes a recording on a thread of its own, fed through a bounded queue.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use crate::RecordError;
+use crate::tap::{Item, Taps};
+use crate::writer::{About, Decoded, McapWriter, StreamId};
+
+/// No byte waits longer before it is handed to the system: what a killed program loses at most.
+const FLUSH: Duration = Duration::from_millis(200);
+
+/// Packets that may wait for the writer; at 50 Hz twenty seconds of one scanner.
+const QUEUE: usize = 1024;
+
+/// Host time, ns since 1970: one clock for all streams of a recording, handed in by whoever may read one.
+#[derive(Clone)]
+pub struct WallClock(Arc<dyn Fn() -> u64 + Send + Sync>);
+
+impl WallClock {
+    /// A clock that reads `now`.
+    pub fn new(now: impl Fn() -> u64 + Send + Sync + 'static) -> Self {
+        Self(Arc::new(now))
+    }
+
+    /// Time now, ns.
+    pub fn now_ns(&self) -> u64 {
+        (self.0)()
+    }
+}
+
+impl fmt::Debug for WallClock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("WallClock")
+    }
+}
+
+/// How a recording is made.
+#[derive(Clone, Debug)]
+pub struct RecorderOptions {
+    /// What is written beside the bytes.
+    pub decoded: Decoded,
+    /// Wait for the disk instead of losing packets; for a source whose clock waits for its clients.
+    pub waits: bool,
+    /// What the recording is of.
+    pub about: About,
+}
+
+/// What a finished recording came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Recorded {
+    /// Packets kept.
+    pub packets: u64,
+    /// Bytes kept, as they were on the wire.
+    pub bytes: u64,
+    /// Packets lost because the writer could not keep up.
+    pub lost: u64,
+}
+
+/// A recording being written. Dropping it lets the file end without its index, as a crash would; it still opens.
+#[derive(Debug)]
+pub struct Recorder {
+    taps: Taps,
+    queue: SyncSender<Item>,
+    lost: Arc<AtomicU64>,
+    thread: JoinHandle<Result<Recorded, RecordError>>,
+}
+
+impl Recorder {
+    /// Makes the file and starts its thread. `failed` is told at once, from that thread, if writing fails later.
+    pub fn start(
+        path: &Path,
+        options: RecorderOptions,
+        clock: WallClock,
+        failed: impl FnOnce(&RecordError) + Send + 'static,
+    ) -> Result<Self, RecordError> {
+        let path = path.to_owned();
+        let file = create(&path)?;
+        let RecorderOptions { decoded, waits, about } = options;
+        let writer = McapWriter::new(BufWriter::with_capacity(256 * 1024, file), &about, decoded)
+            .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
+        let (queue, items) = sync_channel(QUEUE);
+        let lost = Arc::new(AtomicU64::new(0));
+        let taps = Taps::new(queue.clone(), clock.clone(), waits, Arc::clone(&lost));
+        let thread = std::thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn({
+                let path = path.clone();
+                move || {
+                    let mut scribe =
+                        Scribe { writer, streams: BTreeMap::new(), clock, recorded: Recorded::default() };
+                    scribe.write_all(&items).map_err(|cause| {
+                        let error = RecordError::Write { path, cause, packets: scribe.recorded.packets };
+                        failed(&error);
+                        error
+                    })?;
+                    Ok(scribe.recorded)
+                }
+            })
+            .map_err(|cause| RecordError::Create { path, cause })?;
+        Ok(Self { taps, queue, lost, thread })
+    }
+
+    /// Where its taps come from.
+    pub fn taps(&self) -> Taps {
+        self.taps.clone()
+    }
+
+    /// True once writing has failed: nothing more is kept.
+    pub fn has_failed(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Writes what is queued, and the file's end. Waits for the disk.
+    pub fn finish(self) -> Result<Recorded, RecordError> {
+        // A thread that has failed is gone; its error is told below.
+        let _ = self.queue.send(Item::Finish);
+        let ended = self.thread.join().unwrap_or_else(|_| Ok(Recorded::default()));
+        ended.map(|recorded| Recorded { lost: self.lost.load(Ordering::Relaxed), ..recorded })
+    }
+}
+
+/// Makes a file where none is, or where nothing would be lost.
+fn create(path: &Path) -> Result<File, RecordError> {
+    let fail = |cause| RecordError::Create { path: path.to_owned(), cause };
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() && found.len() > 0 => {
+            return Err(RecordError::Exists { path: path.to_owned(), bytes: found.len() });
+        }
+        Ok(found) if found.is_dir() => {
+            return Err(fail(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory")));
+        }
+        _ => {}
+    }
+    OpenOptions::new().write(true).create(true).truncate(true).open(path).map_err(fail)
+}
+
+/// The thread's own: turns items into records.
+struct Scribe {
+    writer: McapWriter<BufWriter<File>>,
+    /// By the tap's number.
+    streams: BTreeMap<u32, StreamId>,
+    clock: WallClock,
+    recorded: Recorded,
+}
+
+impl Scribe {
+    fn write_all(&mut self, items: &Receiver<Item>) -> io::Result<()> {
+        let flush_ns = FLUSH.as_nanos() as u64;
+        let mut flushed_ns = self.clock.now_ns();
+        self.writer.flush()?;
+        loop {
+            let item = match items.recv_timeout(FLUSH) {
+                Ok(Item::Finish) | Err(RecvTimeoutError::Disconnected) => return self.writer.finish(),
+                Ok(item) => Some(item),
+                Err(RecvTimeoutError::Timeout) => None,
+            };
+            let idle = item.is_none();
+            item.map_or(Ok(()), |item| self.write(item))?;
+            // A clock that was set back counts as time that has passed.
+            let now_ns = self.clock.now_ns();
+            if idle || now_ns.checked_sub(flushed_ns).is_none_or(|passed| passed >= flush_ns) {
+                self.writer.flush()?;
+                flushed_ns = now_ns;
+            }
+        }
+    }
+
+    fn write(&mut self, item: Item) -> io::Result<()> {
+        match item {
+            Item::Open { stream, name, kind } => {
+                self.streams.insert(stream, self.writer.add_stream(&name, kind)?);
+            }
+            Item::Packet { stream, from, at_ns, lost_before, bytes } => {
+                if let Some(&stream) = self.streams.get(&stream) {
+                    self.writer.write(stream, from, at_ns, lost_before, &bytes)?;
+                    self.recorded.packets += 1;
+                    self.recorded.bytes += bytes.len() as u64;
+                }
+            }
+            Item::Finish => {}
+        }
+        Ok(())
+    }
+}
