@@ -12,6 +12,7 @@ pub mod clock;
 pub mod config;
 pub mod decode;
 pub mod emulator;
+pub mod line;
 pub mod offline;
 pub mod stage;
 pub mod study;

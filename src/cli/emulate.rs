@@ -1,16 +1,19 @@
 //! `rowscan emulate`
 
+use std::path::PathBuf;
+
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
-use serde::Serialize;
 
 use super::device::DeviceArgs;
+use super::endpoint::{Place, announce};
 use super::interrupt::Interrupt;
-use super::output::{self, say};
+use super::output::say;
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome};
 use crate::clock::TimeScale;
 use crate::emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS};
+use crate::line::Pty;
 
 /// Where a SICK scanner listens; both ports take the same commands.
 const DEFAULT_ENDPOINTS: [&str; 2] = ["127.0.0.1:2111", "127.0.0.1:2112"];
@@ -22,6 +25,9 @@ pub(super) struct Args {
     /// Listen on this address; repeatable; port 0 takes a free one [default: 127.0.0.1:2111 and 127.0.0.1:2112]
     #[arg(long, value_name = "ADDR")]
     tcp: Vec<String>,
+    /// Be a serial port of this name: a link to a pseudo-terminal, removed at the end
+    #[arg(long, value_name = "LINK")]
+    pty: Option<PathBuf>,
     /// Simulated seconds a second, or `max`: as fast as the clients take it
     #[arg(long, value_name = "K", default_value = "1")]
     time_scale: TimeScale,
@@ -63,14 +69,6 @@ impl From<DialectArg> for DialectPolicy {
     }
 }
 
-/// The line that tells a script where an endpoint is.
-#[derive(Debug, Serialize)]
-struct Listening {
-    event: &'static str,
-    endpoint: &'static str,
-    address: String,
-}
-
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
@@ -87,14 +85,21 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let mut emulator = Emulator::start(device, world, config);
     let mut addresses: Vec<&str> = args.tcp.iter().map(String::as_str).collect();
-    if addresses.is_empty() {
+    if addresses.is_empty() && args.pty.is_none() {
         addresses.extend(DEFAULT_ENDPOINTS);
     }
     let mut bound = Vec::new();
     for address in addresses {
         bound.push(emulator.listen(address).await?);
     }
-    announce(&args, &bound)?;
+    for Bound { address } in &bound {
+        announce(args.format, "tcp", Place::Address(address))?;
+    }
+    if let Some(link) = &args.pty {
+        let pty = Pty::open(link)?;
+        announce(args.format, "pty", Place::Path(pty.path()))?;
+        emulator.attach(pty);
+    }
     say(format_args!(
         "{} on {}, seed {}; the tractor starts with the first scan sent",
         model.title, args.scene.name, stage.scene.seed
@@ -112,15 +117,4 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         counts.scans_sent, counts.scans_dropped, counts.connections_refused
     ));
     Ok(Outcome::Done)
-}
-
-fn announce(args: &Args, bound: &[Bound]) -> Result<(), Failure> {
-    for Bound { address } in bound {
-        let line = Listening { event: "listening", endpoint: "tcp", address: address.to_string() };
-        match args.format {
-            Format::Json | Format::Jsonl => output::print_json(Format::Jsonl, &line)?,
-            Format::Csv | Format::Table => say(format_args!("listening on tcp {address}")),
-        }
-    }
-    Ok(())
 }

@@ -5,6 +5,7 @@ mod decode;
 mod demo;
 mod device;
 mod emulate;
+mod endpoint;
 mod estimate;
 mod interrupt;
 mod models;
@@ -104,6 +105,9 @@ pub enum Failure {
     /// A digital line the scanner does not have.
     #[error(transparent)]
     Line(#[from] rowscan_protocol::device::LineError),
+    /// A serial line.
+    #[error(transparent)]
+    SerialLine(#[from] crate::line::LineError),
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] crate::emulator::ListenError),

@@ -1,0 +1,34 @@
+//! Serial lines, the scanner's end: what a client opens as its serial port.
+
+mod link;
+#[cfg(target_os = "linux")]
+mod occupancy;
+#[cfg_attr(not(target_os = "linux"), path = "pty_elsewhere.rs")]
+mod pty;
+
+use std::io;
+use std::path::PathBuf;
+
+pub use link::LinkError;
+pub use pty::Pty;
+
+/// Why a line could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum LineError {
+    /// The system gave no pseudo-terminal.
+    #[error(
+        "cannot make a pseudo-terminal: {0}; `--rfc2217 127.0.0.1:2217` offers a serial line over TCP instead"
+    )]
+    Pty(#[source] io::Error),
+    /// The name it shall have.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// A real port.
+    #[error("cannot open the serial port {}: {cause}; does it exist, and may you use it (group `dialout`)?", path.display())]
+    Port {
+        /// The port's device file.
+        path: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+}
