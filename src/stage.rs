@@ -5,9 +5,10 @@ use std::sync::Arc;
 use rowscan_protocol::device::{Device, Identity, ModeError};
 use rowscan_protocol::model::{Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_scenes::trajectory::Drive;
 use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
 
-use crate::emulator::{World, WorldError};
+use crate::emulator::{Tractor, World, WorldError};
 
 /// A grown scene with its rig.
 #[derive(Debug)]
@@ -40,9 +41,24 @@ impl Stage {
         Ok(Self { rig: scene.resolved_rig(), scene, orchard, caster })
     }
 
-    /// The rig's scanner number `index` as a device of `model`, with its view.
+    /// A tractor at its start, for the rig's scanners to ride on.
+    pub fn tractor(&self) -> Tractor {
+        Tractor::new(self.scene.trajectory(self.orchard.length_m()))
+    }
+
+    /// The rig's scanner number `index` as a device of `model`, with its view, on a tractor of its own.
     pub fn scanner(&self, index: usize, model: &'static Model) -> Result<(Device, World), StageError> {
-        let world = World::new(Arc::clone(&self.caster), self.rig.clone(), index, model)?;
+        self.scanner_on(&self.tractor(), index, model)
+    }
+
+    /// The same on a tractor that carries other things too.
+    pub fn scanner_on(
+        &self,
+        tractor: &Tractor,
+        index: usize,
+        model: &'static Model,
+    ) -> Result<(Device, World), StageError> {
+        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, model)?;
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
         let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
         if let Some(mount) = self.rig.scanners.get(index) {
@@ -52,12 +68,21 @@ impl Stage {
         Ok((device, world))
     }
 
-    /// Scans a client receives while the tractor passes the whole row once.
+    /// Scans a client receives while the tractor drives past the whole row once, at most an hour's; at constant speed exactly the row's.
     pub fn scans_per_row(&self, device: &Device) -> u64 {
         let hertz = f64::from(device.mirror().frequency_centihz) / 100.0;
-        (self.orchard.length_m() / self.rig.speed_m_s * hertz).round() as u64
+        let length_m = self.orchard.length_m();
+        if self.scene.drive == Drive::default() {
+            return (length_m / self.rig.speed_m_s * hertz).round() as u64;
+        }
+        let trajectory = self.scene.trajectory(length_m);
+        let scans = 0..(LONGEST_PASS_S * hertz) as u64;
+        scans.clone().find(|scan| trajectory.at(*scan as f64 / hertz).way_m >= length_m).unwrap_or(scans.end)
     }
 }
+
+/// How long a pass of a row may take, simulated seconds.
+const LONGEST_PASS_S: f64 = 3600.0;
 
 /// The scan frequency a mount asks for, in the wire's 1/100 Hz.
 pub(crate) fn asked_frequency_centihz(mount: &Mount) -> Option<u32> {

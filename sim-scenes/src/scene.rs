@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::orchard::OrchardParameters;
 use crate::parameters::ParameterError;
+use crate::trajectory::{Drive, DriveError, Trajectory};
 
 /// The scene file format this crate reads.
 pub const VERSION: u32 = 1;
@@ -27,6 +28,13 @@ pub struct Scene {
     /// What drives past; spacings and number of trees left out here are the orchard's, see [`Scene::resolved_rig`].
     #[serde(default)]
     pub rig: Rig,
+    /// How the tractor really drives; without it, at the rig's speed.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub drive: Drive,
+}
+
+fn is_default(drive: &Drive) -> bool {
+    *drive == Drive::default()
 }
 
 fn default_seed() -> u64 {
@@ -46,6 +54,11 @@ impl Scene {
         }
     }
 
+    /// The drive past rows of this length, metres: where the tractor is at any time.
+    pub fn trajectory(&self, row_m: f64) -> Trajectory {
+        self.drive.trajectory(&self.resolved_rig(), row_m)
+    }
+
     /// Refuses values no scene could be made of.
     ///
     /// # Errors
@@ -56,6 +69,7 @@ impl Scene {
         }
         self.orchard.validate()?;
         self.resolved_rig().validate()?;
+        self.drive.validate()?;
         Ok(())
     }
 }
@@ -75,4 +89,7 @@ pub enum SceneError {
     /// A value in `[rig]`.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// A value in `[drive]`.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
 }

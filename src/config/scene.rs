@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rowscan_canopy::Calibration;
 use rowscan_protocol::rig::{Rig, RigError};
+use rowscan_scenes::trajectory::{Track, TrackError};
 use rowscan_scenes::{Scene, SceneError, builtin};
 use serde::Deserialize;
 
@@ -53,6 +54,14 @@ pub enum ConfigError {
         place: String,
         /// What is wrong.
         cause: RigError,
+    },
+    /// A recorded drive that cannot be driven.
+    #[error("{place}: {cause}")]
+    Track {
+        /// The file.
+        place: String,
+        /// What is wrong.
+        cause: TrackError,
     },
     /// A calibration that cannot be trusted.
     #[error("{place}: {cause}")]
@@ -110,10 +119,20 @@ impl Text {
 /// A scene by built-in name or file, validated.
 pub fn load_scene(name: &str) -> Result<Scene, ConfigError> {
     let text = Text::find("scene", name, builtin::text, builtin::names().collect())?;
-    let scene: Scene = text.read()?;
+    let mut scene: Scene = text.read()?;
+    if let Some(track) = &scene.drive.track {
+        scene.drive.recorded = Some(load_track(&Path::new(name).with_file_name(track))?);
+    }
     scene.validate().map_err(|cause| ConfigError::Scene { place: text.place.clone(), cause })?;
     scene.resolved_rig().validate().map_err(|cause| ConfigError::Rig { place: text.place, cause })?;
     Ok(scene)
+}
+
+/// A recorded drive: the file that a scene's `drive.track` names, beside the scene file.
+fn load_track(path: &Path) -> Result<Track, ConfigError> {
+    let read = |cause| ConfigError::Read { path: path.to_owned(), cause };
+    let text = std::fs::read_to_string(path).map_err(read)?;
+    Track::parse(&text).map_err(|cause| ConfigError::Track { place: path.display().to_string(), cause })
 }
 
 /// A file that may hold nothing but a rig.

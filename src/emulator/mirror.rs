@@ -11,7 +11,7 @@ use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc::error::TrySendError;
 
 use super::roster::{Member, Wants};
-use super::world::{Drive, World};
+use super::world::World;
 use super::{LineChange, Shared};
 use crate::clock::TimeScale;
 
@@ -59,25 +59,21 @@ fn period_times(n: u64, frequency_centihz: u32, ppm: i32) -> u64 {
 /// Turns the mirror for as long as the scanner runs.
 pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
     let mut turns = Turns::new(SimTime::ZERO, shared.device().mirror());
-    let mut drive = Drive::default();
     let mut audience: Vec<(Arc<Member>, Wants)> = Vec::new();
     let mut line_changes = shared.config.line_changes.clone();
     loop {
         let at = turns.next();
         // Cast ahead, so that the line is ready before its deadline.
-        let mut mirror = shared.device().mirror();
-        world.look(mirror, drive.travelled(at));
+        world.look(shared.device().mirror(), at);
         shared.clock.reach(at).await;
         if at > SimTime::ZERO {
             wait_for_clients(&shared, at).await;
         }
-        let current = shared.device().mirror();
-        if current != mirror {
-            mirror = current;
-            world.look(mirror, drive.travelled(at));
-        }
+        // Nothing to do, unless mirror or tractor were told something else meanwhile.
+        let mirror = shared.device().mirror();
+        world.look(mirror, at);
         switch_lines(&shared, at, &mut line_changes);
-        shared.device().set_travelled_mm(world.travelled_mm(drive.travelled(at)));
+        shared.device().set_travelled_mm(world.travelled_mm(at));
         // The turn at time zero is nobody's, however quick a client was: so every run begins alike.
         if at > SimTime::ZERO {
             shared.roster.audience(&mut audience);
@@ -85,7 +81,7 @@ pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
         if let Some(telegram) = Telegram::measure(&shared, at, &world, &audience) {
             telegram.deliver(&shared, &audience).await;
             if !audience.is_empty() {
-                drive.begin(at);
+                world.tractor().begin(at);
             }
         }
         turns.advance(mirror);

@@ -9,6 +9,7 @@ mod listener;
 mod mirror;
 mod roster;
 mod state_file;
+mod tractor;
 mod world;
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,7 +24,7 @@ use tokio::task::JoinSet;
 pub use listener::{Bound, ListenError};
 pub(crate) use mirror::Turns;
 pub use state_file::{StateFile, StateFileError};
-pub(crate) use world::Drive;
+pub use tractor::Tractor;
 pub use world::{World, WorldError};
 
 use crate::clock::{Latency, SimClock, TimeScale};

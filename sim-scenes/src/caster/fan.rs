@@ -49,13 +49,26 @@ impl BeamFan {
     /// The same beams from a scanner that moves while its mirror turns: beam `j` starts `j · metres_per_beam` farther along +Y than
     /// beam 0. At speed v and mirror frequency f that is v · |step| / (360° · f). No number counts as standing still.
     #[must_use]
-    pub fn advancing(self, metres_per_beam: f64) -> Self {
-        Self { advance_m: if metres_per_beam.is_finite() { metres_per_beam } else { 0.0 }, ..self }
+    pub fn advancing(mut self, metres_per_beam: f64) -> Self {
+        self.advance(metres_per_beam);
+        self
+    }
+
+    /// As [`Self::advancing`], in place: the next turn of a mirror whose speed changes.
+    pub fn advance(&mut self, metres_per_beam: f64) {
+        self.advance_m = if metres_per_beam.is_finite() { metres_per_beam } else { 0.0 };
     }
 
     /// The beams of a scanner's mirror as mounted.
     pub fn of_mount(mount: &Mount, grid: BeamGrid) -> Self {
+        Self::looking(mount, grid, true)
+    }
+
+    /// The beams of a scanner's mirror as mounted, in the scene's frame: the mount's X points into the vegetation, which is the scene's
+    /// +X, or its −X where the tractor has the row on the other side.
+    pub fn looking(mount: &Mount, grid: BeamGrid, towards_x: bool) -> Self {
         let (sense, offset_deg) = mount.angle_map();
+        let (sense, offset_deg) = if towards_x { (sense, offset_deg) } else { (-sense, 180.0 - offset_deg) };
         Self::from_degrees(sense * grid.angle_deg(0) + offset_deg, sense * grid.step_deg(), grid.len())
     }
 

@@ -1,0 +1,127 @@
+//! Way makes place: along a row, round the headland, back along the next alley.
+//!
+//! Alley `a` lies between row `a − 1` and row `a`; its middle is X = (a − ½) · row spacing. The tractor drives +Y in its first alley,
+//! −Y in the next, and so on: so the same scanner sees a row from one side and, an alley later, from the other.
+
+use std::f64::consts::PI;
+
+/// Where the tractor is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Across the rows, metres.
+    pub x_m: f64,
+    /// Along the rows, metres.
+    pub y_m: f64,
+    /// Clockwise from +Y as seen from above, radians.
+    pub heading_rad: f64,
+    /// The alley it drives in; none on the headland.
+    pub alley: Option<Alley>,
+}
+
+/// An alley being driven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Alley {
+    /// Its number: the row on its +X side.
+    pub number: i32,
+    /// Driven towards −Y.
+    pub backwards: bool,
+}
+
+impl Alley {
+    /// The row that a scanner sees which looks to the tractor's right (or left), and whether it looks towards +X at it.
+    pub fn row_beside(self, right: bool) -> (i32, bool) {
+        let towards_x = right != self.backwards;
+        (if towards_x { self.number } else { self.number - 1 }, towards_x)
+    }
+}
+
+/// The way through the orchard.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// Y of the start, metres.
+    pub start_m: f64,
+    /// The alley of the start.
+    pub alley: i32,
+    /// Distance between rows, metres.
+    pub row_spacing_m: f64,
+    /// Alleys driven one after the other, and metres of row in each; none: straight on for ever.
+    pub turns: Option<(u32, f64)>,
+}
+
+impl Default for Course {
+    fn default() -> Self {
+        Self { start_m: 0.0, alley: 0, row_spacing_m: 4.0, turns: None }
+    }
+}
+
+impl Course {
+    /// Way of one turn on the headland: half a circle from the middle of an alley to that of the next, metres.
+    pub fn turn_m(&self) -> f64 {
+        PI * self.row_spacing_m / 2.0
+    }
+
+    /// The place after `way_m` metres. Past the last alley's end it goes straight on; before the start, straight back.
+    pub fn at(&self, way_m: f64) -> Place {
+        let (passes, row_m) = self.turns.unwrap_or((1, f64::INFINITY));
+        let last = passes.saturating_sub(1);
+        let pass = if row_m.is_finite() {
+            (way_m / (row_m + self.turn_m())).floor().clamp(0.0, f64::from(last)) as u32
+        } else {
+            0
+        };
+        let into_m = if pass == 0 { way_m } else { way_m - f64::from(pass) * (row_m + self.turn_m()) };
+        let number = self.alley + pass as i32;
+        let backwards = pass % 2 == 1;
+        let middle_m = (f64::from(number) - 0.5) * self.row_spacing_m;
+        if into_m <= row_m || pass == last {
+            let y_m = if backwards { self.start_m + row_m - into_m } else { self.start_m + into_m };
+            let heading_rad = if backwards { PI } else { 0.0 };
+            return Place { x_m: middle_m, y_m, heading_rad, alley: Some(Alley { number, backwards }) };
+        }
+        let radius_m = self.row_spacing_m / 2.0;
+        let angle = (into_m - row_m) / radius_m;
+        let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+        let end_m = if backwards { self.start_m } else { self.start_m + row_m };
+        Place {
+            x_m: middle_m + radius_m * (1.0 - cos),
+            y_m: if backwards { end_m - radius_m * sin } else { end_m + radius_m * sin },
+            heading_rad: if backwards { PI - angle } else { angle },
+            alley: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_rows_are_driven_to_and_fro_without_a_jump() {
+        let course = Course { start_m: 1.0, alley: 0, row_spacing_m: 4.0, turns: Some((3, 20.0)) };
+        let mut before = course.at(-1.0);
+        assert_eq!((before.x_m, before.y_m), (-2.0, 0.0));
+        for step in -99..9000 {
+            let here = course.at(f64::from(step) * 0.01);
+            let moved_m = (here.x_m - before.x_m).hypot(here.y_m - before.y_m);
+            assert!((moved_m - 0.01).abs() < 1e-5, "step {step}: {moved_m} m from {before:?} to {here:?}");
+            // It moves where it heads.
+            let (sin, cos) = (libm::sin(before.heading_rad), libm::cos(before.heading_rad));
+            let ahead_m = (here.x_m - before.x_m) * sin + (here.y_m - before.y_m) * cos;
+            assert!(ahead_m > 0.0099, "step {step}");
+            before = here;
+        }
+        let second = course.at(20.0 + course.turn_m() + 5.0);
+        assert_eq!(second.alley, Some(Alley { number: 1, backwards: true }));
+        assert!((second.y_m - 16.0).abs() < 1e-9 && (second.x_m - 2.0).abs() < 1e-9, "{second:?}");
+    }
+
+    #[test]
+    fn a_right_hand_scanner_sees_each_row_from_both_sides() {
+        let beside = |number, backwards, right| Alley { number, backwards }.row_beside(right);
+        assert_eq!(
+            [beside(0, false, true), beside(1, true, true), beside(2, false, true)],
+            [(0, true), (0, false), (2, true)]
+        );
+        assert_eq!([beside(1, false, false), beside(2, true, false)], [(0, false), (2, true)]);
+    }
+}

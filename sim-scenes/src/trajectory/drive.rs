@@ -1,0 +1,245 @@
+//! The `[drive]` table of a scene file: how the tractor really drives.
+
+use rowscan_protocol::rig::{Rig, RowSide};
+use serde::{Deserialize, Serialize};
+
+use super::profile::ProfileBuilder;
+use super::track::Known;
+use super::{Course, Profile, Track, Trajectory};
+
+/// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Drive {
+    /// Legs one after the other; the first begins at standstill, the last one's speed goes on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub legs: Vec<Leg>,
+    /// After the last leg the first comes again.
+    pub repeat: bool,
+    /// Drives and stands by turns, for ever.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop_and_go: Option<StopAndGo>,
+    /// A recorded drive, CSV or GPX, beside the scene file; after its end the tractor stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub track: Option<String>,
+    /// What the file of `track` holds; whoever reads the scene file reads it too.
+    #[serde(skip)]
+    pub recorded: Option<Track>,
+    /// Share of the wheels' way that is slip, outside legs that state their own.
+    pub slip: f64,
+    /// How fast a commanded speed is made for, m/s².
+    pub acceleration_m_s2: f64,
+    /// The alley of the start: its number is that of the row on its right; 1 with a scanner that looks left, else 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alley: Option<i32>,
+    /// Alleys driven one after the other with turns between; absent: one, without end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alleys: Option<u32>,
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Self {
+            legs: Vec::new(),
+            repeat: false,
+            stop_and_go: None,
+            track: None,
+            recorded: None,
+            slip: 0.0,
+            acceleration_m_s2: 0.5,
+            alley: None,
+            alleys: None,
+        }
+    }
+}
+
+/// Speed changes steadily to `speed_m_s` for so long.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Leg {
+    /// How long, seconds; 0 changes speed at once.
+    pub seconds: f64,
+    /// Speed at its end, m/s; negative in reverse.
+    pub speed_m_s: f64,
+    /// Share of the wheels' way that is slip; the drive's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip: Option<f64>,
+}
+
+/// Ramp up, drive, ramp down, stand; at the rig's speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StopAndGo {
+    /// Seconds at full speed.
+    pub go_s: f64,
+    /// Seconds at standstill.
+    pub stop_s: f64,
+    /// Seconds from one to the other.
+    #[serde(default)]
+    pub ramp_s: f64,
+}
+
+/// A drive that cannot be driven.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DriveError {
+    /// A value without meaning.
+    #[error("drive.{key} must be {expected}, found {found}")]
+    Value {
+        /// The key, below `drive`.
+        key: &'static str,
+        /// What may stand there.
+        expected: &'static str,
+        /// What stands there.
+        found: f64,
+    },
+    /// More than one way to drive.
+    #[error("drive.{one} and drive.{other} both say how to drive; leave one of them out")]
+    Both {
+        /// The one.
+        one: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+}
+
+impl Drive {
+    /// Refuses values that no drive could be made with.
+    ///
+    /// # Errors
+    /// The first key without meaning.
+    pub fn validate(&self) -> Result<(), DriveError> {
+        let check = |key, value: f64, expected, sound: bool| match sound && value.is_finite() {
+            true => Ok(()),
+            false => Err(DriveError::Value { key, expected, found: value }),
+        };
+        let seconds = |key, value: f64| check(key, value, "0 or more seconds", value >= 0.0);
+        let slip = |key, value: f64| check(key, value, "from -0.5 to 0.95", (-0.5..=0.95).contains(&value));
+        let ways = [
+            ("legs", !self.legs.is_empty()),
+            ("stop_and_go", self.stop_and_go.is_some()),
+            ("track", self.track.is_some() || self.recorded.is_some()),
+        ];
+        let mut given = ways.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
+        if let (Some(one), Some(other)) = (given.next(), given.next()) {
+            return Err(DriveError::Both { one, other });
+        }
+        for leg in &self.legs {
+            seconds("legs.seconds", leg.seconds)?;
+            check("legs.speed_m_s", leg.speed_m_s, "from -20 to 20 m/s", leg.speed_m_s.abs() <= 20.0)?;
+            slip("legs.slip", leg.slip.unwrap_or(0.0))?;
+        }
+        if let Some(StopAndGo { go_s, stop_s, ramp_s }) = self.stop_and_go {
+            seconds("stop_and_go.go_s", go_s)?;
+            seconds("stop_and_go.stop_s", stop_s)?;
+            seconds("stop_and_go.ramp_s", ramp_s)?;
+            let sum = go_s + stop_s + 2.0 * ramp_s;
+            check("stop_and_go", sum, "longer than 0 seconds in all", sum > 0.0)?;
+        }
+        slip("slip", self.slip)?;
+        let acceleration = self.acceleration_m_s2;
+        check("acceleration_m_s2", acceleration, "from 0.01 to 20", (0.01..=20.0).contains(&acceleration))?;
+        let alley = f64::from(self.alley.unwrap_or(0));
+        check("alley", alley, "from -100 to 100", alley.abs() <= 100.0)?;
+        let alleys = f64::from(self.alleys.unwrap_or(1));
+        check("alleys", alleys, "1 to 1000", (1.0..=1000.0).contains(&alleys))
+    }
+
+    /// The drive of `rig` past rows of this length, metres (the way before a turn).
+    pub fn trajectory(&self, rig: &Rig, row_m: f64) -> Trajectory {
+        let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
+        let course = Course {
+            start_m: rig.start_m,
+            alley: self.alley.unwrap_or(i32::from(looks_left)),
+            row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
+            turns: self.alleys.filter(|_| row_m.is_finite()).map(|alleys| (alleys, row_m)),
+        };
+        Trajectory::new(self.profile(rig.speed_m_s), course, self.acceleration_m_s2)
+    }
+
+    fn profile(&self, speed_m_s: f64) -> Profile {
+        let slip = self.slip;
+        if let Some(track) = &self.recorded {
+            return follow(track, slip);
+        }
+        if let Some(StopAndGo { go_s, stop_s, ramp_s }) = self.stop_and_go {
+            let standing = Profile::builder(0.0, slip);
+            let going = standing.leg(ramp_s, speed_m_s, slip).steady(go_s, speed_m_s, slip);
+            return going.leg(ramp_s, 0.0, slip).steady(stop_s, 0.0, slip).again();
+        }
+        if self.legs.is_empty() {
+            return Profile::builder(speed_m_s, slip).hold();
+        }
+        let legs = self.legs.iter().fold(Profile::builder(0.0, slip), |made, leg| {
+            made.leg(leg.seconds, leg.speed_m_s, leg.slip.unwrap_or(slip))
+        });
+        if self.repeat { legs.again() } else { legs.hold() }
+    }
+}
+
+/// A recorded drive as legs; it stands after the last point.
+fn follow(track: &Track, slip: f64) -> Profile {
+    let first = match track.points.first().map(|point| point.known) {
+        Some(Known::Speed(speed_m_s)) => speed_m_s,
+        _ => 0.0,
+    };
+    let pairs = track.points.iter().zip(track.points.iter().skip(1));
+    let legs: ProfileBuilder = pairs.fold(Profile::builder(first, slip), |legs, (from, to)| {
+        let seconds = to.t_s - from.t_s;
+        match (from.known, to.known) {
+            (Known::Way(here_m), Known::Way(there_m)) => {
+                legs.steady(seconds, (there_m - here_m) / seconds, slip)
+            }
+            (_, Known::Speed(speed_m_s)) => legs.leg(seconds, speed_m_s, slip),
+            (_, Known::Way(_)) => legs,
+        }
+    });
+    legs.leg(0.0, 0.0, slip).hold()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive(text: &str) -> Drive {
+        let drive: Drive = toml::from_str(text).unwrap();
+        drive.validate().unwrap();
+        drive
+    }
+
+    #[test]
+    fn without_a_word_it_keeps_the_rigs_speed() {
+        let rig = Rig { start_m: -1.0, speed_m_s: 1.2, ..Rig::default() };
+        let made = Drive::default().trajectory(&rig, 18.0);
+        for t_s in [0.0, 0.02, 7.34, 1234.5] {
+            assert_eq!(made.at(t_s).place.y_m, rig.y_m(t_s), "the same bits");
+        }
+    }
+
+    #[test]
+    fn stop_and_go_stands_and_goes() {
+        let made =
+            drive("stop_and_go = { go_s = 4, stop_s = 3, ramp_s = 2 }").trajectory(&Rig::default(), 18.0);
+        // Six metres a round of eleven seconds: two ramps at half the speed, four seconds at full.
+        assert!((made.at(11.0).way_m - 6.0).abs() < 1e-12);
+        assert_eq!(made.at(9.0).way_m, made.at(10.5).way_m);
+        assert_eq!(made.at(10.0).speed_m_s, 0.0);
+    }
+
+    #[test]
+    fn a_track_of_places_is_driven_through_its_points() {
+        let recorded = Some(Track::parse("t_s,way_m\n0,0\n2,1\n5,1\n6,0.5\n").unwrap());
+        let made = Drive { recorded, ..Drive::default() }.trajectory(&Rig::default(), 18.0);
+        for (t_s, way_m) in [(0.0, 0.0), (1.0, 0.5), (2.0, 1.0), (4.0, 1.0), (6.0, 0.5), (60.0, 0.5)] {
+            assert!((made.at(t_s).way_m - way_m).abs() < 1e-12, "{t_s}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_driven_is_refused() {
+        let refused = |text: &str| toml::from_str::<Drive>(text).unwrap().validate().unwrap_err().to_string();
+        assert!(refused("slip = 1.0").contains("drive.slip must be from -0.5 to 0.95, found 1"));
+        assert!(refused("legs = [{ seconds = -1, speed_m_s = 1 }]").contains("drive.legs.seconds"));
+        assert!(refused("legs = [{ seconds = 1, speed_m_s = 1 }]\ntrack = 'a.csv'").contains("leave one"));
+        assert!(refused("stop_and_go = { go_s = 0, stop_s = 0 }").contains("longer than 0"));
+    }
+}

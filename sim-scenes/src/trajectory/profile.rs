@@ -1,0 +1,231 @@
+//! Time makes way: legs of steady acceleration, each with its own wheel slip.
+
+use std::collections::VecDeque;
+
+/// How many commanded legs are remembered. The oldest is forgotten first; who asks about the present never notices.
+const COMMANDS: usize = 4096;
+
+/// Way and speed at an instant, over ground and of the wheels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Run {
+    /// Way over ground since the start, metres.
+    pub way_m: f64,
+    /// Ground speed, m/s; negative in reverse.
+    pub speed_m_s: f64,
+    /// Way of the wheels' rims, metres.
+    pub wheel_m: f64,
+    /// Speed of the wheels' rims, m/s.
+    pub wheel_speed_m_s: f64,
+}
+
+/// From an instant on: steady acceleration until the next span begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Span {
+    from_s: f64,
+    start: Run,
+    acceleration_m_s2: f64,
+    /// Ground way per wheel way: 1 − slip.
+    grip: f64,
+}
+
+impl Span {
+    fn at(&self, t_s: f64) -> Run {
+        let t = t_s - self.from_s;
+        let speed_m_s = self.start.speed_m_s + self.acceleration_m_s2 * t;
+        let way_m = self.start.speed_m_s * t + 0.5 * self.acceleration_m_s2 * t * t;
+        Run {
+            way_m: self.start.way_m + way_m,
+            speed_m_s,
+            wheel_m: self.start.wheel_m + way_m / self.grip,
+            wheel_speed_m_s: speed_m_s / self.grip,
+        }
+    }
+}
+
+/// Speed as a function of time, in closed form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// In the order of time, the first at 0.
+    spans: Vec<Span>,
+    /// Where the spans begin again, seconds, and what a round makes.
+    round: Option<(f64, Run)>,
+    commanded: VecDeque<Span>,
+    grip: f64,
+}
+
+impl Profile {
+    /// The same speed for ever.
+    pub fn constant(speed_m_s: f64) -> Self {
+        Self::builder(speed_m_s, 0.0).hold()
+    }
+
+    /// Starts at `speed_m_s` with wheels that slip by this share of their way.
+    pub fn builder(speed_m_s: f64, slip: f64) -> ProfileBuilder {
+        let start = Run { speed_m_s, ..Run::default() };
+        ProfileBuilder { spans: Vec::new(), end_s: 0.0, end: start, grip: 1.0 - slip }
+    }
+
+    /// Way and speed after `t_s` seconds; before 0, the start at rest.
+    pub fn at(&self, t_s: f64) -> Run {
+        if t_s < 0.0 {
+            return Run::default();
+        }
+        if let Some(span) = self.commanded.iter().rev().find(|span| span.from_s <= t_s) {
+            return span.at(t_s);
+        }
+        let Some((period_s, made)) = self.round else { return within(&self.spans, t_s) };
+        let rounds = (t_s / period_s).floor();
+        let run = within(&self.spans, t_s - rounds * period_s);
+        Run { way_m: run.way_m + rounds * made.way_m, wheel_m: run.wheel_m + rounds * made.wheel_m, ..run }
+    }
+
+    /// From `t_s` on, makes for `target_m_s` with this acceleration and holds it.
+    pub(super) fn command(&mut self, t_s: f64, target_m_s: f64, acceleration_m_s2: f64) {
+        let start = self.at(t_s);
+        self.forget_from(t_s);
+        let change_m_s = target_m_s - start.speed_m_s;
+        let ramp = Span {
+            from_s: t_s,
+            start,
+            acceleration_m_s2: acceleration_m_s2.copysign(change_m_s),
+            grip: self.grip,
+        };
+        let reached_s = t_s + change_m_s.abs() / acceleration_m_s2;
+        let reached = Run { speed_m_s: target_m_s, ..ramp.at(reached_s) };
+        self.commanded.push_back(ramp);
+        self.commanded.push_back(Span {
+            from_s: reached_s,
+            start: reached,
+            acceleration_m_s2: 0.0,
+            grip: self.grip,
+        });
+        while self.commanded.len() > COMMANDS {
+            self.commanded.pop_front();
+        }
+    }
+
+    /// From `t_s` on, stands.
+    pub(super) fn halt(&mut self, t_s: f64) {
+        let start = Run { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..self.at(t_s) };
+        self.forget_from(t_s);
+        self.commanded.push_back(Span { from_s: t_s, start, acceleration_m_s2: 0.0, grip: self.grip });
+    }
+
+    fn forget_from(&mut self, t_s: f64) {
+        while self.commanded.back().is_some_and(|span| span.from_s >= t_s) {
+            self.commanded.pop_back();
+        }
+    }
+}
+
+/// The last span's state where the time lies beyond it, which goes on for ever.
+fn within(spans: &[Span], t_s: f64) -> Run {
+    let index = spans.partition_point(|span| span.from_s <= t_s).saturating_sub(1);
+    spans.get(index).map_or_else(Run::default, |span| span.at(t_s))
+}
+
+/// Puts spans one behind the other.
+#[derive(Clone, Debug)]
+pub struct ProfileBuilder {
+    spans: Vec<Span>,
+    end_s: f64,
+    end: Run,
+    grip: f64,
+}
+
+impl ProfileBuilder {
+    /// For so many seconds, speed changes steadily to `speed_m_s`; wheels slip by `slip`. No time at all changes it at once.
+    #[must_use]
+    pub fn leg(mut self, seconds: f64, speed_m_s: f64, slip: f64) -> Self {
+        if seconds > 0.0 {
+            let span = Span {
+                from_s: self.end_s,
+                start: self.end,
+                acceleration_m_s2: (speed_m_s - self.end.speed_m_s) / seconds,
+                grip: 1.0 - slip,
+            };
+            self.spans.push(span);
+            self.end_s += seconds;
+            self.end = span.at(self.end_s);
+        }
+        self.end.speed_m_s = speed_m_s;
+        self
+    }
+
+    /// For so many seconds, the same speed at once.
+    #[must_use]
+    pub fn steady(mut self, seconds: f64, speed_m_s: f64, slip: f64) -> Self {
+        self.end.speed_m_s = speed_m_s;
+        self.leg(seconds, speed_m_s, slip)
+    }
+
+    /// The last speed for ever after.
+    pub fn hold(mut self) -> Profile {
+        let (from_s, start) = (self.end_s, self.end);
+        self.spans.push(Span { from_s, start, acceleration_m_s2: 0.0, grip: self.grip });
+        Profile { spans: self.spans, round: None, commanded: VecDeque::new(), grip: self.grip }
+    }
+
+    /// All legs again and again; without any, the starting speed for ever.
+    pub fn again(self) -> Profile {
+        if self.spans.is_empty() {
+            return self.hold();
+        }
+        let round = Some((self.end_s, self.end));
+        Profile { spans: self.spans, round, commanded: VecDeque::new(), grip: self.grip }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The way by small steps, as nobody here makes it.
+    fn way_by_steps(profile: &Profile, until_s: f64) -> f64 {
+        let step_s = 1e-4;
+        (0..(until_s / step_s).round() as u64)
+            .map(|step| profile.at((step as f64 + 0.5) * step_s).speed_m_s * step_s)
+            .sum()
+    }
+
+    #[test]
+    fn way_is_the_sum_of_speed() {
+        let ramp =
+            Profile::builder(0.0, 0.0).leg(2.0, 1.5, 0.0).leg(3.0, 1.5, 0.0).leg(4.0, -0.5, 0.0).hold();
+        for until_s in [0.5, 2.0, 4.0, 6.5, 9.0, 12.0] {
+            assert!((ramp.at(until_s).way_m - way_by_steps(&ramp, until_s)).abs() < 1e-6, "{until_s}");
+        }
+    }
+
+    #[test]
+    fn rounds_repeat_without_drift() {
+        let stop_and_go = Profile::builder(0.0, 0.0)
+            .leg(1.0, 1.0, 0.0)
+            .leg(3.0, 1.0, 0.0)
+            .leg(1.0, 0.0, 0.0)
+            .leg(2.0, 0.0, 0.0);
+        let stop_and_go = stop_and_go.again();
+        for round in [0.0, 1.0, 5000.0] {
+            let run = stop_and_go.at(round * 7.0 + 2.0);
+            assert!((run.way_m - (round * 4.0 + 1.5)).abs() < 1e-9, "{run:?}");
+            assert!(stop_and_go.at(round * 7.0 + 6.0).speed_m_s.abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn wheels_that_slip_roll_farther_than_the_tractor_drives() {
+        let slipping = Profile::builder(1.0, 0.0).leg(10.0, 1.0, 0.2).hold();
+        let run = slipping.at(20.0);
+        assert!((run.way_m - 20.0).abs() < 1e-12);
+        assert!((run.wheel_m - (10.0 / 0.8 + 10.0)).abs() < 1e-12, "{run:?}");
+    }
+
+    #[test]
+    fn many_commands_take_no_more_room() {
+        let mut profile = Profile::constant(1.0);
+        for k in 0..100_000 {
+            profile.command(f64::from(k) * 0.1, f64::from(k % 3), 0.5);
+        }
+        assert!(profile.commanded.len() <= COMMANDS);
+    }
+}

@@ -1,0 +1,246 @@
+//! Recorded drives: CSV and GPX text to way over time. Reading the file is the caller's.
+
+use std::f64::consts::PI;
+
+/// Points of one track, at most.
+const MAX_POINTS: usize = 1_000_000;
+/// Metres a degree of latitude, on a sphere of the WGS 84 ellipsoid's mean radius, 6 371 008.8 m.
+const M_PER_DEG: f64 = PI / 180.0 * 6_371_008.8;
+
+/// A drive as it was recorded. Times begin at 0 and never run backwards.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Track {
+    /// What the values between two points are.
+    pub points: Vec<TrackPoint>,
+}
+
+/// One point of a track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackPoint {
+    /// Seconds since the first point.
+    pub t_s: f64,
+    /// What is known there.
+    pub known: Known,
+}
+
+/// What a point states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Known {
+    /// Speed, m/s: changes steadily to the next point's.
+    Speed(f64),
+    /// Way since the first point, metres: speed is constant up to the next point.
+    Way(f64),
+}
+
+/// Why a text is no track.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TrackError {
+    /// Neither of the two forms.
+    #[error(
+        "line 1: expected the CSV header `t_s,speed_m_s` or `t_s,way_m`, or GPX with <trkpt>, found `{found}`"
+    )]
+    Form {
+        /// The first line.
+        found: String,
+    },
+    /// A value that is no number.
+    #[error("line {line}: expected {expected}, found `{found}`")]
+    Value {
+        /// Line, from 1.
+        line: usize,
+        /// What should stand there.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// A point that is not later than the one before.
+    #[error(
+        "line {line}: time runs backwards: {t_s} s after {before_s} s; sort the points by time and leave each time in once"
+    )]
+    Backwards {
+        /// Line, from 1.
+        line: usize,
+        /// The point's time.
+        t_s: f64,
+        /// The time before.
+        before_s: f64,
+    },
+    /// Nothing to drive.
+    #[error("a track needs at least 2 points, found {found}")]
+    TooFew {
+        /// Points found.
+        found: usize,
+    },
+    /// More than anybody drives.
+    #[error("a track may have {MAX_POINTS} points at most; thin it out")]
+    TooMany,
+}
+
+impl Track {
+    /// Reads either form, told apart by content.
+    ///
+    /// # Errors
+    /// The first line that is not as it should be, and how.
+    pub fn parse(text: &str) -> Result<Self, TrackError> {
+        if text.contains("<trkpt") { gpx(text) } else { csv(text) }
+    }
+}
+
+/// Collects points and refuses what cannot be driven.
+#[derive(Default)]
+struct Points {
+    list: Vec<TrackPoint>,
+    first_s: Option<f64>,
+}
+
+impl Points {
+    fn push(&mut self, line: usize, clock_s: f64, known: Known) -> Result<(), TrackError> {
+        let t_s = clock_s - *self.first_s.get_or_insert(clock_s);
+        if let Some(before) = self.list.last().filter(|before| t_s <= before.t_s) {
+            return Err(TrackError::Backwards { line, t_s, before_s: before.t_s });
+        }
+        if self.list.len() >= MAX_POINTS {
+            return Err(TrackError::TooMany);
+        }
+        self.list.push(TrackPoint { t_s, known });
+        Ok(())
+    }
+
+    fn done(self) -> Result<Track, TrackError> {
+        if self.list.len() < 2 {
+            return Err(TrackError::TooFew { found: self.list.len() });
+        }
+        Ok(Track { points: self.list })
+    }
+}
+
+fn csv(text: &str) -> Result<Track, TrackError> {
+    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with('#')
+    });
+    let header = lines.next().map_or("", |(_, line)| line.trim());
+    let known: fn(f64) -> Known = match header.replace(' ', "").as_str() {
+        "t_s,speed_m_s" => Known::Speed,
+        "t_s,way_m" => Known::Way,
+        _ => return Err(TrackError::Form { found: header.chars().take(60).collect() }),
+    };
+    let mut points = Points::default();
+    for (line, text) in lines {
+        let wrong = |expected, found: &str| TrackError::Value { line, expected, found: found.to_owned() };
+        let (t_s, value) =
+            text.split_once(',').ok_or_else(|| wrong("two values with a comma between", text))?;
+        let number = |text: &str| {
+            let value: Option<f64> = text.trim().parse().ok();
+            value.filter(|value| value.is_finite()).ok_or_else(|| wrong("a number", text.trim()))
+        };
+        points.push(line, number(t_s)?, known(number(value)?))?;
+    }
+    points.done()
+}
+
+fn gpx(text: &str) -> Result<Track, TrackError> {
+    let mut points = Points::default();
+    let (mut way_m, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
+    for (at, _) in text.match_indices("<trkpt") {
+        let line = 1 + text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
+        let point = text.get(at..).unwrap_or_default();
+        let point = point.split("</trkpt>").next().unwrap_or_default();
+        let wrong = |expected| TrackError::Value { line, expected, found: point.chars().take(60).collect() };
+        let degrees = |name: &str, most: f64| {
+            let value: Option<f64> = attribute(point, name).and_then(|value| value.parse().ok());
+            value.filter(|value| value.abs() <= most)
+        };
+        let lat = degrees("lat", 90.0).ok_or_else(|| wrong("a latitude in `lat`"))?;
+        let lon = degrees("lon", 180.0).ok_or_else(|| wrong("a longitude in `lon`"))?;
+        let time = point.split_once("<time>").and_then(|(_, rest)| rest.split_once("</time>"));
+        let clock_s = time
+            .and_then(|(time, _)| utc_seconds(time.trim()))
+            .ok_or_else(|| wrong("a <time> such as 2026-05-01T06:00:00Z"))?;
+        if let Some((lat0, lon0)) = last {
+            let east = (lon - lon0) * libm::cos((lat + lat0) / 2.0 * (PI / 180.0));
+            way_m += libm::hypot(lat - lat0, east) * M_PER_DEG;
+        }
+        last = Some((lat, lon));
+        points.push(line, clock_s, Known::Way(way_m))?;
+    }
+    points.done()
+}
+
+fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
+    let head = element.split('>').next()?;
+    let (_, rest) = head.split_once(&format!(" {name}="))?;
+    let quote = rest.chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
+    rest.get(1..)?.split(quote).next()
+}
+
+/// Seconds since 1970 of `2026-05-01T06:00:00.5Z`, UTC.
+fn utc_seconds(text: &str) -> Option<f64> {
+    let (date, time) = text.strip_suffix('Z')?.split_once('T')?;
+    let mut date = date.splitn(3, '-').map(|part| part.parse::<i64>().ok());
+    let (year, month, day) = (date.next()??, date.next()??, date.next()??);
+    let mut time = time.splitn(3, ':');
+    let (hour, minute): (i64, i64) = (time.next()?.parse().ok()?, time.next()?.parse().ok()?);
+    let second: f64 = time.next()?.parse().ok()?;
+    let sound = (1970..10_000).contains(&year)
+        && (1..=12).contains(&month)
+        && (1..=31).contains(&day)
+        && (0..24).contains(&hour)
+        && (0..60).contains(&minute)
+        && (0.0..61.0).contains(&second);
+    if !sound {
+        return None;
+    }
+    // Days by the calendar that begins its year in March, so that the leap day comes last.
+    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * y + y / 4 - y / 100 + y / 400 + (153 * m + 2) / 5 + day - 1 - 719_468;
+    Some((days * 86_400 + hour * 3600 + minute * 60) as f64 + second)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_csv_track_states_speed_or_way() {
+        let track = Track::parse("# a drive\nt_s, speed_m_s\n10,0\n12,1.5\n\n20,1.5\n").unwrap();
+        let times: Vec<f64> = track.points.iter().map(|point| point.t_s).collect();
+        assert_eq!(times, [0.0, 2.0, 10.0]);
+        assert_eq!(track.points[1].known, Known::Speed(1.5));
+        assert_eq!(Track::parse("t_s,way_m\n0,0\n1,2\n").unwrap().points[1].known, Known::Way(2.0));
+    }
+
+    #[test]
+    fn time_that_runs_backwards_is_refused_with_its_line() {
+        let error = Track::parse("t_s,speed_m_s\n0,1\n2,1\n1.5,1\n").unwrap_err();
+        assert!(matches!(error, TrackError::Backwards { line: 4, .. }), "{error}");
+        assert!(error.to_string().contains("line 4: time runs backwards: 1.5 s after 2 s"), "{error}");
+    }
+
+    #[test]
+    fn a_gpx_track_is_measured_over_ground() {
+        let gpx = "<gpx><trk><trkseg>\n<trkpt lat=\"41.5\" lon=\"0.6\"><time>2026-05-01T06:00:00Z</time></trkpt>\n\
+                   <trkpt lat='41.5001' lon='0.6'><ele>1</ele><time>2026-05-01T06:00:10.5Z</time></trkpt></trkseg>";
+        let track = Track::parse(gpx).unwrap();
+        let Known::Way(way_m) = track.points[1].known else { panic!("GPX states places") };
+        assert_eq!(track.points[1].t_s, 10.5);
+        assert!((way_m - 11.1195).abs() < 1e-3, "{way_m}");
+        let error = Track::parse("<trkpt lat=\"41\" lon=\"0\">\n</trkpt>").unwrap_err();
+        assert!(error.to_string().contains("<time>"), "{error}");
+    }
+
+    #[test]
+    fn calendar_days_are_counted_right() {
+        assert_eq!(utc_seconds("1970-01-01T00:00:00Z"), Some(0.0));
+        assert_eq!(utc_seconds("2024-02-29T12:00:00Z"), Some(1_709_208_000.0));
+        assert_eq!(utc_seconds("2024-13-01T00:00:00Z"), None);
+    }
+
+    #[test]
+    fn other_texts_are_refused() {
+        assert!(matches!(Track::parse("hello\n1,2\n"), Err(TrackError::Form { .. })));
+        assert!(matches!(Track::parse("t_s,way_m\n0,0\n"), Err(TrackError::TooFew { found: 1 })));
+        let error = Track::parse("t_s,way_m\n0,0\n1,fast\n").unwrap_err().to_string();
+        assert_eq!(error, "line 3: expected a number, found `fast`");
+    }
+}
