@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::SopasError;
+use rowscan_recording::{Format, ReadError};
 
 /// Why a source could not be opened or read on. Each message names the remedy where there is one.
 #[derive(Debug, thiserror::Error)]
@@ -104,19 +105,31 @@ pub enum DriverError {
     Recording {
         /// The file.
         path: PathBuf,
-        /// What the system said.
-        cause: io::Error,
+        /// What is wrong with it.
+        cause: ReadError,
+    },
+    /// A recording has no stream of that name.
+    #[error("{} has no stream `{wanted}`; it has {}", path.display(), found.join(", "))]
+    NoStream {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        found: Vec<String>,
     },
     /// A file holds no telegram.
     #[error(
-        "{} holds no SICK telegram in its {bytes} bytes; expected CoLa A (02 … 03) or CoLa B (02 02 02 02, length, payload, checksum) frames \
+        "{} ({format}) holds no SICK telegram in its {bytes} bytes; expected CoLa A (02 … 03) or CoLa B (02 02 02 02, length, payload, checksum) frames \
          with LMDscandata",
         path.display()
     )]
     NotARecording {
         /// The file.
         path: PathBuf,
-        /// Its length.
+        /// What the file looks like.
+        format: Format,
+        /// Bytes in which a telegram could have been.
         bytes: u64,
     },
 }

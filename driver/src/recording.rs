@@ -1,72 +1,124 @@
-//! A recording as a source: the file's bytes go through the client session as a live link's do.
+//! A recording as a source: its bytes go through the client session as a live link's do.
 
-use std::fs::File;
-use std::io::Read;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rowscan_protocol::client::{Client, Event};
+use rowscan_recording::{Joint, Packet, Side, StreamKind};
 
-use crate::DriverError;
+use crate::{DriverError, HostTime};
 
-/// Bytes read from the file at a time.
-const READ_CHUNK: usize = 64 * 1024;
-
-/// A file of recorded telegrams being read.
+/// A recording being read: one stream of it.
 #[derive(Debug)]
 pub(crate) struct Recording {
     path: PathBuf,
-    file: File,
-    client: Client,
-    chunk: Vec<u8>,
+    recording: rowscan_recording::Recording,
+    /// The stream asked for by name.
+    wanted: Option<String>,
+    /// The stream that is read: the one asked for, or the first with a scan.
+    chosen: Option<usize>,
+    /// A listening session a stream, until one is chosen.
+    clients: BTreeMap<usize, Client>,
+    /// The stream that bytes came from last.
+    current: usize,
+    max_payload: usize,
     bytes: u64,
     ended: bool,
+    received: HostTime,
 }
 
 impl Recording {
     /// Opens `path`; the session only listens.
-    pub(crate) fn open(path: &Path, max_payload: usize) -> Result<Self, DriverError> {
-        let fail = |cause| DriverError::Recording { path: path.to_owned(), cause };
-        let file = File::open(path).map_err(fail)?;
-        if file.metadata().map_err(fail)?.is_dir() {
-            return Err(fail(std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory")));
-        }
+    pub(crate) fn open(path: &Path, stream: Option<&str>, max_payload: usize) -> Result<Self, DriverError> {
+        let recording = rowscan_recording::Recording::open(path)
+            .map_err(|cause| DriverError::Recording { path: path.to_owned(), cause })?;
         Ok(Self {
             path: path.to_owned(),
-            file,
-            client: Client::listen(max_payload),
-            chunk: vec![0; READ_CHUNK],
+            recording,
+            wanted: stream.map(str::to_owned),
+            chosen: None,
+            clients: BTreeMap::new(),
+            current: 0,
+            max_payload,
             bytes: 0,
             ended: false,
+            received: HostTime::default(),
         })
     }
 
-    pub(crate) fn client(&self) -> &Client {
-        &self.client
+    /// The session of the stream that is read.
+    pub(crate) fn client(&self) -> Option<&Client> {
+        self.clients.get(&self.chosen.unwrap_or(self.current))
+    }
+
+    /// When the last packet came, since the recording's beginning.
+    pub(crate) fn received(&self) -> HostTime {
+        self.received
     }
 
     /// The next event of the session, or `None` at the end of the file.
     pub(crate) fn next_event(&mut self) -> Result<Option<Event>, DriverError> {
         loop {
-            if let Some(event) = self.client.poll_event() {
+            if let Some(event) = self.clients.get_mut(&self.current).and_then(Client::poll_event) {
+                if event == Event::Scan && self.chosen.is_none() {
+                    let chosen = self.current;
+                    self.chosen = Some(chosen);
+                    self.clients.retain(|stream, _| *stream == chosen);
+                }
                 return Ok(Some(event));
             }
             let fail = |cause| DriverError::Recording { path: self.path.clone(), cause };
-            let read = self.file.read(&mut self.chunk).map_err(fail)?;
-            match self.chunk.get(..read) {
-                Some(bytes) if !bytes.is_empty() => {
-                    self.bytes += bytes.len() as u64;
-                    self.client.handle_bytes(Duration::ZERO, bytes);
-                }
-                _ if !self.ended => {
+            match self.recording.next_packet().map_err(fail)? {
+                Some(packet) => self.take(packet),
+                None if !self.ended => {
                     self.ended = true;
-                    self.client.handle_end();
+                    self.current = self.chosen.unwrap_or(self.current);
+                    self.clients.values_mut().for_each(Client::handle_end);
                 }
-                _ if self.client.counts().frames == 0 => {
-                    return Err(DriverError::NotARecording { path: self.path.clone(), bytes: self.bytes });
-                }
-                _ => return Ok(None),
+                None => return self.at_end(),
             }
         }
+    }
+
+    fn take(&mut self, packet: Packet) {
+        let Some(stream) = self.recording.streams().get(packet.stream) else { return };
+        let wanted = match (self.chosen, &self.wanted) {
+            (Some(chosen), _) => chosen == packet.stream,
+            (None, Some(name)) => *name == stream.name,
+            (None, None) => true,
+        };
+        if !wanted || stream.kind != StreamKind::Cola {
+            return;
+        }
+        self.bytes += packet.bytes.len() as u64;
+        if packet.from == Some(Side::Host) {
+            return;
+        }
+        if let (Some(at_ns), Some(began_ns)) = (packet.at_ns, self.recording.began_ns()) {
+            self.received = HostTime(Duration::from_nanos(at_ns.saturating_sub(began_ns)));
+        }
+        self.current = packet.stream;
+        let client = self.clients.entry(packet.stream).or_insert_with(|| Client::listen(self.max_payload));
+        if packet.joint != Joint::Seamless {
+            // What was unfinished stays so.
+            client.handle_end();
+        }
+        client.handle_bytes(self.received.0, &packet.bytes);
+    }
+
+    fn at_end(&self) -> Result<Option<Event>, DriverError> {
+        let streams = self.recording.streams();
+        if let Some(wanted) =
+            self.wanted.as_ref().filter(|name| streams.iter().all(|stream| stream.name != **name))
+        {
+            let found = streams.iter().map(|stream| stream.name.clone()).collect();
+            return Err(DriverError::NoStream { path: self.path.clone(), wanted: wanted.clone(), found });
+        }
+        if self.clients.values().all(|client| client.counts().frames == 0) {
+            let format = self.recording.format();
+            return Err(DriverError::NotARecording { path: self.path.clone(), format, bytes: self.bytes });
+        }
+        Ok(None)
     }
 }

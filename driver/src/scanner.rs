@@ -18,7 +18,7 @@ use crate::tcp_link::TcpLink;
 pub struct Record<'a> {
     /// The scan; its own fields hold the device's times.
     pub scan: &'a Scan,
-    /// When its last byte was read, since the scanner was opened. Zero for a recording.
+    /// When its last byte was read, since the scanner was opened. For a recording, since its first packet; zero if it has no times.
     pub received: HostTime,
 }
 
@@ -50,9 +50,11 @@ impl Scanner {
     pub async fn open(source: &Source, config: DriverConfig) -> Result<Self, DriverError> {
         let mut events = LinkEvents::default();
         let link = match source {
-            Source::Recording { path } => {
-                Link::Recording(Box::new(Recording::open(path, config.client.max_payload)?))
-            }
+            Source::Recording { path, stream } => Link::Recording(Box::new(Recording::open(
+                path,
+                stream.as_deref(),
+                config.client.max_payload,
+            )?)),
             Source::Tcp { address } => {
                 Link::Tcp(Box::new(TcpLink::open(address.clone(), config, &mut events).await?))
             }
@@ -81,7 +83,7 @@ impl Scanner {
             }
         }
         let received = match &self.link {
-            Link::Recording(_) => HostTime::default(),
+            Link::Recording(recording) => recording.received(),
             Link::Tcp(link) => link.last_received(),
         };
         Ok(self.client().map(|client| Record { scan: client.scan(), received }))
@@ -98,7 +100,7 @@ impl Scanner {
     /// What the link has been through so far.
     pub fn counts(&self) -> LinkCounts {
         let (connections, frames_bad) = match &self.link {
-            Link::Recording(recording) => (0, recording.client().counts().bad),
+            Link::Recording(recording) => (0, recording.client().map_or(0, |client| client.counts().bad)),
             Link::Tcp(link) => (link.connections(), link.frames_bad()),
         };
         LinkCounts { connections, telegrams_bad: frames_bad + self.malformed }
@@ -111,7 +113,7 @@ impl Scanner {
 
     fn client(&self) -> Option<&Client> {
         match &self.link {
-            Link::Recording(recording) => Some(recording.client()),
+            Link::Recording(recording) => recording.client(),
             Link::Tcp(link) => link.client(),
         }
     }

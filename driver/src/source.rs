@@ -24,6 +24,8 @@ pub enum Source {
     Recording {
         /// The file.
         path: PathBuf,
+        /// Which of its streams; the first with a scan if none is named. Written behind a `#`.
+        stream: Option<String>,
     },
 }
 
@@ -36,18 +38,26 @@ impl FromStr for Source {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let refuse = |reason: &str| DriverError::Source { found: text.to_owned(), reason: reason.to_owned() };
         let Some((scheme, rest)) = text.split_once("://") else {
-            return if text.is_empty() {
-                Err(refuse("it is empty"))
-            } else {
-                Ok(Self::Recording { path: text.into() })
-            };
+            return if text.is_empty() { Err(refuse("it is empty")) } else { Ok(Self::recording(text)) };
         };
         match scheme {
             "tcp" => {
                 parse_address(rest).map(|address| Self::Tcp { address }).map_err(|reason| refuse(&reason))
             }
-            "file" => Ok(Self::Recording { path: rest.into() }),
+            "file" => Ok(Self::recording(rest)),
             _ => Err(refuse(&format!("the scheme `{scheme}://` is unknown"))),
+        }
+    }
+}
+
+impl Source {
+    /// `FILE` or `FILE#STREAM`.
+    fn recording(text: &str) -> Self {
+        match text.rsplit_once('#') {
+            Some((path, stream)) if !path.is_empty() && !stream.is_empty() => {
+                Self::Recording { path: path.into(), stream: Some(stream.to_owned()) }
+            }
+            _ => Self::Recording { path: text.into(), stream: None },
         }
     }
 }
@@ -78,7 +88,8 @@ impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Tcp { address } => write!(f, "tcp://{address}"),
-            Self::Recording { path } => write!(f, "{}", path.display()),
+            Self::Recording { path, stream: None } => write!(f, "{}", path.display()),
+            Self::Recording { path, stream: Some(stream) } => write!(f, "{}#{stream}", path.display()),
         }
     }
 }

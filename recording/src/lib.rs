@@ -9,13 +9,15 @@
 mod error;
 mod foxglove;
 mod packet;
+mod read;
 mod recorder;
 mod scans;
 mod tap;
 mod writer;
 
 pub use error::RecordError;
-pub use packet::{Packet, Side, StreamKind};
+pub use packet::{Joint, Packet, Side, StreamKind};
+pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
 pub use recorder::{Recorded, Recorder, RecorderOptions, WallClock};
 pub use tap::{Tap, Taps};
 pub use writer::{About, Decoded, McapWriter, StreamId};

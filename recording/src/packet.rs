@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use rowscan_protocol::telegram::Kind;
 use serde::Serialize;
 
 /// Who sent bytes.
@@ -13,6 +14,16 @@ pub enum Side {
     Host,
     /// The scanner, or whatever else stands on the tractor.
     Device,
+}
+
+impl Side {
+    /// Who sends telegrams of this kind: only hosts ask, only devices answer.
+    pub fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Rn | Kind::Ri | Kind::Wn | Kind::Mn | Kind::En => Self::Host,
+            Kind::Ra | Kind::Wa | Kind::Ma | Kind::An | Kind::Ea | Kind::Sn | Kind::Fa => Self::Device,
+        }
+    }
 }
 
 /// What the bytes of a stream are.
@@ -53,6 +64,25 @@ impl FromStr for StreamKind {
     }
 }
 
+/// How recorded bytes join those before them in the same direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Joint {
+    /// They follow on.
+    #[default]
+    Seamless,
+    /// They are a beginning of their own: a telegram that was unfinished before stays so.
+    Anew,
+    /// The recording begins here, perhaps inside a telegram.
+    Inside,
+    /// Something between was not recorded.
+    Gap {
+        /// So many bytes, where that is known.
+        bytes: u64,
+        /// So many packets, where that is known.
+        packets: u64,
+    },
+}
+
 /// Bytes that went one way over one connection at one time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Packet {
@@ -62,8 +92,8 @@ pub struct Packet {
     pub from: Option<Side>,
     /// When the host saw them, ns since 1970 or since the recording began; none where a log does not say.
     pub at_ns: Option<u64>,
-    /// Bytes of this direction that should stand before these and were not recorded.
-    pub missing_before: u64,
+    /// How they join what this direction sent before.
+    pub joint: Joint,
     /// What was sent.
     pub bytes: Vec<u8>,
 }

@@ -1,17 +1,18 @@
 //! `rowscan decode`
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use rowscan_recording::{ReadError, Recording, Side};
+
 use super::{Failure, Format, Outcome, output};
-use crate::decode::{Input, Line, Options, Side, Transcript, Verdict};
+use crate::decode::{Input, Line, Options, Transcript, Verdict};
 
 /// What stands for standard input.
 const STDIN: &str = "-";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Raw bytes, hex text (one frame a line, comments after `;`), pcap or pcapng; `-` reads standard input to its end
+    /// A recording: MCAP, pcap, pcapng, raw bytes, hex text (one frame a line, comments after `;`), candump log, CSV of ranges; `-` reads standard input to its end
     file: PathBuf,
     /// Write every value out; else long lists are told by length and extremes
     #[arg(long)]
@@ -28,9 +29,11 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     } else {
         args.file.display().to_string()
     };
-    let bytes = read(&args.file).map_err(|cause| Failure::Read { what: name.clone(), cause })?;
     let refused = |why: String| Failure::Usage(format!("{name}: {why}"));
-    let input = Input::read(bytes).map_err(|error| refused(error.to_string()))?;
+    let input = open(&args.file).and_then(Input::read).map_err(|error| match error {
+        ReadError::Io(cause) => Failure::Read { what: name.clone(), cause },
+        other => refused(other.to_string()),
+    })?;
     let transcript = Transcript::of(&input, Options { values: args.values });
     match args.format {
         Format::Table => output::print(&table(&transcript.lines))?,
@@ -39,7 +42,8 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     let (bad, opaque) = (transcript.count(Verdict::Bad), transcript.count(Verdict::Opaque));
     if transcript.frames() == 0 {
         return Err(refused(
-            "no telegram found; raw bytes, hex text, pcap and pcapng are understood".to_owned(),
+            "no telegram found; MCAP, pcap, pcapng, raw bytes, hex text, candump logs and CSV of ranges are understood"
+                .to_owned(),
         ));
     }
     output::say(format_args!("{} telegrams, {opaque} lines opaque, {bad} bad", transcript.frames()));
@@ -49,13 +53,8 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     Ok(if bad > 0 { Outcome::Finding } else { Outcome::Done })
 }
 
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    if path == Path::new(STDIN) {
-        let mut bytes = Vec::new();
-        std::io::stdin().lock().read_to_end(&mut bytes)?;
-        return Ok(bytes);
-    }
-    std::fs::read(path)
+fn open(path: &Path) -> Result<Recording, ReadError> {
+    if path == Path::new(STDIN) { Recording::read(Box::new(std::io::stdin())) } else { Recording::open(path) }
 }
 
 /// Lines for people. Columns are as wide as they mostly need to be, so that a long recording need not be measured first.

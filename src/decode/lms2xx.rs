@@ -1,6 +1,8 @@
 //! LMS2xx frames, which turn up in serial recordings: recognised by their CRC and listed, not taken apart.
 
-use super::{Line, Side, Stream, Verdict, words};
+use rowscan_recording::Side;
+
+use super::{Line, Stream, Verdict, words};
 
 /// `02`, address, length (two bytes, low first), command, data, CRC (two bytes, low first).
 const OVERHEAD: usize = 6;

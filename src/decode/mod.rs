@@ -1,36 +1,23 @@
 //! Recorded bytes in words: which telegrams a file holds, what they say, and where it is broken.
 //!
-//! A file becomes streams (raw bytes, hex text, network captures, whose TCP
-//! connections are put together again), a stream becomes
-//! [`Line`]s. Nothing ends the work: what is no telegram is located and the search goes on behind it.
+//! A recording (`rowscan_recording`) becomes streams, a stream becomes [`Line`]s. Nothing ends the work: what is no telegram is located
+//! and the search goes on behind it.
 
-mod capture;
 mod input;
 mod lms2xx;
-mod packet;
-mod tcp;
 mod words;
 
 use std::ops::Range;
 
 use rowscan_protocol::frame::{Accept, Frame, FrameDecoder, fault};
-use rowscan_protocol::telegram::{Kind, Telegram, in_words};
+use rowscan_protocol::telegram::{Telegram, in_words};
+use rowscan_recording::Side;
 use serde::Serialize;
 
-pub use input::{Input, InputError};
+pub use input::Input;
 
 /// The largest payload that is taken for one: twice that of the largest scan telegram in text.
 const MAX_PAYLOAD: usize = 64 * 1024;
-
-/// Who sent bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Side {
-    /// The client.
-    Host,
-    /// The scanner.
-    Device,
-}
 
 /// What a stretch of bytes turned out to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -47,7 +34,7 @@ pub enum Verdict {
 /// One telegram, or one stretch of bytes that is none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
-    /// Which TCP connection of a capture, from 1 on.
+    /// Which TCP connection of a capture or stream of a recording, from 1 on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub connection: Option<u32>,
     /// Seconds since the capture began, when the last byte had come.
@@ -127,17 +114,13 @@ struct Piece {
     bytes: Vec<u8>,
     /// Bytes before it that should be there and are not.
     missing_before: u64,
+    /// Packets before it that should be there and are not, where their bytes are not known.
+    missing_packets: u64,
     /// It may begin inside a telegram.
     begins_inside: bool,
 }
 
 impl Stream {
-    /// Bytes of a file.
-    fn plain(offset: u64, bytes: Vec<u8>) -> Self {
-        let piece = Piece { offset, bytes, ..Piece::default() };
-        Self { pieces: vec![piece], ..Self::default() }
-    }
-
     fn time_of(&self, end: u64) -> Option<f64> {
         let packet = self.times.partition_point(|(packet_end, _)| *packet_end < end);
         self.times.get(packet).or(self.times.last()).map(|(_, time)| *time)
@@ -146,16 +129,19 @@ impl Stream {
     fn lines(&self, options: Options) -> Vec<Line> {
         let mut lines = Vec::new();
         for piece in &self.pieces {
-            if piece.missing_before > 0 {
+            if piece.missing_before > 0 || piece.missing_packets > 0 {
                 let at = piece.offset - piece.missing_before;
-                let expected = format!("{} more bytes", piece.missing_before);
+                let expected = match piece.missing_before {
+                    0 => format!("{} more packets", piece.missing_packets),
+                    bytes => format!("{bytes} more bytes"),
+                };
                 lines.push(Line::bad(
                     self,
                     at,
                     piece.missing_before,
                     at,
                     expected,
-                    "none in the capture".to_owned(),
+                    "none in the recording".to_owned(),
                 ));
             }
             self.piece_lines(piece, options, &mut lines);
@@ -203,7 +189,7 @@ impl Stream {
                 let Some(fault) = fault(&piece.bytes, skipped.clone(), MAX_PAYLOAD) else { return };
                 let (offset, length) = place(&fault.bytes);
                 lines.push(if inside {
-                    let words = "the capture begins inside a telegram".to_owned();
+                    let words = "the recording begins inside a telegram".to_owned();
                     Line::opaque(self, offset, length, words)
                 } else {
                     let at = piece.offset + fault.at as u64;
@@ -238,7 +224,7 @@ impl Stream {
             }
         };
         let line = Line {
-            from: Some(sender(telegram.kind)),
+            from: Some(Side::of(telegram.kind)),
             kind: Some(telegram.kind.letters()),
             name: (!telegram.name.is_empty()).then(|| telegram.name.to_owned()),
             ..line
@@ -257,14 +243,6 @@ impl Stream {
             None if args == 0 => Line { words: Some(String::new()), ..line },
             None => Line { is: Verdict::Opaque, words: Some(words::opaque(args)), ..line },
         }
-    }
-}
-
-/// Only hosts ask, only devices answer.
-fn sender(kind: Kind) -> Side {
-    match kind {
-        Kind::Rn | Kind::Ri | Kind::Wn | Kind::Mn | Kind::En => Side::Host,
-        Kind::Ra | Kind::Wa | Kind::Ma | Kind::An | Kind::Ea | Kind::Sn | Kind::Fa => Side::Device,
     }
 }
 
@@ -296,14 +274,13 @@ impl Transcript {
             }
             transcript.lines.extend(lines);
         }
+        transcript.lines.extend_from_slice(input.others());
         // Stable: without times the file's order stays.
         transcript.lines.sort_by(|a, b| {
             let time = |line: &Line| line.time_s.unwrap_or_default();
             time(a).total_cmp(&time(b))
         });
-        if let Some(cut) = input.cut() {
-            transcript.lines.push(cut);
-        }
+        transcript.lines.extend(input.torn());
         transcript
     }
 

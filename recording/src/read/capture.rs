@@ -2,10 +2,9 @@
 //!
 //! Read by hand and not by the `pcap-file` crate, which takes every pcapng time for nanoseconds and panics on damaged options.
 
-use super::Line;
-use super::packet::{LinkType, segment};
-use super::tcp::Connections;
-use super::{Stream, Verdict};
+use super::segment::{LinkType, segment};
+use super::tcp::{Connections, Flows};
+use super::torn::Torn;
 
 /// First bytes of pcapng.
 const SECTION: u32 = 0x0A0D_0D0A;
@@ -24,31 +23,11 @@ const NANOSECONDS: u32 = 0xA1B2_3C4D;
 #[derive(Debug, Default)]
 pub(super) struct Capture {
     /// Both directions of every TCP connection.
-    pub(super) connections: Vec<Vec<Stream>>,
+    pub(super) connections: Vec<Flows>,
+    /// When its first packet came, ns since 1970.
+    pub(super) began_ns: Option<u64>,
     /// Where it ended too early.
-    pub(super) cut: Option<Cut>,
-}
-
-/// A capture file that breaks off.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Cut {
-    offset: usize,
-    expected: &'static str,
-    found: String,
-}
-
-impl Cut {
-    /// As a finding. Its offset counts from the start of the file.
-    pub(super) fn line(&self, file_len: usize) -> Line {
-        let offset = self.offset as u64;
-        Line {
-            words: Some("the capture file is broken here".to_owned()),
-            error_offset: Some(offset),
-            expected: Some(self.expected.to_owned()),
-            found: Some(self.found.clone()),
-            ..Line::new(&Stream::default(), offset, (file_len - self.offset) as u64, Verdict::Bad)
-        }
-    }
+    pub(super) torn: Option<Torn>,
 }
 
 /// The capture in a file; none if it is something else.
@@ -56,7 +35,7 @@ pub(super) fn read(file: &[u8]) -> Option<Capture> {
     let magic = file.first_chunk().map(|bytes| u32::from_be_bytes(*bytes))?;
     let mut packets = Packets::default();
     let mut cursor = Cursor { file, at: 0, little: false };
-    let cut = match magic {
+    let torn = match magic {
         SECTION => packets.pcapng(&mut cursor),
         _ if [MICROSECONDS, NANOSECONDS].contains(&magic) => packets.pcap(&mut cursor),
         _ if [MICROSECONDS, NANOSECONDS].contains(&magic.swap_bytes()) => {
@@ -65,15 +44,15 @@ pub(super) fn read(file: &[u8]) -> Option<Capture> {
         }
         _ => return None,
     };
-    Some(Capture { connections: packets.connections.streams(), cut: cut.err() })
+    Some(Capture { connections: packets.connections.flows(), began_ns: packets.began_ns, torn: torn.err() })
 }
 
 /// Where packets go.
 #[derive(Default)]
 struct Packets {
     connections: Connections,
-    /// Time of the first packet, seconds.
-    began: Option<f64>,
+    /// Time of the first packet.
+    began_ns: Option<u64>,
 }
 
 /// How an interface captures.
@@ -81,20 +60,21 @@ struct Packets {
 struct Interface {
     link: LinkType,
     /// Units of time a second.
-    units: f64,
+    units: u64,
 }
 
 impl Packets {
     fn take(&mut self, interface: Interface, time: u64, data: &[u8]) {
-        let time_s = time as f64 / interface.units;
-        let began = *self.began.get_or_insert(time_s);
+        let at_ns = u128::from(time) * 1_000_000_000 / u128::from(interface.units.max(1));
+        let at_ns = u64::try_from(at_ns).unwrap_or(u64::MAX);
+        self.began_ns.get_or_insert(at_ns);
         if let Some(segment) = segment(interface.link, data) {
-            self.connections.push(&segment, time_s - began);
+            self.connections.push(&segment, at_ns);
         }
     }
 
-    fn pcap(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Cut> {
-        let units = if cursor.u32()? == NANOSECONDS { 1e9 } else { 1e6 };
+    fn pcap(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Torn> {
+        let units = if cursor.u32()? == NANOSECONDS { 1_000_000_000 } else { 1_000_000 };
         // Version, time zone, accuracy, longest packet.
         cursor.take(16)?;
         let interface = Interface { link: LinkType(cursor.u32()? & 0xFFFF), units };
@@ -102,14 +82,14 @@ impl Packets {
             let start = cursor.at;
             let (seconds, fraction) = (cursor.u32()?, cursor.u32()?);
             let (len, _) = (cursor.u32()?, cursor.u32()?);
-            let data = cursor.take(len as usize).map_err(|cut| Cut { offset: start, ..cut })?;
-            let time = u64::from(seconds) * units as u64 + u64::from(fraction);
+            let data = cursor.take(len as usize).map_err(|torn| Torn { offset: start as u64, ..torn })?;
+            let time = u64::from(seconds) * units + u64::from(fraction);
             self.take(interface, time, data);
         }
         Ok(())
     }
 
-    fn pcapng(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Cut> {
+    fn pcapng(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Torn> {
         let mut interfaces = Vec::new();
         while !cursor.ended() {
             let start = cursor.at;
@@ -119,7 +99,7 @@ impl Packets {
                 cursor.little = order == BYTE_ORDER.swap_bytes();
                 if !cursor.little && order != BYTE_ORDER {
                     let found = format!("{order:08X}");
-                    return Err(Cut { offset: start + 8, expected: "a byte order mark", found });
+                    return Err(Torn { offset: start as u64 + 8, expected: "a byte order mark", found });
                 }
                 interfaces.clear();
             }
@@ -127,9 +107,9 @@ impl Packets {
             // Type, length, and the length again at the end.
             let Some(body) = len.checked_sub(12).filter(|body| body.is_multiple_of(4)) else {
                 let expected = "a block length, a multiple of 4";
-                return Err(Cut { offset: start + 4, expected, found: len.to_string() });
+                return Err(Torn { offset: start as u64 + 4, expected, found: len.to_string() });
             };
-            let body = cursor.take(body).map_err(|cut| Cut { offset: start, ..cut })?;
+            let body = cursor.take(body).map_err(|torn| Torn { offset: start as u64, ..torn })?;
             cursor.take(4)?;
             let mut body = Cursor { file: body, at: 0, little: cursor.little };
             // A block that is shorter than its kind takes nothing; the next one is where the length says.
@@ -143,7 +123,7 @@ impl Packets {
         kind: u32,
         body: &mut Cursor<'_>,
         interfaces: &mut Vec<Interface>,
-    ) -> Result<(), Cut> {
+    ) -> Result<(), Torn> {
         match kind {
             INTERFACE => {
                 let link = LinkType(u32::from(body.u16()?));
@@ -174,15 +154,16 @@ impl Packets {
 }
 
 /// Units of time a second, from an interface's options; microseconds unless they say otherwise.
-fn time_units(options: &mut Cursor<'_>) -> f64 {
+fn time_units(options: &mut Cursor<'_>) -> u64 {
     while let (Ok(code), Ok(len)) = (options.u16(), options.u16()) {
         let Ok(value) = options.take(usize::from(len).next_multiple_of(4)) else { break };
         if let (TIME_RESOLUTION, Some(&resolution)) = (code, value.first()) {
-            let power = i32::from(resolution & 0x7F);
-            return if resolution & 0x80 == 0 { 10f64.powi(power) } else { 2f64.powi(power) };
+            let power = u32::from(resolution & 0x7F);
+            let base: u64 = if resolution & 0x80 == 0 { 10 } else { 2 };
+            return base.saturating_pow(power);
         }
     }
-    1e6
+    1_000_000
 }
 
 /// Reads numbers in either byte order.
@@ -201,10 +182,10 @@ impl<'a> Cursor<'a> {
         self.file.len().saturating_sub(self.at)
     }
 
-    fn take(&mut self, len: usize) -> Result<&'a [u8], Cut> {
+    fn take(&mut self, len: usize) -> Result<&'a [u8], Torn> {
         let taken = self.at.checked_add(len).and_then(|end| self.file.get(self.at..end));
-        let taken = taken.ok_or_else(|| Cut {
-            offset: self.at.min(self.file.len()),
+        let taken = taken.ok_or_else(|| Torn {
+            offset: self.at.min(self.file.len()) as u64,
             expected: "a whole packet",
             found: format!("{} bytes of {len}", self.rest()),
         })?;
@@ -212,18 +193,18 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
-    fn u16(&mut self) -> Result<u16, Cut> {
+    fn u16(&mut self) -> Result<u16, Torn> {
         let bytes = self.take(2)?.first_chunk().copied().unwrap_or_default();
         Ok(if self.little { u16::from_le_bytes(bytes) } else { u16::from_be_bytes(bytes) })
     }
 
-    fn u32(&mut self) -> Result<u32, Cut> {
+    fn u32(&mut self) -> Result<u32, Torn> {
         let bytes = self.take(4)?.first_chunk().copied().unwrap_or_default();
         Ok(if self.little { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) })
     }
 
     /// The big-endian number at a place.
-    fn peek_at(&self, at: usize) -> Result<u32, Cut> {
+    fn peek_at(&self, at: usize) -> Result<u32, Torn> {
         Cursor { file: self.file, at, little: false }.u32()
     }
 }

@@ -2,8 +2,8 @@
 
 use std::net::SocketAddr;
 
-use super::packet::Segment;
-use super::{Piece, Stream};
+use super::segment::Segment;
+use crate::Joint;
 
 /// All connections of a capture, in the order they were seen.
 #[derive(Debug, Default)]
@@ -39,12 +39,12 @@ struct Chunk {
     /// Counted from the anchor; negative before it.
     at: i64,
     bytes: Vec<u8>,
-    time_s: f64,
+    at_ns: u64,
 }
 
 impl Connections {
     /// The next segment of the capture.
-    pub(super) fn push(&mut self, segment: &Segment<'_>, time_s: f64) {
+    pub(super) fn push(&mut self, segment: &Segment<'_>, at_ns: u64) {
         let known = self.connections.iter().rposition(|connection| {
             [(connection.one, connection.other), (connection.other, connection.one)]
                 .contains(&(segment.from, segment.to))
@@ -65,22 +65,43 @@ impl Connections {
             self.connections.len() - 1
         });
         if let Some(connection) = self.connections.get_mut(index) {
-            connection.flow(segment.from).push(segment, time_s);
+            connection.flow(segment.from).push(segment, at_ns);
         }
     }
 
     /// Both directions of every connection that carries bytes.
-    pub(super) fn streams(self) -> Vec<Vec<Stream>> {
+    pub(super) fn flows(self) -> Vec<Flows> {
         let with_bytes = self.connections.into_iter().filter(Connection::has_bytes);
-        (1..)
-            .zip(with_bytes)
-            .map(|(number, connection)| {
-                [connection.from_one, connection.from_other]
-                    .map(|flow| Stream { connection: Some(number), ..flow.stream() })
-                    .into()
+        with_bytes
+            .map(|connection| Flows {
+                opened: connection.from_one.from_beginning,
+                one: connection.one,
+                other: connection.other,
+                from_one: connection.from_one.pieces(),
+                from_other: connection.from_other.pieces(),
             })
             .collect()
     }
+}
+
+/// Both directions of one connection, in the order of their bytes.
+#[derive(Debug)]
+pub(super) struct Flows {
+    /// `one` opened it: the SYN was captured.
+    pub(super) opened: bool,
+    pub(super) one: SocketAddr,
+    pub(super) other: SocketAddr,
+    pub(super) from_one: Vec<Piece>,
+    pub(super) from_other: Vec<Piece>,
+}
+
+/// New bytes of one direction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    pub(super) joint: Joint,
+    /// When these and all bytes before them had come.
+    pub(super) at_ns: u64,
+    pub(super) bytes: Vec<u8>,
 }
 
 impl Connection {
@@ -100,7 +121,7 @@ impl Flow {
         self.anchor.is_none_or(|anchor| self.from_beginning && anchor == first)
     }
 
-    fn push(&mut self, segment: &Segment<'_>, time_s: f64) {
+    fn push(&mut self, segment: &Segment<'_>, at_ns: u64) {
         let first = segment.sequence.wrapping_add(u32::from(segment.syn));
         let anchor = *self.anchor.get_or_insert(first);
         self.from_beginning |= segment.syn && anchor == first;
@@ -111,41 +132,35 @@ impl Flow {
         // No window is larger than half the number space.
         let at = self.latest + i64::from(first.wrapping_sub(here) as i32);
         self.latest = self.latest.max(at);
-        self.chunks.push(Chunk { at, bytes: segment.payload.to_vec(), time_s });
+        self.chunks.push(Chunk { at, bytes: segment.payload.to_vec(), at_ns });
     }
 
-    fn stream(mut self) -> Stream {
+    fn pieces(mut self) -> Vec<Piece> {
         // Stable: of two segments with the same number the first counts.
         self.chunks.sort_by_key(|chunk| chunk.at);
         let begin = match self.chunks.first() {
             Some(first) if !self.from_beginning => first.at,
             _ => 0,
         };
-        let mut stream = Stream::default();
+        let mut pieces = Vec::new();
         let mut end = begin;
-        let mut time_s = f64::NEG_INFINITY;
+        let mut at_ns = 0;
         for chunk in self.chunks {
             let known = usize::try_from(end - chunk.at).unwrap_or(0);
             let Some(new) = chunk.bytes.get(known..).filter(|new| !new.is_empty()) else { continue };
-            let missing_before = u64::try_from(chunk.at - end).unwrap_or(0);
-            let at = end.max(chunk.at);
-            if missing_before > 0 || stream.pieces.is_empty() {
-                stream.pieces.push(Piece {
-                    offset: at.abs_diff(begin),
-                    bytes: Vec::new(),
-                    missing_before,
-                    begins_inside: !self.from_beginning && stream.pieces.is_empty(),
-                });
-            }
-            if let Some(piece) = stream.pieces.last_mut() {
-                piece.bytes.extend_from_slice(new);
-            }
-            end = at + new.len() as i64;
+            let missing = u64::try_from(chunk.at - end).unwrap_or(0);
+            let joint = match (missing, pieces.is_empty(), self.from_beginning) {
+                (0, true, true) => Joint::Anew,
+                (0, true, false) => Joint::Inside,
+                (0, false, _) => Joint::Seamless,
+                (bytes, ..) => Joint::Gap { bytes, packets: 0 },
+            };
+            end = end.max(chunk.at) + new.len() as i64;
             // A byte is there once all before it are.
-            time_s = time_s.max(chunk.time_s);
-            stream.times.push((end.abs_diff(begin), time_s));
+            at_ns = at_ns.max(chunk.at_ns);
+            pieces.push(Piece { joint, at_ns, bytes: new.to_vec() });
         }
-        stream
+        pieces
     }
 }
 
@@ -168,43 +183,55 @@ mod tests {
         Segment { sequence: START, syn: true, ack: false, ..data(0, b"") }
     }
 
-    /// Bytes and what is missing before them, of the only stream with bytes.
-    fn pieces(segments: &[Segment<'_>]) -> Vec<(u64, String, u64)> {
+    /// Stretches without a gap, with the bytes that are missing before each, of the only flow with bytes.
+    fn stretches(segments: &[Segment<'_>]) -> Vec<(String, u64)> {
         let mut connections = Connections::default();
-        segments.iter().enumerate().for_each(|(i, segment)| connections.push(segment, i as f64));
-        let streams = connections.streams();
-        assert_eq!(streams.len(), 1);
-        let piece = |p: &Piece| (p.offset, String::from_utf8(p.bytes.clone()).unwrap(), p.missing_before);
-        streams[0][0].pieces.iter().map(piece).collect()
+        (0..).zip(segments).for_each(|(i, segment)| connections.push(segment, i));
+        let flows = connections.flows();
+        assert_eq!(flows.len(), 1);
+        let mut stretches: Vec<(String, u64)> = Vec::new();
+        for piece in &flows[0].from_one {
+            let text = std::str::from_utf8(&piece.bytes).unwrap();
+            match (piece.joint, stretches.last_mut()) {
+                (Joint::Seamless, Some((stretch, _))) => stretch.push_str(text),
+                (Joint::Gap { bytes, .. }, _) => stretches.push((text.to_owned(), bytes)),
+                _ => stretches.push((text.to_owned(), 0)),
+            }
+        }
+        stretches
     }
 
     #[test]
     fn out_of_order_and_repeated_segments_give_the_stream_over_a_wrap() {
-        let whole = vec![(0, "abcdefghij".to_owned(), 0)];
-        assert_eq!(pieces(&[syn(), data(0, b"abc"), data(3, b"defg"), data(7, b"hij")]), whole);
-        assert_eq!(pieces(&[syn(), data(7, b"hij"), data(0, b"abc"), data(3, b"defg")]), whole);
-        assert_eq!(pieces(&[syn(), syn(), data(0, b"abc"), data(0, b"abcde"), data(3, b"defghij")]), whole);
-        assert_eq!(pieces(&[data(3, b"defghij"), data(0, b"abc"), data(9, b"j")]), whole);
+        let whole = vec![("abcdefghij".to_owned(), 0)];
+        assert_eq!(stretches(&[syn(), data(0, b"abc"), data(3, b"defg"), data(7, b"hij")]), whole);
+        assert_eq!(stretches(&[syn(), data(7, b"hij"), data(0, b"abc"), data(3, b"defg")]), whole);
+        assert_eq!(
+            stretches(&[syn(), syn(), data(0, b"abc"), data(0, b"abcde"), data(3, b"defghij")]),
+            whole
+        );
+        assert_eq!(stretches(&[data(3, b"defghij"), data(0, b"abc"), data(9, b"j")]), whole);
     }
 
     #[test]
     fn what_was_not_captured_is_counted() {
         let gap = [syn(), data(0, b"ab"), data(5, b"fg")];
-        assert_eq!(pieces(&gap), [(0, "ab".to_owned(), 0), (5, "fg".to_owned(), 3)]);
-        assert_eq!(pieces(&[syn(), data(2, b"cd")]), [(2, "cd".to_owned(), 2)]);
+        assert_eq!(stretches(&gap), [("ab".to_owned(), 0), ("fg".to_owned(), 3)]);
+        assert_eq!(stretches(&[syn(), data(2, b"cd")]), [("cd".to_owned(), 2)]);
         // Without the SYN nobody knows what came before.
-        assert_eq!(pieces(&gap[1..]), [(0, "ab".to_owned(), 0), (5, "fg".to_owned(), 3)]);
-        assert_eq!(pieces(&gap[2..]), [(0, "fg".to_owned(), 0)]);
+        assert_eq!(stretches(&gap[1..]), [("ab".to_owned(), 0), ("fg".to_owned(), 3)]);
+        assert_eq!(stretches(&gap[2..]), [("fg".to_owned(), 0)]);
     }
 
     #[test]
     fn a_byte_has_come_when_all_before_it_have() {
         let mut connections = Connections::default();
-        for (time_s, segment) in [(1.0, syn()), (2.0, data(2, b"cd")), (3.0, data(0, b"ab"))] {
-            connections.push(&segment, time_s);
+        for (at_ns, segment) in [(1, syn()), (2, data(2, b"cd")), (3, data(0, b"ab"))] {
+            connections.push(&segment, at_ns);
         }
-        let streams = connections.streams();
-        assert_eq!(streams[0][0].times, [(2, 3.0), (4, 3.0)]);
+        let flows = connections.flows();
+        let times: Vec<u64> = flows[0].from_one.iter().map(|piece| piece.at_ns).collect();
+        assert_eq!(times, [3, 3]);
     }
 
     #[test]
@@ -215,12 +242,12 @@ mod tests {
         let reply = Segment { from: to, to: from, ..data(0, b"x") };
         let mut connections = Connections::default();
         for segment in [syn(), data(0, b"ab"), reply, again(syn()), again(data(0, b"cd"))] {
-            connections.push(&segment, 0.0);
+            connections.push(&segment, 0);
         }
-        let streams = connections.streams();
+        let flows = connections.flows();
         let bytes =
-            |c: usize, s: usize| streams[c][s].pieces.iter().map(|p| p.bytes.clone()).collect::<Vec<_>>();
-        assert_eq!((bytes(0, 0), bytes(0, 1)), (vec![b"ab".to_vec()], vec![b"x".to_vec()]));
-        assert_eq!((bytes(1, 0), bytes(1, 1)), (vec![b"cd".to_vec()], vec![]));
+            |pieces: &[Piece]| pieces.iter().flat_map(|piece| piece.bytes.clone()).collect::<Vec<u8>>();
+        assert_eq!((bytes(&flows[0].from_one), bytes(&flows[0].from_other)), (b"ab".to_vec(), b"x".to_vec()));
+        assert_eq!((bytes(&flows[1].from_one), bytes(&flows[1].from_other)), (b"cd".to_vec(), vec![]));
     }
 }

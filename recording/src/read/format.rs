@@ -1,0 +1,101 @@
+//! What a file is: recognised by its first bytes, never by its name.
+
+use std::fmt;
+
+/// Kinds of files that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// MCAP, ours.
+    Mcap,
+    /// A network capture, pcap or pcapng.
+    Capture,
+    /// A log of CAN frames as candump writes it.
+    Candump,
+    /// Ranges as text, with a header that says how they were measured.
+    Ranges,
+    /// Bytes in hex.
+    Hex,
+    /// Bytes as they went over the wire.
+    Raw,
+}
+
+/// First bytes of MCAP.
+const MCAP: &[u8] = b"\x89MCAP";
+
+/// First bytes of captures, in either byte order.
+const CAPTURES: [[u8; 4]; 5] = [
+    [0x0A, 0x0D, 0x0D, 0x0A],
+    [0xA1, 0xB2, 0xC3, 0xD4],
+    [0xD4, 0xC3, 0xB2, 0xA1],
+    [0xA1, 0xB2, 0x3C, 0x4D],
+    [0x4D, 0x3C, 0xB2, 0xA1],
+];
+
+impl Format {
+    /// What begins with these bytes: a file's first 64 KiB, or all of a shorter one.
+    pub fn of(head: &[u8]) -> Self {
+        if head.starts_with(MCAP) {
+            return Self::Mcap;
+        }
+        if CAPTURES.iter().any(|magic| head.starts_with(magic)) {
+            return Self::Capture;
+        }
+        if !is_text(head) {
+            return Self::Raw;
+        }
+        let text = String::from_utf8_lossy(head);
+        let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        match lines.next() {
+            Some(line) if line.starts_with(super::ranges::TITLE) => Self::Ranges,
+            Some(line) if super::candump::frame(line).is_some() => Self::Candump,
+            _ => Self::Hex,
+        }
+    }
+}
+
+/// Frames hold control characters, so no recorded bytes are taken for text.
+fn is_text(bytes: &[u8]) -> bool {
+    let printable = |b: &u8| matches!(b, b'\t' | b'\n' | b'\r' | b' '..=b'~' | 0x80..);
+    bytes.iter().all(printable)
+        && match std::str::from_utf8(bytes) {
+            Ok(_) => true,
+            // The head of a longer text may end inside a letter.
+            Err(error) => error.error_len().is_none(),
+        }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mcap => "MCAP",
+            Self::Capture => "network capture",
+            Self::Candump => "candump log",
+            Self::Ranges => "CSV of ranges",
+            Self::Hex => "hex text",
+            Self::Raw => "raw bytes",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn content_decides() {
+        for (head, expected) in [
+            (&b"\x89MCAP0\r\n"[..], Format::Mcap),
+            (b"\xD4\xC3\xB2\xA1\x02\0\x04\0", Format::Capture),
+            (b"\x0A\x0D\x0D\x0A\x1C\0\0\0", Format::Capture),
+            (b"(1700000000.000001) can0 18FEF100#0102\n", Format::Candump),
+            (b"# rowscan ranges 1; model lms111\n", Format::Ranges),
+            (b"02 73 03", Format::Hex),
+            (b"; notes\n02 73 03", Format::Hex),
+            (b"\x02sRN DeviceIdent\x03", Format::Raw),
+            (b"\x02\x02\x02\x02\0\0\0\x07sMN Run\x19", Format::Raw),
+            (b"\xFF\xD8\xFF\xE0", Format::Raw),
+        ] {
+            assert_eq!(Format::of(head), expected, "{head:?}");
+        }
+    }
+}

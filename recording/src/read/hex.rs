@@ -1,0 +1,64 @@
+//! Hex text: one frame a line, or one dump over many lines. Comments begin with `;` or `#`.
+
+use super::ReadError;
+use crate::{Joint, Packet};
+
+const STX: u8 = 0x02;
+
+/// The text's bytes, a packet a line where every line begins a frame.
+pub(super) fn packets(text: &str) -> Result<Vec<Packet>, ReadError> {
+    let mut lines = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let bytes = line.split([';', '#']).next().unwrap_or_default();
+        let bytes = hex_line(bytes).map_err(|found| ReadError::NotHex { line: number, found })?;
+        if !bytes.is_empty() {
+            lines.push(bytes);
+        }
+    }
+    // Where every line begins a frame, a broken one must not swallow the next.
+    if !lines.iter().all(|line| line.first() == Some(&STX)) {
+        lines = vec![lines.concat()];
+    }
+    let packet = |bytes| Packet { bytes, joint: Joint::Anew, ..Packet::default() };
+    Ok(lines.into_iter().map(packet).collect())
+}
+
+/// Bytes, apart or not, with or without `0x`; an error is the word that is none.
+fn hex_line(line: &str) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    for word in line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()) {
+        let digits = word.strip_prefix("0x").unwrap_or(word).as_bytes();
+        let (pairs, rest) = digits.as_chunks::<2>();
+        let byte = |&[high, low]: &[u8; 2]| {
+            let digit = |c: u8| char::from(c).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
+            Some(digit(high)? << 4 | digit(low)?)
+        };
+        let decoded: Option<Vec<u8>> = pairs.iter().map(byte).collect();
+        match decoded {
+            Some(decoded) if rest.is_empty() => bytes.extend(decoded),
+            _ => return Err(word.chars().take(20).collect()),
+        }
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hex_in_any_habit_is_read() {
+        for line in ["02 73 03", "027303", "0x02, 0x73, 0x03", " 02\t7303 "] {
+            assert_eq!(hex_line(line), Ok(vec![2, 0x73, 3]), "{line}");
+        }
+        assert_eq!(hex_line("02 7"), Err("7".to_owned()));
+        assert_eq!(hex_line("02 xy"), Err("xy".to_owned()));
+    }
+
+    #[test]
+    fn text_that_is_no_hex_is_refused_with_its_line() {
+        let error = packets("02 73 ; fine\nhello\n").unwrap_err();
+        assert!(error.to_string().starts_with("line 2: "), "{error}");
+        assert!(error.to_string().contains("`hello`"), "{error}");
+    }
+}

@@ -1,0 +1,170 @@
+//! MCAP files: ours, whole or cut off anywhere.
+
+use std::collections::BTreeMap;
+use std::io::{self, Read};
+
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use super::torn::Torn;
+use super::{ReadError, StreamInfo};
+use crate::writer::{ABOUT, BYTES, KIND_KEY, SIDE_KEY, STREAM_KEY};
+use crate::{About, Joint, Packet, Side, StreamKind};
+
+/// Longer records than this are nobody's.
+const LONGEST_RECORD: usize = 64 * 1024 * 1024;
+
+/// Reads record after record.
+pub(super) struct McapReader {
+    input: Box<dyn Read + Send>,
+    reader: LinearReader,
+    channels: BTreeMap<u16, Channel>,
+    pub(super) streams: Vec<StreamInfo>,
+    pub(super) about: About,
+    pub(super) torn: Option<Torn>,
+    /// Topics that are not ours, for the message to who opened the wrong file.
+    foreign: Vec<String>,
+    bytes: u64,
+    complete: bool,
+    ended: bool,
+}
+
+/// A channel of raw bytes.
+struct Channel {
+    stream: usize,
+    from: Side,
+    /// The next message's number, once one has come.
+    next: Option<u32>,
+}
+
+impl McapReader {
+    pub(super) fn new(input: Box<dyn Read + Send>) -> Self {
+        let options = LinearReaderOptions::default()
+            .with_skip_end_magic(true)
+            .with_validate_chunk_crcs(true)
+            .with_record_length_limit(LONGEST_RECORD);
+        Self {
+            input,
+            reader: LinearReader::new_with_options(options),
+            channels: BTreeMap::new(),
+            streams: Vec::new(),
+            about: About::default(),
+            torn: None,
+            foreign: Vec::new(),
+            bytes: 0,
+            complete: false,
+            ended: false,
+        }
+    }
+
+    /// The next packet of any stream; none at the end of the file, or where it is torn.
+    pub(super) fn next(&mut self) -> Result<Option<Packet>, ReadError> {
+        while !self.ended {
+            match self.reader.next_event() {
+                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    let room = self.reader.insert(wanted.min(LONGEST_RECORD));
+                    let read = read_some(&mut self.input, room)?;
+                    self.bytes += read as u64;
+                    self.reader.notify_read(read);
+                }
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    match mcap::parse_record(opcode, data) {
+                        Ok(Record::Message { header, data }) => {
+                            if let Some(channel) = self.channels.get_mut(&header.channel_id) {
+                                return Ok(Some(channel.packet(header.sequence, header.log_time, &data)));
+                            }
+                        }
+                        Ok(Record::Channel(channel)) => {
+                            add(&mut self.channels, &mut self.streams, &mut self.foreign, channel)
+                        }
+                        Ok(Record::Metadata(found)) if found.name == ABOUT => {
+                            self.about = About::from_entries(&found.metadata);
+                        }
+                        // Behind the data; what follows repeats what was read.
+                        Ok(Record::DataEnd(_)) => {
+                            self.complete = true;
+                            self.ended = true;
+                        }
+                        Ok(_) => {}
+                        Err(error) => self.tear(error.to_string()),
+                    }
+                }
+                Some(Err(mcap::McapError::UnsupportedCompression(found))) => {
+                    return Err(ReadError::Compressed { found });
+                }
+                Some(Err(error)) => self.tear(error.to_string()),
+                None => self.ended = true,
+            }
+        }
+        if !self.complete && self.torn.is_none() {
+            self.tear("the end of the file".to_owned());
+        }
+        if self.streams.is_empty() {
+            return Err(ReadError::NoStreams { found: std::mem::take(&mut self.foreign) });
+        }
+        Ok(None)
+    }
+
+    fn tear(&mut self, found: String) {
+        self.ended = true;
+        self.torn = Some(Torn { offset: self.bytes, expected: "a whole record", found });
+    }
+}
+
+fn read_some(input: &mut dyn Read, room: &mut [u8]) -> Result<usize, ReadError> {
+    loop {
+        match input.read(room) {
+            Err(cause) if cause.kind() == io::ErrorKind::Interrupted => {}
+            other => return other.map_err(ReadError::Io),
+        }
+    }
+}
+
+/// Notes a channel; one that holds no raw bytes of ours is only remembered by name.
+fn add(
+    channels: &mut BTreeMap<u16, Channel>,
+    streams: &mut Vec<StreamInfo>,
+    foreign: &mut Vec<String>,
+    found: mcap::records::Channel,
+) {
+    let text = |key: &str| found.metadata.get(key).map(String::as_str);
+    let from = match text(SIDE_KEY) {
+        Some("device") => Some(Side::Device),
+        Some("host") => Some(Side::Host),
+        _ => None,
+    };
+    let (Some(name), Some(from), BYTES) = (text(STREAM_KEY), from, found.message_encoding.as_str()) else {
+        if !foreign.contains(&found.topic) && foreign.len() < 20 {
+            foreign.push(found.topic);
+        }
+        return;
+    };
+    let known = streams.iter().position(|stream| stream.name == name);
+    let stream = known.unwrap_or_else(|| {
+        let kind = text(KIND_KEY).and_then(|kind| kind.parse().ok()).unwrap_or(StreamKind::Bytes);
+        streams.push(StreamInfo { name: name.to_owned(), kind });
+        streams.len() - 1
+    });
+    channels.entry(found.id).or_insert(Channel { stream, from, next: None });
+}
+
+impl Channel {
+    fn packet(&mut self, sequence: u32, at_ns: u64, bytes: &[u8]) -> Packet {
+        let joint = match self.next {
+            Some(next) if next == sequence => Joint::Seamless,
+            None if sequence == 0 => Joint::Anew,
+            next => {
+                let packets = u64::from(sequence.wrapping_sub(next.unwrap_or_default()));
+                Joint::Gap { bytes: 0, packets }
+            }
+        };
+        self.next = Some(sequence.wrapping_add(1));
+        Packet {
+            stream: self.stream,
+            from: Some(self.from),
+            at_ns: Some(at_ns),
+            joint,
+            bytes: bytes.to_vec(),
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Recordings as a source: whatever the field has, packet by packet.
+
+mod candump;
+mod capture;
+mod format;
+mod hex;
+mod mcap;
+mod ranges;
+mod segment;
+mod sides;
+mod tcp;
+mod torn;
+
+use std::fs::File;
+use std::io::{self, Cursor, Read};
+use std::path::Path;
+
+use serde::Serialize;
+
+pub use format::Format;
+pub use torn::Torn;
+
+use crate::{About, Packet, StreamKind};
+use mcap::McapReader;
+
+/// Bytes a file is recognised by, and bytes taken from it at a time.
+const CHUNK: usize = 64 * 1024;
+
+/// A stream of a recording.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct StreamInfo {
+    /// Its name; of a capture, the device's address.
+    pub name: String,
+    /// What its bytes are.
+    pub kind: StreamKind,
+}
+
+/// Why a recording cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The system refused.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// No bytes at all.
+    #[error("it is empty: expected recorded telegrams, found 0 bytes")]
+    Empty,
+    /// Text that is no hex.
+    #[error(
+        "line {line}: expected bytes as two hex digits each (a comment begins with `;`), found `{found}`"
+    )]
+    NotHex {
+        /// From 1 on.
+        line: usize,
+        /// The word that is no byte.
+        found: String,
+    },
+    /// A candump log with a line that is none.
+    #[error(
+        "line {line}: expected a candump line such as `(1700000000.000001) can0 18FEF100#0102`, found `{found}`"
+    )]
+    NotCandump {
+        /// From 1 on.
+        line: usize,
+        /// How it begins.
+        found: String,
+    },
+    /// A table of ranges that does not keep to its own header.
+    #[error("line {line}: expected {expected}, found `{found}`")]
+    NotRanges {
+        /// From 1 on.
+        line: usize,
+        /// What should stand there.
+        expected: String,
+        /// What does.
+        found: String,
+    },
+    /// An MCAP file of somebody else.
+    #[error(
+        "an MCAP file without a recorded stream: expected channels such as `/lms111/from_device` with message encoding `bytes`, found {}",
+        if found.is_empty() { "none".to_owned() } else { found.join(", ") }
+    )]
+    NoStreams {
+        /// The topics it has.
+        found: Vec<String>,
+    },
+    /// An MCAP file somebody has compressed.
+    #[error(
+        "an MCAP file with chunks compressed by `{found}`: expected none; write it anew with `mcap compress --compression none`"
+    )]
+    Compressed {
+        /// The compressor.
+        found: String,
+    },
+}
+
+/// A recording being read.
+pub struct Recording {
+    format: Format,
+    about: About,
+    streams: Vec<StreamInfo>,
+    began_ns: Option<u64>,
+    torn: Option<Torn>,
+    packets: Packets,
+}
+
+enum Packets {
+    Mcap(Box<McapReader>),
+    /// Small enough, or twisted enough, to be taken in whole.
+    Listed(std::vec::IntoIter<Packet>),
+    Raw(Box<dyn Read + Send>),
+}
+
+impl std::fmt::Debug for Recording {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Recording").field("format", &self.format).field("streams", &self.streams).finish()
+    }
+}
+
+impl Recording {
+    /// Opens a file and sees what it is.
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let file = File::open(path)?;
+        if file.metadata()?.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory").into());
+        }
+        Self::read(Box::new(file))
+    }
+
+    /// Takes bytes in from anywhere.
+    pub fn read(mut input: Box<dyn Read + Send>) -> Result<Self, ReadError> {
+        let mut head = Vec::new();
+        input.by_ref().take(CHUNK as u64).read_to_end(&mut head)?;
+        if head.is_empty() {
+            return Err(ReadError::Empty);
+        }
+        let format = Format::of(&head);
+        let mut input: Box<dyn Read + Send> = Box::new(Cursor::new(head).chain(input));
+        let cola = |name: &str| StreamInfo { name: name.to_owned(), kind: StreamKind::Cola };
+        let mut recording = Self {
+            format,
+            about: About::default(),
+            streams: Vec::new(),
+            began_ns: None,
+            torn: None,
+            packets: Packets::Listed(Vec::new().into_iter()),
+        };
+        match format {
+            Format::Mcap => recording.packets = Packets::Mcap(Box::new(McapReader::new(input))),
+            Format::Raw => {
+                recording.streams.push(cola("scanner"));
+                recording.packets = Packets::Raw(input);
+            }
+            Format::Capture => {
+                let mut bytes = Vec::new();
+                input.read_to_end(&mut bytes)?;
+                let capture = capture::read(&bytes).unwrap_or_default();
+                recording.began_ns = capture.began_ns;
+                recording.torn = capture.torn;
+                let (packets, streams) = sides::packets(capture.connections);
+                recording.streams = streams;
+                recording.packets = Packets::Listed(packets.into_iter());
+            }
+            Format::Hex => {
+                let packets = hex::packets(&text(input)?)?;
+                if packets.is_empty() {
+                    return Err(ReadError::Empty);
+                }
+                recording.streams.push(cola("scanner"));
+                recording.packets = Packets::Listed(packets.into_iter());
+            }
+            Format::Candump => {
+                let (packets, interfaces) = candump::packets(&text(input)?)?;
+                recording.streams =
+                    interfaces.into_iter().map(|name| StreamInfo { name, kind: StreamKind::Can }).collect();
+                recording.packets = Packets::Listed(packets.into_iter());
+            }
+            Format::Ranges => {
+                let (packets, about) = ranges::packets(&text(input)?)?;
+                recording.about = about;
+                recording.streams.push(cola("scanner"));
+                recording.packets = Packets::Listed(packets.into_iter());
+            }
+        }
+        Ok(recording)
+    }
+
+    /// What kind of file it is.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// What it is of, as far as the file says and was read.
+    pub fn about(&self) -> &About {
+        match &self.packets {
+            Packets::Mcap(reader) => &reader.about,
+            _ => &self.about,
+        }
+    }
+
+    /// The streams met so far; all of them once the last packet was read.
+    pub fn streams(&self) -> &[StreamInfo] {
+        match &self.packets {
+            Packets::Mcap(reader) => &reader.streams,
+            _ => &self.streams,
+        }
+    }
+
+    /// When it begins: the time of the first packet, of any protocol.
+    pub fn began_ns(&self) -> Option<u64> {
+        self.began_ns
+    }
+
+    /// Where the file breaks off, once the last packet was read.
+    pub fn torn(&self) -> Option<&Torn> {
+        match &self.packets {
+            Packets::Mcap(reader) => reader.torn.as_ref(),
+            _ => self.torn.as_ref(),
+        }
+    }
+
+    /// The next packet, in the order they came; none at the end.
+    pub fn next_packet(&mut self) -> Result<Option<Packet>, ReadError> {
+        let packet = match &mut self.packets {
+            Packets::Mcap(reader) => reader.next()?,
+            Packets::Listed(packets) => packets.next(),
+            Packets::Raw(input) => {
+                let mut bytes = Vec::new();
+                input.by_ref().take(CHUNK as u64).read_to_end(&mut bytes)?;
+                (!bytes.is_empty()).then(|| Packet { bytes, ..Packet::default() })
+            }
+        };
+        if let (None, Some(at_ns)) = (self.began_ns, packet.as_ref().and_then(|packet| packet.at_ns)) {
+            self.began_ns = Some(at_ns);
+        }
+        Ok(packet)
+    }
+}
+
+fn text(mut input: Box<dyn Read + Send>) -> Result<String, ReadError> {
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}

@@ -1,0 +1,191 @@
+//! Ranges as text: a header that says how they were measured, one scan a line. They come out as the scan telegrams they stand for.
+//!
+//! ```text
+//! # rowscan ranges 1; frequency_hz 50; start_deg -45; step_deg 0.5; unit mm
+//! time_s,telegram_counter,scan_time_us,range_0,range_1, …
+//! 0.000,1,1000000,1523,1530, …
+//! ```
+//! `model` and `serial` may stand in the header too. 0, or nothing between two commas, is a beam without an echo. `time_s` is the host's.
+
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::telegram::wire::FixedText;
+use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame};
+
+use super::ReadError;
+use crate::{About, Joint, Packet, Side};
+
+/// How such a file begins.
+pub(super) const TITLE: &str = "# rowscan ranges 1";
+
+/// Columns before the ranges.
+const LEADING: [&str; 3] = ["time_s", "telegram_counter", "scan_time_us"];
+
+/// What the header says.
+#[derive(Clone, Debug, Default)]
+struct Header {
+    frequency_hz: Option<f64>,
+    start_deg: Option<f64>,
+    step_deg: Option<f64>,
+    unit_mm: Option<f64>,
+    serial: u32,
+    model: Option<String>,
+}
+
+/// The scans as telegrams of CoLa B.
+pub(super) fn packets(text: &str) -> Result<(Vec<Packet>, About), ReadError> {
+    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
+    let (number, title) = lines.next().unwrap_or((1, ""));
+    let header = Header::read(number, title)?;
+    let (number, columns) = lines.next().unwrap_or((2, ""));
+    if columns.split(',').take(LEADING.len()).map(str::trim).ne(LEADING) {
+        let expected = format!("the columns {},range_0, …", LEADING.join(","));
+        return Err(wrong(number, expected, columns));
+    }
+    let mut scan = header.blank(number)?;
+    let mut packets = Vec::new();
+    for (number, line) in lines {
+        let at_ns = header.fill(&mut scan, number, line)?;
+        let mut bytes = Vec::new();
+        encode_frame(Dialect::B, Kind::Sn, LmdScandata::NAME, &scan, &mut bytes);
+        packets.push(Packet {
+            stream: 0,
+            from: Some(Side::Device),
+            at_ns: Some(at_ns),
+            joint: Joint::Anew,
+            bytes,
+        });
+    }
+    Ok((packets, About { model: header.model, ..About::default() }))
+}
+
+fn wrong(line: usize, expected: impl Into<String>, found: &str) -> ReadError {
+    ReadError::NotRanges { line, expected: expected.into(), found: found.chars().take(40).collect() }
+}
+
+impl Header {
+    fn read(line: usize, title: &str) -> Result<Self, ReadError> {
+        let mut header = Self::default();
+        for entry in title.split(';').skip(1).map(str::trim).filter(|entry| !entry.is_empty()) {
+            let (key, value) = entry.split_once(' ').unwrap_or((entry, ""));
+            let number = || value.parse::<f64>().ok().filter(|value| value.is_finite());
+            let number = || number().ok_or_else(|| wrong(line, format!("a number for `{key}`"), value));
+            match key {
+                "frequency_hz" => header.frequency_hz = Some(number()?),
+                "start_deg" => header.start_deg = Some(number()?),
+                "step_deg" => header.step_deg = Some(number()?),
+                "serial" => header.serial = number()? as u32,
+                "model" => header.model = Some(value.to_owned()),
+                "unit" => {
+                    let known = [("mm", 1.0), ("cm", 10.0), ("m", 1000.0)];
+                    let unit = known.iter().find(|(name, _)| *name == value).map(|(_, unit)| *unit);
+                    header.unit_mm = Some(unit.ok_or_else(|| wrong(line, "the unit mm, cm or m", value))?);
+                }
+                _ => {
+                    let keys = "one of frequency_hz, start_deg, step_deg, unit, serial, model";
+                    return Err(wrong(line, keys, key));
+                }
+            }
+        }
+        Ok(header)
+    }
+
+    /// The telegram that all scans share.
+    fn blank(&self, line: usize) -> Result<LmdScandata, ReadError> {
+        let need = |value: Option<f64>, key: &str| {
+            value.ok_or_else(|| wrong(line.saturating_sub(1), format!("`{key}` in the header"), "none"))
+        };
+        let (frequency, step) = (need(self.frequency_hz, "frequency_hz")?, need(self.step_deg, "step_deg")?);
+        let start = need(self.start_deg, "start_deg")?;
+        need(self.unit_mm, "unit")?;
+        if !(0.0..=1000.0).contains(&frequency) || !(0.001..=6.0).contains(&step) || start.abs() > 360.0 {
+            let expected = "0 to 1000 Hz, steps of 0.001 to 6 degrees, a start within 360 degrees";
+            return Err(wrong(line.saturating_sub(1), expected, &format!("{frequency} {step} {start}")));
+        }
+        let channel = Channel {
+            name: FixedText(*b"DIST1"),
+            scale: 1.0,
+            offset: 0.0,
+            start_angle: (start * 10_000.0).round() as i32,
+            step: (step * 10_000.0).round() as u16,
+            values: Vec::new(),
+        };
+        Ok(LmdScandata {
+            version: 1,
+            device_number: 1,
+            serial_number: self.serial,
+            scan_frequency: (frequency * 100.0).round() as u32,
+            measurement_frequency: (frequency * 3.6 / step).round() as u32,
+            channels16: vec![channel],
+            ..LmdScandata::default()
+        })
+    }
+
+    /// Takes one line in; its host time, ns.
+    fn fill(&self, scan: &mut LmdScandata, line: usize, text: &str) -> Result<u64, ReadError> {
+        let mut cells = text.split(',').map(str::trim);
+        let mut leading = || cells.next().unwrap_or_default();
+        let (time, counter, stamp) = (leading(), leading(), leading());
+        let time_s: f64 = time.parse().map_err(|_| wrong(line, "seconds", time))?;
+        if !(0.0..=1e10).contains(&time_s) {
+            return Err(wrong(line, "seconds from 0", time));
+        }
+        scan.telegram_counter =
+            counter.parse().map_err(|_| wrong(line, "a counter from 0 to 65535", counter))?;
+        scan.scan_counter = scan.telegram_counter;
+        scan.scan_time_us = stamp.parse().map_err(|_| wrong(line, "microseconds of 32 bits", stamp))?;
+        scan.transmit_time_us = scan.scan_time_us;
+        let unit_mm = self.unit_mm.unwrap_or(1.0);
+        let Some(channel) = scan.channels16.first_mut() else { return Ok(0) };
+        let before = channel.values.len();
+        channel.values.clear();
+        for cell in cells {
+            let range: f64 = if cell.is_empty() { 0.0 } else { cell.parse().unwrap_or(f64::NAN) };
+            let millimetres = (range * unit_mm).round();
+            if !(0.0..=65_535.0).contains(&millimetres) {
+                return Err(wrong(line, "ranges from 0 to 65.535 m", cell));
+            }
+            channel.values.push(millimetres as u16);
+        }
+        if before > 0 && before != channel.values.len() {
+            let found = channel.values.len().to_string();
+            return Err(wrong(line, format!("{before} ranges, as in the lines before"), &found));
+        }
+        Ok((time_s * 1e9).round() as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scans::ScanWatch;
+
+    const HEAD: &str = "# rowscan ranges 1; frequency_hz 50; start_deg -45; step_deg 0.5; unit cm\ntime_s,telegram_counter,scan_time_us,range_0,range_1,range_2\n";
+
+    #[test]
+    fn a_line_is_the_scan_it_says() {
+        let (packets, _) = packets(&format!("{HEAD}1.5,7,1000,100,,250.5\n")).expect("sound");
+        assert_eq!(packets[0].at_ns, Some(1_500_000_000));
+        let mut watch = ScanWatch::default();
+        watch.push(&packets[0].bytes);
+        let scan = watch.next_scan().expect("a scan");
+        assert_eq!(scan.echoes[0].range_m, [1.0, f64::INFINITY, 2.505]);
+        assert_eq!((scan.telegram_counter, scan.scan_time_us, scan.scan_frequency_hz), (7, 1000, 50.0));
+        assert_eq!((scan.beams.start, scan.beams.step), (-450_000, 5000));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_line() {
+        for (text, part) in [
+            (HEAD.replace("; unit cm", ""), "line 1: expected `unit`"),
+            (HEAD.replace("cm", "feet"), "line 1: expected the unit mm, cm or m, found `feet`"),
+            (HEAD.replace("start_deg", "begin"), "line 1: expected one of frequency_hz"),
+            (HEAD.replace("time_s", "t"), "line 2: expected the columns"),
+            (format!("{HEAD}0,1,2,3,4,5\n0,1,2,3,4\n"), "line 4: expected 3 ranges"),
+            (format!("{HEAD}0,70000,2,3,4,5\n"), "line 3: expected a counter"),
+            (format!("{HEAD}0,1,2,x,4,5\n"), "line 3: expected ranges from 0 to 65.535 m, found `x`"),
+        ] {
+            let error = packets(&text).expect_err(part).to_string();
+            assert!(error.starts_with(part), "expected `{part}` in: {error}");
+        }
+    }
+}
