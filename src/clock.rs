@@ -1,5 +1,8 @@
 //! The one place of the emulator that knows the host's clock: everything else runs on simulated time.
 
+#[cfg(target_os = "linux")]
+mod alarm;
+
 use std::collections::VecDeque;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -38,6 +41,16 @@ impl FromStr for TimeScale {
     }
 }
 
+/// What tells a paced clock that a deadline has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Timer {
+    /// The runtime's timers: milliseconds, and frozen with its clock.
+    #[default]
+    Runtime,
+    /// The system's: tens of microseconds. The runtime's where the system has none of its own.
+    System,
+}
+
 /// Simulated time as the host sees it.
 #[derive(Debug)]
 pub struct SimClock {
@@ -51,6 +64,14 @@ impl SimClock {
     /// Starts simulated time at zero, now.
     pub fn start(scale: TimeScale) -> Self {
         Self { scale, epoch: Instant::now(), reached: AtomicU64::new(0) }
+    }
+
+    /// The host's instant that `at` is due at, on a paced clock.
+    pub fn due(&self, at: SimTime) -> Option<std::time::Instant> {
+        match self.scale {
+            TimeScale::Paced(scale) => Some((self.epoch + host_time(at, scale)).into_std()),
+            TimeScale::Max => None,
+        }
     }
 
     /// The scale.
@@ -73,16 +94,16 @@ impl SimClock {
     /// loop that turns as fast as it can keeps its thread for itself.
     pub async fn reach(&self, at: SimTime) {
         match self.scale {
-            TimeScale::Paced(scale) => {
-                sleep_until(self.epoch + Duration::from_secs_f64(at.as_secs_f64() / scale)).await;
-            }
+            TimeScale::Paced(scale) => sleep_until(self.epoch + host_time(at, scale)).await,
             TimeScale::Max => tokio::task::yield_now().await,
         }
+        self.reached(at);
+    }
+
+    fn reached(&self, at: SimTime) {
         self.reached.fetch_max(at.0, Ordering::Relaxed);
     }
-}
 
-impl SimClock {
     /// Rests for a simulated time, as a device does that is at work; not at all while the clock waits for its clients.
     pub async fn rest(&self, time: Duration) {
         if let TimeScale::Paced(scale) = self.scale
@@ -98,6 +119,47 @@ pub fn wall_clock() -> WallClock {
     let began = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     let epoch = Instant::now();
     WallClock::new(move || (began + epoch.elapsed()).as_nanos() as u64)
+}
+
+/// One task's way to wait for a paced clock's deadlines, as finely as its timer can.
+#[derive(Debug)]
+pub(crate) struct Pacer {
+    #[cfg(target_os = "linux")]
+    alarm: Option<alarm::Alarm>,
+}
+
+impl Pacer {
+    /// For one task that waits for `clock`. Called within a runtime.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn new(clock: &SimClock, timer: Timer) -> Self {
+        let wanted = timer == Timer::System && clock.scale != TimeScale::Max;
+        // Where descriptors run out, the runtime's timer does.
+        Self { alarm: wanted.then(|| alarm::Alarm::new(clock.epoch.elapsed())).and_then(Result::ok) }
+    }
+
+    /// For one task that waits for `clock`.
+    #[cfg(not(target_os = "linux"))]
+    pub(crate) fn new(_clock: &SimClock, _timer: Timer) -> Self {
+        Self {}
+    }
+
+    /// Waits for the simulated instant `at`, as [`SimClock::reach`] does.
+    pub(crate) async fn reach(&mut self, clock: &SimClock, at: SimTime) {
+        #[cfg(target_os = "linux")]
+        if let (Some(alarm), TimeScale::Paced(scale)) = (&mut self.alarm, clock.scale) {
+            match alarm.reach(host_time(at, scale)).await {
+                Ok(()) => return clock.reached(at),
+                Err(cause) => tracing::warn!(%cause, "the system's timer fails; the runtime's takes over"),
+            }
+            self.alarm = None;
+        }
+        clock.reach(at).await;
+    }
+}
+
+/// The host time that simulated time `at` takes.
+fn host_time(at: SimTime, scale: f64) -> Duration {
+    Duration::from_secs_f64(at.as_secs_f64() / scale)
 }
 
 /// A short rest before trying again what the system just refused.
@@ -184,5 +246,18 @@ mod tests {
         // tokio's timer rounds up to its next millisecond
         assert!(watch.elapsed().abs_diff(Duration::from_secs(2)) <= Duration::from_millis(1));
         assert_eq!(clock.now().0 / 1_000_000_000, 20);
+    }
+
+    #[tokio::test]
+    async fn the_systems_timer_never_rings_early_and_takes_deadlines_that_have_passed() {
+        let clock = SimClock::start(TimeScale::Paced(1.0));
+        let mut pacer = Pacer::new(&clock, Timer::System);
+        #[cfg(target_os = "linux")]
+        assert!(pacer.alarm.is_some());
+        for ms in [2, 5, 5, 1, 9] {
+            let at = SimTime(ms * 1_000_000);
+            pacer.reach(&clock, at).await;
+            assert!(clock.due(at).is_some_and(|due| Instant::now().into_std() >= due), "{ms} ms");
+        }
     }
 }

@@ -13,7 +13,7 @@ use super::interrupt::Interrupt;
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, progress};
-use crate::clock::{Stopwatch, TimeScale};
+use crate::clock::{Stopwatch, TimeScale, Timer};
 use crate::emulator::{Emulator, EmulatorConfig, EmulatorCounts};
 use crate::trial::rig_of;
 
@@ -66,6 +66,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 
     let config = EmulatorConfig {
         time_scale: args.time_scale,
+        timer: Timer::System,
         dialects: args.dialect.into(),
         ..EmulatorConfig::default()
     };

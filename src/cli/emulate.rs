@@ -11,7 +11,7 @@ use super::interrupt::Interrupt;
 use super::output::say;
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome};
-use crate::clock::TimeScale;
+use crate::clock::{TimeScale, Timer};
 use crate::emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS};
 use crate::line::Pty;
 
@@ -77,6 +77,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let (device, state, line_changes) = args.device.set_up(device, stage.scene.seed)?;
     let config = EmulatorConfig {
         time_scale: args.time_scale,
+        timer: Timer::System,
         dialects: args.dialect.into(),
         max_clients: args.max_clients,
         state,

@@ -13,7 +13,7 @@ use tokio::sync::mpsc::error::TrySendError;
 use super::roster::{Member, Wants};
 use super::world::World;
 use super::{LineChange, Shared};
-use crate::clock::TimeScale;
+use crate::clock::{Pacer, TimeScale};
 
 /// When the mirror passes its zero index: absolute instants epoch + n·T, never a sum of periods.
 #[derive(Debug)]
@@ -59,13 +59,14 @@ fn period_times(n: u64, frequency_centihz: u32, ppm: i32) -> u64 {
 /// Turns the mirror for as long as the scanner runs.
 pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
     let mut turns = Turns::new(SimTime::ZERO, shared.device().mirror());
+    let mut pacer = Pacer::new(&shared.clock, shared.config.timer);
     let mut audience: Vec<(Arc<Member>, Wants)> = Vec::new();
     let mut line_changes = shared.config.line_changes.clone();
     loop {
         let at = turns.next();
         // Cast ahead, so that the line is ready before its deadline.
         world.look(shared.device().mirror(), at);
-        shared.clock.reach(at).await;
+        pacer.reach(&shared.clock, at).await;
         if at > SimTime::ZERO {
             wait_for_clients(&shared, at).await;
         }

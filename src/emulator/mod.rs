@@ -27,7 +27,7 @@ pub use state_file::{StateFile, StateFileError};
 pub use tractor::Tractor;
 pub use world::{World, WorldError};
 
-use crate::clock::{Latency, SimClock, TimeScale};
+use crate::clock::{Latency, SimClock, TimeScale, Timer};
 use roster::Roster;
 
 /// Clients served at once, unless told otherwise.
@@ -38,6 +38,8 @@ pub const MAX_CLIENTS: usize = 32;
 pub struct EmulatorConfig {
     /// How simulated time runs.
     pub time_scale: TimeScale,
+    /// What wakes the mirror.
+    pub timer: Timer,
     /// Which dialects are answered.
     pub dialects: DialectPolicy,
     /// Clients served at once.
@@ -77,6 +79,7 @@ impl Default for EmulatorConfig {
     fn default() -> Self {
         Self {
             time_scale: TimeScale::Paced(1.0),
+            timer: Timer::Runtime,
             dialects: DialectPolicy::Auto,
             max_clients: MAX_CLIENTS,
             state: None,
@@ -188,6 +191,11 @@ impl Emulator {
             scans_dropped: counts.dropped.load(Ordering::Relaxed),
             connections_refused: counts.refused.load(Ordering::Relaxed),
         }
+    }
+
+    /// The clock its mirror turns by.
+    pub fn clock(&self) -> &SimClock {
+        &self.shared.clock
     }
 
     /// Host time telegrams take to their user, if the user reports back.

@@ -2,6 +2,8 @@
 
 pub mod caster;
 pub mod codec;
+#[cfg(target_os = "linux")]
+pub mod fleet;
 pub mod measure;
 pub mod peer;
 pub mod row;

@@ -53,13 +53,22 @@ impl Report {
             }
         }
         let [ours, peer] = rates.map(|rates| rates.into_iter().fold(0.0, f64::max));
-        self.line(case, ours, peer);
+        self.more_is_better(case, ours, peer);
         ours / peer
     }
 
-    fn line(&mut self, case: &Case, ours: f64, peer: f64) {
+    /// Prints two values of which the greater is the better.
+    pub fn more_is_better(&mut self, case: &Case, ours: f64, peer: f64) {
+        self.line(case, ours, peer, ours / peer);
+    }
+
+    /// Prints two values of which the smaller is the better.
+    pub fn less_is_better(&mut self, case: &Case, ours: f64, peer: f64) {
+        self.line(case, ours, peer, peer / ours);
+    }
+
+    fn line(&mut self, case: &Case, ours: f64, peer: f64, ratio: f64) {
         let Case { name, unit, peer: of, threads, .. } = case;
-        let ratio = ours / peer;
         if self.json {
             let line = serde_json::json!({
                 "case": name, "ours": ours, "unit": unit, "peer": of, "peer_value": peer, "ratio": ratio, "threads": threads,

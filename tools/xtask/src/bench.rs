@@ -11,6 +11,7 @@ type Bench = (&'static str, fn(&Workspace, &[String]) -> ExitCode);
 const BENCHES: &[Bench] = &[
     ("caster", |workspace, arguments| beside_peers(workspace, "caster", arguments)),
     ("codec", |workspace, arguments| beside_peers(workspace, "codec", arguments)),
+    ("fleet", |workspace, arguments| beside_peers(workspace, "fleet", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),
 ];
 

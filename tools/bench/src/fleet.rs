@@ -1,0 +1,241 @@
+//! Many scanners, and many clients of one, at 50 Hz over loopback TCP: what they cost, and how late their scans come.
+//!
+//! All scanners run on one thread, all clients on another. Lateness is host time from the instant the mirror passes its zero
+//! index until a client has read the whole telegram. A third thread only sleeps to the same kind of deadline: what it
+//! is late by is the machine's doing.
+
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rowscan::clock::{TimeScale, Timer};
+use rowscan::emulator::{Emulator, EmulatorConfig};
+use rowscan::stage::Stage;
+use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
+use rowscan_protocol::model;
+use rowscan_protocol::telegram::{LmdScandata, Telegram};
+use rowscan_protocol::time::SimTime;
+use rustix::process::{Resource, getrlimit, setrlimit};
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::runtime::{Builder, Runtime};
+use tokio::task::JoinSet;
+
+use crate::measure::{Case, Report};
+
+const PERIOD: Duration = Duration::from_millis(20);
+/// Time for all to connect and settle, and time measured.
+const WARM_UP: Duration = Duration::from_secs(2);
+const MEASURED: Duration = Duration::from_secs(5);
+const MAX_PAYLOAD: usize = 64 * 1024;
+
+const SIZES: [usize; 3] = [100, 500, 1000];
+const CONTROL: &str = "thread that only sleeps to its deadline, at the same time";
+const CORE: &str = "one core";
+
+/// Runs all cases.
+///
+/// `scanners N` or `clients N` among the arguments runs that one case.
+pub fn run(report: &mut Report, arguments: &[String]) {
+    raise_descriptor_limit();
+    let scene = rowscan::config::load_scene("spindle").expect("a built-in scene");
+    let stage = Stage::grow(scene, &|_, _| {}).expect("the built-in scene grows");
+    let asked = |what: &str| {
+        let size = arguments.windows(2).find(|pair| pair[0] == what)?[1].parse().ok()?;
+        Some(vec![size])
+    };
+    let (scanners, clients) = match (asked("scanners"), asked("clients")) {
+        (None, None) => (SIZES.to_vec(), SIZES.to_vec()),
+        (scanners, clients) => (scanners.unwrap_or_default(), clients.unwrap_or_default()),
+    };
+    for scanners in scanners {
+        measure(report, &stage, Fleet { scanners, clients_each: 1 });
+    }
+    for clients_each in clients {
+        measure(report, &stage, Fleet { scanners: 1, clients_each });
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Fleet {
+    scanners: usize,
+    clients_each: usize,
+}
+
+/// What a scanner's clients need: where it listens, and when its simulated time began.
+struct Berth {
+    address: String,
+    epoch: Instant,
+}
+
+fn measure(report: &mut Report, stage: &Stage, fleet: Fleet) {
+    let (berths, moored) = mpsc::channel();
+    let (start_seen, started) = mpsc::channel();
+    thread::scope(|threads| {
+        let scanners = threads.spawn(move || {
+            runtime().block_on(async {
+                let emulators = launch(stage, fleet, &berths).await;
+                drop(berths);
+                started.recv().expect("the clients are there");
+                tokio::time::sleep(WARM_UP).await;
+                let (wall, cpu) = (Instant::now(), thread_time());
+                tokio::time::sleep(MEASURED).await;
+                let cores = (thread_time() - cpu).as_secs_f64() / wall.elapsed().as_secs_f64();
+                drop(emulators);
+                cores
+            })
+        });
+        let control = threads.spawn(sleep_to_deadlines);
+        let berths: Vec<Berth> = moored.iter().collect();
+        let lateness = runtime().block_on(listen(berths, fleet.clients_each, || {
+            start_seen.send(()).expect("the scanners wait for it");
+        }));
+        let cores = scanners.join().expect("the scanners end well");
+        let control = control.join().expect("the control ends well");
+        tell(report, fleet, Figures { cores, lateness, control });
+    });
+}
+
+struct Figures {
+    cores: f64,
+    lateness: Vec<Duration>,
+    control: Vec<Duration>,
+}
+
+fn tell(report: &mut Report, fleet: Fleet, figures: Figures) {
+    let Figures { cores, lateness, control } = figures;
+    let name = match fleet {
+        Fleet { scanners: 1, clients_each } => format!("{clients_each} clients of one scanner, 50 Hz"),
+        Fleet { scanners, .. } => format!("{scanners} scanners with a client each, 50 Hz"),
+    };
+    let scans = (fleet.scanners * fleet.clients_each) as f64 * MEASURED.div_duration_f64(PERIOD);
+    let case = |what: &str, unit, peer| Case {
+        name: format!("{name}: {what}"),
+        unit,
+        peer,
+        threads: 1,
+        work: [0.0; 2],
+    };
+    report.more_is_better(&case("scans taken", "of those due", "all"), lateness.len() as f64 / scans, 1.0);
+    report.less_is_better(&case("CPU of the scanners' thread", "cores", CORE), cores, 1.0);
+    for (what, fraction) in [("lateness p50", 0.5), ("lateness p99", 0.99)] {
+        let (ours, control) = (quantile_ms(&lateness, fraction), quantile_ms(&control, fraction));
+        report.less_is_better(&case(what, "ms", CONTROL), ours, control);
+    }
+}
+
+/// Starts the scanners one after the other, their phases spread over a period.
+async fn launch(stage: &Stage, fleet: Fleet, berths: &mpsc::Sender<Berth>) -> Vec<Emulator> {
+    let model = model::by_name("lms111").expect("a model");
+    let mut emulators = Vec::with_capacity(fleet.scanners);
+    for _ in 0..fleet.scanners {
+        let (device, world) = stage.scanner(0, model).expect("the rig has a scanner");
+        let config = EmulatorConfig {
+            time_scale: TimeScale::Paced(1.0),
+            timer: Timer::System,
+            max_clients: fleet.clients_each,
+            ..EmulatorConfig::default()
+        };
+        let mut emulator = Emulator::start(device, world, config);
+        let address = emulator.listen("127.0.0.1:0").await.expect("a free port").address.to_string();
+        let epoch = emulator.clock().due(SimTime::ZERO).expect("a paced clock");
+        berths.send(Berth { address, epoch }).expect("the clients wait");
+        emulators.push(emulator);
+        tokio::time::sleep(PERIOD.div_f64(fleet.scanners as f64).max(Duration::from_micros(20))).await;
+    }
+    emulators
+}
+
+/// Connects every client, then collects how late each scan of the measured time comes.
+async fn listen(berths: Vec<Berth>, clients_each: usize, connected: impl FnOnce()) -> Vec<Duration> {
+    let mut streams = Vec::new();
+    for Berth { address, epoch } in &berths {
+        for _ in 0..clients_each {
+            let mut stream = TcpStream::connect(address).await.expect("it listens");
+            let mut frame = Vec::new();
+            encode(Dialect::B, b"sEN LMDscandata \x01", &mut frame);
+            stream.write_all(&frame).await.expect("it reads");
+            streams.push((stream, *epoch));
+        }
+    }
+    connected();
+    let from = Instant::now() + WARM_UP;
+    let mut clients: JoinSet<Vec<Duration>> =
+        streams.into_iter().map(|(stream, epoch)| take(stream, epoch, from)).collect();
+    let mut lateness = Vec::new();
+    while let Some(one) = clients.join_next().await {
+        lateness.extend(one.expect("a client ends well"));
+    }
+    lateness
+}
+
+async fn take(mut stream: TcpStream, epoch: Instant, from: Instant) -> Vec<Duration> {
+    let mut frames = FrameDecoder::new(Accept::Only(Dialect::B), MAX_PAYLOAD);
+    let mut chunk = vec![0; 8192];
+    let mut scan = LmdScandata::default();
+    let mut lateness = Vec::new();
+    loop {
+        let read = stream.read(&mut chunk).await.expect("it goes on");
+        let now = Instant::now();
+        if read == 0 || now > from + MEASURED {
+            return lateness;
+        }
+        frames.push(&chunk[..read]);
+        while let Some(frame) = frames.next_frame() {
+            let telegram = Telegram::parse(frame.dialect, frame.payload).expect("a telegram");
+            if telegram.name == "LMDscandata" && telegram.args.decode_into(&mut scan).is_ok() {
+                let due = epoch + Duration::from_micros(scan.scan_time_us.into());
+                if due >= from {
+                    lateness.push(now.saturating_duration_since(due));
+                }
+            }
+        }
+    }
+}
+
+fn sleep_to_deadlines() -> Vec<Duration> {
+    let epoch = monotonic();
+    (1..=(WARM_UP + MEASURED).div_duration_f64(PERIOD) as u32)
+        .map(|turn| {
+            let due = epoch + PERIOD * turn;
+            let request = Timespec { tv_sec: due.as_secs() as i64, tv_nsec: due.subsec_nanos().into() };
+            clock_nanosleep_absolute(ClockId::Monotonic, &request).expect("an undisturbed sleep");
+            monotonic().saturating_sub(due)
+        })
+        .collect()
+}
+
+fn monotonic() -> Duration {
+    reading(clock_gettime(ClockId::Monotonic))
+}
+
+/// CPU time of this thread.
+fn thread_time() -> Duration {
+    reading(clock_gettime(ClockId::ThreadCPUTime))
+}
+
+fn reading(time: Timespec) -> Duration {
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+}
+
+fn quantile_ms(values: &[Duration], fraction: f64) -> f64 {
+    let mut values = values.to_vec();
+    values.sort_unstable();
+    let index = (values.len().saturating_sub(1) as f64 * fraction).round() as usize;
+    values.get(index).map_or(f64::NAN, |value| value.as_secs_f64() * 1e3)
+}
+
+fn runtime() -> Runtime {
+    Builder::new_current_thread().enable_all().build().expect("a runtime")
+}
+
+/// A thousand scanners hold some four thousand descriptors.
+fn raise_descriptor_limit() {
+    let mut limit = getrlimit(Resource::Nofile);
+    limit.current = limit.maximum;
+    if let Err(cause) = setrlimit(Resource::Nofile, limit) {
+        eprintln!("fleet: the limit of open files stays as it is: {cause}");
+    }
+}
