@@ -1,5 +1,6 @@
 //! The pseudo-terminal: clients come, go, are killed and come again, and the scanner's end does not notice.
 #![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};

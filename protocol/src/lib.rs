@@ -24,6 +24,8 @@ pub mod device;
 #[cfg(feature = "telegrams")]
 pub mod frame;
 #[cfg(feature = "telegrams")]
+pub mod lms2xx;
+#[cfg(feature = "telegrams")]
 pub mod model;
 #[cfg(feature = "telegrams")]
 pub mod telegram;

@@ -83,3 +83,9 @@ impl Recording {
         &frame[8..frame.len() - 1]
     }
 }
+
+/// The text of one file beside the recordings; `None`, with a notice, where it is absent.
+pub fn text(name: &str) -> Option<String> {
+    let path = folder().join(name);
+    std::fs::read_to_string(&path).inspect_err(|error| eprintln!("SKIPPED: {}: {error}", path.display())).ok()
+}

@@ -1,0 +1,83 @@
+//! When a scan was made: telegrams carry no time, so it is told from how they follow one another.
+
+use core::time::Duration;
+
+use crate::lms2xx::Rate;
+use crate::lms2xx::model::TURNS_PER_SECOND;
+
+/// Counts scan telegrams, those that were lost too.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ScanClock {
+    last: Option<Last>,
+    /// How far the device's index goes on from one telegram to the next: the least that was seen.
+    stride: Option<u8>,
+    telegrams: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    index: Option<u8>,
+    at: Option<Duration>,
+}
+
+/// The time from one scan telegram to the next: the first multiple of the scan's own time that is not shorter than the transmission.
+pub(super) fn period(rate: Rate, frame: usize, turns_a_scan: u32) -> Duration {
+    let scan = Duration::from_secs(1) * turns_a_scan / TURNS_PER_SECOND;
+    // Both are rounded to a nanosecond.
+    let sending = rate.transmission(frame).saturating_sub(Duration::from_nanos(100));
+    let scans = sending.as_nanos().div_ceil(scan.as_nanos().max(1)).max(1);
+    scan.saturating_mul(u32::try_from(scans).unwrap_or(u32::MAX))
+}
+
+impl ScanClock {
+    /// A telegram with this index came; gives its number, lost ones counted.
+    pub(super) fn count(&mut self, index: Option<u8>, at: Option<Duration>, period: Duration) -> u64 {
+        let steps = match self.last {
+            None => 0,
+            Some(last) => match (last.index, index, last.at, at) {
+                (Some(before), Some(index), ..) => self.steps_by_index(index.wrapping_sub(before)),
+                (.., Some(before), Some(at)) => {
+                    let elapsed = at.saturating_sub(before).as_secs_f64() / period.as_secs_f64().max(1e-9);
+                    ((elapsed + 0.5) as u64).max(1)
+                }
+                _ => 1,
+            },
+        };
+        self.last = Some(Last { index, at });
+        self.telegrams += steps;
+        self.telegrams
+    }
+
+    fn steps_by_index(&mut self, step: u8) -> u64 {
+        if step == 0 {
+            // A whole turn of the index, or a device that does not count.
+            return 1;
+        }
+        let stride = *self.stride.get_or_insert(step).min(&mut step.clone());
+        self.stride = Some(stride);
+        u64::from((step + stride / 2) / stride).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn periods_are_those_of_the_recorded_device() {
+        // 361 values at 38 400: 190.6 ms on the line, 213.3 ms from scan to scan.
+        assert_eq!(period(Rate::R38400, 732, 2).as_micros(), 213_333);
+        assert_eq!(period(Rate::R500000, 732, 2).as_micros(), 26_666);
+        assert_eq!(period(Rate::R9600, 372, 1).as_micros(), 399_999);
+    }
+
+    #[test]
+    fn a_gap_in_the_index_is_lost_telegrams() {
+        let mut clock = ScanClock::default();
+        let counted: std::vec::Vec<u64> = [250, 10, 26, 58, 74]
+            .into_iter()
+            .map(|index| clock.count(Some(index), None, Duration::from_millis(213)))
+            .collect();
+        assert_eq!(counted, [0, 1, 2, 4, 5]);
+    }
+}

@@ -1,0 +1,417 @@
+//! The client's state machine, one frame at a time.
+
+use alloc::collections::VecDeque;
+use alloc::string::String;
+use core::time::Duration;
+
+use super::clock::{ScanClock, period};
+use super::config::{ClientConfig, DeviceInfo, Event, Transmit};
+use super::step::Step;
+use crate::lms2xx::configuration::Configuration;
+use crate::lms2xx::device::place;
+use crate::lms2xx::frame::{Frame, Heard, MAX_BODY, OVERHEAD};
+use crate::lms2xx::model::{self, Model};
+use crate::lms2xx::telegram::{POWER_ON, REPLY, command};
+use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
+use crate::lms2xx::{Rate, Variant};
+use crate::scan::{Echo, Scan};
+
+#[derive(Clone, Debug)]
+pub(super) struct Machine {
+    config: ClientConfig,
+    step: Step,
+    /// What follows once the line has settled.
+    next: Step,
+    tries: u32,
+    rate: Rate,
+    /// Rates not yet tried.
+    untried: VecDeque<Rate>,
+    /// The wanted rate did not work out.
+    stays: bool,
+    now: Option<Duration>,
+    deadline: Option<Duration>,
+    transmits: VecDeque<Transmit>,
+    events: VecDeque<Event>,
+    has_scan: bool,
+    info: DeviceInfo,
+    known: Known,
+    values: Values,
+    clock: ScanClock,
+    scan: Scan,
+}
+
+/// What is known of the device's settings.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    variant: Option<Variant>,
+    mode: Option<MeasuringMode>,
+    configuration: Option<Configuration>,
+    model: Option<&'static Model>,
+}
+
+impl Machine {
+    pub(super) fn start(config: ClientConfig) -> Self {
+        let mut untried: VecDeque<Rate> = config.known.into_iter().collect();
+        untried.extend(Rate::ALL.into_iter().filter(|rate| config.known != Some(*rate)));
+        let mut machine = Self { untried, ..Self::idle(Step::Done, config) };
+        machine.try_next_rate();
+        machine
+    }
+
+    pub(super) fn listen() -> Self {
+        Self::idle(Step::Listening, ClientConfig::default())
+    }
+
+    fn idle(step: Step, config: ClientConfig) -> Self {
+        Self {
+            config,
+            step,
+            next: Step::Done,
+            tries: 0,
+            rate: Rate::default(),
+            untried: VecDeque::new(),
+            stays: false,
+            now: None,
+            deadline: None,
+            transmits: VecDeque::new(),
+            events: VecDeque::new(),
+            has_scan: false,
+            info: DeviceInfo::default(),
+            known: Known::default(),
+            values: Values::default(),
+            clock: ScanClock::default(),
+            scan: Scan::default(),
+        }
+    }
+
+    pub(super) fn set_time(&mut self, now: Duration) {
+        let first = self.now.replace(now).is_none();
+        if first && self.deadline.is_some() {
+            self.arm();
+        }
+    }
+
+    pub(super) fn deadline(&self) -> Option<Duration> {
+        self.deadline
+    }
+
+    pub(super) fn is_due(&self) -> bool {
+        self.deadline.zip(self.now).is_some_and(|(deadline, now)| now >= deadline)
+    }
+
+    pub(super) fn check_deadline(&mut self) {
+        if !self.is_due() {
+            return;
+        }
+        match self.step {
+            Step::Settle => {
+                let next = self.next;
+                self.begin(next);
+            }
+            step if self.tries < step.tries() => self.ask(),
+            Step::Quiet if !self.untried.is_empty() => self.try_next_rate(),
+            // The device has gone to a rate that does not come through: find it, and stay where it is found.
+            Step::Confirm if !self.stays => {
+                self.stays = true;
+                self.untried = Rate::ALL.into_iter().collect();
+                self.try_next_rate();
+            }
+            Step::Stop | Step::Lower => self.finish(Event::Stopped),
+            step => self.finish(Event::NoAnswer { what: step.what() }),
+        }
+    }
+
+    pub(super) fn transmit(&mut self) -> Option<Transmit> {
+        self.transmits.pop_front()
+    }
+
+    pub(super) fn has_event(&self) -> bool {
+        !self.events.is_empty()
+    }
+
+    pub(super) fn has_scan(&self) -> bool {
+        self.has_scan
+    }
+
+    pub(super) fn next_event(&mut self) -> Option<Event> {
+        let event = self.events.pop_front()?;
+        if event == Event::Scan {
+            self.has_scan = false;
+        }
+        Some(event)
+    }
+
+    pub(super) fn scan(&self) -> &Scan {
+        &self.scan
+    }
+
+    pub(super) fn rate(&self) -> Rate {
+        self.rate
+    }
+
+    pub(super) fn is_done(&self) -> bool {
+        self.step == Step::Done
+    }
+
+    pub(super) fn stop(&mut self) {
+        match self.step {
+            Step::Stop | Step::Lower | Step::Done => {}
+            Step::Listening => self.finish(Event::Stopped),
+            _ => self.begin(Step::Stop),
+        }
+    }
+
+    pub(super) fn handle(&mut self, heard: &Heard<'_>) {
+        match heard {
+            Heard::Frame(frame) => self.handle_frame(frame),
+            // It heard something broken: no need to wait for the time-out.
+            Heard::Nak if self.tries < self.step.tries() && self.step.request().is_some() => self.ask(),
+            Heard::Nak | Heard::Ack | Heard::Broken => {}
+        }
+    }
+
+    fn handle_frame(&mut self, frame: &Frame<'_>) {
+        if !frame.is_from_device() {
+            return;
+        }
+        let streams = matches!(self.step, Step::Streaming | Step::Listening);
+        match *frame.body {
+            [0xB0 | 0xB6 | 0xB7 | 0xBF | 0xC4, ..] => {
+                if streams {
+                    self.take_scan(frame);
+                }
+                return;
+            }
+            [POWER_ON, ..] if self.step == Step::Streaming => return self.finish(Event::Restarted),
+            _ => {}
+        }
+        self.learn(frame.body);
+        match self.step.verdict(frame.body) {
+            Some(true) => self.answered(),
+            Some(false) => self.refused(),
+            None => {}
+        }
+    }
+
+    /// Takes note of what any reply says of the device's settings.
+    fn learn(&mut self, body: &[u8]) {
+        let Some((&reply, data)) = body.split_first() else { return };
+        let word = |at: usize| body.get(at..at + 2).map(|word| u16::from_le_bytes([word[0], word[1]]));
+        match reply.wrapping_sub(REPLY) {
+            command::TYPE => {
+                let text: String =
+                    data.iter().take_while(|byte| byte.is_ascii_graphic()).copied().map(char::from).collect();
+                let (ident, software) = text.rsplit_once(';').unwrap_or((&text, ""));
+                self.info = DeviceInfo { ident: ident.into(), software: software.into(), rate: self.rate };
+                self.known.model =
+                    model::MODELS.iter().copied().find(|model| model.type_text.starts_with(ident));
+            }
+            command::STATUS => {
+                self.known.variant = word(place::ANGLE)
+                    .zip(word(place::STEP))
+                    .map(|(angle_deg, step_centideg)| Variant { angle_deg, step_centideg });
+            }
+            command::READ_CONFIGURATION => self.learn_configuration(data),
+            command::WRITE_CONFIGURATION => self.learn_configuration(data.get(1..).unwrap_or_default()),
+            command::VARIANT => {
+                if let Some([a, b, c, d]) = data.get(1..5) {
+                    self.known.variant = Some(Variant {
+                        angle_deg: u16::from_le_bytes([*a, *b]),
+                        step_centideg: u16::from_le_bytes([*c, *d]),
+                    });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn learn_configuration(&mut self, data: &[u8]) {
+        if let Some(Ok(block)) = data.split_last_chunk::<1>().map(|(block, _)| block.try_into()) {
+            let configuration = Configuration(block);
+            self.known.mode = Some(configuration.measuring_mode());
+            self.known.configuration = Some(configuration);
+        }
+    }
+
+    fn answered(&mut self) {
+        let next = match self.step {
+            Step::Quiet if self.rate != self.config.rate && !self.stays => Step::Raise(self.config.rate),
+            Step::Raise(rate) => return self.settle(rate, Step::Confirm),
+            Step::Quiet | Step::Confirm => Step::Type,
+            Step::Type => Step::Status,
+            Step::Status => Step::Installation,
+            Step::Installation => Step::Read,
+            Step::Read => match self.wanted_configuration() {
+                Some(configuration) => Step::Write(configuration),
+                None => Step::Monitor,
+            },
+            Step::Write(_) => Step::Monitor,
+            Step::Monitor => match self.config.variant.filter(|wanted| self.known.variant != Some(*wanted)) {
+                Some(variant) => Step::Variant(variant),
+                None => Step::Stream,
+            },
+            Step::Variant(_) => Step::Stream,
+            Step::Stream => {
+                self.events.push_back(Event::Ready(DeviceInfo { rate: self.rate, ..self.info.clone() }));
+                Step::Streaming
+            }
+            Step::Stop if self.rate != Rate::R9600 => Step::Lower,
+            Step::Stop | Step::Lower => return self.finish(Event::Stopped),
+            Step::Settle | Step::Streaming | Step::Listening | Step::Done => return,
+        };
+        self.begin(next);
+    }
+
+    /// The configuration to be written, if the device has another. Its EEPROM does not last for ever.
+    fn wanted_configuration(&self) -> Option<Configuration> {
+        let mut wanted = self.known.configuration?;
+        wanted.set_unit(self.config.unit);
+        wanted.set_measuring_mode(self.config.measuring_mode);
+        wanted.set_real_time_index(self.config.real_time_index);
+        (Some(wanted) != self.known.configuration).then_some(wanted)
+    }
+
+    fn refused(&mut self) {
+        let fatal = !self.step.is_optional();
+        let event = Event::Refused { what: self.step.what(), fatal };
+        match self.step {
+            Step::Stop | Step::Lower => self.finish(Event::Stopped),
+            _ if fatal => self.finish(event),
+            Step::Raise(_) => {
+                self.events.push_back(event);
+                self.begin(Step::Type);
+            }
+            Step::Installation | Step::Read => {
+                self.events.push_back(event);
+                self.begin(Step::Monitor);
+            }
+            _ => {
+                self.events.push_back(event);
+                self.answered();
+            }
+        }
+    }
+
+    fn take_scan(&mut self, frame: &Frame<'_>) {
+        let taken = self.values.decode_into(frame.body);
+        match taken {
+            Ok(()) => {
+                self.fill_scan(frame.len);
+                self.has_scan = true;
+                self.events.push_back(Event::Scan);
+            }
+            Err(reason) => self.events.push_back(Event::Malformed { reason }),
+        }
+    }
+
+    fn fill_scan(&mut self, frame: usize) {
+        let CountWord { count, partial, unit } = self.values.word;
+        let variant = self.known.variant.unwrap_or_else(|| self.guess(count));
+        let whole = variant.beams();
+        let mut beams = whole;
+        beams.count = count;
+        match self.values.output {
+            Output::Range(span) | Output::MeanRange { span, .. } => {
+                beams.start += i32::from(span.first.max(1) - 1) * i32::from(whole.step);
+            }
+            Output::Partial => {
+                beams.start += i32::from(partial.unwrap_or_default()) * 2_500;
+                beams.step = 10_000;
+            }
+            Output::All | Output::Mean { .. } | Output::Reflectivity(_) => {}
+        }
+        let turns = match (self.values.output, self.known.model) {
+            (Output::Partial, _) => 1,
+            (_, Some(model)) => model.turns(variant),
+            (_, None) => u32::from((100 / variant.step_centideg.max(1)).max(1)),
+        };
+        let scan_period = period(self.rate, frame, turns);
+        let number = self.clock.count(self.values.real_time_index, self.now, scan_period);
+        let unit = unit.unwrap_or(Unit::Mm);
+        let mode = self.known.mode.unwrap_or(match unit {
+            Unit::Mm => MeasuringMode::RANGE_32_M,
+            Unit::Cm => MeasuringMode(0),
+        });
+        let scan = &mut self.scan;
+        scan.telegram_counter = number as u16;
+        scan.scan_counter = number as u16;
+        // Mirror turns are the clock; it wraps as other scanners' clocks do.
+        scan.scan_time_us = (u128::from(number) * scan_period.as_nanos() / 1000) as u32;
+        scan.transmit_time_us = scan.scan_time_us;
+        scan.scan_frequency_hz = 1.0 / scan_period.as_secs_f64();
+        scan.beams = beams;
+        scan.echoes.resize_with(1, Echo::default);
+        for Echo { range_m, remission } in &mut scan.echoes {
+            range_m.clear();
+            range_m.extend(self.values.values.iter().map(|value| mode.decode_m(unit, *value)));
+            remission.clear();
+            // As long as the beams, or empty.
+            if self.values.reflectivity.len() == self.values.values.len() {
+                remission.extend(self.values.reflectivity.iter().map(|digit| u16::from(*digit)));
+            }
+        }
+    }
+
+    /// The variant of so many values, where nothing else is known.
+    fn guess(&self, count: u16) -> Variant {
+        let of =
+            |model: &&'static Model| model.variants.iter().copied().find(|variant| variant.count() == count);
+        let known = self.known.model.into_iter();
+        known
+            .chain(model::MODELS.iter().copied())
+            .find_map(|model| of(&model))
+            .unwrap_or(Variant { angle_deg: count.saturating_sub(1).min(180), step_centideg: 100 })
+    }
+
+    fn try_next_rate(&mut self) {
+        let Some(rate) = self.untried.pop_front() else {
+            return self.finish(Event::NoAnswer { what: Step::Quiet.what() });
+        };
+        self.rate = rate;
+        self.transmits.push_back(Transmit::Rate(rate));
+        self.begin(Step::Quiet);
+    }
+
+    fn settle(&mut self, rate: Rate, next: Step) {
+        self.rate = rate;
+        self.transmits.push_back(Transmit::Rate(rate));
+        self.next = next;
+        self.begin(Step::Settle);
+    }
+
+    fn begin(&mut self, step: Step) {
+        self.step = step;
+        self.tries = 0;
+        self.ask();
+    }
+
+    fn ask(&mut self) {
+        self.tries += 1;
+        if let Some(request) = self.step.request() {
+            self.transmits.push_back(Transmit::Frame(request.to_frame()));
+        }
+        self.arm();
+    }
+
+    /// Sets the time-out of what was asked last.
+    fn arm(&mut self) {
+        // The longest telegram may be on the line before the reply, and the request and the reply take their time too.
+        let line = self.rate.transmission(MAX_BODY + OVERHEAD + 200);
+        let patience = match self.step {
+            Step::Streaming | Step::Listening | Step::Done => {
+                self.deadline = None;
+                return;
+            }
+            Step::Settle => self.config.settle,
+            Step::Write(_) => self.config.save_timeout,
+            _ => self.config.reply_timeout + line,
+        };
+        self.deadline = Some(self.now.unwrap_or_default().saturating_add(patience));
+    }
+
+    fn finish(&mut self, event: Event) {
+        self.step = Step::Done;
+        self.deadline = None;
+        self.events.push_back(event);
+    }
+}

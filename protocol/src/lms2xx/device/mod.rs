@@ -1,0 +1,295 @@
+//! The LMS2xx scanner, without I/O: one device on one line.
+//!
+//! Calling order: hand in bytes with the time they arrived ([`Device::handle_bytes`]) or time ([`Device::handle_timeout`]); then send what
+//! [`Device::poll_transmit`] gives, at [`Device::rate`], and say so ([`Device::transmitted`]): a switch of the rate waits for that. When the line is
+//! free, [`Device::plan`] says which mirror turns the next scan telegram holds; once they are over, [`Device::measure`] takes them.
+
+mod answer;
+mod saved;
+mod status;
+mod sweep;
+
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+pub use saved::SavedError;
+pub(crate) use status::place;
+pub use sweep::{Beams, Sweep};
+
+use super::configuration::Configuration;
+use super::frame::{ACK, FROM_DEVICE, FrameCounts, FrameDecoder, Heard, Listener, NAK, encode};
+use super::model::{LEAST_SPACING, LONGEST_PAUSE, Model};
+use super::telegram::{POWER_ON, Request, STATUS_OK};
+use super::values::Output;
+use super::{Rate, Variant};
+use crate::device::Profile;
+use crate::time::SimTime;
+use sweep::Collected;
+
+/// Frames and bytes that wait for the line; what is asked beyond that goes unanswered.
+const MAX_WAITING: usize = 32;
+
+/// What can be chosen about a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Boot and EEPROM times, and the least spacing of bytes.
+    pub profile: Profile,
+    /// The state it is found in.
+    pub start: Start,
+    /// The rate it keeps over a restart.
+    pub stored_rate: Rate,
+    /// How much longer than the device's own limit a pause inside a telegram may seem: what the host's scheduling adds.
+    pub pause_slack: Duration,
+}
+
+/// The state a device is found in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Start {
+    /// Up, and silent until asked.
+    #[default]
+    Idle,
+    /// Just switched on.
+    PowerUp,
+    /// A client is gone that let it stream.
+    Streaming,
+    /// A client is gone that left it in installation mode.
+    Installation,
+}
+
+/// What it is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Condition {
+    /// Restarting; up at this instant.
+    Booting(SimTime),
+    Up,
+}
+
+/// Something to be sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Waiting {
+    bytes: Vec<u8>,
+    /// Not before.
+    due: SimTime,
+    after: Option<After>,
+}
+
+/// What happens once something was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum After {
+    Rate(Rate),
+    Restart,
+}
+
+/// One scanner on one line.
+#[derive(Clone, Debug)]
+pub struct Device {
+    model: &'static Model,
+    options: Options,
+    decoder: FrameDecoder,
+    condition: Condition,
+    rate: Rate,
+    variant: Variant,
+    configuration: Configuration,
+    installation: bool,
+    /// What it puts out by itself.
+    stream: Option<Output>,
+    /// One scan that was asked for.
+    asked: Option<Output>,
+    waiting: VecDeque<Waiting>,
+    /// What the transmission under way brings about.
+    after: Option<After>,
+    /// When the last byte was taken.
+    last_byte: Option<SimTime>,
+    /// The first mirror turn that no telegram has held yet.
+    next_turn: u64,
+    collected: Collected,
+    saves: u32,
+}
+
+impl Device {
+    /// A device as it leaves the works, in the state the options say, at time zero.
+    pub fn new(model: &'static Model, options: Options) -> Self {
+        let mut device = Self {
+            model,
+            options,
+            decoder: FrameDecoder::new(Listener::Device),
+            condition: Condition::Up,
+            rate: options.stored_rate,
+            variant: model.default_variant,
+            configuration: model.configuration,
+            installation: options.start == Start::Installation,
+            stream: (options.start == Start::Streaming).then_some(Output::All),
+            asked: None,
+            waiting: VecDeque::new(),
+            after: None,
+            last_byte: None,
+            next_turn: 0,
+            collected: Collected::default(),
+            saves: 0,
+        };
+        if options.start == Start::PowerUp {
+            device.restart(SimTime::ZERO);
+        }
+        device
+    }
+
+    /// What it is.
+    pub fn model(&self) -> &'static Model {
+        self.model
+    }
+
+    /// The rate it hears and sends at.
+    pub fn rate(&self) -> Rate {
+        self.rate
+    }
+
+    /// Its scan angle and resolution.
+    pub fn variant(&self) -> Variant {
+        self.variant
+    }
+
+    /// Chooses the variant, as `3B` does; false if the model does not have it.
+    pub fn set_variant(&mut self, variant: Variant) -> bool {
+        let known = self.model.variants.contains(&variant);
+        if known {
+            self.variant = variant;
+        }
+        known
+    }
+
+    /// How often the configuration block was saved.
+    pub fn saves(&self) -> u32 {
+        self.saves
+    }
+
+    /// What it has heard.
+    pub fn counts(&self) -> FrameCounts {
+        self.decoder.counts()
+    }
+
+    /// Takes bytes that arrived from `at` on, one every `spacing`.
+    pub fn handle_bytes(&mut self, at: SimTime, spacing: Duration, bytes: &[u8]) {
+        self.handle_timeout(at);
+        if self.condition != Condition::Up {
+            return;
+        }
+        let pause = LONGEST_PAUSE + self.options.pause_slack;
+        if self.last_byte.is_some_and(|last| at > last + pause) {
+            self.decoder.finish();
+            self.listen(at);
+        }
+        let too_fast =
+            self.options.profile == Profile::Field && self.rate == Rate::R500000 && spacing < LEAST_SPACING;
+        if too_fast {
+            // One byte is taken; the next ones come while it is still at work on it.
+            let every = LEAST_SPACING.as_nanos().div_ceil(spacing.as_nanos().max(1));
+            let every = usize::try_from(every).unwrap_or(usize::MAX);
+            let taken: Vec<u8> = bytes.iter().copied().step_by(every).collect();
+            self.decoder.push(&taken);
+        } else {
+            self.decoder.push(bytes);
+        }
+        let last = u32::try_from(bytes.len().saturating_sub(1)).unwrap_or(u32::MAX);
+        self.last_byte = Some(at + spacing.saturating_mul(last));
+        self.listen(at);
+    }
+
+    /// It is `now`.
+    pub fn handle_timeout(&mut self, now: SimTime) {
+        if let Condition::Booting(up) = self.condition
+            && now >= up
+        {
+            self.condition = Condition::Up;
+            let mut body = alloc::vec![POWER_ON];
+            body.extend_from_slice(self.model.type_text.as_bytes());
+            body.push(STATUS_OK);
+            self.send(now, &body, None);
+        }
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) or [`poll_transmit`](Self::poll_transmit) have something new by themselves.
+    pub fn poll_timeout(&self) -> Option<SimTime> {
+        match self.condition {
+            Condition::Booting(up) => Some(up),
+            Condition::Up => self.waiting.front().map(|waiting| waiting.due),
+        }
+    }
+
+    /// The next bytes to send, if they are due and nothing else is being sent.
+    pub fn poll_transmit(&mut self, now: SimTime) -> Option<Vec<u8>> {
+        if self.after.is_some() {
+            return None;
+        }
+        if self.waiting.front()?.due > now {
+            return None;
+        }
+        let Waiting { bytes, after, .. } = self.waiting.pop_front()?;
+        self.after = after;
+        Some(bytes)
+    }
+
+    /// What [`poll_transmit`](Self::poll_transmit) gave has left the line.
+    pub fn transmitted(&mut self, now: SimTime) {
+        match self.after.take() {
+            Some(After::Rate(rate)) => self.rate = rate,
+            Some(After::Restart) => self.restart(now),
+            None => {}
+        }
+    }
+
+    fn restart(&mut self, now: SimTime) {
+        let boot = match self.options.profile {
+            Profile::Bench => Duration::ZERO,
+            Profile::Field => self.model.times.boot,
+        };
+        self.condition = Condition::Booting(now + boot);
+        self.rate = self.options.stored_rate;
+        self.installation = false;
+        self.stream = None;
+        self.asked = None;
+        self.waiting.clear();
+        self.decoder = FrameDecoder::new(Listener::Device);
+        self.last_byte = None;
+    }
+
+    /// Answers what is in the decoder.
+    fn listen(&mut self, now: SimTime) {
+        // Taken out while its frames are answered.
+        let mut decoder = core::mem::replace(&mut self.decoder, FrameDecoder::new(Listener::Device));
+        while let Some(heard) = decoder.next_heard() {
+            match heard {
+                Heard::Frame(frame) => self.answer(now, Request::parse(frame.body)),
+                Heard::Broken => self.queue(now, alloc::vec![NAK], None),
+                Heard::Ack | Heard::Nak => {}
+            }
+        }
+        self.decoder = decoder;
+    }
+
+    fn answer(&mut self, now: SimTime, request: Request<'_>) {
+        // A restart that waits for its reply to leave ends the conversation.
+        if self.waiting.iter().any(|waiting| waiting.after == Some(After::Restart)) {
+            return;
+        }
+        self.queue(now, alloc::vec![ACK], None);
+        let answer = self.carry_out(request);
+        if let Some(body) = answer.body {
+            let due =
+                now + if self.options.profile == Profile::Field { answer.takes } else { Duration::ZERO };
+            self.send(due, &body, answer.after);
+        }
+    }
+
+    fn send(&mut self, due: SimTime, body: &[u8], after: Option<After>) {
+        let mut bytes = Vec::new();
+        encode(FROM_DEVICE, body, &mut bytes);
+        self.queue(due, bytes, after);
+    }
+
+    fn queue(&mut self, due: SimTime, bytes: Vec<u8>, after: Option<After>) {
+        if self.waiting.len() < MAX_WAITING {
+            self.waiting.push_back(Waiting { bytes, due, after });
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! The configuration block as text: what a device keeps over the program's end.
+
+use alloc::format;
+use alloc::string::String;
+
+use super::Device;
+use crate::lms2xx::configuration::{Configuration, LENGTH};
+
+/// First word of the text.
+const HEADING: &str = "LMS2xx configuration";
+
+/// Why a text holds no configuration block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SavedError {
+    /// Another text.
+    #[error("it holds no configuration of an LMS2xx; expected `{HEADING} …`")]
+    Foreign,
+    /// Not 34 bytes in hex.
+    #[error("its configuration is not {LENGTH} bytes in hex")]
+    Block,
+    /// No device takes these values.
+    #[error("its unit or measuring mode is none that a device has")]
+    Values,
+}
+
+impl Device {
+    /// What it would keep, to be handed to [`Device::restore`].
+    pub fn saved_settings(&self) -> String {
+        let mut text = String::from(HEADING);
+        self.configuration.0.iter().for_each(|byte| text += &format!(" {byte:02X}"));
+        text.push('\n');
+        text
+    }
+
+    /// Takes over what another run has kept.
+    pub fn restore(&mut self, text: &str) -> Result<(), SavedError> {
+        let hex = text.strip_prefix(HEADING).ok_or(SavedError::Foreign)?;
+        let mut bytes = hex.split_ascii_whitespace().map(|byte| match byte.len() {
+            2 => u8::from_str_radix(byte, 16).map_err(|_| SavedError::Block),
+            _ => Err(SavedError::Block),
+        });
+        let mut block = [0; LENGTH];
+        for byte in &mut block {
+            *byte = bytes.next().ok_or(SavedError::Block)??;
+        }
+        if bytes.next().is_some() {
+            return Err(SavedError::Block);
+        }
+        let configuration = Configuration(block);
+        if configuration.unit().is_none() || !configuration.measuring_mode().is_known() {
+            return Err(SavedError::Values);
+        }
+        self.configuration = configuration;
+        Ok(())
+    }
+}

@@ -1,0 +1,178 @@
+//! Which mirror turns make the next scan telegram, and making it.
+
+use alloc::vec::Vec;
+use core::time::Duration;
+
+use super::Device;
+use crate::angle::BeamGrid;
+use crate::lms2xx::frame::FROM_DEVICE;
+use crate::lms2xx::frame::encode_with;
+use crate::lms2xx::model::TURNS_PER_SECOND;
+use crate::lms2xx::telegram::STATUS_OK;
+use crate::lms2xx::values::{CountWord, Output, Values};
+use crate::time::SimTime;
+
+/// Mirror turns that a telegram will hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sweep {
+    /// The first turn, counted from simulated time zero.
+    pub first: u64,
+    /// How many.
+    pub turns: u32,
+}
+
+/// One turn's beams with what they met.
+#[derive(Clone, Copy, Debug)]
+pub struct Beams<'a> {
+    /// Millimetres, 0 for no echo.
+    pub range_mm: &'a [u16],
+    /// Remission, 16-bit scale.
+    pub remission: &'a [u16],
+}
+
+impl Sweep {
+    /// When turn `turn` begins.
+    pub fn turn_at(turn: u64) -> SimTime {
+        SimTime((u128::from(turn) * 1_000_000_000 / u128::from(TURNS_PER_SECOND)) as u64)
+    }
+
+    /// When its last turn is over.
+    pub fn done(&self) -> SimTime {
+        Self::turn_at(self.first + u64::from(self.turns))
+    }
+
+    /// Its turns.
+    pub fn turns(&self) -> impl Iterator<Item = u64> + use<> {
+        self.first..self.first + u64::from(self.turns)
+    }
+}
+
+/// Sums of what was measured, beam by beam; used again from telegram to telegram.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Collected {
+    range_mm: Vec<u64>,
+    hits: Vec<u32>,
+    remission: Vec<u16>,
+    values: Values,
+}
+
+impl Device {
+    /// The turns of the next scan telegram, where one is wanted; the line is free from `free` on. The device measures always and
+    /// sends the first scan that is complete by then, so that scans come at whole multiples of the scan's own time.
+    pub fn plan(&self, free: SimTime) -> Option<Sweep> {
+        if self.condition != super::Condition::Up || self.installation || !self.waiting.is_empty() {
+            return None;
+        }
+        let output = self.asked.or(self.stream)?;
+        let turns_a_scan = u64::from(self.model.turns(self.variant));
+        let unit = if output == Output::Partial { 1 } else { turns_a_scan };
+        let turns = unit * u64::from(output.scans());
+        // The first unit that ends at `free` or later, and holds nothing that was sent before.
+        let ends = first_turn_from(free).max(turns);
+        let mut first = (ends - turns).max(self.next_turn).div_ceil(unit) * unit;
+        if output == Output::Partial {
+            // The parts follow one another, so that a host can put them together.
+            while first % turns_a_scan != self.next_turn % turns_a_scan {
+                first += 1;
+            }
+        }
+        Some(Sweep { first, turns: u32::try_from(turns).ok()? })
+    }
+
+    /// The beams of one turn: an interlaced scan's turns lie between one another.
+    pub fn turn_beams(&self, turn: u64) -> BeamGrid {
+        let whole = self.variant.beams();
+        let turns = self.model.turns(self.variant).max(1) as u16;
+        let part = (turn % u64::from(turns)) as u16;
+        BeamGrid {
+            start: whole.start + i32::from(part) * i32::from(whole.step),
+            step: whole.step.saturating_mul(turns),
+            count: (whole.count - part).div_ceil(turns),
+        }
+    }
+
+    /// Takes one turn of a sweep that is over. Every turn of it in order, then [`Device::finish`].
+    pub fn measure(&mut self, sweep: Sweep, turn: u64, beams: Beams<'_>) {
+        let count = usize::from(self.variant.count());
+        let turns = u64::from(self.model.turns(self.variant));
+        if turn == sweep.first {
+            self.collected.range_mm.clear();
+            self.collected.range_mm.resize(count, 0);
+            self.collected.hits.clear();
+            self.collected.hits.resize(count, 0);
+            self.collected.remission.clear();
+            self.collected.remission.resize(count, 0);
+        }
+        let Collected { range_mm, hits, remission, .. } = &mut self.collected;
+        let places = (usize::try_from(turn % turns).unwrap_or_default()..count).step_by(turns as usize);
+        for ((place, range), digits) in places.zip(beams.range_mm).zip(beams.remission) {
+            let (Some(sum), Some(hits), Some(kept)) =
+                (range_mm.get_mut(place), hits.get_mut(place), remission.get_mut(place))
+            else {
+                continue;
+            };
+            *sum += u64::from(*range);
+            *hits += u32::from(*range > 0);
+            *kept = *digits;
+        }
+    }
+
+    /// Puts the telegram of a sweep on the line.
+    pub fn finish(&mut self, now: SimTime, sweep: Sweep) {
+        let Some(output) = self.asked.take().or(self.stream) else { return };
+        self.next_turn = sweep.first + u64::from(sweep.turns);
+        let mut collected = core::mem::take(&mut self.collected);
+        self.fill(&mut collected, output, sweep);
+        let mut frame = Vec::new();
+        encode_with(FROM_DEVICE, &mut frame, |out| collected.values.encode(out));
+        self.collected = collected;
+        self.queue(now, frame, None);
+    }
+
+    fn fill(&self, collected: &mut Collected, output: Output, sweep: Sweep) {
+        let (mode, unit) = (self.configuration.measuring_mode(), self.configuration.unit());
+        let Collected { range_mm, hits, remission, values } = collected;
+        let turns = self.model.turns(self.variant).max(1) as usize;
+        let part = usize::try_from(sweep.first).unwrap_or_default() % turns;
+        let value = |place: usize| {
+            let (sum, hits) = (range_mm.get(place).copied(), hits.get(place).copied());
+            // A mean over the turns that saw something.
+            let mean = sum.unwrap_or_default() / u64::from(hits.unwrap_or_default().max(1));
+            let digits = remission.get(place).copied().unwrap_or_default();
+            mode.encode(unit.unwrap_or_default(), mean as u16, digits)
+        };
+        let count = usize::from(self.variant.count());
+        values.values.clear();
+        values.reflectivity.clear();
+        match output {
+            Output::Partial => values.values.extend((part..count).step_by(turns).map(value)),
+            Output::Range(span) | Output::MeanRange { span, .. } => {
+                values.values.extend((usize::from(span.first.max(1)) - 1..usize::from(span.last)).map(value));
+            }
+            Output::All | Output::Mean { .. } | Output::Reflectivity(_) => {
+                values.values.extend((0..count).map(value));
+            }
+        }
+        if let Output::Reflectivity(span) = output {
+            values.reflectivity.extend(span.of(remission).iter().map(|digits| (digits >> 8) as u8));
+        }
+        // In quarter degrees, whatever the resolution.
+        let quarter = part * usize::from(self.variant.step_centideg) / 25;
+        values.output = output;
+        values.word = CountWord {
+            count: values.values.len() as u16,
+            partial: (output == Output::Partial).then_some(quarter as u8),
+            unit,
+        };
+        values.real_time_index = self.configuration.real_time_index().then_some((self.next_turn % 256) as u8);
+        values.status = STATUS_OK;
+    }
+}
+
+/// The first turn that begins at `at` or later.
+fn first_turn_from(at: SimTime) -> u64 {
+    let turns = u128::from(at.0) * u128::from(TURNS_PER_SECOND);
+    // Turn begins are rounded down to a nanosecond, so look one back.
+    let near = turns.div_ceil(Duration::from_secs(1).as_nanos()) as u64;
+    if near > 0 && Sweep::turn_at(near - 1) >= at { near - 1 } else { near }
+}

@@ -1,0 +1,262 @@
+//! Frames of the LMS2xx: `02`, address, length, body, CRC; and two bytes that stand alone.
+//!
+//! | bytes | are |
+//! |---|---|
+//! | `02` | start |
+//! | 1 | address: of the device, 0; with 80 added from the device |
+//! | 2 | length of the body, low byte first |
+//! | 1… | body: command, data, and from the device a status byte |
+//! | 2 | [`checksum`] of all before it, low byte first |
+//!
+//! `06` alone acknowledges a command, `15` alone says that a frame was broken.
+
+use alloc::vec::Vec;
+
+pub use crate::frame::FrameCounts;
+use crate::frame::STX;
+
+/// A command was received.
+pub const ACK: u8 = 0x06;
+/// A broken frame was received.
+pub const NAK: u8 = 0x15;
+/// Added to the address in what a device sends.
+pub const FROM_DEVICE: u8 = 0x80;
+/// Largest body, bytes.
+pub const MAX_BODY: usize = 812;
+/// Start, address and length.
+const HEADER: usize = 4;
+/// Header and CRC.
+pub const OVERHEAD: usize = HEADER + 2;
+
+/// SICK's CRC: polynomial 8005, and two data bytes go into every step.
+///
+/// ```
+/// use rowscan_protocol::lms2xx::frame::checksum;
+/// assert_eq!(checksum(&[0x02, 0x00, 0x01, 0x00, 0x31]).to_le_bytes(), [0x15, 0x12]);
+/// ```
+pub fn checksum(bytes: &[u8]) -> u16 {
+    let mut previous = 0;
+    bytes.iter().fold(0, |crc: u16, &byte| {
+        let shifted = crc << 1;
+        let reduced = if crc & 0x8000 == 0 { shifted } else { shifted ^ 0x8005 };
+        reduced ^ u16::from_be_bytes([core::mem::replace(&mut previous, byte), byte])
+    })
+}
+
+/// Appends one frame around the body that `write` appends.
+pub fn encode_with(address: u8, out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+    let start = out.len();
+    out.extend_from_slice(&[STX, address, 0, 0]);
+    write(out);
+    let body = out.len() - start - HEADER;
+    // A body that does not fit the length field would be refused with the checksum; telegrams never are that long.
+    let length = u16::try_from(body).unwrap_or(u16::MAX).to_le_bytes();
+    out.iter_mut().skip(start + 2).zip(length).for_each(|(to, from)| *to = from);
+    let crc = checksum(out.get(start..).unwrap_or_default());
+    out.extend_from_slice(&crc.to_le_bytes());
+}
+
+/// Appends `body` as one frame.
+pub fn encode(address: u8, body: &[u8], out: &mut Vec<u8>) {
+    encode_with(address, out, |out| out.extend_from_slice(body));
+}
+
+/// Who listens: the two sides' frames differ in their address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Listener {
+    /// The device hears frames to its address.
+    Device,
+    /// The host hears frames from any device.
+    Host,
+    /// A tapped line, or a recording of one: both sides' frames.
+    Either,
+}
+
+/// What the decoder finds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard<'a> {
+    /// A good frame.
+    Frame(Frame<'a>),
+    /// A whole frame with a wrong checksum.
+    Broken,
+    /// `06` between frames.
+    Ack,
+    /// `15` between frames.
+    Nak,
+}
+
+/// One good frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// Address, as sent.
+    pub address: u8,
+    /// Command, data and status byte; never empty.
+    pub body: &'a [u8],
+    /// Place of its first byte in the stream.
+    pub offset: u64,
+    /// Bytes it takes in the stream.
+    pub len: usize,
+}
+
+impl Frame<'_> {
+    /// True if a device sent it.
+    pub fn is_from_device(&self) -> bool {
+        self.address & FROM_DEVICE != 0
+    }
+}
+
+/// Finds frames in a byte stream that comes in pieces.
+///
+/// After a rejected start the search goes on one byte further, so that a good frame inside the bytes a broken one claimed is found. A
+/// start claims at most 818 bytes, which bounds what hostile input costs, and what is kept of it.
+#[derive(Clone, Debug)]
+pub struct FrameDecoder {
+    listener: Listener,
+    buffer: Vec<u8>,
+    /// Everything before this index of `buffer` is done with.
+    start: usize,
+    /// Place in the stream of `buffer[0]`.
+    base: u64,
+    /// Bytes below this index were claimed by a frame that turned out broken; false starts among them do not count again.
+    suspect_until: usize,
+    ended: bool,
+    counts: FrameCounts,
+}
+
+/// What the bytes from an STX on are.
+enum Probe {
+    Frame(usize),
+    Broken(usize),
+    NotAFrame,
+    Incomplete,
+}
+
+impl FrameDecoder {
+    /// A decoder of what `listener` hears.
+    pub fn new(listener: Listener) -> Self {
+        Self {
+            listener,
+            buffer: Vec::new(),
+            start: 0,
+            base: 0,
+            suspect_until: 0,
+            ended: false,
+            counts: FrameCounts::default(),
+        }
+    }
+
+    /// Takes the next bytes of the stream. Call [`next_heard`](Self::next_heard) until it gives `None` before the next push.
+    pub fn push(&mut self, bytes: &[u8]) {
+        if self.start * 2 >= self.buffer.len() {
+            self.buffer.drain(..self.start);
+            self.base += self.start as u64;
+            self.suspect_until = self.suspect_until.saturating_sub(self.start);
+            self.start = 0;
+        }
+        self.buffer.extend_from_slice(bytes);
+        self.ended = false;
+    }
+
+    /// An unfinished frame will not be finished: the line was silent for too long, or the stream has ended. Good frames inside it come
+    /// out.
+    pub fn finish(&mut self) {
+        self.ended = true;
+    }
+
+    /// What was seen so far.
+    pub fn counts(&self) -> FrameCounts {
+        self.counts
+    }
+
+    /// Bytes kept while waiting for the rest of a frame.
+    pub fn pending(&self) -> usize {
+        self.buffer.len() - self.start
+    }
+
+    /// The next thing heard. Junk before it is counted and skipped.
+    pub fn next_heard(&mut self) -> Option<Heard<'_>> {
+        loop {
+            let from = self.start;
+            match *self.buffer.get(from)? {
+                STX => {}
+                byte @ (ACK | NAK) if self.listener != Listener::Device => {
+                    self.start += 1;
+                    // Inside a broken frame it is just a byte.
+                    if from < self.suspect_until {
+                        self.counts.skipped_bytes += 1;
+                        continue;
+                    }
+                    return Some(if byte == ACK { Heard::Ack } else { Heard::Nak });
+                }
+                _ => {
+                    self.skip();
+                    continue;
+                }
+            }
+            match self.probe() {
+                Probe::Frame(len) => {
+                    self.start += len;
+                    self.suspect_until = 0;
+                    self.counts.frames += 1;
+                    let frame = self.buffer.get(from..from + len)?;
+                    return Some(Heard::Frame(Frame {
+                        address: *frame.get(1)?,
+                        body: frame.get(HEADER..len - 2)?,
+                        offset: self.base + from as u64,
+                        len,
+                    }));
+                }
+                Probe::Broken(extent) => {
+                    if self.reject(extent) {
+                        return Some(Heard::Broken);
+                    }
+                }
+                Probe::NotAFrame => self.skip(),
+                Probe::Incomplete if self.ended => {
+                    self.reject(self.buffer.len() - from);
+                }
+                Probe::Incomplete => return None,
+            }
+        }
+    }
+
+    fn probe(&self) -> Probe {
+        let bytes = self.buffer.get(self.start..).unwrap_or_default();
+        let Some(&address) = bytes.get(1) else { return Probe::Incomplete };
+        let heard = match self.listener {
+            Listener::Device => address == 0,
+            Listener::Host => address & FROM_DEVICE != 0,
+            Listener::Either => true,
+        };
+        if !heard {
+            return Probe::NotAFrame;
+        }
+        let Some(&[low, high]) = bytes.get(2..HEADER) else { return Probe::Incomplete };
+        let body = usize::from(u16::from_le_bytes([low, high]));
+        if !(1..=MAX_BODY).contains(&body) {
+            return Probe::NotAFrame;
+        }
+        let Some((summed, crc)) = bytes.get(..body + OVERHEAD).and_then(<[u8]>::split_last_chunk::<2>) else {
+            return Probe::Incomplete;
+        };
+        if u16::from_le_bytes(*crc) == checksum(summed) {
+            Probe::Frame(body + OVERHEAD)
+        } else {
+            Probe::Broken(body + OVERHEAD)
+        }
+    }
+
+    fn skip(&mut self) {
+        self.start += 1;
+        self.counts.skipped_bytes += 1;
+    }
+
+    /// True if these bytes were not part of a broken frame already.
+    fn reject(&mut self, extent: usize) -> bool {
+        let new = self.start >= self.suspect_until;
+        self.counts.bad += u64::from(new);
+        self.suspect_until = self.suspect_until.max(self.start + extent);
+        self.skip();
+        new
+    }
+}

@@ -1,0 +1,14 @@
+//! SICK LMS200: indoor, 180°, millimetres out of the box.
+
+use super::Model;
+use super::family::OUTDOOR;
+use crate::lms2xx::configuration::Configuration;
+use crate::lms2xx::values::{MeasuringMode, Unit};
+
+pub(super) static LMS200: Model = Model {
+    name: "lms200",
+    title: "LMS200",
+    type_text: "LMS200;30106;V02.30 ",
+    configuration: Configuration::new(MeasuringMode(0), Unit::Mm),
+    ..OUTDOOR
+};

@@ -1,0 +1,77 @@
+//! LMS2xx models as data: one file a model, one line in [`MODELS`].
+
+mod family;
+mod lms200;
+mod lms211;
+mod lms221;
+mod lms291;
+mod lms291_s14;
+
+use core::time::Duration;
+
+use super::Variant;
+use super::configuration::Configuration;
+
+/// All models of the family.
+pub static MODELS: &[&Model] =
+    &[&lms200::LMS200, &lms211::LMS211, &lms221::LMS221, &lms291::LMS291, &lms291_s14::LMS291_S14];
+
+/// Everything that makes one LMS2xx differ from another. Data only; the device reads it.
+#[derive(Debug)]
+pub struct Model {
+    /// Name on the command line and in rig files.
+    pub name: &'static str,
+    /// Name in print.
+    pub title: &'static str,
+    /// What it says of itself at power-up and when asked for its type: name, variant, software.
+    pub type_text: &'static str,
+    /// Software version in the status, 7 characters.
+    pub software: &'static [u8; 7],
+    /// Legal variants.
+    pub variants: &'static [Variant],
+    /// Variant out of the box.
+    pub default_variant: Variant,
+    /// Angle between the beams of one mirror turn, 1/100°: finer scans take several turns.
+    pub turn_step_centideg: u16,
+    /// Whether `3B` can choose the variant; a Fast device has its own.
+    pub takes_variants: bool,
+    /// Whether it has range with reflectivity, mode 50.
+    pub reflectivity: bool,
+    /// Configuration block out of the box.
+    pub configuration: Configuration,
+    /// Nearest range, metres.
+    pub min_range_m: f64,
+    /// Farthest range, metres.
+    pub max_range_m: f64,
+    /// How long things take (`field` profile).
+    pub times: Times,
+    /// What the emulation does as the device does.
+    pub emulates: &'static [&'static str],
+    /// What it does not, and what it answers then.
+    pub not_emulated: &'static [&'static str],
+    /// Where the numbers come from, and which are not verified.
+    pub evidence: &'static [&'static str],
+}
+
+/// How long things take on a real device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Times {
+    /// From power-up until the power-on text.
+    pub boot: Duration,
+    /// From a write of the configuration block to its reply: the EEPROM.
+    pub save: Duration,
+}
+
+/// The mirror turns 75 times a second in every model.
+pub const TURNS_PER_SECOND: u32 = 75;
+/// The longest silence inside a telegram.
+pub const LONGEST_PAUSE: Duration = Duration::from_millis(6);
+/// The least time from one byte of a host to the next at 500 000 bits a second.
+pub const LEAST_SPACING: Duration = Duration::from_micros(55);
+
+impl Model {
+    /// Mirror turns that make one scan of this variant.
+    pub fn turns(&self, variant: Variant) -> u32 {
+        u32::from((self.turn_step_centideg / variant.step_centideg.max(1)).max(1))
+    }
+}

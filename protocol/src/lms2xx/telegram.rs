@@ -1,0 +1,214 @@
+//! What a host asks, and what a device answers, beside [values](super::values).
+
+use alloc::vec::Vec;
+
+use super::values::{Output, Span};
+use super::{Rate, Variant, frame};
+
+/// The password of the installation mode.
+pub const PASSWORD: [u8; 8] = *b"SICK_LMS";
+/// Added to a request's command in its reply.
+pub const REPLY: u8 = 0x80;
+/// The reply to a reset, which is none of the rule's.
+pub const RESET_REPLY: u8 = 0x91;
+/// Sent unasked at power-up.
+pub const POWER_ON: u8 = 0x90;
+/// Not acknowledged, or an unknown command.
+pub const REFUSED: u8 = 0x92;
+/// Status byte: an LMS, all well.
+pub const STATUS_OK: u8 = 0x10;
+
+/// Commands of a host.
+pub mod command {
+    #![allow(missing_docs, reason = "each is named as `Request` names it")]
+    pub const RESET: u8 = 0x10;
+    pub const MODE: u8 = 0x20;
+    pub const VALUES: u8 = 0x30;
+    pub const STATUS: u8 = 0x31;
+    pub const ERRORS: u8 = 0x32;
+    pub const MEAN: u8 = 0x36;
+    pub const RANGE: u8 = 0x37;
+    pub const TYPE: u8 = 0x3A;
+    pub const VARIANT: u8 = 0x3B;
+    pub const MEAN_RANGE: u8 = 0x3F;
+    pub const READ_CONFIGURATION: u8 = 0x74;
+    pub const WRITE_CONFIGURATION: u8 = 0x77;
+}
+
+/// An operating mode: what follows `20`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// `00`: installation, with this password.
+    Installation([u8; 8]),
+    /// `10`: diagnostic.
+    Diagnostic,
+    /// `24` and its sisters: values come by themselves.
+    Stream(Output),
+    /// `25`: values on request; ends a stream, and the installation mode.
+    OnRequest,
+    /// `40`, `41`, `42`, `48`: another rate.
+    Rate(Rate),
+    /// One that is not emulated, or none.
+    Other(u8),
+}
+
+/// What a host asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request<'a> {
+    /// `10`: restart.
+    Reset,
+    /// `20`: change the operating mode.
+    Mode(Mode),
+    /// `30`, `36`, `37`, `3F`: one scan, put out so.
+    Values(Output),
+    /// `31`: status.
+    Status,
+    /// `32`: errors and their numbers.
+    Errors,
+    /// `3A`: type.
+    Type,
+    /// `3B`: angle and resolution.
+    Variant(Variant),
+    /// `74`: read the configuration block.
+    ReadConfiguration,
+    /// `77`: write it, or its first bytes.
+    WriteConfiguration(&'a [u8]),
+    /// Unknown, or known with data that it does not take.
+    Unknown(u8),
+}
+
+fn word(bytes: [u8; 2]) -> u16 {
+    u16::from_le_bytes(bytes)
+}
+
+fn span(bytes: [u8; 4]) -> Span {
+    let [a, b, c, d] = bytes;
+    Span { first: word([a, b]), last: word([c, d]) }
+}
+
+impl Mode {
+    fn parse(data: &[u8]) -> Option<Self> {
+        Some(match *data {
+            [0x00, ref password @ ..] => Self::Installation(password.try_into().ok()?),
+            [0x10] => Self::Diagnostic,
+            [0x24] => Self::Stream(Output::All),
+            [0x25] => Self::OnRequest,
+            [0x26, scans] => Self::Stream(Output::Mean { scans }),
+            [0x27, a, b, c, d] => Self::Stream(Output::Range(span([a, b, c, d]))),
+            [0x28, scans, a, b, c, d] => Self::Stream(Output::MeanRange { scans, span: span([a, b, c, d]) }),
+            [0x2A] => Self::Stream(Output::Partial),
+            [0x50, a, b, c, d] => Self::Stream(Output::Reflectivity(span([a, b, c, d]))),
+            [mode, ..] => Rate::of_mode(mode).map_or(Self::Other(mode), Self::Rate),
+            [] => return None,
+        })
+    }
+
+    /// Its number, as the status has it.
+    pub fn number(self) -> u8 {
+        match self {
+            Self::Installation(_) => 0x00,
+            Self::Diagnostic => 0x10,
+            Self::OnRequest => 0x25,
+            Self::Stream(Output::All) => 0x24,
+            Self::Stream(Output::Mean { .. }) => 0x26,
+            Self::Stream(Output::Range(_)) => 0x27,
+            Self::Stream(Output::MeanRange { .. }) => 0x28,
+            Self::Stream(Output::Partial) => 0x2A,
+            Self::Stream(Output::Reflectivity(_)) => 0x50,
+            Self::Rate(rate) => rate.mode(),
+            Self::Other(number) => number,
+        }
+    }
+
+    fn encode(self, out: &mut Vec<u8>) {
+        out.push(self.number());
+        match self {
+            Self::Installation(password) => out.extend_from_slice(&password),
+            Self::Stream(output) => encode_output(output, out),
+            Self::Diagnostic | Self::OnRequest | Self::Rate(_) | Self::Other(_) => {}
+        }
+    }
+}
+
+fn encode_output(output: Output, out: &mut Vec<u8>) {
+    if let Output::Mean { scans } | Output::MeanRange { scans, .. } = output {
+        out.push(scans);
+    }
+    if let Output::Range(span) | Output::MeanRange { span, .. } | Output::Reflectivity(span) = output {
+        out.extend_from_slice(&span.first.to_le_bytes());
+        out.extend_from_slice(&span.last.to_le_bytes());
+    }
+}
+
+impl<'a> Request<'a> {
+    /// Reads a frame's body.
+    pub fn parse(body: &'a [u8]) -> Self {
+        let (command, data) = match body.split_first() {
+            Some((command, data)) => (*command, data),
+            None => return Self::Unknown(0),
+        };
+        match (command, data) {
+            (command::RESET, []) => Self::Reset,
+            (command::MODE, data) => Mode::parse(data).map_or(Self::Unknown(command), Self::Mode),
+            (command::VALUES, [0x01]) => Self::Values(Output::All),
+            (command::MEAN, &[scans]) => Self::Values(Output::Mean { scans }),
+            (command::RANGE, &[a, b, c, d]) => Self::Values(Output::Range(span([a, b, c, d]))),
+            (command::MEAN_RANGE, &[scans, a, b, c, d]) => {
+                Self::Values(Output::MeanRange { scans, span: span([a, b, c, d]) })
+            }
+            (command::STATUS, []) => Self::Status,
+            (command::ERRORS, []) => Self::Errors,
+            (command::TYPE, []) => Self::Type,
+            (command::VARIANT, &[a, b, c, d]) => {
+                Self::Variant(Variant { angle_deg: word([a, b]), step_centideg: word([c, d]) })
+            }
+            (command::READ_CONFIGURATION, []) => Self::ReadConfiguration,
+            (command::WRITE_CONFIGURATION, data) => Self::WriteConfiguration(data),
+            (command, _) => Self::Unknown(command),
+        }
+    }
+
+    /// Its command.
+    pub fn command(&self) -> u8 {
+        match self {
+            Self::Reset => command::RESET,
+            Self::Mode(_) => command::MODE,
+            Self::Values(output) => output.command() - REPLY,
+            Self::Status => command::STATUS,
+            Self::Errors => command::ERRORS,
+            Self::Type => command::TYPE,
+            Self::Variant(_) => command::VARIANT,
+            Self::ReadConfiguration => command::READ_CONFIGURATION,
+            Self::WriteConfiguration(_) => command::WRITE_CONFIGURATION,
+            Self::Unknown(command) => *command,
+        }
+    }
+
+    /// The command of its reply.
+    pub fn reply(&self) -> u8 {
+        match self {
+            Self::Reset => RESET_REPLY,
+            other => other.command() | REPLY,
+        }
+    }
+
+    /// As one frame to device 0.
+    pub fn to_frame(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        frame::encode_with(0, &mut out, |out| {
+            out.push(self.command());
+            match self {
+                Self::Mode(mode) => mode.encode(out),
+                Self::Values(Output::All) => out.push(0x01),
+                Self::Values(output) => encode_output(*output, out),
+                Self::Variant(variant) => {
+                    out.extend_from_slice(&variant.angle_deg.to_le_bytes());
+                    out.extend_from_slice(&variant.step_centideg.to_le_bytes());
+                }
+                Self::WriteConfiguration(bytes) => out.extend_from_slice(bytes),
+                _ => {}
+            }
+        });
+        out
+    }
+}

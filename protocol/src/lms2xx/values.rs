@@ -1,0 +1,386 @@
+//! Measured values: units, measuring modes with their flag bits, codes at the top of the range, and the telegrams that carry them.
+
+use alloc::vec::Vec;
+
+use crate::scan::NO_ECHO;
+
+/// Unit of the values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Unit {
+    /// Centimetres.
+    Cm = 0,
+    /// Millimetres.
+    #[default]
+    Mm = 1,
+}
+
+impl Unit {
+    /// The unit of this code, in the configuration block, the status and the count word.
+    pub fn of(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(Self::Cm),
+            1 => Some(Self::Mm),
+            _ => None,
+        }
+    }
+
+    /// Digits a metre.
+    pub fn per_metre(self) -> f64 {
+        match self {
+            Self::Cm => 100.0,
+            Self::Mm => 1000.0,
+        }
+    }
+
+    fn digits(self, range_mm: u16) -> u16 {
+        match self {
+            Self::Cm => (range_mm + 5 * u16::from(range_mm < u16::MAX - 5)) / 10,
+            Self::Mm => range_mm,
+        }
+    }
+}
+
+/// What the bits of a value mean: byte D of the configuration block.
+///
+/// | mode | range | upper bits |
+/// |---|---|---|
+/// | 0 | 13 bits | fields A, B, dazzle |
+/// | 1 | 13 bits | reflectivity 0..7 |
+/// | 2 | 13 bits | fields A, B, C |
+/// | 3 | 14 bits | reflectivity 0..3 |
+/// | 4 | 14 bits | fields A, B |
+/// | 5 | 15 bits | reflector |
+/// | 6 | 15 bits | field A |
+/// | 0F | 15 bits | none |
+/// | 3F | – | the value is a reflectivity |
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeasuringMode(pub u8);
+
+/// Reasons to have no range: how far below the top of the field their code lies. The same in every width, as recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
+pub enum NoRange {
+    /// Not valid.
+    NotValid = 0,
+    /// Dazzled.
+    Dazzled = 1,
+    /// The value does not fit.
+    Overflow = 2,
+    /// Signal too weak: what a beam without an echo reads.
+    Weak = 4,
+    /// Error reading a channel.
+    Channel = 5,
+    /// Above the range.
+    Above = 8,
+}
+
+impl NoRange {
+    const ALL: [Self; 6] =
+        [Self::NotValid, Self::Dazzled, Self::Overflow, Self::Weak, Self::Channel, Self::Above];
+}
+
+impl MeasuringMode {
+    /// 32 m, one flag for field A: what public clients set for millimetres.
+    pub const RANGE_32_M: Self = Self(6);
+
+    /// True if a device has it.
+    pub fn is_known(self) -> bool {
+        matches!(self.0, 0..=6 | 0x0F | 0x3F)
+    }
+
+    /// Bits of the range.
+    pub fn range_bits(self) -> u32 {
+        match self.0 {
+            3 | 4 => 14,
+            5 | 6 | 0x0F => 15,
+            0x3F => 16,
+            _ => 13,
+        }
+    }
+
+    fn top(self) -> u16 {
+        u16::MAX >> (16 - self.range_bits())
+    }
+
+    /// A measured range, millimetres (0 for none), as a value; `remission` on the 16-bit scale where the mode carries it.
+    pub fn encode(self, unit: Unit, range_mm: u16, remission: u16) -> u16 {
+        let levels = match self.0 {
+            0x3F => return remission >> 8,
+            1 | 3 => remission >> self.range_bits() << self.range_bits(),
+            _ => 0,
+        };
+        let top = self.top();
+        let farthest = top - NoRange::Above as u16 - 1;
+        levels
+            | match unit.digits(range_mm) {
+                _ if range_mm == 0 => top - NoRange::Weak as u16,
+                digits if digits > farthest => top - NoRange::Above as u16,
+                digits => digits,
+            }
+    }
+
+    /// Why a value holds no range; `None` if it holds one.
+    pub fn no_range(self, value: u16) -> Option<NoRange> {
+        let below_top = self.top() - (value & self.top());
+        NoRange::ALL.into_iter().find(|reason| *reason as u16 == below_top)
+    }
+
+    /// Metres, [`NO_ECHO`] where the value holds none.
+    pub fn decode_m(self, unit: Unit, value: u16) -> f64 {
+        match self.no_range(value) {
+            Some(_) => NO_ECHO,
+            None => f64::from(value & self.top()) / unit.per_metre(),
+        }
+    }
+}
+
+/// Which values a scan telegram carries, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// `B0`: all.
+    All,
+    /// `B0` with the partial scan's index: one mirror turn of an interlaced scan a telegram.
+    Partial,
+    /// `B6`: the mean of so many scans.
+    Mean {
+        /// How many.
+        scans: u8,
+    },
+    /// `B7`: these, counted from 1.
+    Range(Span),
+    /// `BF`: these, the mean of so many scans.
+    MeanRange {
+        /// How many.
+        scans: u8,
+        /// Which values.
+        span: Span,
+    },
+    /// `C4`: all ranges, and the reflectivity of these.
+    Reflectivity(Span),
+}
+
+/// Values counted from 1, both ends in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// The first.
+    pub first: u16,
+    /// The last.
+    pub last: u16,
+}
+
+impl Span {
+    /// True if a scan of `count` values has them.
+    pub fn lies_within(self, count: u16) -> bool {
+        (1..=self.last).contains(&self.first) && self.last <= count
+    }
+
+    /// The part of `values` it names.
+    pub fn of<T>(self, values: &[T]) -> &[T] {
+        values.get(usize::from(self.first.max(1) - 1)..usize::from(self.last)).unwrap_or_default()
+    }
+}
+
+impl Output {
+    /// Scans that go into one telegram.
+    pub fn scans(self) -> u8 {
+        match self {
+            Self::Mean { scans } | Self::MeanRange { scans, .. } => scans.max(1),
+            _ => 1,
+        }
+    }
+
+    /// The telegram's command.
+    pub fn command(self) -> u8 {
+        match self {
+            Self::All | Self::Partial => 0xB0,
+            Self::Mean { .. } => 0xB6,
+            Self::Range(_) => 0xB7,
+            Self::MeanRange { .. } => 0xBF,
+            Self::Reflectivity(_) => 0xC4,
+        }
+    }
+
+    /// True if a scan of `count` values can be put out so.
+    pub fn is_possible(self, count: u16) -> bool {
+        match self {
+            Self::All | Self::Partial => true,
+            Self::Mean { scans } => scans >= 1,
+            Self::Range(span) | Self::Reflectivity(span) => span.lies_within(count),
+            Self::MeanRange { scans, span } => scans >= 1 && span.lies_within(count),
+        }
+    }
+}
+
+/// The word before the values: how many, which turn of an interlaced scan, which unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CountWord {
+    /// Values that follow.
+    pub count: u16,
+    /// Which turn, in quarter degrees, where the telegram holds a part of an interlaced scan.
+    pub partial: Option<u8>,
+    /// Their unit; `None` for one that is not known.
+    pub unit: Option<Unit>,
+}
+
+const COUNT: u16 = 0x03FF;
+const PARTIAL: u16 = 0x2000;
+
+impl CountWord {
+    /// As it is sent; bits that mean nothing are 0, as clients differ in which they look at.
+    pub fn encode(self) -> u16 {
+        let partial = self.partial.map_or(0, |index| PARTIAL | u16::from(index & 3) << 11);
+        self.count & COUNT | partial | (self.unit.unwrap_or_default() as u16) << 14
+    }
+
+    /// Reads one.
+    pub fn decode(word: u16) -> Self {
+        Self {
+            count: word & COUNT,
+            partial: (word & PARTIAL != 0).then_some((word >> 11 & 3) as u8),
+            unit: Unit::of((word >> 14) as u8),
+        }
+    }
+}
+
+/// A scan telegram, before it is framed: what a device fills and a host reads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Values {
+    /// How the values were put out.
+    pub output: Output,
+    /// Their number, part and unit.
+    pub word: CountWord,
+    /// The values.
+    pub values: Vec<u16>,
+    /// Reflectivities that come with them.
+    pub reflectivity: Vec<u8>,
+    /// Counts mirror turns, where the configuration asks for it.
+    pub real_time_index: Option<u8>,
+    /// The device's status.
+    pub status: u8,
+}
+
+/// Why the body of a scan telegram is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ValuesError {
+    /// Another command.
+    #[error("expected a scan telegram (B0, B6, B7, BF, C4), found {0:02X}")]
+    Command(u8),
+    /// It ends early.
+    #[error("{expected} values announced, {found} bytes found")]
+    Short {
+        /// Announced.
+        expected: u16,
+        /// Left for them.
+        found: usize,
+    },
+    /// The header ends early.
+    #[error("the header of the values ends after {0} bytes")]
+    Header(usize),
+}
+
+/// Takes fields off the front of a body.
+struct Cursor<'a>(&'a [u8]);
+
+impl Cursor<'_> {
+    fn byte(&mut self) -> Result<u8, ValuesError> {
+        let (&byte, rest) = self.0.split_first().ok_or(ValuesError::Header(0))?;
+        self.0 = rest;
+        Ok(byte)
+    }
+
+    fn word(&mut self) -> Result<u16, ValuesError> {
+        let (bytes, rest) = self.0.split_first_chunk::<2>().ok_or(ValuesError::Header(self.0.len()))?;
+        self.0 = rest;
+        Ok(u16::from_le_bytes(*bytes))
+    }
+
+    fn span(&mut self) -> Result<Span, ValuesError> {
+        Ok(Span { first: self.word()?, last: self.word()? })
+    }
+}
+
+impl Values {
+    /// Appends the body: command, header, values, status.
+    pub fn encode(&self, out: &mut Vec<u8>) {
+        let word = |out: &mut Vec<u8>, word: u16| out.extend_from_slice(&word.to_le_bytes());
+        out.push(self.output.command());
+        match self.output {
+            Output::Mean { scans } => out.push(scans),
+            Output::Range(span) => {
+                word(out, span.first);
+                word(out, span.last);
+            }
+            Output::MeanRange { scans, span } => {
+                out.push(scans);
+                word(out, span.first);
+                word(out, span.last);
+            }
+            Output::All | Output::Partial | Output::Reflectivity(_) => {}
+        }
+        word(out, self.word.encode());
+        self.values.iter().for_each(|value| word(out, *value));
+        if let Output::Reflectivity(span) = self.output {
+            word(out, self.reflectivity.len() as u16);
+            word(out, span.first);
+            word(out, span.last);
+            out.extend_from_slice(&self.reflectivity);
+        }
+        out.extend(self.real_time_index);
+        out.push(self.status);
+    }
+
+    /// Reads a body into `self`, whose buffers are used again.
+    pub fn decode_into(&mut self, body: &[u8]) -> Result<(), ValuesError> {
+        let mut cursor = Cursor(body);
+        let command = cursor.byte()?;
+        let output = match command {
+            0xB0 => Output::All,
+            0xB6 => Output::Mean { scans: cursor.byte()? },
+            0xB7 => Output::Range(cursor.span()?),
+            0xBF => Output::MeanRange { scans: cursor.byte()?, span: cursor.span()? },
+            0xC4 => Output::Reflectivity(Span { first: 0, last: 0 }),
+            other => return Err(ValuesError::Command(other)),
+        };
+        self.word = CountWord::decode(cursor.word()?);
+        let Some((values, rest)) = cursor.0.split_at_checked(2 * usize::from(self.word.count)) else {
+            return Err(ValuesError::Short { expected: self.word.count, found: cursor.0.len() });
+        };
+        cursor.0 = rest;
+        self.values.clear();
+        self.values.extend(values.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)));
+        self.reflectivity.clear();
+        self.output = match output {
+            Output::Reflectivity(_) => {
+                let count = cursor.word()?;
+                let span = cursor.span()?;
+                let Some((bytes, rest)) = cursor.0.split_at_checked(usize::from(count)) else {
+                    return Err(ValuesError::Short { expected: count, found: cursor.0.len() });
+                };
+                self.reflectivity.extend_from_slice(bytes);
+                cursor.0 = rest;
+                Output::Reflectivity(span)
+            }
+            Output::All if self.word.partial.is_some() => Output::Partial,
+            other => other,
+        };
+        // Whatever stands between the values and the status is indices, the real-time index first.
+        let Some((&status, indices)) = cursor.0.split_last() else { return Err(ValuesError::Header(0)) };
+        self.status = status;
+        self.real_time_index = indices.first().copied();
+        Ok(())
+    }
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self {
+            output: Output::All,
+            word: CountWord { count: 0, partial: None, unit: Some(Unit::Mm) },
+            values: Vec::new(),
+            reflectivity: Vec::new(),
+            real_time_index: None,
+            status: 0,
+        }
+    }
+}
