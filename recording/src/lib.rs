@@ -6,8 +6,11 @@
 //!
 //! The crate knows files and telegrams. It knows no socket, no async runtime and no clock: whoever starts a [`Recorder`] hands it one.
 
+mod copy;
 mod error;
 mod foxglove;
+mod frames;
+mod info;
 mod packet;
 mod read;
 mod recorder;
@@ -15,7 +18,10 @@ mod scans;
 mod tap;
 mod writer;
 
+pub use copy::{CopyError, copy};
 pub use error::RecordError;
+pub use frames::{FrameReader, RecordedFrame};
+pub use info::{StreamReport, account};
 pub use packet::{Joint, Packet, Side, StreamKind};
 pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
 pub use recorder::{Recorded, Recorder, RecorderOptions, WallClock};

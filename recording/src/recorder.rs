@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -71,6 +71,7 @@ pub struct Recorder {
     taps: Taps,
     queue: SyncSender<Item>,
     lost: Arc<AtomicU64>,
+    path: PathBuf,
     thread: JoinHandle<Result<Recorded, RecordError>>,
 }
 
@@ -105,8 +106,8 @@ impl Recorder {
                     Ok(scribe.recorded)
                 }
             })
-            .map_err(|cause| RecordError::Create { path, cause })?;
-        Ok(Self { taps, queue, lost, thread })
+            .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
+        Ok(Self { taps, queue, lost, path, thread })
     }
 
     /// Where its taps come from.
@@ -123,7 +124,10 @@ impl Recorder {
     pub fn finish(self) -> Result<Recorded, RecordError> {
         // A thread that has failed is gone; its error is told below.
         let _ = self.queue.send(Item::Finish);
-        let ended = self.thread.join().unwrap_or_else(|_| Ok(Recorded::default()));
+        let ended = self.thread.join().unwrap_or_else(|_| {
+            let cause = io::Error::other("the recorder broke down");
+            Err(RecordError::Write { path: self.path, cause, packets: 0 })
+        });
         ended.map(|recorded| Recorded { lost: self.lost.load(Ordering::Relaxed), ..recorded })
     }
 }

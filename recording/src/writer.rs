@@ -60,6 +60,18 @@ impl About {
         entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect()
     }
 
+    /// What is known here, and the rest from `other`.
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            model: self.model.or(other.model),
+            scene: self.scene.or(other.scene),
+            rig: self.rig.or(other.rig),
+            seed: self.seed.or(other.seed),
+            source: self.source.or(other.source),
+            program: self.program.or(other.program),
+        }
+    }
+
     /// From the entries of a metadata record; unknown ones are left alone.
     pub fn from_entries(entries: &BTreeMap<String, String>) -> Self {
         let text = |key: &str| entries.get(key).cloned();
@@ -246,8 +258,8 @@ impl<W: Write + Seek> McapWriter<W> {
 
     /// Writes the file's end: statistics and, where there are chunks, their index.
     pub fn finish(&mut self) -> io::Result<()> {
-        self.writer.finish().map_err(plain)?;
-        self.writer.flush().map_err(plain)
+        // It flushes, too.
+        self.writer.finish().map(drop).map_err(plain)
     }
 }
 

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
+use rowscan_recording::About;
 
 use super::device::DeviceArgs;
 use super::endpoint::{Place, announce};
 use super::interrupt::Interrupt;
 use super::output::say;
+use super::recorder::{self, RecordArgs};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome};
 use crate::clock::{TimeScale, Timer};
@@ -45,6 +47,8 @@ pub(super) struct Args {
     format: Format,
     #[command(flatten)]
     device: DeviceArgs,
+    #[command(flatten)]
+    record: RecordArgs,
 }
 
 /// Dialects a virtual scanner answers.
@@ -75,14 +79,23 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let model = args.scene.model(&stage.rig, args.scanner)?;
     let (device, world) = stage.scanner(args.scanner, model)?;
     let (device, state, line_changes) = args.device.set_up(device, stage.scene.seed)?;
+    let about = About {
+        model: Some(model.name.to_owned()),
+        scene: Some(args.scene.name.clone()),
+        rig: recorder::rig_text(&stage.rig),
+        seed: Some(stage.scene.seed),
+        ..About::default()
+    };
+    // A clock that waits for its clients can wait for the disk too.
+    let taping = args.record.start(about, args.time_scale == TimeScale::Max)?;
     let config = EmulatorConfig {
+        taps: taping.taps(),
         time_scale: args.time_scale,
         timer: Timer::System,
         dialects: args.dialect.into(),
         max_clients: args.max_clients,
         state,
         line_changes,
-        ..EmulatorConfig::default()
     };
     let mut emulator = Emulator::start(device, world, config);
     let mut addresses: Vec<&str> = args.tcp.iter().map(String::as_str).collect();
@@ -117,5 +130,6 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         "{} scans sent, {} dropped for slow clients, {} connections refused",
         counts.scans_sent, counts.scans_dropped, counts.connections_refused
     ));
-    Ok(Outcome::Done)
+    drop(emulator);
+    Ok(taping.finish())
 }

@@ -8,9 +8,11 @@ use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::Rig;
+use rowscan_recording::{About, StreamKind};
 
 use super::interrupt::Interrupt;
 use super::output::{self, number, say};
+use super::recorder::{self, RecordArgs};
 use super::{Failure, Format, Outcome, models, progress};
 use crate::{config, stage};
 
@@ -19,7 +21,7 @@ pub(super) const PARTING: Duration = Duration::from_secs(2);
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// tcp://HOST:PORT, or the file of a recording
+    /// tcp://HOST:PORT, or the file of a recording, with `#STREAM` behind it where it holds several
     source: Source,
     /// Where the scanner sits and how fast it drives: a rig file, a scene file or a built-in scene's name; without it areas are unknown
     #[arg(long, value_name = "RIG")]
@@ -48,6 +50,8 @@ pub(super) struct Args {
     /// How to write the estimate
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    #[command(flatten)]
+    record: RecordArgs,
 }
 
 /// The dialect a driver tries first.
@@ -80,8 +84,20 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         say("no rig given: areas stay unknown; say where the scanner sits with --rig");
     }
     let client = ClientConfig { scan_mode: scan_mode(rig.as_ref(), args.scanner), ..ClientConfig::default() };
-    let config =
-        DriverConfig { client, wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
+    let about = About {
+        model: args.model.clone(),
+        rig: rig.as_ref().and_then(recorder::rig_text),
+        source: Some(args.source.to_string()),
+        ..About::default()
+    };
+    let taping = args.record.start(about, false)?;
+    let config = DriverConfig {
+        client,
+        wait: args.wait,
+        prefer: args.prefer.into(),
+        tap: taping.taps().open("scanner", StreamKind::Cola),
+        ..DriverConfig::default()
+    };
     let Some(scanner) = interrupt.or(Scanner::open(&args.source, config)).await else {
         return Ok(Outcome::Done);
     };
@@ -96,7 +112,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if ended.is_ok() || estimate.scans > 0 {
         print(args.format, &estimate)?;
     }
-    ended.map(|()| Outcome::Done)
+    let outcome = taping.finish();
+    ended.map(|()| outcome)
 }
 
 /// The scan mode the rig asks of its scanner; the device keeps its own where the rig leaves frequency or resolution open.

@@ -12,6 +12,8 @@ mod models;
 mod orchard;
 mod output;
 mod progress;
+mod record;
+mod recorder;
 mod scan;
 mod scene;
 mod study;
@@ -47,7 +49,9 @@ enum Command {
     /// Studies over many orchards
     #[command(subcommand)]
     Study(study::Command),
-    /// Recorded telegrams in words: raw bytes, hex text, pcap, pcapng
+    /// Keep the bytes of live scanners, both ways, in one MCAP file; convert, repair and describe recordings
+    Record(record::Args),
+    /// Recorded telegrams in words: MCAP, pcap, pcapng, raw bytes, hex text
     Decode(decode::Args),
     /// List the scanner models, what each emulates and what not
     Models(models::Args),
@@ -114,6 +118,9 @@ pub enum Failure {
     /// The link to a scanner, or a recording.
     #[error(transparent)]
     Driver(#[from] rowscan_driver::DriverError),
+    /// A recording that cannot be written.
+    #[error(transparent)]
+    Record(#[from] rowscan_recording::RecordError),
     /// A rig the estimator cannot work with.
     #[error(transparent)]
     Pipeline(#[from] rowscan_canopy::PipelineError),
@@ -180,6 +187,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Orchard(command) => orchard::run(command).await,
             Command::Scan(args) => scan::run(args).await,
             Command::Study(command) => study::run(command).await,
+            Command::Record(args) => record::run(args).await,
             Command::Decode(args) => decode::run(args),
             Command::Models(args) => models::run(args),
         }

@@ -32,6 +32,14 @@ const CAPTURES: [[u8; 4]; 5] = [
 ];
 
 impl Format {
+    /// True if such a file says when its packets came, and who sent them.
+    pub fn has_times(self) -> bool {
+        match self {
+            Self::Mcap | Self::Capture | Self::Candump | Self::Ranges => true,
+            Self::Hex | Self::Raw => false,
+        }
+    }
+
     /// What begins with these bytes: a file's first 64 KiB, or all of a shorter one.
     pub fn of(head: &[u8]) -> Self {
         if head.starts_with(MCAP) {

@@ -1,0 +1,91 @@
+//! A recording written anew: repaired, indexed, or converted from what another program wrote.
+
+use std::io::{self, Seek, Write};
+
+use crate::frames::FrameReader;
+use crate::writer::{Decoded, McapWriter};
+use crate::{About, Joint, Packet, ReadError, Recorded, Recording};
+
+/// Why a copy was not made.
+#[derive(Debug, thiserror::Error)]
+pub enum CopyError {
+    /// What is read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// What is written.
+    #[error("{0}")]
+    Write(io::Error),
+}
+
+/// Where packets come from.
+enum From {
+    /// The file knows times and sides.
+    Packets(Recording, Option<Packet>),
+    /// It does not; the frames in it do.
+    Frames(FrameReader),
+}
+
+/// Writes all that can be read of `recording` to `out` as a whole, indexed MCAP file. What a log does not say of itself is taken from
+/// `about`; one without times gets the device's.
+pub fn copy<W: Write + Seek>(
+    mut recording: Recording,
+    out: W,
+    about: About,
+    decoded: Decoded,
+) -> Result<Recorded, CopyError> {
+    let mut from = if recording.format().has_times() {
+        let first = recording.next_packet()?;
+        From::Packets(recording, first)
+    } else {
+        From::Frames(FrameReader::new(recording))
+    };
+    let about = from.recording().about().clone().or(about);
+    let mut writer = McapWriter::indexed(out, &about, decoded).map_err(CopyError::Write)?;
+    let mut streams = Vec::new();
+    let mut recorded = Recorded::default();
+    loop {
+        let packet = from.next()?;
+        for stream in from.recording().streams().iter().skip(streams.len()) {
+            streams.push(writer.add_stream(&stream.name, stream.kind).map_err(CopyError::Write)?);
+        }
+        let Some(packet) = packet else { break };
+        let lost_before = match packet.joint {
+            Joint::Gap { packets, .. } => u32::try_from(packets.max(1)).unwrap_or(u32::MAX),
+            _ => 0,
+        };
+        if let (Some(stream), Some(side), Some(at_ns)) =
+            (streams.get(packet.stream), packet.from, packet.at_ns)
+        {
+            writer.write(*stream, side, at_ns, lost_before, &packet.bytes).map_err(CopyError::Write)?;
+            recorded.packets += 1;
+            recorded.bytes += packet.bytes.len() as u64;
+        }
+    }
+    writer.finish().map_err(CopyError::Write)?;
+    Ok(recorded)
+}
+
+impl From {
+    fn recording(&self) -> &Recording {
+        match self {
+            Self::Packets(recording, _) => recording,
+            Self::Frames(frames) => frames.recording(),
+        }
+    }
+
+    fn next(&mut self) -> Result<Option<Packet>, ReadError> {
+        match self {
+            Self::Packets(recording, first) => match first.take() {
+                Some(packet) => Ok(Some(packet)),
+                None => recording.next_packet(),
+            },
+            Self::Frames(frames) => Ok(frames.next_frame()?.map(|frame| Packet {
+                stream: frame.stream,
+                from: Some(frame.from),
+                at_ns: Some(frame.at_ns),
+                joint: Joint::Seamless,
+                bytes: frame.bytes,
+            })),
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! What a recording holds: streams, rates, gaps, and how the device's clock runs against the host's.
+
+use std::collections::BTreeMap;
+
+use rowscan_protocol::client::{Client, Event};
+use rowscan_protocol::time::DeviceClock;
+use serde::Serialize;
+use std::time::Duration;
+
+use crate::scans::MAX_PAYLOAD;
+use crate::{Joint, Packet, ReadError, Recording, Side, StreamKind};
+
+/// One stream's account. Times are the host's, seconds; absent where the file has none.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StreamReport {
+    /// Its name.
+    pub stream: String,
+    /// What its bytes are.
+    pub kind: StreamKind,
+    /// Packets from the device, and to it.
+    pub packets_from_device: u64,
+    /// See above.
+    pub packets_to_device: u64,
+    /// Bytes of both directions.
+    pub bytes: u64,
+    /// From the recording's first packet to this stream's first.
+    pub begins_s: Option<f64>,
+    /// From its first packet to its last.
+    pub duration_s: Option<f64>,
+    /// Packets the recorder lost, or stretches a capture lacks.
+    pub packets_lost: u64,
+    /// Valid scan telegrams.
+    pub scans: u64,
+    /// Gaps in their counters.
+    pub scans_lost: u64,
+    /// Frames refused by checksum or length, and scans that made no sense.
+    pub telegrams_bad: u64,
+    /// Scans a second of the host's clock.
+    pub scan_rate_hz: Option<f64>,
+    /// Scans a second of the device's clock.
+    pub scan_rate_device_hz: Option<f64>,
+    /// The longest time between two scans, by the host's clock.
+    pub longest_gap_s: Option<f64>,
+    /// How much faster the device's clock runs than the host's, parts per million: the slope of a straight line through all scans.
+    pub clock_drift_ppm: Option<f64>,
+}
+
+/// Accounts for every stream of a recording, which is read to its end.
+pub fn account(recording: &mut Recording) -> Result<Vec<StreamReport>, ReadError> {
+    let mut books: BTreeMap<usize, Book> = BTreeMap::new();
+    while let Some(packet) = recording.next_packet()? {
+        let kind = recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
+        books.entry(packet.stream).or_insert_with(|| Book::new(kind)).enter(&packet);
+    }
+    let began_ns = recording.began_ns();
+    let reports = recording.streams().iter().enumerate().map(|(number, stream)| {
+        books.remove(&number).unwrap_or_else(|| Book::new(stream.kind)).report(&stream.name, began_ns)
+    });
+    Ok(reports.collect())
+}
+
+/// One stream's running account.
+struct Book {
+    kind: StreamKind,
+    client: Client,
+    packets: [u64; 2],
+    bytes: u64,
+    first_ns: Option<u64>,
+    last_ns: Option<u64>,
+    packets_lost: u64,
+    scans: u64,
+    scans_lost: u64,
+    malformed: u64,
+    last_counter: Option<u16>,
+    device: DeviceClock,
+    first_scan_ns: Option<u64>,
+    last_scan_ns: Option<u64>,
+    longest_gap_ns: Option<u64>,
+    line: StraightLine,
+    device_span_s: f64,
+}
+
+impl Book {
+    fn new(kind: StreamKind) -> Self {
+        Self {
+            kind,
+            client: Client::listen(MAX_PAYLOAD),
+            packets: [0; 2],
+            bytes: 0,
+            first_ns: None,
+            last_ns: None,
+            packets_lost: 0,
+            scans: 0,
+            scans_lost: 0,
+            malformed: 0,
+            last_counter: None,
+            device: DeviceClock::default(),
+            first_scan_ns: None,
+            last_scan_ns: None,
+            longest_gap_ns: None,
+            line: StraightLine::default(),
+            device_span_s: 0.0,
+        }
+    }
+
+    fn enter(&mut self, packet: &Packet) {
+        let to_device = packet.from == Some(Side::Host);
+        if let Some(count) = self.packets.get_mut(usize::from(to_device)) {
+            *count += 1;
+        }
+        self.bytes += packet.bytes.len() as u64;
+        self.first_ns = self.first_ns.or(packet.at_ns);
+        self.last_ns = packet.at_ns.or(self.last_ns);
+        if let Joint::Gap { packets, .. } = packet.joint {
+            self.packets_lost += packets.max(1);
+        }
+        if to_device || self.kind != StreamKind::Cola {
+            return;
+        }
+        if packet.joint != Joint::Seamless {
+            self.client.handle_end();
+        }
+        self.client.handle_bytes(Duration::ZERO, &packet.bytes);
+        while let Some(event) = self.client.poll_event() {
+            match event {
+                Event::Scan => self.scan(packet.at_ns),
+                Event::Malformed { .. } => self.malformed += 1,
+                _ => {}
+            }
+        }
+    }
+
+    fn scan(&mut self, at_ns: Option<u64>) {
+        let scan = self.client.scan();
+        let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
+        self.scans += 1;
+        let step = self.last_counter.map_or(1, |last| counter.wrapping_sub(last));
+        // More than half the numbers ahead is a device that was switched on anew, or an older scan.
+        if (2..0x8000).contains(&step) {
+            self.scans_lost += u64::from(step) - 1;
+        }
+        self.last_counter = Some(counter);
+        self.device_span_s = self.device.seconds(time_us);
+        let Some(at_ns) = at_ns else { return };
+        if let Some(last_ns) = self.last_scan_ns {
+            self.longest_gap_ns = self.longest_gap_ns.max(Some(at_ns.saturating_sub(last_ns)));
+        }
+        let first_ns = *self.first_scan_ns.get_or_insert(at_ns);
+        self.last_scan_ns = Some(at_ns);
+        self.line.add(at_ns.saturating_sub(first_ns) as f64 * 1e-9, self.device_span_s);
+    }
+
+    fn report(self, name: &str, began_ns: Option<u64>) -> StreamReport {
+        let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
+        let intervals = self.scans.saturating_sub(1) as f64;
+        let rate = |span: Option<f64>| span.filter(|span| *span > 0.0).map(|span| intervals / span);
+        let [packets_from_device, packets_to_device] = self.packets;
+        StreamReport {
+            stream: name.to_owned(),
+            kind: self.kind,
+            packets_from_device,
+            packets_to_device,
+            bytes: self.bytes,
+            begins_s: seconds(began_ns, self.first_ns),
+            duration_s: seconds(self.first_ns, self.last_ns),
+            packets_lost: self.packets_lost,
+            scans: self.scans,
+            scans_lost: self.scans_lost,
+            telegrams_bad: self.client.counts().bad + self.malformed,
+            scan_rate_hz: rate(seconds(self.first_scan_ns, self.last_scan_ns)),
+            scan_rate_device_hz: rate((self.scans > 1).then_some(self.device_span_s)),
+            longest_gap_s: self.longest_gap_ns.map(|ns| ns as f64 * 1e-9),
+            clock_drift_ppm: self.line.slope().map(|slope| (slope - 1.0) * 1e6),
+        }
+    }
+}
+
+/// Least squares, fed point by point (Welford 1962): sums of centred products, so that hours of microseconds keep their digits.
+#[derive(Clone, Copy, Debug, Default)]
+struct StraightLine {
+    n: f64,
+    mean_x: f64,
+    mean_y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl StraightLine {
+    fn add(&mut self, x: f64, y: f64) {
+        self.n += 1.0;
+        let dx = x - self.mean_x;
+        self.mean_x += dx / self.n;
+        self.mean_y += (y - self.mean_y) / self.n;
+        self.xx += dx * (x - self.mean_x);
+        self.xy += dx * (y - self.mean_y);
+    }
+
+    fn slope(&self) -> Option<f64> {
+        (self.n > 1.0 && self.xx > 0.0).then(|| self.xy / self.xx)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_a_hundred_ppm_fast_is_found_behind_milliseconds_of_jitter() {
+        let mut line = StraightLine::default();
+        for i in 0..180_000_u32 {
+            let x = 1e9 + f64::from(i) * 0.02;
+            let jitter = f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0 * 0.004;
+            line.add(x + jitter, f64::from(i) * 0.02 * 1.0001);
+        }
+        let ppm = (line.slope().expect("a line") - 1.0) * 1e6;
+        assert!((ppm - 100.0).abs() < 0.1, "{ppm}");
+    }
+}

@@ -1,0 +1,255 @@
+//! `rowscan record`
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_recording::{About, CopyError, Recording, StreamKind, Taps, account, copy};
+use serde::Serialize;
+use tokio::task::JoinSet;
+
+use super::estimate::{PARTING, Prefer, tell};
+use super::interrupt::Interrupt;
+use super::output::{self, say};
+use super::recorder::{self, DecodedArgs};
+use super::{Failure, Format, Outcome};
+use crate::clock::Stopwatch;
+use crate::config;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Scanners to record, or one recording of any kind to convert; `left=tcp://192.168.0.1:2112` gives a stream its name
+    #[arg(required_unless_present_any = ["info", "repair"], value_name = "SOURCE")]
+    sources: Vec<Named>,
+    /// The file to write
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["info", "repair"])]
+    output: Option<PathBuf>,
+    /// Say what is inside a recording: streams, rates, gaps, clock drift
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "output", "repair"])]
+    info: Option<PathBuf>,
+    /// Write a broken-off recording anew, whole and indexed: in its place, or to --output
+    #[arg(long, value_name = "FILE", conflicts_with = "sources")]
+    repair: Option<PathBuf>,
+    /// End after so many scans of each scanner
+    #[arg(long, value_name = "N")]
+    scans: Option<u64>,
+    /// End after so many seconds
+    #[arg(long, value_name = "SECONDS")]
+    seconds: Option<f64>,
+    /// The rig the scanners sit on, kept in the file: a rig file, a scene file or a built-in scene's name
+    #[arg(long, value_name = "RIG")]
+    rig: Option<String>,
+    #[command(flatten)]
+    decoded: DecodedArgs,
+    /// The dialect tried first
+    #[arg(long, value_enum, default_value_t)]
+    prefer: Prefer,
+    /// Wait for the scanners to appear instead of failing fast
+    #[arg(long)]
+    wait: bool,
+    /// How to write --info
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// A source with the name its stream gets.
+#[derive(Clone, Debug)]
+struct Named {
+    name: Option<String>,
+    source: Source,
+}
+
+impl FromStr for Named {
+    type Err = rowscan_driver::DriverError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let is_name = |name: &str| {
+            !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b))
+        };
+        match text.split_once('=') {
+            Some((name, source)) if is_name(name) => {
+                Ok(Self { name: Some(name.to_owned()), source: source.parse()? })
+            }
+            _ => Ok(Self { name: None, source: text.parse()? }),
+        }
+    }
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    if let Some(file) = &args.info {
+        return info(file, args.format);
+    }
+    let about = About {
+        rig: args.rig.as_deref().map(config::load_rig).transpose()?.as_ref().and_then(recorder::rig_text),
+        program: Some(recorder::program()),
+        ..About::default()
+    };
+    if let Some(file) = &args.repair {
+        return convert(file, args.output.as_deref().unwrap_or(file), about, args.decoded);
+    }
+    let Some(output) = &args.output else { return Ok(Outcome::Done) };
+    if let [Named { source: Source::Recording { path, .. }, .. }] = args.sources.as_slice() {
+        return convert(path, output, about, args.decoded);
+    }
+    if let Some(Named { source, .. }) =
+        args.sources.iter().find(|named| matches!(named.source, Source::Recording { .. }))
+    {
+        return Err(Failure::Usage(format!("{source} is a recording: convert recordings one at a time")));
+    }
+    live(&args, output, about).await
+}
+
+/// Records live scanners until the user, or every scanner's count, ends it.
+async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let sources = args.sources.iter().map(|named| named.source.to_string()).collect::<Vec<_>>();
+    let about = About { source: Some(sources.join(" ")), ..about };
+    let taping = recorder::start(output, args.decoded.into(), about, false)?;
+    let limits = Limits { scans: args.scans, seconds: args.seconds };
+    let mut scanners = JoinSet::new();
+    for named in &args.sources {
+        let config = DriverConfig { wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
+        scanners.spawn(follow(named.clone(), config, taping.taps(), limits));
+    }
+    let ended = tokio::select! {
+        ended = all(&mut scanners, &taping) => ended,
+        () = interrupt.wait() => Ok(()),
+    };
+    scanners.shutdown().await;
+    let outcome = taping.finish();
+    ended.map(|()| outcome)
+}
+
+/// Waits for every scanner; the first that fails ends the others.
+async fn all(scanners: &mut JoinSet<Result<(), Failure>>, taping: &recorder::Taping) -> Result<(), Failure> {
+    while let Some(ended) = scanners.join_next().await {
+        match ended {
+            Ok(ended) => ended?,
+            Err(cause) => {
+                return Err(Failure::System {
+                    what: "follow a scanner",
+                    cause: std::io::Error::other(cause),
+                });
+            }
+        }
+        if taping.has_failed() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// When a scanner has been recorded enough.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    scans: Option<u64>,
+    seconds: Option<f64>,
+}
+
+async fn follow(named: Named, config: DriverConfig, taps: Taps, limits: Limits) -> Result<(), Failure> {
+    let name = named.name.clone().unwrap_or_else(|| match &named.source {
+        Source::Tcp { address } => address.clone(),
+        other => other.to_string(),
+    });
+    let config = DriverConfig { tap: taps.open(&name, StreamKind::Cola), ..config };
+    let mut scanner = Scanner::open(&named.source, config).await?;
+    let watch = Stopwatch::start();
+    let mut scans = 0;
+    while scanner.next().await?.is_some() {
+        scans += 1;
+        while let Some(event) = scanner.take_link_event() {
+            tell(&event);
+        }
+        if limits.scans.is_some_and(|most| scans >= most)
+            || limits.seconds.is_some_and(|most| watch.elapsed().as_secs_f64() >= most)
+        {
+            break;
+        }
+    }
+    scanner.stop(PARTING).await;
+    Ok(())
+}
+
+/// Writes a recording of any kind as a whole MCAP file, first under a name of its own.
+fn convert(file: &Path, output: &Path, about: About, decoded: DecodedArgs) -> Result<Outcome, Failure> {
+    let recording = open(file)?;
+    if output != file && output.metadata().is_ok_and(|found| found.is_file() && found.len() > 0) {
+        let found = output.display();
+        return Err(Failure::Usage(format!("{found} exists already; choose another name, or move it away")));
+    }
+    let unwritable = |cause| Failure::Write { what: output.display().to_string(), cause };
+    let mut name = output.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = output.with_file_name(name);
+    let about = About { source: Some(file.display().to_string()), ..about };
+    let written = File::create(&part).map_err(unwritable).and_then(|out| {
+        copy(recording, BufWriter::new(out), about, decoded.into()).map_err(|error| match error {
+            CopyError::Read(cause) => unreadable(file, cause),
+            CopyError::Write(cause) => unwritable(cause),
+        })
+    });
+    let recorded = written.inspect_err(|_| {
+        // Nothing half-written stays behind; the first error is the one to tell.
+        let _ = std::fs::remove_file(&part);
+    })?;
+    std::fs::rename(&part, output).map_err(unwritable)?;
+    recorder::tell(output, &recorded);
+    Ok(Outcome::Done)
+}
+
+pub(super) fn open(file: &Path) -> Result<Recording, Failure> {
+    Recording::open(file).map_err(|cause| unreadable(file, cause))
+}
+
+pub(super) fn unreadable(file: &Path, cause: rowscan_recording::ReadError) -> Failure {
+    rowscan_driver::DriverError::Recording { path: file.to_owned(), cause }.into()
+}
+
+/// All that is known of a recording.
+#[derive(Debug, Serialize)]
+struct Info {
+    format: String,
+    model: Option<String>,
+    scene: Option<String>,
+    seed: Option<u64>,
+    source: Option<String>,
+    program: Option<String>,
+    rig: Option<String>,
+    torn: Option<String>,
+    streams: Vec<rowscan_recording::StreamReport>,
+}
+
+/// Tells what is inside. A file that breaks off is a finding.
+fn info(file: &Path, format: Format) -> Result<Outcome, Failure> {
+    let mut recording = open(file)?;
+    let streams = account(&mut recording).map_err(|cause| unreadable(file, cause))?;
+    let about = recording.about().clone();
+    let torn = recording.torn().map(ToString::to_string);
+    if let Some(torn) = &torn {
+        say(format_args!(
+            "{}: {torn}; `rowscan record --repair {}` writes it anew",
+            file.display(),
+            file.display()
+        ));
+    }
+    let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
+    let About { model, scene, rig, seed, source, program } = about;
+    let kind = recording.format().to_string();
+    match format {
+        Format::Json => {
+            output::print_json(
+                format,
+                &Info { format: kind, model, scene, seed, source, program, rig, torn, streams },
+            )?;
+        }
+        _ => {
+            let known = [("model", model), ("scene", scene), ("source", source), ("written by", program)];
+            let known = known.into_iter().filter_map(|(key, value)| Some(format!("{key} {}", value?)));
+            say(std::iter::once(kind).chain(known).collect::<Vec<_>>().join(", "));
+            output::print_rows(format, &streams)?;
+        }
+    }
+    Ok(outcome)
+}

@@ -1,0 +1,110 @@
+//! The flags every command has that can record what it does.
+
+use std::path::{Path, PathBuf};
+
+use rowscan_protocol::rig::Rig;
+use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps};
+
+use super::output::say;
+use super::{Failure, Outcome};
+use crate::clock;
+
+/// `--record FILE`
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Recording")]
+pub(super) struct RecordArgs {
+    /// Keep all bytes, both ways, in this file (MCAP)
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    #[command(flatten)]
+    decoded: DecodedArgs,
+}
+
+/// What is written beside the bytes.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct DecodedArgs {
+    /// What stands in the recording beside the raw bytes, for Foxglove and its like
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    decoded: DecodedArg,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum DecodedArg {
+    /// Nothing: a fifth of the size
+    None,
+    /// foxglove.LaserScan
+    #[default]
+    Scans,
+    /// foxglove.PointCloud
+    Points,
+    /// Both
+    All,
+}
+
+impl From<DecodedArgs> for Decoded {
+    fn from(args: DecodedArgs) -> Self {
+        let is = |wanted: &[DecodedArg]| wanted.contains(&args.decoded);
+        Self {
+            scans: is(&[DecodedArg::Scans, DecodedArg::All]),
+            points: is(&[DecodedArg::Points, DecodedArg::All]),
+        }
+    }
+}
+
+/// A recording that may be running beside a command.
+#[derive(Debug, Default)]
+pub(super) struct Taping(Option<(Recorder, PathBuf)>);
+
+impl RecordArgs {
+    /// Starts recording, if it was asked for. `waits`: for the disk, instead of losing packets.
+    pub(super) fn start(&self, about: About, waits: bool) -> Result<Taping, Failure> {
+        self.record
+            .as_ref()
+            .map_or_else(|| Ok(Taping::default()), |path| start(path, self.decoded.into(), about, waits))
+    }
+}
+
+/// Starts recording to `path`.
+pub(super) fn start(path: &Path, decoded: Decoded, about: About, waits: bool) -> Result<Taping, Failure> {
+    let about = about.or(About { program: Some(program()), ..About::default() });
+    let options = RecorderOptions { decoded, waits, about };
+    let recorder =
+        Recorder::start(path, options, clock::wall_clock(), |error| say(format_args!("rowscan: {error}")))?;
+    Ok(Taping(Some((recorder, path.to_owned()))))
+}
+
+/// This program, as files name it.
+pub(super) fn program() -> String {
+    format!("rowscan {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// A rig as the text of its file; none if it has no such form.
+pub(super) fn rig_text(rig: &Rig) -> Option<String> {
+    toml::to_string(rig).ok()
+}
+
+impl Taping {
+    /// Where the taps come from; they do nothing if nothing records.
+    pub(super) fn taps(&self) -> Taps {
+        self.0.as_ref().map_or_else(Taps::default, |(recorder, _)| recorder.taps())
+    }
+
+    /// True once writing has failed.
+    pub(super) fn has_failed(&self) -> bool {
+        self.0.as_ref().is_some_and(|(recorder, _)| recorder.has_failed())
+    }
+
+    /// Ends the file and tells what it holds. A finding if the recording is not whole; the command's own work was done.
+    pub(super) fn finish(self) -> Outcome {
+        let Some((recorder, path)) = self.0 else { return Outcome::Done };
+        // A failure was told when it happened.
+        let Ok(recorded) = recorder.finish() else { return Outcome::Finding };
+        tell(&path, &recorded);
+        if recorded.lost > 0 { Outcome::Finding } else { Outcome::Done }
+    }
+}
+
+/// Tells what a recording came to.
+pub(super) fn tell(path: &Path, Recorded { packets, bytes, lost }: &Recorded) {
+    say(format_args!("{}: {packets} packets, {bytes} bytes recorded, {lost} packets lost", path.display()));
+}
