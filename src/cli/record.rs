@@ -1,6 +1,6 @@
 //! `rowscan record`
 
-use std::fs::File;
+use std::fs::OpenOptions;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -180,21 +180,30 @@ fn convert(file: &Path, output: &Path, about: About, decoded: DecodedArgs) -> Re
         return Err(Failure::Usage(format!("{found} exists already; choose another name, or move it away")));
     }
     let unwritable = |cause| Failure::Write { what: output.display().to_string(), cause };
+    // What is no file (a pipe, a device) is written as it is; a file appears once it is whole.
+    let is_special = output.metadata().is_ok_and(|found| !found.is_file());
     let mut name = output.file_name().unwrap_or_default().to_owned();
     name.push(".part");
-    let part = output.with_file_name(name);
+    let part = if is_special { output.to_owned() } else { output.with_file_name(name) };
     let about = About { source: Some(file.display().to_string()), ..about };
-    let written = File::create(&part).map_err(unwritable).and_then(|out| {
-        copy(recording, BufWriter::new(out), about, decoded.into()).map_err(|error| match error {
-            CopyError::Read(cause) => unreadable(file, cause),
-            CopyError::Write(cause) => unwritable(cause),
-        })
-    });
+    let written =
+        OpenOptions::new().write(true).create(true).truncate(true).open(&part).map_err(unwritable).and_then(
+            |out| {
+                copy(recording, BufWriter::new(out), about, decoded.into()).map_err(|error| match error {
+                    CopyError::Read(cause) => unreadable(file, cause),
+                    CopyError::Write(cause) => unwritable(cause),
+                })
+            },
+        );
     let recorded = written.inspect_err(|_| {
-        // Nothing half-written stays behind; the first error is the one to tell.
-        let _ = std::fs::remove_file(&part);
+        if !is_special {
+            // Nothing half-written stays behind; the first error is the one to tell.
+            let _ = std::fs::remove_file(&part);
+        }
     })?;
-    std::fs::rename(&part, output).map_err(unwritable)?;
+    if !is_special {
+        std::fs::rename(&part, output).map_err(unwritable)?;
+    }
     recorder::tell(output, &recorded);
     Ok(Outcome::Done)
 }
