@@ -3,6 +3,8 @@
 use serde::Serialize;
 
 use crate::calibration::{Class, RegressionKind};
+use crate::cut::{CutMethod, FoundTree};
+use crate::estimator::Measure;
 use crate::warning::Warning;
 
 /// What a stream of scans says about a row.
@@ -60,6 +62,12 @@ pub struct Estimate {
     pub trees: Vec<TreeEstimate>,
     /// By metre of row, in the order of travel.
     pub slices: Vec<SliceEstimate>,
+    /// Trees found in the data, by every way asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub trees_found: Vec<TreesFound>,
+    /// What each estimator asked for says of the row; empty if none was.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<Measure>,
 }
 
 /// Range statistics of the first echo.
@@ -120,7 +128,7 @@ pub struct ReturnCounts {
 }
 
 /// One tree's cell of the row.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TreeEstimate {
     /// Index: tree `i` owns y in `[i, i + 1)` × tree spacing. Runs on beyond the rig's `trees`.
     pub tree: u32,
@@ -146,6 +154,18 @@ pub struct TreeEstimate {
     pub volume_m3: f64,
     /// Canopy returns.
     pub returns: u64,
+    /// What each estimator asked for says of the tree; empty if none was.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<Measure>,
+}
+
+/// The trees that one way of cutting the row finds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TreesFound {
+    /// How.
+    pub method: CutMethod,
+    /// The trees, in the order of travel.
+    pub trees: Vec<FoundTree>,
 }
 
 /// One metre of row.

@@ -52,6 +52,8 @@ impl Frame {
 pub(crate) struct Beam {
     pub(crate) cos: f64,
     pub(crate) sin: f64,
+    /// Angle from +X, up positive, radians.
+    pub(crate) theta_rad: f64,
     /// ΔA = weight · range · this: 2 sin(Δθ/2) cos θ, or |sin(θ + Δθ) − sin θ|.
     pub(crate) area_factor: f64,
 }
@@ -83,7 +85,7 @@ impl BeamTable {
                 AreaForm::Midpoint => 2.0 * (step / 2.0).sin() * cos,
                 AreaForm::Forward => frame.sense * ((theta + frame.sense * step).sin() - sin),
             };
-            Some(Beam { cos, sin, area_factor })
+            Some(Beam { cos, sin, theta_rad: theta, area_factor })
         }));
         true
     }

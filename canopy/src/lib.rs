@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! scan -> counting (lost, repeated, restarts; device time) -> advance (y, weight of the line)
-//!      -> row: geometry (x, z; ground and far row removed) -> impacted area, profile, contact frequency
+//!      -> row: geometry (x, z; ground and far row removed) -> impacted area, profile, voxels: contact frequency, estimators
 //!      -> estimate (calibration applied, warnings)
 //! ```
 //!
@@ -17,10 +17,13 @@ mod advance;
 pub mod calibration;
 mod contact;
 mod counting;
+mod cut;
 mod error;
 pub mod estimate;
+pub mod estimator;
 mod geometry;
 mod parameters;
+mod patches;
 mod profile;
 mod ranges;
 pub mod reference;
@@ -30,11 +33,14 @@ mod row;
 pub mod shipped;
 mod stream;
 mod trees;
+mod voxels;
 mod warning;
 
 pub use calibration::{Calibration, CalibrationError, FitError, Sample, fit};
+pub use cut::{CutMethod, FoundTree};
 pub use error::PipelineError;
-pub use estimate::{Estimate, Progress, SliceEstimate, TreeEstimate};
+pub use estimate::{Estimate, Progress, SliceEstimate, TreeEstimate, TreesFound};
+pub use estimator::{EstimatorInfo, Measure, Quantity};
 pub use parameters::{AreaForm, Fill, Parameters};
 pub use stream::Pipeline;
 pub use warning::Warning;

@@ -1,51 +1,53 @@
-//! Height and volume of the side that was scanned.
+//! Heights, widths and outline of the side that was scanned.
 
 /// Height bins, metres.
 const BIN_M: f64 = 0.01;
 /// Highest height told apart, metres; higher returns count in the last bin.
 const TOP_M: f64 = 20.0;
 /// Height of a volume cell, metres.
-const CELL_M: f64 = 0.1;
+pub(crate) const CELL_M: f64 = 0.1;
 /// The share of the returns that stays below a tree's height.
-const HEIGHT_SHARE: f64 = 0.995;
+pub(crate) const TOP_SHARE: f64 = 0.995;
 
-/// Heights of one tree's canopy returns, in bins of a centimetre, weighted by line so that slow driving does not bias them.
+/// Lengths (heights, half widths) of canopy returns, in bins of a centimetre, weighted by line so that slow driving does not bias them.
 #[derive(Clone, Debug)]
-pub(crate) struct HeightHistogram {
+pub(crate) struct Histogram {
     bins: Vec<f64>,
     total: f64,
 }
 
-impl HeightHistogram {
+impl Histogram {
     pub(crate) fn new() -> Self {
         Self { bins: vec![0.0; (TOP_M / BIN_M) as usize], total: 0.0 }
     }
 
-    pub(crate) fn add(&mut self, z_m: f64, weight_m: f64) {
+    pub(crate) fn add(&mut self, length_m: f64, weight_m: f64) {
         let last = self.bins.len() - 1;
-        if let Some(bin) = self.bins.get_mut(((z_m / BIN_M).max(0.0) as usize).min(last)) {
+        if let Some(bin) = self.bins.get_mut(((length_m / BIN_M).max(0.0) as usize).min(last)) {
             *bin += weight_m;
             self.total += weight_m;
         }
     }
 
-    /// The height that 99.5 % of the returns stay below, metres; empties the histogram. None without returns.
-    pub(crate) fn close(&mut self) -> Option<f64> {
-        let mut above = self.total * (1.0 - HEIGHT_SHARE);
+    /// The length that a share of the returns stays below, metres. None without returns.
+    pub(crate) fn percentile(&self, share: f64) -> Option<f64> {
+        let mut above = self.total * (1.0 - share);
         // Counted from the top, so that rounding of the sum never walks past the last filled bin.
-        let height_m = self.bins.iter().enumerate().rev().filter(|(_, weight)| **weight > 0.0).find_map(
-            |(i, weight)| {
-                if *weight > above {
-                    Some((i as f64 + 1.0 - above / weight) * BIN_M)
-                } else {
-                    above -= weight;
-                    None
-                }
-            },
-        );
+        let filled = self.bins.iter().enumerate().rev().filter(|(_, weight)| **weight > 0.0);
+        let mut lowest_m = None;
+        for (i, weight) in filled {
+            if *weight > above {
+                return Some((i as f64 + 1.0 - above / weight) * BIN_M);
+            }
+            above -= weight;
+            lowest_m = Some(i as f64 * BIN_M);
+        }
+        lowest_m
+    }
+
+    pub(crate) fn clear(&mut self) {
         self.bins.fill(0.0);
         self.total = 0.0;
-        height_m
     }
 }
 
@@ -74,13 +76,40 @@ impl Outline {
         }
     }
 
-    /// The volume, m³, with the row plane at `distance_m`; empties the outline.
-    pub(crate) fn close(&mut self, distance_m: f64) -> f64 {
-        let half_area_m2: f64 = self.nearest_m.iter().map(|x_m| (distance_m - x_m).max(0.0) * CELL_M).sum();
-        let volume_m3 = 2.0 * half_area_m2 * self.length_m;
+    /// What the cell holds, with the row plane at `distance_m`.
+    pub(crate) fn section(&self, distance_m: f64) -> Section<'_> {
+        Section { nearest_m: &self.nearest_m, length_m: self.length_m, distance_m }
+    }
+
+    /// Empties the outline.
+    pub(crate) fn clear(&mut self) {
         self.nearest_m.fill(f64::INFINITY);
         self.length_m = 0.0;
-        volume_m3
+    }
+}
+
+/// One cell along the row that ends: the outermost return per [`CELL_M`] of height.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Section<'a> {
+    nearest_m: &'a [f64],
+    pub(crate) length_m: f64,
+    distance_m: f64,
+}
+
+impl Section<'_> {
+    /// The volume, m³, both sides taken to be alike.
+    pub(crate) fn volume_m3(&self) -> f64 {
+        let half_area_m2: f64 =
+            self.nearest_m.iter().map(|x_m| (self.distance_m - x_m).max(0.0) * CELL_M).sum();
+        2.0 * half_area_m2 * self.length_m
+    }
+
+    /// Lower and upper edge of the cells that hold returns, metres above ground. None without returns.
+    pub(crate) fn extent_m(&self) -> Option<[f64; 2]> {
+        let hit = |x_m: &f64| x_m.is_finite();
+        let lowest = self.nearest_m.iter().position(hit)?;
+        let highest = self.nearest_m.iter().rposition(hit)?;
+        Some([lowest as f64 * CELL_M, (highest + 1) as f64 * CELL_M])
     }
 }
 
@@ -90,23 +119,26 @@ mod tests {
 
     #[test]
     fn height_is_the_upper_percentile_whatever_the_weights_add_up_to() {
-        let mut heights = HeightHistogram::new();
+        let mut heights = Histogram::new();
         for i in 0..10_000 {
             heights.add(f64::from(i) * 3.0 / 10_000.0, 0.013);
         }
-        let height_m = heights.close().unwrap();
+        let height_m = heights.percentile(TOP_SHARE).unwrap();
         assert!((height_m - 0.995 * 3.0).abs() < 0.001, "{height_m}");
-        assert_eq!(heights.close(), None);
+        assert!((heights.percentile(0.01).unwrap() - 0.03).abs() < 0.001);
+        assert_eq!(heights.percentile(0.0), Some(0.0));
+        heights.clear();
+        assert_eq!(heights.percentile(TOP_SHARE), None);
     }
 
     #[test]
     fn one_stray_return_does_not_make_a_tree_taller() {
-        let mut heights = HeightHistogram::new();
+        let mut heights = Histogram::new();
         for _ in 0..1000 {
             heights.add(2.005, 0.02);
         }
         heights.add(9.0, 0.02);
-        let height_m = heights.close().unwrap();
+        let height_m = heights.percentile(TOP_SHARE).unwrap();
         assert!((height_m - 2.01).abs() < 0.01, "{height_m}");
     }
 
@@ -122,7 +154,10 @@ mod tests {
             }
         }
         outline.add(2.5, 3.0); // behind the row plane: no volume
-        assert!((outline.close(1.9) - 4.8).abs() < 1e-9);
-        assert_eq!(outline.close(1.9), 0.0);
+        let section = outline.section(1.9);
+        assert!((section.volume_m3() - 4.8).abs() < 1e-9);
+        assert_eq!(section.extent_m(), Some([0.0, 3.1]));
+        outline.clear();
+        assert_eq!((outline.section(1.9).volume_m3(), outline.section(1.9).extent_m()), (0.0, None));
     }
 }

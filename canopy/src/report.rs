@@ -89,7 +89,9 @@ fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibrati
         let cell_leaf = leaf.of_cell(cell);
         refused.0 += u32::from(cell_leaf.contact.refused());
         refused.1 += u32::from(cell_leaf.regression.is_some_and(Ranged::refused));
-        estimate.trees.extend(tree(cell, &cell_leaf, row_spacing_m, field.row.cut().tree_spacing_m()));
+        let listed = tree(cell, &cell_leaf, row_spacing_m, field.row.cut().tree_spacing_m());
+        let measures = field.row.tree_measures(cell.index).to_vec();
+        estimate.trees.extend(listed.map(|tree| TreeEstimate { measures, ..tree }));
     }
     let regression = calibration.map_or("none", |c| c.best_regression().name());
     for (estimator, trees) in [("contact", refused.0), (regression, refused.1)] {
@@ -97,6 +99,8 @@ fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibrati
             estimate.warnings.push(Warning::TreesRefused { estimator, trees });
         }
     }
+    estimate.measures = field.row.measures(scanned_m);
+    estimate.trees_found = field.row.trees_found();
     estimate.slices.extend(field.row.metres.iter().map(|cell| slice(cell, &leaf.of_cell(cell))));
 }
 
@@ -121,6 +125,7 @@ fn tree(
         height_m: cell.height_m,
         volume_m3: cell.volume_m3,
         returns: cell.returns,
+        measures: Vec::new(),
     })
 }
 

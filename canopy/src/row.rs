@@ -5,12 +5,18 @@ use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::advance::Weighted;
 use crate::contact::ContactFrequency;
+use crate::cut::{CutMethod, Profile, TrunkZone};
 use crate::error::PipelineError;
-use crate::estimate::{ContactReport, ReturnCounts};
+use crate::estimate::{ContactReport, ReturnCounts, TreesFound};
+use crate::estimator::{
+    Contact, EstimatorInfo, Estimators, Line, Measure, Setting, Sighting, Slice, Stretch,
+};
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::parameters::Parameters;
-use crate::profile::{HeightHistogram, Outline};
+use crate::patches::Patches;
+use crate::profile::{Histogram, Outline, TOP_SHARE};
 use crate::trees::{Cells, Cut, Keys};
+use crate::voxels::Voxels;
 
 /// The sums of one row. Lines come in the order of travel.
 #[derive(Clone, Debug)]
@@ -20,10 +26,20 @@ pub(crate) struct Row {
     table: BeamTable,
     cut: Cut,
     open: Option<Keys>,
+    voxels: Voxels,
+    patches: Patches,
     contact: ContactFrequency,
+    estimators: Estimators,
+    /// The line's beams, for the estimators.
+    sightings: Vec<Sighting>,
+    row_spacing_m: Option<f64>,
+    /// The row in bins, if trees are to be found in the data.
+    profile: Option<Profile>,
+    trunk_zone: TrunkZone,
+    find: Vec<CutMethod>,
     /// The metres the open slice lies in, each with its share of the slice.
     slice_metres: Vec<(i64, f64)>,
-    heights: HeightHistogram,
+    heights: Histogram,
     outline: Outline,
     /// The open metre: scanned, and whether it holds canopy.
     metre: (f64, bool),
@@ -42,6 +58,17 @@ pub(crate) struct Totals {
     pub(crate) returns: ReturnCounts,
 }
 
+/// What a line's returns come to.
+#[derive(Clone, Copy, Debug, Default)]
+struct Placed {
+    /// The canopy's area per weight, metres.
+    area_m: f64,
+    /// Canopy returns.
+    returns: u64,
+    /// Σ weight over returns from where trunks are.
+    trunk: f64,
+}
+
 impl Row {
     pub(crate) fn new(rig: &Rig, mount: &Mount, parameters: Parameters) -> Result<Self, PipelineError> {
         let frame = Frame::new(rig, mount)?;
@@ -52,15 +79,36 @@ impl Row {
             table: BeamTable::default(),
             cut,
             open: None,
-            contact: ContactFrequency::new(&frame, rig.row_spacing_m, cut.slice_m(), &parameters),
+            voxels: Voxels::new(&frame, rig.row_spacing_m, &parameters),
+            patches: Patches::default(),
+            contact: ContactFrequency::new(cut.slice_m(), &parameters),
+            estimators: Estimators::default(),
+            sightings: Vec::new(),
+            row_spacing_m: rig.row_spacing_m,
+            profile: None,
+            trunk_zone: TrunkZone::above(frame.ground_clearance_m),
+            find: Vec::new(),
             slice_metres: Vec::new(),
-            heights: HeightHistogram::new(),
+            heights: Histogram::new(),
             outline: Outline::new(),
             metre: (0.0, false),
             totals: Totals::default(),
             trees: Cells::new(parameters.max_cells),
             metres: Cells::new(parameters.max_cells),
         })
+    }
+
+    /// Measures by these estimators too, from the next line on.
+    pub(crate) fn measure(&mut self, asked: &[&'static EstimatorInfo]) {
+        let Self { frame, parameters, row_spacing_m, .. } = *self;
+        self.estimators = Estimators::new(asked, &Setting { frame, parameters, row_spacing_m });
+    }
+
+    /// Looks for trees in the data too, from the next line on.
+    pub(crate) fn find_trees(&mut self, methods: &[CutMethod]) {
+        self.find = methods.to_vec();
+        self.profile =
+            (!methods.is_empty()).then(|| Profile::new(self.parameters.max_cells.saturating_mul(5)));
     }
 
     /// Adds a line of first-echo ranges. One without weight adds nothing.
@@ -70,19 +118,26 @@ impl Row {
             return;
         }
         if self.table.update(grid, &self.frame, self.parameters.area_form) {
-            self.contact.rebuild(self.table.beams(), &self.frame);
+            self.voxels.rebuild(self.table.beams(), &self.frame);
+            self.patches.clear();
         }
         let keys = self.cut.keys(line.y_m);
         self.pass_borders(keys);
         self.open = Some(keys);
 
         self.outline.add_line(weight_m);
-        self.contact.add_line(range_m, weight_m);
-        let (area_m, returns) = self.place_returns(range_m, weight_m);
+        self.patches.add_line(range_m);
+        self.voxels.add_line(range_m, self.patches.fresh(), weight_m);
+        let Placed { area_m, returns, trunk } = self.place_returns(range_m, weight_m);
+        self.estimators.enter_tree(keys.tree);
+        self.estimators.line(&Line { weight_m, sightings: &self.sightings });
 
         // I_T of the line: its weight × Σ 2 l sin(Δθ/2) cos θ over canopy returns, leaf and wood alike (paper eq. 3).
         let impacted_m2 = weight_m * area_m;
         self.totals.impacted_m2 += impacted_m2;
+        if let Some(profile) = &mut self.profile {
+            profile.add_line(line.y_m, weight_m, impacted_m2, trunk);
+        }
         self.totals.returns.canopy += returns;
         self.metre = (self.metre.0 + weight_m, self.metre.1 || returns > 0);
         let tree = keys.tree.and_then(|tree| self.trees.at(tree));
@@ -95,26 +150,39 @@ impl Row {
         }
     }
 
-    /// Sorts a line's returns; gives the canopy's area per weight, metres, and the number of its returns.
-    fn place_returns(&mut self, range_m: &[f64], weight_m: f64) -> (f64, u64) {
-        let (mut area_m, mut returns) = (0.0, 0);
-        for (beam, &range_m) in self.table.beams().iter().zip(range_m) {
+    /// Sorts a line's returns.
+    fn place_returns(&mut self, range_m: &[f64], weight_m: f64) -> Placed {
+        let Placed { mut area_m, mut returns, mut trunk } = Placed::default();
+        let wanted = !self.estimators.is_empty();
+        self.sightings.clear();
+        for ((beam, &range_m), &fresh) in self.table.beams().iter().zip(range_m).zip(self.patches.fresh()) {
             let Some(beam) = beam else { continue };
-            if reading(range_m) != Reading::Return {
-                continue;
-            }
-            match self.frame.place(beam, range_m) {
-                Place::Ground => self.totals.returns.ground += 1,
-                Place::Far => self.totals.returns.far += 1,
-                Place::Canopy { x_m, z_m } => {
+            let place = match reading(range_m) {
+                Reading::Return => Some(self.frame.place(beam, range_m)),
+                Reading::Miss => None,
+                Reading::Invalid => continue,
+            };
+            let mut canopy = None;
+            match place {
+                None => {}
+                Some(Place::Ground) => self.totals.returns.ground += 1,
+                Some(Place::Far) => self.totals.returns.far += 1,
+                Some(Place::Canopy { x_m, z_m }) => {
                     area_m += range_m * beam.area_factor;
                     returns += 1;
                     self.heights.add(z_m, weight_m);
                     self.outline.add(x_m, z_m);
+                    if self.trunk_zone.holds(x_m, z_m, self.frame.distance_m) {
+                        trunk += weight_m;
+                    }
+                    canopy = Some(Contact { range_m, x_m, z_m, fresh });
                 }
             }
+            if wanted {
+                self.sightings.push(Sighting { beam: *beam, canopy });
+            }
         }
-        (area_m, returns)
+        Placed { area_m, returns, trunk }
     }
 
     /// Closes what the line at `keys` leaves behind.
@@ -144,15 +212,24 @@ impl Row {
     }
 
     fn close_outline(&mut self, open: Keys) {
-        let volume_m3 = self.outline.close(self.frame.distance_m);
+        let section = self.outline.section(self.frame.distance_m);
+        let volume_m3 = section.volume_m3();
+        self.estimators.section(&section);
+        self.outline.clear();
         if let Some(tree) = open.tree.and_then(|tree| self.trees.at(tree)) {
             tree.volume_m3 += volume_m3;
         }
     }
 
     fn close_slice(&mut self, open: Keys) {
-        let leaf_m2 = self.contact.close();
+        let leaf_m2 = self.contact.close(&self.voxels);
+        self.estimators.slice(&Slice { voxels: &self.voxels });
+        self.voxels.clear();
         self.totals.contact_m2 += leaf_m2;
+        if let Some(profile) = &mut self.profile {
+            let [from_m, to_m] = self.cut.slice_faces_m(open.slice);
+            profile.add_leaf_area(from_m, to_m, leaf_m2);
+        }
         if let Some(tree) = open.tree.and_then(|tree| self.trees.at(tree)) {
             tree.contact_m2 += leaf_m2;
         }
@@ -165,9 +242,12 @@ impl Row {
     }
 
     fn close_tree(&mut self, open: Keys) {
-        let height_m = self.heights.close();
+        let height_m = self.heights.percentile(TOP_SHARE);
+        self.heights.clear();
         if let Some(tree) = open.tree.and_then(|tree| self.trees.at(tree)) {
             tree.height_m = tree.height_m.into_iter().chain(height_m).reduce(f64::max);
+            let stretch = Stretch::new(tree.scanned_m, self.row_spacing_m);
+            self.estimators.close_tree(&stretch);
         }
     }
 
@@ -183,7 +263,9 @@ impl Row {
     pub(crate) fn capacities(&self) -> Vec<usize> {
         [self.table.capacity(), self.slice_metres.capacity()]
             .into_iter()
-            .chain(self.contact.capacities())
+            .chain(self.voxels.capacities())
+            .chain(self.patches.capacities())
+            .chain([self.sightings.capacity()])
             .collect()
     }
 
@@ -193,6 +275,25 @@ impl Row {
 
     pub(crate) fn contact_report(&self) -> ContactReport {
         self.contact.report()
+    }
+
+    /// What the estimators say of the row.
+    pub(crate) fn measures(&self, scanned_m: f64) -> Vec<Measure> {
+        self.estimators.of_row(&Stretch::new(scanned_m, self.row_spacing_m))
+    }
+
+    /// What the estimators say of a tree.
+    pub(crate) fn tree_measures(&self, tree: i64) -> &[Measure] {
+        self.estimators.of_tree(tree)
+    }
+
+    /// The trees the data show.
+    pub(crate) fn trees_found(&self) -> Vec<TreesFound> {
+        let found = |(method, profile): (&CutMethod, &Profile)| TreesFound {
+            method: *method,
+            trees: profile.cut(*method),
+        };
+        self.find.iter().filter_map(|method| Some((method, self.profile.as_ref()?))).map(found).collect()
     }
 
     pub(crate) fn cut(&self) -> &Cut {

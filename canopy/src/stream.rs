@@ -7,8 +7,10 @@ use rowscan_protocol::scan::Scan;
 use crate::advance::{Advance, Weighted};
 use crate::calibration::Calibration;
 use crate::counting::{Counting, Turn, nominal_period_s};
+use crate::cut::CutMethod;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
+use crate::estimator::EstimatorInfo;
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
 use crate::report;
@@ -95,6 +97,24 @@ impl Pipeline {
             field,
             calibration,
         })
+    }
+
+    /// Measures by these estimators as well, from the next scan on: [`Estimate::measures`]. Without a rig they have nothing to measure.
+    #[must_use]
+    pub fn with_estimators(mut self, estimators: &[&'static EstimatorInfo]) -> Self {
+        if let Some(field) = &mut self.field {
+            field.row.measure(estimators);
+        }
+        self
+    }
+
+    /// Looks for trees in the data as well, from the next scan on: [`Estimate::trees_found`].
+    #[must_use]
+    pub fn with_trees_found(mut self, methods: &[CutMethod]) -> Self {
+        if let Some(field) = &mut self.field {
+            field.row.find_trees(methods);
+        }
+        self
     }
 
     /// Takes the next scan, in the order of reception.
@@ -186,7 +206,8 @@ mod tests {
     #[test]
     fn in_steady_state_no_buffer_grows() {
         let rig = Rig { tree_spacing_m: Some(1.2), row_spacing_m: Some(3.5), ..Rig::default() };
-        let mut pipeline = Pipeline::new(Some(&rig), 0, None).unwrap();
+        let all: Vec<_> = crate::estimator::TABLE.iter().collect();
+        let mut pipeline = Pipeline::new(Some(&rig), 0, None).unwrap().with_estimators(&all);
         let mut scan = Scan {
             scan_frequency_hz: 50.0,
             beams: BeamGrid::spanning(-450_000, 2_250_000, 5000),

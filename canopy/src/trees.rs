@@ -43,6 +43,11 @@ impl Cut {
         self.outline_m * self.outlines_per_slice as f64
     }
 
+    /// Where a slice begins and ends, metres.
+    pub(crate) fn slice_faces_m(&self, slice: i64) -> [f64; 2] {
+        [slice, slice + 1].map(|k| k as f64 * self.slice_m())
+    }
+
     pub(crate) fn tree_spacing_m(&self) -> f64 {
         self.tree_spacing_m
     }

@@ -1,0 +1,125 @@
+//! Polar cells about the scanner: who entered, who ended there. What the polar density and the tree area index are made of.
+//!
+//! A cell lies between two ranges and two angles in the scan plane, over one slice along the row; it belongs to the row if its middle
+//! does (above the ground clearance, below the region's top, before the far gate). A beam enters a cell if the canopy did not stop it
+//! before, and ends there if it did within.
+
+use super::{Line, Setting};
+use crate::geometry::Frame;
+
+/// Length of a cell along the beam, metres.
+const STEP_M: f64 = 0.25;
+/// Cells over the half circle ahead: 3° each.
+const SECTORS: usize = 60;
+/// No cell lies farther than this, metres.
+const MAX_RANGE_M: f64 = 12.0;
+
+#[derive(Clone, Debug)]
+pub(super) struct PolarCells {
+    cells: Vec<Cell>,
+    rings: usize,
+    min_beams: f64,
+    length_m: f64,
+    hits: f64,
+    patches: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Cell {
+    inside: bool,
+    entered: f64,
+    ended: f64,
+}
+
+/// What a slice of cells holds, and how it was seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PolarSums {
+    /// Σ a · r Δr Δθ Δy with a the attenuation, a metre: the area projected on the beams (G = 1), m².
+    pub(super) projected_m2: f64,
+    /// Cells entered by enough beams.
+    pub(super) entered: u64,
+    /// Of those, the ones in which every beam ended.
+    pub(super) saturated: u64,
+}
+
+impl PolarCells {
+    pub(super) fn new(setting: &Setting) -> Self {
+        let Setting { frame, parameters, .. } = setting;
+        let far_m = if frame.far_gate_m.is_finite() { frame.far_gate_m } else { 2.0 * frame.distance_m };
+        let up_m = (parameters.top_m - frame.height_m).abs().max(frame.height_m);
+        let rings = (far_m.hypot(up_m).min(MAX_RANGE_M) / STEP_M).ceil().max(1.0) as usize;
+        let mut cells = vec![Cell::default(); rings * SECTORS];
+        for (i, cell) in cells.iter_mut().enumerate() {
+            let range_m = ((i % rings) as f64 + 0.5) * STEP_M;
+            let theta = sector_middle(i / rings);
+            cell.inside =
+                inside(frame, parameters.top_m, far_m, range_m * theta.cos(), range_m * theta.sin());
+        }
+        Self {
+            cells,
+            rings,
+            min_beams: f64::from(parameters.min_beams.max(1)),
+            length_m: 0.0,
+            hits: 0.0,
+            patches: 0.0,
+        }
+    }
+
+    pub(super) fn line(&mut self, line: &Line<'_>) {
+        self.length_m += line.weight_m;
+        for sighting in line.sightings {
+            let sector = ((sighting.beam.theta_rad / std::f64::consts::PI + 0.5) * SECTORS as f64) as usize;
+            let first = sector.min(SECTORS - 1) * self.rings;
+            let end = sighting.canopy.map_or(self.rings, |contact| (contact.range_m / STEP_M) as usize);
+            let Some(cells) = self.cells.get_mut(first..first + self.rings) else { continue };
+            for cell in cells.iter_mut().take(end + 1) {
+                cell.entered += 1.0;
+            }
+            if let Some((cell, contact)) =
+                cells.get_mut(end).zip(sighting.canopy).filter(|(cell, _)| cell.inside)
+            {
+                cell.ended += 1.0;
+                self.hits += 1.0;
+                self.patches += f64::from(u8::from(contact.fresh));
+            }
+        }
+    }
+
+    /// Ends the slice.
+    pub(super) fn close(&mut self) -> PolarSums {
+        let mut sums = PolarSums::default();
+        // Each patch stands for one look: half a look is what the correction adds.
+        let half = 0.5 * (self.hits / self.patches.max(1.0)).max(1.0);
+        for (i, cell) in self.cells.iter_mut().enumerate() {
+            if cell.inside && cell.entered >= self.min_beams {
+                sums.entered += 1;
+                sums.saturated += u64::from(cell.ended >= cell.entered);
+                let passed = (cell.entered - cell.ended + half) / (cell.entered + half);
+                let range_m = ((i % self.rings) as f64 + 0.5) * STEP_M;
+                // a · r Δr Δθ Δy, with a = −ln(passed) / Δr.
+                let sector = std::f64::consts::PI / SECTORS as f64;
+                sums.projected_m2 += -passed.ln() * range_m * sector * self.length_m;
+            }
+            (cell.entered, cell.ended) = (0.0, 0.0);
+        }
+        (self.length_m, self.hits, self.patches) = (0.0, 0.0, 0.0);
+        sums
+    }
+}
+
+impl std::ops::AddAssign for PolarSums {
+    fn add_assign(&mut self, other: Self) {
+        self.projected_m2 += other.projected_m2;
+        self.entered += other.entered;
+        self.saturated += other.saturated;
+    }
+}
+
+fn sector_middle(sector: usize) -> f64 {
+    ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * std::f64::consts::PI
+}
+
+fn inside(frame: &Frame, top_m: f64, far_m: f64, x_m: f64, up_m: f64) -> bool {
+    let z_m = frame.height_m + up_m;
+    x_m < far_m && z_m > frame.ground_clearance_m && z_m < top_m
+}

@@ -1,0 +1,296 @@
+//! What the beams of a slice did, voxel by voxel: who entered, how far they went, where they ended.
+//!
+//! Voxels are squares in x and z within a slice along the row; beams lie in one plane, so the way of each beam through the squares
+//! is worked out once per beam grid. A beam's free path runs through every voxel on its way, up to its hit or, for a miss, right
+//! through. Lines enter with their weight. The estimators read the sums when the slice ends ([`LayerSum`]).
+
+mod paths;
+
+use self::paths::{Paths, Region};
+use crate::geometry::{Beam, Frame, Reading, reading};
+use crate::parameters::{Fill, Parameters};
+
+/// The voxel region in the scan plane, and the open slice's sums.
+#[derive(Clone, Debug)]
+pub(crate) struct Voxels {
+    region: Region,
+    paths: Paths,
+    voxels: Vec<Voxel>,
+    /// Metres of row in the open slice.
+    length_m: f64,
+    hits: u64,
+    patches: u64,
+    min_beams: u32,
+    fill: Fill,
+}
+
+/// One voxel's sums.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Voxel {
+    /// Σ line weight over hits, metres.
+    pub(crate) hits_m: f64,
+    /// Σ line weight · free path, m².
+    pub(crate) path_m2: f64,
+    /// Σ line weight² · free path of the beams that hit, m³.
+    pub(crate) hit_path_m3: f64,
+    /// Σ line weight² over hits, m².
+    pub(crate) hits_m2: f64,
+    /// Beams that entered.
+    pub(crate) beams: u32,
+}
+
+impl Voxel {
+    /// Contact frequency, hits a metre of free path; None where too few beams entered.
+    pub(crate) fn contact_frequency(&self, min_beams: u32) -> Option<f64> {
+        (self.beams >= min_beams && self.path_m2 > 0.0).then(|| self.hits_m / self.path_m2)
+    }
+}
+
+/// The voxels of one height: how many, and the sums of what they hold.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LayerSum {
+    /// Lower and upper face, metres above ground.
+    pub(crate) z_m: [f64; 2],
+    /// Voxels that enough beams entered.
+    pub(crate) visited: u32,
+    /// Voxels that too few beams entered.
+    pub(crate) unvisited: u32,
+    /// Σ density over visited voxels.
+    pub(crate) density: f64,
+    /// Σ density that the fill rule gives the unvisited ones.
+    pub(crate) filled: f64,
+}
+
+/// Unvisited voxels by the reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Unseen {
+    /// Voxels in all.
+    pub(crate) of: u64,
+    /// Beams are aimed at them, but were stopped before.
+    pub(crate) occluded: u64,
+    /// No beam of the grid leads there.
+    pub(crate) never_visited: u64,
+}
+
+impl Voxels {
+    pub(crate) fn new(frame: &Frame, row_spacing_m: Option<f64>, parameters: &Parameters) -> Self {
+        let region = Region::new(frame, row_spacing_m, parameters);
+        Self {
+            voxels: vec![Voxel::default(); region.len()],
+            paths: Paths::default(),
+            region,
+            length_m: 0.0,
+            hits: 0,
+            patches: 0,
+            min_beams: parameters.min_beams.max(1),
+            fill: parameters.fill,
+        }
+    }
+
+    /// Works out the ways of a new grid's beams.
+    pub(crate) fn rebuild(&mut self, beams: &[Option<Beam>], frame: &Frame) {
+        self.paths.rebuild(beams, frame, &self.region);
+    }
+
+    /// Adds a line to the open slice. `range_m` is in the order of the beams [`rebuild`](Self::rebuild) was given; `fresh` says of
+    /// each beam whether it ends on a patch no neighbour has met.
+    pub(crate) fn add_line(&mut self, range_m: &[f64], fresh: &[bool], weight_m: f64) {
+        self.length_m += weight_m;
+        for ((way, &range_m), &fresh) in self.paths.ways.iter().zip(range_m).zip(fresh) {
+            let end_m = match reading(range_m) {
+                Reading::Return => range_m,
+                Reading::Miss => f64::INFINITY,
+                Reading::Invalid => continue,
+            };
+            let mut from_m = way.entry_m;
+            if end_m < from_m {
+                continue;
+            }
+            for step in self.paths.steps.get(way.first..way.last).unwrap_or_default() {
+                let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
+                voxel.beams = voxel.beams.saturating_add(1);
+                let path_m = step.exit_m.min(end_m) - from_m;
+                voxel.path_m2 += weight_m * path_m;
+                if end_m < step.exit_m {
+                    voxel.hits_m += weight_m;
+                    voxel.hits_m2 += weight_m * weight_m;
+                    voxel.hit_path_m3 += weight_m * weight_m * path_m;
+                    self.hits += 1;
+                    self.patches += u64::from(fresh);
+                    break;
+                }
+                from_m = step.exit_m;
+            }
+        }
+    }
+
+    /// Layer by layer from below: the sums of a density that a voxel's sums give, None where it tells nothing.
+    pub(crate) fn layers<'a>(
+        &'a self,
+        density: impl Fn(&Voxel) -> Option<f64> + Copy + 'a,
+    ) -> impl Iterator<Item = LayerSum> + 'a {
+        self.voxels.chunks(self.region.nx.max(1)).enumerate().map(move |(layer, band)| {
+            let z_m = [layer, layer + 1].map(|k| self.region.z_m + k as f64 * self.region.dz_m);
+            let mut sum = LayerSum { z_m, ..LayerSum::default() };
+            for found in band.iter().filter_map(density) {
+                sum.visited += 1;
+                sum.density += found;
+            }
+            sum.unvisited = band.len() as u32 - sum.visited;
+            sum.filled = match self.fill {
+                Fill::LeaveOut => 0.0,
+                Fill::BandMean if sum.visited == 0 => 0.0,
+                Fill::BandMean => sum.density / f64::from(sum.visited) * f64::from(sum.unvisited),
+                Fill::Mirror => {
+                    let missing = band.iter().enumerate().filter(|(_, voxel)| density(voxel).is_none());
+                    let twins = missing.filter_map(|(i, _)| band.get(self.region.mirrored(i)?));
+                    twins.filter_map(density).sum()
+                }
+            };
+            sum
+        })
+    }
+
+    /// Every voxel's sums.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Voxel> {
+        self.voxels.iter()
+    }
+
+    /// Unvisited voxels, by the reason.
+    pub(crate) fn unseen(&self) -> Unseen {
+        let mut unseen = Unseen { of: self.voxels.len() as u64, ..Unseen::default() };
+        for (voxel, aimed) in self.voxels.iter().zip(&self.paths.aimed) {
+            if voxel.beams < self.min_beams {
+                let count = if *aimed { &mut unseen.occluded } else { &mut unseen.never_visited };
+                *count += 1;
+            }
+        }
+        unseen
+    }
+
+    /// Volume of one voxel of the open slice, m³.
+    pub(crate) fn volume_m3(&self) -> f64 {
+        self.region.dx_m * self.region.dz_m * self.length_m
+    }
+
+    /// Beams that ended in a voxel.
+    pub(crate) fn hits(&self) -> u64 {
+        self.hits
+    }
+
+    /// Hits a patch of surface: about how many beams one leaf stops. 1 where nothing was hit.
+    pub(crate) fn hits_per_patch(&self) -> f64 {
+        (self.hits as f64 / self.patches.max(1) as f64).max(1.0)
+    }
+
+    pub(crate) fn min_beams(&self) -> u32 {
+        self.min_beams
+    }
+
+    /// Empties the slice.
+    pub(crate) fn clear(&mut self) {
+        self.voxels.fill(Voxel::default());
+        self.length_m = 0.0;
+        self.hits = 0;
+        self.patches = 0;
+    }
+
+    #[cfg(test)]
+    pub(crate) fn capacities(&self) -> [usize; 5] {
+        let paths = &self.paths;
+        [
+            self.voxels.capacity(),
+            paths.ways.capacity(),
+            paths.steps.capacity(),
+            paths.crossings.capacity(),
+            paths.aimed.capacity(),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::BeamTable;
+    use crate::parameters::AreaForm;
+    use rowscan_protocol::angle::BeamGrid;
+    use rowscan_protocol::rig::{Mount, Rig};
+    use rowscan_protocol::scan::NO_ECHO;
+
+    /// One line of `range_m`, all patches new.
+    fn add(voxels: &mut Voxels, range_m: &[f64], weight_m: f64) {
+        voxels.add_line(range_m, &vec![true; range_m.len()], weight_m);
+    }
+
+    fn voxels(parameters: &Parameters) -> (Voxels, BeamTable) {
+        let frame = Frame::new(&Rig::default(), &Mount::default()).unwrap();
+        let mut table = BeamTable::default();
+        table.update(BeamGrid::spanning(0, 1_800_000, 5000), &frame, AreaForm::Midpoint);
+        let mut voxels = Voxels::new(&frame, Some(4.0), parameters);
+        voxels.rebuild(table.beams(), &frame);
+        (voxels, table)
+    }
+
+    #[test]
+    fn the_free_path_of_misses_is_their_way_through_the_region() {
+        let (mut voxels, table) = voxels(&Parameters::default());
+        add(&mut voxels, &vec![NO_ECHO; table.beams().len()], 2.0);
+        let walked: f64 = voxels.iter().map(|v| v.path_m2).sum::<f64>() / 2.0;
+        // The region is 0..3.9 m wide, 0.1..5 m high; the mirror stands at its near edge, 1.6 m high.
+        let expected: f64 = table
+            .beams()
+            .iter()
+            .flatten()
+            .map(|b| {
+                let vertical = if b.sin > 0.0 { (5.0 - 1.6) / b.sin } else { (0.1 - 1.6) / b.sin };
+                (3.9 / b.cos).min(if b.sin.abs() < 1e-12 { f64::INFINITY } else { vertical })
+            })
+            .sum();
+        assert!((walked / expected - 1.0).abs() < 1e-12, "{walked} {expected}");
+        assert_eq!(voxels.hits(), 0);
+    }
+
+    #[test]
+    fn a_hit_ends_the_path_and_counts_in_its_voxel() {
+        let (mut voxels, table) =
+            voxels(&Parameters { min_beams: 1, fill: Fill::LeaveOut, ..Parameters::default() });
+        let mut ranges = vec![f64::NAN; table.beams().len()];
+        ranges[180] = 1.0; // level
+        add(&mut voxels, &ranges, 0.1);
+        let walked: f64 = voxels.iter().map(|v| v.path_m2).sum();
+        assert!((walked - 0.1).abs() < 1e-12);
+        assert_eq!(voxels.hits(), 1);
+        // The hit stands 1.0 m off, in the fifth voxel of 3.9 m / 16: after 4 · 0.24375 = 0.975 m.
+        let frequency: f64 = voxels.iter().filter_map(|voxel| voxel.contact_frequency(1)).sum();
+        assert!((frequency * (1.0 - 0.975) - 1.0).abs() < 1e-9, "{frequency}");
+        assert!((voxels.volume_m3() - 0.24375 * 0.245 * 0.1).abs() < 1e-12);
+        assert_eq!(voxels.hits_per_patch(), 1.0);
+        voxels.clear();
+        assert_eq!((voxels.hits(), voxels.volume_m3()), (0, 0.0));
+    }
+
+    #[test]
+    fn a_hit_before_the_region_looks_at_nothing() {
+        // The region begins 1.4 m off; the return stands at 1.0 m.
+        let (mut voxels, table) = voxels(&Parameters { half_width_m: Some(0.5), ..Parameters::default() });
+        add(&mut voxels, &vec![1.0; table.beams().len()], 0.1);
+        assert!(voxels.iter().all(|v| v.beams == 0 && v.path_m2 == 0.0 && v.hits_m == 0.0));
+        assert_eq!(voxels.hits(), 0);
+    }
+
+    #[test]
+    fn voxels_no_beam_leads_to_are_told_from_those_hidden() {
+        let (mut voxels, table) = voxels(&Parameters::default());
+        let beams = table.beams().len();
+        for _ in 0..20 {
+            add(&mut voxels, &vec![1.0; beams], 0.02);
+        }
+        let hidden = voxels.unseen();
+        assert!(hidden.occluded > hidden.of / 2, "{hidden:?}");
+        for _ in 0..20 {
+            add(&mut voxels, &vec![NO_ECHO; beams], 0.02);
+        }
+        let open = voxels.unseen();
+        assert_eq!((open.occluded, open.never_visited), (0, hidden.never_visited), "{open:?}");
+    }
+}

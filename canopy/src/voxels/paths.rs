@@ -1,0 +1,143 @@
+//! Where the beams of a grid lead through the voxels of the scan plane.
+
+use crate::geometry::{Beam, Frame};
+use crate::parameters::Parameters;
+
+/// A rectangle of voxels in the scan plane: |x − distance| < half width, ground clearance < z < top.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Region {
+    pub(super) x_m: f64,
+    pub(super) z_m: f64,
+    pub(super) dx_m: f64,
+    pub(super) dz_m: f64,
+    pub(super) nx: usize,
+    pub(super) nz: usize,
+    pub(super) row_m: f64,
+}
+
+/// Half width of the region where no row spacing says more, metres.
+const DEFAULT_HALF_WIDTH_M: f64 = 1.5;
+/// Widest half width a row spacing asks for, metres.
+const MAX_HALF_WIDTH_M: f64 = 5.0;
+
+impl Region {
+    pub(super) fn new(frame: &Frame, row_spacing_m: Option<f64>, parameters: &Parameters) -> Self {
+        let half_m = parameters.half_width_m.unwrap_or_else(|| {
+            row_spacing_m.map_or(DEFAULT_HALF_WIDTH_M, |s| (s / 2.0).min(MAX_HALF_WIDTH_M))
+        });
+        let x_m = (frame.distance_m - half_m).max(0.0);
+        let width_m = frame.distance_m + half_m - x_m;
+        let height_m = (parameters.top_m - frame.ground_clearance_m).max(0.0);
+        // Whole voxels fill the region exactly: their edges are a little shorter than asked for.
+        let cells = |length_m: f64| (length_m / parameters.voxel_m - 1e-9).ceil().max(1.0);
+        let (nx, nz) = (cells(width_m), cells(height_m));
+        Self {
+            x_m,
+            z_m: frame.ground_clearance_m,
+            dx_m: width_m / nx,
+            dz_m: height_m / nz,
+            nx: nx as usize,
+            nz: nz as usize,
+            row_m: frame.distance_m,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.nx * self.nz
+    }
+
+    /// The voxel column as far behind the row plane as column `ix` lies before it.
+    pub(super) fn mirrored(&self, ix: usize) -> Option<usize> {
+        let column = (2.0 * (self.row_m - self.x_m) / self.dx_m - (ix as f64 + 0.5)).floor();
+        (column >= 0.0 && column < self.nx as f64).then_some(column as usize)
+    }
+
+    fn voxel(&self, x_m: f64, z_m: f64) -> usize {
+        let index = |offset_m: f64, edge_m: f64, n: usize| ((offset_m / edge_m).max(0.0) as usize).min(n - 1);
+        index(z_m - self.z_m, self.dz_m, self.nz) * self.nx + index(x_m - self.x_m, self.dx_m, self.nx)
+    }
+}
+
+/// The ways of a grid's beams through the region.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Paths {
+    /// One a beam.
+    pub(super) ways: Vec<Way>,
+    pub(super) steps: Vec<Step>,
+    pub(super) crossings: Vec<f64>,
+    /// True for a voxel that some beam leads to.
+    pub(super) aimed: Vec<bool>,
+}
+
+/// One beam's way: where it enters, and its steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Way {
+    pub(super) entry_m: f64,
+    pub(super) first: usize,
+    pub(super) last: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub(super) voxel: usize,
+    pub(super) exit_m: f64,
+}
+
+impl Paths {
+    pub(super) fn rebuild(&mut self, beams: &[Option<Beam>], frame: &Frame, region: &Region) {
+        self.ways.clear();
+        self.steps.clear();
+        for beam in beams {
+            let first = self.steps.len();
+            let entry_m = beam.map_or(0.0, |beam| self.walk(&beam, frame.height_m, region));
+            self.ways.push(Way { entry_m, first, last: self.steps.len() });
+        }
+        self.aimed.clear();
+        self.aimed.resize(region.len(), false);
+        for step in &self.steps {
+            if let Some(aimed) = self.aimed.get_mut(step.voxel) {
+                *aimed = true;
+            }
+        }
+    }
+
+    /// Cuts a beam at every voxel face it crosses; gives where it enters the region.
+    fn walk(&mut self, beam: &Beam, height_m: f64, region: &Region) -> f64 {
+        let across = |k: usize| (region.x_m + k as f64 * region.dx_m) / beam.cos;
+        let up = |k: usize| (region.z_m + k as f64 * region.dz_m - height_m) / beam.sin;
+        let (mut entry_m, mut exit_m) = (across(0), across(region.nx));
+        let level = beam.sin.abs() < 1e-12;
+        if level {
+            let top_m = region.z_m + region.nz as f64 * region.dz_m;
+            if height_m < region.z_m || height_m >= top_m {
+                return 0.0;
+            }
+        } else {
+            let (a, b) = (up(0), up(region.nz));
+            entry_m = entry_m.max(a.min(b));
+            exit_m = exit_m.min(a.max(b));
+        }
+        entry_m = entry_m.max(0.0);
+        if !(exit_m.is_finite() && entry_m < exit_m) {
+            return 0.0;
+        }
+        self.crossings.clear();
+        self.crossings.extend((1..region.nx).map(across));
+        if !level {
+            self.crossings.extend((1..region.nz).map(up));
+        }
+        self.crossings.retain(|t| *t > entry_m && *t < exit_m);
+        self.crossings.sort_unstable_by(f64::total_cmp);
+        self.crossings.push(exit_m);
+        let mut from_m = entry_m;
+        for &to_m in &self.crossings {
+            let middle_m = (from_m + to_m) / 2.0;
+            if to_m > from_m {
+                let voxel = region.voxel(middle_m * beam.cos, height_m + middle_m * beam.sin);
+                self.steps.push(Step { voxel, exit_m: to_m });
+            }
+            from_m = to_m;
+        }
+        entry_m
+    }
+}
