@@ -7,6 +7,7 @@
 //!
 //! The two meet in tests and in the demo's last table only.
 
+pub mod appraisal;
 pub mod cli;
 pub mod clock;
 pub mod config;

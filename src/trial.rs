@@ -1,7 +1,7 @@
 //! One row, scanned in memory and estimated, beside its truth: what calibrations and accuracy tables are made of.
 
 use rayon::prelude::*;
-use rowscan_canopy::{Calibration, Estimate, Pipeline, PipelineError};
+use rowscan_canopy::{Calibration, Estimate, EstimatorInfo, Pipeline, PipelineError};
 use rowscan_protocol::device::Device;
 use rowscan_protocol::model::Model;
 use rowscan_protocol::scan::Scan;
@@ -48,18 +48,20 @@ impl Trial {
         model: &'static Model,
         calibration: Option<Calibration>,
     ) -> Result<Self, TrialError> {
-        Self::drive_past(&Stage::grow(scene, &|_, _| {})?, model, calibration)
+        Self::drive_past(&Stage::grow(scene, &|_, _| {})?, model, calibration, &[])
     }
 
-    /// Drives past a grown row once, and estimates.
+    /// Drives past a grown row once, and estimates, by these estimators as well.
     pub fn drive_past(
         stage: &Stage,
         model: &'static Model,
         calibration: Option<Calibration>,
+        estimators: &[&'static EstimatorInfo],
     ) -> Result<Self, TrialError> {
         let (device, world) = stage.scanner(0, model)?;
         let scans = stage.scans_per_row(&device);
-        let mut pipeline = Pipeline::new(Some(&rig_of(stage, &device)), 0, calibration)?;
+        let pipeline = Pipeline::new(Some(&rig_of(stage, &device)), 0, calibration)?;
+        let mut pipeline = pipeline.with_estimators(estimators);
         let mut offline = Offline::new(device, world);
         let mut scan = Scan::default();
         for _ in 0..scans {

@@ -9,11 +9,15 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::{About, StreamKind};
+use rowscan_scenes::Scene;
+use serde::Serialize;
 
+use super::estimators::{self, Beside, EstimatorArgs};
 use super::interrupt::Interrupt;
 use super::output::{self, number, say};
 use super::recorder::{self, RecordArgs};
-use super::{Failure, Format, Outcome, models, progress};
+use super::{Failure, Format, Outcome, models, progress, scene};
+use crate::appraisal::Appraisal;
 use crate::{config, stage};
 
 /// How long the device is given to end the stream.
@@ -47,6 +51,11 @@ pub(super) struct Args {
     /// Wait for the scanner to appear instead of failing fast
     #[arg(long)]
     wait: bool,
+    #[command(flatten)]
+    estimators: EstimatorArgs,
+    /// Seed of the rig's scene, for the truth beside the estimators; the scene's own where absent
+    #[arg(long, value_name = "N", requires = "estimators")]
+    seed: Option<u64>,
     /// How to write the estimate
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -75,11 +84,27 @@ impl From<Prefer> for Dialect {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
-    let rig = match &args.rig {
-        Some(name) => Some(rig_for(name, args.model.as_deref(), args.scanner)?),
-        None => None,
+    let asked = args.estimators.asked()?;
+    let (rig, scene) = match &args.rig {
+        Some(name) => {
+            let (rig, scene) = rig_for(name, args.model.as_deref(), args.scanner)?;
+            (Some(rig), scene)
+        }
+        None => (None, None),
     };
-    let mut pipeline = pipeline(rig.as_ref(), args.scanner, args.calibration.as_deref())?;
+    let mut pipeline =
+        pipeline(rig.as_ref(), args.scanner, args.calibration.as_deref())?.with_estimators(&asked);
+    let appraisal = match (&rig, scene) {
+        (Some(rig), Some(scene)) if !asked.is_empty() => {
+            let scene = Scene { seed: args.seed.unwrap_or(scene.seed), ..scene };
+            let Some(stage) = interrupt.or(scene::grow(scene)).await.transpose()? else {
+                return Ok(Outcome::Done);
+            };
+            let mount = rig.scanners.get(args.scanner).cloned().unwrap_or_default();
+            Some(Appraisal::of(&stage.orchard, &mount, rig.ground_clearance_m))
+        }
+        _ => None,
+    };
     if rig.is_none() {
         say("no rig given: areas stay unknown; say where the scanner sits with --rig");
     }
@@ -110,7 +135,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     estimate.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
     // What was seen before a failure is not lost by it; a source that never gave a scan has nothing to show.
     if ended.is_ok() || estimate.scans > 0 {
-        print(args.format, &estimate)?;
+        let start_m = rig.as_ref().map_or(0.0, |rig| rig.start_m);
+        let truth = appraisal.as_ref().map(|appraisal| estimators::scanned(appraisal, &estimate, start_m));
+        let beside = if asked.is_empty() { Vec::new() } else { Beside::of_row(&estimate, truth.as_ref()) };
+        print(args.format, &estimate, &beside)?;
     }
     let outcome = taping.finish();
     ended.map(|()| outcome)
@@ -125,13 +153,13 @@ fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
     })
 }
 
-/// The rig called `name`, carrying scanners of `model`.
-fn rig_for(name: &str, model: Option<&str>, scanner: usize) -> Result<Rig, Failure> {
-    let mut rig = config::load_rig(name)?;
+/// The rig called `name`, carrying scanners of `model`, and the scene it stands in, if it names one.
+fn rig_for(name: &str, model: Option<&str>, scanner: usize) -> Result<(Rig, Option<Scene>), Failure> {
+    let (mut rig, scene) = config::load_rig(name)?;
     if let (Some(model), Some(mount)) = (model, rig.scanners.get_mut(scanner)) {
         models::find(model)?.name.clone_into(&mut mount.model);
     }
-    Ok(rig)
+    Ok((rig, scene))
 }
 
 /// The pipeline of a rig's scanner, with the calibration named, or the rig's own.
@@ -183,14 +211,29 @@ pub(super) fn tell(event: &LinkEvent) {
     }
 }
 
-pub(super) fn print(format: Format, estimate: &Estimate) -> Result<(), Failure> {
+/// The estimate with its estimators side by side.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    estimate: &'a Estimate,
+    /// The row's numbers with the truth beside them; only if estimators were asked for.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    side_by_side: &'a [Beside],
+}
+
+/// Writes an estimate; as CSV the trees, or the estimators side by side if any were asked for.
+fn print(format: Format, estimate: &Estimate, side_by_side: &[Beside]) -> Result<(), Failure> {
     match format {
-        Format::Json | Format::Jsonl => output::print_json(format, estimate),
+        Format::Json | Format::Jsonl => output::print_json(format, &Told { estimate, side_by_side }),
+        Format::Csv if !side_by_side.is_empty() => output::print_rows(format, side_by_side),
         Format::Csv => output::print_rows(format, &estimate.trees),
         Format::Table => {
             output::print(&facts(estimate))?;
             if !estimate.trees.is_empty() {
                 output::print(&trees(estimate))?;
+            }
+            if !side_by_side.is_empty() {
+                output::print(&estimators::table(side_by_side))?;
             }
             output::print(&warnings(&estimate.warnings))
         }

@@ -7,6 +7,7 @@ mod device;
 mod emulate;
 mod endpoint;
 mod estimate;
+mod estimators;
 mod interrupt;
 mod models;
 mod orchard;
@@ -40,6 +41,7 @@ enum Command {
     /// Be a scanner that drives past an orchard
     Emulate(emulate::Args),
     /// Estimate leaf area from a live scanner or a recording
+    #[command(after_long_help = estimators::list())]
     Estimate(estimate::Args),
     /// Grow orchards and measure what is really there
     #[command(subcommand)]
@@ -141,6 +143,9 @@ pub enum Failure {
     /// A study that did not end.
     #[error(transparent)]
     Study(#[from] crate::study::RunError),
+    /// A study file.
+    #[error(transparent)]
+    Sweep(#[from] crate::study::sweep::SweepError),
     /// Shards that make no whole.
     #[error(transparent)]
     Merge(#[from] crate::study::MergeError),

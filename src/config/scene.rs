@@ -73,7 +73,8 @@ pub enum ConfigError {
     },
 }
 
-fn nearest(name: &str, names: &[&str]) -> String {
+/// `; did you mean X?` where one of the names is much like this one, else nothing.
+pub fn nearest(name: &str, names: &[&str]) -> String {
     names
         .iter()
         .map(|known| (strsim::jaro_winkler(name, known), known))
@@ -135,6 +136,14 @@ fn load_track(path: &Path) -> Result<Track, ConfigError> {
     Track::parse(&text).map_err(|cause| ConfigError::Track { place: path.display().to_string(), cause })
 }
 
+/// A scene from the text of a file, validated; what is wrong, without a place.
+pub fn scene_from_text(text: &str) -> Result<Scene, String> {
+    let scene: Scene = strict::from_toml(text).map_err(|trouble| trouble.message)?;
+    scene.validate().map_err(|cause| cause.to_string())?;
+    scene.resolved_rig().validate().map_err(|cause| cause.to_string())?;
+    Ok(scene)
+}
+
 /// A file that may hold nothing but a rig.
 #[derive(Deserialize)]
 struct RigFile {
@@ -144,16 +153,16 @@ struct RigFile {
     orchard: Option<serde::de::IgnoredAny>,
 }
 
-/// A rig from a rig file, a scene file or a built-in scene's name.
-pub fn load_rig(name: &str) -> Result<Rig, ConfigError> {
+/// A rig from a rig file, a scene file or a built-in scene's name; the scene with it, unless the file holds a rig alone.
+pub fn load_rig(name: &str) -> Result<(Rig, Option<Scene>), ConfigError> {
     let text = Text::find("rig or scene", name, builtin::text, builtin::names().collect())?;
     let file: RigFile = text.read()?;
     let rig = match file {
         RigFile { rig: Some(rig), orchard: None } => rig,
-        _ => return load_scene(name).map(|scene| scene.resolved_rig()),
+        _ => return load_scene(name).map(|scene| (scene.resolved_rig(), Some(scene))),
     };
     rig.validate().map_err(|cause| ConfigError::Rig { place: text.place, cause })?;
-    Ok(rig)
+    Ok((rig, None))
 }
 
 /// The calibration a rig names, for the scanner model it carries: `NAME-MODEL` where calibrations of that name are shipped, none if

@@ -128,7 +128,10 @@ impl serde::de::Error for Complaint {
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn serde::de::Expected) -> Self {
-        Self::new(Kind::Mismatch { found: found.to_string(), expected: expected.to_string() })
+        let expected = expected.to_string();
+        // A user's document holds tables; that they become structs here is our affair.
+        let expected = if expected.starts_with("struct ") { "a table".to_owned() } else { expected };
+        Self::new(Kind::Mismatch { found: found.to_string(), expected })
     }
 
     fn invalid_value(found: Unexpected<'_>, expected: &dyn serde::de::Expected) -> Self {
@@ -346,6 +349,9 @@ mod tests {
     fn wrong_types_and_choices_name_what_was_found_and_expected() {
         let found = trouble("trees = 1\ntree_spacing_m = \"wide\"\n");
         assert_eq!((found.line, found.message.as_str()), (2, "expected f64, found string \"wide\""));
+        let found =
+            from_toml::<std::collections::BTreeMap<String, Orchard>>("orchard = 3\n").expect_err("a number");
+        assert_eq!((found.line, found.message.as_str()), (1, "expected a table, found integer `3`"));
         let found = trouble("trees = -1\n");
         assert_eq!((found.line, found.message.as_str()), (1, "expected u32, found integer `-1`"));
         let found = trouble("shape = \"spindel\"\n");

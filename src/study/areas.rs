@@ -197,6 +197,6 @@ fn drive_past(stage: &Stage, leaf_area_m2: f64) -> Result<Option<DrivePast>, Uni
     let Some(scanner) = stage.rig.scanners.first().and_then(|mount| model::by_name(&mount.model)) else {
         return Ok(None);
     };
-    let trial = Trial::drive_past(stage, scanner, None)?;
+    let trial = Trial::drive_past(stage, scanner, None, &[])?;
     Ok(Sample::of(&trial.estimate, leaf_area_m2).map(DrivePast::from))
 }

@@ -11,6 +11,7 @@ pub mod fingerprint;
 pub mod journal;
 pub mod resolution;
 mod shard;
+pub mod sweep;
 
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
@@ -73,6 +74,12 @@ pub enum UnitError {
         length_m: f64,
         /// Metres needed.
         needed_m: f64,
+    },
+    /// A scanner model that is none.
+    #[error("unknown scanner model `{found}`; see `rowscan models`")]
+    UnknownModel {
+        /// What was asked for.
+        found: String,
     },
     /// The row could not be driven past by the emulated scanner.
     #[error(transparent)]

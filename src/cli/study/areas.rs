@@ -1,6 +1,6 @@
 //! `rowscan study areas`: the paper's twenty orchards and six regressions.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use comfy_table::Cell;
 use rowscan_canopy::Sample;
@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::orchards::OrchardArgs;
 use super::shards::ShardArgs;
+use super::tell::TellArgs;
 use crate::cli::output::{self, number, say};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
@@ -30,27 +31,13 @@ pub(in crate::cli) struct Args {
     whole_orchard: bool,
     #[command(flatten)]
     scan: ScanArgs,
-    /// Keep the lateral sensor at least so far from the canopy
-    #[arg(long, value_name = "METRES", default_value_t = 0.5)]
-    clearance: f64,
     #[command(flatten)]
     pub(super) shards: ShardArgs,
-    #[command(flatten)]
-    report: ReportArgs,
-}
-
-/// How a whole study is told.
-#[derive(Debug, clap::Args)]
-pub(super) struct ReportArgs {
-    /// Draw the regressions, like the paper's Fig. 7
-    #[arg(long, value_name = "FILE.svg")]
-    figure: Option<PathBuf>,
     /// Write a calibration for `estimate`, fitted to drives of the scene's rig past these orchards
     #[arg(long, value_name = "FILE.toml")]
     calibration: Option<PathBuf>,
-    /// How to write the report
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    #[command(flatten)]
+    tell: TellArgs,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -61,44 +48,36 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         shady_percent: args.shady,
         lateral: args.scan.over(whole.lateral),
         zenith: args.scan.over(whole.zenith),
-        clearance_m: args.clearance,
+        clearance_m: args.orchards_of.clearance,
         whole_orchard: args.whole_orchard,
         scene: whole.scene,
     };
     match args.shards.run(study).await? {
-        Some(whole) => args.report.tell(whole),
+        Some(whole) => tell(&args.tell, args.calibration.as_deref(), whole),
         None => Ok(Outcome::Done),
     }
 }
 
-impl ReportArgs {
-    /// As `merge` was asked to.
-    pub(super) fn new(format: Format, figure: Option<PathBuf>, calibration: Option<PathBuf>) -> Self {
-        Self { figure, calibration, format }
+/// Reports on a whole study.
+pub(super) fn tell(
+    args: &TellArgs,
+    calibration_to: Option<&Path>,
+    (header, units): Whole<AreasStudy>,
+) -> Result<Outcome, Failure> {
+    let report = report(header, units);
+    if let Some(path) = calibration_to {
+        output::write_file(path, &calibration(&report)?)?;
+        say(format_args!("wrote {}", path.display()));
     }
-
-    /// Reports on a whole study.
-    pub(super) fn tell(&self, (header, units): Whole<AreasStudy>) -> Result<Outcome, Failure> {
-        let report = report(header, units);
-        if let Some(path) = &self.calibration {
-            output::write_file(path, &calibration(&report)?)?;
-            say(format_args!("wrote {}", path.display()));
+    args.draw(|| figure::areas(&report))?;
+    match args.format {
+        Format::Json | Format::Jsonl => output::print_json(args.format, &report)?,
+        Format::Csv => {
+            output::print_rows(args.format, &report.orchards.iter().map(Row::from).collect::<Vec<_>>())?;
         }
-        if let Some(path) = &self.figure {
-            let drawing =
-                figure::areas(&report).map_err(|cause| super::merge::drawing_failure(path, cause))?;
-            output::write_file(path, &drawing)?;
-            say(format_args!("wrote {}", path.display()));
-        }
-        match self.format {
-            Format::Json | Format::Jsonl => output::print_json(self.format, &report)?,
-            Format::Csv => {
-                output::print_rows(self.format, &report.orchards.iter().map(Row::from).collect::<Vec<_>>())?;
-            }
-            Format::Table => output::print(&table(&report))?,
-        }
-        Ok(Outcome::Done)
+        Format::Table => output::print(&table(&report))?,
     }
+    Ok(Outcome::Done)
 }
 
 fn calibration(report: &AreasReport) -> Result<String, Failure> {

@@ -1,16 +1,17 @@
 //! `rowscan study merge`: shards become the whole, and the whole is reported.
 
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::shards::{read_json, read_shard};
-use super::{areas, resolution};
-use crate::cli::{Failure, Format, Outcome};
+use super::tell::TellArgs;
+use super::{areas, resolution, run as sweep};
+use crate::cli::{Failure, Outcome};
 use crate::study::areas::AreasStudy;
 use crate::study::resolution::ResolutionStudy;
+use crate::study::sweep::SweepStudy;
 use crate::study::{Study, merge};
 
 #[derive(Debug, clap::Args)]
@@ -18,15 +19,11 @@ pub(in crate::cli) struct Args {
     /// The files of all shards of one study
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
-    /// Draw the study's figure
-    #[arg(long, value_name = "FILE.svg")]
-    figure: Option<PathBuf>,
     /// Write a calibration for `estimate`; areas studies only
     #[arg(long, value_name = "FILE.toml")]
     calibration: Option<PathBuf>,
-    /// How to write the report
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    #[command(flatten)]
+    tell: TellArgs,
 }
 
 /// As much of a shard's file as tells whose it is.
@@ -55,14 +52,15 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     match first {
         AreasStudy::NAME => {
-            areas::ReportArgs::new(args.format, args.figure.clone(), args.calibration.clone())
-                .tell(merge(read_all::<AreasStudy>(&args.files)?)?)
+            areas::tell(&args.tell, args.calibration.as_deref(), merge(read_all::<AreasStudy>(&args.files)?)?)
         }
-        ResolutionStudy::NAME if args.calibration.is_some() => {
-            Err(Failure::Usage("a resolution study gives no calibration".to_owned()))
+        other if args.calibration.is_some() => {
+            Err(Failure::Usage(format!("a study {other} gives no calibration")))
         }
-        ResolutionStudy::NAME => resolution::ReportArgs::new(args.format, args.figure.clone())
-            .tell(merge(read_all::<ResolutionStudy>(&args.files)?)?),
+        ResolutionStudy::NAME => {
+            resolution::tell(&args.tell, merge(read_all::<ResolutionStudy>(&args.files)?)?)
+        }
+        SweepStudy::NAME => sweep::tell(&args.tell, merge(read_all::<SweepStudy>(&args.files)?)?),
         unknown => Err(Failure::Usage(format!("this version knows no study `{unknown}`"))),
     }
 }
@@ -71,9 +69,4 @@ type Named<S> = (String, crate::study::ShardFile<S, <S as Study>::Result>);
 
 fn read_all<S: Study>(files: &[PathBuf]) -> Result<Vec<Named<S>>, Failure> {
     files.iter().map(|path| read_shard(path)).collect()
-}
-
-/// A figure that could not be drawn.
-pub(super) fn drawing_failure(path: &Path, cause: impl Display) -> Failure {
-    Failure::Write { what: path.display().to_string(), cause: std::io::Error::other(cause.to_string()) }
 }

@@ -7,7 +7,9 @@ mod merge;
 mod orchards;
 mod resolution;
 mod rows;
+mod run;
 mod shards;
+mod tell;
 
 use super::interrupt::Interrupt;
 use super::output::say;
@@ -19,6 +21,8 @@ pub(super) enum Command {
     Areas(areas::Args),
     /// How far apart scan lines may be: I_T at coarser advances against 2 mm
     Resolution(resolution::Args),
+    /// A study from a file: keys of a scene or rig swept, outputs kept
+    Run(run::Args),
     /// Join the shards of a study and report on the whole
     Merge(merge::Args),
     /// Fit a calibration to rows of known leaf area
@@ -32,12 +36,14 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
     let journal = match &command {
         Command::Areas(args) => args.shards.journal(),
         Command::Resolution(args) => args.shards.journal(),
+        Command::Run(args) => args.shards.journal(),
         Command::Merge(_) | Command::Calibration(_) | Command::Accuracy(_) => None,
     };
     let work = async {
         match command {
             Command::Areas(args) => areas::run(args).await,
             Command::Resolution(args) => resolution::run(args).await,
+            Command::Run(args) => run::run(args).await,
             Command::Merge(args) => merge::run(&args),
             Command::Calibration(args) => calibration::run(args).await,
             Command::Accuracy(args) => accuracy::run(args).await,

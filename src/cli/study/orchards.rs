@@ -17,6 +17,9 @@ pub(super) struct OrchardArgs {
     /// Trees in a row, instead of the scene's
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
+    /// Keep the lateral sensor at least so far from the canopy
+    #[arg(long, value_name = "METRES", default_value_t = 0.5)]
+    pub(super) clearance: f64,
 }
 
 impl OrchardArgs {

@@ -1,10 +1,9 @@
 //! `rowscan study resolution`: how far apart scan lines and beams may be.
 
-use std::path::PathBuf;
-
 use super::orchards::OrchardArgs;
 use super::shards::ShardArgs;
-use crate::cli::output::{self, number, say};
+use super::tell::TellArgs;
+use crate::cli::output::{self, number};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
 use crate::study::resolution::{ResolutionStudy, report};
@@ -25,24 +24,10 @@ pub(in crate::cli) struct Args {
     angles: Vec<f64>,
     #[command(flatten)]
     scan: ScanArgs,
-    /// Keep the sensor at least so far from the canopy
-    #[arg(long, value_name = "METRES", default_value_t = 0.5)]
-    clearance: f64,
     #[command(flatten)]
     pub(super) shards: ShardArgs,
     #[command(flatten)]
-    report: ReportArgs,
-}
-
-/// How a whole study is told.
-#[derive(Debug, clap::Args)]
-pub(super) struct ReportArgs {
-    /// Draw the errors
-    #[arg(long, value_name = "FILE.svg")]
-    figure: Option<PathBuf>,
-    /// How to write the report
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    tell: TellArgs,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -57,61 +42,49 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         dy_mm: args.advances_mm,
         dtheta_deg: args.angles,
         scan: args.scan.over(study.scan),
-        clearance_m: args.clearance,
+        clearance_m: args.orchards_of.clearance,
         scene: study.scene,
     };
     match args.shards.run(study).await? {
-        Some(whole) => args.report.tell(whole),
+        Some(whole) => tell(&args.tell, whole),
         None => Ok(Outcome::Done),
     }
 }
 
-impl ReportArgs {
-    /// As `merge` was asked to.
-    pub(super) fn new(format: Format, figure: Option<PathBuf>) -> Self {
-        Self { figure, format }
-    }
-
-    /// Reports on a whole study.
-    pub(super) fn tell(&self, (header, units): Whole<ResolutionStudy>) -> Result<Outcome, Failure> {
-        let report = report(header, &units);
-        if let Some(path) = &self.figure {
-            let drawing =
-                figure::resolution(&report).map_err(|cause| super::merge::drawing_failure(path, cause))?;
-            output::write_file(path, &drawing)?;
-            say(format_args!("wrote {}", path.display()));
-        }
-        match self.format {
-            Format::Json | Format::Jsonl => output::print_json(self.format, &report)?,
-            Format::Csv => output::print_rows(self.format, &report.rows)?,
-            Format::Table => {
-                let mut grid = output::grid();
-                output::head(
-                    &mut grid,
-                    ["Δθ °", "Δy mm", "n", "mean e %", "sd %", "95 % of |e| below %", "Δθ against finest %"],
-                );
-                for row in &report.rows {
-                    grid.add_row([
-                        number(Some(row.dtheta_deg), 3),
-                        number(Some(1000.0 * row.dy_m), 0),
-                        number(Some(row.n as f64), 0),
-                        number(Some(100.0 * row.error_mean), 3),
-                        number(Some(100.0 * row.error_sd), 3),
-                        number(Some(100.0 * row.error_p95_abs), 3),
-                        number(Some(100.0 * row.dtheta_error_mean), 3),
-                    ]);
-                }
-                output::print(&format!(
-                    "{grid}\n{} orchards, e against {} mm at the same Δθ; seed {}, scene {} ({}), rowscan {}\n",
-                    report.provenance.units,
-                    1000.0 * report.reference_dy_m,
-                    report.provenance.seed,
-                    report.provenance.scene,
-                    report.provenance.scene_hash,
-                    report.provenance.rowscan,
-                ))?;
+/// Reports on a whole study.
+pub(super) fn tell(args: &TellArgs, (header, units): Whole<ResolutionStudy>) -> Result<Outcome, Failure> {
+    let report = report(header, &units);
+    args.draw(|| figure::resolution(&report))?;
+    match args.format {
+        Format::Json | Format::Jsonl => output::print_json(args.format, &report)?,
+        Format::Csv => output::print_rows(args.format, &report.rows)?,
+        Format::Table => {
+            let mut grid = output::grid();
+            output::head(
+                &mut grid,
+                ["Δθ °", "Δy mm", "n", "mean e %", "sd %", "95 % of |e| below %", "Δθ against finest %"],
+            );
+            for row in &report.rows {
+                grid.add_row([
+                    number(Some(row.dtheta_deg), 3),
+                    number(Some(1000.0 * row.dy_m), 0),
+                    number(Some(row.n as f64), 0),
+                    number(Some(100.0 * row.error_mean), 3),
+                    number(Some(100.0 * row.error_sd), 3),
+                    number(Some(100.0 * row.error_p95_abs), 3),
+                    number(Some(100.0 * row.dtheta_error_mean), 3),
+                ]);
             }
+            output::print(&format!(
+                "{grid}\n{} orchards, e against {} mm at the same Δθ; seed {}, scene {} ({}), rowscan {}\n",
+                report.provenance.units,
+                1000.0 * report.reference_dy_m,
+                report.provenance.seed,
+                report.provenance.scene,
+                report.provenance.scene_hash,
+                report.provenance.rowscan,
+            ))?;
         }
-        Ok(Outcome::Done)
     }
+    Ok(Outcome::Done)
 }

@@ -1,23 +1,12 @@
-//! Figures of the studies, as SVG.
+//! The regressions of leaf area on impacted areas.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use rowscan_canopy::reference::ImpactedArea;
 use rowscan_scenes::scan::ScanAreas;
 
-use super::areas::{AreasReport, Fit, Orchard, impacted};
-use super::resolution::ResolutionReport;
-
-/// Why a figure could not be drawn.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the figure cannot be drawn: {0}")]
-pub struct DrawError(String);
-
-impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for DrawError {
-    fn from(cause: DrawingAreaErrorKind<E>) -> Self {
-        Self(cause.to_string())
-    }
-}
+use super::{DrawError, INKS, axes, builder, legend};
+use crate::study::areas::{AreasReport, Fit, Orchard, impacted};
 
 /// How an impacted area is written.
 pub fn symbol(area: ImpactedArea) -> &'static str {
@@ -28,16 +17,15 @@ pub fn symbol(area: ImpactedArea) -> &'static str {
     }
 }
 
-/// Told apart in print and by colour-blind readers as well (Okabe and Ito's palette).
+/// Its colour in every figure.
 fn colour(area: ImpactedArea) -> RGBColor {
+    let [total, leaf, three] = [INKS[1], INKS[2], INKS[0]];
     match area {
-        ImpactedArea::Leaf => RGBColor(0, 158, 115),
-        ImpactedArea::Total => RGBColor(213, 94, 0),
-        ImpactedArea::ThreeLeaves => RGBColor(0, 114, 178),
+        ImpactedArea::Leaf => leaf,
+        ImpactedArea::Total => total,
+        ImpactedArea::ThreeLeaves => three,
     }
 }
-
-const FONT: &str = "sans-serif";
 
 /// Leaf area over impacted areas, both views, with our lines and the paper's: after the paper's Fig. 7.
 pub fn areas(report: &AreasReport) -> Result<String, DrawError> {
@@ -93,21 +81,8 @@ fn regressions(
     };
     // Room above the clouds for the legend.
     let (right, top) = (1.06 * greatest(|point| point.0), 1.45 * greatest(|point| point.1));
-    let mut chart = ChartBuilder::on(panel)
-        .caption(title, (FONT, 18))
-        .margin(14)
-        .x_label_area_size(42)
-        .y_label_area_size(52)
-        .build_cartesian_2d(0.0..right, 0.0..top)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(BLACK.mix(0.1))
-        .x_desc("impacted area I, m²")
-        .y_desc("leaf area L_A, m²")
-        .label_style((FONT, 13))
-        .axis_desc_style((FONT, 14))
-        .draw()?;
+    let mut chart = builder(panel, title).build_cartesian_2d(0.0..right, 0.0..top)?;
+    axes(&mut chart, "impacted area I, m²", "leaf area L_A, m²")?;
     for Cloud { area, fit, points } in clouds {
         let ink = colour(*area);
         let furthest = points.iter().map(|point| point.0).fold(0.0, f64::max);
@@ -127,14 +102,7 @@ fn regressions(
             .label(text)
             .legend(move |(x, y)| mark(area, (x + 10, y)));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font((FONT, 13))
-        .draw()?;
-    Ok(())
+    legend(&mut chart)
 }
 
 /// The regression in words.
@@ -193,74 +161,4 @@ fn mark<B: DrawingBackend, C: Clone + 'static>(area: ImpactedArea, at: C) -> Dyn
         ImpactedArea::Total => TriangleMarker::new(at, 5, ink.filled()).into_dyn(),
         ImpactedArea::ThreeLeaves => Cross::new(at, 4, ink.stroke_width(2)).into_dyn(),
     }
-}
-
-/// Error over advance, one pair of lines an angle between beams.
-pub fn resolution(report: &ResolutionReport) -> Result<String, DrawError> {
-    const INKS: [RGBColor; 5] = [
-        RGBColor(0, 114, 178),
-        RGBColor(213, 94, 0),
-        RGBColor(0, 158, 115),
-        RGBColor(204, 121, 167),
-        RGBColor(86, 180, 233),
-    ];
-    /// Smaller errors are drawn here: a logarithm has no zero.
-    const LEAST_PERCENT: f64 = 0.01;
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, (760, 480)).into_drawing_area();
-        root.fill(&WHITE)?;
-        let mm = |row: &super::resolution::ResolutionRow| 1000.0 * row.dy_m;
-        let low = report.rows.iter().map(mm).fold(f64::INFINITY, f64::min).max(1e-3);
-        let high = report.rows.iter().map(mm).fold(0.0, f64::max).max(2.0 * low);
-        let worst = report.rows.iter().map(|row| 100.0 * row.error_p95_abs).fold(6.0, f64::max);
-        let mut chart = ChartBuilder::on(&root)
-            .caption("I_T against the 2 mm scan at the same Δθ", (FONT, 18))
-            .margin(14)
-            .x_label_area_size(42)
-            .y_label_area_size(52)
-            .build_cartesian_2d(
-                ((0.8 * low)..(1.2 * high)).log_scale(),
-                (LEAST_PERCENT..20.0 * worst).log_scale(),
-            )?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.1))
-            .x_desc("advance Δy, mm")
-            .y_desc("error, %")
-            .label_style((FONT, 13))
-            .axis_desc_style((FONT, 14))
-            .draw()?;
-        let grey = BLACK.mix(0.45).stroke_width(1);
-        chart
-            .draw_series([PathElement::new(vec![(0.8 * low, 5.0), (1.2 * high, 5.0)], grey)])?
-            .label("5 %: the paper's bound, at 20 mm")
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], grey));
-        let mut angles: Vec<f64> = report.rows.iter().map(|row| row.dtheta_deg).collect();
-        angles.dedup();
-        for (angle, ink) in angles.into_iter().zip(INKS.into_iter().cycle()) {
-            let rows = || report.rows.iter().filter(move |row| row.dtheta_deg == angle);
-            let bound: Vec<_> =
-                rows().map(|row| (mm(row), (100.0 * row.error_p95_abs).max(LEAST_PERCENT))).collect();
-            let middle: Vec<_> =
-                rows().map(|row| (mm(row), (100.0 * row.error_mean.abs()).max(LEAST_PERCENT))).collect();
-            chart
-                .draw_series([PathElement::new(bound.clone(), ink.stroke_width(2))])?
-                .label(format!("Δθ {angle}°: 95 % of |e| below; open circles, |mean e|"))
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], ink.stroke_width(2)));
-            chart.draw_series(bound.into_iter().map(|at| Circle::new(at, 3, ink.filled())))?;
-            chart.draw_series([PathElement::new(middle.clone(), ink.mix(0.6).stroke_width(1))])?;
-            chart.draw_series(middle.into_iter().map(|at| Circle::new(at, 4, ink.stroke_width(1))))?;
-        }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.3))
-            .label_font((FONT, 13))
-            .draw()?;
-        root.present()?;
-    }
-    Ok(svg)
 }

@@ -1,0 +1,31 @@
+//! How a whole study is told: the flags every study and `merge` have.
+
+use std::path::PathBuf;
+
+use crate::cli::output::{self, say};
+use crate::cli::{Failure, Format};
+use crate::study::figure::DrawError;
+
+/// How a whole study is told.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct TellArgs {
+    /// Draw the study's figure
+    #[arg(long, value_name = "FILE.svg")]
+    figure: Option<PathBuf>,
+    /// How to write the report
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) format: Format,
+}
+
+impl TellArgs {
+    /// Draws the figure, if one was asked for.
+    pub(super) fn draw(&self, figure: impl FnOnce() -> Result<String, DrawError>) -> Result<(), Failure> {
+        let Some(path) = &self.figure else { return Ok(()) };
+        let what = path.display().to_string();
+        let drawing =
+            figure().map_err(|cause| Failure::Write { what, cause: std::io::Error::other(cause) })?;
+        output::write_file(path, &drawing)?;
+        say(format_args!("wrote {}", path.display()));
+        Ok(())
+    }
+}

@@ -1,0 +1,157 @@
+//! What a sweep keeps, by name.
+//!
+//! `ESTIMATOR.QUANTITY` (`voxel.lai`), `error.ESTIMATOR.QUANTITY` (relative to the truth), `truth.QUANTITY`, `estimate.KEY` (a number every
+//! estimate holds, `estimate.scans`).
+
+use rowscan_canopy::estimator::{REPORTED, TABLE};
+use rowscan_canopy::{Estimate, EstimatorInfo, Measure, Quantity};
+use serde::{Deserialize, Serialize};
+
+use crate::appraisal::Stretch;
+use crate::config;
+
+/// One number to keep.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Output {
+    name: String,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Measure { estimator: &'static str, quantity: Quantity },
+    Error { estimator: &'static str, quantity: Quantity },
+    Truth(Quantity),
+    Estimate(&'static str),
+}
+
+/// Keys of an estimate that are numbers.
+const ESTIMATE_KEYS: &[&str] = &[
+    "scans",
+    "scans_lost",
+    "points_per_scan",
+    "scanned_m",
+    "impacted_total_area_m2",
+    "leaf_area_m2",
+    "lai",
+    "leaf_area_contact_raw_m2",
+    "leaf_area_regression_m2",
+];
+
+/// A name that is no output.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "there is no output `{found}`{nearest}; they are ESTIMATOR.QUANTITY, error.ESTIMATOR.QUANTITY, truth.QUANTITY, estimate.KEY"
+)]
+pub struct OutputError {
+    found: String,
+    nearest: String,
+}
+
+/// Every output there is.
+fn all() -> impl Iterator<Item = Output> {
+    let reported = REPORTED.iter().map(|(name, _)| (*name, Quantity::LeafArea));
+    let measured =
+        TABLE.iter().flat_map(|info| info.quantities.iter().map(|quantity| (info.name, *quantity)));
+    let measures = reported.chain(measured).flat_map(|(estimator, quantity)| {
+        let name = format!("{estimator}.{}", quantity.key());
+        [
+            Output { name: format!("error.{name}"), kind: Kind::Error { estimator, quantity } },
+            Output { name, kind: Kind::Measure { estimator, quantity } },
+        ]
+    });
+    let truths = Quantity::ALL
+        .iter()
+        .map(|quantity| Output { name: format!("truth.{}", quantity.key()), kind: Kind::Truth(*quantity) });
+    let keys =
+        ESTIMATE_KEYS.iter().map(|key| Output { name: format!("estimate.{key}"), kind: Kind::Estimate(key) });
+    measures.chain(truths).chain(keys)
+}
+
+impl TryFrom<String> for Output {
+    type Error = OutputError;
+
+    fn try_from(name: String) -> Result<Self, OutputError> {
+        if let Some(output) = all().find(|output| output.name == name) {
+            return Ok(output);
+        }
+        let names: Vec<String> = all().map(|output| output.name).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let nearest = config::nearest(&name, &names);
+        Err(OutputError { found: name, nearest })
+    }
+}
+
+impl From<Output> for String {
+    fn from(output: Output) -> Self {
+        output.name
+    }
+}
+
+impl Output {
+    /// Its name, with the unit.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// True if it is a relative error.
+    pub fn is_error(&self) -> bool {
+        matches!(self.kind, Kind::Error { .. })
+    }
+
+    fn estimator(&self) -> Option<&'static str> {
+        match self.kind {
+            Kind::Measure { estimator, .. } | Kind::Error { estimator, .. } => Some(estimator),
+            Kind::Truth(_) | Kind::Estimate(_) => None,
+        }
+    }
+
+    /// Its value, where it has one.
+    pub(super) fn value(&self, estimate: &Estimate, truth: &Stretch<'_>) -> Option<f64> {
+        let measured = |estimator: &str, quantity: Quantity| {
+            let asked =
+                |m: &Measure| m.estimator == estimator && m.quantity == quantity && m.band_m().is_none();
+            estimate.side_by_side().into_iter().find(asked)?.value
+        };
+        match self.kind {
+            Kind::Measure { estimator, quantity } => measured(estimator, quantity),
+            Kind::Error { estimator, quantity } => {
+                let real = truth.value(quantity, None)?;
+                Some((measured(estimator, quantity)? - real) / real).filter(|error| error.is_finite())
+            }
+            Kind::Truth(quantity) => truth.value(quantity, None),
+            Kind::Estimate(key) => serde_json::to_value(estimate).ok()?.get(key)?.as_f64(),
+        }
+    }
+}
+
+/// The estimators that these outputs need.
+pub(super) fn estimators(outputs: &[Output]) -> Vec<&'static EstimatorInfo> {
+    let needed = |info: &&EstimatorInfo| outputs.iter().any(|output| output.estimator() == Some(info.name));
+    TABLE.iter().filter(needed).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outputs_have_one_name_each_and_unknown_ones_the_nearest() {
+        let mut names: Vec<String> = all().map(|output| output.name).collect();
+        let count = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), count);
+        let why = Output::try_from("error.voxl.leaf_area_m2".to_owned()).expect_err("unknown").to_string();
+        assert!(why.contains("did you mean `error.voxel.leaf_area_m2`?"), "{why}");
+    }
+
+    #[test]
+    fn keys_of_an_estimate_are_there() {
+        let estimate = serde_json::to_value(Estimate::default()).expect("json");
+        for key in ESTIMATE_KEYS {
+            assert!(estimate.get(key).is_some(), "{key}");
+        }
+    }
+}
