@@ -82,7 +82,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         return info(file, args.format);
     }
     let about = About {
-        rig: args.rig.as_deref().map(config::load_rig).transpose()?.as_ref().and_then(recorder::rig_text),
+        rig: args
+            .rig
+            .as_deref()
+            .map(config::load_rig)
+            .transpose()?
+            .and_then(|(rig, _)| recorder::rig_text(&rig)),
         program: Some(recorder::program()),
         ..About::default()
     };
