@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use rowscan_protocol::device::{Device, Identity, ModeError};
+use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_scenes::optics::RangeLimits;
 use rowscan_scenes::trajectory::Drive;
 use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
 
@@ -58,12 +60,32 @@ impl Stage {
         index: usize,
         model: &'static Model,
     ) -> Result<(Device, World), StageError> {
-        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, model)?;
+        let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
+        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?;
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
         let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
         if let Some(mount) = self.rig.scanners.get(index) {
             let mode = scan_mode(model, mount)?;
             device.set_scan_mode(mode.frequency_centihz, mode.step)?;
+        }
+        Ok((device, world))
+    }
+
+    /// The rig's scanner number `index` as an LMS2xx, with its view, on a tractor of its own. Its variant has the mount's resolution, where the
+    /// model has one that does.
+    pub fn serial_scanner(
+        &self,
+        index: usize,
+        model: &'static lms2xx::model::Model,
+        options: lms2xx::device::Options,
+    ) -> Result<(lms2xx::device::Device, World), StageError> {
+        let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
+        let world = World::new(Arc::clone(&self.caster), self.tractor(), &self.rig, index, limits)?;
+        let mut device = lms2xx::device::Device::new(model, options);
+        let asked = self.rig.scanners.get(index).and_then(asked_step);
+        let fits = |variant: &&lms2xx::Variant| asked == Some(variant.step_centideg.saturating_mul(100));
+        if let Some(variant) = model.variants.iter().find(fits) {
+            device.set_variant(*variant);
         }
         Ok((device, world))
     }

@@ -147,7 +147,7 @@ async fn a_restart_drops_every_client_and_comes_back_with_what_was_saved() {
     let options = Options { profile: Profile::Field, start: Start::Streaming, ..Options::default() };
     let (device, world) = bench("lms111");
     let mut device = device.with_options(options);
-    let state = StateFile::open(&path, &mut device).expect("it need not exist");
+    let state = StateFile::open(&path, |text| device.restore(text)).expect("it need not exist");
     let config = EmulatorConfig { state: Some(state), ..EmulatorConfig::default() };
     let mut emulator = Emulator::start(device, world, config);
     let mut bystander = attach(&mut emulator);
@@ -176,7 +176,7 @@ async fn a_restart_drops_every_client_and_comes_back_with_what_was_saved() {
     assert_eq!(first.scan_counter, 4);
 
     let (mut other, _) = bench("lms111");
-    StateFile::open(&path, &mut other).expect("it is one");
+    StateFile::open(&path, |text| other.restore(text)).expect("it is one");
     assert!(other.saved_settings().contains("sWN LocationName 5 saved\n"));
 }
 

@@ -28,4 +28,6 @@ pub mod lms2xx;
 #[cfg(feature = "telegrams")]
 pub mod model;
 #[cfg(feature = "telegrams")]
+pub mod rfc2217;
+#[cfg(feature = "telegrams")]
 pub mod telegram;

@@ -33,6 +33,8 @@ pub enum StreamKind {
     /// CoLa telegrams over TCP or a serial line.
     #[default]
     Cola,
+    /// LMS2xx telegrams on a serial line.
+    Lms2xx,
     /// NMEA 0183 sentences.
     Nmea,
     /// CAN frames, one a packet, as a candump line has them: `ID#DATA`.
@@ -42,8 +44,9 @@ pub enum StreamKind {
 }
 
 /// Every kind with the name it has in a file.
-const KINDS: [(StreamKind, &str); 4] = [
+const KINDS: [(StreamKind, &str); 5] = [
     (StreamKind::Cola, "cola"),
+    (StreamKind::Lms2xx, "lms2xx"),
     (StreamKind::Nmea, "nmea"),
     (StreamKind::Can, "can"),
     (StreamKind::Bytes, "bytes"),

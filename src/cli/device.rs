@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use rowscan_protocol::device::{Device, Options, Profile, Start};
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::lms2xx;
 use rowscan_protocol::time::SimTime;
 
 use super::Failure;
@@ -20,7 +21,7 @@ pub(super) struct DeviceArgs {
     /// The state it is found in [default: streaming; power-up with --profile field]
     #[arg(long, value_enum, value_name = "STATE")]
     start: Option<StartArg>,
-    /// Keep saved settings (mEEwriteall) in this file, and begin with what it holds
+    /// Keep saved settings (mEEwriteall; LMS2xx: 77) in this file, and begin with what it holds
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// A login stops the scans until Run or LMCstartmeas, as the manual has it
@@ -75,25 +76,44 @@ enum StartArg {
     LoggedIn,
     /// Out of order
     Error,
+    /// LMS2xx: a client left it in installation mode
+    Installation,
     /// A client has stored CoLa A: it decides over --dialect a and b
     ColaA,
     /// A client has stored CoLa B: it decides over --dialect a and b
     ColaB,
 }
 
-impl From<StartArg> for Start {
-    fn from(arg: StartArg) -> Self {
-        match arg {
-            StartArg::Streaming => Self::Streaming,
-            StartArg::PowerUp => Self::PowerUp,
-            StartArg::Standby => Self::Standby,
-            StartArg::Stopped => Self::Stopped,
-            StartArg::LoggedIn => Self::LoggedIn,
-            StartArg::Error => Self::Error,
-            StartArg::ColaA => Self::Stored(Dialect::A),
-            StartArg::ColaB => Self::Stored(Dialect::B),
-        }
+impl StartArg {
+    /// The state of a CoLa scanner.
+    fn cola(self) -> Option<Start> {
+        Some(match self {
+            Self::Streaming => Start::Streaming,
+            Self::PowerUp => Start::PowerUp,
+            Self::Standby => Start::Standby,
+            Self::Stopped => Start::Stopped,
+            Self::LoggedIn => Start::LoggedIn,
+            Self::Error => Start::Error,
+            Self::ColaA => Start::Stored(Dialect::A),
+            Self::ColaB => Start::Stored(Dialect::B),
+            Self::Installation => return None,
+        })
     }
+
+    /// The state of an LMS2xx.
+    fn lms2xx(self) -> Option<lms2xx::device::Start> {
+        Some(match self {
+            Self::Streaming => lms2xx::device::Start::Streaming,
+            Self::PowerUp => lms2xx::device::Start::PowerUp,
+            Self::Stopped => lms2xx::device::Start::Idle,
+            Self::Installation => lms2xx::device::Start::Installation,
+            _ => return None,
+        })
+    }
+}
+
+fn no_such_state(family: &str) -> Failure {
+    Failure::Usage(format!("--start: {family} has no such state; see `rowscan emulate --help`"))
 }
 
 /// `1=on@2.5`
@@ -140,18 +160,40 @@ fn field_mm(text: &str) -> Result<u16, String> {
 }
 
 impl DeviceArgs {
+    pub(super) fn profile(&self) -> Profile {
+        match self.profile {
+            ProfileArg::Bench => Profile::Bench,
+            ProfileArg::Field => Profile::Field,
+        }
+    }
+
+    /// The state an LMS2xx is found in.
+    pub(super) fn lms2xx_start(&self) -> Result<lms2xx::device::Start, Failure> {
+        match (self.start, self.profile()) {
+            (Some(start), _) => start.lms2xx().ok_or_else(|| no_such_state("an LMS2xx")),
+            (None, Profile::Bench) => Ok(lms2xx::device::Start::Idle),
+            (None, Profile::Field) => Ok(lms2xx::device::Start::PowerUp),
+        }
+    }
+
+    /// Where an LMS2xx keeps its configuration block; it begins with what is there.
+    pub(super) fn lms2xx_state(
+        &self,
+        device: &mut lms2xx::device::Device,
+    ) -> Result<Option<StateFile>, Failure> {
+        let open = |path: &PathBuf| StateFile::open(path, |text| device.restore(text));
+        Ok(self.state.as_ref().map(open).transpose()?)
+    }
+
     /// The device as these flags have it, its settings file, and what happens to its lines on the way.
     pub(super) fn set_up(
         &self,
         device: Device,
         seed: u64,
     ) -> Result<(Device, Option<StateFile>, Vec<LineChange>), Failure> {
-        let profile = match self.profile {
-            ProfileArg::Bench => Profile::Bench,
-            ProfileArg::Field => Profile::Field,
-        };
+        let profile = self.profile();
         let start = match (self.start, profile) {
-            (Some(start), _) => start.into(),
+            (Some(start), _) => start.cola().ok_or_else(|| no_such_state("a CoLa scanner"))?,
             (None, Profile::Bench) => Start::Streaming,
             (None, Profile::Field) => Start::PowerUp,
         };
@@ -163,7 +205,8 @@ impl DeviceArgs {
             clock_ppm: self.clock_ppm,
             seed,
         });
-        let state = self.state.as_ref().map(|path| StateFile::open(path, &mut device)).transpose()?;
+        let state =
+            self.state.as_ref().map(|path| StateFile::open(path, |text| device.restore(text))).transpose()?;
         device.set_contamination(self.contamination);
         device.set_comment(&self.comment);
         device.watch_field(self.field);

@@ -1,24 +1,26 @@
 //! `rowscan emulate`
 
-use std::path::PathBuf;
-
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::model::AnyModel;
 use rowscan_recording::About;
 
 use super::device::DeviceArgs;
 use super::endpoint::{Place, announce};
 use super::interrupt::Interrupt;
+use super::line::{self, Asked, LineArgs};
 use super::output::say;
 use super::recorder::{self, RecordArgs};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome};
 use crate::clock::{TimeScale, Timer};
 use crate::emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS};
-use crate::line::Pty;
 
 /// Where a SICK scanner listens; both ports take the same commands.
 const DEFAULT_ENDPOINTS: [&str; 2] = ["127.0.0.1:2111", "127.0.0.1:2112"];
+
+/// Rate of a CoLa scanner's serial line out of the box, bits a second.
+const COLA_RATE: u32 = 57_600;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -27,9 +29,6 @@ pub(super) struct Args {
     /// Listen on this address; repeatable; port 0 takes a free one [default: 127.0.0.1:2111 and 127.0.0.1:2112]
     #[arg(long, value_name = "ADDR")]
     tcp: Vec<String>,
-    /// Be a serial port of this name: a link to a pseudo-terminal, removed at the end
-    #[arg(long, value_name = "LINK")]
-    pty: Option<PathBuf>,
     /// Simulated seconds a second, or `max`: as fast as the clients take it
     #[arg(long, value_name = "K", default_value = "1")]
     time_scale: TimeScale,
@@ -45,6 +44,8 @@ pub(super) struct Args {
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    #[command(flatten)]
+    line: LineArgs,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -76,18 +77,37 @@ impl From<DialectArg> for DialectPolicy {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
-    let model = args.scene.model(&stage.rig, args.scanner)?;
-    let (device, world) = stage.scanner(args.scanner, model)?;
-    let (device, state, line_changes) = args.device.set_up(device, stage.scene.seed)?;
-    let about = About {
-        model: Some(model.name.to_owned()),
+    let about = |model: &str| About {
+        model: Some(model.to_owned()),
         scene: Some(args.scene.name.clone()),
         rig: recorder::rig_text(&stage.rig),
         seed: Some(stage.scene.seed),
         ..About::default()
     };
     // A clock that waits for its clients can wait for the disk too.
-    let taping = args.record.start(about, args.time_scale == TimeScale::Max)?;
+    let waits = args.time_scale == TimeScale::Max;
+    let model = match args.scene.any_model(&stage.rig, args.scanner)? {
+        AnyModel::Cola(model) => model,
+        AnyModel::Lms2xx(model) => {
+            args.line.check(model, &args.tcp)?;
+            let taping = args.record.start(about(model.name), waits)?;
+            let asked = Asked {
+                line: &args.line,
+                tcp: &args.tcp,
+                device: &args.device,
+                scanner: args.scanner,
+                time_scale: args.time_scale,
+                format: args.format,
+                scene: &args.scene.name,
+                taps: taping.taps(),
+            };
+            line::emulate(asked, &stage, model, interrupt).await?;
+            return Ok(taping.finish());
+        }
+    };
+    let (device, world) = stage.scanner(args.scanner, model)?;
+    let (device, state, line_changes) = args.device.set_up(device, stage.scene.seed)?;
+    let taping = args.record.start(about(model.name), waits)?;
     let config = EmulatorConfig {
         taps: taping.taps(),
         time_scale: args.time_scale,
@@ -99,7 +119,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let mut emulator = Emulator::start(device, world, config);
     let mut addresses: Vec<&str> = args.tcp.iter().map(String::as_str).collect();
-    if addresses.is_empty() && args.pty.is_none() {
+    if addresses.is_empty() && args.line.count() == 0 {
         addresses.extend(DEFAULT_ENDPOINTS);
     }
     let mut bound = Vec::new();
@@ -109,10 +129,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     for Bound { address } in &bound {
         announce(args.format, "tcp", Place::Address(address))?;
     }
-    if let Some(link) = &args.pty {
-        let pty = Pty::open(link)?;
-        announce(args.format, "pty", Place::Path(pty.path()))?;
-        emulator.attach(pty);
+    for line in args.line.open(args.format, COLA_RATE).await? {
+        emulator.attach(line.wire);
     }
     say(format_args!(
         "{} on {}, seed {}; the tractor starts with the first scan sent",

@@ -157,7 +157,7 @@ fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
 fn rig_for(name: &str, model: Option<&str>, scanner: usize) -> Result<(Rig, Option<Scene>), Failure> {
     let (mut rig, scene) = config::load_rig(name)?;
     if let (Some(model), Some(mount)) = (model, rig.scanners.get_mut(scanner)) {
-        models::find(model)?.name.clone_into(&mut mount.model);
+        models::find(model)?.name().clone_into(&mut mount.model);
     }
     Ok((rig, scene))
 }

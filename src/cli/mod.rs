@@ -9,6 +9,7 @@ mod endpoint;
 mod estimate;
 mod estimators;
 mod interrupt;
+mod line;
 mod models;
 mod orchard;
 mod output;

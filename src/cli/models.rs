@@ -1,7 +1,8 @@
 //! `rowscan models`
 
 use rowscan_protocol::device::{Evidence, REFUSALS, Refusal};
-use rowscan_protocol::model::{self, Model};
+use rowscan_protocol::lms2xx;
+use rowscan_protocol::model::{self, AnyModel, Model};
 use serde::Serialize;
 
 use super::{Failure, Format, Outcome, output};
@@ -66,6 +67,44 @@ impl From<&'static Model> for Row {
     }
 }
 
+impl From<&'static lms2xx::model::Model> for Row {
+    fn from(model: &'static lms2xx::model::Model) -> Self {
+        let beams = model.default_variant.beams();
+        let mode = |variant: &lms2xx::Variant| {
+            let hertz = f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(model.turns(*variant));
+            let default = if *variant == model.default_variant { " (default)" } else { "" };
+            let step_deg = f64::from(variant.step_centideg) / 100.0;
+            format!("{hertz} Hz / {}° / {step_deg}°{default}", variant.angle_deg)
+        };
+        Self {
+            name: model.name,
+            title: model.title,
+            firmware: model.type_text.trim_end(),
+            start_angle_deg: f64::from(beams.start) / 10_000.0,
+            stop_angle_deg: beams.angle_deg(beams.len().saturating_sub(1)),
+            modes: model.variants.iter().map(mode).collect(),
+            points: model.variants.iter().map(|variant| variant.count()).collect(),
+            min_range_m: model.min_range_m,
+            max_range_m: model.max_range_m,
+            echoes: 1,
+            encoders: 0,
+            fields: 0,
+            emulates: model.emulates.to_vec(),
+            not_emulated: model.not_emulated.to_vec(),
+            evidence: model.evidence.to_vec(),
+        }
+    }
+}
+
+impl From<AnyModel> for Row {
+    fn from(model: AnyModel) -> Self {
+        match model {
+            AnyModel::Cola(model) => model.into(),
+            AnyModel::Lms2xx(model) => model.into(),
+        }
+    }
+}
+
 /// One refusal, as it is listed.
 #[derive(Debug, Serialize)]
 struct RefusalRow {
@@ -98,15 +137,15 @@ impl From<&'static Refusal> for RefusalRow {
 }
 
 /// The model called `name`.
-pub(super) fn find(name: &str) -> Result<&'static Model, Failure> {
-    model::by_name(name).ok_or_else(|| Failure::UnknownModel {
+pub(super) fn find(name: &str) -> Result<AnyModel, Failure> {
+    AnyModel::by_name(name).ok_or_else(|| Failure::UnknownModel {
         found: name.to_owned(),
-        known: model::MODELS.iter().map(|model| model.name).collect::<Vec<_>>().join(", "),
+        known: AnyModel::all().map(AnyModel::name).collect::<Vec<_>>().join(", "),
     })
 }
 
 pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
-    let models = || model::MODELS.iter().copied().map(Row::from).collect::<Vec<_>>();
+    let models = || AnyModel::all().map(Row::from).collect::<Vec<_>>();
     let refusals = || REFUSALS.iter().map(RefusalRow::from).collect::<Vec<_>>();
     match (args.refusals, args.markdown) {
         (false, true) => output::print(&models_page(&models()))?,
@@ -170,10 +209,19 @@ fn models_page(rows: &[Row]) -> String {
         page += &format!("\n## {title}\n");
         lines.iter().for_each(|line| page += &format!("- {line}\n"));
     };
-    section("Every model emulates", model::ALL_EMULATE);
-    section("No model emulates", model::NONE_EMULATE);
-    section("Not certain of any", model::ALL_EVIDENCE);
+    section("Every CoLa model emulates", model::ALL_EMULATE);
+    section("No CoLa model emulates", model::NONE_EMULATE);
+    section("Not certain of any CoLa model", model::ALL_EVIDENCE);
     for model in model::MODELS {
+        page += &format!("\n## {}\n", model.title);
+        for (title, lines) in
+            [("emulates", model.emulates), ("not emulated", model.not_emulated), ("evidence", model.evidence)]
+        {
+            page += &format!("\n{title}\n");
+            lines.iter().for_each(|line| page += &format!("- {line}\n"));
+        }
+    }
+    for model in lms2xx::model::MODELS {
         page += &format!("\n## {}\n", model.title);
         for (title, lines) in
             [("emulates", model.emulates), ("not emulated", model.not_emulated), ("evidence", model.evidence)]

@@ -1,6 +1,6 @@
 //! The flags every command has that grows a scene.
 
-use rowscan_protocol::model::Model;
+use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::{GrowError, Scene};
 
@@ -38,8 +38,19 @@ impl SceneArgs {
         grow(self.scene()?).await
     }
 
-    /// The scanner model: the one asked for, or the rig's.
+    /// The scanner model: the one asked for, or the rig's; one that speaks CoLa.
     pub(super) fn model(&self, rig: &Rig, scanner: usize) -> Result<&'static Model, Failure> {
+        match self.any_model(rig, scanner)? {
+            AnyModel::Cola(model) => Ok(model),
+            AnyModel::Lms2xx(model) => Err(Failure::Usage(format!(
+                "{} speaks on a serial line, which this command does not have; `rowscan emulate` and `rowscan demo --line pty` do",
+                model.title
+            ))),
+        }
+    }
+
+    /// The same, of either family.
+    pub(super) fn any_model(&self, rig: &Rig, scanner: usize) -> Result<AnyModel, Failure> {
         let mounted = || rig.scanners.get(scanner).map(|mount| mount.model.as_str());
         models::find(self.model.as_deref().or_else(mounted).unwrap_or_default())
     }

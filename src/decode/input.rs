@@ -29,7 +29,7 @@ impl Input {
             let connection = numbered.then_some(number);
             let began_ns = recording.began_ns();
             let kind = recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
-            if kind != StreamKind::Cola {
+            if !matches!(kind, StreamKind::Cola | StreamKind::Lms2xx) {
                 others.push(other(kind, number, began_ns, &packet));
                 continue;
             }
@@ -80,7 +80,9 @@ fn other(kind: StreamKind, number: u32, began_ns: Option<u64>, packet: &Packet) 
     let (dialect, words) = match kind {
         StreamKind::Can => ("CAN", text),
         StreamKind::Nmea => ("NMEA", text),
-        StreamKind::Cola | StreamKind::Bytes => ("bytes", super::words::opaque(packet.bytes.len())),
+        StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Bytes => {
+            ("bytes", super::words::opaque(packet.bytes.len()))
+        }
     };
     Line {
         connection: Some(number),

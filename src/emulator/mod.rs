@@ -8,6 +8,7 @@ mod connection;
 mod listener;
 mod mirror;
 mod roster;
+mod serial;
 mod state_file;
 mod tractor;
 mod world;
@@ -23,6 +24,7 @@ use tokio::task::JoinSet;
 
 pub use listener::{Bound, ListenError};
 pub(crate) use mirror::Turns;
+pub use serial::{SerialConfig, SerialCounts, SerialEmulator};
 pub use state_file::{StateFile, StateFileError};
 pub use tractor::Tractor;
 pub use world::{World, WorldError};

@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rowscan_protocol::device::{Device, SavedError};
+use rowscan_protocol::device::SavedError;
+use rowscan_protocol::lms2xx;
 
 /// No settings are longer.
 const MAX_BYTES: u64 = 64 * 1024;
@@ -32,22 +33,36 @@ pub enum StateFileError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        cause: SavedError,
+        cause: SettingsError,
     },
 }
 
+/// Why a text is no settings of this device.
+#[derive(Debug, thiserror::Error)]
+pub enum SettingsError {
+    /// Not of a CoLa device.
+    #[error(transparent)]
+    Cola(#[from] SavedError),
+    /// Not of an LMS2xx.
+    #[error(transparent)]
+    Lms2xx(#[from] lms2xx::device::SavedError),
+}
+
 impl StateFile {
-    /// The file at `path`, which need not exist yet. If it does, `device` takes its settings over.
-    pub fn open(path: &Path, device: &mut Device) -> Result<Self, StateFileError> {
+    /// The file at `path`, which need not exist yet. If it does, `restore` takes its settings over.
+    pub fn open<E: Into<SettingsError>>(
+        path: &Path,
+        restore: impl FnOnce(&str) -> Result<(), E>,
+    ) -> Result<Self, StateFileError> {
         let path = path.to_owned();
         match read(&path) {
-            Ok(text) => match device.restore(&text) {
+            Ok(text) => match restore(&text) {
                 Ok(()) => Ok(Self { path }),
-                Err(cause) => Err(StateFileError::Settings { path, cause }),
+                Err(cause) => Err(StateFileError::Settings { path, cause: cause.into() }),
             },
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(Self { path }),
             Err(cause) if cause.kind() == io::ErrorKind::InvalidData => {
-                Err(StateFileError::Settings { path, cause: SavedError::Foreign })
+                Err(StateFileError::Settings { path, cause: SavedError::Foreign.into() })
             }
             Err(cause) => Err(StateFileError::Read { path, cause }),
         }

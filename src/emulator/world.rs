@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
-use rowscan_protocol::model::Model;
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::Pose;
 use rowscan_protocol::time::SimTime;
@@ -55,13 +54,13 @@ pub enum WorldError {
 }
 
 impl World {
-    /// The view of the rig's scanner number `index`, a device of this `model`.
+    /// The view of the rig's scanner number `index`, a device that reports these distances.
     pub fn new(
         caster: Arc<Caster>,
         tractor: Tractor,
         rig: &Rig,
         index: usize,
-        model: &Model,
+        limits: RangeLimits,
     ) -> Result<Self, WorldError> {
         let mount = rig
             .scanners
@@ -74,7 +73,7 @@ impl World {
             tractor,
             mount,
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
-            limits: RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m },
+            limits,
             fan: BeamFan::from_degrees(0.0, 0.0, 0),
             returns: Vec::new(),
             scratch: Scratch::default(),
@@ -136,6 +135,12 @@ impl World {
     /// The line last cast, in the device's raw units.
     pub fn line(&self) -> MeasuredLine<'_> {
         MeasuredLine { echoes: &self.echoes }
+    }
+
+    /// Ranges and remissions of the line last cast, first echo.
+    pub fn echo(&self) -> &MeasuredEcho {
+        let [echo] = &self.echoes;
+        echo
     }
 
     /// The line last cast, beam by beam, with what each beam met.

@@ -66,12 +66,14 @@ impl Pty {
 
     /// Waits until a client has it open. Cancel safe.
     pub async fn opened(&mut self) -> io::Result<()> {
-        poll_fn(|cx| {
-            self.reader = Some(cx.waker().clone());
-            self.poll_clients(cx)?;
-            if self.is_open() { Poll::Ready(Ok(())) } else { Poll::Pending }
-        })
-        .await
+        poll_fn(|cx| self.poll_open(cx)).await
+    }
+
+    /// Ready once a client has it open.
+    pub fn poll_open(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        self.reader = Some(cx.waker().clone());
+        self.poll_clients(cx)?;
+        if self.is_open() { Poll::Ready(Ok(())) } else { Poll::Pending }
     }
 
     /// Follows clients coming and going; wakes whoever waits at the other half.

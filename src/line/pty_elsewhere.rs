@@ -38,6 +38,11 @@ impl Pty {
     pub async fn opened(&mut self) -> io::Result<()> {
         match self.0 {}
     }
+
+    /// Ready once a client has it open.
+    pub fn poll_open(&mut self, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        match self.0 {}
+    }
 }
 
 impl AsyncRead for Pty {

@@ -1,5 +1,6 @@
 //! Scanner models as data: one file a model, one line in [`MODELS`].
 
+mod any;
 mod family;
 mod lms100;
 mod lms111;
@@ -13,6 +14,8 @@ mod tim781;
 mod tim781s;
 
 use core::time::Duration;
+
+pub use any::AnyModel;
 
 use crate::angle::BeamGrid;
 
@@ -64,7 +67,6 @@ pub const NOT_MODELLED: &[(&str, &str)] = &[
     ),
     ("MRS1000", "four layers"),
     ("TiM551", "no client's start-up was captured with it"),
-    ("LMS200, LMS291", "another protocol, on a serial line"),
 ];
 
 /// Everything that makes one scanner differ from another. Data only; the device reads it.

@@ -168,7 +168,7 @@ impl Device {
         self.decoder.counts()
     }
 
-    /// Takes bytes that arrived from `at` on, one every `spacing`.
+    /// Takes bytes that arrived from `at` on, one every `spacing`; zero where that is not known.
     pub fn handle_bytes(&mut self, at: SimTime, spacing: Duration, bytes: &[u8]) {
         self.handle_timeout(at);
         if self.condition != Condition::Up {

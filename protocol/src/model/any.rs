@@ -1,0 +1,48 @@
+//! One look-up over both families of scanners.
+
+use super::{MODELS, Model};
+use crate::lms2xx;
+
+/// A scanner model of either family.
+#[derive(Clone, Copy, Debug)]
+pub enum AnyModel {
+    /// Speaks CoLa.
+    Cola(&'static Model),
+    /// Speaks the LMS2xx's own telegrams, on a serial line.
+    Lms2xx(&'static lms2xx::model::Model),
+}
+
+impl AnyModel {
+    /// All, CoLa first.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let cola = MODELS.iter().copied().map(Self::Cola);
+        cola.chain(lms2xx::model::MODELS.iter().copied().map(Self::Lms2xx))
+    }
+
+    /// The model of that name, whatever the case.
+    ///
+    /// ```
+    /// use rowscan_protocol::model::AnyModel;
+    /// assert_eq!(AnyModel::by_name("LMS291").unwrap().title(), "LMS291-S05");
+    /// assert_eq!(AnyModel::by_name("lms111").unwrap().title(), "LMS111");
+    /// ```
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::all().find(|model| model.name().eq_ignore_ascii_case(name))
+    }
+
+    /// Name on the command line and in rig files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cola(model) => model.name,
+            Self::Lms2xx(model) => model.name,
+        }
+    }
+
+    /// Name in print.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Cola(model) => model.title,
+            Self::Lms2xx(model) => model.title,
+        }
+    }
+}
