@@ -9,7 +9,7 @@ use super::lanes::{Lanes, Mask, Row, WIDTH};
 use super::moving;
 use super::nearest::{Nearest, insert};
 use super::row_index::{Extent, RowIndex};
-use super::sight::{Cut, Part, Points, Runs, Segments, Sight};
+use super::sight::{Cut, Part, Points, Segments, Sight, Turning};
 use crate::organ::Leaf;
 
 /// Leaves whose plane is nearer than this to the scan plane (sine of the angle) are edge-on and return nothing.
@@ -166,13 +166,14 @@ impl<T: Sight> LeafPass<'_, T> {
         let Self { field, sight, part, nearest } = self;
         let (p, q) = sight.parameters();
         let mut segments = Segments::NONE;
+        let turning = Turning::of(sight);
         for eights in field.index.rows(part.y_m.0, part.y_m.1) {
             for eight in eights {
                 let Some(values) = field.eight(eight) else { continue };
                 cut(simd, values, part.origin, sight, &mut segments);
                 for lane in 0..WIDTH {
                     let owner = (eight * WIDTH + lane) as f64;
-                    let mut runs = Runs::new(sight, segments.low.0[lane], segments.high.0[lane]);
+                    let mut runs = turning.runs::<WIDTH>(segments.low.0[lane], segments.high.0[lane]);
                     while let Some(rows) = runs.next() {
                         let (Some(p), Some(q)) = (p.get(rows.clone()), q.get(rows.clone())) else { continue };
                         let (keys, owners) = nearest.slots(rows.start, rows.end);

@@ -9,7 +9,7 @@ use pulp::Simd;
 use super::lanes::{Lanes, Row, WIDTH};
 use super::leaves::LeafPass;
 use super::nearest::insert;
-use super::sight::{Part, Points, Runs, Sight};
+use super::sight::{Part, Points, Sight, Turning};
 
 /// How far the extent along Y is widened, metres: far above rounding.
 const SPARE_M: f64 = 1e-9;
@@ -20,6 +20,7 @@ pub(super) fn pass<S: Simd, T: Sight>(pass: LeafPass<'_, T>, simd: S) {
     let LeafPass { field, sight, part, nearest } = pass;
     let (p, q) = sight.parameters();
     let depth = nearest.depth();
+    let turning = Turning::of(sight);
     let (mut low, mut high) = (Row::splat(0.0), Row::splat(0.0));
     for eight in field.eights(part.y_m) {
         let Some((header, vertices)) = field.eight(eight).and_then(|values| values.split_first_chunk::<6>())
@@ -30,7 +31,7 @@ pub(super) fn pass<S: Simd, T: Sight>(pass: LeafPass<'_, T>, simd: S) {
         let [normal_x, normal_y, normal_z, circle @ ..] = header;
         intervals(simd, circle, vertices, sight, part, (&mut low, &mut high));
         for lane in 0..WIDTH {
-            let mut runs = Runs::new(sight, low.0[lane], high.0[lane]);
+            let mut runs = turning.runs::<WIDTH>(low.0[lane], high.0[lane]);
             while let Some(rows) = runs.next() {
                 let (Some(p), Some(q)) = (p.get(rows.clone()), q.get(rows.clone())) else { continue };
                 let normal = [normal_x.0[lane], normal_y.0[lane], normal_z.0[lane]];

@@ -11,11 +11,11 @@ pub(super) const NOBODY: f64 = -1.0;
 pub(super) const GROUND: f64 = -2.0;
 
 /// The largest depth keys and whose they are, beam by beam: `depth` slots a beam, nearest first. Surfaces that end a beam (wood,
-/// ground) are the floor: they fill all slots, so that no leaf behind them enters.
+/// ground) are the floor: they fill all slots, so that no leaf behind them enters. Where there is one slot a beam, it is the floor's own.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Nearest {
     depth: usize,
-    /// `depth` rows for each eight beams.
+    /// `depth` rows for each eight beams, if more than one.
     key: Vec<Row>,
     owner: Vec<Row>,
     /// What ends each beam, and |beam · normal| there.
@@ -38,6 +38,9 @@ impl Nearest {
 
     /// The floor is complete; leaves come now.
     pub(super) fn close_floor(&mut self) {
+        if self.depth == 1 {
+            return;
+        }
         for (slots, floor) in [(&mut self.key, &self.floor_key), (&mut self.owner, &self.floor_owner)] {
             slots.resize(floor.len() * self.depth, Row::splat(0.0));
             for (slots, floor) in slots.chunks_exact_mut(self.depth).zip(floor) {
@@ -50,7 +53,11 @@ impl Nearest {
     #[inline(always)]
     pub(super) fn slots(&mut self, from: usize, to: usize) -> (&mut [Row], &mut [Row]) {
         let run = from * self.depth..to * self.depth;
-        (self.key.get_mut(run.clone()).unwrap_or(&mut []), self.owner.get_mut(run).unwrap_or(&mut []))
+        let (key, owner) = match self.depth {
+            1 => (&mut self.floor_key, &mut self.floor_owner),
+            _ => (&mut self.key, &mut self.owner),
+        };
+        (key.get_mut(run.clone()).unwrap_or(&mut []), owner.get_mut(run).unwrap_or(&mut []))
     }
 
     pub(super) fn depth(&self) -> usize {
@@ -61,9 +68,25 @@ impl Nearest {
     #[inline(always)]
     pub(super) fn slot(&self, beam: usize, slot: usize) -> (f64, f64) {
         let row = beam / WIDTH * self.depth + slot;
-        match (self.key.get(row), self.owner.get(row)) {
+        let (key, owner) = match self.depth {
+            1 => (&self.floor_key, &self.floor_owner),
+            _ => (&self.key, &self.owner),
+        };
+        match (key.get(row), owner.get(row)) {
             (Some(key), Some(owner)) => (key.0[beam % WIDTH], owner.0[beam % WIDTH]),
             _ => (0.0, NOBODY),
+        }
+    }
+
+    /// Enters what ends one beam, if nearer than what does so far.
+    #[inline(always)]
+    pub(super) fn end_beam(&mut self, beam: usize, key: f64, owner: f64, cos: f64) {
+        let (row, place) = (beam / WIDTH, beam % WIDTH);
+        let rows = (self.floor_key.get_mut(row), self.floor_owner.get_mut(row), self.floor_cos.get_mut(row));
+        if let (Some(keys), Some(owners), Some(cosines)) = rows
+            && keys.0[place] < key
+        {
+            (keys.0[place], owners.0[place], cosines.0[place]) = (key, owner, cos);
         }
     }
 

@@ -37,9 +37,53 @@ impl Extent {
 struct Tier {
     entries: Range<usize>,
     longest_m: f64,
+    steps: Steps,
 }
 
-/// Finds the organs at a place of the row by binary search. An extent is looked for no farther back than the longest of its
+/// A table that a place is looked up in, where a search would go through the whole row: entries before each of evenly spaced places.
+#[derive(Clone, Debug, PartialEq)]
+struct Steps {
+    first_m: f64,
+    per_m: f64,
+    before: Vec<u32>,
+}
+
+/// Entries to a step, more or less.
+const TO_A_STEP: usize = 4;
+
+impl Steps {
+    fn new(from_m: &[f64]) -> Self {
+        let (first_m, last_m) =
+            (from_m.first().copied().unwrap_or(0.0), from_m.last().copied().unwrap_or(0.0));
+        let count = from_m.len() / TO_A_STEP + 1;
+        // A tier that begins in one place has one step.
+        let per_m = count as f64 / (last_m - first_m).max(f64::MIN_POSITIVE);
+        let per_m = if per_m.is_finite() { per_m } else { 0.0 };
+        let mut steps = Self { first_m, per_m, before: Vec::with_capacity(count + 2) };
+        for (number, from_m) in (0..).zip(from_m) {
+            let step = steps.step_of(*from_m);
+            while steps.before.len() <= step {
+                steps.before.push(number);
+            }
+        }
+        steps
+    }
+
+    fn step_of(&self, y_m: f64) -> usize {
+        ((y_m - self.first_m) * self.per_m) as usize
+    }
+
+    /// How many of `from_m` (those the table is of) come before `y_m`, as `is_before` has it.
+    fn before(&self, from_m: &[f64], y_m: f64, is_before: impl Fn(f64) -> bool) -> usize {
+        // Entries of earlier steps are before it, and there is none of a step past the last.
+        let Some(known) = self.before.get(self.step_of(y_m)) else { return from_m.len() };
+        let known = *known as usize;
+        let rest = from_m.get(known..).unwrap_or(&[]);
+        known + rest.iter().take_while(|from_m| is_before(**from_m)).count()
+    }
+}
+
+/// Finds the organs at a place of the row by a table. An extent is looked for no farther back than the longest of its
 /// tier; tiers double in length, so one long organ does not widen the search for all. Entries come in rows of [`WIDTH`]; every
 /// tier begins a new row.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -72,7 +116,8 @@ impl RowIndex {
             let longest_m = members.map(|extent| extent.to_m - extent.from_m).fold(0.0, f64::max);
             index.from_m.extend(run.iter().map(|&(_, from_m, _)| from_m));
             numbers.extend(run.iter().map(|&(_, _, number)| Some(number)));
-            index.tiers.push(Tier { entries: start..numbers.len(), longest_m });
+            let steps = Steps::new(index.from_m.get(start..).unwrap_or(&[]));
+            index.tiers.push(Tier { entries: start..numbers.len(), longest_m, steps });
             let full = numbers.len().next_multiple_of(WIDTH);
             index.from_m.resize(full, f64::INFINITY);
             numbers.resize(full, None);
@@ -85,8 +130,9 @@ impl RowIndex {
         self.tiers.iter().map(move |tier| {
             let from_m = self.from_m.get(tier.entries.clone()).unwrap_or(&[]);
             // A hair farther back: from + length may round below to.
-            let first = from_m.partition_point(|from| *from < low_m - tier.longest_m * (1.0 + 1e-9) - 1e-9);
-            let last = from_m.partition_point(|from| *from <= high_m);
+            let low_m = low_m - tier.longest_m * (1.0 + 1e-9) - 1e-9;
+            let first = tier.steps.before(from_m, low_m, |from| from < low_m);
+            let last = tier.steps.before(from_m, high_m, |from| from <= high_m);
             let row = tier.entries.start / WIDTH;
             if first < last { row + first / WIDTH..row + last.div_ceil(WIDTH) } else { row..row }
         })

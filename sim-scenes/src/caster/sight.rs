@@ -108,9 +108,36 @@ pub(super) trait Sight: Sync {
     fn ray(&self, j: usize) -> (DVec3, DVec3);
 }
 
-/// The rows of beams that an interval touches, modulo whole turns. No row comes twice: whoever asks tests all beams of a row, and
-/// would meet a leaf twice.
-pub(super) struct Runs {
+/// How intervals of beams come round again.
+#[derive(Clone, Copy)]
+pub(super) struct Turning {
+    turn: f64,
+    count: f64,
+    /// Beams are coarser than half a turn: an interval is all of them.
+    coarse: bool,
+}
+
+impl Turning {
+    #[inline(always)]
+    pub(super) fn of(sight: &impl Sight) -> Self {
+        let (turn, count) = (sight.turn(), sight.count() as f64);
+        Self { turn, count, coarse: turn < 2.0 }
+    }
+
+    /// The beams from `low` to `high`, in groups of `GROUP`: none where `low` is infinite.
+    #[inline(always)]
+    pub(super) fn runs<const GROUP: usize>(self, low: f64, high: f64) -> Runs<GROUP> {
+        let Self { turn, count, coarse } = self;
+        if coarse && low.is_finite() {
+            return Runs { low: 0.0, high: count, turn: count, count, done: 0 };
+        }
+        Runs { low, high, turn, count, done: 0 }
+    }
+}
+
+/// The beams of an interval, modulo whole turns, in groups of `GROUP` (1: beams; [`WIDTH`]: rows of beams, all that it touches). No group
+/// comes twice: whoever asks tests all beams of a group, and would meet a leaf twice.
+pub(super) struct Runs<const GROUP: usize> {
     low: f64,
     high: f64,
     turn: f64,
@@ -118,17 +145,8 @@ pub(super) struct Runs {
     done: usize,
 }
 
-impl Runs {
-    #[inline(always)]
-    pub(super) fn new(sight: &impl Sight, low: f64, high: f64) -> Self {
-        let (count, turn) = (sight.count() as f64, sight.turn());
-        // Coarser than half a turn a beam: all of them, once.
-        let all = turn < 2.0 && low.is_finite();
-        let (low, high, turn) = if all { (0.0, count, count) } else { (low, high, turn) };
-        Self { low, high, turn, count, done: 0 }
-    }
-
-    /// The next run of rows.
+impl<const GROUP: usize> Runs<GROUP> {
+    /// The next run of groups.
     #[inline(always)]
     pub(super) fn next(&mut self) -> Option<Range<usize>> {
         while self.low < self.count {
@@ -136,10 +154,10 @@ impl Runs {
             let to = (self.high.min(self.count - 1.0).floor() + 1.0).max(0.0) as usize;
             self.low += self.turn;
             self.high += self.turn;
-            let rows = (from / WIDTH).max(self.done)..to.div_ceil(WIDTH);
-            if from < to && !rows.is_empty() {
-                self.done = rows.end;
-                return Some(rows);
+            let groups = (from / GROUP).max(self.done)..to.div_ceil(GROUP);
+            if from < to && !groups.is_empty() {
+                self.done = groups.end;
+                return Some(groups);
             }
         }
         None

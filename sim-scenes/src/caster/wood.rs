@@ -7,7 +7,7 @@ use super::lanes::{Lanes, Mask, Row, WIDTH};
 use super::leaves::Label;
 use super::nearest::{GROUND, Nearest};
 use super::row_index::{Extent, RowIndex};
-use super::sight::{Part, Points, Runs, Sight};
+use super::sight::{Part, Points, Sight, Turning};
 use crate::organ::Cylinder;
 
 /// A beam this near to the axis's direction (square of the sine) meets ends only.
@@ -19,13 +19,39 @@ const WIDER: f64 = 1.0 + 1e-9;
 /// An axis that rises less than this along Y lies in the scan plane.
 const LEVEL: f64 = 1e-12;
 
-/// Eight cylinders.
+/// What eight cylinders are like.
 #[derive(Clone, Debug)]
-struct Poles {
+struct Shapes {
     base: [Row; 3],
     axis: [Row; 3],
     length: Row,
     radius: Row,
+}
+
+impl Shapes {
+    const NONE: Self = Self {
+        base: [Row::splat(0.0); 3],
+        axis: [Row::splat(0.0); 3],
+        length: Row::splat(0.0),
+        radius: Row::splat(0.0),
+    };
+
+    /// One of `from` to another place.
+    #[inline(always)]
+    fn copy(&mut self, place: usize, from: &Self, lane: usize) {
+        for axis in 0..3 {
+            self.base[axis].0[place] = from.base[axis].0[lane];
+            self.axis[axis].0[place] = from.axis[axis].0[lane];
+        }
+        self.length.0[place] = from.length.0[lane];
+        self.radius.0[place] = from.radius.0[lane];
+    }
+}
+
+/// Eight cylinders of the field.
+#[derive(Clone, Debug)]
+struct Poles {
+    shapes: Shapes,
     /// How far a disk square to the axis reaches along Y from its middle.
     reach: Row,
     from: Row,
@@ -35,10 +61,7 @@ struct Poles {
 impl Poles {
     /// Nothing anywhere.
     const NONE: Self = Self {
-        base: [Row::splat(0.0); 3],
-        axis: [Row::splat(0.0); 3],
-        length: Row::splat(0.0),
-        radius: Row::splat(0.0),
+        shapes: Shapes::NONE,
         reach: Row::splat(0.0),
         from: Row::splat(f64::INFINITY),
         to: Row::splat(f64::NEG_INFINITY),
@@ -48,13 +71,13 @@ impl Poles {
         let length = piece.length_m();
         let (base, tip) = (piece.base(), piece.tip());
         for axis in 0..3 {
-            self.base[axis].0[lane] = base[axis];
-            self.axis[axis].0[lane] = (tip[axis] - base[axis]) / length;
+            self.shapes.base[axis].0[lane] = base[axis];
+            self.shapes.axis[axis].0[lane] = (tip[axis] - base[axis]) / length;
         }
-        self.base[1].0[lane] += shift;
+        self.shapes.base[1].0[lane] += shift;
         let extent = extent(piece);
-        self.length.0[lane] = length;
-        self.radius.0[lane] = piece.radius_m();
+        self.shapes.length.0[lane] = length;
+        self.shapes.radius.0[lane] = piece.radius_m();
         self.reach.0[lane] = reach_m(piece);
         self.from.0[lane] = extent.from_m + shift;
         self.to.0[lane] = extent.to_m + shift;
@@ -129,8 +152,8 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { field, sight, part: of, first_owner, nearest } = self;
-        let origin = of.origin;
-        let (p, q) = sight.parameters();
+        let mut meetings = Meetings::NONE;
+        let turning = Turning::of(sight);
         ground(simd, sight, of, nearest);
         let (mut low, mut high) = (Row::splat(0.0), Row::splat(0.0));
         for eights in field.index.rows(of.y_m.0, of.y_m.1) {
@@ -139,24 +162,77 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
                 intervals(simd, poles, sight, of, (&mut low, &mut high));
                 for lane in 0..WIDTH {
                     let owner = (first_owner + eight * WIDTH + lane) as f64;
-                    let mut runs = Runs::new(sight, low.0[lane], high.0[lane]);
-                    while let Some(rows) = runs.next() {
-                        let (Some(p), Some(q)) = (p.get(rows.clone()), q.get(rows.clone())) else { continue };
-                        let pole = Pole::of(simd, poles, lane, origin);
-                        for ((row, p), q) in rows.zip(p).zip(q) {
-                            for part in 0..Row::parts::<S>() {
-                                let rays = sight.rays(simd, p.load(simd, part), q.load(simd, part));
-                                let (moved, own) = of.beams_of(simd, sight.advance_m(), row, part);
-                                let start = Vector(rays.start.0, moved, rays.start.1);
-                                let (met, range, cos) = pole.hit(start, rays.direction);
-                                let key = T::key(simd, range);
-                                floor(simd, nearest, (row, part), met.and(own), key, owner, cos);
+                    let mut runs = turning.runs::<1>(low.0[lane], high.0[lane]);
+                    while let Some(beams) = runs.next() {
+                        for beam in beams.start.max(of.beams.0)..beams.end.min(of.beams.1) {
+                            meetings.push((&poles.shapes, lane), owner, beam, sight);
+                            if meetings.count == WIDTH {
+                                meetings.settle(simd, of.origin, sight, nearest);
                             }
                         }
                     }
                 }
             }
         }
+        meetings.settle(simd, of.origin, sight, nearest);
+    }
+}
+
+/// Up to eight beams, each with a cylinder that it may meet. Most cylinders are a beam or two wide: a register of beams for each would
+/// be nearly empty.
+struct Meetings {
+    shapes: Shapes,
+    p: Row,
+    q: Row,
+    /// How far the scanner has come when the beam starts.
+    moved: Row,
+    owner: [f64; WIDTH],
+    beam: [usize; WIDTH],
+    count: usize,
+}
+
+impl Meetings {
+    const NONE: Self = Self {
+        shapes: Shapes::NONE,
+        p: Row::splat(0.0),
+        q: Row::splat(0.0),
+        moved: Row::splat(0.0),
+        owner: [0.0; WIDTH],
+        beam: [0; WIDTH],
+        count: 0,
+    };
+
+    #[inline(always)]
+    fn push<T: Sight>(&mut self, (shapes, lane): (&Shapes, usize), owner: f64, beam: usize, sight: &T) {
+        let (p, q) = sight.parameters();
+        let (Some(p), Some(q)) = (p.get(beam / WIDTH), q.get(beam / WIDTH)) else { return };
+        let place = self.count % WIDTH;
+        self.shapes.copy(place, shapes, lane);
+        self.p.0[place] = p.0[beam % WIDTH];
+        self.q.0[place] = q.0[beam % WIDTH];
+        self.moved.0[place] = beam as f64 * sight.advance_m();
+        self.owner[place] = owner;
+        self.beam[place] = beam;
+        self.count += 1;
+    }
+
+    /// Ends the beams that meet theirs, in the order they came in, and forgets them all.
+    #[inline(always)]
+    fn settle<S: Simd, T: Sight>(&mut self, simd: S, origin: [f64; 3], sight: &T, nearest: &mut Nearest) {
+        let (mut keys, mut cosines) = (Row::splat(0.0), Row::splat(0.0));
+        for part in 0..Row::parts::<S>() {
+            let rays = sight.rays(simd, self.p.load(simd, part), self.q.load(simd, part));
+            let start = Vector(rays.start.0, self.moved.load(simd, part), rays.start.1);
+            let pole = Pole::load(simd, part, &self.shapes, origin);
+            let (met, range, cos) = pole.hit(start, rays.direction);
+            let never = Lanes::splat(simd, f64::NEG_INFINITY);
+            keys.store(part, met.select(T::key(simd, range), never));
+            cosines.store(part, cos);
+        }
+        for place in 0..self.count.min(WIDTH) {
+            nearest.end_beam(self.beam[place], keys.0[place], self.owner[place], cosines.0[place]);
+        }
+        self.count = 0;
     }
 }
 
@@ -215,9 +291,9 @@ fn intervals<S: Simd, T: Sight>(
     let (least_m, most_m) = (Lanes::splat(simd, of.y_m.0), Lanes::splat(simd, of.y_m.1));
     let zero = Lanes::splat(simd, 0.0);
     for part in 0..Row::parts::<S>() {
-        let base = Vector::load(simd, part, &poles.base);
-        let axis = Vector::load(simd, part, &poles.axis);
-        let (length, reach) = (poles.length.load(simd, part), poles.reach.load(simd, part));
+        let Shapes { base, axis, length, radius } = &poles.shapes;
+        let (base, axis) = (Vector::load(simd, part, base), Vector::load(simd, part, axis));
+        let (length, reach) = (length.load(simd, part), poles.reach.load(simd, part));
         let near = poles.from.load(simd, part).le(most_m).and(least_m.le(poles.to.load(simd, part)));
         if near.is_empty() {
             low.store(part, zero.of(f64::INFINITY));
@@ -231,7 +307,7 @@ fn intervals<S: Simd, T: Sight>(
         let to = level.select(length, (one.max(other) + spare).max(zero).min(length));
         let from = Points(base.0 + axis.0 * from - x_m, base.2 + axis.2 * from - z_m);
         let to = Points(base.0 + axis.0 * to - x_m, base.2 + axis.2 * to - z_m);
-        let radius = poles.radius.load(simd, part) * zero.of(WIDER) + zero.of(1e-12);
+        let radius = radius.load(simd, part) * zero.of(WIDER) + zero.of(1e-12);
         let (first, last) = sight.swept(simd, from, to, radius);
         low.store(part, near.select(first, zero.of(f64::INFINITY)));
         high.store(part, last);
@@ -260,7 +336,7 @@ impl<S: Simd> Vector<S> {
     }
 }
 
-/// One cylinder as seen from the line's origin.
+/// A register of cylinders as seen from the line's origin.
 struct Pole<S: Simd> {
     /// Origin from the base.
     from_base: Vector<S>,
@@ -271,22 +347,14 @@ struct Pole<S: Simd> {
 
 impl<S: Simd> Pole<S> {
     #[inline(always)]
-    fn of(simd: S, poles: &Poles, lane: usize, [x, y, z]: [f64; 3]) -> Self {
-        let [base_x, base_y, base_z] = &poles.base;
-        let [axis_x, axis_y, axis_z] = &poles.axis;
+    fn load(simd: S, part: usize, shapes: &Shapes, [x, y, z]: [f64; 3]) -> Self {
+        let Vector(base_x, base_y, base_z) = Vector::load(simd, part, &shapes.base);
+        let (x, y, z) = (base_x.of(x), base_x.of(y), base_x.of(z));
         Self {
-            from_base: Vector(
-                Lanes::splat(simd, x - base_x.0[lane]),
-                Lanes::splat(simd, y - base_y.0[lane]),
-                Lanes::splat(simd, z - base_z.0[lane]),
-            ),
-            axis: Vector(
-                Lanes::splat(simd, axis_x.0[lane]),
-                Lanes::splat(simd, axis_y.0[lane]),
-                Lanes::splat(simd, axis_z.0[lane]),
-            ),
-            length: Lanes::splat(simd, poles.length.0[lane]),
-            radius: Lanes::splat(simd, poles.radius.0[lane]),
+            from_base: Vector(x - base_x, y - base_y, z - base_z),
+            axis: Vector::load(simd, part, &shapes.axis),
+            length: shapes.length.load(simd, part),
+            radius: shapes.radius.load(simd, part),
         }
     }
 
