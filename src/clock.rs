@@ -74,6 +74,11 @@ impl SimClock {
         }
     }
 
+    /// How long ago `at` was due; nothing while the clock waits for its clients.
+    pub fn lateness(&self, at: SimTime) -> Duration {
+        self.due(at).map_or(Duration::ZERO, |due| Instant::now().into_std().saturating_duration_since(due))
+    }
+
     /// The scale.
     pub fn scale(&self) -> TimeScale {
         self.scale

@@ -15,6 +15,7 @@ pub mod decode;
 pub mod emulator;
 pub mod line;
 pub mod offline;
+pub mod replay;
 pub mod stage;
 pub mod study;
 pub mod trial;

@@ -8,13 +8,14 @@ use bench::Bench;
 use rowscan_protocol::device::{Fault, REFUSALS};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::MODELS;
-use rowscan_protocol::telegram::{Kind, Telegram, encode_empty};
+use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram, encode_empty};
 
 #[test]
 fn every_example_of_the_table_is_refused_with_the_code_of_its_line() {
     for line in REFUSALS {
         let logged_in = ![Fault::WriteWithoutLogin, Fault::CallWithoutLogin].contains(&line.fault);
         let mut bench = if logged_in { Bench::logged_in(line.model) } else { Bench::new(line.model) };
+        prepare(&mut bench, line.fault);
         let expected = format!("sFA {:X}", line.error.code());
         assert_eq!(bench.ask(line.example), expected, "{} ({})", line.example, line.what);
     }
@@ -50,11 +51,19 @@ fn there_is_no_silence_whatever_is_asked() {
 fn a_refusal_leaves_the_settings_alone() {
     for line in REFUSALS {
         let mut bench = Bench::logged_in(line.model);
+        prepare(&mut bench, line.fault);
         let before = saved(&mut bench);
         bench.ask(line.example);
         if ![Fault::WriteWithoutLogin, Fault::CallWithoutLogin].contains(&line.fault) {
             assert_eq!(saved(&mut bench), before, "{}", line.example);
         }
+    }
+}
+
+/// One fault is that of a scanner whose scans are recorded ones, without remission.
+fn prepare(bench: &mut Bench, fault: Fault) {
+    if fault == Fault::FixedByRecording {
+        bench.device.play_back(&LmdScandata::default(), []);
     }
 }
 

@@ -256,6 +256,11 @@ impl<W: Write + Seek> McapWriter<W> {
         self.writer.flush().map_err(plain)
     }
 
+    /// What it was written to. Without [`finish`](Self::finish) before, the file has no end.
+    pub fn into_inner(self) -> W {
+        self.writer.into_inner()
+    }
+
     /// Writes the file's end: statistics and, where there are chunks, their index.
     pub fn finish(&mut self) -> io::Result<()> {
         // It flushes, too.

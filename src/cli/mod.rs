@@ -16,6 +16,7 @@ mod output;
 mod progress;
 mod record;
 mod recorder;
+mod replay;
 mod scan;
 mod scene;
 mod study;
@@ -54,6 +55,8 @@ enum Command {
     Study(study::Command),
     /// Keep the bytes of live scanners, both ways, in one MCAP file; convert, repair and describe recordings
     Record(record::Args),
+    /// Be the scanner that a recording was made with: it answers, and streams on time
+    Replay(replay::Args),
     /// Recorded telegrams in words: MCAP, pcap, pcapng, raw bytes, hex text
     Decode(decode::Args),
     /// List the scanner models, what each emulates and what not
@@ -124,6 +127,9 @@ pub enum Failure {
     /// A recording that cannot be written.
     #[error(transparent)]
     Record(#[from] rowscan_recording::RecordError),
+    /// A recording that cannot be played.
+    #[error(transparent)]
+    Replay(#[from] crate::replay::ReplayError),
     /// A rig the estimator cannot work with.
     #[error(transparent)]
     Pipeline(#[from] rowscan_canopy::PipelineError),
@@ -194,6 +200,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Scan(args) => scan::run(args).await,
             Command::Study(command) => study::run(command).await,
             Command::Record(args) => record::run(args).await,
+            Command::Replay(args) => replay::run(args).await,
             Command::Decode(args) => decode::run(args),
             Command::Models(args) => models::run(args),
         }

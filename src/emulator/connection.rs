@@ -4,14 +4,14 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use bytes::Bytes;
 use rowscan_protocol::device::{AfterReply, Reply, Session};
 use rowscan_recording::{Side, StreamKind, Tap};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 
-use super::Shared;
-use super::roster::{Member, Wants};
+use super::roster::{Member, Queued, Wants};
+use super::{Program, Shared};
+use crate::replay::Prompter;
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 4096;
@@ -50,11 +50,24 @@ impl Drop for Seat<'_> {
 async fn converse<S: AsyncRead + AsyncWrite>(
     shared: &Shared,
     member: &Member,
-    mut scans: mpsc::Receiver<Bytes>,
+    mut telegrams: mpsc::Receiver<Queued>,
     stream: S,
 ) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
-    let tap = shared.config.taps.open(shared.device().model().name, StreamKind::Cola);
+    let tap = match &shared.program {
+        Program::Device => shared.config.taps.open(shared.device().model().name, StreamKind::Cola),
+        Program::Script(name, _) => shared.config.taps.open(name, StreamKind::Cola),
+        Program::Verbatim(name, kind) => shared.config.taps.open(name, *kind),
+    };
+    let mut prompter = match &shared.program {
+        Program::Script(_, script) => Some(Prompter::new(Arc::clone(script))),
+        Program::Device | Program::Verbatim(..) => None,
+    };
+    let verbatim = matches!(shared.program, Program::Verbatim(..));
+    if verbatim {
+        member.set_wants(Some(Wants::everything()));
+        shared.interest.notify_one();
+    }
     let mut session = Session::new(shared.config.dialects);
     let mut news = shared.news.subscribe();
     let reboots = shared.device().reboots();
@@ -68,7 +81,10 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                     return Ok(());
                 }
                 tap.record(Side::Host, &chunk[..read]);
-                let saved = shared.converse(&mut session, &chunk[..read], &mut replies);
+                if verbatim {
+                    continue;
+                }
+                let saved = shared.converse(&mut session, prompter.as_mut(), &chunk[..read], &mut replies);
                 if session.counts().frames > 0 {
                     member.has_spoken();
                 }
@@ -83,11 +99,11 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 member.set_wants(Wants::of(&session));
                 shared.interest.notify_one();
             }
-            scan = scans.recv() => match scan {
-                // Scans already queued when the client unsubscribed are not sent any more.
-                Some(scan) if session.subscribed() || session.monitors() => {
-                    writer.write_all(&scan).await?;
-                    tap.record(Side::Device, &scan);
+            telegram = telegrams.recv() => match telegram {
+                // What was queued when the client unsubscribed is not sent any more.
+                Some(Queued { event, frame }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
+                    writer.write_all(&frame).await?;
+                    tap.record(Side::Device, &frame);
                 }
                 Some(_) => {}
                 None => return Ok(()),

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use bytes::Bytes;
-use rowscan_protocol::device::{Mirror, monitor_event, scan_event};
+use rowscan_protocol::device::{Event, Mirror, monitor_event, scan_event};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc::error::TrySendError;
 
-use super::roster::{Member, Wants};
+use super::roster::{Member, Queued, Wants};
 use super::world::World;
 use super::{LineChange, Shared};
 use crate::clock::{Pacer, TimeScale};
@@ -174,10 +174,10 @@ impl Telegram {
             };
             Self {
                 counter: scan.telegram_counter,
-                scan: Frames::encode(wanted(|wants| wants.scans), |dialect, out| {
+                scan: Frames::encode(wanted(Wants::scans), |dialect, out| {
                     scan_event(dialect, scan, out);
                 }),
-                monitor: Frames::encode(wanted(|wants| wants.monitor), |dialect, out| {
+                monitor: Frames::encode(wanted(Wants::monitor), |dialect, out| {
                     monitor_event(dialect, scan, out);
                 }),
             }
@@ -192,19 +192,22 @@ impl Telegram {
             shared.latency.sent(self.counter);
         }
         for (member, wants) in audience {
-            let scan = wants.scans.then(|| self.scan.in_dialect(wants.dialect)).flatten();
-            let monitor = wants.monitor.then(|| self.monitor.in_dialect(wants.dialect)).flatten();
-            for frame in scan.into_iter().chain(monitor) {
-                hand_over(shared, member, frame).await;
+            let scan = wants.scans().then(|| self.scan.in_dialect(wants.dialect)).flatten();
+            let monitor = wants.monitor().then(|| self.monitor.in_dialect(wants.dialect)).flatten();
+            let scan = scan.map(|frame| Queued { event: Some(Event::ScanData), frame });
+            let monitor = monitor.map(|frame| Queued { event: Some(Event::Monitor), frame });
+            for telegram in scan.into_iter().chain(monitor) {
+                hand_over(shared, member, telegram).await;
             }
         }
     }
 }
 
-async fn hand_over(shared: &Shared, member: &Member, frame: Bytes) {
+/// Puts a telegram into a client's queue. Paced, a full queue drops it for that client alone; else the clock waits.
+pub(super) async fn hand_over(shared: &Shared, member: &Member, telegram: Queued) {
     let (taken, dropped) = match shared.clock.scale() {
-        TimeScale::Max => (member.queue().send(frame).await.is_ok(), false),
-        TimeScale::Paced(_) => match member.queue().try_send(frame) {
+        TimeScale::Max => (member.queue().send(telegram).await.is_ok(), false),
+        TimeScale::Paced(_) => match member.queue().try_send(telegram) {
             Ok(()) => (true, false),
             Err(TrySendError::Full(_)) => (false, true),
             Err(TrySendError::Closed(_)) => (false, false),

@@ -5,20 +5,23 @@
 //! and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
 
 mod connection;
+mod lateness;
 mod listener;
 mod mirror;
 mod roster;
 mod serial;
 mod state_file;
+mod tape;
 mod tractor;
 mod world;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use rowscan_protocol::device::{Device, DialectPolicy, LineError, Reply, Session};
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::Taps;
+use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinSet;
 
@@ -30,6 +33,8 @@ pub use tractor::Tractor;
 pub use world::{World, WorldError};
 
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
+use crate::replay::{Playhead, Prompter, Script, Tape};
+use lateness::Lateness;
 use roster::Roster;
 
 /// Clients served at once, unless told otherwise.
@@ -95,7 +100,8 @@ impl Default for EmulatorConfig {
 #[derive(Debug)]
 pub struct Shared {
     device: Mutex<Device>,
-    clock: SimClock,
+    clock: Arc<SimClock>,
+    program: Program,
     roster: Roster,
     /// Rung when a client's interest changes, so that a waiting mirror looks again.
     interest: Notify,
@@ -104,6 +110,19 @@ pub struct Shared {
     config: EmulatorConfig,
     counts: Counts,
     latency: Latency,
+    /// The tape has been played to its end, and every client has all of it.
+    ended: watch::Sender<bool>,
+}
+
+/// Who answers.
+#[derive(Debug)]
+pub(crate) enum Program {
+    /// The device.
+    Device,
+    /// A recorded device of that name, and the device where nothing was recorded.
+    Script(String, Arc<Script>),
+    /// Nobody: a stream of that name goes out as it was recorded.
+    Verbatim(String, StreamKind),
 }
 
 #[derive(Debug, Default)]
@@ -111,6 +130,7 @@ struct Counts {
     sent: AtomicU64,
     dropped: AtomicU64,
     refused: AtomicU64,
+    lateness: Lateness,
 }
 
 /// What a virtual scanner has done.
@@ -125,15 +145,44 @@ pub struct EmulatorCounts {
 }
 
 impl Shared {
+    fn new(device: Device, program: Program, clock: Arc<SimClock>, config: EmulatorConfig) -> Arc<Self> {
+        Arc::new(Self {
+            device: Mutex::new(device),
+            clock,
+            program,
+            roster: Roster::new(config.max_clients),
+            interest: Notify::new(),
+            news: watch::Sender::default(),
+            config,
+            counts: Counts::default(),
+            latency: Latency::default(),
+            ended: watch::Sender::new(false),
+        })
+    }
+
     fn device(&self) -> MutexGuard<'_, Device> {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lets `session` answer; the settings, if mEEwriteall was among the requests.
-    fn converse(&self, session: &mut Session, bytes: &[u8], replies: &mut Vec<Reply>) -> Option<String> {
+    /// Lets `session` answer, as it is prompted; the settings, if mEEwriteall was among the requests.
+    fn converse(
+        &self,
+        session: &mut Session,
+        prompter: Option<&mut Prompter>,
+        bytes: &[u8],
+        replies: &mut Vec<Reply>,
+    ) -> Option<String> {
         let mut device = self.device();
         let saves = device.saves();
-        session.handle_bytes(&mut device, self.clock.now(), bytes, replies);
+        let now = self.clock.now();
+        match prompter {
+            Some(prompter) => {
+                session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
+                    prompter.amend(frame, reply);
+                })
+            }
+            None => session.handle_bytes(&mut device, now, bytes, replies),
+        }
         self.spread(&device);
         (device.saves() != saves).then(|| device.saved_settings())
     }
@@ -155,19 +204,44 @@ pub struct Emulator {
 impl Emulator {
     /// Starts the mirror of `device` in `world`. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
     pub fn start(device: Device, world: World, config: EmulatorConfig) -> Self {
-        let shared = Arc::new(Shared {
-            device: Mutex::new(device),
-            clock: SimClock::start(config.time_scale),
-            roster: Roster::new(config.max_clients),
-            interest: Notify::new(),
-            news: watch::Sender::default(),
-            config,
-            counts: Counts::default(),
-            latency: Latency::default(),
-        });
+        let clock = Arc::new(SimClock::start(config.time_scale));
+        let shared = Shared::new(device, Program::Device, clock, config);
         let mut tasks = JoinSet::new();
         tasks.spawn(mirror::turn(Arc::clone(&shared), world));
         Self { shared, tasks }
+    }
+
+    /// Starts a recorded stream called `name`: its tape in the mirror's place, its script before `device`'s own answers. Streams that share
+    /// clock and playhead stay in step; `number` is this tape's number there.
+    pub fn replay(
+        device: Device,
+        name: &str,
+        script: Arc<Script>,
+        tape: Tape,
+        (playhead, number): (Arc<Playhead>, usize),
+        clock: Arc<SimClock>,
+        config: EmulatorConfig,
+    ) -> Self {
+        let program = match tape.is_verbatim() {
+            true => Program::Verbatim(name.to_owned(), tape.kind()),
+            false => Program::Script(name.to_owned(), script),
+        };
+        let shared = Shared::new(device, program, clock, config);
+        let mut tasks = JoinSet::new();
+        tasks.spawn(tape::play(Arc::clone(&shared), tape::Reel { tape, playhead, number }));
+        Self { shared, tasks }
+    }
+
+    /// Resolves when a tape has been played to its end and every client has all of it. Cancel safe.
+    pub async fn ended(&self) {
+        let mut ended = self.shared.ended.subscribe();
+        // The sender lives as long as this emulator.
+        let _ = ended.wait_for(|ended| *ended).await;
+    }
+
+    /// Host time by which `fraction` of what a tape sent was late at most.
+    pub fn lateness(&self, fraction: f64) -> Option<Duration> {
+        self.shared.counts.lateness.quantile(fraction)
     }
 
     /// Listens on `address` (port 0 takes a free one) and serves whoever connects.

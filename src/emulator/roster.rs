@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
-use rowscan_protocol::device::Session;
+use rowscan_protocol::device::{Event, Session, Subscriptions};
 use rowscan_protocol::frame::Dialect;
 use tokio::sync::{Notify, mpsc};
 
@@ -23,7 +23,7 @@ pub(super) struct Roster {
 #[derive(Debug)]
 pub(super) struct Member {
     id: u64,
-    queue: mpsc::Sender<Bytes>,
+    queue: mpsc::Sender<Queued>,
     /// What is wanted of the scans, if anything.
     wants: Mutex<Option<Wants>>,
     /// It has sent at least one valid telegram.
@@ -32,22 +32,46 @@ pub(super) struct Member {
     leave: Notify,
 }
 
-/// What a client wants of the scans.
+/// What a client wants of what the scanner sends by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Wants {
     pub(super) dialect: Dialect,
-    /// Every scan, as LMDscandata.
-    pub(super) scans: bool,
-    /// Every scan, as LMDscandatamon.
-    pub(super) monitor: bool,
+    pub(super) subscriptions: Subscriptions,
+}
+
+/// One telegram on its way to a client.
+#[derive(Clone, Debug)]
+pub(super) struct Queued {
+    /// What it tells; none if it goes to everyone.
+    pub(super) event: Option<Event>,
+    pub(super) frame: Bytes,
 }
 
 impl Wants {
     /// What `session` has subscribed to.
     pub(super) fn of(session: &Session) -> Option<Self> {
-        let wants =
-            Self { dialect: session.dialect(), scans: session.subscribed(), monitor: session.monitors() };
-        (wants.scans || wants.monitor).then_some(wants)
+        let subscriptions = session.subscriptions();
+        (!subscriptions.is_empty()).then(|| Self { dialect: session.dialect(), subscriptions })
+    }
+
+    /// What a client gets that nobody listens to.
+    pub(super) fn everything() -> Self {
+        Self { dialect: Dialect::B, subscriptions: Subscriptions::default() }
+    }
+
+    /// Every scan, as LMDscandata.
+    pub(super) fn scans(&self) -> bool {
+        self.subscriptions.has(Event::ScanData)
+    }
+
+    /// Every scan, as LMDscandatamon.
+    pub(super) fn monitor(&self) -> bool {
+        self.subscriptions.has(Event::Monitor)
+    }
+
+    /// Scans under either name.
+    pub(super) fn takes_scans(&self) -> bool {
+        self.scans() || self.monitor()
     }
 }
 
@@ -58,7 +82,7 @@ impl Roster {
 
     /// Takes a client in, with the queue its scans will come through. When the house is full, the client that has been
     /// connected longest without a single valid telegram is turned out; if all have spoken, the newcomer is refused.
-    pub(super) fn join(&self) -> Option<(Arc<Member>, mpsc::Receiver<Bytes>)> {
+    pub(super) fn join(&self) -> Option<(Arc<Member>, mpsc::Receiver<Queued>)> {
         let mut members = self.lock();
         if members.len() >= self.limit {
             let silent = members.iter().position(|member| !member.spoke.load(Ordering::Relaxed))?;
@@ -82,6 +106,12 @@ impl Roster {
 
     /// The clients that want scans now, with what each wants.
     pub(super) fn audience(&self, out: &mut Vec<(Arc<Member>, Wants)>) {
+        self.listeners(out);
+        out.retain(|(_, wants)| wants.takes_scans());
+    }
+
+    /// The clients that want anything, with what each wants.
+    pub(super) fn listeners(&self, out: &mut Vec<(Arc<Member>, Wants)>) {
         out.clear();
         out.extend(
             self.lock().iter().filter_map(|member| member.wants().map(|wants| (Arc::clone(member), wants))),
@@ -112,7 +142,7 @@ impl Member {
         self.leave.notified().await;
     }
 
-    pub(super) fn queue(&self) -> &mpsc::Sender<Bytes> {
+    pub(super) fn queue(&self) -> &mpsc::Sender<Queued> {
         &self.queue
     }
 }

@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part")]
 
 pub mod binary;
+pub mod replayed;
 
 use std::path::PathBuf;
 

@@ -76,13 +76,24 @@ static COMMANDS: &[Command] = &[
 
 /// What a session can subscribe to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
+pub enum Event {
+    /// Every scan.
     ScanData,
     /// The same scans under the monitor's name.
     Monitor,
+    /// The result of an evaluation field.
     FieldResult,
+    /// A digital input has changed.
     InputState,
+    /// A digital output has changed.
     OutputState,
+}
+
+impl Event {
+    /// The event that is told under `name`.
+    pub fn by_name(name: &str) -> Option<Self> {
+        COMMANDS.iter().find(|command| command.name == name).and_then(|command| command.event)
+    }
 }
 
 /// All a command may read and change.
@@ -203,7 +214,9 @@ fn try_answer(
             if context.access.level < CLIENT {
                 return Err(Fault::WriteWithoutLogin.into());
             }
+            let before = context.device.settings.clone();
             write(context, args)?;
+            context.device.keep_scans(before)?;
             let blank = !context.device.model.replies_without_blank.contains(&name);
             encode_empty(args.dialect, Kind::Wa, name, blank, out);
             Ok(())

@@ -15,15 +15,17 @@ mod filter;
 mod lines;
 mod measure;
 mod options;
+mod playback;
 mod refusal;
 mod session;
 mod settings;
 mod state;
 
+pub use command::Event;
 pub use eeprom::SavedError;
 pub use lines::LineError;
 pub use measure::{MeasuredEcho, MeasuredLine, monitor_event, scan_event};
 pub use options::{Options, Profile, Start};
 pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
-pub use session::{AfterReply, DialectPolicy, Reply, Session};
+pub use session::{AfterReply, DialectPolicy, Reply, Session, Subscriptions};
 pub use state::{Device, Identity, Mirror, ModeError};

@@ -47,6 +47,8 @@ pub enum Fault {
     ImpossibleFilter,
     /// An application the device does not have.
     NoSuchApplication,
+    /// The scans come from a recording, and would have to be others.
+    FixedByRecording,
     /// The variable exists, but this virtual device cannot change it.
     FixedHere,
 }
@@ -121,6 +123,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sWN LICencres", Fault::NoSuchCode, "not between 0.001 and 2000", SopasError::LocalConditionFailed, Assumed, "sWN LICencres 00000000"),
     line("sWN LFPmeanfilter, LFPmedianfilter, LFPparticle", Fault::ImpossibleFilter, "a mean of other than 2 to 100 scans, a median of other than 3 beams", SopasError::LocalConditionFailed, Assumed, "sWN LFPmeanfilter 1 +101 0"),
     line("sWN SetActiveApplications", Fault::NoSuchApplication, "neither RANG nor FEVL", SopasError::LocalConditionFailed, Assumed, "sWN SetActiveApplications 1 NONE 1"),
+    line("sWN LMDscandatacfg, LMPoutputRange, FREchoFilter, LFP…, LIC…", Fault::FixedByRecording, "`rowscan replay` only: the recorded scans would have to be others", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"),
     line("sWN TSC…, EIIpAddr, EImask, EIgate", Fault::FixedHere, "another value than the one in force: not emulated", SopasError::LocalConditionFailed, Assumed, "sWN TSCRole 1"),
 ];
 

@@ -74,7 +74,23 @@ impl Access {
     }
 
     fn subscribed(&self, event: Event) -> bool {
-        self.subscriptions & 1 << event as u8 != 0
+        Subscriptions(self.subscriptions).has(event)
+    }
+}
+
+/// The events a session has subscribed to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Subscriptions(u8);
+
+impl Subscriptions {
+    /// To this one.
+    pub fn has(self, event: Event) -> bool {
+        self.0 & 1 << event as u8 != 0
+    }
+
+    /// To none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
     }
 }
 
@@ -115,6 +131,18 @@ impl Session {
 
     /// Takes the host's bytes and appends the replies, in order.
     pub fn handle_bytes(&mut self, device: &mut Device, now: SimTime, bytes: &[u8], out: &mut Vec<Reply>) {
+        self.handle_bytes_with(device, now, bytes, out, &mut |_, _| {});
+    }
+
+    /// The same; `amend` sees each request with the device's reply to it and may say something else.
+    pub fn handle_bytes_with(
+        &mut self,
+        device: &mut Device,
+        now: SimTime,
+        bytes: &[u8],
+        out: &mut Vec<Reply>,
+        amend: &mut dyn FnMut(&Frame<'_>, &mut Reply),
+    ) {
         if !core::mem::replace(&mut self.begun, true) {
             self.begin(device);
         }
@@ -131,7 +159,9 @@ impl Session {
             let subscribed = access.subscriptions;
             let reply = reply(&frame, &mut Context { device, access, now });
             let after = self.access.closing.then_some(AfterReply::Close);
-            out.push(Reply { bytes: reply, delay: self.access.delay, after });
+            let mut reply = Reply { bytes: reply, delay: self.access.delay, after };
+            amend(&frame, &mut reply);
+            out.push(reply);
             self.begin_subscriptions(device, !subscribed & self.access.subscriptions);
             self.settle_dialect();
         }
@@ -148,7 +178,7 @@ impl Session {
             (Event::OutputState, &mut told.outputs, changes.outputs.count),
             (Event::FieldResult, &mut told.field, changes.field.count),
         ] {
-            if !access.subscribed(event) || core::mem::replace(told, count) == count {
+            if device.plays_back || !access.subscribed(event) || core::mem::replace(told, count) == count {
                 continue;
             }
             let mut payload = Vec::new();
@@ -183,6 +213,11 @@ impl Session {
     /// Subscribed to LMDscandatamon, the same scans under the monitor's name.
     pub fn monitors(&self) -> bool {
         self.access.subscribed(Event::Monitor)
+    }
+
+    /// All it has subscribed to.
+    pub fn subscriptions(&self) -> Subscriptions {
+        Subscriptions(self.access.subscriptions)
     }
 
     /// The dialect to encode events in.

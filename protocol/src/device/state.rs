@@ -90,6 +90,8 @@ pub struct Device {
     pub(super) counters: Counters,
     pub(super) last_scan: LmdScandata,
     pub(super) has_scan: bool,
+    /// Scans and events come from a recording.
+    pub(super) plays_back: bool,
 }
 
 /// What the device counts.
@@ -128,6 +130,7 @@ impl Device {
             counters,
             last_scan: LmdScandata::default(),
             has_scan: false,
+            plays_back: false,
             identity,
         }
     }
@@ -176,8 +179,13 @@ impl Device {
 
     pub(super) fn check_mode(&self, mode: ScanMode) -> Result<(), ModeError> {
         let ScanMode { frequency_centihz, step } = mode;
-        let legal = self.model.modes.contains(&mode);
+        let legal = self.legal_modes().contains(&mode);
         if legal { Ok(()) } else { Err(ModeError { model: self.model.title, frequency_centihz, step }) }
+    }
+
+    /// The modes it can be set to: of a recorded scanner, the recorded one.
+    pub(super) fn legal_modes(&self) -> &[ScanMode] {
+        if self.plays_back { core::slice::from_ref(&self.settings.mode) } else { self.model.modes }
     }
 
     /// How far the scanner has travelled: what its encoder counts.
@@ -209,6 +217,7 @@ impl Device {
             host_dialect: self.host_dialect,
             clock: self.clock.restarted(now),
             travel: self.travel,
+            plays_back: self.plays_back,
             ..fresh
         };
         self.condition.reboots = self.condition.reboots.wrapping_add(1);

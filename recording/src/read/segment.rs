@@ -1,6 +1,6 @@
 //! One captured packet: link, IP and TCP headers off.
 
-use std::net::{IpAddr, SocketAddr};
+use core::net::{IpAddr, SocketAddr};
 
 /// How packets begin, as pcap numbers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! TCP connections of a capture: segments in any order, sent twice, or never captured, become streams again.
 
-use std::net::SocketAddr;
+use core::net::SocketAddr;
 
 use super::segment::Segment;
 use crate::Joint;

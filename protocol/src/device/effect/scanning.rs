@@ -69,7 +69,7 @@ pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u
         return OK;
     }
     let known = |matches: fn(&ScanMode, &ScanMode) -> bool| {
-        device.model.modes.iter().any(|other| matches(other, &mode))
+        device.legal_modes().iter().any(|other| matches(other, &mode))
     };
     match (known(|a, b| a.frequency_centihz == b.frequency_centihz), known(|a, b| a.step == b.step)) {
         (false, false) => INVALID_FREQUENCY_AND_RESOLUTION,

@@ -1,0 +1,112 @@
+//! A recording as live devices again: what it answers, what it sends and when.
+//!
+//! [`Survey`] reads the recording once and finds its streams, what was asked and answered ([`Script`]) and where the scans are. A [`Tape`] reads
+//! it again while it plays, so that hours of it take no memory. All tapes of one recording follow one [`Playhead`].
+
+mod playhead;
+mod script;
+mod stamps;
+mod survey;
+mod tape;
+
+use std::path::{Path, PathBuf};
+
+use rowscan_protocol::device::{Device, Identity};
+use rowscan_protocol::model::{self, Model};
+use rowscan_recording::ReadError;
+
+pub use playhead::Playhead;
+pub(crate) use script::Prompter;
+pub use script::Script;
+pub use stamps::Stamps;
+pub use survey::{Part, Survey};
+pub use tape::{Played, Tape};
+
+/// Why a recording cannot be played.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// It cannot be read.
+    #[error("cannot read recording {}: {cause}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: ReadError,
+    },
+    /// Nothing in it that a device sends by itself.
+    #[error("{} holds nothing to play: expected scans or other events of a scanner, found {found}", path.display())]
+    Nothing {
+        /// The file.
+        path: PathBuf,
+        /// Its streams.
+        found: String,
+    },
+    /// No such stream.
+    #[error("{} has no stream `{wanted}`; it has {found}", path.display())]
+    NoStream {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for.
+        wanted: String,
+        /// Its streams.
+        found: String,
+    },
+    /// The scanner is none that is modelled.
+    #[error(
+        "the recorded scanner is {found}, which no model here is; say with --model which one answers what was not recorded \
+         (`rowscan models`), or replay its bytes alone with --verbatim"
+    )]
+    UnknownModel {
+        /// What it says of itself.
+        found: String,
+    },
+    /// A place that is not in it.
+    #[error("{what}; the recording holds {scans} scans in {seconds:.3} s")]
+    Seek {
+        /// What is wrong.
+        what: String,
+        /// Scans of the first stream.
+        scans: u64,
+        /// From the first event to the last.
+        seconds: f64,
+    },
+}
+
+/// The scanner of a part: the model asked for, or the one the recording tells.
+pub fn model_of(
+    survey: &Survey,
+    part: &Part,
+    asked: Option<&'static Model>,
+) -> Result<&'static Model, ReplayError> {
+    if let Some(model) = asked.or_else(|| survey.about.model.as_deref().and_then(model::by_name)) {
+        return Ok(model);
+    }
+    match &part.ident {
+        Some(ident) => {
+            model::by_ident(ident).ok_or_else(|| ReplayError::UnknownModel { found: format!("`{ident}`") })
+        }
+        None => part.model_by_scan().ok_or_else(|| ReplayError::UnknownModel {
+            found: part.first_scan.as_ref().map_or_else(
+                || "nameless and sends no scans".to_owned(),
+                |scan| {
+                    format!(
+                        "nameless and sends {} beams",
+                        scan.channels16.first().map_or(0, |c| c.values.len())
+                    )
+                },
+            ),
+        }),
+    }
+}
+
+/// The device that answers what was not recorded, set as the recorded one was.
+pub fn device_of(part: &Part, model: &'static Model) -> Device {
+    let mut device = Device::new(model, Identity::default());
+    let values = part.script.values();
+    device.play_back(part.first_scan.as_ref().unwrap_or(&Default::default()), values);
+    device
+}
+
+pub(crate) fn unreadable(path: &Path) -> impl Fn(ReadError) -> ReplayError + '_ {
+    |cause| ReplayError::Read { path: path.to_owned(), cause }
+}

@@ -1,0 +1,143 @@
+//! What a recorded device answered: request by request, as often as it was asked.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use rowscan_protocol::device::Reply;
+use rowscan_protocol::frame::{Dialect, Frame, encode};
+use rowscan_protocol::telegram::{Kind, SopasError, Telegram};
+use rowscan_recording::{RecordedFrame, Side};
+
+/// Variables that change by themselves: once the recorded answers are used up, the device's own state is the truth.
+const LIVE: [&str; 4] = ["SCdevicestate", "STlms", "LMDscandata", "LSPdatetime"];
+
+/// Requests that are kept; no start-up has more.
+const MOST: usize = 4096;
+
+/// A request's payload and how it was framed.
+type Request = (Dialect, Vec<u8>);
+
+/// A recorded conversation.
+#[derive(Debug, Default)]
+pub struct Script {
+    answers: HashMap<Request, Vec<Vec<u8>>>,
+    /// Replies that tell a variable's value, in the order they came.
+    values: Vec<Request>,
+    /// Requests without an answer so far.
+    open: Vec<Request>,
+    /// What was answered last.
+    last: Option<(Request, Vec<u8>)>,
+    /// What the host sent was recorded too.
+    both_sides: bool,
+}
+
+impl Script {
+    /// Takes the next recorded frame that is no event.
+    pub(super) fn take(&mut self, frame: &RecordedFrame) {
+        let (Some(dialect), Some(telegram)) = (frame.dialect, frame.telegram()) else { return };
+        if self.answers.len() >= MOST {
+            return;
+        }
+        if frame.from == Side::Host {
+            self.both_sides = true;
+            self.open.push((dialect, frame.payload().to_vec()));
+            // Nobody keeps so many requests unanswered.
+            if self.open.len() > 64 {
+                self.open.remove(0);
+            }
+            return;
+        }
+        if telegram.kind == Kind::Ra {
+            self.values.push((dialect, frame.payload().to_vec()));
+        }
+        let answers = |(of, request): &Request| {
+            let name = Telegram::parse(*of, request).map(|request| request.name);
+            telegram.kind == Kind::Fa || name == Ok(telegram.name)
+        };
+        let request = match self.open.iter().position(answers) {
+            Some(0) => Some(self.open.remove(0)),
+            // A reply that came twice, as captures have it, is part of what was answered.
+            _ if self.last.as_ref().is_some_and(|(_, bytes)| *bytes == frame.bytes) => None,
+            Some(skipped) => {
+                self.open.drain(..skipped);
+                Some(self.open.remove(0))
+            }
+            // Without the host's side, a value still says what was asked.
+            None if !self.both_sides && telegram.kind == Kind::Ra => {
+                Some((dialect, format!("sRN {}", telegram.name).into_bytes()))
+            }
+            None => return,
+        };
+        match (request, &mut self.last) {
+            (Some(request), last) => {
+                self.answers.entry(request.clone()).or_default().push(frame.bytes.clone());
+                *last = Some((request, frame.bytes.clone()));
+            }
+            (None, Some((request, _))) => {
+                if let Some(answer) = self.answers.get_mut(request).and_then(|answers| answers.last_mut()) {
+                    answer.extend_from_slice(&frame.bytes);
+                }
+            }
+            (None, None) => {}
+        }
+    }
+
+    /// The recorded values (`sRA`).
+    pub fn values(&self) -> impl Iterator<Item = Telegram<'_>> {
+        self.values.iter().filter_map(|(dialect, payload)| Telegram::parse(*dialect, payload).ok())
+    }
+
+    /// Requests with a recorded answer.
+    pub fn len(&self) -> usize {
+        self.answers.len()
+    }
+
+    /// True if nothing was asked.
+    pub fn is_empty(&self) -> bool {
+        self.answers.is_empty()
+    }
+}
+
+/// Says a script's answers to one client.
+#[derive(Debug)]
+pub(crate) struct Prompter {
+    script: Arc<Script>,
+    /// How often each request has been answered on this connection.
+    said: HashMap<Request, usize>,
+}
+
+impl Prompter {
+    pub(crate) fn new(script: Arc<Script>) -> Self {
+        Self { script, said: HashMap::new() }
+    }
+
+    /// Puts the recorded answer in the place of the device's own. What the device refuses for want of a login stays refused.
+    pub(crate) fn amend(&mut self, request: &Frame<'_>, reply: &mut Reply) {
+        let key = (request.dialect, request.payload.to_vec());
+        let Some(answers) = self.script.answers.get(&key) else { return };
+        let denied = [SopasError::MethodAccessDenied, SopasError::WriteAccessDenied];
+        if refusal(request.dialect, &reply.bytes).is_some_and(|error| denied.contains(&error)) {
+            return;
+        }
+        let name = Telegram::parse(request.dialect, request.payload).map_or("", |telegram| telegram.name);
+        let is_live = LIVE.contains(&name);
+        let said = self.said.entry(key).or_default();
+        let answer = match answers.get(*said) {
+            None if is_live => return,
+            None => answers.last(),
+            some => some,
+        };
+        *said += 1;
+        if let Some(answer) = answer {
+            reply.bytes.clone_from(answer);
+        }
+    }
+}
+
+/// The reason in a whole frame of `sFA`.
+fn refusal(dialect: Dialect, frame: &[u8]) -> Option<SopasError> {
+    let mut empty = Vec::new();
+    encode(dialect, b"", &mut empty);
+    let payload = frame.get(empty.len() - 1..frame.len().checked_sub(1)?)?;
+    Telegram::parse(dialect, payload).ok()?.refusal()
+}

@@ -1,0 +1,237 @@
+//! A recording read once from end to end: which streams it has, who the scanners are, where the scans stand in time.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rowscan_protocol::device::Event;
+use rowscan_protocol::model::{MODELS, Model};
+use rowscan_protocol::rig::Rig;
+use rowscan_protocol::telegram::device_ident::DeviceIdent;
+use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
+use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
+use rowscan_recording::{About, FrameReader, Recording, Side, StreamKind};
+
+use super::{ReplayError, Script, unreadable};
+
+/// What is known of a recording before it is played.
+#[derive(Debug)]
+pub struct Survey {
+    /// The file.
+    pub path: PathBuf,
+    /// What the file says of itself.
+    pub about: About,
+    /// Its streams, in the file's order.
+    pub parts: Vec<Part>,
+    /// Where the file breaks off, in words.
+    pub torn: Option<String>,
+}
+
+/// One stream.
+#[derive(Debug)]
+pub struct Part {
+    /// Its number in the file.
+    pub stream: usize,
+    /// Its name.
+    pub name: String,
+    /// What its bytes are.
+    pub kind: StreamKind,
+    /// What was asked and answered.
+    pub script: Arc<Script>,
+    /// DeviceIdent, if it was asked for.
+    pub ident: Option<String>,
+    /// The first scan.
+    pub first_scan: Option<LmdScandata>,
+    /// Scans.
+    pub scans: u64,
+    /// When what the device sends by itself begins: with the reply to the subscription, or the first event.
+    pub begins_ns: Option<u64>,
+    /// Time of the first scan.
+    pub first_scan_ns: Option<u64>,
+    /// Time of the last event.
+    pub ends_ns: u64,
+    subscribed_ns: Option<u64>,
+    /// Passwords the host logged in with.
+    passwords: Vec<u32>,
+}
+
+/// True for the scans' names.
+fn is_scan(telegram: &Telegram<'_>) -> bool {
+    telegram.kind == Kind::Sn
+        && matches!(Event::by_name(telegram.name), Some(Event::ScanData | Event::Monitor))
+}
+
+impl Survey {
+    /// Reads a recording to its end.
+    pub fn read(path: &Path) -> Result<Self, ReplayError> {
+        let fail = unreadable(path);
+        let mut frames = FrameReader::new(Recording::open(path).map_err(&fail)?);
+        let mut parts: Vec<Part> = Vec::new();
+        while let Some(frame) = frames.next_frame().map_err(&fail)? {
+            for (stream, info) in frames.recording().streams().iter().enumerate().skip(parts.len()) {
+                parts.push(Part::new(stream, info.name.clone(), info.kind));
+            }
+            let Some(part) = parts.get_mut(frame.stream) else { continue };
+            match frame.telegram() {
+                Some(telegram) if frame.from == Side::Device && telegram.kind == Kind::Sn => {
+                    part.event(frame.at_ns, &telegram);
+                }
+                Some(telegram) => {
+                    let subscribes = is_subscription(&telegram) && frame.from == Side::Device;
+                    if subscribes && part.first_scan_ns.is_none() {
+                        part.subscribed_ns = Some(frame.at_ns);
+                    }
+                    if telegram.kind == Kind::Mn && telegram.name == SetAccessMode::NAME {
+                        let login = telegram.args.decode::<SetAccessMode>();
+                        part.passwords.extend(login.map(|login| login.password.0));
+                    }
+                    if telegram.kind == Kind::Ra && telegram.name == DeviceIdent::NAME && part.ident.is_none()
+                    {
+                        part.ident = telegram.args.decode::<DeviceIdent>().ok().map(
+                            |DeviceIdent { name, version }| format!("{} {}", name.trim(), version.trim()),
+                        );
+                    }
+                    // Nobody shares it yet.
+                    if let Some(script) = Arc::get_mut(&mut part.script) {
+                        script.take(&frame);
+                    }
+                }
+                // A line without telegrams plays from its first byte.
+                None if part.kind != StreamKind::Cola && frame.from == Side::Device => {
+                    part.begins_ns.get_or_insert(frame.at_ns);
+                    part.ends_ns = part.ends_ns.max(frame.at_ns);
+                }
+                None => {}
+            }
+        }
+        let recording = frames.recording();
+        let torn = recording.torn().map(ToString::to_string);
+        Ok(Self { path: path.to_owned(), about: recording.about().clone(), parts, torn })
+    }
+
+    /// Time of a part's scan number `number`, from 0; none if it has fewer.
+    pub fn scan_at(&self, part: &Part, number: u64) -> Result<Option<u64>, ReplayError> {
+        let fail = unreadable(&self.path);
+        let mut frames = FrameReader::new(Recording::open(&self.path).map_err(&fail)?);
+        let mut scans = 0;
+        while let Some(frame) = frames.next_frame().map_err(&fail)? {
+            let is_scan = frame.telegram().is_some_and(|telegram| is_scan(&telegram));
+            if frame.stream != part.stream || frame.from != Side::Device || !is_scan {
+                continue;
+            }
+            if scans == number {
+                return Ok(Some(frame.at_ns));
+            }
+            scans += 1;
+        }
+        Ok(None)
+    }
+
+    /// The parts called so; without names, the first `count` with scans, or with anything to play.
+    pub fn choose(&self, names: &[String], count: usize) -> Result<Vec<&Part>, ReplayError> {
+        let found = || {
+            let names: Vec<String> = self
+                .parts
+                .iter()
+                .map(|part| format!("{} ({}, {} scans)", part.name, part.kind, part.scans))
+                .collect();
+            if names.is_empty() { "no stream".to_owned() } else { names.join(", ") }
+        };
+        let nothing = || ReplayError::Nothing { path: self.path.clone(), found: found() };
+        if names.is_empty() {
+            let scanners = |with_scans: bool| {
+                let plays = move |part: &&Part| {
+                    part.kind == StreamKind::Cola
+                        && part.begins_ns.is_some()
+                        && (part.scans > 0 || !with_scans)
+                };
+                self.parts.iter().filter(plays).take(count).collect::<Vec<_>>()
+            };
+            let chosen =
+                Some(scanners(true)).filter(|chosen| !chosen.is_empty()).unwrap_or_else(|| scanners(false));
+            return if chosen.is_empty() { Err(nothing()) } else { Ok(chosen) };
+        }
+        let by_name = |name: &String| {
+            let part = self.parts.iter().find(|part| part.name == *name).ok_or_else(|| {
+                ReplayError::NoStream { path: self.path.clone(), wanted: name.clone(), found: found() }
+            })?;
+            if part.begins_ns.is_some() { Ok(part) } else { Err(nothing()) }
+        };
+        names.iter().map(by_name).collect()
+    }
+}
+
+/// `sEA LMDscandata 1`, or the monitor's.
+fn is_subscription(telegram: &Telegram<'_>) -> bool {
+    telegram.kind == Kind::Ea
+        && matches!(Event::by_name(telegram.name), Some(Event::ScanData | Event::Monitor))
+        && telegram.args.decode::<bool>() == Ok(true)
+}
+
+impl Part {
+    fn new(stream: usize, name: String, kind: StreamKind) -> Self {
+        Self {
+            stream,
+            name,
+            kind,
+            script: Arc::default(),
+            ident: None,
+            first_scan: None,
+            scans: 0,
+            begins_ns: None,
+            first_scan_ns: None,
+            ends_ns: 0,
+            subscribed_ns: None,
+            passwords: Vec::new(),
+        }
+    }
+
+    fn event(&mut self, at_ns: u64, telegram: &Telegram<'_>) {
+        self.begins_ns.get_or_insert(self.subscribed_ns.map_or(at_ns, |subscribed| subscribed.min(at_ns)));
+        self.ends_ns = self.ends_ns.max(at_ns);
+        if !is_scan(telegram) {
+            return;
+        }
+        self.scans += 1;
+        self.first_scan_ns.get_or_insert(at_ns);
+        if self.first_scan.is_none() {
+            self.first_scan = telegram.args.decode().ok();
+        }
+    }
+
+    /// The mean time between two scans, or between nothing and nothing a second.
+    pub fn period_ns(&self) -> u64 {
+        let span = self.first_scan_ns.map_or(0, |first| self.ends_ns.saturating_sub(first));
+        match self.scans.saturating_sub(1) {
+            0 => 1_000_000_000,
+            intervals => (span / intervals).max(1),
+        }
+    }
+
+    /// The first model, in the order of the table, whose beams are those of the scans and whose passwords the host knew.
+    pub fn model_by_scan(&self) -> Option<&'static Model> {
+        let scan = self.first_scan.as_ref()?;
+        let channel = scan.channels16.first()?;
+        let knows = |model: &Model, password: &u32| model.logins.iter().any(|login| login.hash == *password);
+        MODELS
+            .iter()
+            .copied()
+            .filter(|model| self.passwords.iter().all(|password| knows(model, password)))
+            .find(|model| {
+                model.modes.iter().any(|mode| {
+                    let beams = model.beams(*mode);
+                    let fits = |angle: i32, expected: i32| angle.abs_diff(expected) <= 10;
+                    mode.frequency_centihz.abs_diff(scan.scan_frequency) <= 1
+                        && mode.step == channel.step
+                        && beams.len() == channel.values.len()
+                        && fits(channel.start_angle, beams.start)
+                })
+            })
+    }
+
+    /// The time of a place in the row: metres are driven at the rig's speed from the first scan.
+    pub fn at_metre(&self, rig: &Rig, metre: f64) -> Option<u64> {
+        let seconds = (metre - rig.y_m(0.0)) / rig.speed_m_s;
+        let first_ns = self.first_scan_ns?;
+        (seconds >= 0.0 && seconds.is_finite()).then(|| first_ns + (seconds * 1e9) as u64)
+    }
+}

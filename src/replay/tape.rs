@@ -1,0 +1,200 @@
+//! One stream of a recording while it plays: read as it goes, over and over if it loops.
+
+use std::path::PathBuf;
+
+use bytes::Bytes;
+use rowscan_protocol::device::{Event, monitor_event, scan_event};
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::telegram::{Kind, LmdScandata};
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Recording, Side, StreamKind};
+
+use super::stamps::{Restamp, Stamps};
+use super::{Part, ReplayError, unreadable};
+
+/// What is played of a stream, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct Played {
+    /// Recorded instant to begin at.
+    pub from_ns: u64,
+    /// Recorded instant to end before.
+    pub until_ns: u64,
+    /// Time from one beginning to the next, if it loops.
+    pub every_ns: Option<u64>,
+    /// Counters and device times.
+    pub stamps: Stamps,
+    /// All that the device sent, replies too, to whoever connects; nobody is listened to.
+    pub verbatim: bool,
+}
+
+/// One stream, frame by frame.
+pub struct Tape {
+    path: PathBuf,
+    stream: usize,
+    kind: StreamKind,
+    played: Played,
+    has_scans: bool,
+    frames: FrameReader,
+    /// How often it has begun anew.
+    rounds: u64,
+    /// Frames before this recorded instant are passed over.
+    skip_until_ns: u64,
+    jumped: bool,
+    restamp: Restamp,
+    /// Frames of this round so far.
+    found: u64,
+}
+
+/// Something the device sends by itself.
+pub(crate) struct TapeEvent {
+    /// When, in recorded time; loops count on.
+    pub(crate) at_ns: u64,
+    /// What it is; none if it goes to everyone.
+    pub(crate) event: Option<Event>,
+    recorded: Bytes,
+    dialect: Option<Dialect>,
+    /// The scan, if it must be written anew.
+    scan: Option<LmdScandata>,
+}
+
+impl std::fmt::Debug for Tape {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tape").field("path", &self.path).field("stream", &self.stream).finish()
+    }
+}
+
+impl Tape {
+    /// A part of the recording at `path`.
+    pub fn open(path: PathBuf, part: &Part, played: Played) -> Result<Self, ReplayError> {
+        let frames = open(&path).map_err(unreadable(&path))?;
+        Ok(Self {
+            stream: part.stream,
+            kind: part.kind,
+            has_scans: part.scans > 0,
+            skip_until_ns: played.from_ns,
+            path,
+            played,
+            frames,
+            rounds: 0,
+            jumped: false,
+            restamp: Restamp::default(),
+            found: 0,
+        })
+    }
+
+    /// All that was sent goes to whoever connects.
+    pub(crate) fn is_verbatim(&self) -> bool {
+        self.played.verbatim || self.kind != StreamKind::Cola
+    }
+
+    /// What its bytes are.
+    pub(crate) fn kind(&self) -> StreamKind {
+        self.kind
+    }
+
+    /// There are scans on it, so that a taker is who wants scans.
+    pub(crate) fn has_scans(&self) -> bool {
+        self.has_scans
+    }
+
+    /// Goes to a recorded instant.
+    pub(crate) fn seek(&mut self, to_ns: u64) -> Result<(), ReadError> {
+        self.rounds = 0;
+        self.begin(to_ns)
+    }
+
+    fn begin(&mut self, from_ns: u64) -> Result<(), ReadError> {
+        self.frames = open(&self.path)?;
+        self.skip_until_ns = from_ns;
+        self.jumped = true;
+        self.found = 0;
+        Ok(())
+    }
+
+    /// The next event; none at the end.
+    pub(crate) fn next(&mut self) -> Result<Option<TapeEvent>, ReadError> {
+        loop {
+            let frame = self.frames.next_frame()?;
+            let Some(frame) = frame.filter(|frame| frame.at_ns < self.played.until_ns) else {
+                // A loop with nothing in it would never end.
+                if self.played.every_ns.is_none() || self.found == 0 {
+                    return Ok(None);
+                }
+                self.rounds += 1;
+                self.begin(self.played.from_ns)?;
+                continue;
+            };
+            if frame.stream == self.stream
+                && frame.from == Side::Device
+                && frame.at_ns >= self.skip_until_ns
+                && let Some(event) = self.event(frame)
+            {
+                self.found += 1;
+                return Ok(Some(event));
+            }
+        }
+    }
+
+    fn event(&mut self, frame: RecordedFrame) -> Option<TapeEvent> {
+        let at_ns = frame.at_ns + self.rounds * self.played.every_ns.unwrap_or_default();
+        let (mut event, mut scan) = (None, None);
+        if !self.is_verbatim() {
+            let telegram = frame.telegram().filter(|telegram| telegram.kind == Kind::Sn)?;
+            event = Some(Event::by_name(telegram.name)?);
+            let is_scan = matches!(event, Some(Event::ScanData | Event::Monitor));
+            if is_scan && self.played.stamps == Stamps::Now {
+                scan = telegram.args.decode::<LmdScandata>().ok();
+            }
+        }
+        Some(TapeEvent { at_ns, event, dialect: frame.dialect, scan, recorded: frame.bytes.into() })
+    }
+
+    /// Stamps an event that is sent at `at`, if that is wanted.
+    pub(crate) fn stamp(&mut self, event: &mut TapeEvent, at: SimTime) {
+        if let (Some(scan), Some(dialect)) = (&mut event.scan, event.dialect) {
+            self.restamp.stamp(scan, at, std::mem::take(&mut self.jumped));
+            event.recorded = encode(event.event, dialect, scan).into();
+        }
+    }
+}
+
+impl TapeEvent {
+    /// Its bytes in a dialect; as recorded where that is the recorded one. Events other than scans have no other form.
+    pub(crate) fn in_dialect(&self, wanted: Dialect) -> Option<Bytes> {
+        let dialect = self.dialect.filter(|_| self.event.is_some());
+        if dialect.is_none_or(|dialect| dialect == wanted) {
+            return Some(self.recorded.clone());
+        }
+        let scan = match &self.scan {
+            Some(scan) => scan.clone(),
+            None => self.decoded()?,
+        };
+        Some(encode(self.event, wanted, &scan).into())
+    }
+
+    fn decoded(&self) -> Option<LmdScandata> {
+        use rowscan_protocol::frame::{Accept, FrameDecoder};
+        use rowscan_protocol::telegram::Telegram;
+        let mut decoder = FrameDecoder::new(Accept::Either, self.recorded.len());
+        decoder.push(&self.recorded);
+        let frame = decoder.next_frame()?;
+        let telegram = Telegram::parse(frame.dialect, frame.payload).ok()?;
+        match self.event {
+            Some(Event::ScanData | Event::Monitor) => telegram.args.decode().ok(),
+            _ => None,
+        }
+    }
+}
+
+fn encode(event: Option<Event>, dialect: Dialect, scan: &LmdScandata) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    match event {
+        Some(Event::Monitor) => monitor_event(dialect, scan, &mut bytes),
+        _ => scan_event(dialect, scan, &mut bytes),
+    }
+    bytes
+}
+
+fn open(path: &std::path::Path) -> Result<FrameReader, ReadError> {
+    Recording::open(path).map(FrameReader::new)
+}

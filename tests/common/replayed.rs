@@ -1,0 +1,136 @@
+//! Recordings made for tests, and the devices they become again.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rowscan::clock::{SimClock, TimeScale};
+use rowscan::emulator::{Emulator, EmulatorConfig};
+use rowscan::replay::{Played, Playhead, Stamps, Survey, Tape, device_of, model_of};
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::model;
+use rowscan_recording::{About, Decoded, McapWriter, Recording, Side, StreamKind, Taps};
+use serde_json::Value;
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+
+/// A packet: when, since the recording began, who sent it, what.
+pub type Packets = Vec<(Duration, Side, Vec<u8>)>;
+
+/// A recording of the facts, packet by packet as its index has them.
+pub fn recorded(folder: &Path, name: &str) -> Packets {
+    let read = |suffix: &str| std::fs::read(folder.join(format!("{name}{suffix}"))).expect("recorded");
+    let about: Value = serde_json::from_slice(&read(".json")).expect("json");
+    let (to_device, to_host) = (read(".h2d.bin"), read(".d2h.bin"));
+    let place = |value: &Value| usize::try_from(value.as_u64().expect("a place")).expect("small");
+    let packet = |at: &Value| {
+        let (from, bytes) = if at[1] == "d2h" { (Side::Device, &to_host) } else { (Side::Host, &to_device) };
+        let (offset, len) = (place(&at[2]), place(&at[3]));
+        (Duration::from_secs_f64(at[0].as_f64().expect("a time")), from, bytes[offset..offset + len].to_vec())
+    };
+    about["index"].as_array().expect("listed").iter().map(packet).collect()
+}
+
+pub fn write(path: &Path, packets: &Packets) {
+    let mut writer =
+        McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).expect("begun");
+    let stream = writer.add_stream("scanner", StreamKind::Cola).expect("added");
+    for (at, from, bytes) in packets {
+        let at_ns = 1_700_000_000_000_000_000 + at.as_nanos() as u64;
+        writer.write(stream, *from, at_ns, 0, bytes).expect("written");
+    }
+    writer.finish().expect("finished");
+    std::fs::write(path, writer.into_inner().into_inner()).expect("kept");
+}
+
+pub fn sent_by(from: Side, path: &Path) -> Vec<u8> {
+    let mut recording = Recording::open(path).expect("it opens");
+    let mut bytes = Vec::new();
+    while let Some(packet) = recording.next_packet().expect("it reads") {
+        if packet.from == Some(from) {
+            bytes.extend(packet.bytes);
+        }
+    }
+    assert_eq!(recording.torn(), None);
+    bytes
+}
+
+/// A recording being replayed.
+pub struct Replayed {
+    pub emulator: Emulator,
+    pub clock: Arc<SimClock>,
+    pub playhead: Arc<Playhead>,
+}
+
+pub fn played() -> Played {
+    Played { from_ns: 0, until_ns: u64::MAX, every_ns: None, stamps: Stamps::Keep, verbatim: false }
+}
+
+pub fn replay(path: &Path, model: Option<&str>, scale: TimeScale, played: Played, taps: Taps) -> Replayed {
+    let survey = Survey::read(path).expect("it can be played");
+    let parts = survey.choose(&[], 1).expect("there is something");
+    let part = parts[0];
+    let model =
+        model_of(&survey, part, model.map(|name| model::by_name(name).expect("known"))).expect("a model");
+    let clock = Arc::new(SimClock::start(scale));
+    let playhead = Arc::new(Playhead::new(1, part.begins_ns.expect("events").max(played.from_ns)));
+    let tape = Tape::open(path.to_owned(), part, played).expect("it opens");
+    let config = EmulatorConfig { time_scale: scale, taps, ..EmulatorConfig::default() };
+    let emulator = Emulator::replay(
+        device_of(part, model),
+        &part.name,
+        Arc::clone(&part.script),
+        tape,
+        (Arc::clone(&playhead), 0),
+        Arc::clone(&clock),
+        config,
+    );
+    Replayed { emulator, clock, playhead }
+}
+
+pub fn connect(emulator: &mut Emulator) -> DuplexStream {
+    let (here, there) = tokio::io::duplex(64 * 1024);
+    emulator.attach(there);
+    here
+}
+
+/// A recording of events that are a second apart.
+pub fn ticking(path: &Path, seconds: u64) {
+    let scan = |counter: u16| {
+        let mut bytes = Vec::new();
+        let body = format!(
+            "sSN LMDscandata 1 1 16F4C7A 0 0 {counter:X} {counter:X} {:X} {:X} 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 \
+             3E8 0 7D0 0 0 0 0 0 0",
+            u32::from(counter) * 1_000_000,
+            u32::from(counter) * 1_000_000 + 250
+        );
+        rowscan_protocol::frame::encode(Dialect::A, body.as_bytes(), &mut bytes);
+        bytes
+    };
+    let packets = (0..seconds).map(|s| (Duration::from_secs(s), Side::Device, scan(s as u16))).collect();
+    write(path, &packets);
+}
+
+pub async fn subscribed(replayed: &mut Replayed) -> DuplexStream {
+    let mut client = connect(&mut replayed.emulator);
+    client.write_all(b"\x02sEN LMDscandata 1\x03").await.expect("taken");
+    let mut reply = [0; 19];
+    client.read_exact(&mut reply).await.expect("answered");
+    assert_eq!(&reply, b"\x02sEA LMDscandata 1\x03");
+    client
+}
+
+/// The next scan's telegram counter and device time.
+pub async fn next_scan(client: &mut DuplexStream) -> (u16, u32) {
+    let mut frame = Vec::new();
+    while client.read_u8().await.expect("a byte") != 2 {}
+    loop {
+        match client.read_u8().await.expect("a byte") {
+            3 => break,
+            byte => frame.push(byte),
+        }
+    }
+    let text = String::from_utf8(frame).expect("text");
+    let number = |i: usize| u32::from_str_radix(text.split(' ').nth(i).expect("there"), 16).expect("hex");
+    (number(7) as u16, number(9))
+}

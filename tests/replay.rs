@@ -1,0 +1,231 @@
+//! Recordings replayed as live devices: the bytes that come out are those that were recorded. On a frozen clock.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use common::replayed::{
+    Packets, Replayed, connect, next_scan, played, recorded, replay, sent_by, subscribed, ticking, write,
+};
+use common::{bench, facts, raw_client};
+use rowscan::clock::{TimeScale, wall_clock};
+use rowscan::emulator::{Emulator, EmulatorConfig};
+use rowscan::replay::Played;
+use rowscan_protocol::client::Event;
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::model::MODELS;
+use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side, Taps};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::time::{Instant, sleep_until, timeout};
+
+/// Asks what the recorded host asked, when it did, and reads until the tape has ended.
+async fn ask_again(replayed: &mut Replayed, packets: &Packets) -> Vec<u8> {
+    let (mut reader, mut writer) = tokio::io::split(connect(&mut replayed.emulator));
+    let began = Instant::now();
+    let requests: Vec<(Duration, Vec<u8>)> = packets
+        .iter()
+        .filter(|(_, from, _)| *from == Side::Host)
+        .map(|(at, _, bytes)| (*at, bytes.clone()))
+        .collect();
+    let asking = tokio::spawn(async move {
+        for (at, bytes) in requests {
+            sleep_until(began + at).await;
+            writer.write_all(&bytes).await.expect("taken");
+        }
+        writer
+    });
+    let mut received = Vec::new();
+    let wanted =
+        packets.iter().filter(|(_, from, _)| *from == Side::Device).map(|(_, _, bytes)| bytes.len()).sum();
+    let reading = async {
+        let mut chunk = vec![0; 64 * 1024];
+        while received.len() < wanted {
+            let read = reader.read(&mut chunk).await.expect("it holds");
+            assert_ne!(read, 0, "closed after {} of {wanted} bytes", received.len());
+            received.extend_from_slice(&chunk[..read]);
+        }
+    };
+    // What does not come is told by the comparison.
+    let _ = timeout(Duration::from_secs(3600), reading).await;
+    asking.abort();
+    received
+}
+
+fn assert_same(name: &str, found: &[u8], expected: &[u8]) {
+    let differs = found.iter().zip(expected).position(|(a, b)| a != b);
+    if let Some(at) = differs.or((found.len() != expected.len()).then_some(found.len().min(expected.len()))) {
+        let around = |bytes: &[u8]| {
+            bytes[at.saturating_sub(40)..(at + 40).min(bytes.len())].escape_ascii().to_string()
+        };
+        panic!("{name} differs at {at} of {}:\n{}\n{}", expected.len(), around(found), around(expected));
+    }
+}
+
+/// What the recorder keeps, for a test on a frozen clock.
+fn recorder(path: &Path) -> Recorder {
+    let options = RecorderOptions { decoded: Decoded::default(), waits: true, about: About::default() };
+    Recorder::start(path, options, wall_clock(), |error| panic!("{error}")).expect("it starts")
+}
+
+fn folder() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (x, y) = (folder.path().join("x.mcap"), folder.path().join("y.mcap"));
+    (folder, x, y)
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_replayed_recording_recorded_again_has_the_same_bytes() {
+    let Some(facts) = facts("replaying real recordings") else { return };
+    for (name, model) in [
+        ("lms111_startup_first88", None),
+        ("lms511_20210302", None),
+        ("tim781s_20210125", None),
+        // A scanner that is no model here: another one answers what was not recorded, and nothing is asked that was not.
+        ("mrs1104_20210722", Some("lms111")),
+    ] {
+        let packets = recorded(&facts.join("protocol/recordings"), name);
+        let (_folder, x, y) = folder();
+        write(&x, &packets);
+        let recorder = recorder(&y);
+        let mut replayed = replay(&x, model, TimeScale::Paced(1.0), played(), recorder.taps());
+        let received = ask_again(&mut replayed, &packets).await;
+        replayed.emulator.ended().await;
+        drop(replayed);
+        recorder.finish().expect("kept");
+        let expected = sent_by(Side::Device, &x);
+        assert_same(name, &received, &expected);
+        assert_same(name, &sent_by(Side::Device, &y), &expected);
+        assert_same(name, &sent_by(Side::Host, &y), &sent_by(Side::Host, &x));
+        eprintln!("{name}: {} bytes", expected.len());
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_recording_without_requests_comes_out_verbatim() {
+    let Some(facts) = facts("replaying real recordings") else { return };
+    for name in ["tim781s_fieldset_events", "lms511_20210302"] {
+        let packets: Packets = recorded(&facts.join("protocol/recordings"), name);
+        let packets: Packets = packets.into_iter().filter(|(_, from, _)| *from == Side::Device).collect();
+        let (_folder, x, y) = folder();
+        write(&x, &packets);
+        let recorder = recorder(&y);
+        let verbatim = Played { verbatim: true, ..played() };
+        let mut replayed = replay(&x, Some("tim781s"), TimeScale::Paced(1.0), verbatim, recorder.taps());
+        let received = ask_again(&mut replayed, &packets).await;
+        drop(replayed);
+        recorder.finish().expect("kept");
+        assert_same(name, &received, &sent_by(Side::Device, &x));
+        assert_same(name, &sent_by(Side::Device, &y), &sent_by(Side::Device, &x));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn emulated_runs_of_every_model_replay_to_the_byte() {
+    for model in MODELS {
+        let (_folder, x, y) = folder();
+        let first = recorder(&x);
+        let (device, world) = bench(model.name);
+        let config = EmulatorConfig { taps: first.taps(), ..EmulatorConfig::default() };
+        let mut emulator = Emulator::start(device, world, config);
+        let mut client = raw_client(&mut emulator, Dialect::B);
+        for _ in 0..10 {
+            client.next_scan().await;
+        }
+        drop((client, emulator));
+        first.finish().expect("kept");
+
+        let second = recorder(&y);
+        let mut replayed = replay(&x, None, TimeScale::Paced(1.0), played(), second.taps());
+        let mut client = raw_client(&mut replayed.emulator, Dialect::B);
+        let mut scans = Vec::new();
+        while scans.len() < 10 {
+            match client.next_event().await {
+                Event::Scan => scans.push(client.connection.client().scan().clone()),
+                Event::Ready(_) => {}
+                other => panic!("{}: {other:?}", model.name),
+            }
+        }
+        drop((client, replayed));
+        second.finish().expect("kept");
+        let (found, expected) = (sent_by(Side::Device, &y), sent_by(Side::Device, &x));
+        // The first recording may hold scans that were on their way when its client left.
+        assert_same(
+            model.name,
+            &found[..found.len().min(expected.len())],
+            &expected[..found.len().min(expected.len())],
+        );
+        assert!(found.len() > 10 * 500, "{}: {} bytes", model.name, found.len());
+    }
+}
+
+/// So many scans, in the other dialect than the recorded one.
+#[tokio::test(start_paused = true)]
+async fn the_driver_reads_a_replayed_scanner_in_either_dialect_and_keeps_what_is_recorded() {
+    let Some(facts) = facts("replaying real recordings") else { return };
+    for (name, points) in [("lms111_startup_first88", 541), ("lms511_20210302", 1141)] {
+        let packets = recorded(&facts.join("protocol/recordings"), name);
+        let (_folder, x, _) = folder();
+        write(&x, &packets);
+        let mut both = Vec::new();
+        for dialect in [Dialect::A, Dialect::B] {
+            let mut replayed = replay(&x, None, TimeScale::Max, played(), Taps::default());
+            let mut client = raw_client(&mut replayed.emulator, dialect);
+            let (mut scans, mut refused) = (Vec::new(), Vec::new());
+            while scans.len() < 80 {
+                match client.next_event().await {
+                    Event::Scan => scans.push(client.connection.client().scan().clone()),
+                    Event::Refused { command, .. } => refused.push(command),
+                    Event::Ready(_) => {}
+                    other => panic!("{name}: {other:?}"),
+                }
+            }
+            // Our driver wants neither remission nor time; both are recorded, so the scanner keeps them.
+            assert_eq!(refused, ["LMDscandatacfg"], "{name}");
+            assert!(scans.iter().all(|scan| scan.beams.len() == points), "{name}");
+            both.push(scans);
+        }
+        assert_eq!(both[0], both[1], "{name}: the dialects tell different scans");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_replay_pauses_seeks_and_ends() {
+    let (_folder, x, _) = folder();
+    ticking(&x, 30);
+    let mut replayed = replay(&x, Some("lms111"), TimeScale::Paced(1.0), played(), Taps::default());
+    let mut client = subscribed(&mut replayed).await;
+    assert_eq!(next_scan(&mut client).await.0, 0);
+    assert_eq!(next_scan(&mut client).await.0, 1);
+    replayed.playhead.pause(true, replayed.clock.now());
+    let waited = timeout(Duration::from_secs(100), next_scan(&mut client)).await;
+    assert!(waited.is_err(), "it plays on while it is paused");
+    let resumed = Instant::now();
+    replayed.playhead.pause(false, replayed.clock.now());
+    assert_eq!(next_scan(&mut client).await.0, 2);
+    assert!(resumed.elapsed() <= Duration::from_millis(1001), "{:?}", resumed.elapsed());
+    replayed.playhead.seek(1_700_000_020_000_000_000, replayed.clock.now());
+    for expected in 20..30 {
+        assert_eq!(next_scan(&mut client).await.0, expected);
+    }
+    replayed.emulator.ended().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn times_ten_takes_a_tenth_and_kept_stamps_stay() {
+    let (_folder, x, _) = folder();
+    ticking(&x, 30);
+    let mut replayed = replay(&x, Some("lms111"), TimeScale::Paced(10.0), played(), Taps::default());
+    let mut client = subscribed(&mut replayed).await;
+    let began = Instant::now();
+    for second in 0..30 {
+        assert_eq!(next_scan(&mut client).await, (second, u32::from(second) * 1_000_000));
+    }
+    assert!(began.elapsed().abs_diff(Duration::from_millis(2900)) <= Duration::from_millis(2));
+}
