@@ -282,7 +282,7 @@ impl Places<'_> {
 
     fn rig(&self) -> Result<Option<Rig>, Failure> {
         if let Some(name) = &self.args.rig {
-            return Ok(Some(config::load_rig(name)?));
+            return Ok(Some(config::load_rig(name)?.0));
         }
         Ok(self.survey.about.rig.as_deref().and_then(|text| toml::from_str(text).ok()))
     }
