@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use rowscan_protocol::device::Device;
-use rowscan_protocol::model;
+use rowscan_protocol::model::{self, AnyModel};
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::StreamKind;
 use tokio::sync::mpsc;
@@ -111,7 +111,7 @@ impl FromStr for Seek {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
-    let asked = args.model.as_deref().map(models::find).transpose()?;
+    let asked = args.model.as_deref().map(cola_model).transpose()?;
     let survey = Survey::read(&args.file)?;
     if let Some(torn) = &survey.torn {
         say(format_args!("{}: {torn}; what comes before is played", args.file.display()));
@@ -194,6 +194,19 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     Ok(taping.finish())
 }
 
+/// The model called `name`, if it speaks CoLa.
+fn cola_model(name: &str) -> Result<&'static model::Model, Failure> {
+    match models::find(name)? {
+        AnyModel::Cola(model) => Ok(model),
+        AnyModel::Lms2xx(model) => {
+            let title = model.title;
+            Err(Failure::Usage(format!(
+                "{title} speaks no CoLa, which is what can be replayed; `rowscan models` lists those that do"
+            )))
+        }
+    }
+}
+
 /// The device that answers what the recording does not.
 fn device(
     args: &Args,
@@ -204,7 +217,7 @@ fn device(
     // Nobody is answered.
     let silent = args.verbatim || part.kind != StreamKind::Cola;
     let model = match model_of(survey, part, asked) {
-        Err(ReplayError::UnknownModel { .. }) if silent => models::find("lms111")?,
+        Err(ReplayError::UnknownModel { .. }) if silent => cola_model("lms111")?,
         found => found?,
     };
     if !silent && part.ident.is_none() && asked.is_none() && survey.about.model.is_none() {
