@@ -83,6 +83,8 @@ pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
             telegram.deliver(&shared, &audience).await;
             if !audience.is_empty() {
                 world.tractor().begin(at);
+                // The telegram leaves before the next line is cast on the same thread.
+                tokio::task::yield_now().await;
             }
         }
         turns.advance(mirror);

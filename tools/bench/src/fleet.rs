@@ -37,24 +37,40 @@ const CORE: &str = "one core";
 
 /// Runs all cases.
 ///
-/// `scanners N` or `clients N` among the arguments runs that one case.
+/// `scanners N`, `parked N` or `clients N` among the arguments runs that case alone.
 pub fn run(report: &mut Report, arguments: &[String]) {
     raise_descriptor_limit();
-    let scene = rowscan::config::load_scene("spindle").expect("a built-in scene");
-    let stage = Stage::grow(scene, &|_, _| {}).expect("the built-in scene grows");
+    let stage = |speed_m_s| {
+        let mut scene = rowscan::config::load_scene("spindle").expect("a built-in scene");
+        scene.rig.speed_m_s = speed_m_s;
+        Stage::grow(scene, &|_, _| {}).expect("the built-in scene grows")
+    };
+    let (driving, parked) = (stage(1.0), stage(0.0));
     let asked = |what: &str| {
         let size = arguments.windows(2).find(|pair| pair[0] == what)?[1].parse().ok()?;
         Some(vec![size])
     };
-    let (scanners, clients) = match (asked("scanners"), asked("clients")) {
-        (None, None) => (SIZES.to_vec(), SIZES.to_vec()),
-        (scanners, clients) => (scanners.unwrap_or_default(), clients.unwrap_or_default()),
+    let wanted = ["scanners", "parked", "clients"].map(asked);
+    let [scanners, standing, clients] = match wanted {
+        [None, None, None] => [const { SIZES }; 3].map(Vec::from),
+        wanted => wanted.map(Option::unwrap_or_default),
     };
     for scanners in scanners {
-        measure(report, &stage, Fleet { scanners, clients_each: 1 });
+        measure(
+            report,
+            &driving,
+            Fleet { scanners, clients_each: 1, what: "driving scanners with a client each" },
+        );
+    }
+    for scanners in standing {
+        measure(
+            report,
+            &parked,
+            Fleet { scanners, clients_each: 1, what: "parked scanners with a client each" },
+        );
     }
     for clients_each in clients {
-        measure(report, &stage, Fleet { scanners: 1, clients_each });
+        measure(report, &driving, Fleet { scanners: 1, clients_each, what: "clients of one scanner" });
     }
 }
 
@@ -62,6 +78,7 @@ pub fn run(report: &mut Report, arguments: &[String]) {
 struct Fleet {
     scanners: usize,
     clients_each: usize,
+    what: &'static str,
 }
 
 /// What a scanner's clients need: where it listens, and when its simulated time began.
@@ -106,11 +123,9 @@ struct Figures {
 
 fn tell(report: &mut Report, fleet: Fleet, figures: Figures) {
     let Figures { cores, lateness, control } = figures;
-    let name = match fleet {
-        Fleet { scanners: 1, clients_each } => format!("{clients_each} clients of one scanner, 50 Hz"),
-        Fleet { scanners, .. } => format!("{scanners} scanners with a client each, 50 Hz"),
-    };
-    let scans = (fleet.scanners * fleet.clients_each) as f64 * MEASURED.div_duration_f64(PERIOD);
+    let streams = fleet.scanners * fleet.clients_each;
+    let name = format!("{streams} {}, 50 Hz", fleet.what);
+    let scans = streams as f64 * MEASURED.div_duration_f64(PERIOD);
     let case = |what: &str, unit, peer| Case {
         name: format!("{name}: {what}"),
         unit,
