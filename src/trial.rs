@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 use rowscan_canopy::{Calibration, Estimate, EstimatorInfo, Pipeline, PipelineError};
-use rowscan_protocol::device::Device;
 use rowscan_protocol::model::Model;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::NoDistance;
@@ -60,7 +59,7 @@ impl Trial {
     ) -> Result<Self, TrialError> {
         let (device, world) = stage.scanner(0, model)?;
         let scans = stage.scans_per_row(&device);
-        let pipeline = Pipeline::new(Some(&rig_of(stage, &device)), 0, calibration)?;
+        let pipeline = Pipeline::new(Some(&rig_of(stage, device.model().name)), 0, calibration)?;
         let mut pipeline = pipeline.with_estimators(estimators);
         let mut offline = Offline::new(device, world);
         let mut scan = Scan::default();
@@ -97,10 +96,10 @@ impl Trial {
 }
 
 /// The stage's rig, with the mount naming the model that really sits there.
-pub fn rig_of(stage: &Stage, device: &Device) -> rowscan_protocol::rig::Rig {
+pub fn rig_of(stage: &Stage, model: &str) -> rowscan_protocol::rig::Rig {
     let mut rig = stage.rig.clone();
     if let Some(mount) = rig.scanners.first_mut() {
-        device.model().name.clone_into(&mut mount.model);
+        model.clone_into(&mut mount.model);
     }
     rig
 }

@@ -22,7 +22,7 @@ use rowscan_protocol::model::{self, Model};
 async fn online(model: &'static Model, dialect: Dialect) -> Estimate {
     let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
     let (device, world) = stage.scanner(0, model).expect("it fits");
-    let mut pipeline = Pipeline::new(Some(&rig_of(&stage, &device)), 0, None).expect("sound rig");
+    let mut pipeline = Pipeline::new(Some(&rig_of(&stage, device.model().name)), 0, None).expect("sound rig");
     let scans = stage.scans_per_row(&device);
     let config = EmulatorConfig {
         time_scale: TimeScale::Max,

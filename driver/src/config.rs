@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::lms2xx;
 use rowscan_recording::Tap;
 
 /// How a scanner is opened and kept.
@@ -11,6 +12,8 @@ use rowscan_recording::Tap;
 pub struct DriverConfig {
     /// What is asked of the device at start-up.
     pub client: ClientConfig,
+    /// The same of an LMS2xx; the source has the rate.
+    pub lms2xx: lms2xx::client::ClientConfig,
     /// The dialect tried first; the other one is tried, over a new connection, if the device stays silent.
     pub prefer: Dialect,
     /// How long one TCP connection attempt may take.
@@ -31,6 +34,7 @@ impl Default for DriverConfig {
     fn default() -> Self {
         Self {
             client: ClientConfig::default(),
+            lms2xx: lms2xx::client::ClientConfig::default(),
             prefer: Dialect::B,
             connect_timeout: Duration::from_secs(3),
             stall_timeout: Duration::from_secs(5),

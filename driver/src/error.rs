@@ -13,7 +13,7 @@ use rowscan_recording::{Format, ReadError};
 pub enum DriverError {
     /// The source is written in a way the driver does not know.
     #[error(
-        "source `{found}` is not understood: {reason}; expected tcp://HOST:PORT or the path of a recording"
+        "source `{found}` is not understood: {reason}; expected tcp://HOST:PORT, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT or the path of a recording"
     )]
     Source {
         /// What was given.
@@ -30,6 +30,42 @@ pub enum DriverError {
         address: String,
         /// What the system said.
         cause: io::Error,
+    },
+    /// A serial port could not be opened.
+    #[error(
+        "cannot open {place}: {cause}; is the port there, may you use it (group `dialout`), and does no other program have it open?"
+    )]
+    Port {
+        /// The source.
+        place: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// No LMS2xx answers on a serial line.
+    #[error(
+        "no LMS2xx answers on {place} at 9600, 38400, 19200 or 500000 bits a second ({what}){heard}; is it powered, and are its lines crossed?"
+    )]
+    NoLms2xx {
+        /// The source.
+        place: String,
+        /// What it was asked to do.
+        what: &'static str,
+        /// What came instead, if anything.
+        heard: Heard,
+    },
+    /// An LMS2xx refused what no scan can come without.
+    #[error("the LMS2xx on {place} refused: {what}")]
+    Declined {
+        /// The source.
+        place: String,
+        /// What it was asked to do.
+        what: &'static str,
+    },
+    /// An LMS2xx has restarted.
+    #[error("the LMS2xx on {place} has restarted")]
+    Restarted {
+        /// The source.
+        place: String,
     },
     /// The peer accepted the connection and answered in neither dialect.
     #[error(

@@ -23,8 +23,11 @@ mod connection;
 mod dial;
 mod error;
 mod link_event;
+mod outage;
+mod port;
 mod recording;
 mod scanner;
+mod serial_link;
 mod source;
 mod tcp_link;
 

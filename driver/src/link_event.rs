@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::lms2xx::Rate;
 use rowscan_protocol::telegram::SopasError;
 
 use crate::error::DriverError;
@@ -19,6 +20,20 @@ pub enum LinkEvent {
         firmware: String,
         /// The dialect spoken.
         dialect: Dialect,
+    },
+    /// An LMS2xx is configured and streams.
+    SerialReady {
+        /// Name and variant.
+        ident: String,
+        /// Software version.
+        software: String,
+        /// The line's rate.
+        rate: Rate,
+    },
+    /// An LMS2xx refused an optional step; it goes on with its own setting.
+    Declined {
+        /// What it was asked to do.
+        what: &'static str,
     },
     /// The device refused an optional setting; it goes on with its own.
     Refused {

@@ -10,6 +10,7 @@ use crate::config::DriverConfig;
 use crate::error::DriverError;
 use crate::link_event::{LinkEvent, LinkEvents};
 use crate::recording::Recording;
+use crate::serial_link::SerialLink;
 use crate::source::Source;
 use crate::tcp_link::TcpLink;
 
@@ -43,6 +44,7 @@ pub struct Scanner {
 enum Link {
     Recording(Box<Recording>),
     Tcp(Box<TcpLink>),
+    Serial(Box<SerialLink>),
 }
 
 impl Scanner {
@@ -55,6 +57,9 @@ impl Scanner {
                 stream.as_deref(),
                 config.client.max_payload,
             )?)),
+            Source::Serial { rate, .. } | Source::Rfc2217 { rate, .. } => {
+                Link::Serial(Box::new(SerialLink::open(source.clone(), *rate, config, &mut events).await?))
+            }
             Source::Tcp { address } => {
                 Link::Tcp(Box::new(TcpLink::open(address.clone(), config, &mut events).await?))
             }
@@ -71,6 +76,7 @@ impl Scanner {
             let event = match &mut self.link {
                 Link::Recording(recording) => recording.next_event()?,
                 Link::Tcp(link) => link.next_event(&mut self.events).await?,
+                Link::Serial(link) => link.next_event(&mut self.events).await?,
             };
             match event {
                 Some(Event::Scan) => break,
@@ -85,14 +91,17 @@ impl Scanner {
         let received = match &self.link {
             Link::Recording(recording) => recording.received(),
             Link::Tcp(link) => link.last_received(),
+            Link::Serial(link) => link.last_received(),
         };
-        Ok(self.client().map(|client| Record { scan: client.scan(), received }))
+        Ok(self.scan().map(|scan| Record { scan, received }))
     }
 
     /// Ends the stream at the device and drains the link; waits at most `patience`.
     pub async fn stop(mut self, patience: Duration) -> LinkCounts {
-        if let Link::Tcp(link) = &mut self.link {
-            link.stop(patience).await;
+        match &mut self.link {
+            Link::Recording(_) => {}
+            Link::Tcp(link) => link.stop(patience).await,
+            Link::Serial(link) => link.stop(patience).await,
         }
         self.counts()
     }
@@ -102,6 +111,7 @@ impl Scanner {
         let (connections, frames_bad) = match &self.link {
             Link::Recording(recording) => (0, recording.client().map_or(0, |client| client.counts().bad)),
             Link::Tcp(link) => (link.connections(), link.frames_bad()),
+            Link::Serial(link) => (link.connections(), link.frames_bad()),
         };
         LinkCounts { connections, telegrams_bad: frames_bad + self.malformed }
     }
@@ -111,10 +121,11 @@ impl Scanner {
         self.events.take()
     }
 
-    fn client(&self) -> Option<&Client> {
+    fn scan(&self) -> Option<&Scan> {
         match &self.link {
-            Link::Recording(recording) => recording.client(),
-            Link::Tcp(link) => link.client(),
+            Link::Recording(recording) => recording.client().map(Client::scan),
+            Link::Tcp(link) => link.client().map(Client::scan),
+            Link::Serial(link) => link.scan(),
         }
     }
 }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use rowscan_protocol::lms2xx::Rate;
+
 use crate::DriverError;
 
 /// A live scanner or a recording, as written on a command line.
@@ -20,6 +22,20 @@ pub enum Source {
         /// Host and port; an IPv6 host stands in brackets.
         address: String,
     },
+    /// An LMS2xx on a serial port.
+    Serial {
+        /// The port's device file.
+        path: PathBuf,
+        /// The rate to stream at; the one it is found at is found out.
+        rate: Rate,
+    },
+    /// An LMS2xx on a serial port over TCP (RFC 2217); `address` is host:port.
+    Rfc2217 {
+        /// Host and port; an IPv6 host stands in brackets.
+        address: String,
+        /// The rate to stream at.
+        rate: Rate,
+    },
     /// A file of recorded telegrams, recognised by its content.
     Recording {
         /// The file.
@@ -31,18 +47,44 @@ pub enum Source {
 
 /// The port SICK drivers dial when none is given.
 const DEFAULT_PORT: u16 = 2112;
+/// The port of RFC 2217 servers when none is given.
+const RFC2217_PORT: u16 = 2217;
+/// The rate an LMS2xx is raised to unless told otherwise: what any RS-232 port carries.
+const DEFAULT_RATE: Rate = Rate::R38400;
+
+/// What stands before `?baud=N`, and N.
+fn with_rate(text: &str) -> Result<(&str, Rate), String> {
+    let Some((text, query)) = text.split_once('?') else { return Ok((text, DEFAULT_RATE)) };
+    let rate = query.strip_prefix("baud=").and_then(|rate| rate.parse().ok()).and_then(Rate::of);
+    let refuse = || format!("`?{query}` is not ?baud= with 9600, 19200, 38400 or 500000");
+    Ok((text, rate.ok_or_else(refuse)?))
+}
 
 impl FromStr for Source {
     type Err = DriverError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let refuse = |reason: &str| DriverError::Source { found: text.to_owned(), reason: reason.to_owned() };
+        if let Some(rest) = text.strip_prefix("serial:") {
+            let (path, rate) = with_rate(rest).map_err(|reason| refuse(&reason))?;
+            // serial:///dev/ttyS0 is the same in the form of other addresses.
+            let path = path.strip_prefix("//").unwrap_or(path);
+            return match path {
+                "" => Err(refuse("the port is missing")),
+                path => Ok(Self::Serial { path: path.into(), rate }),
+            };
+        }
         let Some((scheme, rest)) = text.split_once("://") else {
             return if text.is_empty() { Err(refuse("it is empty")) } else { Ok(Self::recording(text)) };
         };
         match scheme {
-            "tcp" => {
-                parse_address(rest).map(|address| Self::Tcp { address }).map_err(|reason| refuse(&reason))
+            "tcp" => parse_address(rest, DEFAULT_PORT)
+                .map(|address| Self::Tcp { address })
+                .map_err(|reason| refuse(&reason)),
+            "rfc2217" => {
+                let (rest, rate) = with_rate(rest).map_err(|reason| refuse(&reason))?;
+                let address = parse_address(rest, RFC2217_PORT).map_err(|reason| refuse(&reason))?;
+                Ok(Self::Rfc2217 { address, rate })
             }
             "file" => Ok(Self::recording(rest)),
             _ => Err(refuse(&format!("the scheme `{scheme}://` is unknown"))),
@@ -63,7 +105,7 @@ impl Source {
 }
 
 /// Host and port, the port defaulted.
-fn parse_address(text: &str) -> Result<String, String> {
+fn parse_address(text: &str, default: u16) -> Result<String, String> {
     let text = text.trim_end_matches('/');
     // In brackets a colon belongs to the address: only one after the bracket starts a port.
     let after_host = text.rfind(']').map_or(0, |bracket| bracket + 1);
@@ -75,7 +117,7 @@ fn parse_address(text: &str) -> Result<String, String> {
         return Err("the host is missing".into());
     }
     let port = match port {
-        None => DEFAULT_PORT,
+        None => default,
         Some(port) => match port.parse::<u16>() {
             Ok(port) if port > 0 => port,
             _ => return Err(format!("`{port}` is not a port from 1 to 65535")),
@@ -88,6 +130,8 @@ impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Tcp { address } => write!(f, "tcp://{address}"),
+            Self::Serial { path, .. } => write!(f, "serial:{}", path.display()),
+            Self::Rfc2217 { address, .. } => write!(f, "rfc2217://{address}"),
             Self::Recording { path, stream: None } => write!(f, "{}", path.display()),
             Self::Recording { path, stream: Some(stream) } => write!(f, "{}#{stream}", path.display()),
         }
@@ -114,6 +158,20 @@ mod tests {
     }
 
     #[test]
+    fn serial_ports_have_a_rate() {
+        let serial = |path: &str, rate| Source::Serial { path: path.into(), rate };
+        assert_eq!("serial:/dev/ttyUSB0".parse::<Source>().unwrap(), serial("/dev/ttyUSB0", Rate::R38400));
+        assert_eq!(
+            "serial:///dev/ttyS1?baud=500000".parse::<Source>().unwrap(),
+            serial("/dev/ttyS1", Rate::R500000)
+        );
+        assert_eq!(
+            "rfc2217://host?baud=9600".parse::<Source>().unwrap(),
+            Source::Rfc2217 { address: "host:2217".into(), rate: Rate::R9600 }
+        );
+    }
+
+    #[test]
     fn nonsense_is_refused_with_its_reason() {
         for (text, reason) in [
             ("", "empty"),
@@ -121,6 +179,10 @@ mod tests {
             ("tcp://:2112", "host is missing"),
             ("tcp://h:0", "`0` is not a port"),
             ("tcp://h:99999", "`99999` is not a port"),
+            ("serial:", "port is missing"),
+            ("serial:/dev/ttyUSB0?baud=115200", "`?baud=115200` is not"),
+            ("rfc2217://h?rate=9600", "`?rate=9600` is not"),
+            ("rfc2217://", "host is missing"),
             ("gopher://h", "scheme `gopher://`"),
         ] {
             let message = text.parse::<Source>().expect_err(text).to_string();

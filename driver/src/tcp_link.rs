@@ -6,12 +6,13 @@ use rowscan_protocol::client::{Client, DeviceInfo, Event};
 use rowscan_protocol::frame::Dialect;
 use tokio::net::TcpStream;
 
-use crate::clock::{self, HostTime, Stopwatch};
+use crate::clock::{HostTime, Stopwatch};
 use crate::config::DriverConfig;
 use crate::connection::{Connection, Happened};
 use crate::dial;
 use crate::error::{DriverError, Heard};
 use crate::link_event::{LinkEvent, LinkEvents};
+use crate::outage::Outages;
 
 /// One scanner's link. Whenever there is no connection, the next step dials one.
 #[derive(Debug)]
@@ -21,7 +22,7 @@ pub(crate) struct TcpLink {
     /// The dialect that answered last.
     dialect: Dialect,
     connection: Option<Live>,
-    outage: Option<Outage>,
+    outages: Outages,
     watch: Stopwatch,
     connections: u64,
     /// Bad frames of the connections before this one.
@@ -33,13 +34,6 @@ struct Live {
     connection: Connection<TcpStream>,
     opened: Duration,
     scanned: bool,
-}
-
-/// A lost link being restored.
-#[derive(Clone, Copy, Debug)]
-struct Outage {
-    since: Duration,
-    attempt: u32,
 }
 
 /// How a device took the start-up.
@@ -57,13 +51,14 @@ impl TcpLink {
         config: DriverConfig,
         events: &mut LinkEvents,
     ) -> Result<Self, DriverError> {
+        let watch = Stopwatch::start();
         let mut link = Self {
             address,
             dialect: config.prefer,
+            outages: Outages::new(config.backoff, watch),
             config,
             connection: None,
-            outage: None,
-            watch: Stopwatch::start(),
+            watch,
             connections: 0,
             frames_bad_before: 0,
         };
@@ -154,7 +149,7 @@ impl TcpLink {
                     events.push(LinkEvent::Ready { ident, firmware, dialect });
                     self.dialect = dialect;
                     self.connection = Some(Live { connection, opened, scanned: false });
-                    self.outage = None;
+                    self.outages.over();
                     self.connections += 1;
                     return Ok(());
                 }
@@ -204,11 +199,7 @@ impl TcpLink {
 
     /// One attempt to restore a lost link, after its pause.
     async fn restore(&mut self, events: &mut LinkEvents) -> Result<(), DriverError> {
-        if let Some(outage) = &mut self.outage {
-            let pause = self.config.backoff.pause(outage.attempt);
-            clock::pause(pause).await;
-            outage.attempt = outage.attempt.saturating_add(1);
-        }
+        self.outages.pause().await;
         match self.connect(events).await {
             Ok(()) => Ok(()),
             Err(cause) => self.lose(cause, events),
@@ -219,13 +210,6 @@ impl TcpLink {
     fn lose(&mut self, cause: DriverError, events: &mut LinkEvents) -> Result<(), DriverError> {
         self.frames_bad_before = self.frames_bad();
         self.connection = None;
-        let now = self.watch.now();
-        let outage = *self.outage.get_or_insert(Outage { since: now, attempt: 0 });
-        let after = now.saturating_sub(outage.since);
-        if self.config.backoff.give_up_after.is_some_and(|limit| after >= limit) {
-            return Err(DriverError::GaveUp { address: self.address.clone(), after, last: Box::new(cause) });
-        }
-        events.push(LinkEvent::Lost { cause, pause: self.config.backoff.pause(outage.attempt) });
-        Ok(())
+        self.outages.lose(&self.address, cause, events)
     }
 }

@@ -4,6 +4,9 @@ use comfy_table::Cell;
 use indicatif::ProgressBar;
 use rowscan_canopy::{Estimate, Pipeline, Warning};
 use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_protocol::lms2xx;
+use rowscan_protocol::model::AnyModel;
+use rowscan_recording::Taps;
 use rowscan_scenes::Truth;
 use serde::Serialize;
 
@@ -14,7 +17,9 @@ use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, progress};
 use crate::clock::{Stopwatch, TimeScale, Timer};
-use crate::emulator::{Emulator, EmulatorConfig, EmulatorCounts};
+use crate::emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
+use crate::line::{NetLine, Pty, Wire};
+use crate::stage::Stage;
 use crate::trial::rig_of;
 
 #[derive(Debug, clap::Args)]
@@ -30,9 +35,131 @@ pub(super) struct Args {
     /// A calibration file or a shipped calibration's name, instead of the rig's own
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
+    /// What the scanner and the driver speak over; a serial line has an LMS2xx on it
+    #[arg(long, value_enum, default_value_t)]
+    line: Line,
     /// How to write the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+}
+
+/// What stands between scanner and driver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum Line {
+    /// CoLa over a TCP socket
+    #[default]
+    Tcp,
+    /// A pseudo-terminal
+    Pty,
+    /// A serial port over TCP
+    Rfc2217,
+}
+
+/// The LMS2xx of a demo that names none.
+const SERIAL_MODEL: &str = "lms291";
+/// The calibration of an LMS2xx's demo: it has none of its own, so another model's, and the estimate warns.
+const NEAREST_CALIBRATION: &str = "spindle-lms111";
+
+/// The virtual scanner of a demo.
+enum Virtual {
+    Cola(Emulator),
+    Lms2xx(SerialEmulator),
+}
+
+impl Virtual {
+    /// Scans sent, and scans dropped.
+    fn counts(&self) -> (u64, u64) {
+        match self {
+            Self::Cola(emulator) => {
+                let EmulatorCounts { scans_sent, scans_dropped, .. } = emulator.counts();
+                (scans_sent, scans_dropped)
+            }
+            Self::Lms2xx(emulator) => (emulator.counts().scans_sent, 0),
+        }
+    }
+
+    /// Host time to the estimate; telegrams of an LMS2xx cannot be told apart, so that theirs is not known.
+    fn latency_ms(&self, fraction: f64) -> Option<f64> {
+        match self {
+            Self::Cola(emulator) => {
+                emulator.latency().quantile(fraction).map(|latency| latency.as_secs_f64() * 1e3)
+            }
+            Self::Lms2xx(_) => None,
+        }
+    }
+
+    fn used(&self, telegram_counter: u16) {
+        if let Self::Cola(emulator) = self {
+            emulator.latency().used(telegram_counter);
+        }
+    }
+}
+
+/// A demo that is set up: the scanner runs, and this is where and how to read it.
+struct Set {
+    scanner: Virtual,
+    source: Source,
+    pipeline: Pipeline,
+    scans: u64,
+    model: &'static str,
+}
+
+impl Args {
+    /// A CoLa scanner on a TCP port.
+    async fn on_tcp(&self, stage: &Stage) -> Result<Set, Failure> {
+        let model = self.scene.model(&stage.rig, 0)?;
+        let (device, world) = stage.scanner(0, model)?;
+        let rig = rig_of(stage, model.name);
+        let pipeline = estimate::pipeline(Some(&rig), 0, self.calibration.as_deref())?;
+        let scans = stage.scans_per_row(&device);
+        let config = EmulatorConfig {
+            time_scale: self.time_scale,
+            timer: Timer::System,
+            dialects: self.dialect.into(),
+            ..EmulatorConfig::default()
+        };
+        let mut emulator = Emulator::start(device, world, config);
+        let address = emulator.listen("127.0.0.1:0").await?.address.to_string();
+        let source = Source::Tcp { address };
+        Ok(Set { scanner: Virtual::Cola(emulator), source, pipeline, scans, model: model.name })
+    }
+
+    /// An LMS2xx on a serial line, at the rate that carries every scan.
+    async fn on_serial(&self, stage: &Stage) -> Result<Set, Failure> {
+        let model = match self.scene.named_model()?.or_else(|| AnyModel::by_name(SERIAL_MODEL)) {
+            Some(AnyModel::Lms2xx(model)) => model,
+            _ => {
+                return Err(Failure::Usage(
+                    "--line pty and rfc2217 have an LMS2xx at their end; leave out --model, or name one of `rowscan models`"
+                        .to_owned(),
+                ));
+            }
+        };
+        let pause_slack = std::time::Duration::from_secs(3600);
+        let options = lms2xx::device::Options { pause_slack, ..Default::default() };
+        let (device, world) = stage.serial_scanner(0, model, options)?;
+        let rig = rig_of(stage, model.name);
+        let calibration = self.calibration.as_deref().unwrap_or(NEAREST_CALIBRATION);
+        let pipeline = estimate::pipeline(Some(&rig), 0, Some(calibration))?;
+        let hertz = f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(model.turns(device.variant()));
+        let scans = (stage.orchard.length_m() / stage.rig.speed_m_s * hertz).round() as u64;
+        let rate = lms2xx::Rate::R500000;
+        let (wire, source): (Box<dyn Wire>, _) = match self.line {
+            Line::Rfc2217 => {
+                let line = NetLine::rfc2217("127.0.0.1:0").await?;
+                let address = line.address().to_string();
+                (Box::new(line), Source::Rfc2217 { address, rate })
+            }
+            Line::Tcp | Line::Pty => {
+                let link = std::env::temp_dir().join(format!("rowscan-demo-{}", std::process::id()));
+                let pty = Pty::open(&link)?;
+                (Box::new(pty), Source::Serial { path: link, rate })
+            }
+        };
+        let config = SerialConfig { time_scale: self.time_scale, state: None, taps: Taps::default() };
+        let scanner = Virtual::Lms2xx(SerialEmulator::start(device, world, wire, config));
+        Ok(Set { scanner, source, pipeline, scans, model: model.name })
+    }
 }
 
 /// The demo's result.
@@ -58,25 +185,14 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let watch = Stopwatch::start();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
-    let model = args.scene.model(&stage.rig, 0)?;
-    let (device, world) = stage.scanner(0, model)?;
-    let rig = rig_of(&stage, &device);
-    let mut pipeline = estimate::pipeline(Some(&rig), 0, args.calibration.as_deref())?;
-    let scans = stage.scans_per_row(&device);
-
-    let config = EmulatorConfig {
-        time_scale: args.time_scale,
-        timer: Timer::System,
-        dialects: args.dialect.into(),
-        ..EmulatorConfig::default()
+    let Set { scanner: emulator, source, mut pipeline, scans, model } = match args.line {
+        Line::Tcp => args.on_tcp(&stage).await?,
+        Line::Pty | Line::Rfc2217 => args.on_serial(&stage).await?,
     };
-    let mut emulator = Emulator::start(device, world, config);
-    let address = emulator.listen("127.0.0.1:0").await?.address;
-    say(format_args!("a virtual {} listens on tcp://{address}, seed {}", model.title, stage.scene.seed));
+    say(format_args!("a virtual {model} is at {source}, seed {}", stage.scene.seed));
 
     let prefer = if args.dialect == DialectArg::A { Prefer::A } else { Prefer::B };
     let config = DriverConfig { prefer: prefer.into(), ..DriverConfig::default() };
-    let source = Source::Tcp { address: address.to_string() };
     let Some(mut scanner) = interrupt.or(Scanner::open(&source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };
@@ -98,20 +214,18 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             .map(|found| (found - truth.leaf_area_m2) / truth.leaf_area_m2)
             .filter(|error| error.is_finite())
     };
-    let EmulatorCounts { scans_sent, scans_dropped, .. } = emulator.counts();
-    let milliseconds =
-        |fraction| emulator.latency().quantile(fraction).map(|latency| latency.as_secs_f64() * 1e3);
+    let (scans_sent, scans_dropped) = emulator.counts();
     let outcomes = Outcomes {
         leaf_area_error: error(found.leaf_area_m2),
         leaf_area_regression_error: error(found.leaf_area_regression_m2),
         estimate: found,
         truth,
         seed: stage.scene.seed,
-        model: model.name,
+        model,
         scans_sent,
         scans_dropped,
-        latency_p50_ms: milliseconds(0.5),
-        latency_p99_ms: milliseconds(0.99),
+        latency_p50_ms: emulator.latency_ms(0.5),
+        latency_p99_ms: emulator.latency_ms(0.99),
         wall_clock_s: watch.elapsed().as_secs_f64(),
     };
     print(args.format, &outcomes)?;
@@ -122,14 +236,14 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 async fn follow(
     scanner: &mut Scanner,
     pipeline: &mut Pipeline,
-    emulator: &Emulator,
+    emulator: &Virtual,
     scans: u64,
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
     while pipeline.progress().scans < scans {
         let Some(record) = scanner.next().await? else { break };
         pipeline.push(record.scan);
-        emulator.latency().used(record.scan.telegram_counter);
+        emulator.used(record.scan.telegram_counter);
         bar.set_position(pipeline.progress().scans);
         while let Some(event) = scanner.take_link_event() {
             estimate::tell(&event);

@@ -6,9 +6,10 @@ use rowscan_canopy::{Estimate, Pipeline, Warning};
 use rowscan_driver::{DriverConfig, LinkEvent, Scanner, Source};
 use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::Rig;
-use rowscan_recording::{About, StreamKind};
+use rowscan_recording::About;
 use rowscan_scenes::Scene;
 use serde::Serialize;
 
@@ -16,7 +17,7 @@ use super::estimators::{self, Beside, EstimatorArgs};
 use super::interrupt::Interrupt;
 use super::output::{self, number, say};
 use super::recorder::{self, RecordArgs};
-use super::{Failure, Format, Outcome, models, progress, scene};
+use super::{Failure, Format, Outcome, models, progress, record, scene};
 use crate::appraisal::Appraisal;
 use crate::{config, stage};
 
@@ -25,7 +26,7 @@ pub(super) const PARTING: Duration = Duration::from_secs(2);
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// tcp://HOST:PORT, or the file of a recording, with `#STREAM` behind it where it holds several
+    /// tcp://HOST:PORT, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT, or the file of a recording, with `#STREAM` behind it where it holds several
     source: Source,
     /// Where the scanner sits and how fast it drives: a rig file, a scene file or a built-in scene's name; without it areas are unknown
     #[arg(long, value_name = "RIG")]
@@ -118,9 +119,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let taping = args.record.start(about, false)?;
     let config = DriverConfig {
         client,
+        lms2xx: lms2xx_config(rig.as_ref(), args.scanner),
         wait: args.wait,
         prefer: args.prefer.into(),
-        tap: taping.taps().open("scanner", StreamKind::Cola),
+        tap: taping.taps().open("scanner", record::stream_kind(&args.source)),
         ..DriverConfig::default()
     };
     let Some(scanner) = interrupt.or(Scanner::open(&args.source, config)).await else {
@@ -142,6 +144,16 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let outcome = taping.finish();
     ended.map(|()| outcome)
+}
+
+/// What the rig asks of an LMS2xx: the widest variant with its resolution; the device keeps its own where the rig leaves that open.
+fn lms2xx_config(rig: Option<&Rig>, scanner: usize) -> lms2xx::client::ClientConfig {
+    let step = rig.and_then(|rig| rig.scanners.get(scanner)).and_then(stage::asked_step);
+    let variants = lms2xx::model::MODELS.iter().flat_map(|model| model.variants.iter().copied());
+    let variant = variants
+        .filter(|variant| Some(variant.step_centideg.saturating_mul(100)) == step)
+        .max_by_key(|variant| variant.angle_deg);
+    lms2xx::client::ClientConfig { variant, ..Default::default() }
 }
 
 /// The scan mode the rig asks of its scanner; the device keeps its own where the rig leaves frequency or resolution open.
@@ -202,6 +214,12 @@ pub(super) fn tell(event: &LinkEvent) {
     match event {
         LinkEvent::Ready { ident, firmware, dialect } => {
             say(format_args!("connected: {} {}, {dialect}", ident.trim(), firmware.trim()));
+        }
+        LinkEvent::SerialReady { ident, software, rate } => {
+            say(format_args!("connected: {ident} {software}, {rate} bits a second"));
+        }
+        LinkEvent::Declined { what } => {
+            say(format_args!("the scanner refused: {what}; it keeps its own setting"));
         }
         LinkEvent::Refused { command, code } => {
             say(format_args!("the scanner refused `{command}` ({code}) and keeps its own setting"));

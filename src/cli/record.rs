@@ -153,12 +153,20 @@ struct Limits {
     seconds: Option<f64>,
 }
 
+/// What a source's bytes are.
+pub(super) fn stream_kind(source: &Source) -> StreamKind {
+    match source {
+        Source::Serial { .. } | Source::Rfc2217 { .. } => StreamKind::Lms2xx,
+        Source::Tcp { .. } | Source::Recording { .. } => StreamKind::Cola,
+    }
+}
+
 async fn follow(named: Named, config: DriverConfig, taps: Taps, limits: Limits) -> Result<(), Failure> {
     let name = named.name.clone().unwrap_or_else(|| match &named.source {
         Source::Tcp { address } => address.clone(),
         other => other.to_string(),
     });
-    let config = DriverConfig { tap: taps.open(&name, StreamKind::Cola), ..config };
+    let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.source)), ..config };
     let mut scanner = Scanner::open(&named.source, config).await?;
     let watch = Stopwatch::start();
     let mut scans = 0;

@@ -49,6 +49,11 @@ impl SceneArgs {
         }
     }
 
+    /// The model the flags name, if they name one.
+    pub(super) fn named_model(&self) -> Result<Option<AnyModel>, Failure> {
+        self.model.as_deref().map(models::find).transpose()
+    }
+
     /// The same, of either family.
     pub(super) fn any_model(&self, rig: &Rig, scanner: usize) -> Result<AnyModel, Failure> {
         let mounted = || rig.scanners.get(scanner).map(|mount| mount.model.as_str());
