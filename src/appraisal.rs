@@ -3,13 +3,13 @@
 //! The estimators never see this. A row is cut into sections of about 0.1 m; each keeps the exact leaf area between its faces, and
 //! the crown's outline on the scanner's side in cells of 0.1 m. Any stretch of the row, which repeats, is summed from those.
 
-use rowscan_canopy::Quantity;
+use rowscan_canopy::{Measure, Quantity};
 use rowscan_protocol::rig::Mount;
 use rowscan_scenes::{Orchard, Truth};
 
 /// Length of a section and height of an outline cell, metres.
 const CELL_M: f64 = 0.1;
-/// Organs lower than this are ground to the scanner as well, metres.
+/// Square metres in a hectare.
 const HECTARE_M2: f64 = 10_000.0;
 /// Most sections of a row.
 const MOST_SECTIONS: f64 = 1e6;
@@ -21,6 +21,8 @@ pub struct Appraisal {
     sections: Vec<Section>,
     section_m: f64,
     row_spacing_m: Option<f64>,
+    /// Of the whole row.
+    finer: Vec<Measure>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -61,20 +63,14 @@ impl Appraisal {
         let trees = orchard.trees().get(..orchard.trees_per_row()).unwrap_or_default();
         let at = |y_m: f64| ((y_m.rem_euclid(length_m) / section_m) as usize).min(count.saturating_sub(1));
         for leaf in trees.iter().flat_map(|tree| &tree.leaves) {
-            let centroid = leaf.centroid();
-            let [x, y, z] = centroid;
-            let (ahead, up) = (x + mount.distance_m, z - mount.height_m);
             let [nx, _, nz] = leaf.normal();
-            let cosine = ((ahead * nx + up * nz) / ahead.hypot(up)).abs();
-            if let Some(section) = sections.get_mut(at(y)) {
-                section.projected_m2 += leaf.area_m2() * cosine;
-            }
-            // Vertices, middles of edges, and the middle of the blade: closer than a cell is wide.
-            let outline = leaf.outline();
-            let next = outline.iter().cycle().skip(1);
-            let middles = outline.iter().zip(next).map(|(a, b)| [0, 1, 2].map(|k| (a[k] + b[k]) / 2.0));
-            for point in outline.iter().copied().chain(middles).chain([centroid]) {
+            let points = sampled(leaf.outline());
+            let share_m2 = leaf.area_m2() / points.len().max(1) as f64;
+            for point in points {
+                let (ahead, up) = (point[0] + mount.distance_m, point[2] - mount.height_m);
+                let cosine = ((ahead * nx + up * nz) / ahead.hypot(up)).abs();
                 if let Some(section) = sections.get_mut(at(point[1])) {
+                    section.projected_m2 += share_m2 * cosine;
                     section.reach(point, clearance_m);
                 }
             }
@@ -90,7 +86,13 @@ impl Appraisal {
                 }
             }
         }
-        Self { truth, sections, section_m, row_spacing_m: orchard.row_spacing_m() }
+        Self { truth, sections, section_m, row_spacing_m: orchard.row_spacing_m(), finer: Vec::new() }
+    }
+
+    /// The same, and what `reference` measured on a finer scan stands for what only that can tell: gaps and porosity.
+    #[must_use]
+    pub fn with_finer_scan(self, reference: Vec<Measure>) -> Self {
+        Self { finer: reference, ..self }
     }
 
     /// The exact areas of the row.
@@ -116,6 +118,28 @@ impl Appraisal {
         }
         Stretch { row: self, parts, length_m, whole }
     }
+}
+
+/// Points of a blade, closer to each other than a cell is wide: each triangle about the first vertex, cut evenly.
+fn sampled(outline: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let mut points = Vec::new();
+    let Some((first, rest)) = outline.split_first() else { return points };
+    for pair in rest.windows(2) {
+        let [a, b] = pair else { continue };
+        let way = |p: &[f64; 3], q: &[f64; 3]| (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt();
+        let longest_m = way(first, a).max(way(a, b)).max(way(b, first));
+        let steps = (longest_m / (CELL_M / 2.0)).ceil().clamp(1.0, 200.0) as usize;
+        for i in 0..=steps {
+            for k in 0..=steps - i {
+                let (u, v) = (i as f64 / steps as f64, k as f64 / steps as f64);
+                let point = [0, 1, 2].map(|c| first[c] + u * (a[c] - first[c]) + v * (b[c] - first[c]));
+                // A hair's breadth within: a blade that ends at a cell's face does not reach into the next cell.
+                let middle = [0, 1, 2].map(|c| (first[c] + a[c] + b[c]) / 3.0);
+                points.push([0, 1, 2].map(|c| point[c] + 1e-6 * (middle[c] - point[c])));
+            }
+        }
+    }
+    points
 }
 
 impl Section {
@@ -162,6 +186,10 @@ impl Stretch<'_> {
                 let bands = self.row.truth.bands.iter().filter(|b| inside(b.z_from_m) && inside(b.z_to_m));
                 bands.map(|band| band.leaf_area_m2).sum()
             }),
+            (Quantity::GapFraction | Quantity::Porosity, _) => {
+                let same = |m: &&Measure| m.quantity == quantity && m.band_m() == band_m;
+                self.row.finer.iter().filter(|_| self.whole).find(same)?.value
+            }
             (_, Some(_)) => None,
             (Quantity::LeafArea, None) => Some(self.sum(|section| section.leaf_m2)),
             (Quantity::Lai, None) => Some(self.sum(|section| section.leaf_m2) / ground_m2?),
@@ -199,7 +227,7 @@ mod tests {
     }
 
     fn close(found: Option<f64>, expected: f64) {
-        assert!(found.is_some_and(|found| (found - expected).abs() < 1e-9), "{found:?} {expected}");
+        assert!(found.is_some_and(|found| (found / expected - 1.0).abs() < 1e-5), "{found:?} {expected}");
     }
 
     #[test]
@@ -212,10 +240,13 @@ mod tests {
         close(row.value(Quantity::Height, None), 2.5);
         close(row.value(Quantity::Width, None), 1.0);
         close(row.value(Quantity::TreeRowVolume, None), 2.5 * 1e4 / 4.0);
-        // Seen from 1.4 m off and 0.1 m above its middle.
-        let cosine = 1.4 / 1.4f64.hypot(0.1);
-        close(row.value(Quantity::TreeAreaIndex, None), 2.0 * cosine / 8.0);
+        // 1.4 m off, its middle 0.1 m below: 1/2 ∫ 1.4 / hypot(1.4, z) dz over z = −1.1 to 0.9.
+        let cosine = 0.7 * ((1.1f64 / 1.4).asinh() + (0.9f64 / 1.4).asinh());
+        let index = row.value(Quantity::TreeAreaIndex, None).expect("a number");
+        assert!((index / (2.0 * cosine / 8.0) - 1.0).abs() < 0.02, "{index} {cosine}");
         assert_eq!(row.value(Quantity::Porosity, None), None);
+        close(row.value(Quantity::Volume, None), 2.0);
+        close(row.value(Quantity::LeafWallArea, None), 2.0 * 2.0 * 1e4 / 8.0);
     }
 
     #[test]

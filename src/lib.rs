@@ -10,6 +10,7 @@
 pub mod appraisal;
 pub mod cli;
 pub mod clock;
+pub mod comparison;
 pub mod config;
 pub mod decode;
 pub mod emulator;

@@ -90,6 +90,11 @@ impl Stage {
         Ok((device, world))
     }
 
+    /// What the beams meet.
+    pub fn caster(&self) -> &Caster {
+        &self.caster
+    }
+
     /// Scans a client receives while the tractor drives past the whole row once, at most an hour's; at constant speed exactly the row's.
     pub fn scans_per_row(&self, device: &Device) -> u64 {
         let hertz = f64::from(device.mirror().frequency_centihz) / 100.0;

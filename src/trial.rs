@@ -1,7 +1,7 @@
 //! One row, scanned in memory and estimated, beside its truth: what calibrations and accuracy tables are made of.
 
 use rayon::prelude::*;
-use rowscan_canopy::{Calibration, Estimate, EstimatorInfo, Pipeline, PipelineError};
+use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo, Pipeline, PipelineError};
 use rowscan_protocol::model::Model;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::NoDistance;
@@ -50,7 +50,7 @@ impl Trial {
         Self::drive_past(&Stage::grow(scene, &|_, _| {})?, model, calibration, &[])
     }
 
-    /// Drives past a grown row once, and estimates, by these estimators as well.
+    /// Drives past a grown row once, and estimates; with estimators, by these as well, and the trees found in the data.
     pub fn drive_past(
         stage: &Stage,
         model: &'static Model,
@@ -61,6 +61,9 @@ impl Trial {
         let scans = stage.scans_per_row(&device);
         let pipeline = Pipeline::new(Some(&rig_of(stage, device.model().name)), 0, calibration)?;
         let mut pipeline = pipeline.with_estimators(estimators);
+        if !estimators.is_empty() {
+            pipeline = pipeline.with_trees_found(&CutMethod::ALL);
+        }
         let mut offline = Offline::new(device, world);
         let mut scan = Scan::default();
         for _ in 0..scans {

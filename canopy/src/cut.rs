@@ -1,10 +1,11 @@
-//! Trees found in the data: where one ends and the next begins, without being told the spacing.
+//! Trees found in the data: where one ends and the next begins.
 //!
 //! The row's profile is kept in bins of [`BIN_M`] along Y. Two ways to cut it, both after the stream:
 //! - **trunk**: returns below the crown, close to the row plane, come from trunks; every heap of them is a tree, and the border lies
 //!   half way to the next.
-//! - **valley**: the impacted area along the row, smoothed over a good part of the distance at which it resembles itself most, rises and
-//!   falls with the crowns; every hill is a tree, and the border lies at the lowest place between two.
+//! - **valley**: the impacted area along the row rises and falls with the crowns; every hill is a tree, and the border lies at the lowest
+//!   place between two. How far hills are apart, about, is the rig's spacing, or else the distance at which the row resembles
+//!   itself most. Crowns that reach into each other leave no valley: then it finds too few.
 //!
 //! Nothing at all between two heaps for longer than a tree is a gap: a tree reaches no farther than half the usual distance.
 
@@ -131,10 +132,11 @@ impl Profile {
     }
 
     /// The trees, in the order of travel; none where the row shows none.
-    pub(crate) fn cut(&self, method: CutMethod) -> Vec<FoundTree> {
+    /// `spacing_m` is about how far they stand apart, where that is known; trunks need it not.
+    pub(crate) fn cut(&self, method: CutMethod, spacing_m: Option<f64>) -> Vec<FoundTree> {
         let heaps = match method {
             CutMethod::Trunk => self.trunks(),
-            CutMethod::Valley => self.hills(),
+            CutMethod::Valley => self.hills(spacing_m),
         };
         self.trees(&heaps, method)
     }
@@ -157,10 +159,12 @@ impl Profile {
     }
 
     /// Tops of the hills of impacted area, in bins.
-    fn hills(&self) -> Vec<f64> {
+    fn hills(&self, spacing_m: Option<f64>) -> Vec<f64> {
         let raw: Vec<f64> = self.bins.iter().map(|bin| bin.impacted_m2).collect();
-        let Some(period) = period(&raw) else { return Vec::new() };
-        let smooth = smoothed(&raw, 0.22 * period);
+        let Some(period) = spacing_m.map(|spacing_m| spacing_m / BIN_M).or_else(|| period(&raw)) else {
+            return Vec::new();
+        };
+        let smooth = smoothed(&raw, 0.12 * period);
         let highest = smooth.iter().copied().fold(0.0, f64::max);
         let reach = (0.4 * period).round().max(1.0) as usize;
         let mut tops = Vec::new();
@@ -313,9 +317,11 @@ mod tests {
 
     #[test]
     fn both_ways_find_every_tree_and_its_borders() {
-        for method in CutMethod::ALL {
-            let trees = row(10, &[]).cut(method);
-            assert_eq!(trees.len(), 10, "{method:?}");
+        for (method, spacing_m) in
+            [(CutMethod::Trunk, None), (CutMethod::Valley, None), (CutMethod::Valley, Some(1.8))]
+        {
+            let trees = row(10, &[]).cut(method, spacing_m);
+            assert_eq!(trees.len(), 10, "{method:?} {spacing_m:?}");
             for (i, tree) in trees.iter().enumerate() {
                 let from_m = 2.0 * i as f64;
                 assert!((tree.y_m - from_m - 1.0).abs() < 0.1, "{method:?} {tree:?}");
@@ -335,7 +341,7 @@ mod tests {
     #[test]
     fn a_missing_tree_is_a_gap_that_no_neighbour_fills() {
         for method in CutMethod::ALL {
-            let trees = row(10, &[4]).cut(method);
+            let trees = row(10, &[4]).cut(method, None);
             assert_eq!(trees.len(), 9, "{method:?}");
             assert!(
                 (trees[3].y_to_m - 8.0).abs() < 0.15 && (trees[4].y_from_m - 10.0).abs() < 0.15,
@@ -347,10 +353,10 @@ mod tests {
     #[test]
     fn a_row_that_shows_nothing_has_no_trees() {
         for method in CutMethod::ALL {
-            assert_eq!(Profile::new(10).cut(method), []);
+            assert_eq!(Profile::new(10).cut(method, None), []);
             let mut even = Profile::new(10_000);
             (0..2000).for_each(|i| even.add_line(f64::from(i) * 0.02, 0.02, 0.0, 0.0));
-            assert_eq!(even.cut(method), []);
+            assert_eq!(even.cut(method, None), []);
         }
     }
 

@@ -36,6 +36,7 @@ pub(crate) struct Row {
     /// The row in bins, if trees are to be found in the data.
     profile: Option<Profile>,
     trunk_zone: TrunkZone,
+    tree_spacing_m: Option<f64>,
     find: Vec<CutMethod>,
     /// The metres the open slice lies in, each with its share of the slice.
     slice_metres: Vec<(i64, f64)>,
@@ -87,6 +88,7 @@ impl Row {
             row_spacing_m: rig.row_spacing_m,
             profile: None,
             trunk_zone: TrunkZone::above(frame.ground_clearance_m),
+            tree_spacing_m: rig.tree_spacing_m,
             find: Vec::new(),
             slice_metres: Vec::new(),
             heights: Histogram::new(),
@@ -291,7 +293,7 @@ impl Row {
     pub(crate) fn trees_found(&self) -> Vec<TreesFound> {
         let found = |(method, profile): (&CutMethod, &Profile)| TreesFound {
             method: *method,
-            trees: profile.cut(*method),
+            trees: profile.cut(*method, self.tree_spacing_m),
         };
         self.find.iter().filter_map(|method| Some((method, self.profile.as_ref()?))).map(found).collect()
     }

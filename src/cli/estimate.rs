@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rowscan_canopy::{Estimate, Pipeline, Warning};
+use rowscan_canopy::{CutMethod, Estimate, Pipeline, TreesFound, Warning};
 use rowscan_driver::{DriverConfig, LinkEvent, Scanner, Source};
 use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::frame::Dialect;
@@ -54,6 +54,9 @@ pub(super) struct Args {
     wait: bool,
     #[command(flatten)]
     estimators: EstimatorArgs,
+    /// Find trees in the data as well, not only by the rig's spacing
+    #[arg(long, value_name = "HOW", value_delimiter = ',', value_enum)]
+    trees: Vec<CutArg>,
     /// Seed of the rig's scene, for the truth beside the estimators; the scene's own where absent
     #[arg(long, value_name = "N", requires = "estimators")]
     seed: Option<u64>,
@@ -62,6 +65,24 @@ pub(super) struct Args {
     format: Format,
     #[command(flatten)]
     record: RecordArgs,
+}
+
+/// How trees are told apart in the data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum CutArg {
+    /// By the returns of bare trunks
+    Trunk,
+    /// By the lows of the impacted area along the row
+    Valley,
+}
+
+impl From<CutArg> for CutMethod {
+    fn from(cut: CutArg) -> Self {
+        match cut {
+            CutArg::Trunk => Self::Trunk,
+            CutArg::Valley => Self::Valley,
+        }
+    }
 }
 
 /// The dialect a driver tries first.
@@ -86,6 +107,7 @@ impl From<Prefer> for Dialect {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let asked = args.estimators.asked()?;
+    let cuts: Vec<CutMethod> = args.trees.iter().copied().map(CutMethod::from).collect();
     let (rig, scene) = match &args.rig {
         Some(name) => {
             let (rig, scene) = rig_for(name, args.model.as_deref(), args.scanner)?;
@@ -93,8 +115,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         }
         None => (None, None),
     };
-    let mut pipeline =
-        pipeline(rig.as_ref(), args.scanner, args.calibration.as_deref())?.with_estimators(&asked);
+    let mut pipeline = pipeline(rig.as_ref(), args.scanner, args.calibration.as_deref())?
+        .with_estimators(&asked)
+        .with_trees_found(&cuts);
     let appraisal = match (&rig, scene) {
         (Some(rig), Some(scene)) if !asked.is_empty() => {
             let scene = Scene { seed: args.seed.unwrap_or(scene.seed), ..scene };
@@ -250,6 +273,9 @@ fn print(format: Format, estimate: &Estimate, side_by_side: &[Beside]) -> Result
             if !estimate.trees.is_empty() {
                 output::print(&trees(estimate))?;
             }
+            for found in &estimate.trees_found {
+                output::print(&trees_found(found))?;
+            }
             if !side_by_side.is_empty() {
                 output::print(&estimators::table(side_by_side))?;
             }
@@ -321,6 +347,23 @@ fn trees(estimate: &Estimate) -> String {
         ]);
     }
     format!("{table}\n")
+}
+
+/// The trees that one way of cutting the row finds.
+fn trees_found(found: &TreesFound) -> String {
+    let mut table = output::grid();
+    output::head(&mut table, ["tree", "y m", "from m", "to m", "I_T m²", "leaf m² by contact, raw"]);
+    for (number_of, tree) in found.trees.iter().enumerate() {
+        table.add_row([
+            number(Some(number_of as f64), 0),
+            number(Some(tree.y_m), 2),
+            number(Some(tree.y_from_m), 2),
+            number(Some(tree.y_to_m), 2),
+            number(Some(tree.impacted_total_area_m2), 3),
+            number(Some(tree.leaf_area_contact_raw_m2), 2),
+        ]);
+    }
+    format!("{} trees found by {}\n{table}\n", found.trees.len(), found.method.name())
 }
 
 /// What the reader must know beside the numbers.

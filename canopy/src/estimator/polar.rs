@@ -38,15 +38,17 @@ impl Estimator for PolarDensity {
     }
 
     fn slice(&mut self, _slice: &Slice<'_>) {
-        self.sums += self.cells.close();
+        self.sums += self.cells.slice();
     }
 
     fn measures(&self, stretch: &Stretch, out: &mut Vec<Measure>) {
-        let leaf_m2 = self.sums.projected_m2 / self.projection;
+        let mut sums = self.sums;
+        sums += self.cells.open();
+        let leaf_m2 = sums.projected_m2 / self.projection;
         let of = |quantity, value| Measure::new(INFO.name, quantity, value);
         out.push(of(Quantity::LeafArea, (stretch.scanned_m > 0.0).then_some(leaf_m2)));
         out.extend(stretch.ground_m2.map(|ground_m2| of(Quantity::Lai, Some(leaf_m2 / ground_m2))));
-        out.push(of(Quantity::Saturated, Some(self.sums.saturated as f64 / self.sums.entered as f64)));
+        out.push(of(Quantity::Saturated, Some(sums.saturated as f64 / sums.entered as f64)));
     }
 
     fn clear(&mut self) {

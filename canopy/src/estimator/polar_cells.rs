@@ -1,6 +1,6 @@
 //! Polar cells about the scanner: who entered, who ended there. What the polar density and the tree area index are made of.
 //!
-//! A cell lies between two ranges and two angles in the scan plane, over one slice along the row; it belongs to the row if its middle
+//! A cell lies between two ranges and two angles in the scan plane, over some slices along the row; it belongs to the row if its middle
 //! does (above the ground clearance, below the region's top, before the far gate). A beam enters a cell if the canopy did not stop it
 //! before, and ends there if it did within.
 
@@ -11,6 +11,8 @@ use crate::geometry::Frame;
 const STEP_M: f64 = 0.25;
 /// Cells over the half circle ahead: 3° each.
 const SECTORS: usize = 60;
+/// Length of a cell along the row, metres, about: long enough for many beams, short enough not to mix trees.
+const STRETCH_M: f64 = 0.74;
 /// No cell lies farther than this, metres.
 const MAX_RANGE_M: f64 = 12.0;
 
@@ -31,7 +33,7 @@ struct Cell {
     ended: f64,
 }
 
-/// What a slice of cells holds, and how it was seen.
+/// What a stretch of cells holds, and how it was seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PolarSums {
     /// Σ a · r Δr Δθ Δy with a the attenuation, a metre: the area projected on the beams (G = 1), m².
@@ -85,7 +87,17 @@ impl PolarCells {
         }
     }
 
-    /// Ends the slice.
+    /// A slice ends: the sums of the stretch of row that ends with it, if it is long enough.
+    pub(super) fn slice(&mut self) -> PolarSums {
+        if self.length_m >= STRETCH_M { self.close() } else { PolarSums::default() }
+    }
+
+    /// The sums of what is open.
+    pub(super) fn open(&self) -> PolarSums {
+        self.clone().close()
+    }
+
+    /// Ends the stretch.
     pub(super) fn close(&mut self) -> PolarSums {
         let mut sums = PolarSums::default();
         // Each patch stands for one look: half a look is what the correction adds.

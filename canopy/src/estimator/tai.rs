@@ -24,11 +24,12 @@ impl Estimator for TreeAreaIndex {
     }
 
     fn slice(&mut self, _slice: &Slice<'_>) {
-        self.sums += self.cells.close();
+        self.sums += self.cells.slice();
     }
 
     fn measures(&self, stretch: &Stretch, out: &mut Vec<Measure>) {
-        let index = stretch.ground_m2.map(|ground_m2| self.sums.projected_m2 / ground_m2);
+        let projected_m2 = self.sums.projected_m2 + self.cells.open().projected_m2;
+        let index = stretch.ground_m2.map(|ground_m2| projected_m2 / ground_m2);
         out.push(Measure::new(INFO.name, Quantity::TreeAreaIndex, index));
     }
 

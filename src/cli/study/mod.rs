@@ -3,6 +3,7 @@
 mod accuracy;
 mod areas;
 mod calibration;
+mod estimators;
 mod merge;
 mod orchards;
 mod resolution;
@@ -29,6 +30,8 @@ pub(super) enum Command {
     Calibration(calibration::Args),
     /// Hold both estimators against rows of known leaf area
     Accuracy(accuracy::Args),
+    /// Hold every estimator, and the trees found in the data, against the truth
+    Estimators(estimators::Args),
 }
 
 pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
@@ -37,7 +40,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Areas(args) => args.shards.journal(),
         Command::Resolution(args) => args.shards.journal(),
         Command::Run(args) => args.shards.journal(),
-        Command::Merge(_) | Command::Calibration(_) | Command::Accuracy(_) => None,
+        Command::Merge(_) | Command::Calibration(_) | Command::Accuracy(_) | Command::Estimators(_) => None,
     };
     let work = async {
         match command {
@@ -47,6 +50,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Merge(args) => merge::run(&args),
             Command::Calibration(args) => calibration::run(args).await,
             Command::Accuracy(args) => accuracy::run(args).await,
+            Command::Estimators(args) => estimators::run(args).await,
         }
     };
     if let Some(ended) = interrupt.or(work).await {

@@ -50,40 +50,43 @@ pub struct Effect {
 /// Sums a whole study up.
 pub fn report(provenance: Header<SweepStudy>, units: &[Unit<Tried>]) -> SweepReport {
     let study = &provenance.settings;
-    let rows = units.iter().map(|unit| row(&provenance, unit)).collect();
+    let points: Vec<Settings<'_>> = (0..study.points()).map(|point| study.settings(point)).collect();
+    let of = |unit: &Unit<Tried>| points.get(study.case(unit.index).0).map_or(&[][..], Vec::as_slice);
+    let rows = units.iter().map(|unit| row(&provenance, unit, of(unit))).collect();
     let refused = units.iter().filter(|unit| unit.result.refused.is_some()).count();
     let mut effects = Vec::new();
-    for (at, axis) in study.sweep.iter().enumerate() {
-        let parts = parts(axis);
-        let first = study.sweep.iter().take(at).map(|axis| axis.keys.len()).sum::<usize>();
+    let mut first = 0;
+    for axis in &study.sweep {
+        let own = |unit: &Unit<Tried>| -> Vec<&Value> {
+            of(unit).iter().skip(first).take(axis.keys.len()).map(|(_, value)| value).collect()
+        };
         for (column, output) in study.keep.iter().enumerate() {
-            for part in &parts {
+            for part in &parts(axis) {
                 let values: Vec<f64> = units
                     .iter()
-                    .filter(|unit| {
-                        let settings = study.settings(study.case(unit.index).0);
-                        let own: Vec<&Value> =
-                            settings.iter().skip(first).take(axis.keys.len()).map(|(_, v)| v).collect();
-                        part.holds(&own)
-                    })
+                    .filter(|unit| part.holds(&own(unit)))
                     .filter_map(|unit| unit.result.kept.get(column).copied().flatten())
                     .collect();
                 effects.push(Effect::of(axis, part, output.name(), &values));
             }
         }
+        first += axis.keys.len();
     }
     SweepReport { refused, rows, effects, provenance }
 }
 
-fn row(provenance: &Header<SweepStudy>, unit: &Unit<Tried>) -> Map<String, Json> {
+/// The keys set at a point.
+type Settings<'a> = Vec<(&'a str, Value)>;
+
+fn row(provenance: &Header<SweepStudy>, unit: &Unit<Tried>, settings: &[(&str, Value)]) -> Map<String, Json> {
     let study = &provenance.settings;
     let (point, repeat) = study.case(unit.index);
     let mut row = Map::new();
     row.insert("point".to_owned(), json!(point));
     row.insert("repeat".to_owned(), json!(repeat));
     row.insert("orchard_seed".to_owned(), json!(unit.result.seed));
-    for (key, value) in study.settings(point) {
-        row.insert(key.to_owned(), json!(value));
+    for (key, value) in settings {
+        row.insert((*key).to_owned(), json!(value));
     }
     for (output, value) in study.keep.iter().zip(&unit.result.kept) {
         row.insert(output.name().to_owned(), json!(value));

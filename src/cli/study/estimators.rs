@@ -1,0 +1,153 @@
+//! `rowscan study estimators`: every estimator against the truth, on rows of many seeds.
+
+use comfy_table::Cell;
+use serde::Serialize;
+
+use super::rows::Seeds;
+use crate::cli::blocking::off_runtime;
+use crate::cli::output::{self, number, percent, share};
+use crate::cli::{Failure, Format, Outcome, models, progress};
+use crate::comparison::{Compared, CutCompared, Scope, compare};
+use crate::config;
+
+#[derive(Debug, clap::Args)]
+pub(in crate::cli) struct Args {
+    /// Scene files, or names of built-in scenes
+    #[arg(value_name = "SCENE", default_values_t = ["spindle", "mature", "paper"].map(String::from))]
+    scenes: Vec<String>,
+    /// Seeds of the rows, first..last
+    #[arg(long, value_name = "A..B", default_value = "1..20")]
+    seeds: Seeds,
+    /// Scanner model, instead of the rig's own
+    #[arg(long, value_name = "NAME")]
+    model: Option<String>,
+    /// Write the tables as docs/estimators.md holds them
+    #[arg(long, conflicts_with = "format")]
+    markdown: bool,
+    /// How to write the tables; CSV holds the estimators only
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct Comparison {
+    estimators: Vec<Compared>,
+    cuts: Vec<CutCompared>,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut comparison = Comparison::default();
+    for name in &args.scenes {
+        let scene = config::load_scene(name)?;
+        let rig = scene.resolved_rig();
+        let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
+        let model = models::find(args.model.as_deref().or(mounted).unwrap_or_default())?;
+        let calibration = match &rig.calibration {
+            Some(name) => config::load_calibration_for(name, model.name)?,
+            None => None,
+        };
+        let seeds = args.seeds.0.clone();
+        let bar = progress::bar("comparing", "rows", seeds.len() as u64);
+        let work = move || {
+            let compared = compare(&scene, &seeds, model, calibration.as_ref(), &|| bar.inc(1));
+            bar.finish_and_clear();
+            compared
+        };
+        let (estimators, cuts) = off_runtime("compare the estimators", work).await?;
+        comparison.estimators.extend(estimators);
+        comparison.cuts.extend(cuts);
+    }
+    match args.format {
+        _ if args.markdown => output::print(&markdown(&comparison))?,
+        Format::Json | Format::Jsonl => output::print_json(args.format, &comparison)?,
+        Format::Csv => output::print_rows(args.format, &comparison.estimators)?,
+        Format::Table => output::print(&tables(&comparison))?,
+    }
+    Ok(Outcome::Done)
+}
+
+fn scope(scope: Scope) -> &'static str {
+    match scope {
+        Scope::Row => "row",
+        Scope::Tree => "tree",
+    }
+}
+
+fn tables(comparison: &Comparison) -> String {
+    let mut estimators = output::grid();
+    output::head(
+        &mut estimators,
+        ["scene", "of", "estimator", "quantity", "n", "truth", "bias", "CV", "null CV", "in 95 %"],
+    );
+    for row in &comparison.estimators {
+        estimators.add_row([
+            Cell::new(&row.scene),
+            Cell::new(scope(row.scope)),
+            Cell::new(row.estimator),
+            Cell::new(row.quantity.key()),
+            number(Some(row.n as f64), 0),
+            number(Some(row.truth_mean), 2),
+            percent(Some(row.bias)),
+            share(Some(row.cv)),
+            share(Some(row.null_cv)),
+            share(row.covered),
+        ]);
+    }
+    let mut cuts = output::grid();
+    output::head(
+        &mut cuts,
+        ["scene", "trees by", "rows", "planted", "found − planted", "rows right", "border m"],
+    );
+    for cut in &comparison.cuts {
+        cuts.add_row([
+            Cell::new(&cut.scene),
+            Cell::new(cut.method.name()),
+            number(Some(cut.rows as f64), 0),
+            number(Some(cut.planted), 1),
+            number(Some(cut.count_error), 2),
+            number(Some(cut.rows_right as f64), 0),
+            number(cut.border_error_m, 3),
+        ]);
+    }
+    format!("{estimators}\n{cuts}\n")
+}
+
+fn markdown(comparison: &Comparison) -> String {
+    let percent = |fraction: f64| format!("{:+.1}", 100.0 * fraction);
+    let share = |fraction: f64| format!("{:.1}", 100.0 * fraction);
+    let mut text = String::from(
+        "| scene | of | estimator | quantity | n | truth, mean | bias % | CV % | null CV % | in 95 %, % |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in &comparison.estimators {
+        text.push_str(&format!(
+            "| {} | {} | {} | {} | {} | {:.2} | {} | {} | {} | {} |\n",
+            row.scene,
+            scope(row.scope),
+            row.estimator,
+            row.quantity.key(),
+            row.n,
+            row.truth_mean,
+            percent(row.bias),
+            share(row.cv),
+            share(row.null_cv),
+            row.covered.map_or_else(String::new, |covered| format!("{:.0}", 100.0 * covered)),
+        ));
+    }
+    text.push_str(
+        "\n| scene | trees by | rows | planted | found − planted | rows right | border off, m |\n|---|---|---|---|---|---|---|\n",
+    );
+    for cut in &comparison.cuts {
+        text.push_str(&format!(
+            "| {} | {} | {} | {:.1} | {:+.2} | {} | {} |\n",
+            cut.scene,
+            cut.method.name(),
+            cut.rows,
+            cut.planted,
+            cut.count_error,
+            cut.rows_right,
+            cut.border_error_m.map_or_else(String::new, |off| format!("{off:.3}")),
+        ));
+    }
+    text
+}

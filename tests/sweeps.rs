@@ -1,0 +1,172 @@
+//! Studies from a file: cut in parts they give the same rows, what is wrong in the file is said with its line, and impossible points are
+//! kept as such.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::binary::{Ended, run};
+
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/examples").join(name)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+fn study(path: &Path, more: &[&str]) -> Ended {
+    run(&[&["study", "run", text(path)], more].concat())
+}
+
+/// The quick example with something replaced, in a folder of its own.
+fn edited(from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
+    let original = std::fs::read_to_string(example("quick-study.toml")).expect("the example");
+    assert!(original.contains(from), "{from}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("study.toml");
+    std::fs::write(&path, original.replace(from, to)).expect("written");
+    (folder, path)
+}
+
+#[test]
+fn shards_give_the_rows_of_a_single_run_and_each_row_says_where_it_comes_from() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = example("quick-study.toml");
+    let figure = folder.path().join("study.svg");
+    let straight = study(&path, &["--format", "csv", "--figure", text(&figure)]);
+    assert_eq!(straight.code, Some(0), "{}", straight.stderr);
+    let files: Vec<PathBuf> = (1..=2)
+        .map(|shard| {
+            let file = folder.path().join(format!("{shard}.json"));
+            let ended = study(&path, &["--shard", &format!("{shard}/2"), "--output", text(&file)]);
+            assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+            file
+        })
+        .collect();
+    let merged = run(&["study", "merge", text(&files[1]), text(&files[0]), "--format", "csv"]);
+    assert_eq!((merged.code, merged.stdout == straight.stdout), (Some(0), true), "{}", merged.stderr);
+
+    let mut reader = csv::Reader::from_reader(straight.stdout.as_bytes());
+    let head = reader.headers().expect("a head").clone();
+    let column = |name: &str| head.iter().position(|found| found == name).expect(name);
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 8, "2 heights × 2 speeds × 2 orchards");
+    for row in &rows {
+        assert_eq!(&row[column("rowscan")], env!("CARGO_PKG_VERSION"));
+        assert_eq!((&row[column("study_seed")], row[column("scene_hash")].len()), ("1", 16));
+        assert_eq!(&row[column("refused")], "");
+        let error: f64 = row[column("error.voxel.leaf_area_m2")].parse().expect("a number");
+        assert!(error.abs() < 0.5, "{error}");
+    }
+    // The same orchards at every point, and half as many scans at twice the speed.
+    assert_eq!(rows[0][column("truth.leaf_area_m2")], rows[2][column("truth.leaf_area_m2")]);
+    let scans = |row: usize| rows[row][column("estimate.scans")].parse::<f64>().expect("a number");
+    assert_eq!(scans(0), 2.0 * scans(4));
+    let drawn = std::fs::read_to_string(&figure).expect("a figure");
+    assert!(drawn.contains("<svg") && drawn.contains("speed_m_s"));
+
+    // A shard of another study, and of this study with another seed.
+    let other = folder.path().join("other.json");
+    let ended = study(&path, &["--seed", "2", "--shard", "2/2", "--output", text(&other)]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let refused = run(&["study", "merge", text(&files[0]), text(&other)]);
+    assert!(refused.code == Some(2) && refused.stderr.contains("seeds differ"), "{}", refused.stderr);
+    let again = study(&path, &["--seed", "2", "--shard", "1/2", "--output", text(&files[0]), "--resume"]);
+    assert!(again.code == Some(2) && again.stderr.contains("another run"), "{}", again.stderr);
+}
+
+#[test]
+fn what_a_study_file_gets_wrong_is_said_with_its_line() {
+    for (from, to, parts) in [
+        (
+            "rig.scanner.height_m",
+            "rig.scanner.hight_m",
+            &[":10:", "unknown key `hight_m`", "`height_m`?"][..],
+        ),
+        ("rig.speed_m_s", "rig.spede_m_s", &[":14:", "`spede_m_s`", "`speed_m_s`?"]),
+        (
+            "error.voxel.leaf_area_m2",
+            "error.voxl.leaf_area_m2",
+            &[":7:", "no output", "`error.voxel.leaf_area_m2`?"],
+        ),
+        ("repeats = 2", "repeat = 2", &[":6:", "unknown key `repeat`", "`repeats`?"]),
+        ("repeats = 2", "repeats = 0", &[":6:", "1 or more"]),
+        ("version = 1", "version = 9", &[":2:", "version must be 1, found 9"]),
+        ("repeats = 2", "design = \"latin_hypercube\"", &[":6:", "needs `points`"]),
+        ("repeats = 2", "design = \"latin\"", &[":6:", "`latin_hypercube`?"]),
+        ("steps = 2", "", &[":14:", "needs `steps`"]),
+        ("from = 1.0", "from = 3.0", &[":14:", "`from` below `to`"]),
+        ("values = [1.2, 1.6]", "values = [-1.0]", &[":10:", "positive"]),
+        ("[[2, 6]]", "[[2]]", &[":20:", "one entry a key"]),
+        ("scene = \"spindle\"", "scene = \"spindel\"", &["no scene `spindel`", "`spindle`?"]),
+    ] {
+        let (_folder, path) = edited(from, to);
+        let ended = study(&path, &[]);
+        assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{to}: {}", ended.stderr);
+        for part in parts {
+            assert!(ended.stderr.contains(part), "{to}: expected `{part}` in {}", ended.stderr);
+        }
+    }
+    let missing = study(Path::new("/nowhere/study.toml"), &[]);
+    assert!(missing.code == Some(2) && missing.stderr.contains("/nowhere/study.toml"), "{}", missing.stderr);
+}
+
+#[test]
+fn points_no_scanner_allows_are_kept_as_refused() {
+    let (_folder, path) = edited(
+        "key = \"rig.scanner.height_m\"\nvalues = [1.2, 1.6]",
+        "keys = [\"rig.scanner.model\", \"rig.scanner.resolution_deg\"]\nvalues = [[\"lms111\", 0.5], [\"lms111\", 0.1], [\"lms99\", 0.5]]",
+    );
+    let ended = study(&path, &["--repeats", "1", "--format", "json"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let found: serde_json::Value = serde_json::from_str(&ended.stdout).expect("json");
+    assert_eq!(found["refused"], 4);
+    let refused: Vec<&str> =
+        found["rows"].as_array().expect("rows").iter().filter_map(|row| row["refused"].as_str()).collect();
+    assert!(refused.iter().any(|why| why.contains("0.1")), "{refused:?}");
+    assert!(refused.iter().any(|why| why.contains("lms99")), "{refused:?}");
+}
+
+#[test]
+fn estimators_stand_side_by_side_with_the_truth_of_a_known_scene() {
+    let emulator = common::binary::Emulator::start(&["spindle", "--time-scale", "max"]);
+    let args = ["estimate", &emulator.url(), "--rig", "spindle", "--scans", "900", "--trees", "trunk,valley"];
+    let ended = run(&[&args[..], &["--estimators", "voxel,height,lwa", "--format", "json"]].concat());
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let found: serde_json::Value = serde_json::from_str(&ended.stdout).expect("json");
+    let rows = found["side_by_side"].as_array().expect("rows");
+    let of = |estimator: &str, quantity: &str| {
+        let same = |row: &&serde_json::Value| {
+            row["estimator"] == estimator && row["quantity"] == quantity && row["z_from_m"].is_null()
+        };
+        rows.iter().find(same).expect(estimator)
+    };
+    let voxel = of("voxel", "leaf_area_m2");
+    assert!(voxel["error"].as_f64().is_some_and(|error| error.abs() < 0.1), "{voxel}");
+    assert!(
+        voxel["low"].as_f64() < voxel["value"].as_f64() && voxel["value"].as_f64() < voxel["high"].as_f64()
+    );
+    assert!(of("lwa", "leaf_wall_area_m2_ha")["truth"].is_number());
+    assert!(of("contact_raw", "leaf_area_m2")["error"].is_number());
+    assert!(rows.iter().all(|row| row["estimator"] != "polar"), "only those asked for");
+    assert!(found["trees"][3]["measures"][0]["value"].is_number());
+    let cuts = found["trees_found"].as_array().expect("cuts");
+    assert_eq!(cuts.len(), 2);
+    assert_eq!(cuts[0]["method"], "trunk");
+    assert_eq!(cuts[0]["trees"].as_array().map(Vec::len), Some(12), "{}", cuts[0]);
+
+    let unknown = run(&["estimate", "tcp://127.0.0.1:1", "--estimators", "voxl"]);
+    assert_eq!(unknown.code, Some(2));
+    assert!(
+        unknown.stderr.contains("no estimator `voxl`") && unknown.stderr.contains("`voxel`?"),
+        "{}",
+        unknown.stderr
+    );
+}
