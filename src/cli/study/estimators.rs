@@ -1,6 +1,7 @@
 //! `rowscan study estimators`: every estimator against the truth, on rows of many seeds.
 
 use comfy_table::Cell;
+use rowscan_protocol::model::AnyModel;
 use serde::Serialize;
 
 use super::rows::Seeds;
@@ -41,7 +42,15 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         let scene = config::load_scene(name)?;
         let rig = scene.resolved_rig();
         let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
-        let model = models::find(args.model.as_deref().or(mounted).unwrap_or_default())?;
+        let model = match models::find(args.model.as_deref().or(mounted).unwrap_or_default())? {
+            AnyModel::Cola(model) => model,
+            AnyModel::Lms2xx(model) => {
+                return Err(Failure::Usage(format!(
+                    "studies drive past with a CoLa model, not with `{}`",
+                    model.name
+                )));
+            }
+        };
         let calibration = match &rig.calibration {
             Some(name) => config::load_calibration_for(name, model.name)?,
             None => None,
