@@ -14,6 +14,7 @@ pub mod comparison;
 pub mod config;
 pub mod decode;
 pub mod emulator;
+pub mod export;
 pub mod line;
 pub mod offline;
 pub mod replay;

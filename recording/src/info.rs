@@ -208,7 +208,7 @@ mod tests {
     fn a_clock_a_hundred_ppm_fast_is_found_behind_milliseconds_of_jitter() {
         let mut line = StraightLine::default();
         for i in 0..180_000_u32 {
-            let x = 1e9 + f64::from(i) * 0.02;
+            let x = f64::from(i) * 0.02;
             let jitter = f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0 * 0.004;
             line.add(x + jitter, f64::from(i) * 0.02 * 1.0001);
         }

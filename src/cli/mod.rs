@@ -8,6 +8,7 @@ mod emulate;
 mod endpoint;
 mod estimate;
 mod estimators;
+mod export;
 mod interrupt;
 mod line;
 mod models;
@@ -57,6 +58,8 @@ enum Command {
     Record(record::Args),
     /// Be the scanner that a recording was made with: it answers, and streams on time
     Replay(replay::Args),
+    /// Scans or points of a recording as CSV, PLY, LAS, NPY or Parquet
+    Export(export::Args),
     /// Recorded telegrams in words: MCAP, pcap, pcapng, raw bytes, hex text
     Decode(decode::Args),
     /// List the scanner models, what each emulates and what not
@@ -201,6 +204,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Study(command) => study::run(command).await,
             Command::Record(args) => record::run(args).await,
             Command::Replay(args) => replay::run(args).await,
+            Command::Export(args) => export::run(args).await,
             Command::Decode(args) => decode::run(args),
             Command::Models(args) => models::run(args),
         }

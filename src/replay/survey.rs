@@ -104,6 +104,9 @@ impl Survey {
             }
         }
         let recording = frames.recording();
+        for (stream, info) in recording.streams().iter().enumerate().skip(parts.len()) {
+            parts.push(Part::new(stream, info.name.clone(), info.kind));
+        }
         let torn = recording.torn().map(ToString::to_string);
         Ok(Self { path: path.to_owned(), about: recording.about().clone(), parts, torn })
     }

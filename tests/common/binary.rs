@@ -73,9 +73,14 @@ pub struct Emulator {
 
 impl Emulator {
     pub fn start(args: &[&str]) -> Self {
+        Self::command("emulate", args)
+    }
+
+    /// The same of another command that listens.
+    pub fn command(name: &str, args: &[&str]) -> Self {
         let mut command = rowscan();
         let mut child = command
-            .args(["emulate", "--tcp", "127.0.0.1:0", "--format", "jsonl"])
+            .args([name, "--tcp", "127.0.0.1:0", "--format", "jsonl"])
             .args(args)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())

@@ -14,10 +14,10 @@ def binary():
 
 
 class Emulator:
-    """`rowscan emulate` on a free loopback port."""
+    """`rowscan emulate`, or another command that listens, on a free loopback port."""
 
-    def __init__(self, *arguments, start_s=60.0):
-        command = [binary(), "emulate", "--tcp", "127.0.0.1:0", "--format", "jsonl", *arguments]
+    def __init__(self, *arguments, command="emulate", start_s=60.0):
+        command = [binary(), command, "--tcp", "127.0.0.1:0", "--format", "jsonl", *arguments]
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
         self.lines = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()

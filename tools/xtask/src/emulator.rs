@@ -25,9 +25,14 @@ pub struct Emulator {
 impl Emulator {
     /// Starts the built-in scene and waits for the listening line.
     pub fn start(workspace: &Workspace, extra: &[&str]) -> Result<Self, String> {
+        Self::command(workspace, "emulate", extra)
+    }
+
+    /// The same of another command that listens.
+    pub fn command(workspace: &Workspace, name: &str, extra: &[&str]) -> Result<Self, String> {
         let binary = workspace.built_binary()?;
         let child = Command::new(&binary)
-            .args(["emulate", "--tcp", "127.0.0.1:0", "--format", "jsonl"])
+            .args([name, "--tcp", "127.0.0.1:0", "--format", "jsonl"])
             .args(extra)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

@@ -2,6 +2,7 @@
 //!
 //! A part that cannot run here (no root, no network, no Debian) is skipped visibly; a part that runs and fails is a failure.
 
+mod capture;
 mod debian;
 mod mrpt;
 mod socat;
@@ -16,6 +17,7 @@ const PARTS: &[Step] = &[
     Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
     Step::new("socat", socat::run),
     Step::new("mrpt", mrpt::run),
+    Step::new("capture", capture::run),
 ];
 
 /// Runs every part, or those named in `arguments`.

@@ -62,6 +62,10 @@ pub fn run(workspace: &Workspace) -> Outcome {
             check(workspace, &program, case).map_err(|error| format!("{}: {error}", case.class))?;
             counts.passed += 1;
         }
+        if let Some(recorded) = recorded_lms111(workspace) {
+            check_replay(workspace, &program, &recorded).map_err(|error| format!("replay: {error}"))?;
+            counts.passed += 1;
+        }
         Ok(())
     });
     Outcome::from_tests(counts, result)
@@ -108,6 +112,37 @@ fn check(workspace: &Workspace, program: &Path, case: &Case) -> Result<(), Strin
     }
     println!("    {}: {SCANS} scans of {} beams, each as another client saw it", case.class, case.beams);
     emulator.stop()
+}
+
+/// The recording of a real LMS111, where this machine has it.
+fn recorded_lms111(workspace: &Workspace) -> Option<PathBuf> {
+    let facts =
+        std::env::var_os("ROWSCAN_FACTS").map_or_else(|| workspace.root.join("../shared"), PathBuf::from);
+    let recorded = facts.join("protocol/recordings/lms111_startup_first88.d2h.bin");
+    if !recorded.is_file() {
+        println!("    SKIPPED: replay: no recording at {}", recorded.display());
+    }
+    Some(recorded).filter(|recorded| recorded.is_file())
+}
+
+/// CLMS100Eth asks for 25 Hz, which a recording of 50 Hz cannot give: it is refused, and gets the recorded scans.
+fn check_replay(workspace: &Workspace, program: &Path, recorded: &Path) -> Result<(), String> {
+    let recorded = recorded.to_str().ok_or("a path that is not UTF-8")?;
+    let replay = Emulator::command(workspace, "replay", &[recorded, "--loop"])?;
+    let (host, port) = replay.tcp.rsplit_once(':').ok_or("no port")?;
+    let witness = Witness::watch(&replay.tcp)?;
+    let mut scans = Vec::new();
+    let mut command = Command::new(program);
+    command.args(["CLMS100Eth", host, port, &SCANS.to_string()]);
+    shell::run_lines(&mut command, Duration::from_secs(90), |line| scans.extend(scan(line)))?;
+    let seen = witness.seen();
+    match scans.iter().position(|(_, ranges_mm)| ranges_mm.len() != 541 || !seen.contains(ranges_mm)) {
+        None if scans.len() == SCANS => {}
+        None => return Err(format!("{} of {SCANS} scans", scans.len())),
+        Some(number) => return Err(format!("scan {number} is none that another client received")),
+    }
+    println!("    CLMS100Eth: {SCANS} recorded scans of 541 beams, each as another client saw it");
+    replay.stop()
 }
 
 /// Angle, range and true distance of a beam that misses the bare ground straight below.

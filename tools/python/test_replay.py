@@ -1,0 +1,40 @@
+"""Recordings of real scanners, replayed as live devices, satisfy the plain client to the byte."""
+
+import pytest
+
+from emulator import Emulator
+from lms_client import Client
+from test_recordings import RECORDINGS
+
+
+@pytest.fixture(params=[("lms111_startup_first88", "lms111"), ("lms511_20210302", "lms511")], ids=lambda pair: pair[1])
+def replayed(request, rowscan):
+    name, model = request.param
+    path = RECORDINGS / (name + ".d2h.bin")
+    if not path.exists():
+        pytest.skip("recordings not found at %s" % RECORDINGS)
+    emulator = Emulator(str(path), command="replay")
+    yield emulator, model, path.read_bytes()
+    emulator.close()
+
+
+@pytest.mark.parametrize("dialect", ["A", "B"])
+def test_a_recorded_scanner_answers_and_streams(replayed, dialect):
+    emulator, model, recorded = replayed
+    with Client(emulator.address, dialect) as client:
+        ident = b"sRN DeviceIdent"
+        assert model.upper().encode() in client.exchange(ident)
+        assert client.login().startswith(b"sAN SetAccessMode ")
+        # What the recording cannot honour is refused: other beams than the recorded ones.
+        cut = {"A": b"sWN LMPoutputRange 1 1388 +450000 +900000",
+               "B": b"sWN LMPoutputRange \x00\x01\x00\x00\x13\x88" + (450000).to_bytes(4, "big") + (900000).to_bytes(4, "big")}
+        assert client.exchange(cut[dialect]) == {"A": b"sFA 4", "B": b"sFA\x00\x04"}[dialect]
+        assert client.subscribe().startswith(b"sEA LMDscandata ")
+        scans = client.scans(40)
+        if dialect == "B":
+            events = [client.receive() for _ in range(20)]
+            assert all(event in recorded for event in events)
+        counters = [scan.telegram_counter for scan in scans]
+        assert all((after - before) % 2**16 == 1 for before, after in zip(counters, counters[1:]))
+        points = {"lms111": 541, "lms511": 1141}[model]
+        assert all(len(scan.channel("DIST1").values) == points for scan in scans)
