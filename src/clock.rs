@@ -213,6 +213,42 @@ impl Latency {
     }
 }
 
+/// How late an idle task wakes: what the host itself adds to every time measured on it.
+#[derive(Clone, Debug)]
+pub struct Lateness(std::sync::Arc<Mutex<Vec<Duration>>>);
+
+impl Lateness {
+    /// Watches from now on, every `period`, in a task of `tasks`. It remembers an hour and more.
+    pub fn watch(period: Duration, tasks: &mut tokio::task::JoinSet<()>) -> Self {
+        let lateness = Self(std::sync::Arc::default());
+        let kept = lateness.clone();
+        tasks.spawn(async move {
+            let mut due = Instant::now();
+            loop {
+                due += period;
+                sleep_until(due).await;
+                let mut measured = kept.0.lock().unwrap_or_else(PoisonError::into_inner);
+                if measured.len() < 1_000_000 {
+                    measured.push(due.elapsed());
+                }
+            }
+        });
+        lateness
+    }
+
+    /// What was measured so far.
+    pub fn measured(&self) -> Vec<Duration> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// The time that `share` of `times` stayed under; sorts them.
+pub fn quantile(times: &mut [Duration], share: f64) -> Option<Duration> {
+    times.sort_unstable();
+    let last = times.len().checked_sub(1)?;
+    times.get((last as f64 * share).round() as usize).copied()
+}
+
 /// Host time since `self` was made; for telling the user how long something took.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopwatch(Instant);

@@ -8,6 +8,7 @@
 //! The two meet in tests and in the demo's last table only.
 
 pub mod appraisal;
+pub mod bus;
 pub mod cli;
 pub mod clock;
 pub mod comparison;
@@ -16,6 +17,7 @@ pub mod decode;
 pub mod emulator;
 pub mod export;
 pub mod line;
+pub mod nmea;
 pub mod offline;
 pub mod replay;
 pub mod stage;

@@ -6,6 +6,7 @@ use rowscan_protocol::device::{Device, Identity, ModeError};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_scenes::gnss::Receiver;
 use rowscan_scenes::optics::RangeLimits;
 use rowscan_scenes::trajectory::Drive;
 use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
@@ -48,6 +49,11 @@ impl Stage {
         Tractor::new(self.scene.trajectory(self.orchard.length_m()))
     }
 
+    /// The GNSS receiver on its roof.
+    pub fn receiver(&self) -> Receiver {
+        Receiver::new(self.scene.gnss.clone(), self.scene.seed)
+    }
+
     /// The rig's scanner number `index` as a device of `model`, with its view, on a tractor of its own.
     pub fn scanner(&self, index: usize, model: &'static Model) -> Result<(Device, World), StageError> {
         self.scanner_on(&self.tractor(), index, model)
@@ -61,7 +67,8 @@ impl Stage {
         model: &'static Model,
     ) -> Result<(Device, World), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?;
+        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
+            .with_encoder(self.scene.encoder);
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
         let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
         if let Some(mount) = self.rig.scanners.get(index) {

@@ -3,6 +3,7 @@
 //! Line i weighs half the way from the line before plus half the way to the line after, w_i = (y_{i+1} − y_{i−1})/2, so a
 //! lost line's place is taken by its neighbours. The outer half of the first and of the last line is half a *step*: the way
 //! to its neighbour, a telegram. N lines Δy apart therefore weigh N·Δy in all, and so they do with lines lost between.
+//! Where the tractor goes back, its lines add nothing until it is beyond where it was: a tree driven over twice is one tree.
 //! A gap of more than `max_gap_steps` steps is not filled: each side keeps half of `max_gap_steps` steps.
 //! A weight is known when the next line is, so lines lag by one.
 
@@ -29,6 +30,15 @@ struct OpenLine {
     before_m: Option<f64>,
 }
 
+/// What became of a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// It is open; the one before has its weight, if there was one.
+    Opened(Option<Weighted>),
+    /// It lies behind the open line: that stretch of row has been counted, the tractor came back over it.
+    Behind,
+}
+
 /// A line whose weight is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Weighted {
@@ -52,18 +62,22 @@ impl Advance {
 
     /// A line at `y_m` opens; gives the one before with its weight. `nominal_step_m` is the way a telegram by the stated
     /// frequency, for where no step was seen yet.
-    pub(crate) fn next(&mut self, y_m: f64, link: Link, nominal_step_m: f64) -> Option<Weighted> {
+    pub(crate) fn next(&mut self, y_m: f64, link: Link, nominal_step_m: f64) -> Step {
         self.last_y_m = Some(y_m);
         let Some(open) = self.open else {
             self.first_y_m.get_or_insert(y_m);
             self.open = Some(OpenLine { y_m, before_m: None });
-            return None;
+            return Step::Opened(None);
         };
-        let way_m = (y_m - open.y_m).max(0.0);
+        if y_m < open.y_m {
+            return Step::Behind;
+        }
+        let way_m = y_m - open.y_m;
         if let Link::Steps(steps) = link {
             self.step_m = Some(way_m / f64::from(steps.max(1)));
         }
-        let step_m = self.step_m.unwrap_or(nominal_step_m);
+        // A tractor that stood knows no step of its own.
+        let step_m = self.step_m.filter(|step_m| *step_m > 0.0).unwrap_or(nominal_step_m);
         let longest_m = self.max_gap_steps * step_m;
         // Rounding of the device clock must not turn a gap of exactly the longest length into a longer one.
         let filled_m = if way_m > longest_m * (1.0 + 1e-9) {
@@ -74,7 +88,7 @@ impl Advance {
             way_m
         };
         self.open = Some(OpenLine { y_m, before_m: Some(filled_m / 2.0) });
-        Some(self.weigh(open, filled_m / 2.0, step_m))
+        Step::Opened(Some(self.weigh(open, filled_m / 2.0, way_m.min(step_m))))
     }
 
     /// The stream ends: gives the last line with its weight.
@@ -120,7 +134,9 @@ mod tests {
         let mut weights = Vec::new();
         for (i, &(y_m, steps)) in lines.iter().enumerate() {
             let link = if i == 0 { Link::First } else { Link::Steps(steps) };
-            weights.extend(advance.next(y_m, link, 0.02).map(|w| w.weight_m));
+            if let Step::Opened(closed) = advance.next(y_m, link, 0.02) {
+                weights.extend(closed.map(|w| w.weight_m));
+            }
         }
         weights.extend(advance.close(0.02).map(|w| w.weight_m));
         (weights, advance)
@@ -165,6 +181,25 @@ mod tests {
     fn a_tractor_at_standstill_adds_nothing() {
         let (w, _) = weights(&[(0.0, 0), (0.0, 1), (0.0, 1)]);
         close_to(&w, &[0.0; 3]);
+    }
+
+    #[test]
+    fn a_stretch_driven_over_twice_counts_once() {
+        let there_and_back = [(0.0, 0), (0.1, 1), (0.2, 1), (0.1, 1), (0.0, 1), (0.1, 1), (0.2, 1), (0.3, 1)];
+        let (w, advance) = weights(&there_and_back);
+        assert!((w.iter().sum::<f64>() - 0.4).abs() < 1e-12, "{w:?}");
+        assert!((advance.scanned_m() - 0.4).abs() < 1e-12);
+        assert_eq!(advance.unfilled(), (0, 0.0));
+    }
+
+    #[test]
+    fn a_stop_for_an_hour_adds_nothing_and_loses_nothing() {
+        let mut lines = vec![(0.0, 0), (0.1, 1), (0.2, 1)];
+        lines.extend(vec![(0.2, 1); 180_000]);
+        lines.extend([(0.3, 1), (0.4, 1)]);
+        let (w, advance) = weights(&lines);
+        assert!((w.iter().sum::<f64>() - 0.5).abs() < 1e-9, "{}", w.iter().sum::<f64>());
+        assert_eq!(advance.unfilled(), (0, 0.0));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::calibration::{Class, RegressionKind};
 use crate::cut::{CutMethod, FoundTree};
 use crate::estimator::Measure;
+use crate::odometry::AdvanceSource;
 use crate::warning::Warning;
 
 /// What a stream of scans says about a row.
@@ -28,6 +29,8 @@ pub struct Estimate {
     pub ranges: RangeStatistics,
     /// Way from the first line to the last, metres.
     pub advance_m: Option<f64>,
+    /// What the advance is taken from.
+    pub advance_source: Option<AdvanceSource>,
     /// Metres of row that the lines stand for: the sum of their weights, long gaps left out.
     pub scanned_m: Option<f64>,
     /// Metres scanned of those metres of row that hold canopy: the length that regressions count.

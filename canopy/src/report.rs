@@ -44,6 +44,7 @@ fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibrati
     let totals = field.row.totals();
     let scanned_m = field.advance.scanned_m();
     estimate.advance_m = Some(field.advance.advance_m().unwrap_or(0.0));
+    estimate.advance_source = field.odometry.source();
     estimate.scanned_m = Some(scanned_m);
     estimate.canopy_m = Some(totals.canopy_m);
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
@@ -53,6 +54,9 @@ fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibrati
     let (gaps, length_m) = field.advance.unfilled();
     if gaps > 0 {
         estimate.warnings.push(Warning::GapsNotFilled { gaps, length_m });
+    }
+    if field.odometry.held_s() > 0.0 {
+        estimate.warnings.push(Warning::SpeedHeld { seconds: field.odometry.held_s() });
     }
     if !field.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);

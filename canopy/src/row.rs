@@ -17,6 +17,7 @@ use crate::patches::Patches;
 use crate::profile::{Histogram, Outline, TOP_SHARE};
 use crate::trees::{Cells, Cut, Keys};
 use crate::voxels::Voxels;
+use crate::window::{Recent, Window};
 
 /// The sums of one row. Lines come in the order of travel.
 #[derive(Clone, Debug)]
@@ -45,6 +46,7 @@ pub(crate) struct Row {
     /// The open metre: scanned, and whether it holds canopy.
     metre: (f64, bool),
     totals: Totals,
+    recent: Recent,
     pub(crate) trees: Cells,
     pub(crate) metres: Cells,
 }
@@ -95,6 +97,7 @@ impl Row {
             outline: Outline::new(),
             metre: (0.0, false),
             totals: Totals::default(),
+            recent: Recent::default(),
             trees: Cells::new(parameters.max_cells),
             metres: Cells::new(parameters.max_cells),
         })
@@ -127,6 +130,7 @@ impl Row {
         self.pass_borders(keys);
         self.open = Some(keys);
 
+        self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
         self.voxels.add_line(range_m, self.patches.fresh(), weight_m);
@@ -178,6 +182,7 @@ impl Row {
                         trunk += weight_m;
                     }
                     canopy = Some(Contact { range_m, x_m, z_m, fresh });
+                    self.recent.hit(z_m, self.frame.distance_m - x_m, weight_m * range_m * beam.area_factor);
                 }
             }
             if wanted {
@@ -269,6 +274,11 @@ impl Row {
             .chain(self.patches.capacities())
             .chain([self.sightings.capacity()])
             .collect()
+    }
+
+    /// The canopy just driven past.
+    pub(crate) fn window(&self) -> Window {
+        self.recent.window()
     }
 
     pub(crate) fn totals(&self) -> &Totals {

@@ -4,17 +4,19 @@ use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::Scan;
 
-use crate::advance::{Advance, Weighted};
+use crate::advance::{Advance, Step, Weighted};
 use crate::calibration::Calibration;
 use crate::counting::{Counting, Turn, nominal_period_s};
 use crate::cut::CutMethod;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
 use crate::estimator::EstimatorInfo;
+use crate::odometry::{GroundSpeed, Odometry};
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
 use crate::report;
 use crate::row::Row;
+use crate::window::Window;
 
 /// Scans of one scanner in, an [`Estimate`] out, at any time.
 ///
@@ -55,6 +57,7 @@ pub(crate) struct Field {
     pub(crate) rig: Rig,
     pub(crate) mount: Mount,
     pub(crate) advance: Advance,
+    pub(crate) odometry: Odometry,
     pub(crate) row: Row,
     open: OpenLine,
 }
@@ -117,8 +120,18 @@ impl Pipeline {
         self
     }
 
-    /// Takes the next scan, in the order of reception.
+    /// Takes the next scan, in the order of reception. The advance is the encoder's where the rig knows one and the scan has its
+    /// reading, else the rig's speed times the device's time.
     pub fn push(&mut self, scan: &Scan) {
+        self.take(scan, None);
+    }
+
+    /// Takes the next scan with the ground speed that something else measured; from the first scan on the advance is taken from that.
+    pub fn push_at_speed(&mut self, scan: &Scan, speed: GroundSpeed) {
+        self.take(scan, Some(speed));
+    }
+
+    fn take(&mut self, scan: &Scan, speed: Option<GroundSpeed>) {
         let turn = self.counting.observe(scan);
         self.latest = Some(Latest { beams: scan.beams, frequency_hz: scan.scan_frequency_hz });
         let Turn::Line { travel_s, link } = turn else { return };
@@ -128,7 +141,8 @@ impl Pipeline {
         self.ranges.add(range_m);
         if let Some(field) = &mut self.field {
             let nominal_step_m = field.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
-            let closed = field.advance.next(field.rig.y_m(travel_s), link, nominal_step_m);
+            let y_m = field.odometry.y_m(&field.rig, scan, travel_s, speed);
+            let Step::Opened(closed) = field.advance.next(y_m, link, nominal_step_m) else { return };
             field.add_open_line(closed);
             field.open.beams = scan.beams;
             field.open.range_m.clear();
@@ -170,6 +184,29 @@ impl Pipeline {
         }
     }
 
+    /// The canopy just driven past; `None` without a rig.
+    pub fn window(&self) -> Option<Window> {
+        Some(self.field.as_ref()?.row.window())
+    }
+
+    /// One-sided leaf area per metre in a window, by the calibration's regression on impacted area; 0 where there is no canopy, `None`
+    /// without a calibration or without row.
+    pub fn leaf_area_m2_per_m(&self, window: &Window) -> Option<f64> {
+        let calibration = self.calibration.as_ref()?;
+        let impacted_m2 = window.impacted_m2();
+        if impacted_m2 <= 0.0 {
+            return window.per_metre(0.0);
+        }
+        let kind = calibration.best_regression();
+        window.per_metre(calibration.regression_m2(kind, window.length_m, impacted_m2).max(0.0))
+    }
+
+    /// What the advance is taken from, and the speed it has at the latest scan, m/s; `None` before the first one.
+    pub fn ground_speed(&self) -> Option<GroundSpeed> {
+        let odometry = &self.field.as_ref()?.odometry;
+        Some(GroundSpeed { source: odometry.source()?, speed_m_s: Some(odometry.speed_m_s()) })
+    }
+
     fn ranges(&self) -> RangeStatistics {
         self.ranges.statistics()
     }
@@ -186,6 +223,7 @@ impl Field {
             rig: rig.clone(),
             mount: mount.clone(),
             advance: Advance::new(parameters.max_gap_steps),
+            odometry: Odometry::default(),
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
         })

@@ -59,6 +59,11 @@ pub enum Warning {
         /// Turns so timed.
         scans: u64,
     },
+    /// The measured ground speed was lost: the last one known was held.
+    SpeedHeld {
+        /// For so long, seconds.
+        seconds: f64,
+    },
     /// More trees or slices than are kept: the later ones count in the totals only.
     TooManyCells {
         /// Kept at most.
@@ -80,6 +85,7 @@ impl Warning {
             Self::GapsNotFilled { .. } => "gaps_not_filled",
             Self::Restarts { .. } => "restarts",
             Self::NoDeviceClock { .. } => "no_device_clock",
+            Self::SpeedHeld { .. } => "speed_held",
             Self::TooManyCells { .. } => "too_many_cells",
         }
     }
@@ -117,6 +123,9 @@ impl fmt::Display for Warning {
             }
             Self::NoDeviceClock { scans } => {
                 write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
+            }
+            Self::SpeedHeld { seconds } => {
+                write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
             }
             Self::TooManyCells { kept } => {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")

@@ -96,6 +96,15 @@ impl Scanner {
         Ok(self.scan().map(|scan| Record { scan, received }))
     }
 
+    /// What time it is on the watch that [`Record::received`] was read from; zero for a recording.
+    pub fn now(&self) -> HostTime {
+        match &self.link {
+            Link::Recording(_) => HostTime::default(),
+            Link::Tcp(link) => link.now(),
+            Link::Serial(link) => link.now(),
+        }
+    }
+
     /// Ends the stream at the device and drains the link; waits at most `patience`.
     pub async fn stop(mut self, patience: Duration) -> LinkCounts {
         match &mut self.link {

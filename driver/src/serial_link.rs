@@ -141,6 +141,11 @@ impl SerialLink {
         self.live.as_ref().map(|live| live.client.scan())
     }
 
+    /// Host time since the link was made.
+    pub(crate) fn now(&self) -> HostTime {
+        HostTime(self.watch.now())
+    }
+
     /// When the last bytes came, since the link was first opened.
     pub(crate) fn last_received(&self) -> HostTime {
         HostTime(self.last_received)

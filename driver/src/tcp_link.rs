@@ -116,6 +116,11 @@ impl TcpLink {
     }
 
     /// When the last bytes came, since the link was first opened.
+    /// Host time since the link was made.
+    pub(crate) fn now(&self) -> HostTime {
+        HostTime(self.watch.now())
+    }
+
     pub(crate) fn last_received(&self) -> HostTime {
         HostTime(
             self.connection

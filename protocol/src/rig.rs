@@ -25,6 +25,10 @@ pub struct Rig {
     pub trees: Option<u32>,
     /// Returns lower than this above Z = 0 are ground, metres.
     pub ground_clearance_m: f64,
+    /// Ticks a metre of the wheel encoder in the scan telegrams; negative where it counts down driving forward. Without it the advance
+    /// is not taken from an encoder.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub encoder_ticks_per_m: Option<f64>,
     /// Calibration class that turns impacted area into leaf area: a shipped calibration's name or a file.
     pub calibration: Option<String>,
     /// The scanners, in the order of the emulator's ports.
@@ -41,6 +45,7 @@ impl Default for Rig {
             row_spacing_m: None,
             trees: None,
             ground_clearance_m: 0.1,
+            encoder_ticks_per_m: None,
             calibration: None,
             scanners: alloc::vec![Mount::default()],
         }
@@ -168,6 +173,9 @@ impl Rig {
         }
         if let Some(spacing) = self.row_spacing_m {
             positive("row_spacing_m", spacing)?;
+        }
+        if let Some(ticks) = self.encoder_ticks_per_m {
+            positive("encoder_ticks_per_m", ticks.abs())?;
         }
         if self.scanners.is_empty() {
             return Err(RigError::NoScanner);

@@ -14,6 +14,8 @@
 mod angle;
 pub mod builtin;
 pub mod caster;
+pub mod encoder;
+pub mod gnss;
 pub mod growth;
 pub mod optics;
 pub mod orchard;

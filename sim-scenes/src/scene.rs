@@ -3,6 +3,8 @@
 use rowscan_protocol::rig::{Rig, RigError};
 use serde::{Deserialize, Serialize};
 
+use crate::encoder::Encoder;
+use crate::gnss::Gnss;
 use crate::orchard::OrchardParameters;
 use crate::parameters::ParameterError;
 use crate::trajectory::{Drive, DriveError, Trajectory};
@@ -31,10 +33,16 @@ pub struct Scene {
     /// How the tractor really drives; without it, at the rig's speed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub drive: Drive,
+    /// The encoder on a wheel.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub encoder: Encoder,
+    /// The GNSS receiver on the roof.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub gnss: Gnss,
 }
 
-fn is_default(drive: &Drive) -> bool {
-    *drive == Drive::default()
+fn is_default<T: Default + PartialEq>(table: &T) -> bool {
+    *table == T::default()
 }
 
 fn default_seed() -> u64 {
@@ -42,7 +50,7 @@ fn default_seed() -> u64 {
 }
 
 impl Scene {
-    /// The rig with tree spacing, row spacing and number of trees filled in from the orchard where it leaves them out.
+    /// The rig with tree spacing, row spacing, number of trees and encoder filled in from orchard and encoder where it leaves them out.
     pub fn resolved_rig(&self) -> Rig {
         let layout = self.orchard.layout();
         let rig = self.rig.clone();
@@ -50,6 +58,7 @@ impl Scene {
             tree_spacing_m: rig.tree_spacing_m.or(Some(layout.tree_spacing_m)),
             row_spacing_m: rig.row_spacing_m.or(Some(layout.row_spacing_m)),
             trees: rig.trees.or(Some(layout.trees)),
+            encoder_ticks_per_m: rig.encoder_ticks_per_m.or(Some(self.encoder.ticks_a_metre_ahead())),
             ..rig
         }
     }
@@ -70,6 +79,8 @@ impl Scene {
         self.orchard.validate()?;
         self.resolved_rig().validate()?;
         self.drive.validate()?;
+        self.encoder.validate()?;
+        self.gnss.validate()?;
         Ok(())
     }
 }
@@ -83,9 +94,9 @@ pub enum SceneError {
         /// What stands there.
         found: u32,
     },
-    /// A value in `[orchard]`.
+    /// A value in `[orchard]`, `[encoder]` or `[gnss]`.
     #[error(transparent)]
-    Orchard(#[from] ParameterError),
+    Parameter(#[from] ParameterError),
     /// A value in `[rig]`.
     #[error(transparent)]
     Rig(#[from] RigError),

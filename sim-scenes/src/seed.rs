@@ -17,6 +17,8 @@ pub enum Stage {
     Growth = 1,
     /// Jitter of leaf blades.
     Foliage = 2,
+    /// Noise of the GNSS receiver, by millisecond.
+    Gnss = 3,
 }
 
 /// A keyed stream of random numbers.

@@ -12,6 +12,7 @@ use super::line::{self, Asked, LineArgs};
 use super::output::say;
 use super::recorder::{self, RecordArgs};
 use super::scene::SceneArgs;
+use super::voices::VoiceArgs;
 use super::{Failure, Format, Outcome};
 use crate::clock::{TimeScale, Timer};
 use crate::emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS};
@@ -46,6 +47,8 @@ pub(super) struct Args {
     format: Format,
     #[command(flatten)]
     line: LineArgs,
+    #[command(flatten)]
+    voices: VoiceArgs,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -90,6 +93,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         AnyModel::Cola(model) => model,
         AnyModel::Lms2xx(model) => {
             args.line.check(model, &args.tcp)?;
+            args.voices.refuse(model.title)?;
             let taping = args.record.start(about(model.name), waits)?;
             let asked = Asked {
                 line: &args.line,
@@ -105,7 +109,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             return Ok(taping.finish());
         }
     };
-    let (device, world) = stage.scanner(args.scanner, model)?;
+    let tractor = stage.tractor();
+    let (device, world) = stage.scanner_on(&tractor, args.scanner, model)?;
     let (device, state, line_changes) = args.device.set_up(device, stage.scene.seed)?;
     let taping = args.record.start(about(model.name), waits)?;
     let config = EmulatorConfig {
@@ -117,7 +122,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         state,
         line_changes,
     };
-    let mut emulator = Emulator::start(device, world, config);
+    let voices = args.voices.open(&stage, &tractor, args.format).await?;
+    let mut emulator = Emulator::start_with(device, world, voices, config);
     let mut addresses: Vec<&str> = args.tcp.iter().map(String::as_str).collect();
     if addresses.is_empty() && args.line.count() == 0 {
         addresses.extend(DEFAULT_ENDPOINTS);

@@ -17,6 +17,7 @@ use super::estimators::{self, Beside, EstimatorArgs};
 use super::interrupt::Interrupt;
 use super::output::{self, number, say};
 use super::recorder::{self, RecordArgs};
+use super::sensor::{Sensor, SensorArgs};
 use super::{Failure, Format, Outcome, models, progress, record, scene};
 use crate::appraisal::Appraisal;
 use crate::{config, stage};
@@ -63,6 +64,8 @@ pub(super) struct Args {
     /// How to write the estimate
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    #[command(flatten)]
+    sensor: SensorArgs,
     #[command(flatten)]
     record: RecordArgs,
 }
@@ -132,7 +135,15 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if rig.is_none() {
         say("no rig given: areas stay unknown; say where the scanner sits with --rig");
     }
-    let client = ClientConfig { scan_mode: scan_mode(rig.as_ref(), args.scanner), ..ClientConfig::default() };
+    let encoder =
+        rig.as_ref().filter(|_| args.sensor.wants_encoder()).and_then(|rig| rig.encoder_ticks_per_m);
+    let client = ClientConfig {
+        scan_mode: scan_mode(rig.as_ref(), args.scanner),
+        encoder_ticks_per_m: encoder.map(|ticks| ticks.abs().round() as u32),
+        ..ClientConfig::default()
+    };
+    let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
+    let mut sensor = args.sensor.open(args.format, row_spacing_m).await?;
     let about = About {
         model: args.model.clone(),
         rig: rig.as_ref().and_then(recorder::rig_text),
@@ -153,7 +164,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let mut scanner = scanner?;
     let ended = tokio::select! {
-        ended = follow(&mut scanner, &mut pipeline, &args) => ended,
+        ended = follow(&mut scanner, &mut pipeline, &mut sensor, &args) => ended,
         () = interrupt.wait() => Ok(()),
     };
     let mut estimate = pipeline.finish();
@@ -164,6 +175,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         let truth = appraisal.as_ref().map(|appraisal| estimators::scanned(appraisal, &estimate, start_m));
         let beside = if asked.is_empty() { Vec::new() } else { Beside::of_row(&estimate, truth.as_ref()) };
         print(args.format, &estimate, &beside)?;
+    }
+    if let Some(latency) = sensor.latency() {
+        output::tell_latency(args.format, &latency)?;
     }
     let outcome = taping.finish();
     ended.map(|()| outcome)
@@ -213,10 +227,28 @@ pub(super) fn pipeline(
 }
 
 /// Feeds the pipeline until the source ends or enough has been seen.
-async fn follow(scanner: &mut Scanner, pipeline: &mut Pipeline, args: &Args) -> Result<(), Failure> {
+async fn follow(
+    scanner: &mut Scanner,
+    pipeline: &mut Pipeline,
+    sensor: &mut Sensor,
+    args: &Args,
+) -> Result<(), Failure> {
     let bar = progress::bar("scanning", "scans", args.scans.unwrap_or(0));
-    while let Some(record) = scanner.next().await? {
-        pipeline.push(record.scan);
+    loop {
+        let received = tokio::select! {
+            // What the bus says is older than the scan that comes next.
+            biased;
+            () = sensor.hear() => {
+                sensor.send().await;
+                continue;
+            }
+            record = scanner.next() => {
+                let Some(record) = record? else { break };
+                sensor.push(pipeline, record.scan).await;
+                record.received
+            }
+        };
+        sensor.measure(received, || scanner.now()).await;
         while let Some(event) = scanner.take_link_event() {
             tell(&event);
         }

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand.
 
 mod blocking;
+mod bus;
 mod decode;
 mod demo;
 mod device;
@@ -20,7 +21,9 @@ mod recorder;
 mod replay;
 mod scan;
 mod scene;
+mod sensor;
 mod study;
+mod voices;
 
 use std::io;
 use std::process::ExitCode;
@@ -62,6 +65,9 @@ enum Command {
     Export(export::Args),
     /// Recorded telegrams in words: MCAP, pcap, pcapng, raw bytes, hex text
     Decode(decode::Args),
+    /// The messages on the CAN bus: DBC file, tables, logs in words
+    #[command(subcommand)]
+    Bus(bus::Command),
     /// List the scanner models, what each emulates and what not
     Models(models::Args),
 }
@@ -124,6 +130,12 @@ pub enum Failure {
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] crate::emulator::ListenError),
+    /// A port of the CAN bus.
+    #[error(transparent)]
+    Bus(#[from] crate::bus::BusError),
+    /// A place for GNSS sentences.
+    #[error(transparent)]
+    Nmea(#[from] crate::nmea::NmeaError),
     /// The link to a scanner, or a recording.
     #[error(transparent)]
     Driver(#[from] rowscan_driver::DriverError),
@@ -206,6 +218,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Replay(args) => replay::run(args).await,
             Command::Export(args) => export::run(args).await,
             Command::Decode(args) => decode::run(args),
+            Command::Bus(command) => bus::run(command),
             Command::Models(args) => models::run(args),
         }
     });

@@ -33,6 +33,17 @@ pub(super) fn print_json(format: Format, document: &impl Serialize) -> Result<()
     print(&(text.map_err(json_failure)? + "\n"))
 }
 
+/// Writes what was measured beside a result: behind the document as one of its own for jsonl, else for people.
+pub(super) fn tell_latency(format: Format, latency: &impl Serialize) -> Result<(), Failure> {
+    match format {
+        Format::Jsonl => print_json(format, latency),
+        _ => {
+            say(serde_json::to_string(latency).map_err(json_failure)?);
+            Ok(())
+        }
+    }
+}
+
 /// Writes flat rows: as a table, a JSON array, one JSON object a line, or CSV. Column names are the rows' keys.
 pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(), Failure> {
     match format {

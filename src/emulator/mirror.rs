@@ -11,6 +11,7 @@ use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc::error::TrySendError;
 
 use super::roster::{Member, Queued, Wants};
+use super::voices::Speaking;
 use super::world::World;
 use super::{LineChange, Shared};
 use crate::clock::{Pacer, TimeScale};
@@ -57,13 +58,17 @@ fn period_times(n: u64, frequency_centihz: u32, ppm: i32) -> u64 {
 }
 
 /// Turns the mirror for as long as the scanner runs.
-pub(super) async fn turn(shared: Arc<Shared>, mut world: World) {
+pub(super) async fn turn(shared: Arc<Shared>, mut world: World, mut voices: Speaking) {
     let mut turns = Turns::new(SimTime::ZERO, shared.device().mirror());
     let mut pacer = Pacer::new(&shared.clock, shared.config.timer);
     let mut audience: Vec<(Arc<Member>, Wants)> = Vec::new();
     let mut line_changes = shared.config.line_changes.clone();
     loop {
         let at = turns.next();
+        while let Some(due) = voices.next().filter(|due| *due < at) {
+            pacer.reach(&shared.clock, due).await;
+            voices.speak(due).await;
+        }
         // Cast ahead, so that the line is ready before its deadline.
         world.look(shared.device().mirror(), at);
         pacer.reach(&shared.clock, at).await;

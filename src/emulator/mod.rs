@@ -13,6 +13,7 @@ mod serial;
 mod state_file;
 mod tape;
 mod tractor;
+mod voices;
 mod world;
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,6 +31,7 @@ pub(crate) use mirror::Turns;
 pub use serial::{SerialConfig, SerialCounts, SerialEmulator};
 pub use state_file::{StateFile, StateFileError};
 pub use tractor::Tractor;
+pub use voices::Voices;
 pub use world::{World, WorldError};
 
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
@@ -204,10 +206,19 @@ pub struct Emulator {
 impl Emulator {
     /// Starts the mirror of `device` in `world`. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
     pub fn start(device: Device, world: World, config: EmulatorConfig) -> Self {
+        Self::start_with(device, world, Voices::default(), config)
+    }
+
+    /// The same with what else speaks on its tractor.
+    pub fn start_with(device: Device, world: World, voices: Voices, config: EmulatorConfig) -> Self {
+        let (speaking, listening) = voices.start(config.time_scale);
         let clock = Arc::new(SimClock::start(config.time_scale));
         let shared = Shared::new(device, Program::Device, clock, config);
         let mut tasks = JoinSet::new();
-        tasks.spawn(mirror::turn(Arc::clone(&shared), world));
+        if let Some((can, inbox)) = listening {
+            tasks.spawn(voices::listen(Arc::clone(&shared), can, inbox));
+        }
+        tasks.spawn(mirror::turn(Arc::clone(&shared), world, speaking));
         Self { shared, tasks }
     }
 

@@ -7,6 +7,7 @@ use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::Pose;
 use rowscan_protocol::time::SimTime;
+use rowscan_scenes::encoder::Encoder;
 use rowscan_scenes::optics::{self, RangeLimits};
 use rowscan_scenes::trajectory::{Alley, Course};
 use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
@@ -20,6 +21,7 @@ pub struct World {
     /// What there is where no rows are: bare ground.
     headland: Caster,
     tractor: Tractor,
+    encoder: Encoder,
     mount: Mount,
     row_spacing_m: f64,
     limits: RangeLimits,
@@ -71,6 +73,7 @@ impl World {
             caster,
             headland: Caster::new(&Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY)),
             tractor,
+            encoder: Encoder::default(),
             mount,
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
             limits,
@@ -80,6 +83,12 @@ impl World {
             echoes: [MeasuredEcho::default()],
             seen: None,
         })
+    }
+
+    /// The same with this encoder on the wheel.
+    #[must_use]
+    pub fn with_encoder(self, encoder: Encoder) -> Self {
+        Self { encoder, ..self }
     }
 
     /// Casts one line: the mirror's full grid, its first beam at `at`, each beam from where the tractor then is.
@@ -124,7 +133,7 @@ impl World {
 
     /// The way an encoder on this tractor's wheel has counted at `at`.
     pub fn travelled_mm(&self, at: SimTime) -> f64 {
-        self.tractor.motion(at).wheel_m * 1000.0
+        self.encoder.counted_mm(self.tractor.motion(at).wheel_m)
     }
 
     /// The tractor it rides on.

@@ -21,6 +21,7 @@ class Emulator:
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
         self.lines = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()
+        self.endpoints = {}
         self.address = self._listening(start_s)
 
     def _read(self):
@@ -33,6 +34,8 @@ class Emulator:
             line = self.lines.get(timeout=start_s)
             assert line is not None, "rowscan emulate ended with %s" % self.process.wait()
             event = json.loads(line)
+            if event.get("event") == "listening":
+                self.endpoints.setdefault(event.get("endpoint"), event)
             if event.get("event") == "listening" and event.get("endpoint") == "tcp":
                 host, port = event["address"].rsplit(":", 1)
                 return host, int(port)

@@ -19,6 +19,8 @@ pub struct ClientConfig {
     pub remission: bool,
     /// In this width.
     pub remission_width: RemissionWidth,
+    /// Ask for the encoder's reading in the scans; the encoder counts so many ticks a metre.
+    pub encoder_ticks_per_m: Option<u32>,
     /// Every n-th scan.
     pub output_rate: u16,
     /// How long a reply may take. Commands that restart the mirror get five times as long.
@@ -36,6 +38,7 @@ impl Default for ClientConfig {
             echoes: 1,
             remission: false,
             remission_width: RemissionWidth::Bits8,
+            encoder_ticks_per_m: None,
             output_rate: 1,
             reply_timeout: Duration::from_secs(2),
             max_payload: 64 * 1024,

@@ -11,6 +11,9 @@ use crate::frame::Dialect;
 use crate::model::RemissionWidth;
 use crate::telegram::device_ident::DeviceIdent;
 use crate::telegram::firmware_version::FirmwareVersion;
+use crate::telegram::lic_encoder::{
+    self, EncoderResolution, EncoderSetting, IncrementSource, InputsThreeAndFour,
+};
 use crate::telegram::lmc_meas::{ACCEPTED, StartMeasurement};
 use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
 use crate::telegram::lmp_output_range::{OutputRange, Sector};
@@ -28,6 +31,10 @@ pub(super) static START_UP: &[Step] = &[
     call::<SetScanConfig>(set_scan_mode, take_scan_mode).only_if(|config| config.scan_mode.is_some()).slow(),
     read::<OutputRange>(take_step).only_if(|config| config.output_range.is_some()),
     write::<OutputRange>(set_output_range).only_if(|config| config.output_range.is_some()),
+    write::<InputsThreeAndFour>(set_encoder_inputs).only_if(wants_encoder),
+    write::<EncoderSetting>(set_encoder).only_if(wants_encoder),
+    write::<IncrementSource>(set_increments).only_if(wants_encoder),
+    write::<EncoderResolution>(set_encoder_resolution).only_if(wants_encoder),
     write::<ScanDataConfig>(set_scan_data),
     call::<StartMeasurement>(|_, dialect, out| ask::<StartMeasurement>(dialect, out), take_accepted).slow(),
     call::<Run>(|_, dialect, out| ask::<Run>(dialect, out), take_yes),
@@ -140,10 +147,34 @@ fn set_scan_data(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
             RemissionWidth::Bits8 => REMISSION_8_BIT,
             RemissionWidth::Bits16 => REMISSION_16_BIT,
         },
+        encoders: LowHigh(u16::from(wants_encoder(config))),
         output_rate: config.output_rate.max(1),
         ..ScanDataConfig::default()
     };
     set(dialect, &contents, out);
+}
+
+fn wants_encoder(config: &ClientConfig) -> bool {
+    config.encoder_ticks_per_m.is_some()
+}
+
+/// An LMS5xx takes its encoder at inputs 3 and 4; other models refuse this, and keep what they have.
+fn set_encoder_inputs(_: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    set(dialect, &InputsThreeAndFour { encoder: true }, out);
+}
+
+/// Two tracks: the count goes back when the tractor does.
+fn set_encoder(_: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    set(dialect, &EncoderSetting { code: lic_encoder::PHASE }, out);
+}
+
+fn set_increments(_: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    set(dialect, &IncrementSource { code: lic_encoder::ENCODER }, out);
+}
+
+fn set_encoder_resolution(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    let ticks_per_m = plan.config.encoder_ticks_per_m.unwrap_or_default();
+    set(dialect, &EncoderResolution { ticks_per_mm: ticks_per_m as f32 / 1000.0 }, out);
 }
 
 fn value<T: Fields + Default>(args: Args<'_>) -> Result<T, SopasError> {

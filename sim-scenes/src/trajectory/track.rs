@@ -175,7 +175,7 @@ fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
 }
 
 /// Seconds since 1970 of `2026-05-01T06:00:00.5Z`, UTC.
-fn utc_seconds(text: &str) -> Option<f64> {
+pub(crate) fn utc_seconds(text: &str) -> Option<f64> {
     let (date, time) = text.strip_suffix('Z')?.split_once('T')?;
     let mut date = date.splitn(3, '-').map(|part| part.parse::<i64>().ok());
     let (year, month, day) = (date.next()??, date.next()??, date.next()??);

@@ -1,0 +1,151 @@
+//! Where the tractor is along the row when a line is taken: by the encoder in the scan, by a measured ground speed, or by the speed the
+//! rig states.
+
+use rowscan_protocol::rig::Rig;
+use rowscan_protocol::scan::Scan;
+use serde::Serialize;
+
+/// What the advance is taken from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AdvanceSource {
+    /// The rig's speed, on the device clock.
+    #[default]
+    Constant,
+    /// The wheel encoder in the scan telegrams.
+    Encoder,
+    /// Ground speed by GNSS, on the device clock.
+    Gnss,
+    /// Ground speed on the CAN bus, on the device clock.
+    Can,
+}
+
+/// A ground speed as someone measured it, signed: negative in reverse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundSpeed {
+    /// Who measured it.
+    pub source: AdvanceSource,
+    /// m/s; `None` while it is lost: the last one known is held.
+    pub speed_m_s: Option<f64>,
+}
+
+/// Keeps the tractor's place.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Odometry {
+    source: Option<AdvanceSource>,
+    y_m: f64,
+    speed_m_s: f64,
+    ticks: u32,
+    travel_s: f64,
+    held_s: f64,
+}
+
+impl Odometry {
+    /// Y of a line taken `travel_s` after the first. The source is settled by the first line: a measured speed if there is one, an
+    /// encoder that the rig knows, else the rig's speed.
+    pub(crate) fn y_m(&mut self, rig: &Rig, scan: &Scan, travel_s: f64, speed: Option<GroundSpeed>) -> f64 {
+        let encoder = rig.encoder_ticks_per_m.zip(scan.encoders.first());
+        let source = *self.source.get_or_insert_with(|| {
+            self.y_m = rig.start_m;
+            self.ticks = encoder.map_or(0, |(_, reading)| reading.position_ticks);
+            self.travel_s = travel_s;
+            self.speed_m_s = speed.and_then(|speed| speed.speed_m_s).unwrap_or(0.0);
+            match (speed, encoder) {
+                (Some(speed), _) => speed.source,
+                (None, Some(_)) => AdvanceSource::Encoder,
+                (None, None) => AdvanceSource::Constant,
+            }
+        });
+        let passed_s = (travel_s - self.travel_s).max(0.0);
+        self.travel_s = travel_s;
+        match source {
+            AdvanceSource::Constant => {
+                self.speed_m_s = rig.speed_m_s;
+                self.y_m = rig.y_m(travel_s);
+            }
+            AdvanceSource::Encoder => {
+                if let Some((ticks_per_m, reading)) = encoder {
+                    // The counter wraps, upwards and back through zero.
+                    let ticks = reading.position_ticks.wrapping_sub(self.ticks) as i32;
+                    self.ticks = reading.position_ticks;
+                    let way_m = f64::from(ticks) / ticks_per_m;
+                    self.y_m += way_m;
+                    if passed_s > 0.0 {
+                        self.speed_m_s = way_m / passed_s;
+                    }
+                }
+            }
+            AdvanceSource::Gnss | AdvanceSource::Can => {
+                let now_m_s = speed.and_then(|speed| speed.speed_m_s).filter(|speed| speed.is_finite());
+                if now_m_s.is_none() {
+                    self.held_s += passed_s;
+                }
+                let now_m_s = now_m_s.unwrap_or(self.speed_m_s);
+                self.y_m += (self.speed_m_s + now_m_s) / 2.0 * passed_s;
+                self.speed_m_s = now_m_s;
+            }
+        }
+        self.y_m
+    }
+
+    /// What the advance is taken from, once it is settled.
+    pub(crate) fn source(&self) -> Option<AdvanceSource> {
+        self.source
+    }
+
+    /// Speed at the latest line, m/s.
+    pub(crate) fn speed_m_s(&self) -> f64 {
+        self.speed_m_s
+    }
+
+    /// For how long a lost speed was held, seconds.
+    pub(crate) fn held_s(&self) -> f64 {
+        self.held_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::scan::EncoderReading;
+
+    fn scan(ticks: u32) -> Scan {
+        let reading = EncoderReading { position_ticks: ticks, speed: 0 };
+        Scan { encoders: vec![reading], ..Scan::default() }
+    }
+
+    #[test]
+    fn an_encoder_wraps_stops_and_comes_back_through_zero() {
+        let rig = Rig { encoder_ticks_per_m: Some(1000.0), start_m: 5.0, ..Rig::default() };
+        let mut odometry = Odometry::default();
+        let ticks = [u32::MAX - 9, 10, 10, 30, u32::MAX];
+        let found: Vec<f64> = (0..)
+            .zip(ticks)
+            .map(|(i, ticks)| odometry.y_m(&rig, &scan(ticks), f64::from(i) * 0.02, None))
+            .collect();
+        for (found, expected) in found.iter().zip([5.0, 5.020, 5.020, 5.040, 5.009]) {
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        }
+        assert_eq!(odometry.source(), Some(AdvanceSource::Encoder));
+    }
+
+    #[test]
+    fn a_measured_speed_is_summed_and_held_when_lost() {
+        let (rig, mut odometry) = (Rig::default(), Odometry::default());
+        let at = |odometry: &mut Odometry, t_s, speed_m_s| {
+            let speed = GroundSpeed { source: AdvanceSource::Gnss, speed_m_s };
+            odometry.y_m(&rig, &scan(0), t_s, Some(speed))
+        };
+        at(&mut odometry, 0.0, Some(0.5));
+        assert_eq!(at(&mut odometry, 1.0, Some(1.5)), 1.0);
+        assert_eq!(at(&mut odometry, 3.0, None), 4.0);
+        assert_eq!((odometry.held_s(), odometry.source()), (2.0, Some(AdvanceSource::Gnss)));
+    }
+
+    #[test]
+    fn without_either_it_is_the_rigs_speed() {
+        let (rig, mut odometry) = (Rig { speed_m_s: 1.3, ..Rig::default() }, Odometry::default());
+        assert_eq!(odometry.y_m(&rig, &scan(7), 2.0, None), rig.y_m(2.0));
+        assert_eq!(odometry.source(), Some(AdvanceSource::Constant));
+    }
+}

@@ -1,0 +1,68 @@
+//! The wheel encoder: what it makes of the way the wheel has rolled.
+
+use serde::{Deserialize, Serialize};
+
+use crate::parameters::{ParameterError, require};
+
+/// The `[encoder]` table of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Encoder {
+    /// Ticks a metre that the wheel rolls; what clients set with LICencres.
+    pub ticks_per_m: f64,
+    /// Counts down while the tractor drives forward.
+    pub reversed: bool,
+    /// Share of the ticks that are missed.
+    pub missed: f64,
+    /// Share of ticks counted twice.
+    pub extra: f64,
+    /// What it has counted when the tractor starts; near 2^32 it soon wraps.
+    pub start_ticks: u32,
+}
+
+impl Default for Encoder {
+    fn default() -> Self {
+        Self { ticks_per_m: 1000.0, reversed: false, missed: 0.0, extra: 0.0, start_ticks: 0 }
+    }
+}
+
+impl Encoder {
+    /// Refuses what is no encoder.
+    ///
+    /// # Errors
+    /// The first key without meaning.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let within = |key: &str, value: f64, low: f64, high: f64| {
+            require((low..=high).contains(&value), key, &format!("from {low} to {high}"), value)
+        };
+        within("encoder.ticks_per_m", self.ticks_per_m, 1.0, 1e6)?;
+        within("encoder.missed", self.missed, 0.0, 1.0)?;
+        within("encoder.extra", self.extra, 0.0, 1.0)
+    }
+
+    /// Ticks a metre driven forward; negative where it counts down.
+    pub fn ticks_a_metre_ahead(&self) -> f64 {
+        if self.reversed { -self.ticks_per_m } else { self.ticks_per_m }
+    }
+
+    /// The way it makes of `wheel_m` rolled, millimetres, its first count included: what the scanner multiplies by its resolution.
+    pub fn counted_mm(&self, wheel_m: f64) -> f64 {
+        let counted_m = wheel_m * (1.0 - self.missed + self.extra);
+        let along_m = if self.reversed { -counted_m } else { counted_m };
+        (along_m + f64::from(self.start_ticks) / self.ticks_per_m) * 1000.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_counts_what_it_catches_from_where_it_starts() {
+        let encoder = Encoder { missed: 0.02, start_ticks: 500, ..Encoder::default() };
+        assert!((encoder.counted_mm(10.0) - 10_300.0).abs() < 1e-9);
+        let back = Encoder { reversed: true, ..Encoder::default() };
+        assert_eq!(back.counted_mm(2.0), -2000.0);
+        assert!(Encoder { missed: 1.5, ..Encoder::default() }.validate().is_err());
+    }
+}

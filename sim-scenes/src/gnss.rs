@@ -1,0 +1,313 @@
+//! The GNSS receiver on the tractor: where the antenna is on Earth, how well that is known, and when it is not.
+//!
+//! A fix is a function of the instant: its noise is drawn from a stream keyed by the millisecond, so it does not depend on who asked
+//! before, or how often.
+
+use std::f64::consts::TAU;
+
+use rowscan_protocol::time::SimTime;
+use serde::{Deserialize, Serialize};
+
+use crate::parameters::{ParameterError, choices, require};
+use crate::seed::{Stage, Stream};
+use crate::trajectory::{Motion, utc_seconds};
+
+choices! {
+    /// How a fix was made.
+    pub enum Quality {
+        /// Nobody knows where it is.
+        None = "none",
+        /// By satellites alone.
+        Gps = "gps",
+        /// With corrections.
+        Differential = "differential",
+        /// With carrier phases, ambiguities fixed: centimetres.
+        RtkFixed = "rtk_fixed",
+        /// With carrier phases, ambiguities not fixed yet: decimetres.
+        RtkFloat = "rtk_float",
+    }
+}
+
+impl Quality {
+    /// The digit in GGA, and the method in NMEA 2000.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::None => 0,
+            Self::Gps => 1,
+            Self::Differential => 2,
+            Self::RtkFixed => 4,
+            Self::RtkFloat => 5,
+        }
+    }
+}
+
+/// The `[gnss]` table of a scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gnss {
+    /// Latitude of the scene's origin, degrees north.
+    pub latitude_deg: f64,
+    /// Longitude of the scene's origin, degrees east.
+    pub longitude_deg: f64,
+    /// Height of the ground above mean sea level, metres.
+    pub altitude_m: f64,
+    /// Height of mean sea level above the ellipsoid, metres.
+    pub geoid_m: f64,
+    /// Which way the rows run: azimuth of +Y, degrees clockwise from north.
+    pub azimuth_deg: f64,
+    /// Lever arm: the antenna ahead of the scanners, metres.
+    pub antenna_forward_m: f64,
+    /// Lever arm: the antenna right of the tractor's middle, metres.
+    pub antenna_right_m: f64,
+    /// Lever arm: the antenna above the ground, metres.
+    pub antenna_up_m: f64,
+    /// What time it is when the simulation begins, UTC.
+    pub utc: String,
+    /// Sentences of one kind a second, 1 to 20.
+    pub rate_hz: f64,
+    /// Quality outside the events.
+    pub quality: Quality,
+    /// Standard deviation of north and of east each, metres; up has twice as much.
+    pub noise_m: f64,
+    /// What happens to the fix, in simulated time; of several at once the last counts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<GnssEvent>,
+}
+
+/// From one second of simulated time to another, the fix is different.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GnssEvent {
+    /// Begins, seconds.
+    pub from_s: f64,
+    /// Ends, seconds.
+    pub to_s: f64,
+    /// Quality meanwhile.
+    pub quality: Quality,
+    /// Noise meanwhile, metres; else as ever.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_m: Option<f64>,
+}
+
+impl Default for Gnss {
+    fn default() -> Self {
+        Self {
+            latitude_deg: 41.6,
+            longitude_deg: 0.87,
+            altitude_m: 200.0,
+            geoid_m: 50.0,
+            azimuth_deg: 0.0,
+            antenna_forward_m: 0.0,
+            antenna_right_m: 0.0,
+            antenna_up_m: 2.5,
+            utc: "2026-05-01T06:00:00Z".to_owned(),
+            rate_hz: 10.0,
+            quality: Quality::RtkFixed,
+            noise_m: 0.0,
+            events: Vec::new(),
+        }
+    }
+}
+
+impl Gnss {
+    /// Refuses what no receiver could be made of.
+    ///
+    /// # Errors
+    /// The first key without meaning.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let within = |key: &str, value: f64, low: f64, high: f64| {
+            require((low..=high).contains(&value), key, &format!("from {low} to {high}"), value)
+        };
+        // Beyond 80 degrees a flat piece of Earth is not flat.
+        within("gnss.latitude_deg", self.latitude_deg, -80.0, 80.0)?;
+        within("gnss.longitude_deg", self.longitude_deg, -180.0, 180.0)?;
+        within("gnss.altitude_m", self.altitude_m, -500.0, 9000.0)?;
+        within("gnss.geoid_m", self.geoid_m, -150.0, 150.0)?;
+        within("gnss.azimuth_deg", self.azimuth_deg, -360.0, 360.0)?;
+        within("gnss.antenna_forward_m", self.antenna_forward_m, -20.0, 20.0)?;
+        within("gnss.antenna_right_m", self.antenna_right_m, -20.0, 20.0)?;
+        within("gnss.antenna_up_m", self.antenna_up_m, 0.0, 20.0)?;
+        within("gnss.rate_hz", self.rate_hz, 1.0, 20.0)?;
+        within("gnss.noise_m", self.noise_m, 0.0, 100.0)?;
+        for event in &self.events {
+            require(event.from_s < event.to_s, "gnss.events", "from_s before to_s", event.from_s)?;
+            within("gnss.events.noise_m", event.noise_m.unwrap_or(0.0), 0.0, 100.0)?;
+        }
+        let known = utc_seconds(&self.utc).is_some();
+        require(known, "gnss.utc", "a time such as 2026-05-01T06:00:00Z", &self.utc)
+    }
+}
+
+/// What a receiver says at one instant. Position and speed are the antenna's; without a fix they are what they would be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// How it was made.
+    pub quality: Quality,
+    /// Seconds since 1970, UTC.
+    pub unix_s: f64,
+    /// Degrees north.
+    pub latitude_deg: f64,
+    /// Degrees east.
+    pub longitude_deg: f64,
+    /// Above mean sea level, metres.
+    pub altitude_m: f64,
+    /// Mean sea level above the ellipsoid, metres.
+    pub geoid_m: f64,
+    /// Where the tractor looks, degrees clockwise from north, [0, 360).
+    pub heading_deg: f64,
+    /// Where it goes: the heading, or its opposite in reverse.
+    pub course_deg: f64,
+    /// Speed over ground, m/s, never negative.
+    pub speed_m_s: f64,
+    /// Satellites used.
+    pub satellites: u8,
+    /// Horizontal dilution of precision.
+    pub hdop: f64,
+}
+
+/// A receiver: the table made ready.
+#[derive(Clone, Debug)]
+pub struct Receiver {
+    gnss: Gnss,
+    seed: u64,
+    start_s: f64,
+    /// Metres a degree of latitude and of longitude at the origin.
+    m_per_deg: (f64, f64),
+}
+
+impl Receiver {
+    /// The receiver of a scene with this seed.
+    pub fn new(gnss: Gnss, seed: u64) -> Self {
+        let start_s = utc_seconds(&gnss.utc).unwrap_or(0.0);
+        let m_per_deg = metres_per_degree(gnss.latitude_deg);
+        Self { gnss, seed, start_s, m_per_deg }
+    }
+
+    /// Sentences of one kind a second.
+    pub fn rate_hz(&self) -> f64 {
+        self.gnss.rate_hz
+    }
+
+    /// What it says at `at` of a tractor in `motion`.
+    pub fn fix(&self, at: SimTime, motion: &Motion) -> Fix {
+        let gnss = &self.gnss;
+        let t_s = at.as_secs_f64();
+        let event = gnss.events.iter().rev().find(|event| (event.from_s..event.to_s).contains(&t_s));
+        let (quality, noise_m) = match event {
+            Some(event) => (event.quality, event.noise_m.unwrap_or(gnss.noise_m)),
+            None => (gnss.quality, gnss.noise_m),
+        };
+        let place = motion.place;
+        let (sin, cos) = (libm::sin(place.heading_rad), libm::cos(place.heading_rad));
+        let x_m = place.x_m + gnss.antenna_forward_m * sin + gnss.antenna_right_m * cos;
+        let y_m = place.y_m + gnss.antenna_forward_m * cos - gnss.antenna_right_m * sin;
+        let azimuth = gnss.azimuth_deg.to_radians();
+        let (sin, cos) = (libm::sin(azimuth), libm::cos(azimuth));
+        let [north, east, up] = self.noise(at);
+        let north_m = y_m * cos - x_m * sin + noise_m * north;
+        let east_m = y_m * sin + x_m * cos + noise_m * east;
+        let turned = |deg: f64| {
+            let deg = deg.rem_euclid(360.0);
+            if deg < 360.0 { deg } else { 0.0 }
+        };
+        let heading_deg = turned(gnss.azimuth_deg + place.heading_rad.to_degrees());
+        let back = if motion.speed_m_s < 0.0 { 180.0 } else { 0.0 };
+        let (satellites, hdop) = if quality == Quality::None { (0, 99.9) } else { (14, 0.7) };
+        Fix {
+            quality,
+            unix_s: self.start_s + t_s,
+            latitude_deg: gnss.latitude_deg + north_m / self.m_per_deg.0,
+            longitude_deg: gnss.longitude_deg + east_m / self.m_per_deg.1,
+            altitude_m: gnss.altitude_m + gnss.antenna_up_m + 2.0 * noise_m * up,
+            geoid_m: gnss.geoid_m,
+            heading_deg,
+            course_deg: turned(heading_deg + back),
+            speed_m_s: motion.speed_m_s.abs(),
+            satellites,
+            hdop,
+        }
+    }
+
+    /// Three standard normal numbers of this millisecond (Box and Muller).
+    fn noise(&self, at: SimTime) -> [f64; 3] {
+        let ms = at.0 / 1_000_000;
+        let mut stream = Stream::new(self.seed, Stage::Gnss, (ms >> 32) as u32, ms as u32);
+        std::array::from_fn(|_| {
+            let radius = libm::sqrt(-2.0 * libm::log(1.0 - stream.unit()));
+            radius * libm::cos(TAU * stream.unit())
+        })
+    }
+}
+
+/// Metres a degree of latitude and of longitude, from the radii of curvature of the WGS 84 ellipsoid.
+fn metres_per_degree(latitude_deg: f64) -> (f64, f64) {
+    let (a, e2) = (6_378_137.0, 6.694_379_990_14e-3);
+    let latitude = latitude_deg.to_radians();
+    let sin = libm::sin(latitude);
+    let w2 = 1.0 - e2 * sin * sin;
+    let along_meridian = a * (1.0 - e2) / (w2 * libm::sqrt(w2));
+    let across = a / libm::sqrt(w2) * libm::cos(latitude);
+    (along_meridian.to_radians(), across.to_radians())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trajectory::Trajectory;
+
+    const SECOND: u64 = 1_000_000_000;
+
+    #[test]
+    fn it_is_where_the_tractor_is() {
+        let receiver = Receiver::new(Gnss { azimuth_deg: 90.0, antenna_right_m: 1.0, ..Gnss::default() }, 1);
+        let trajectory = Trajectory::straight(0.0, 1.5);
+        let (start, later) = (
+            receiver.fix(SimTime::ZERO, &trajectory.at(0.0)),
+            receiver.fix(SimTime(100 * SECOND), &trajectory.at(100.0)),
+        );
+        let (north, east) = receiver.m_per_deg;
+        // Rows run east: 150 m farther east, no farther north; the middle of alley 0 lies 2 m north of row 0, the antenna a metre south.
+        assert!(((later.longitude_deg - start.longitude_deg) * east - 150.0).abs() < 1e-6);
+        assert!(((start.latitude_deg - 41.6) * north - 1.0).abs() < 1e-6);
+        assert_eq!((later.heading_deg, later.course_deg, later.unix_s - start.unix_s), (90.0, 90.0, 100.0));
+        // One degree of latitude at 41.6 degrees, by the tables of WGS 84.
+        assert!((north - 111_080.0).abs() < 20.0, "{north}");
+        assert!((east - 83_360.0).abs() < 30.0, "{east}");
+    }
+
+    #[test]
+    fn noise_has_its_size_and_repeats() {
+        let receiver = Receiver::new(Gnss { noise_m: 0.5, ..Gnss::default() }, 7);
+        let motion = Trajectory::straight(0.0, 0.0).at(0.0);
+        let fixes: Vec<Fix> = (0..4000).map(|k| receiver.fix(SimTime(k * SECOND / 10), &motion)).collect();
+        let north_m: Vec<f64> =
+            fixes.iter().map(|fix| (fix.latitude_deg - 41.6) * receiver.m_per_deg.0).collect();
+        let mean = north_m.iter().sum::<f64>() / 4000.0;
+        let sd = (north_m.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 4000.0).sqrt();
+        assert!(mean.abs() < 0.03 && (sd - 0.5).abs() < 0.02, "{mean} {sd}");
+        assert_eq!(receiver.fix(SimTime(300 * SECOND / 10), &motion), fixes[300]);
+        assert_ne!(Receiver::new(receiver.gnss.clone(), 8).fix(SimTime(SECOND), &motion), fixes[10]);
+    }
+
+    #[test]
+    fn events_change_the_fix_and_pass() {
+        let event = GnssEvent { from_s: 5.0, to_s: 15.0, quality: Quality::None, noise_m: None };
+        let receiver = Receiver::new(Gnss { events: vec![event], ..Gnss::default() }, 1);
+        let motion = Trajectory::straight(0.0, 1.0).at(0.0);
+        let quality = |s| receiver.fix(SimTime(s * SECOND), &motion).quality;
+        assert_eq!(
+            [quality(4), quality(5), quality(14), quality(15)],
+            [Quality::RtkFixed, Quality::None, Quality::None, Quality::RtkFixed]
+        );
+    }
+
+    #[test]
+    fn what_no_receiver_has_is_refused() {
+        let refused = |text: &str| toml::from_str::<Gnss>(text).unwrap().validate().unwrap_err().to_string();
+        assert_eq!(refused("rate_hz = 50"), "gnss.rate_hz must be from 1 to 20, found 50");
+        assert!(refused("utc = 'noon'").contains("2026-05-01T06:00:00Z"));
+        assert!(
+            refused("events = [{ from_s = 5, to_s = 5, quality = 'none' }]").contains("from_s before to_s")
+        );
+    }
+}

@@ -1,0 +1,147 @@
+//! The canopy sensor's control function: its address, what it says of the canopy, what it hears of the tractor.
+
+use rowscan_canopy::{AdvanceSource, Pipeline};
+use rowscan_protocol::time::SimTime;
+
+use super::frame::{CanFrame, J1939Id};
+use super::message::{Message, Payload};
+use super::name::Name;
+use super::node::{Node, Standing};
+use super::pgn::canopy::{CanopyReport, IMPACTED_BANDS, LEAF_BANDS, SUMMARY};
+use super::pgn::{CANOPY_ADDRESS, tractor};
+
+const MESSAGES: &[&Message] = &[&SUMMARY, &IMPACTED_BANDS, &LEAF_BANDS];
+
+/// A speed not heard for so long is lost, ns: tractors send it every 100 ms.
+const STALE_NS: u64 = 500_000_000;
+
+/// The canopy sensor on the bus. Its time is the scanner's, so that what it says comes as the scans do.
+#[derive(Debug)]
+pub struct CanopyEcu {
+    node: Node,
+    report: CanopyReport,
+    ground_speed: Option<(SimTime, f64)>,
+}
+
+impl Default for CanopyEcu {
+    fn default() -> Self {
+        let node = Node::new(Name::canopy(), CANOPY_ADDRESS, MESSAGES, &[]);
+        Self { node, report: CanopyReport::default(), ground_speed: None }
+    }
+}
+
+fn compose(report: &CanopyReport, message: &Message) -> Option<Payload> {
+    Some(match message.pgn {
+        pgn if pgn == SUMMARY.pgn => report.summary(),
+        pgn if pgn == IMPACTED_BANDS.pgn => report.impacted_bands(),
+        pgn if pgn == LEAF_BANDS.pgn => report.leaf_bands(),
+        _ => return None,
+    })
+}
+
+impl CanopyEcu {
+    /// A bus, or another port of it, opens.
+    pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        self.node.open(at, out);
+    }
+
+    /// A frame was received: answers, and keeps the tractor's speed.
+    pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
+        let Self { node, report, ground_speed } = self;
+        node.handle(at, frame, &mut |message, _| compose(report, message), out);
+        if J1939Id::of(frame.id).is_some_and(|id| id.pgn == tractor::GROUND_SPEED.pgn) {
+            *ground_speed = tractor::ground_speed_m_s(frame.data()).map(|speed_m_s| (at, speed_m_s));
+        }
+    }
+
+    /// The tractor's ground speed, signed, m/s, while it is told.
+    pub fn ground_speed_m_s(&self, at: SimTime) -> Option<f64> {
+        self.ground_speed
+            .filter(|(heard, _)| at.0.saturating_sub(heard.0) <= STALE_NS)
+            .map(|(_, speed)| speed)
+    }
+
+    /// A scan taken at `at` has been worked in: says what is due.
+    pub fn tell(
+        &mut self,
+        at: SimTime,
+        pipeline: &Pipeline,
+        row_spacing_m: Option<f64>,
+        out: &mut Vec<CanFrame>,
+    ) {
+        if self.node.next().is_none_or(|due| due > at) {
+            return;
+        }
+        let window = pipeline.window().unwrap_or_default();
+        let speed = pipeline.ground_speed();
+        self.report = CanopyReport {
+            window,
+            leaf_area_m2_per_m: pipeline.leaf_area_m2_per_m(&window),
+            row_spacing_m,
+            speed_m_s: speed.and_then(|speed| speed.speed_m_s),
+            advance_source: speed.map(|speed| match speed.source {
+                AdvanceSource::Constant => 0.0,
+                AdvanceSource::Encoder => 1.0,
+                AdvanceSource::Gnss => 2.0,
+                AdvanceSource::Can => 3.0,
+            }),
+        };
+        let report = &self.report;
+        self.node.poll(at, &mut |message, _| compose(report, message), out);
+    }
+
+    /// How it stands on the bus.
+    pub fn standing(&self) -> Standing {
+        self.node.standing()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::angle::BeamGrid;
+    use rowscan_protocol::rig::Rig;
+    use rowscan_protocol::scan::{Echo, Scan};
+
+    const MS: u64 = 1_000_000;
+
+    #[test]
+    fn a_wall_is_told_ten_times_a_second_by_its_height() {
+        let rig = Rig { row_spacing_m: Some(4.0), ..Rig::default() };
+        let mut pipeline = Pipeline::new(Some(&rig), 0, None).unwrap();
+        let (mut ecu, mut out) = (CanopyEcu::default(), Vec::new());
+        ecu.open(SimTime::ZERO, &mut out);
+        out.clear();
+        let beams = BeamGrid::spanning(-450_000, 2_250_000, 5000);
+        // A wall at the row axis: range = distance / cos θ.
+        let range_m = (0..beams.len()).map(|beam| {
+            let theta = (beams.angle_deg(beam) - 90.0).to_radians();
+            let range_m = rig.scanners[0].distance_m / theta.cos();
+            let z_m = 1.6 + range_m * theta.sin();
+            if theta.cos() > 0.0 && (0.2..2.0).contains(&z_m) { range_m } else { f64::INFINITY }
+        });
+        let mut scan = Scan {
+            scan_frequency_hz: 50.0,
+            beams,
+            echoes: vec![Echo { range_m: range_m.collect(), remission: Vec::new() }],
+            ..Scan::default()
+        };
+        for turn in 1..=100u16 {
+            scan.telegram_counter = turn;
+            scan.scan_time_us = u32::from(turn) * 20_000;
+            pipeline.push(&scan);
+            ecu.tell(SimTime(u64::from(turn) * 20 * MS), &pipeline, rig.row_spacing_m, &mut out);
+        }
+        let of = |message: &Message| -> Vec<&CanFrame> {
+            out.iter().filter(|frame| J1939Id::of(frame.id).unwrap().pgn == message.pgn).collect()
+        };
+        // From 250 ms to 2 s.
+        assert_eq!((of(&SUMMARY).len(), of(&IMPACTED_BANDS).len()), (18, 36));
+        let last = SUMMARY.decode(of(&SUMMARY).last().unwrap().data());
+        assert!((last[0].unwrap() - 1.8).abs() < 0.05, "{last:?}");
+        assert!((last[4].unwrap() - 2.0).abs() < 0.03, "{last:?}");
+        assert_eq!((last[1], last[6]), (None, Some(0.0)), "no calibration; constant speed");
+        let bands = IMPACTED_BANDS.decode(of(&IMPACTED_BANDS).last().unwrap().data());
+        assert!((bands[1].unwrap() - 0.5).abs() < 0.03 && bands[5] == Some(0.0), "{bands:?}");
+    }
+}

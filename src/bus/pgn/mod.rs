@@ -1,0 +1,31 @@
+//! The messages: one table, by theme. A new one is its constant and its line here.
+
+pub mod canopy;
+pub mod gnss;
+pub mod network;
+pub mod tractor;
+
+use super::message::Message;
+
+/// Every message sent or understood; tests, the DBC file and the documents walk it.
+pub const MESSAGES: &[&Message] = &[
+    &network::ADDRESS_CLAIMED,
+    &network::REQUEST,
+    &network::REQUEST_ACKNOWLEDGEMENT,
+    &tractor::WHEEL_SPEED,
+    &tractor::GROUND_SPEED,
+    &tractor::SELECTED_SPEED,
+    &tractor::SPEED_COMMAND,
+    &tractor::FACILITIES,
+    &gnss::POSITION_RAPID,
+    &gnss::COURSE_RAPID,
+    &gnss::POSITION,
+    &canopy::SUMMARY,
+    &canopy::IMPACTED_BANDS,
+    &canopy::LEAF_BANDS,
+];
+
+/// Where the virtual tractor sits: the address of tractor ECUs.
+pub const TRACTOR_ADDRESS: u8 = 0xF0;
+/// Where the canopy sensor sits, if nobody else does: the first self-configurable address.
+pub const CANOPY_ADDRESS: u8 = 0x80;
