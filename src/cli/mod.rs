@@ -162,6 +162,12 @@ pub enum Failure {
     /// A scan that cannot be laid out.
     #[error(transparent)]
     Scan(#[from] rowscan_scenes::scan::ScanError),
+    /// A wood test that cannot be.
+    #[error(transparent)]
+    Mesh(#[from] rowscan_scenes::scan::MeshError),
+    /// A search that is none.
+    #[error(transparent)]
+    Search(#[from] crate::study::search::SearchFileError),
     /// A study that did not end.
     #[error(transparent)]
     Study(#[from] crate::study::RunError),

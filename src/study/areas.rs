@@ -1,16 +1,18 @@
 //! The paper's twenty orchards: impacted areas from beside and from above, regressed on the true leaf area.
 
+mod gates;
 mod report;
 
 use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{Class, EchoRule, Optics};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model;
+use rowscan_scenes::Scene;
 use rowscan_scenes::scan::{ScanAreas, ScanKind, ScanPlan, ScanSettings, Target};
-use rowscan_scenes::{Caster, Scene};
 use serde::{Deserialize, Serialize};
 
-pub use report::{AreasReport, Fit, PowerFit, View, impacted, report};
+pub use gates::{Gate, Rule, gates};
+pub use report::{AreasReport, Fit, PowerFit, View, impacted, report, views};
 
 use super::{Study, UnitError, fingerprint};
 use crate::stage::Stage;
@@ -150,29 +152,47 @@ impl Study for AreasStudy {
     }
 
     fn unit(&self, index: usize) -> Result<Orchard, UnitError> {
+        let stage = Stage::grow(self.scene_of(index), &|_, _| {})?;
+        let first_row_m2 = stage.orchard.truth().leaf_area_m2;
+        let sample = drive_past(&stage, first_row_m2)?;
+        Ok(Orchard { sample, ..self.measured(index, &stage.orchard)? })
+    }
+}
+
+impl AreasStudy {
+    /// The scene of one orchard.
+    fn scene_of(&self, index: usize) -> Scene {
         let (iterations, shady_percent) = self.case(index);
         let mut scene = self.scene.clone();
         scene.seed = fingerprint::seed(Self::NAME, self.scene.seed, index);
         scene.orchard.tree.iterations = Some(iterations);
         scene.orchard.tree.shady_percent = Some(shady_percent);
-        let stage = Stage::grow(scene, &|_, _| {})?;
-        let orchard = &stage.orchard;
+        scene
+    }
+
+    /// Grows and scans one orchard, without driving past it.
+    pub(super) fn scanned(&self, index: usize) -> Result<Orchard, UnitError> {
+        let scene = self.scene_of(index);
+        self.measured(index, &rowscan_scenes::Orchard::grow(&scene.orchard, scene.seed, &|_, _| {})?)
+    }
+
+    fn measured(&self, index: usize, orchard: &rowscan_scenes::Orchard) -> Result<Orchard, UnitError> {
+        let (iterations, shady_percent) = self.case(index);
         let target = if self.whole_orchard { Some(Target::whole(orchard)) } else { Target::row(orchard, 0) };
         let target =
             target.ok_or(rowscan_scenes::scan::ScanError::NothingThere { kind: self.lateral.kind })?;
-        let caster = Caster::new(orchard);
         let lateral = self.clear_of(&target);
         let distance_m = lateral.distance_m;
         let areas = |settings: &ScanSettings| -> Result<ScanAreas, UnitError> {
-            let areas = ScanPlan::new(&target, settings)?.areas(&caster);
+            let caster = settings.wood.caster(orchard)?;
+            let areas = ScanPlan::new(&target, settings)?.areas(caster.as_ref());
             if areas.total_m2 > 0.0 { Ok(areas) } else { Err(UnitError::SeesNothing { kind: settings.kind }) }
         };
         let (lateral, zenith) = (areas(&lateral)?, areas(&self.zenith)?);
         let rows = if self.whole_orchard { orchard.rows() } else { 1 };
         let truths: Vec<_> = (0..rows).map(|row| orchard.truth_of_row(row, Default::default())).collect();
-        let first_row_m2 = truths.first().map_or(0.0, |truth| truth.leaf_area_m2);
         Ok(Orchard {
-            seed: stage.scene.seed,
+            seed: orchard.seed().unwrap_or_default(),
             iterations,
             shady_percent,
             leaf_area_m2: truths.iter().map(|truth| truth.leaf_area_m2).sum(),
@@ -180,12 +200,10 @@ impl Study for AreasStudy {
             distance_m,
             lateral,
             zenith,
-            sample: drive_past(&stage, first_row_m2)?,
+            sample: None,
         })
     }
-}
 
-impl AreasStudy {
     fn clear_of(&self, target: &Target) -> ScanSettings {
         let reach_m = target.extent.map_or(0.0, |extent| target.near_axis_x_m - extent.low[0]);
         let distance_m = self.lateral.distance_m.max(reach_m + self.clearance_m);

@@ -10,6 +10,7 @@ pub mod figure;
 pub mod fingerprint;
 pub mod journal;
 pub mod resolution;
+pub mod search;
 mod shard;
 pub mod sweep;
 
@@ -59,6 +60,9 @@ pub enum UnitError {
     /// The scan could not be laid out.
     #[error(transparent)]
     Scan(#[from] rowscan_scenes::scan::ScanError),
+    /// The wood test cannot be.
+    #[error(transparent)]
+    Mesh(#[from] rowscan_scenes::scan::MeshError),
     /// No beam met a leaf or a branch.
     #[error("the {kind} scan sees nothing: no beam met a leaf or a branch")]
     SeesNothing {
@@ -114,6 +118,14 @@ fn lateral_of(scene: &Scene) -> ScanSettings {
         Some(mount) => ScanSettings { distance_m: mount.distance_m, height_m: mount.height_m, ..settings },
         None => settings,
     }
+}
+
+/// The middle value, or the mean of the two in the middle; None of nothing.
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    let upper = *values.get(values.len() / 2)?;
+    let lower = *values.get((values.len() - 1) / 2)?;
+    Some((lower + upper) / 2.0)
 }
 
 /// Works through the units of `shard` that `done` does not hold, on all cores, and gives all of them in order.

@@ -1,7 +1,7 @@
 //! How far apart lines and beams may be: I_T at coarser advances against the finest, over orchards and start offsets.
 
 use rowscan_scenes::scan::{ScanError, ScanPlan, ScanSettings, Target};
-use rowscan_scenes::{Caster, Orchard, Scene};
+use rowscan_scenes::{Orchard, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::{Header, Study, Unit, UnitError, fingerprint};
@@ -96,7 +96,7 @@ impl Study for ResolutionStudy {
         let seed = fingerprint::seed(Self::NAME, self.scene.seed, index);
         let orchard = Orchard::grow(&self.scene.orchard, seed, &|_, _| {})?;
         let target = Target::row(&orchard, 0).ok_or(ScanError::NothingThere { kind: self.scan.kind })?;
-        let caster = Caster::new(&orchard);
+        let caster = self.scan.wood.caster(&orchard)?;
         let reach_m = target.extent.map_or(0.0, |extent| target.near_axis_x_m - extent.low[0]);
         let base_mm = self.base_mm();
         let row_mm = (orchard.length_m() * 1000.0 + 1e-6).floor() as u64;
@@ -114,7 +114,7 @@ impl Study for ResolutionStudy {
                 ..self.scan.clone()
             };
             let plan = ScanPlan::new(&target, &settings)?;
-            let mut totals = plan.lines(&caster, 1, |line| plan.line_areas(line.layers).total_m2);
+            let mut totals = plan.lines(caster.as_ref(), 1, |line| plan.line_areas(line.layers).total_m2);
             totals.truncate(lines);
             // Lines stand for the advance they are cast at; a coarser one counts every n-th line n-fold.
             let every = |mm: u32, offset: usize| {

@@ -35,7 +35,7 @@ impl Layers {
         self.leaves.get(start..start.saturating_add(count)).unwrap_or(&[])
     }
 
-    pub(super) fn reset(&mut self, beams: usize, depth: usize) {
+    pub(crate) fn reset(&mut self, beams: usize, depth: usize) {
         self.depth = depth;
         self.nearest.clear();
         self.nearest.resize(beams, Return::MISS);
@@ -46,7 +46,7 @@ impl Layers {
     }
 
     /// Notes what beam `j` met; `found` gives it from the nearest on, leaves and at most one other surface.
-    pub(super) fn set(&mut self, j: usize, found: impl Iterator<Item = Return>) {
+    pub(crate) fn set(&mut self, j: usize, found: impl Iterator<Item = Return>) {
         let Some(nearest) = self.nearest.get_mut(j) else { return };
         let Some(count) = self.counts.get_mut(j) else { return };
         let slots = self.leaves.get_mut(j * self.depth..(j + 1) * self.depth).unwrap_or(&mut []);

@@ -9,11 +9,13 @@ mod areas;
 mod kind;
 mod plan;
 mod target;
+mod wood;
 
 pub use areas::ScanAreas;
 pub use kind::{Sampling, ScanKind};
 pub use plan::{Line, ScanError, ScanPlan, ScanSettings};
 pub use target::{Extent, Target};
+pub use wood::{Casts, Mesh, MeshError, WoodTest};
 
 /// Leaves of a beam that I_3L counts (the paper's "three outer layers").
 pub const LAYERS: usize = 3;

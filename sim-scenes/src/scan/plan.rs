@@ -8,8 +8,9 @@ use super::LAYERS;
 use super::areas::ScanAreas;
 use super::kind::{Sampling, ScanKind};
 use super::target::{Extent, Target};
+use super::wood::{Casts, WoodTest};
 use crate::angle::cos_sin_deg;
-use crate::caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Return, Scratch};
+use crate::caster::{BeamFan, Beams, Class, Layers, ParallelBeams, Return, Scratch};
 
 /// Most lines, and most beams of a line, that a scan may have.
 const MOST: f64 = 10_000_000.0;
@@ -37,6 +38,9 @@ pub struct ScanSettings {
     pub overhead_m: Option<f64>,
     /// First and last value of what is swept (θ or φ in degrees, z in metres, or x from the axis); from the canopy where absent.
     pub range: Option<(f64, f64)>,
+    /// How wood is found; [`WoodTest::caster`] makes the caster that does so.
+    #[serde(default)]
+    pub wood: WoodTest,
 }
 
 impl Default for ScanSettings {
@@ -52,6 +56,7 @@ impl Default for ScanSettings {
             height_m: 1.6,
             overhead_m: None,
             range: None,
+            wood: WoodTest::Exact,
         }
     }
 }
@@ -256,7 +261,7 @@ impl ScanPlan {
     /// Casts every line and measures it, lines in order whatever the number of threads. `layers` leaves a beam are kept.
     pub fn lines<T: Send>(
         &self,
-        caster: &Caster,
+        caster: &dyn Casts,
         layers: usize,
         measure: impl Fn(Line<'_>) -> T + Sync,
     ) -> Vec<T> {
@@ -277,7 +282,7 @@ impl ScanPlan {
     }
 
     /// Casts the whole scan and adds it up, in the order of the lines: the same bits on any number of threads.
-    pub fn areas(&self, caster: &Caster) -> ScanAreas {
+    pub fn areas(&self, caster: &dyn Casts) -> ScanAreas {
         self.lines(caster, LAYERS, |line| self.line_areas(line.layers)).into_iter().sum()
     }
 }

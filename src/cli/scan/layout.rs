@@ -1,6 +1,6 @@
 //! The flags that lay a scan out, shared by `scan` and the studies.
 
-use rowscan_scenes::scan::{Sampling, ScanSettings};
+use rowscan_scenes::scan::{Mesh, Sampling, ScanSettings, WoodTest};
 
 /// How a scan is laid out; what is left out is the command's own.
 #[derive(Clone, Debug, clap::Args)]
@@ -26,6 +26,29 @@ pub(in crate::cli) struct ScanArgs {
     /// Height of a zenith sensor, Zs; 2 m above the canopy where left out
     #[arg(long, value_name = "METRES")]
     overhead: Option<f64>,
+    /// How wood is found: exact, or mesh as the paper does (half width 1 mm, 3 points an edge, step 1 mm), or mesh:HALF,POINTS,STEP
+    #[arg(long, value_name = "TEST", value_parser = wood)]
+    wood: Option<WoodTest>,
+}
+
+fn wood(text: &str) -> Result<WoodTest, String> {
+    let (name, numbers) = text.split_once(':').map_or((text, None), |(name, rest)| (name, Some(rest)));
+    let mesh = match (name, numbers) {
+        ("exact", None) => return Ok(WoodTest::Exact),
+        ("mesh", None) => Some(Mesh::default()),
+        ("mesh", Some(numbers)) => mesh(numbers),
+        _ => None,
+    };
+    let mesh =
+        mesh.ok_or("expected exact, mesh or mesh:HALF,POINTS,STEP in metres, such as mesh:0.001,3,0.001")?;
+    mesh.validate().map(WoodTest::Mesh).map_err(|error| error.to_string())
+}
+
+fn mesh(numbers: &str) -> Option<Mesh> {
+    let mut numbers = numbers.split(',');
+    let half_width_m = numbers.next()?.parse().ok()?;
+    let (points, step_m) = (numbers.next()?.parse().ok()?, numbers.next()?.parse().ok()?);
+    numbers.next().is_none().then_some(Mesh { half_width_m, points, step_m })
 }
 
 fn sampling(text: &str) -> Result<Sampling, String> {
@@ -34,6 +57,11 @@ fn sampling(text: &str) -> Result<Sampling, String> {
 }
 
 impl ScanArgs {
+    /// How wood is to be found.
+    pub(in crate::cli) fn wood(&self) -> WoodTest {
+        self.wood.unwrap_or_default()
+    }
+
     /// `base` with everything replaced that was asked for.
     pub(in crate::cli) fn over(&self, base: ScanSettings) -> ScanSettings {
         ScanSettings {
@@ -44,6 +72,7 @@ impl ScanArgs {
             distance_m: self.distance.unwrap_or(base.distance_m),
             height_m: self.height.unwrap_or(base.height_m),
             overhead_m: self.overhead.or(base.overhead_m),
+            wood: self.wood.unwrap_or(base.wood),
             ..base
         }
     }

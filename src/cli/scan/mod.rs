@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use rowscan_scenes::caster::Class;
-use rowscan_scenes::scan::{LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target};
-use rowscan_scenes::{Caster, Scene, TruthGrid};
+use rowscan_scenes::scan::{Casts, LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target};
+use rowscan_scenes::{Scene, TruthGrid};
 use serde::Serialize;
 
 use super::blocking::off_runtime;
@@ -133,9 +133,9 @@ fn scan(args: &Args) -> Result<Outcome, Failure> {
         bar.set_position(done as u64);
     })?;
     bar.finish_and_clear();
-    let caster = Caster::new(&stage.orchard);
+    let caster = args.layout.wood().caster(&stage.orchard)?;
     let scans: Vec<Scanned> =
-        tasks.iter().map(|task| one(args, &stage, &caster, task)).collect::<Result<_, _>>()?;
+        tasks.iter().map(|task| one(args, &stage, caster.as_ref(), task)).collect::<Result<_, _>>()?;
     output::print_rows(args.format, &scans)?;
     let blind = scans.iter().find(|scan| scan.leaf_hits + scan.wood_hits == 0);
     if let Some(scan) = blind {
@@ -182,7 +182,7 @@ struct LineRecord {
     points: Vec<Point>,
 }
 
-fn one(args: &Args, stage: &Stage, caster: &Caster, task: &Task) -> Result<Scanned, Failure> {
+fn one(args: &Args, stage: &Stage, caster: &dyn Casts, task: &Task) -> Result<Scanned, Failure> {
     let kind = task.settings.kind;
     let target = Target::row(&stage.orchard, task.row).ok_or(ScanError::NothingThere { kind })?;
     let plan = ScanPlan::new(&target, &task.settings)?;

@@ -180,7 +180,8 @@ fn table(report: &AreasReport) -> String {
         fit_rows(&mut fits, name, view);
     }
     format!(
-        "{orchards}\n{fits}\n{} orchards, L_A max/min {:.1}; seed {}, scene {} ({}), rowscan {}\n",
+        "{orchards}\n{fits}\n{}{} orchards, L_A max/min {:.1}; seed {}, scene {} ({}), rowscan {}\n",
+        missed(report),
         report.orchards.len(),
         report.leaf_area_max_over_min,
         report.provenance.seed,
@@ -188,6 +189,14 @@ fn table(report: &AreasReport) -> String {
         report.provenance.scene_hash,
         report.provenance.rowscan,
     )
+}
+
+/// The gates, by those that do not hold.
+fn missed(report: &AreasReport) -> String {
+    let missed: Vec<String> =
+        report.gates.iter().filter(|gate| !gate.holds).map(ToString::to_string).collect();
+    let count = format!("{} of {} gates hold", report.gates.len() - missed.len(), report.gates.len());
+    if missed.is_empty() { format!("{count}\n") } else { format!("{count}, not: {}\n", missed.join("; ")) }
 }
 
 fn fit_rows(table: &mut comfy_table::Table, name: &str, view: &View) {

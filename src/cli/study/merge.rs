@@ -7,10 +7,11 @@ use serde::de::IgnoredAny;
 
 use super::shards::{read_json, read_shard};
 use super::tell::TellArgs;
-use super::{areas, resolution, run as sweep};
+use super::{areas, resolution, run as sweep, search};
 use crate::cli::{Failure, Outcome};
 use crate::study::areas::AreasStudy;
 use crate::study::resolution::ResolutionStudy;
+use crate::study::search::SearchStudy;
 use crate::study::sweep::SweepStudy;
 use crate::study::{Study, merge};
 
@@ -61,6 +62,9 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
             resolution::tell(&args.tell, merge(read_all::<ResolutionStudy>(&args.files)?)?)
         }
         SweepStudy::NAME => sweep::tell(&args.tell, merge(read_all::<SweepStudy>(&args.files)?)?),
+        SearchStudy::NAME => {
+            search::tell(&args.tell, search::BEST, merge(read_all::<SearchStudy>(&args.files)?)?)
+        }
         unknown => Err(Failure::Usage(format!("this version knows no study `{unknown}`"))),
     }
 }

@@ -9,6 +9,7 @@ mod orchards;
 mod resolution;
 mod rows;
 mod run;
+mod search;
 mod shards;
 mod tell;
 
@@ -24,6 +25,8 @@ pub(super) enum Command {
     Resolution(resolution::Args),
     /// A study from a file: keys of a scene or rig swept, outputs kept
     Run(run::Args),
+    /// The regressions under many readings of what the paper leaves open, beside its numbers
+    Search(search::Args),
     /// Join the shards of a study and report on the whole
     Merge(merge::Args),
     /// Fit a calibration to rows of known leaf area
@@ -40,6 +43,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Areas(args) => args.shards.journal(),
         Command::Resolution(args) => args.shards.journal(),
         Command::Run(args) => args.shards.journal(),
+        Command::Search(args) => args.shards.journal(),
         Command::Merge(_) | Command::Calibration(_) | Command::Accuracy(_) | Command::Estimators(_) => None,
     };
     let work = async {
@@ -47,6 +51,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Areas(args) => areas::run(args).await,
             Command::Resolution(args) => resolution::run(args).await,
             Command::Run(args) => run::run(args).await,
+            Command::Search(args) => search::run(args).await,
             Command::Merge(args) => merge::run(&args),
             Command::Calibration(args) => calibration::run(args).await,
             Command::Accuracy(args) => accuracy::run(args).await,

@@ -18,6 +18,14 @@ pub(super) struct TellArgs {
 }
 
 impl TellArgs {
+    /// Refuses a figure for what has none.
+    pub(super) fn no_figure(&self, what: &str) -> Result<(), Failure> {
+        match &self.figure {
+            Some(_) => Err(Failure::Usage(format!("{what} has no figure: leave out --figure"))),
+            None => Ok(()),
+        }
+    }
+
     /// Draws the figure, if one was asked for.
     pub(super) fn draw(&self, figure: impl FnOnce() -> Result<String, DrawError>) -> Result<(), Failure> {
         let Some(path) = &self.figure else { return Ok(()) };

@@ -5,6 +5,7 @@ use rowscan_canopy::regression::{Goodness, Line};
 use rowscan_scenes::scan::ScanAreas;
 use serde::Serialize;
 
+use super::gates::{Gate, gates};
 use super::{AreasStudy, Orchard};
 use crate::study::{Header, Unit};
 
@@ -15,6 +16,8 @@ pub struct AreasReport {
     pub provenance: Header<AreasStudy>,
     /// Largest leaf area over smallest: a regression's R² grows with it.
     pub leaf_area_max_over_min: f64,
+    /// What the orchards should hold, and whether they do.
+    pub gates: Vec<Gate>,
     /// From beside the row.
     pub lateral: View,
     /// From above.
@@ -94,6 +97,19 @@ impl View {
 /// Regresses a whole study.
 pub fn report(provenance: Header<AreasStudy>, units: Vec<Unit<Orchard>>) -> AreasReport {
     let orchards: Vec<Orchard> = units.into_iter().map(|unit| unit.result).collect();
+    let (lateral, zenith) = views(&orchards);
+    AreasReport {
+        provenance,
+        leaf_area_max_over_min: max_over_min(&orchards),
+        gates: gates(&orchards, [&lateral, &zenith]),
+        lateral,
+        zenith,
+        orchards,
+    }
+}
+
+/// The regressions from beside and from above.
+pub fn views(orchards: &[Orchard]) -> (View, View) {
     let leaf: Vec<f64> = orchards.iter().map(|orchard| orchard.leaf_area_m2).collect();
     let view = |side: Side, areas: fn(&Orchard) -> &ScanAreas| {
         let fit = |kind: ImpactedArea| {
@@ -106,14 +122,13 @@ pub fn report(provenance: Header<AreasStudy>, units: Vec<Unit<Orchard>>) -> Area
             three_leaves: fit(ImpactedArea::ThreeLeaves),
         }
     };
-    let low = leaf.iter().copied().fold(f64::INFINITY, f64::min);
-    AreasReport {
-        provenance,
-        leaf_area_max_over_min: leaf.iter().copied().fold(0.0, f64::max) / low,
-        lateral: view(Side::Lateral, |orchard| &orchard.lateral),
-        zenith: view(Side::Zenith, |orchard| &orchard.zenith),
-        orchards,
-    }
+    (view(Side::Lateral, |orchard| &orchard.lateral), view(Side::Zenith, |orchard| &orchard.zenith))
+}
+
+/// Largest leaf area over smallest.
+pub(super) fn max_over_min(orchards: &[Orchard]) -> f64 {
+    let leaf = || orchards.iter().map(|orchard| orchard.leaf_area_m2);
+    leaf().fold(0.0, f64::max) / leaf().fold(f64::INFINITY, f64::min)
 }
 
 /// One of the three areas.

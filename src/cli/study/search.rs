@@ -1,0 +1,171 @@
+//! `rowscan study search`: under which settings the paper's numbers come out.
+
+use std::path::PathBuf;
+
+use comfy_table::{Cell, Table};
+use rowscan_canopy::reference::PAPER;
+use serde_json::Value;
+
+use super::shards::ShardArgs;
+use super::tell::TellArgs;
+use crate::cli::output::{self, number};
+use crate::cli::{Failure, Format, Outcome};
+use crate::study::Whole;
+use crate::study::areas::Rule;
+use crate::study::search::{self, PointReport, SearchReport, SearchStudy};
+
+#[derive(Debug, clap::Args)]
+pub(in crate::cli) struct Args {
+    /// The search: a base, knobs with their values, and seeds; docs/paper.md says how
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    #[command(flatten)]
+    pub(super) shards: ShardArgs,
+    /// How many of the nearest points the table shows
+    #[arg(long, value_name = "N", default_value_t = BEST)]
+    best: usize,
+    #[command(flatten)]
+    tell: TellArgs,
+}
+
+/// Points that the table shows unless told otherwise.
+pub(super) const BEST: usize = 10;
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let study = search::read(&args.file)?;
+    match args.shards.run(study).await? {
+        Some(whole) => tell(&args.tell, args.best, whole),
+        None => Ok(Outcome::Done),
+    }
+}
+
+/// Reports on a whole search.
+pub(super) fn tell(
+    args: &TellArgs,
+    best: usize,
+    (header, units): Whole<SearchStudy>,
+) -> Result<Outcome, Failure> {
+    args.no_figure("a search")?;
+    let report = search::report(header, &units);
+    match args.format {
+        Format::Json | Format::Jsonl => output::print_json(args.format, &report)?,
+        Format::Csv => output::print_rows(args.format, &report.points.iter().map(row).collect::<Vec<_>>())?,
+        Format::Table => output::print(&table(&report, best))?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// A point on one line of CSV.
+fn row(point: &PointReport) -> serde_json::Map<String, Value> {
+    let mut row = serde_json::Map::new();
+    row.insert("point".to_owned(), point.point.into());
+    row.insert("settings".to_owned(), words(point).into());
+    row.insert("seeds".to_owned(), point.seeds.into());
+    row.insert("slope_distance".to_owned(), point.slope_distance.into());
+    row.insert("r2_lead".to_owned(), point.r2_lead.into());
+    for (place, paper) in PAPER.iter().enumerate() {
+        let own = point.regressions.get(place);
+        let mut put = |what: &str, value: Option<f64>| {
+            row.insert(format!("eq{}_{what}", paper.equation), value.into());
+        };
+        put("slope", own.map(|own| own.slope));
+        put("intercept_m2", own.map(|own| own.intercept_m2));
+        put("r2", own.map(|own| own.r2));
+    }
+    row
+}
+
+fn table(report: &SearchReport, best: usize) -> String {
+    let header = &report.provenance;
+    let base = || report.points.iter().take(1);
+    let singles: Vec<&PointReport> =
+        base().chain(report.points.iter().filter(|point| point.single)).collect();
+    let nearest: Vec<&PointReport> = report.nearest().into_iter().take(best).collect();
+    let refused = report.points.iter().filter(|point| point.refused.is_some());
+    let first = refused.clone().find_map(|point| point.refused.as_deref());
+    let refused = first.map_or_else(String::new, |why| {
+        format!("{} points could not be tried at every seed, the first: {why}\n", refused.count())
+    });
+    let singles = if singles.len() > 1 {
+        format!("one knob turned at a time\n{}\n\n", points(&singles))
+    } else {
+        String::new()
+    };
+    format!(
+        "{singles}nearest to the paper's slopes, of {} points\n{}\n\n{}\n{refused}medians over seeds {:?}; scene {} ({}), rowscan {}\n",
+        report.points.len(),
+        points(&nearest),
+        gates(&base().chain(nearest.iter().copied()).collect::<Vec<_>>()),
+        header.settings.seeds,
+        header.scene,
+        header.scene_hash,
+        header.rowscan,
+    )
+}
+
+/// Points with their six slopes and R², the paper's first.
+fn points(points: &[&PointReport]) -> Table {
+    let mut table = output::grid();
+    let symbols = ["lateral I_L", "I_T", "I_3L", "zenith I_L", "I_T", "I_3L"];
+    output::head(&mut table, ["point"].into_iter().chain(symbols).chain(["R²", "off", "L_A m²", "settings"]));
+    let mut paper = vec![Cell::new("paper")];
+    paper.extend(PAPER.iter().map(|paper| number(Some(paper.slope), 2)));
+    paper.push(Cell::new(range(PAPER.iter().map(|paper| paper.r2))));
+    table.add_row(paper);
+    for point in points {
+        let mut row = vec![Cell::new(point.point)];
+        let slope = |place: usize| number(point.regressions.get(place).map(|own| own.slope), 2);
+        row.extend((0..PAPER.len()).map(slope));
+        row.push(Cell::new(range(point.regressions.iter().map(|own| own.r2))));
+        row.push(number(point.slope_distance, 2));
+        row.push(number(point.leaf_area_m2, 1));
+        row.push(Cell::new(if point.settings.is_empty() { "base".to_owned() } else { words(point) }));
+        table.add_row(row);
+    }
+    table
+}
+
+/// The share of seeds at which each gate holds.
+fn gates(points: &[&PointReport]) -> Table {
+    let mut table = output::grid();
+    output::head(&mut table, ["gates held, % of seeds"].into_iter().chain(Rule::ALL.map(Rule::words)));
+    for point in points {
+        let mut row =
+            vec![Cell::new(if point.point == 0 { "base".to_owned() } else { point.point.to_string() })];
+        row.extend(point.gates.iter().map(|(_, share)| number(Some(100.0 * share), 0)));
+        table.add_row(row);
+    }
+    table
+}
+
+/// Least to greatest.
+fn range(values: impl Iterator<Item = f64> + Clone) -> String {
+    let (least, greatest) =
+        (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max));
+    if least <= greatest { format!("{least:.2}-{greatest:.2}") } else { String::new() }
+}
+
+/// The settings of a point on a line.
+fn words(point: &PointReport) -> String {
+    let settings: Vec<String> =
+        point.settings.iter().map(|(key, value)| format!("{} {}", short(key), plain(value))).collect();
+    settings.join(", ")
+}
+
+/// A key without its tables, but for the two scans'.
+fn short(key: &str) -> &str {
+    let last = key.rsplit('.').next().unwrap_or(key);
+    let scan = key.starts_with("lateral.") || key.starts_with("zenith.");
+    if scan { key } else { last }
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(items) => items.iter().map(plain).collect::<Vec<_>>().join("/"),
+        Value::Object(items) => {
+            items.iter().map(|(key, value)| format!("{key} {}", plain(value))).collect::<Vec<_>>().join(" ")
+        }
+        value => value.to_string(),
+    }
+}

@@ -1,0 +1,200 @@
+//! A search for the paper's orchards: the areas study under many settings, each on the same seeds, beside the paper's numbers.
+//!
+//! What the paper's text leaves open (its tables are lost) are [`Knob`]s: keys of an [`AreasStudy`] and the values they may have besides
+//! the base's. Point 0 is the base; then every value of every knob is tried alone; then come points that draw every knob by lot, each
+//! value (the base's among them) as likely as the others. All points see the same seeds, given in the search's file, and a point is told
+//! by its medians over them: no seed can be picked.
+
+mod file;
+mod keys;
+mod report;
+
+use rayon::prelude::*;
+use rowscan_scenes::Scene;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+pub use file::{SearchFileError, read};
+pub use report::{PointReport, Regression, SearchReport, report};
+
+use super::areas::{AreasStudy, Orchard};
+use super::{Study, UnitError, fingerprint};
+
+/// A search: all that its results depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SearchStudy {
+    /// What to call it.
+    pub name: String,
+    /// The study that the points depart from.
+    pub base: AreasStudy,
+    /// What may be turned.
+    pub knobs: Vec<Knob>,
+    /// Try every value of every knob alone.
+    pub one_at_a_time: bool,
+    /// Points with every knob drawn by lot.
+    pub joint: usize,
+    /// Seeds of the areas study; every point sees all.
+    pub seeds: Vec<u64>,
+}
+
+/// One thing that may be turned: a key of the areas study, or several that go together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Knob {
+    /// Keys, such as `scene.orchard.tree.rules` or `lateral.distance_m`.
+    pub keys: Vec<String>,
+    /// What they may be besides the base's: a list a value, an entry a key.
+    pub values: Vec<Vec<Value>>,
+}
+
+/// The areas study at one point and seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tried {
+    /// The orchards; none where the point cannot be.
+    pub orchards: Vec<Orchard>,
+    /// Why the point cannot be, if it cannot.
+    pub refused: Option<String>,
+}
+
+/// A key with its value.
+pub type Setting<'a> = (&'a str, &'a Value);
+
+impl SearchStudy {
+    /// Points, the base among them.
+    pub fn points(&self) -> usize {
+        1 + self.singles() + self.joint
+    }
+
+    fn singles(&self) -> usize {
+        if self.one_at_a_time { self.knobs.iter().map(|knob| knob.values.len()).sum() } else { 0 }
+    }
+
+    /// True if the point turns one knob alone.
+    pub fn is_single(&self, point: usize) -> bool {
+        (1..=self.singles()).contains(&point)
+    }
+
+    /// What a point sets; nothing for the base.
+    pub fn settings(&self, point: usize) -> Vec<Setting<'_>> {
+        let Some(number) = point.checked_sub(1) else { return Vec::new() };
+        if let Some(joint) = number.checked_sub(self.singles()) {
+            return self.knobs.iter().flat_map(|knob| knob.drawn(self.base.scene.seed, joint)).collect();
+        }
+        let all = self.knobs.iter().flat_map(|knob| knob.values.iter().map(|value| knob.set_to(value)));
+        all.map(Iterator::collect).nth(number).unwrap_or_default()
+    }
+
+    /// The areas study of a point with a seed of the list.
+    ///
+    /// # Errors
+    /// What about the settings cannot be.
+    fn study_at(&self, point: usize, seed: u64) -> Result<AreasStudy, String> {
+        let mut study = keys::set(&self.base, &self.settings(point))?;
+        study.scene.seed = seed;
+        Ok(study)
+    }
+
+    /// Point and seed of a unit.
+    pub fn case(&self, index: usize) -> (usize, u64) {
+        let seeds = self.seeds.len().max(1);
+        (index / seeds, self.seeds.get(index % seeds).copied().unwrap_or_default())
+    }
+}
+
+impl Knob {
+    fn set_to<'a>(&'a self, value: &'a [Value]) -> impl Iterator<Item = Setting<'a>> {
+        self.keys.iter().map(String::as_str).zip(value)
+    }
+
+    /// The value drawn for a joint point; nothing where it is the base's.
+    fn drawn(&self, seed: u64, joint: usize) -> Vec<Setting<'_>> {
+        let lot = fingerprint::seed(&self.keys.join(","), seed, joint) as usize % (self.values.len() + 1);
+        let value = lot.checked_sub(1).and_then(|place| self.values.get(place));
+        value.map_or_else(Vec::new, |value| self.set_to(value).collect())
+    }
+}
+
+impl Study for SearchStudy {
+    const NAME: &'static str = "search";
+    type Result = Tried;
+
+    fn units(&self) -> usize {
+        self.points() * self.seeds.len()
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.base.scene
+    }
+
+    fn effort(&self, index: usize) -> f64 {
+        let (point, seed) = self.case(index);
+        let of = |study: AreasStudy| -> f64 {
+            let layout = study.scene.orchard.layout();
+            let trees = f64::from(layout.trees) * f64::from(layout.rows);
+            trees * (0..study.units()).map(|unit| study.effort(unit)).sum::<f64>() / 1000.0
+        };
+        self.study_at(point, seed).map_or(0.0, of)
+    }
+
+    fn unit(&self, index: usize) -> Result<Tried, UnitError> {
+        let (point, seed) = self.case(index);
+        // A combination that cannot be is a finding of the search, not its end.
+        let refused = |why: String| Ok(Tried { orchards: Vec::new(), refused: Some(why) });
+        let study = match self.study_at(point, seed) {
+            Ok(study) => study,
+            Err(why) => return refused(why),
+        };
+        let orchards: Result<Vec<Orchard>, UnitError> =
+            (0..study.units()).into_par_iter().map(|unit| study.scanned(unit)).collect();
+        match orchards {
+            Ok(orchards) => Ok(Tried { orchards, refused: None }),
+            Err(why) => refused(why.to_string()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn search() -> SearchStudy {
+        let scene = crate::config::load_scene("paper").expect("built in");
+        let knob = |key: &str, values: &[Value]| Knob {
+            keys: vec![key.to_owned()],
+            values: values.iter().map(|value| vec![value.clone()]).collect(),
+        };
+        SearchStudy {
+            name: "test".to_owned(),
+            base: AreasStudy::new(scene),
+            knobs: vec![
+                knob("scene.orchard.trees", &[json!(1), json!(6)]),
+                knob("scene.orchard.tree.rules", &[json!("floral_only")]),
+            ],
+            one_at_a_time: true,
+            joint: 60,
+            seeds: vec![4, 9],
+        }
+    }
+
+    #[test]
+    fn points_are_the_base_then_single_knobs_then_lots() {
+        let search = search();
+        assert_eq!((search.points(), search.units()), (64, 128));
+        assert_eq!(search.settings(0), []);
+        assert_eq!(search.settings(2), [("scene.orchard.trees", &json!(6))]);
+        assert_eq!(search.settings(3), [("scene.orchard.tree.rules", &json!("floral_only"))]);
+        assert!(search.is_single(3) && !search.is_single(0) && !search.is_single(4));
+        let with = |key: &str| {
+            (4..64).filter(|point| search.settings(*point).iter().any(|(name, _)| *name == key)).count()
+        };
+        assert!((25..=55).contains(&with("scene.orchard.trees")), "two lots of three");
+        assert!((15..=45).contains(&with("scene.orchard.tree.rules")), "one lot of two");
+        assert_eq!(search.case(7), (3, 9));
+        let study = search.study_at(3, 9).expect("valid");
+        assert_eq!(study.scene.orchard.tree_parameters().rules.to_string(), "floral_only");
+        assert_eq!((study.scene.seed, study.scene.orchard.layout().trees), (9, 3));
+    }
+}
