@@ -13,9 +13,9 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::binary::{Ended, finish, run};
+use common::binary::{Emulator, Ended, finish, run};
 use rowscan::config::load_scene;
-use rowscan::study::areas::{self, AreasReport, AreasStudy, Fit};
+use rowscan::study::areas::{self, AreasReport, AreasStudy, Gate, Rule};
 use rowscan::study::journal::{self, Journal};
 use rowscan::study::resolution::{self, ResolutionStudy};
 use rowscan::study::{self, Header, Shard, Study, Unit};
@@ -48,32 +48,28 @@ fn twenty_orchards_hold_the_gates() {
             areas::report(Header::of(&study), whole(&study))
         })
         .collect();
-    assert!(reports.iter().all(|report| report.orchards.len() == 20 && report.leaf_area_max_over_min >= 8.0));
-    for side in ["lateral", "zenith"] {
-        let fits = |of: fn(&areas::View) -> &Option<Fit>| -> Vec<&Fit> {
-            let view = |report| -> &areas::View {
-                let report: &AreasReport = report;
-                if side == "lateral" { &report.lateral } else { &report.zenith }
-            };
-            reports.iter().map(|report| of(view(report)).as_ref().expect("a fit")).collect()
-        };
-        let (leaf, total, three) = (fits(|v| &v.leaf), fits(|v| &v.total), fits(|v| &v.three_leaves));
-        let middle =
-            |fits: &[&Fit], value: fn(&Fit) -> f64| median(fits.iter().map(|fit| value(fit)).collect());
-        // (h): the gates of the acceptance list, over five seeds: a single set of orchards may have an outlier.
-        for (fits, gate) in [(&leaf, 0.85), (&total, 0.80), (&three, 0.93)] {
-            let r2 = middle(fits, |fit| fit.r2);
-            assert!(r2 >= gate, "{side}: R² {r2} below {gate}");
+    assert!(reports.iter().all(|report| report.orchards.len() == 20));
+    let gates = |rule: Rule| {
+        reports.iter().flat_map(move |report| report.gates.iter().filter(move |gate| gate.rule == rule))
+    };
+    // At every seed: the range of leaf areas, and both orders.
+    for rule in [Rule::Spread, Rule::SlopeOrder, Rule::R2Order] {
+        assert!(gates(rule).count() >= 5);
+        for gate in gates(rule) {
+            assert!(gate.holds, "{gate}");
         }
-        // (i): the order, every seed.
-        for ((leaf, total), three) in leaf.iter().zip(&total).zip(&three) {
-            assert!(
-                leaf.slope_origin > total.slope_origin && total.slope_origin > three.slope_origin,
-                "{side}"
-            );
-            assert!(three.r2_origin >= leaf.r2_origin, "{side}: {} {}", three.r2_origin, leaf.r2_origin);
-            assert!(three.loo_rmse_relative < 0.45, "{side}: {}", three.loo_rmse_relative);
-        }
+    }
+    // (h): at the middle seed, for a single set of twenty may have an outlier. docs/paper.md says how often the others do not hold.
+    let place = |gate: &Gate| (gate.view, gate.area);
+    for one in gates(Rule::R2).take(6) {
+        let found: Vec<f64> =
+            gates(Rule::R2).filter(|gate| place(gate) == place(one)).filter_map(|gate| gate.found).collect();
+        assert_eq!(found.len(), 5);
+        assert!(median(found) >= one.limit, "{one}");
+    }
+    for fit in reports.iter().flat_map(|report| [&report.lateral.three_leaves, &report.zenith.three_leaves]) {
+        let error = fit.as_ref().expect("a fit").loo_rmse_relative;
+        assert!(error < 0.45, "{error}");
     }
     // (k): more seasons, more leaves, in the middle of all seeds and thresholds.
     let by_season: Vec<f64> = (7..=11)
@@ -83,6 +79,114 @@ fn twenty_orchards_hold_the_gates() {
         })
         .collect();
     assert!(by_season.windows(2).all(|pair| pair[0] < pair[1]), "{by_season:?}");
+}
+
+/// (j), (k), (m): one orchard at stricter and stricter thresholds, down to none of its leaves.
+#[test]
+fn shade_takes_leaves_and_leaves_wood() {
+    let scanned: Vec<areas::Orchard> = [101.0, 80.0, 70.0, 60.0, 0.0]
+        .into_iter()
+        .map(|shady| {
+            // A study of one orchard: the same seed, so the same tree, at every threshold.
+            let study = AreasStudy { iterations: vec![8], shady_percent: vec![shady], ..quick_areas(1) };
+            whole(&study).remove(0).result
+        })
+        .collect();
+    assert!(scanned.windows(2).all(|pair| pair[0].seed == pair[1].seed));
+    assert!(scanned.windows(2).all(|pair| pair[1].leaf_area_m2 < pair[0].leaf_area_m2), "strictly fewer");
+    let bare = scanned.last().expect("five");
+    assert_eq!(bare.leaf_area_m2, 0.0);
+    for areas in [bare.lateral, bare.zenith] {
+        assert_eq!((areas.leaf_m2, areas.three_leaves_m2), (0.0, 0.0));
+        assert!(areas.total_m2 > 0.0, "the reason the paper gives for its intercepts");
+    }
+}
+
+#[test]
+fn a_search_sets_what_it_says_and_is_the_same_in_parts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("search.toml");
+    let content = |value: &str| {
+        format!(
+            r#"version = 1
+scene = "paper"
+seeds = [3, 4]
+one_at_a_time = true
+joint = 1
+[base]
+iterations = [6, 7]
+shady_percent = [60.0, 101.0]
+"lateral.dy_m" = 0.05
+"lateral.dtheta_deg" = 1.0
+"zenith.dy_m" = 0.05
+"zenith.pitch_m" = 0.05
+"scene.orchard.trees" = 1
+[[knob]]
+key = "scene.orchard.tree.rules"
+values = ["{value}"]
+[[knob]]
+key = "scene.orchard.tree.max_metamers"
+values = [30]
+"#
+        )
+    };
+    std::fs::write(&file, content("floral_only")).expect("written");
+    let search = |more: &[&str]| run(&[&["study", "search", text(&file), "--format", "json"], more].concat());
+    let straight = search(&[]);
+    assert_eq!(straight.code, Some(0), "{}", straight.stderr);
+    let report: serde_json::Value = serde_json::from_str(&straight.stdout).expect("json");
+    let points = report["points"].as_array().expect("points");
+    assert_eq!(points.len(), 4, "base, two single knobs, one by lot");
+    assert_eq!(points[1]["settings"]["scene.orchard.tree.rules"], "floral_only");
+    assert_ne!(points[0]["leaf_area_m2"], points[1]["leaf_area_m2"]);
+    assert_eq!((&points[0]["seeds"], &points[2]["seeds"]), (&2.into(), &0.into()));
+    assert!(points[2]["refused"].as_str().is_some_and(|why| why.contains("exceeds 30 metamers")));
+    assert!(points[0]["slope_distance"].is_number() && points[2]["slope_distance"].is_null());
+    let parts: Vec<String> = (1..=3)
+        .map(|shard| {
+            let part = folder.path().join(format!("{shard}.json"));
+            let ended = search(&["--shard", &format!("{shard}/3"), "--output", text(&part)]);
+            assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+            text(&part).to_owned()
+        })
+        .collect();
+    let merged = run(&["study", "merge", "--format", "json", &parts[0], &parts[1], &parts[2]]);
+    assert!(merged.stdout == straight.stdout, "{}", merged.stderr);
+
+    let path = text(&file);
+    refused(&["study", "search", "nowhere.toml"], &["cannot read", "nowhere.toml"]);
+    for (wrong, parts) in [
+        (content("vaze"), ["vaze", "vase, floral_only"]),
+        (content("vase").replace("tree.rules", "tree.rulez"), ["rulez", "unknown field"]),
+        (content("vase").replace("seeds = [3, 4]", "seeds = []"), ["seeds", "found none"]),
+        (content("vase").replace("version = 1", "version = 2"), ["version must be 1", "found 2"]),
+        (content("vase").replace("key = ", "keys = [] # "), ["[[knob]] needs", "`key`"]),
+    ] {
+        std::fs::write(&file, wrong).expect("written");
+        refused(&["study", "search", path], &[path, parts[0], parts[1]]);
+    }
+}
+
+#[test]
+fn a_study_s_calibration_loads_where_estimates_are_made() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let calibration = folder.path().join("orchards.toml");
+    let made = small(&["--calibration", text(&calibration)]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let emulator = Emulator::start(&["paper", "--time-scale", "max"]);
+    let estimate = |calibration: &str| {
+        let url = emulator.url();
+        let asked =
+            ["estimate", &url, "--rig", "paper", "--scans", "450", "--format", "json", "--calibration"];
+        run(&[&asked[..], &[calibration]].concat())
+    };
+    let ended = estimate(text(&calibration));
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let told: serde_json::Value = serde_json::from_str(&ended.stdout).expect("json");
+    assert!(told["leaf_area_m2"].as_f64().is_some_and(|area| area > 0.0), "{}", ended.stdout);
+    let class = "iterations, shady thresholds 60, 101 %";
+    assert!(std::fs::read_to_string(&calibration).expect("written").contains(class));
+    assert!(ended.stdout.contains(class), "the class is named with the result: {}", ended.stdout);
 }
 
 #[test]
@@ -274,6 +378,8 @@ fn impossible_studies_and_scans_are_refused() {
     refused(&["study", "merge", "Cargo.toml"], &["Cargo.toml", "no shard of a study"]);
     refused(&["scan", "--dtheta", "0"], &["angle between beams", "positive"]);
     refused(&["scan", "--type", "sideways"], &["zenith-orthogonal"]);
+    refused(&["scan", "--wood", "net"], &["exact, mesh or mesh:HALF"]);
+    refused(&["scan", "--wood", "mesh:0.001,0,0.001"], &["a mesh needs", "found 0.001, 0 and 0.001"]);
     refused(&["scan", "--type", "zenith", "--two-rows"], &["--two-rows", "zenith"]);
     refused(&["scan", "--distance", "0.2"], &["inside a tree", "0.2 m", "distance"]);
     refused(&["scan", "--type", "zenith", "--overhead", "1"], &["inside a tree", "height overhead"]);
@@ -294,7 +400,7 @@ fn a_scan_writes_the_matrix_and_every_return_and_says_when_it_sees_nothing() {
         "--output",
         text(&prefix),
         "--write",
-        "matrix,csv,ply,las",
+        "matrix,npy,csv,ply,las",
         "--format",
         "json",
     ]);
@@ -311,6 +417,18 @@ fn a_scan_writes_the_matrix_and_every_return_and_says_when_it_sees_nothing() {
         let escapes = rows.iter().flat_map(|row| row.split(',')).filter(|range| *range == "1000").count();
         assert_eq!(Some(escapes as u64), scan["escapes"].as_u64());
 
+        let npy = read(&format!("{side}_L.npy"));
+        let (head, numbers) = npy.split_at(10 + usize::from(u16::from_le_bytes([npy[8], npy[9]])));
+        let shape = format!("'shape': ({}, {})", rows.len(), scan["lines"]);
+        let dictionary = String::from_utf8_lossy(&head[10..]);
+        assert!(npy.starts_with(b"\x93NUMPY\x01\x00") && head.len() % 64 == 0 && dictionary.contains(&shape));
+        let values =
+            rows.iter().flat_map(|row| row.split(',')).map(|range| range.parse::<f64>().expect("a number"));
+        let floats = numbers.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().expect("four")));
+        assert!(values.map(|range| range as f32).eq(floats), "the same matrix");
+        let told = String::from_utf8(read(&format!("{side}_L.txt"))).expect("UTF-8");
+        assert!(!told.is_empty() && matrix.starts_with(&told));
+
         let points = String::from_utf8(read(&format!("{side}_points.csv"))).expect("UTF-8");
         let first: Vec<&str> =
             points.lines().skip(1).filter(|line| line.split(',').nth(6) == Some("1")).collect();
@@ -320,8 +438,19 @@ fn a_scan_writes_the_matrix_and_every_return_and_says_when_it_sees_nothing() {
             assert_eq!(Some(of(class)), scan[key].as_u64(), "{class}");
         }
         let count = points.lines().count() - 1;
-        let cloud = las::Reader::from_path(folder.path().join(format!("row{side}_points.las"))).expect("LAS");
+        let mut cloud =
+            las::Reader::from_path(folder.path().join(format!("row{side}_points.las"))).expect("LAS");
         assert_eq!(cloud.header().number_of_points(), count as u64);
+        let described = cloud.header().vlrs().iter().find(|vlr| vlr.record_id == 4).expect("extra bytes");
+        assert_eq!((described.data.len(), &described.data[4..9]), (192, &b"organ"[..]));
+        let organs =
+            points.lines().skip(1).map(|line| line.split(',').nth(5).and_then(|organ| organ.parse().ok()));
+        let all = cloud.read_all().expect("points");
+        let kept = all.points().map(|point| {
+            let bytes = point.expect("a point").extra_bytes;
+            Some(u32::from_le_bytes(bytes.try_into().expect("four"))).filter(|organ| *organ != u32::MAX)
+        });
+        assert!(kept.eq(organs), "organs of the LAS file are those of the text");
         let mut ply = io::Cursor::new(read(&format!("{side}_points.ply")));
         let parsed = ply_rs_bw::parser::Parser::<ply_rs_bw::ply::DefaultElement>::new()
             .read_ply(&mut ply)

@@ -1,4 +1,4 @@
-//! Matrix L as text: the paper's output, with a header that says what it is.
+//! Matrix L: the paper's output, with a head that says what it is.
 
 use std::fmt::Write;
 
@@ -9,8 +9,8 @@ use crate::stage::Stage;
 /// What stands for a beam that met nothing, metres: far beyond anything it could meet.
 const ESCAPE_M: f64 = 1000.0;
 
-/// N rows of beams and M columns of lines; `columns` holds the ranges of each line, infinite for an escape.
-pub(super) fn csv(plan: &ScanPlan, stage: &Stage, columns: &[&[f64]]) -> Vec<u8> {
+/// What a matrix is, as lines that begin with `#`.
+pub(super) fn head(plan: &ScanPlan, stage: &Stage) -> String {
     let settings = plan.settings();
     let beams = plan.beams().len();
     let (unit, step) =
@@ -37,13 +37,46 @@ pub(super) fn csv(plan: &ScanPlan, stage: &Stage, columns: &[&[f64]]) -> Vec<u8>
         stage.scene.name,
         stage.scene.seed,
     );
-    for beam in 0..beams {
-        for (line, column) in columns.iter().enumerate() {
-            let range_m = column.get(beam).copied().filter(|range| range.is_finite()).unwrap_or(ESCAPE_M);
+    text
+}
+
+/// Beam `beam` of every line: its range in metres, [`ESCAPE_M`] for an escape.
+fn row<'a>(columns: &'a [&[f64]], beam: usize) -> impl Iterator<Item = f64> + 'a {
+    columns
+        .iter()
+        .map(move |column| column.get(beam).copied().filter(|range| range.is_finite()).unwrap_or(ESCAPE_M))
+}
+
+/// N rows of beams and M columns of lines under the head; `columns` holds the ranges of each line, infinite for an escape.
+pub(super) fn csv(plan: &ScanPlan, stage: &Stage, columns: &[&[f64]]) -> Vec<u8> {
+    let mut text = head(plan, stage);
+    for beam in 0..plan.beams().len() {
+        for (line, range_m) in row(columns, beam).enumerate() {
             let comma = if line == 0 { "" } else { "," };
             let _ = write!(text, "{comma}{range_m}");
         }
         text.push('\n');
     }
     text.into_bytes()
+}
+
+/// The same matrix as 32-bit floats in NumPy's format, version 1.0: what `numpy.load` reads. Metres to about 0.2 µm at 3 m. The format
+/// has no place for the head.
+pub(super) fn npy(plan: &ScanPlan, columns: &[&[f64]]) -> Vec<u8> {
+    /// Magic, version, and the length of the dictionary that follows, all together a multiple of this.
+    const ALIGNED: usize = 64;
+    const PREAMBLE: usize = 10;
+    let (beams, lines) = (plan.beams().len(), columns.len());
+    let mut shape = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({beams}, {lines}), }}");
+    while (PREAMBLE + shape.len() + 1) % ALIGNED != 0 {
+        shape.push(' ');
+    }
+    shape.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((shape.len() as u16).to_le_bytes());
+    bytes.extend(shape.as_bytes());
+    for beam in 0..beams {
+        bytes.extend(row(columns, beam).flat_map(|range_m| (range_m as f32).to_le_bytes()));
+    }
+    bytes
 }

@@ -63,11 +63,13 @@ pub(super) struct Args {
 enum File {
     /// PREFIX_L.csv: matrix L, a row a beam, a column a line, metres
     Matrix,
+    /// PREFIX_L.npy: the same as 32-bit floats for NumPy, and PREFIX_L.txt: what it is
+    Npy,
     /// PREFIX_points.csv: every return with its labels
     Csv,
     /// PREFIX_points.ply: the same, binary little-endian
     Ply,
-    /// PREFIX_points.las: the same without organ numbers, LAS 1.4
+    /// PREFIX_points.las: the same, LAS 1.4
     Las,
 }
 
@@ -187,8 +189,9 @@ fn one(args: &Args, stage: &Stage, caster: &dyn Casts, task: &Task) -> Result<Sc
     let target = Target::row(&stage.orchard, task.row).ok_or(ScanError::NothingThere { kind })?;
     let plan = ScanPlan::new(&target, &task.settings)?;
     let files: &[File] = if args.output.is_some() { &args.write } else { &[] };
-    let wants_points = files.iter().any(|file| *file != File::Matrix);
-    let wants_matrix = files.contains(&File::Matrix);
+    let is_matrix = |file: &File| matches!(file, File::Matrix | File::Npy);
+    let wants_points = files.iter().any(|file| !is_matrix(file));
+    let wants_matrix = files.iter().any(is_matrix);
     let bar = progress::bar("scanning", "lines", plan.len() as u64);
     let lines = plan.lines(caster, LAYERS, |line| {
         bar.inc(1);
@@ -249,11 +252,13 @@ fn write(
     named: &dyn Fn(&str) -> PathBuf,
 ) -> Result<(), Failure> {
     let points: Vec<Point> = lines.iter().flat_map(|line| line.points.iter().copied()).collect();
+    let columns: Vec<&[f64]> = lines.iter().map(|line| line.ranges.as_slice()).collect();
     for file in files {
         let (path, bytes): (PathBuf, Vec<u8>) = match file {
-            File::Matrix => {
-                let columns: Vec<&[f64]> = lines.iter().map(|line| line.ranges.as_slice()).collect();
-                (named("_L.csv"), matrix::csv(plan, stage, &columns))
+            File::Matrix => (named("_L.csv"), matrix::csv(plan, stage, &columns)),
+            File::Npy => {
+                output::write_file(&named("_L.txt"), matrix::head(plan, stage).as_bytes())?;
+                (named("_L.npy"), matrix::npy(plan, &columns))
             }
             File::Csv => {
                 let path = named("_points.csv");

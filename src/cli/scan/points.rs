@@ -4,7 +4,7 @@ use std::error::Error;
 use std::io::Cursor;
 
 use las::point::{Classification, Format};
-use las::{Builder, Transform, Vector};
+use las::{Builder, Transform, Vector, Vlr};
 use ply_rs_bw::ply::{
     Addable, ElementDef, Encoding, Ply, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
     PropertyType, ScalarType,
@@ -204,11 +204,28 @@ pub(super) fn ply(points: Vec<Point>) -> Result<Vec<u8>, Box<dyn Error>> {
 /// LAS class for wood: the first that is left to the user. Leaves are high vegetation, as the format has it.
 const LAS_WOOD: u8 = 64;
 
+/// The record that names the extra bytes of every point: one unsigned 32-bit number `organ` (LAS 1.4 R15, "Extra Bytes").
+fn organ_record() -> Vlr {
+    const UNSIGNED_32: u8 = 5;
+    const HAS_NO_DATA: u8 = 1;
+    let mut data = vec![0; 192];
+    let mut put = |from: usize, bytes: &[u8]| {
+        data.iter_mut().skip(from).zip(bytes).for_each(|(place, byte)| *place = *byte);
+    };
+    put(2, &[UNSIGNED_32, HAS_NO_DATA]);
+    put(4, b"organ");
+    put(40, &u64::from(Return::NO_LABEL).to_le_bytes());
+    put(160, b"leaf or branch within its tree");
+    Vlr { user_id: "LASF_Spec".to_owned(), record_id: 4, description: "Extra bytes".to_owned(), data }
+}
+
 /// LAS 1.4, point format 6, tenths of a millimetre. GPS time holds the number of the line, the point source the number of the tree
-/// (counted from 1, 0 for the ground); organ numbers have no place there.
+/// (counted from 1, 0 for the ground), the extra bytes the number of the leaf or branch within its tree.
 pub(super) fn las(plan: &ScanPlan, points: &[Point]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut builder = Builder::from((1, 4));
     builder.point_format = Format::new(6)?;
+    builder.point_format.extra_bytes = 4;
+    builder.vlrs.push(organ_record());
     builder.generating_software = format!("rowscan {}", env!("CARGO_PKG_VERSION"));
     let tenth = Transform { scale: 1e-4, offset: 0.0 };
     builder.transforms = Vector { x: tenth, y: tenth, z: tenth };
@@ -231,6 +248,7 @@ pub(super) fn las(plan: &ScanPlan, points: &[Point]) -> Result<Vec<u8>, Box<dyn 
             scan_angle: if angular { point.swept } else { 0.0 },
             point_source_id: u16::try_from(point.tree.wrapping_add(1)).unwrap_or(u16::MAX),
             gps_time: Some(f64::from(point.line)),
+            extra_bytes: point.organ.to_le_bytes().to_vec(),
             ..las::Point::default()
         })?;
     }

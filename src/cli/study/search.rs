@@ -95,7 +95,7 @@ fn table(report: &SearchReport, best: usize) -> String {
         "{singles}nearest to the paper's slopes, of {} points\n{}\n\n{}\n{refused}medians over seeds {:?}; scene {} ({}), rowscan {}\n",
         report.points.len(),
         points(&nearest),
-        gates(&base().chain(nearest.iter().copied()).collect::<Vec<_>>()),
+        gates(&base().chain(nearest.iter().copied().filter(|point| point.point != 0)).collect::<Vec<_>>()),
         header.settings.seeds,
         header.scene,
         header.scene_hash,
