@@ -42,9 +42,13 @@ pub fn sweep(report: &SweepReport) -> Result<String, DrawError> {
             let y = if errors { "mean |error|, %" } else { "mean" };
             axes(&mut chart, if places.named.is_empty() { name.as_str() } else { "" }, y)?;
             for (text, x) in &places.named {
-                // Just above the axis: names have no place on a scale of numbers.
+                // Upwards from the axis: names have no place on a scale of numbers.
                 let at = (*x, low + 0.02 * (high - low));
-                chart.draw_series([Text::new(text.clone(), at, (FONT, 12).into_font())])?;
+                chart.draw_series([Text::new(
+                    text.clone(),
+                    at,
+                    (FONT, 12).into_font().transform(FontTransform::Rotate270),
+                )])?;
             }
             for (output, ink) in drawn.iter().zip(INKS.into_iter().cycle()) {
                 let points: Vec<(f64, &Effect)> = effects
