@@ -68,7 +68,7 @@ pub(super) fn npy(plan: &ScanPlan, columns: &[&[f64]]) -> Vec<u8> {
     const PREAMBLE: usize = 10;
     let (beams, lines) = (plan.beams().len(), columns.len());
     let mut shape = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({beams}, {lines}), }}");
-    while (PREAMBLE + shape.len() + 1) % ALIGNED != 0 {
+    while !(PREAMBLE + shape.len() + 1).is_multiple_of(ALIGNED) {
         shape.push(' ');
     }
     shape.push('\n');
