@@ -1,22 +1,19 @@
-//! LMS2xx frames, which turn up in serial recordings: recognised by their CRC and listed, not taken apart.
+//! LMS2xx frames, as serial recordings have them: recognised by their CRC, requests and scans in words.
 
 use rowscan_recording::Side;
 
-use super::{Line, Stream, Verdict, words};
+use rowscan_protocol::frame::STX;
+use rowscan_protocol::lms2xx::frame::{FROM_DEVICE, MAX_BODY, OVERHEAD, checksum};
+use rowscan_protocol::lms2xx::telegram::Request;
+use rowscan_protocol::lms2xx::values::Values;
 
-/// `02`, address, length (two bytes, low first), command, data, CRC (two bytes, low first).
-const OVERHEAD: usize = 6;
-const STX: u8 = 0x02;
-/// The device's own address; a host writes the one of the device, 0.
-const FROM_DEVICE: u8 = 0x80;
-/// Largest length the manual allows.
-const MOST: usize = 812;
+use super::{Line, Stream, Verdict, words};
 
 /// The frame `bytes` begin with, and its length. Place and time are the caller's.
 pub(super) fn frame(bytes: &[u8]) -> Option<(usize, Line)> {
     let &[STX, address, low, high, command, ..] = bytes else { return None };
     let length = usize::from(u16::from_le_bytes([low, high]));
-    let frame = bytes.get(..length + OVERHEAD).filter(|_| (1..=MOST).contains(&length))?;
+    let frame = bytes.get(..length + OVERHEAD).filter(|_| (1..=MAX_BODY).contains(&length))?;
     let (body, crc) = frame.split_last_chunk::<2>()?;
     if u16::from_le_bytes(*crc) != checksum(body) {
         return None;
@@ -26,20 +23,31 @@ pub(super) fn frame(bytes: &[u8]) -> Option<(usize, Line)> {
         from: Some(from),
         dialect: Some("LMS2xx".to_owned()),
         name: Some(format!("{command:02X}")),
-        words: Some(words::opaque(length - 1)),
+        words: Some(wording(from, body.get(4..).unwrap_or_default())),
         ..Line::new(&Stream::default(), 0, frame.len() as u64, Verdict::Opaque)
     };
     Some((frame.len(), line))
 }
 
-/// SICK's CRC: polynomial 8005, two data bytes go into every step.
-fn checksum(bytes: &[u8]) -> u16 {
-    let mut previous = 0;
-    bytes.iter().fold(0, |crc: u16, &byte| {
-        let shifted = crc << 1;
-        let reduced = if crc & 0x8000 == 0 { shifted } else { shifted ^ 0x8005 };
-        reduced ^ u16::from_be_bytes([std::mem::replace(&mut previous, byte), byte])
-    })
+/// What a frame's body says.
+fn wording(from: Side, body: &[u8]) -> String {
+    if from == Side::Host {
+        return match Request::parse(body) {
+            Request::Unknown(_) => words::opaque(body.len().saturating_sub(1)),
+            request => format!("{request:?}"),
+        };
+    }
+    let mut values = Values::default();
+    match values.decode_into(body) {
+        Ok(()) => format!(
+            "{:?}: {} values, unit {:?}, status {:02X}",
+            values.output,
+            values.values.len(),
+            values.word.unit,
+            values.status
+        ),
+        Err(_) => words::opaque(body.len().saturating_sub(1)),
+    }
 }
 
 #[cfg(test)]

@@ -18,35 +18,44 @@ const STOP_LIMIT: Duration = Duration::from_secs(10);
 /// A running `rowscan emulate`; killed when dropped.
 pub struct Emulator {
     child: Child,
-    /// `127.0.0.1:port` of its TCP listener.
-    pub tcp: String,
+    /// Where it can be reached: `127.0.0.1:port`, or the path of a link.
+    pub place: String,
 }
 
 impl Emulator {
-    /// Starts the built-in scene and waits for the listening line.
+    /// Starts the built-in scene on a free TCP port and waits for the listening line.
     pub fn start(workspace: &Workspace, extra: &[&str]) -> Result<Self, String> {
         Self::command(workspace, "emulate", extra)
     }
 
     /// The same of another command that listens.
     pub fn command(workspace: &Workspace, name: &str, extra: &[&str]) -> Result<Self, String> {
+        Self::spawn(workspace, name, "tcp", &[&["--tcp", "127.0.0.1:0"], extra].concat())
+    }
+
+    /// The same on the endpoint of this name, which `arguments` ask for.
+    pub fn start_on(workspace: &Workspace, endpoint: &str, arguments: &[&str]) -> Result<Self, String> {
+        Self::spawn(workspace, "emulate", endpoint, arguments)
+    }
+
+    fn spawn(workspace: &Workspace, name: &str, endpoint: &str, arguments: &[&str]) -> Result<Self, String> {
         let binary = workspace.built_binary()?;
         let child = Command::new(&binary)
-            .args([name, "--tcp", "127.0.0.1:0", "--format", "jsonl"])
-            .args(extra)
+            .args([name, "--format", "jsonl"])
+            .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .process_group(0)
             .spawn()
             .map_err(|error| format!("cannot start {}: {error}", binary.display()))?;
-        let mut emulator = Self { child, tcp: String::new() };
+        let mut emulator = Self { child, place: String::new() };
         let lines = shell::stdout_lines(&mut emulator.child)?;
         let end = Instant::now() + START_LIMIT;
-        while emulator.tcp.is_empty() {
+        while emulator.place.is_empty() {
             let line = lines
                 .recv_timeout(end.saturating_duration_since(Instant::now()))
-                .map_err(|_| "rowscan emulate ended or printed no listening line for tcp")?;
-            emulator.tcp = listening_address(&line).unwrap_or_default();
+                .map_err(|_| "rowscan emulate ended or printed no listening line")?;
+            emulator.place = listening_place(&line, endpoint).unwrap_or_default();
         }
         // Later events are nobody's business here, but a pipe nobody reads must not fill up.
         std::thread::spawn(move || lines.into_iter().for_each(drop));
@@ -73,22 +82,25 @@ impl Drop for Emulator {
     }
 }
 
-/// The address in `{"event":"listening","endpoint":"tcp","address":"…"}`.
-fn listening_address(line: &str) -> Option<String> {
+/// The address in `{"event":"listening","endpoint":"tcp","address":"…"}`, or the path where it has one.
+fn listening_place(line: &str, endpoint: &str) -> Option<String> {
     let event: Value = serde_json::from_str(line).ok()?;
-    let listens = event["event"] == "listening" && event["endpoint"] == "tcp";
-    listens.then(|| event["address"].as_str().map(str::to_owned)).flatten()
+    let listens = event["event"] == "listening" && event["endpoint"] == endpoint;
+    let place = event["address"].as_str().or(event["path"].as_str());
+    listens.then(|| place.map(str::to_owned)).flatten()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::listening_address;
+    use super::listening_place;
 
     #[test]
-    fn only_the_tcp_listening_line_has_the_address() {
+    fn only_the_endpoints_own_line_has_its_place() {
         let line = r#"{"event":"listening","endpoint":"tcp","address":"127.0.0.1:41123"}"#;
-        assert_eq!(listening_address(line).as_deref(), Some("127.0.0.1:41123"));
-        assert_eq!(listening_address(r#"{"event":"listening","endpoint":"pty","path":"x"}"#), None);
-        assert_eq!(listening_address("listening on 127.0.0.1:41123"), None);
+        assert_eq!(listening_place(line, "tcp").as_deref(), Some("127.0.0.1:41123"));
+        let link = r#"{"event":"listening","endpoint":"pty","path":"x"}"#;
+        assert_eq!(listening_place(link, "tcp"), None);
+        assert_eq!(listening_place(link, "pty").as_deref(), Some("x"));
+        assert_eq!(listening_place("listening on 127.0.0.1:41123", "tcp"), None);
     }
 }

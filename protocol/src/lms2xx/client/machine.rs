@@ -11,7 +11,7 @@ use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::device::place;
 use crate::lms2xx::frame::{Frame, Heard, MAX_BODY, OVERHEAD};
 use crate::lms2xx::model::{self, Model};
-use crate::lms2xx::telegram::{POWER_ON, REPLY, command};
+use crate::lms2xx::telegram::{POWER_ON, REPLY, RESET_REPLY, command};
 use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
 use crate::lms2xx::{Rate, Variant};
 use crate::scan::{Echo, Scan};
@@ -182,7 +182,10 @@ impl Machine {
                 }
                 return;
             }
-            [POWER_ON, ..] if self.step == Step::Streaming => return self.finish(Event::Restarted),
+            // The reply to somebody else's reset, or the text that follows it, if the rate is the same.
+            [POWER_ON | RESET_REPLY, ..] if self.step == Step::Streaming => {
+                return self.finish(Event::Restarted);
+            }
             _ => {}
         }
         self.learn(frame.body);

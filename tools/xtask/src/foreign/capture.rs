@@ -42,10 +42,10 @@ fn capture(workspace: &Workspace, counts: &mut Counts) -> Result<(), String> {
         let _ = std::fs::remove_file(old);
     }
     let emulator = Emulator::start(workspace, &["--model", "lms111"])?;
-    let (_, port) = emulator.tcp.rsplit_once(':').ok_or("no port")?;
+    let (_, port) = emulator.place.rsplit_once(':').ok_or("no port")?;
     let dumpcap = begin(&captured, port)?;
     let record = path(&recorded)?;
-    let url = format!("tcp://{}", emulator.tcp);
+    let url = format!("tcp://{}", emulator.place);
     let live = estimate(&binary, &[&url, "--rig", "spindle", "--scans", SCANS, "--record", record])?;
     // Packets are on their way through the kernel still.
     std::thread::sleep(Duration::from_secs(1));

@@ -1,4 +1,4 @@
-//! MRPT's laser drivers CLMS100Eth and CSICKTim561Eth, built from Debian's MRPT and unmodified: each runs its own start-up, and what it
+//! MRPT's laser drivers CLMS100Eth, CSICKTim561Eth and CSickLaserSerial, built from Debian's MRPT and unmodified: each runs its own start-up, and what it
 //! receives is what another client of the same scanner receives, and what the scene holds.
 
 use std::collections::HashSet;
@@ -20,8 +20,16 @@ use crate::workspace::Workspace;
 /// Where Debian puts MRPT's headers, a folder a module.
 const HEADERS: &str = "/usr/include/mrpt";
 const PACKAGES: &[&str] = &["libmrpt-hwdrivers-dev", "g++"];
-const LIBRARIES: &[&str] =
-    &["-lmrpt-hwdrivers", "-lmrpt-obs", "-lmrpt-comms", "-lmrpt-poses", "-lmrpt-math", "-lmrpt-core"];
+const LIBRARIES: &[&str] = &[
+    "-lmrpt-hwdrivers",
+    "-lmrpt-obs",
+    "-lmrpt-comms",
+    "-lmrpt-poses",
+    "-lmrpt-math",
+    "-lmrpt-serialization",
+    "-lmrpt-rtti",
+    "-lmrpt-core",
+];
 
 /// Scans a driver must deliver.
 const SCANS: usize = 20;
@@ -29,6 +37,8 @@ const SCANS: usize = 20;
 const SENSOR_HEIGHT_MM: f64 = 1600.0;
 /// No leaf hangs within this angle of straight down.
 const BARE_DEG: f64 = 15.0;
+/// Rates CSickLaserSerial is asked for; it knows 9600, 38400 and 500000 only.
+const SERIAL_RATES: &[&str] = &["9600", "38400"];
 /// First beam of both scanners.
 const START_DEG: f64 = -45.0;
 
@@ -46,7 +56,7 @@ const CASES: &[Case] = &[
     Case { class: "CSICKTim561Eth", model: "tim561", beams: 811, step_deg: 1.0 / 3.0 },
 ];
 
-/// Builds the program and runs every driver.
+/// Builds the programs and runs every driver.
 pub fn run(workspace: &Workspace) -> Outcome {
     if let Err(why) = workspace.built_binary() {
         return Outcome::Skipped(why);
@@ -56,7 +66,7 @@ pub fn run(workspace: &Workspace) -> Outcome {
         return Outcome::Skipped(why);
     }
     let mut counts = Counts::default();
-    let result = build(workspace).and_then(|program| {
+    let result = build(workspace, "scans").and_then(|program| {
         counts.passed += 1;
         for case in CASES {
             check(workspace, &program, case).map_err(|error| format!("{}: {error}", case.class))?;
@@ -66,16 +76,22 @@ pub fn run(workspace: &Workspace) -> Outcome {
             check_replay(workspace, &program, &recorded).map_err(|error| format!("replay: {error}"))?;
             counts.passed += 1;
         }
+        let program = build(workspace, "serial_scans")?;
+        for rate in SERIAL_RATES {
+            check_serial(workspace, &program, rate)
+                .map_err(|error| format!("CSickLaserSerial at {rate}: {error}"))?;
+            counts.passed += 1;
+        }
         Ok(())
     });
     Outcome::from_tests(counts, result)
 }
 
-fn build(workspace: &Workspace) -> Result<PathBuf, String> {
-    let program = workspace.scratch("mrpt")?.join("scans");
+fn build(workspace: &Workspace, name: &str) -> Result<PathBuf, String> {
+    let program = workspace.scratch("mrpt")?.join(name);
     let mut compile = Command::new("g++");
     compile.args(["-std=c++17", "-O1", "-o"]).arg(&program);
-    compile.arg(workspace.root.join("tools/foreign/mrpt/scans.cpp"));
+    compile.arg(workspace.root.join(format!("tools/foreign/mrpt/{name}.cpp")));
     let modules = std::fs::read_dir(HEADERS).map_err(|error| format!("{HEADERS}: {error}"))?;
     for include in modules.flatten().map(|module| module.path().join("include")).filter(|path| path.is_dir())
     {
@@ -88,8 +104,8 @@ fn build(workspace: &Workspace) -> Result<PathBuf, String> {
 
 fn check(workspace: &Workspace, program: &Path, case: &Case) -> Result<(), String> {
     let emulator = Emulator::start(workspace, &["--model", case.model])?;
-    let (host, port) = emulator.tcp.rsplit_once(':').ok_or("no port")?;
-    let witness = Witness::watch(&emulator.tcp)?;
+    let (host, port) = emulator.place.rsplit_once(':').ok_or("no port")?;
+    let witness = Witness::watch(&emulator.place)?;
     let mut scans = Vec::new();
     let mut command = Command::new(program);
     command.args([case.class, host, port, &SCANS.to_string()]);
@@ -103,7 +119,7 @@ fn check(workspace: &Workspace, program: &Path, case: &Case) -> Result<(), Strin
         if ranges_mm.len() != case.beams || (aperture_deg - 270.0).abs() > 0.3 {
             return fail(format!("{} beams over {aperture_deg} degrees", ranges_mm.len()));
         }
-        if let Some((angle, found, expected)) = off_the_ground(case, ranges_mm) {
+        if let Some((angle, found, expected)) = off_the_ground(case, START_DEG, ranges_mm) {
             return fail(format!("{found} mm at {angle} degrees, the ground is at {expected:.1} mm"));
         }
         if !seen.contains(ranges_mm) {
@@ -129,8 +145,8 @@ fn recorded_lms111(workspace: &Workspace) -> Option<PathBuf> {
 fn check_replay(workspace: &Workspace, program: &Path, recorded: &Path) -> Result<(), String> {
     let recorded = recorded.to_str().ok_or("a path that is not UTF-8")?;
     let replay = Emulator::command(workspace, "replay", &[recorded, "--loop"])?;
-    let (host, port) = replay.tcp.rsplit_once(':').ok_or("no port")?;
-    let witness = Witness::watch(&replay.tcp)?;
+    let (host, port) = replay.place.rsplit_once(':').ok_or("no port")?;
+    let witness = Witness::watch(&replay.place)?;
     let mut scans = Vec::new();
     let mut command = Command::new(program);
     command.args(["CLMS100Eth", host, port, &SCANS.to_string()]);
@@ -145,10 +161,40 @@ fn check_replay(workspace: &Workspace, program: &Path, recorded: &Path) -> Resul
     replay.stop()
 }
 
+/// CSickLaserSerial against a virtual LMS291 on a pseudo-terminal: it finds the device, switches its rate and configures it.
+fn check_serial(workspace: &Workspace, program: &Path, rate: &str) -> Result<(), String> {
+    let link = workspace.scratch("mrpt")?.join("scanner");
+    let link = link.to_str().ok_or("the scratch folder's name is no text")?;
+    let emulator = Emulator::start_on(workspace, "pty", &["--model", "lms291", "--pty", link])?;
+    let mut scans = Vec::new();
+    let mut command = Command::new(program);
+    command.args([&emulator.place, rate, &SCANS.to_string()]);
+    shell::run_lines(&mut command, Duration::from_secs(90), |line| scans.extend(scan(line)))?;
+    if scans.len() != SCANS {
+        return Err(format!("{} of {SCANS} scans", scans.len()));
+    }
+    let case = Case { class: "CSickLaserSerial", model: "lms291", beams: 361, step_deg: 0.5 };
+    for (number, (aperture_deg, ranges_mm)) in scans.iter().enumerate() {
+        if ranges_mm.len() != case.beams || (aperture_deg - 180.0).abs() > 0.3 {
+            return Err(format!("scan {number}: {} beams over {aperture_deg} degrees", ranges_mm.len()));
+        }
+        if let Some((angle, found, expected)) = off_the_ground(&case, 0.0, ranges_mm) {
+            return Err(format!(
+                "scan {number}: {found} mm at {angle} degrees, the ground is at {expected:.1} mm"
+            ));
+        }
+    }
+    println!(
+        "    {}: {SCANS} scans of {} beams at {rate}, on the ground to the millimetre",
+        case.class, case.beams
+    );
+    emulator.stop()
+}
+
 /// Angle, range and true distance of a beam that misses the bare ground straight below.
-fn off_the_ground(case: &Case, ranges_mm: &[u32]) -> Option<(f64, u32, f64)> {
+fn off_the_ground(case: &Case, start_deg: f64, ranges_mm: &[u32]) -> Option<(f64, u32, f64)> {
     let beams =
-        ranges_mm.iter().enumerate().map(|(beam, &range)| (START_DEG + beam as f64 * case.step_deg, range));
+        ranges_mm.iter().enumerate().map(|(beam, &range)| (start_deg + beam as f64 * case.step_deg, range));
     let expected = |angle_deg: f64| SENSOR_HEIGHT_MM / (angle_deg * PI / 180.0).cos();
     beams
         .filter(|(angle_deg, _)| angle_deg.abs() <= BARE_DEG)
@@ -226,7 +272,7 @@ mod tests {
             let angle = |beam: u32| (START_DEG + f64::from(beam)) * PI / 180.0;
             (0..271).map(|beam| (height / angle(beam).cos().abs().max(0.01)).round() as u32).collect()
         };
-        assert_eq!(off_the_ground(&case, &flat(1600.0)), None);
-        assert!(off_the_ground(&case, &flat(1610.0)).is_some());
+        assert_eq!(off_the_ground(&case, START_DEG, &flat(1600.0)), None);
+        assert!(off_the_ground(&case, START_DEG, &flat(1610.0)).is_some());
     }
 }

@@ -27,7 +27,7 @@ fn converse(workspace: &Workspace) -> Outcome {
     let mut counts = Counts::default();
     let result = Emulator::start(workspace, &["--model", "lms111"]).and_then(|emulator| {
         counts.passed += 1;
-        talk(&emulator.tcp, &mut counts)?;
+        talk(&emulator.place, &mut counts)?;
         emulator.stop()?;
         counts.passed += 1;
         Ok(())
