@@ -13,7 +13,7 @@ use rowscan_scenes::{BeamFan, Caster, GrowError, Orchard, Return, Scratch};
 fn main() -> Result<(), GrowError> {
     let started = Instant::now();
     let orchard = Orchard::grow(&OrchardParameters::default(), 1, &|_, _| {})?;
-    let leaves: usize = orchard.trees().iter().map(|tree| tree.leaves.len()).sum();
+    let leaves: usize = orchard.trees().map(|tree| tree.leaves.len()).sum();
     println!("grow    {:9.4} s  {leaves} leaves, all threads", started.elapsed().as_secs_f64());
     let started = Instant::now();
     let truth = orchard.truth();

@@ -11,26 +11,39 @@
 //! The crate does no I/O, reads no clock and keeps no global state. The same scene and seed give the same bytes on any
 //! machine and any number of threads: random streams are keyed ([`seed`]), elementary functions come from `libm`.
 
+pub mod analytic;
 mod angle;
 pub mod builtin;
 pub mod caster;
+pub mod drawing;
 pub mod encoder;
+pub mod exchange;
+pub mod generator;
 pub mod gnss;
 pub mod growth;
+pub mod import;
+pub mod lsystem;
 pub mod optics;
 pub mod orchard;
 pub mod organ;
 pub mod parameters;
+mod placement;
 mod polygon;
 pub mod scan;
 pub mod scene;
+pub mod season;
 pub mod seed;
+mod support;
+mod target;
 pub mod trajectory;
 mod truth;
 
 pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
-pub use growth::GrowError;
+pub use generator::{GeneratorKind, GrowError, Remark};
 pub use orchard::{Orchard, OrchardParameters};
-pub use organ::{Cylinder, Leaf, OrganError, Tree};
+pub use organ::{Cylinder, Facet, Leaf, OrganError, Surface, Tree};
+pub use placement::Placement;
 pub use scene::{Scene, SceneError};
+pub use support::{Support, SupportKind, Trellis};
+pub use target::{Adjustment, TargetError};
 pub use truth::{HeightBand, RowSlab, TreeTruth, Truth, TruthGrid};

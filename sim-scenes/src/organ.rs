@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::placement::Placement;
 use crate::polygon;
 
 /// One leaf blade: a plane, simple, closed polygon. It need not be convex.
@@ -56,8 +57,39 @@ impl Leaf {
     /// The same leaf elsewhere.
     #[must_use]
     pub fn translated(&self, by: [f64; 3]) -> Self {
-        let moved = self.outline.iter().map(|v| (DVec3::from_array(*v) + DVec3::from_array(by)).to_array());
-        Self { outline: moved.collect(), ..*self }
+        self.placed(&Placement::at(by))
+    }
+
+    /// The same leaf as it stands in the scene.
+    #[must_use]
+    pub fn placed(&self, placement: &Placement) -> Self {
+        Self {
+            outline: self.outline.iter().map(|vertex| placement.point(*vertex)).collect(),
+            normal: placement.direction(self.normal),
+            area_m2: self.area_m2,
+        }
+    }
+
+    /// The same leaf, larger or smaller by `factor` in length and width about its first vertex (its foot).
+    ///
+    /// # Errors
+    /// A factor that leaves no area.
+    pub fn scaled(&self, factor: f64) -> Result<Self, OrganError> {
+        let foot = self.outline.first().map_or(DVec3::ZERO, |foot| DVec3::from_array(*foot));
+        let stretched = |v: &[f64; 3]| (foot + (DVec3::from_array(*v) - foot) * factor).to_array();
+        Self::new(self.outline.iter().map(stretched).collect::<Vec<_>>())
+    }
+
+    /// How far the farthest vertex lies off the plane through the centroid, over the polygon's size (its largest extent from the first
+    /// vertex): 0 for a plane one.
+    pub fn warp(&self) -> f64 {
+        let middle = DVec3::from_array(self.centroid());
+        let normal = DVec3::from_array(self.normal);
+        let vertices = || self.outline.iter().map(|vertex| DVec3::from_array(*vertex));
+        let off = vertices().map(|vertex| (vertex - middle).dot(normal).abs()).fold(0.0, f64::max);
+        let first = vertices().next().unwrap_or(middle);
+        let size = vertices().map(|vertex| vertex.distance(first)).fold(0.0, f64::max);
+        if size > 0.0 { off / size } else { 0.0 }
     }
 }
 
@@ -119,9 +151,36 @@ impl Cylinder {
     /// The same cylinder elsewhere.
     #[must_use]
     pub fn translated(&self, by: [f64; 3]) -> Self {
-        let shift = |p: [f64; 3]| (DVec3::from_array(p) + DVec3::from_array(by)).to_array();
-        Self { base: shift(self.base), tip: shift(self.tip), radius_m: self.radius_m }
+        self.placed(&Placement::at(by))
     }
+
+    /// The same cylinder as it stands in the scene.
+    #[must_use]
+    pub fn placed(&self, placement: &Placement) -> Self {
+        Self { base: placement.point(self.base), tip: placement.point(self.tip), radius_m: self.radius_m }
+    }
+}
+
+/// What a facet is the surface of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Surface {
+    /// Bark: wood that came as a mesh and not as cylinders.
+    Bark,
+    /// A fruit.
+    Fruit,
+    /// A post that came as a mesh.
+    Post,
+    /// A wire that came as a mesh.
+    Wire,
+}
+
+/// A plane polygon that stops beams and is no leaf.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facet {
+    /// What it is the surface of.
+    pub surface: Surface,
+    /// Its outline, area and normal.
+    pub polygon: Leaf,
 }
 
 /// A tree: what grows at one place of the row. A gap in the row is a tree without organs.
@@ -131,6 +190,8 @@ pub struct Tree {
     pub leaves: Vec<Leaf>,
     /// Its branches; the place in this list is the branch's id.
     pub wood: Vec<Cylinder>,
+    /// Surfaces given as polygons: bark of meshes, fruit. The place in this list is the facet's id.
+    pub facets: Vec<Facet>,
 }
 
 impl Tree {
@@ -139,17 +200,38 @@ impl Tree {
         self.leaves.iter().map(Leaf::area_m2).sum()
     }
 
-    /// Lateral surface of all wood, m².
+    /// Lateral surface of all wood, m²: cylinders without their ends, and bark facets.
     pub fn wood_area_m2(&self) -> f64 {
-        self.wood.iter().map(Cylinder::area_m2).sum()
+        self.wood.iter().map(Cylinder::area_m2).sum::<f64>() + self.facet_area_m2(Surface::Bark)
+    }
+
+    /// Surface of all facets of a kind, m².
+    pub fn facet_area_m2(&self, surface: Surface) -> f64 {
+        let of_kind = self.facets.iter().filter(|facet| facet.surface == surface);
+        // The sum of nothing is written as zero, not as minus zero.
+        of_kind.fold(0.0, |sum, facet| sum + facet.polygon.area_m2())
     }
 
     /// The same tree elsewhere.
     #[must_use]
     pub fn translated(&self, by: [f64; 3]) -> Self {
+        self.placed(&Placement::at(by))
+    }
+
+    /// The same tree as it stands in the scene.
+    #[must_use]
+    pub fn placed(&self, placement: &Placement) -> Self {
         Self {
-            leaves: self.leaves.iter().map(|leaf| leaf.translated(by)).collect(),
-            wood: self.wood.iter().map(|piece| piece.translated(by)).collect(),
+            leaves: self.leaves.iter().map(|leaf| leaf.placed(placement)).collect(),
+            wood: self.wood.iter().map(|piece| piece.placed(placement)).collect(),
+            facets: self
+                .facets
+                .iter()
+                .map(|Facet { surface, polygon }| Facet {
+                    surface: *surface,
+                    polygon: polygon.placed(placement),
+                })
+                .collect(),
         }
     }
 }

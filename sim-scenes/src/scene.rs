@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::encoder::Encoder;
 use crate::gnss::Gnss;
 use crate::orchard::OrchardParameters;
-use crate::parameters::ParameterError;
+use crate::parameters::{ParameterError, SceneFile};
 use crate::trajectory::{Drive, DriveError, Trajectory};
 
 /// The scene file format this crate reads.
@@ -66,6 +66,11 @@ impl Scene {
     /// The drive past rows of this length, metres: where the tractor is at any time.
     pub fn trajectory(&self, row_m: f64) -> Trajectory {
         self.drive.trajectory(&self.resolved_rig(), row_m)
+    }
+
+    /// The files that it names. Their contents must be handed in before it can be grown.
+    pub fn files_mut(&mut self) -> Vec<&mut SceneFile> {
+        self.orchard.files_mut()
     }
 
     /// Refuses values no scene could be made of.

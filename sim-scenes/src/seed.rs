@@ -19,6 +19,16 @@ pub enum Stage {
     Foliage = 2,
     /// Noise of the GNSS receiver, by millisecond.
     Gnss = 3,
+    /// Which leaves are out in a season.
+    Season = 8,
+    /// Which leaves are thinned out for a target leaf area.
+    Thinning = 4,
+    /// Where leaves are added for a target leaf area.
+    Seeding = 5,
+    /// Which production of an L-system is taken.
+    Rewriting = 6,
+    /// Which of few distinct trees stands where, and how it is turned.
+    Placing = 7,
 }
 
 /// A keyed stream of random numbers.

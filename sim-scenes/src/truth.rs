@@ -1,12 +1,15 @@
 //! What is there: exact leaf and wood areas, by tree, along the row and by height.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use crate::orchard::Orchard;
-use crate::organ::{Cylinder, Tree};
+use crate::organ::{Cylinder, Leaf, Surface, Tree};
 use crate::polygon;
+use crate::support::SupportKind;
+use crate::target::Adjustment;
 
 /// The bins of slabs and bands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +35,19 @@ pub struct Truth {
     pub leaf_area_m2: f64,
     /// Lateral surface of the wood of the row, m².
     pub wood_area_m2: f64,
+    /// Lateral surface of the posts of the row, m².
+    pub post_area_m2: f64,
+    /// Lateral surface of the wires of the row, m².
+    pub wire_area_m2: f64,
+    /// Surface of the fruit of the row, m².
+    pub fruit_area_m2: f64,
+    /// Inclination of the leaves from the horizontal, degrees: mean weighted by area; None without leaves.
+    pub leaf_angle_mean_deg: Option<f64>,
+    /// Its standard deviation, weighted likewise.
+    pub leaf_angle_sd_deg: Option<f64>,
+    /// What was done to reach a leaf area index that was asked for; left out where none was.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub adjustment: Option<Adjustment>,
     /// Leaf area over ground area (row spacing × places × tree spacing, gaps included); None where a spacing is unknown.
     pub lai: Option<f64>,
     /// By tree, in the order of the places.
@@ -92,7 +108,7 @@ pub struct HeightBand {
 
 impl Truth {
     /// Measures the trees of one row.
-    pub(crate) fn of_row(orchard: &Orchard, trees: &[Tree], grid: TruthGrid) -> Self {
+    pub(crate) fn of_row(orchard: &Orchard, trees: &[Cow<'_, Tree>], row: usize, grid: TruthGrid) -> Self {
         let cell_m2 = orchard.row_spacing_m().zip(orchard.tree_spacing_m()).map(|(row, tree)| row * tree);
         let mut by_tree: Vec<TreeTruth> = (0..)
             .zip(trees)
@@ -105,9 +121,18 @@ impl Truth {
             tree.cell_leaf_area_m2 = Some(cell.leaf_area_m2);
         }
         let leaf_area_m2: f64 = by_tree.iter().map(|tree| tree.leaf_area_m2).sum();
+        let surface = |surface| trees.iter().fold(0.0, |sum, tree| sum + tree.facet_area_m2(surface));
+        let built = |kind| surface_of_supports(orchard, kind, row);
+        let angle = leaf_angle(trees);
         Self {
             seed: orchard.seed(),
             leaf_area_m2,
+            post_area_m2: built(SupportKind::Post) + surface(Surface::Post),
+            wire_area_m2: built(SupportKind::Wire) + surface(Surface::Wire),
+            fruit_area_m2: surface(Surface::Fruit),
+            leaf_angle_mean_deg: angle.map(|(mean, _)| mean),
+            leaf_angle_sd_deg: angle.map(|(_, sd)| sd),
+            adjustment: orchard.adjustment().copied(),
             wood_area_m2: by_tree.iter().map(|tree| tree.wood_area_m2).sum(),
             lai: cell_m2.filter(|_| !trees.is_empty()).map(|cell| leaf_area_m2 / (cell * trees.len() as f64)),
             trees: by_tree,
@@ -117,11 +142,35 @@ impl Truth {
     }
 }
 
+/// Lateral surface of a row's posts or wires.
+fn surface_of_supports(orchard: &Orchard, kind: SupportKind, row: usize) -> f64 {
+    let own = orchard.supports_of_row(row).filter(|(_, support)| support.kind == kind);
+    own.fold(0.0, |sum, (_, support)| sum + support.shape.area_m2())
+}
+
+/// Mean and standard deviation of the leaves' inclinations, degrees, weighted by area.
+fn leaf_angle(trees: &[Cow<'_, Tree>]) -> Option<(f64, f64)> {
+    let inclined = |leaf: &Leaf| {
+        let [.., z] = leaf.normal();
+        (leaf.area_m2(), libm::acos(z.abs().min(1.0)).to_degrees())
+    };
+    let (mut area, mut first, mut second) = (0.0, 0.0, 0.0);
+    for (weight, angle) in trees.iter().flat_map(|tree| tree.leaves.iter().map(inclined)) {
+        area += weight;
+        first += weight * angle;
+        second += weight * angle * angle;
+    }
+    let mean = first / area;
+    (area > 0.0).then(|| (mean, (second / area - mean * mean).max(0.0).sqrt()))
+}
+
 impl TreeTruth {
     fn of(tree: u32, organs: &Tree, spacing_m: Option<f64>, cell_m2: Option<f64>) -> Self {
         let leaf_area_m2 = organs.leaf_area_m2();
         let leaf_tops = organs.leaves.iter().flat_map(|leaf| leaf.outline().iter().map(|[_, _, z]| *z));
         let wood_tops = organs.wood.iter().map(Cylinder::top_m);
+        let facets = organs.facets.iter().flat_map(|facet| facet.polygon.outline());
+        let leaf_tops = leaf_tops.chain(facets.map(|[_, _, z]| *z));
         Self {
             tree,
             y_m: spacing_m.map(|spacing| (f64::from(tree) + 0.5) * spacing),
@@ -139,7 +188,7 @@ impl TreeTruth {
 const MOST_BINS: f64 = 1e6;
 
 /// Slabs from 0 to `length_m`, the last one ending there. Parts beyond count where the row repeats them.
-fn slabs(trees: &[Tree], length_m: f64, slab_m: f64) -> Vec<RowSlab> {
+fn slabs(trees: &[Cow<'_, Tree>], length_m: f64, slab_m: f64) -> Vec<RowSlab> {
     let count = (length_m / slab_m - 1e-9).ceil();
     if !(slab_m > 0.0 && (1.0..=MOST_BINS).contains(&count)) {
         return Vec::new();
@@ -170,7 +219,7 @@ fn slabs(trees: &[Tree], length_m: f64, slab_m: f64) -> Vec<RowSlab> {
 }
 
 /// Bands of equal height about Z = 0, from the lowest organ's to the highest organ's.
-fn bands(trees: &[Tree], band_m: f64) -> Vec<HeightBand> {
+fn bands(trees: &[Cow<'_, Tree>], band_m: f64) -> Vec<HeightBand> {
     if !(band_m > 0.0 && band_m.is_finite()) {
         return Vec::new();
     }
@@ -204,14 +253,21 @@ struct Bins<F, B> {
 
 impl<F: Fn(i64) -> f64, B: Fn(f64) -> i64> Bins<F, B> {
     /// Calls `add(bin, leaf area, wood area)` for every part of every organ. The parts of an organ add up to the organ.
-    fn fill(&self, trees: &[Tree], mut add: impl FnMut(i64, f64, f64)) {
+    fn fill(&self, trees: &[Cow<'_, Tree>], mut add: impl FnMut(i64, f64, f64)) {
         let mut scratch = Vec::new();
         let along = |vertex: &[f64; 3]| vertex.get(self.axis).copied().unwrap_or(0.0);
-        for leaf in trees.iter().flat_map(|tree| &tree.leaves) {
+        let mut polygon = |leaf: &Leaf, add: &mut dyn FnMut(i64, f64)| {
             let low = leaf.outline().iter().map(along).fold(f64::INFINITY, f64::min);
             let high = leaf.outline().iter().map(along).fold(f64::NEG_INFINITY, f64::max);
             let below = |face_m| polygon::area_below(leaf.outline(), self.axis, face_m, &mut scratch);
-            self.cut([low, high], leaf.area_m2(), below, |bin, area| add(bin, area, 0.0));
+            self.cut([low, high], leaf.area_m2(), below, add);
+        };
+        for leaf in trees.iter().flat_map(|tree| &tree.leaves) {
+            polygon(leaf, &mut |bin, area| add(bin, area, 0.0));
+        }
+        let facets = trees.iter().flat_map(|tree| &tree.facets);
+        for bark in facets.filter(|facet| facet.surface == Surface::Bark) {
+            polygon(&bark.polygon, &mut |bin, area| add(bin, 0.0, area));
         }
         for piece in trees.iter().flat_map(|tree| &tree.wood) {
             let (one, other) = (along(&piece.base()), along(&piece.tip()));

@@ -263,7 +263,7 @@ fn lines_in_parallel_are_the_lines_one_by_one() {
 fn the_row_repeats_for_ever() {
     let mut dice = Dice::new(9);
     let orchard = dice.scene();
-    let orchard = Orchard::from_trees(orchard.trees().to_vec(), 4.0, None, None);
+    let orchard = Orchard::from_trees(orchard.distinct_trees().to_vec(), 4.0, None, None);
     let caster = Caster::new(&orchard);
     let fan = BeamFan::from_degrees(-135.0, 0.5, 541);
     let mut scratch = Scratch::default();

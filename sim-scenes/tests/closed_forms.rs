@@ -271,7 +271,7 @@ fn identities_of_impacted_areas_hold_on_grown_rows() {
     assert!((all_later / all - 1.0).abs() < 1e-6, "{all_later} {all}");
     // Without leaves: I_L = 0 < I_T. Without wood: I_L = I_T. Without anything: 0.
     let strip = |keep_leaves: bool, keep_wood: bool| {
-        let trees = orchard.trees().iter().cloned().map(|mut tree| {
+        let trees = orchard.trees().map(|tree| tree.into_owned()).map(|mut tree| {
             if !keep_leaves {
                 tree.leaves.clear();
             }

@@ -1,6 +1,8 @@
 //! The six scans on shapes whose areas are known, and what must hold on any orchard.
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test fails by panicking")]
 
+use std::borrow::Cow;
+
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
 use rowscan_scenes::scan::{Sampling, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target};
 use rowscan_scenes::{Caster, Cylinder, Leaf, Orchard, Tree};
@@ -120,8 +122,7 @@ fn what_must_hold_on_any_orchard() {
 
 #[test]
 fn bare_trees_have_no_leaf_area_but_an_impacted_one() {
-    let trees =
-        small(8).trees().iter().map(|tree| Tree { leaves: Vec::new(), wood: tree.wood.clone() }).collect();
+    let trees = small(8).trees().map(|tree| Tree { wood: tree.wood.clone(), ..Tree::default() }).collect();
     let bare = Orchard::from_trees(trees, 6.0, Some(3.0), Some(5.0));
     for kind in ScanKind::ALL.iter().copied() {
         let found = scan(&bare, &coarse(kind));
@@ -137,7 +138,7 @@ fn bare_trees_have_no_leaf_area_but_an_impacted_one() {
 #[test]
 fn moving_the_row_by_whole_advances_changes_nothing() {
     let orchard = small(7);
-    let moved: Vec<Tree> = orchard.trees().iter().map(|tree| tree.translated([0.0, 0.25, 0.0])).collect();
+    let moved: Vec<Tree> = orchard.trees().map(|tree| tree.translated([0.0, 0.25, 0.0])).collect();
     let moved = Orchard::from_trees(moved, orchard.length_m(), Some(3.0), Some(5.0));
     for kind in ScanKind::ALL.iter().copied() {
         // An advance that binary fractions hold, so that the places of the lines are the same to the last bit or nearly so.
@@ -162,8 +163,8 @@ fn stricter_shade_leaves_less_and_the_far_row_is_not_counted() {
     assert!(areas.windows(2).all(|pair| pair[1] < pair[0]), "{areas:?}");
 
     let one = small(7);
-    let far = one.trees().iter().map(|tree| tree.translated([5.0, 0.0, 0.0]));
-    let trees: Vec<Tree> = one.trees().iter().cloned().chain(far).collect();
+    let far = one.trees().map(|tree| tree.translated([5.0, 0.0, 0.0]));
+    let trees: Vec<Tree> = one.trees().map(Cow::into_owned).chain(far).collect();
     let both = Orchard::from_trees(trees, one.length_m(), Some(3.0), Some(5.0));
     let target = Target { trees: 0..2, ..Target::row(&one, 0).unwrap() };
     let plan = ScanPlan::new(&target, &coarse(ScanKind::Lateral)).unwrap();

@@ -20,7 +20,12 @@ fn one_leaf_over_the_border_by_hand() {
     // 0.3 m along the row by 0.5 m: from 1.85 to 2.15 in a row 2 m long. Slabs of 0.6 m: 0.6, 1.2, 1.8, 2.0.
     let leaves = vec![panel([1.85, 2.15], [0.9, 1.4])];
     let post = Cylinder::new([0.0, 1.0, 0.0], [0.0, 1.0, 2.0], 0.05).unwrap();
-    let orchard = Orchard::from_trees(vec![Tree { leaves, wood: vec![post] }], 2.0, Some(2.0), Some(4.0));
+    let orchard = Orchard::from_trees(
+        vec![Tree { leaves, wood: vec![post], ..Tree::default() }],
+        2.0,
+        Some(2.0),
+        Some(4.0),
+    );
     let truth = orchard.truth_of_row(0, TruthGrid { slab_m: 0.6, band_m: 0.25 });
     assert!((truth.leaf_area_m2 - 0.15).abs() < 1e-12);
     assert!((truth.wood_area_m2 - 0.2 * std::f64::consts::PI).abs() < 1e-12);
@@ -90,7 +95,7 @@ fn slabs_bands_and_trees_each_sum_to_the_row() {
 fn cells_hold_what_stands_between_a_trees_borders() {
     // Three trees 2 m apart; the middle one's only leaf reaches half a metre into the third one's cell.
     let leaf = Leaf::new(panel([3.0, 4.5], [1.0, 2.0]).outline().to_vec()).unwrap();
-    let trees = vec![Tree::default(), Tree { leaves: vec![leaf], wood: vec![] }, Tree::default()];
+    let trees = vec![Tree::default(), Tree { leaves: vec![leaf], ..Tree::default() }, Tree::default()];
     let truth = Orchard::from_trees(trees, 6.0, Some(2.0), None).truth();
     let cells: Vec<f64> = truth.trees.iter().map(|tree| tree.cell_leaf_area_m2.unwrap()).collect();
     assert!((cells[1] - 1.0).abs() < 1e-12 && (cells[2] - 0.5).abs() < 1e-12 && cells[0] == 0.0, "{cells:?}");

@@ -5,6 +5,7 @@ use rowscan_protocol::rig::Rig;
 use rowscan_scenes::{GrowError, Scene};
 
 use super::blocking::off_runtime;
+use super::output::say;
 use super::{Failure, models, progress};
 use crate::config;
 use crate::stage::Stage;
@@ -72,5 +73,12 @@ pub(super) async fn grow(scene: Scene) -> Result<Stage, Failure> {
         bar.finish_and_clear();
         stage
     };
-    off_runtime("grow the orchard", work).await
+    let stage = off_runtime("grow the orchard", work).await?;
+    tell(&stage);
+    Ok(stage)
+}
+
+/// Says what was done to the input that the user did not ask for word by word.
+pub(super) fn tell(stage: &Stage) {
+    stage.orchard.remarks().iter().for_each(say);
 }

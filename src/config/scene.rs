@@ -111,6 +111,11 @@ impl Text {
         }
     }
 
+    /// The file that this text names: relative paths count from its own folder.
+    fn beside(&self, path: &str) -> PathBuf {
+        Path::new(&self.place).parent().unwrap_or(Path::new("")).join(path)
+    }
+
     fn read<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
         strict::from_toml(&self.text)
             .map_err(|trouble| ConfigError::Content { place: self.place.clone(), trouble })
@@ -123,6 +128,10 @@ pub fn load_scene(name: &str) -> Result<Scene, ConfigError> {
     let mut scene: Scene = text.read()?;
     if let Some(track) = &scene.drive.track {
         scene.drive.recorded = Some(load_track(&Path::new(name).with_file_name(track))?);
+    }
+    for file in scene.files_mut() {
+        let path = text.beside(file.path());
+        file.fill(std::fs::read(&path).map_err(|cause| ConfigError::Read { path, cause })?);
     }
     scene.validate().map_err(|cause| ConfigError::Scene { place: text.place.clone(), cause })?;
     scene.resolved_rig().validate().map_err(|cause| ConfigError::Rig { place: text.place, cause })?;

@@ -6,7 +6,8 @@ use rowscan_protocol::scan::Pose;
 
 use super::{BeamFan, Beams, Class, Return};
 use crate::orchard::Orchard;
-use crate::organ::{Cylinder, Leaf};
+use crate::organ::{Cylinder, Leaf, Surface};
+use crate::support::SupportKind;
 
 /// A leaf seen more edge-on than this returns nothing.
 const EDGE_ON: f64 = 1e-12;
@@ -49,11 +50,35 @@ fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Ret
                 offer(meet_leaf(leaf, start, d), Class::Leaf, tree, organ);
             }
         }
+        for (organ, facet) in (organs.wood.len() as u32..).zip(&organs.facets) {
+            let class = match facet.surface {
+                Surface::Bark => Class::Wood,
+                Surface::Fruit => Class::Fruit,
+                Surface::Post => Class::Post,
+                Surface::Wire => Class::Wire,
+            };
+            let ys = facet.polygon.outline().iter().map(|[_, y, _]| *y);
+            let (low, high) =
+                (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
+            for start in images(o, d, low, high, orchard) {
+                offer(meet_leaf(&facet.polygon, start, d), class, tree, organ);
+            }
+        }
         for (organ, piece) in (0..).zip(&organs.wood) {
             let (a, b, r) = (piece.base()[1], piece.tip()[1], piece.radius_m());
             for start in images(o, d, a.min(b) - r, a.max(b) + r, orchard) {
                 offer(meet_cylinder(piece, start, d), Class::Wood, tree, organ);
             }
+        }
+    }
+    for (organ, support) in (0..).zip(orchard.supports()) {
+        let (a, b, r) = (support.shape.base()[1], support.shape.tip()[1], support.shape.radius_m());
+        let class = match support.kind {
+            SupportKind::Post => Class::Post,
+            SupportKind::Wire => Class::Wire,
+        };
+        for start in images(o, d, a.min(b) - r, a.max(b) + r, orchard) {
+            offer(meet_cylinder(&support.shape, start, d), class, Return::NO_LABEL, organ);
         }
     }
     found.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));

@@ -9,7 +9,7 @@ const STRAIGHT: f64 = 1e-12;
 
 /// The outline itself where it is convex; triangles that fill it where it is not. Pieces use the outline's own vertices, so that two
 /// that share an edge share every crossing of it to the last bit.
-pub(super) fn pieces(leaf: &Leaf) -> Vec<Vec<[f64; 3]>> {
+pub(crate) fn pieces(leaf: &Leaf) -> Vec<Vec<[f64; 3]>> {
     let outline = leaf.outline();
     let normal = DVec3::from_array(leaf.normal());
     let (u_axis, v_axis) = normal.any_orthonormal_pair();

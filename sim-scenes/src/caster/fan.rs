@@ -8,7 +8,9 @@ use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::Mount;
 
 use super::lanes::{ATAN2_ERROR, Lanes, Row};
+use super::nearest::Nearest;
 use super::sight::{Cut, Points, Rays, Segments, Sight, in_rows};
+use super::standing::Rectangle;
 use crate::angle::cos_sin_deg;
 
 /// Evenly spaced beam directions, up to a full circle or beyond. θ in radians from +X, positive up.
@@ -193,6 +195,36 @@ impl Sight for BeamFan {
     #[inline(always)]
     fn range_m(key: f64) -> f64 {
         1.0 / key
+    }
+
+    /// The rectangle's corners bound the beams that may see it; none of them comes nearer than its nearest point.
+    fn is_hidden(&self, window: Rectangle, nearest: &Nearest) -> bool {
+        let distance_m = window.distance_m();
+        if distance_m <= 0.0 || self.is_empty() || self.turn() < self.len() as f64 {
+            return false;
+        }
+        let Rectangle { low, high } = window;
+        let middle = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
+        let (mut least, mut most) = (0.0f64, 0.0f64);
+        for [x, z] in [low, high, [low[0], high[1]], [high[0], low[1]]] {
+            let (cross, dot) = (middle[0] * z - middle[1] * x, middle[0] * x + middle[1] * z);
+            let turn = libm::atan2(cross, dot);
+            (least, most) = (least.min(turn), most.max(turn));
+        }
+        let one = |value| Lanes::splat(pulp::Scalar::new(), value);
+        let from = libm::atan2(middle[1], middle[0]) + least;
+        let (first, last) = self.interval(one(from), one(most - least));
+        let mut ends = Row::splat(0.0);
+        ends.store(0, first);
+        ends.store(1, last);
+        let ([low, high, ..], last) = (ends.0, (self.len() - 1) as f64);
+        // Seen by the last beams and again by the first.
+        if low < 0.0 && low + self.turn() <= last {
+            return false;
+        }
+        high < 0.0
+            || low > last
+            || nearest.all_nearer((low.max(0.0) as usize, high.ceil().min(last) as usize), 1.0 / distance_m)
     }
 
     #[inline(always)]

@@ -140,6 +140,8 @@ pub(super) struct LeafPass<'a, T> {
     pub(super) field: &'a LeafField,
     pub(super) sight: &'a T,
     pub(super) part: Part,
+    /// Owners are counted from here.
+    pub(super) first_owner: usize,
     pub(super) nearest: &'a mut Nearest,
 }
 
@@ -163,7 +165,7 @@ impl<T: Sight> WithSimd for LeafPass<'_, T> {
 impl<T: Sight> LeafPass<'_, T> {
     #[inline(always)]
     fn pass<S: Simd>(self, simd: S, depth: usize) {
-        let Self { field, sight, part, nearest } = self;
+        let Self { field, sight, part, first_owner, nearest } = self;
         let (p, q) = sight.parameters();
         let mut segments = Segments::NONE;
         let turning = Turning::of(sight);
@@ -172,7 +174,7 @@ impl<T: Sight> LeafPass<'_, T> {
                 let Some(values) = field.eight(eight) else { continue };
                 cut(simd, values, part.origin, sight, &mut segments);
                 for lane in 0..WIDTH {
-                    let owner = (eight * WIDTH + lane) as f64;
+                    let owner = (first_owner + eight * WIDTH + lane) as f64;
                     let mut runs = turning.runs::<WIDTH>(segments.low.0[lane], segments.high.0[lane]);
                     while let Some(rows) = runs.next() {
                         let (Some(p), Some(q)) = (p.get(rows.clone()), q.get(rows.clone())) else { continue };

@@ -9,8 +9,9 @@
 //! expressions alone, so returns repeat on every machine.
 
 mod beams;
+mod block;
 pub mod brute;
-mod convex;
+pub(crate) mod convex;
 mod fan;
 mod lanes;
 mod layers;
@@ -21,6 +22,7 @@ mod parallel;
 mod returns;
 mod row_index;
 mod sight;
+mod standing;
 mod wood;
 
 pub use beams::Beams;
@@ -35,16 +37,20 @@ use rayon::prelude::*;
 use rowscan_protocol::scan::Pose;
 
 use crate::orchard::Orchard;
-use leaves::{Label, LeafField, LeafPass};
+use block::{Block, Found};
+use leaves::LeafPass;
 use nearest::{GROUND, NOBODY, Nearest};
 use sight::{Part, Sight};
-use wood::{FloorPass, WoodField};
+use standing::{Standing, View};
+use wood::{FloorPass, GroundPass};
 
 /// An orchard made ready for scanning. Immutable and shared between threads; each thread has its own [`Scratch`].
 #[derive(Clone, Debug)]
 pub struct Caster {
-    leaves: LeafField,
-    wood: WoodField,
+    /// All trees that stand where they were made, and posts and wires.
+    row: Block,
+    /// Copies of distinct trees.
+    standing: Standing,
     period_m: f64,
     registers: Registers,
 }
@@ -63,22 +69,24 @@ pub enum Registers {
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     nearest: Nearest,
+    /// The nearest facets, before they become part of the floor.
+    facets: Nearest,
+    /// The copies that the line may meet.
+    views: Vec<View>,
 }
 
 impl Caster {
-    /// Sorts the orchard's organs along the row; the orchard itself is no longer needed.
+    /// Sorts the orchard's organs along the row; the orchard itself is no longer needed. Memory grows with the distinct trees in
+    /// distinct directions, not with their copies.
     pub fn new(orchard: &Orchard) -> Self {
         let period_m = orchard.length_m();
-        let trees = || (0..).zip(orchard.trees());
-        let leaves = trees().flat_map(|(tree, organs)| {
-            (0..).zip(&organs.leaves).map(move |(organ, leaf)| (Label { tree, organ }, leaf))
-        });
-        let wood = trees().flat_map(|(tree, organs)| {
-            (0..).zip(&organs.wood).map(move |(organ, piece)| (Label { tree, organ }, piece))
-        });
+        let here = orchard
+            .standing()
+            .map(|(tree, placement)| orchard.distinct_trees().get(tree).filter(|_| placement.is_here()));
+        let here = (0..).zip(here).filter_map(|(number, tree)| Some((number, tree?)));
         Self {
-            leaves: LeafField::new(leaves, period_m),
-            wood: WoodField::new(wood, period_m),
+            row: Block::new(here, orchard.supports(), period_m),
+            standing: Standing::new(orchard),
             period_m,
             registers: Registers::Widest,
         }
@@ -141,17 +149,70 @@ impl Caster {
 
     /// Fills the scratch with what every beam meets.
     fn look<T: Sight>(&self, origin: Pose, sight: &T, depth: usize, scratch: &mut Scratch) {
-        let nearest = &mut scratch.nearest;
+        let Scratch { nearest, facets, views } = scratch;
         nearest.reset(sight.parameters().0.len(), depth, T::FARTHEST);
         let parts = self.parts(origin, sight);
         for part in parts.clone() {
-            let first_owner = self.leaves.len();
-            self.dispatch(FloorPass { field: &self.wood, sight, part, first_owner, nearest: &mut *nearest });
+            self.dispatch(GroundPass { sight, part, nearest: &mut *nearest });
+            self.floor(&self.row, sight, part, 0, nearest, facets);
         }
         nearest.close_floor();
+        views.clear();
         for part in parts {
-            self.dispatch(LeafPass { field: &self.leaves, sight, part, nearest: &mut *nearest });
+            self.leaves(&self.row, sight, part, 0, nearest);
+            self.standing.seen(part, views);
         }
+        if views.is_empty() {
+            return;
+        }
+        self.standing.order(views, self.row.len());
+        for view in views.iter() {
+            if sight.is_hidden(view.beyond, nearest) {
+                // Nor is anything behind it to be seen.
+                break;
+            }
+            let Some(block) =
+                self.standing.block(view.block).filter(|_| !sight.is_hidden(view.window, nearest))
+            else {
+                continue;
+            };
+            self.floor(block, sight, view.part, view.first_owner, nearest, facets);
+            nearest.lower_floor();
+            self.leaves(block, sight, view.part, view.first_owner, nearest);
+        }
+    }
+
+    /// Enters what ends beams: branches, posts, wires, facets.
+    fn floor<T: Sight>(
+        &self,
+        block: &Block,
+        sight: &T,
+        part: Part,
+        first_owner: usize,
+        nearest: &mut Nearest,
+        facets: &mut Nearest,
+    ) {
+        let (wood, polygons) = block.borders();
+        let floor = first_owner + wood;
+        self.dispatch(FloorPass { field: &block.wood, sight, part, first_owner: floor, nearest });
+        if block.facets.len() > 0 {
+            facets.open_on(nearest);
+            let first_owner = first_owner + polygons;
+            self.dispatch(LeafPass { field: &block.facets, sight, part, first_owner, nearest: facets });
+            nearest.take_floor(facets);
+        }
+    }
+
+    /// Enters leaves before the floor.
+    fn leaves<T: Sight>(
+        &self,
+        block: &Block,
+        sight: &T,
+        part: Part,
+        first_owner: usize,
+        nearest: &mut Nearest,
+    ) {
+        self.dispatch(LeafPass { field: &block.leaves, sight, part, first_owner, nearest });
     }
 
     /// A line by periods of the row: one part, unless a moving scanner passes the end of a period. None where the origin is no number.
@@ -219,17 +280,31 @@ impl Caster {
             return Return::MISS;
         }
         let range_m = T::range_m(key);
-        let floor = |class, Label { tree, organ }: Label| {
+        let on_floor = |class, tree, organ| {
             let cos_incidence = scratch.nearest.cos_of_floor(beam) as f32;
             Return { range_m, class, tree, organ, cos_incidence }
         };
         if owner == GROUND {
-            return floor(Class::Ground, Label { tree: Return::NO_LABEL, organ: Return::NO_LABEL });
+            return on_floor(Class::Ground, Return::NO_LABEL, Return::NO_LABEL);
         }
         let entry = owner as usize;
-        if let Some((Label { tree, organ }, cos_incidence)) = self.leaves.tag(entry, direction) {
-            return Return { range_m, class: Class::Leaf, tree, organ, cos_incidence };
+        // Organs of the row carry their trees' numbers; those of a copy are the copy's.
+        let (found, copy) = match entry.checked_sub(self.row.len()) {
+            None => (self.row.found(entry, direction), None),
+            Some(_) => {
+                let view = scratch.views.partition_point(|view| view.first_owner <= entry).wrapping_sub(1);
+                let Some(view) = scratch.views.get(view) else { return Return::MISS };
+                let block = self.standing.block(view.block);
+                (block.and_then(|block| block.found(entry - view.first_owner, direction)), Some(view.tree))
+            }
+        };
+        match found {
+            None => Return::MISS,
+            Some(Found::Cylinder(class, label)) => on_floor(class, copy.unwrap_or(label.tree), label.organ),
+            Some(Found::Polygon(class, label, cos_incidence)) => {
+                let tree = copy.unwrap_or(label.tree);
+                Return { range_m, class, tree, organ: label.organ, cos_incidence }
+            }
         }
-        self.wood.label(entry - self.leaves.len()).map_or(Return::MISS, |label| floor(Class::Wood, label))
     }
 }

@@ -17,7 +17,7 @@ const SPARE_M: f64 = 1e-9;
 /// Enters all leaves.
 #[inline(always)]
 pub(super) fn pass<S: Simd, T: Sight>(pass: LeafPass<'_, T>, simd: S) {
-    let LeafPass { field, sight, part, nearest } = pass;
+    let LeafPass { field, sight, part, first_owner, nearest } = pass;
     let (p, q) = sight.parameters();
     let depth = nearest.depth();
     let turning = Turning::of(sight);
@@ -35,7 +35,7 @@ pub(super) fn pass<S: Simd, T: Sight>(pass: LeafPass<'_, T>, simd: S) {
             while let Some(rows) = runs.next() {
                 let (Some(p), Some(q)) = (p.get(rows.clone()), q.get(rows.clone())) else { continue };
                 let normal = [normal_x.0[lane], normal_y.0[lane], normal_z.0[lane]];
-                let owner = Lanes::splat(simd, (eight * WIDTH + lane) as f64);
+                let owner = Lanes::splat(simd, (first_owner + eight * WIDTH + lane) as f64);
                 let (keys, owners) = nearest.slots(rows.start, rows.end);
                 let slots = keys.chunks_exact_mut(depth).zip(owners.chunks_exact_mut(depth));
                 for (((row, p), q), (keys, owners)) in rows.zip(p).zip(q).zip(slots) {

@@ -49,6 +49,40 @@ impl Nearest {
         }
     }
 
+    /// The floor has risen since it was closed: what lies behind it goes.
+    pub(super) fn lower_floor(&mut self) {
+        let depth = self.depth;
+        let slots = self.key.chunks_exact_mut(depth).zip(self.owner.chunks_exact_mut(depth));
+        for ((keys, owners), (floor, whose)) in slots.zip(self.floor_key.iter().zip(&self.floor_owner)) {
+            for (key, owner) in keys.iter_mut().zip(owners) {
+                for lane in 0..WIDTH {
+                    if key.0[lane] < floor.0[lane] {
+                        key.0[lane] = floor.0[lane];
+                        owner.0[lane] = whose.0[lane];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Starts over with one slot a beam, which holds the floor of `other`.
+    pub(super) fn open_on(&mut self, other: &Self) {
+        self.depth = 1;
+        self.key.clone_from(&other.floor_key);
+        self.owner.clone_from(&other.floor_owner);
+    }
+
+    /// Makes the slots of `other` the floor. Where they are polygons, the cosine is theirs and not the floor's.
+    pub(super) fn take_floor(&mut self, other: &mut Self) {
+        std::mem::swap(&mut self.floor_key, &mut other.key);
+        std::mem::swap(&mut self.floor_owner, &mut other.owner);
+    }
+
+    /// True if every beam from `low` to `high` has its last slot filled by something with a greater key than `key`.
+    pub(super) fn all_nearer(&self, (low, high): (usize, usize), key: f64) -> bool {
+        (low..=high).all(|beam| self.slot(beam, self.depth.saturating_sub(1)).0 > key)
+    }
+
     /// The slots of a run of rows of beams.
     #[inline(always)]
     pub(super) fn slots(&mut self, from: usize, to: usize) -> (&mut [Row], &mut [Row]) {

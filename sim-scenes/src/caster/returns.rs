@@ -12,6 +12,31 @@ pub enum Class {
     /// Nothing: the beam escaped.
     #[default]
     None,
+    /// A fruit.
+    Fruit,
+    /// A post of the trellis.
+    Post,
+    /// A wire of the trellis.
+    Wire,
+}
+
+impl Class {
+    /// All classes.
+    pub const ALL: &'static [Self] =
+        &[Self::Leaf, Self::Wood, Self::Ground, Self::None, Self::Fruit, Self::Post, Self::Wire];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Leaf => "leaf",
+            Self::Wood => "wood",
+            Self::Ground => "ground",
+            Self::None => "none",
+            Self::Fruit => "fruit",
+            Self::Post => "post",
+            Self::Wire => "wire",
+        }
+    }
 }
 
 /// What one beam met first, with its truth labels.
@@ -21,9 +46,10 @@ pub struct Return {
     pub range_m: f64,
     /// What it met.
     pub class: Class,
-    /// Number of the tree in [`crate::Orchard::trees`]; [`Return::NO_LABEL`] for ground and misses.
+    /// Number of the tree in [`crate::Orchard::trees`]; [`Return::NO_LABEL`] for ground, misses, posts and wires.
     pub tree: u32,
-    /// Number of the leaf or branch within its tree; [`Return::NO_LABEL`] for ground and misses.
+    /// Number of the leaf or branch within its tree, facets counting on after branches; of a post or wire in
+    /// [`crate::Orchard::supports`]; [`Return::NO_LABEL`] for ground and misses.
     pub organ: u32,
     /// |beam · surface normal| there; 0 for a miss.
     pub cos_incidence: f32,

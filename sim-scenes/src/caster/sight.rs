@@ -10,6 +10,8 @@ use glam::DVec3;
 use pulp::Simd;
 
 use super::lanes::{Lanes, Mask, Row, WIDTH};
+use super::nearest::Nearest;
+use super::standing::Rectangle;
 
 /// Points or vectors of the scan plane, (X, Z).
 #[derive(Clone, Copy)]
@@ -104,6 +106,10 @@ pub(super) trait Sight: Sync {
     fn key<S: Simd>(simd: S, range_m: Lanes<S>) -> Lanes<S>;
     /// The range of a key.
     fn range_m(key: f64) -> f64;
+    /// True if whatever lies within the rectangle is known to lie behind what all beams have met; false where that is not worked out.
+    fn is_hidden(&self, _: Rectangle, _: &Nearest) -> bool {
+        false
+    }
     /// Start (from the line's origin) and direction of beam `j`.
     fn ray(&self, j: usize) -> (DVec3, DVec3);
 }

@@ -131,13 +131,33 @@ impl WoodField {
         field
     }
 
+    /// Number of entries.
+    pub(super) fn len(&self) -> usize {
+        self.labels.len()
+    }
+
     pub(super) fn label(&self, entry: usize) -> Option<Label> {
         self.labels.get(entry).copied()
     }
 }
 
-/// Enters what ends beams: the ground and every branch that the plane of `origin` cuts. Owners of wood are counted from
-/// `first_owner`.
+/// Enters the ground.
+pub(super) struct GroundPass<'a, T> {
+    pub(super) sight: &'a T,
+    pub(super) part: Part,
+    pub(super) nearest: &'a mut Nearest,
+}
+
+impl<T: Sight> WithSimd for GroundPass<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        ground(simd, self.sight, self.part, self.nearest);
+    }
+}
+
+/// Enters what ends beams: every branch that the plane of `origin` cuts. Owners are counted from `first_owner`.
 pub(super) struct FloorPass<'a, T> {
     pub(super) field: &'a WoodField,
     pub(super) sight: &'a T,
@@ -154,7 +174,6 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
         let Self { field, sight, part: of, first_owner, nearest } = self;
         let mut meetings = Meetings::NONE;
         let turning = Turning::of(sight);
-        ground(simd, sight, of, nearest);
         let (mut low, mut high) = (Row::splat(0.0), Row::splat(0.0));
         for eights in field.index.rows(of.y_m.0, of.y_m.1) {
             for eight in eights {

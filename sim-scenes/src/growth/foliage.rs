@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 
+use super::leaf_angle::LeafAngles;
 use super::parameters::TreeParameters;
 use super::rotation;
 use super::skeleton::GrowthUnit;
 use crate::angle::cos_sin_deg;
+use crate::generator::draft::Blade;
 use crate::organ::{Cylinder, Leaf};
 use crate::parameters::choices;
 use crate::seed::Stream;
@@ -42,20 +44,9 @@ const BLADE_FILL: f64 = 0.687;
 /// Leaves that are preformed in the bud, by MAppleT.
 const PREFORMED: u32 = 8;
 
-/// A leaf and the metamer it grows on.
-#[derive(Clone, Debug)]
-pub(crate) struct Blade {
-    /// Growth unit, by number.
-    pub(crate) unit: usize,
-    /// Metamers of the unit up to and with its own.
-    pub(crate) node: u32,
-    pub(crate) leaf: Leaf,
-    /// None where petioles stop no beam.
-    pub(crate) petiole: Option<Cylinder>,
-}
-
 /// All leaves of a tree, unit by unit, from the base up.
 pub(crate) fn clothe(units: &[GrowthUnit], parameters: &TreeParameters, stream: &mut Stream) -> Vec<Blade> {
+    let angles = LeafAngles::of(parameters);
     let clothed = |unit: &GrowthUnit| match parameters.leaf_lifetime {
         LeafLifetime::EveryYear => true,
         LeafLifetime::CurrentSeason => unit.season == parameters.iterations,
@@ -63,7 +54,7 @@ pub(crate) fn clothe(units: &[GrowthUnit], parameters: &TreeParameters, stream: 
     let mut blades = Vec::new();
     for (number, unit) in units.iter().enumerate().filter(|(_, unit)| clothed(unit)) {
         for node in 1..=unit.internodes {
-            blades.extend(blade(number, unit, node, parameters, stream));
+            blades.extend(blade(number, unit, node, (parameters, &angles), stream));
         }
     }
     blades
@@ -74,33 +65,62 @@ fn blade(
     number: usize,
     unit: &GrowthUnit,
     node: u32,
-    parameters: &TreeParameters,
+    (parameters, angles): (&TreeParameters, &LeafAngles),
     stream: &mut Stream,
 ) -> Option<Blade> {
     let axis = unit.direction;
     let azimuth_deg = parameters.phyllotaxis_deg * f64::from((unit.first_node + node - 1) % 360);
-    let radial = rotation::rotate(rotation::square_to(axis), axis, azimuth_deg);
-    let lean = |angle_deg: f64| {
-        let (cos, sin) = cos_sin_deg(angle_deg);
-        axis * cos + radial * sin
+    let along_m = f64::from(node) * parameters.internode_m;
+    let stem = Stem {
+        stalk: unit.base + axis * along_m,
+        axis,
+        radial: rotation::rotate(rotation::square_to(axis), axis, azimuth_deg),
     };
-    let stalk = unit.base + axis * (f64::from(node) * parameters.internode_m);
-    let foot = stalk + lean(parameters.leaf_insertion_deg) * parameters.petiole_m;
-    let midrib = lean(parameters.leaf_insertion_deg + parameters.leaf_droop_deg);
-    let mut across = axis.cross(radial);
-    if parameters.leaf_twist_deg > 0.0 {
-        across = rotation::rotate(across, midrib, parameters.leaf_twist_deg * (2.0 * stream.unit() - 1.0));
+    let (leaf, petiole) = stem.leaf(linear_scale(node, parameters), (parameters, angles), stream)?;
+    Some(Blade { segment: number, along_m, leaf, petiole })
+}
+
+/// Where a leaf grows.
+pub(crate) struct Stem {
+    /// The point on the axis.
+    pub(crate) stalk: DVec3,
+    /// Direction of the axis, of unit length.
+    pub(crate) axis: DVec3,
+    /// Direction from the axis in which the leaf stands, of unit length and square to the axis.
+    pub(crate) radial: DVec3,
+}
+
+impl Stem {
+    /// A blade (`scale` times its full length and width) and its petiole. None only for a blade without area.
+    pub(crate) fn leaf(
+        &self,
+        scale: f64,
+        (parameters, angles): (&TreeParameters, &LeafAngles),
+        stream: &mut Stream,
+    ) -> Option<(Leaf, Option<Cylinder>)> {
+        let &Self { stalk, axis, radial } = self;
+        let lean = |angle_deg: f64| {
+            let (cos, sin) = cos_sin_deg(angle_deg);
+            axis * cos + radial * sin
+        };
+        let foot = stalk + lean(parameters.leaf_insertion_deg) * parameters.petiole_m;
+        let midrib = lean(parameters.leaf_insertion_deg + parameters.leaf_droop_deg);
+        let mut across = axis.cross(radial);
+        if parameters.leaf_twist_deg > 0.0 {
+            across =
+                rotation::rotate(across, midrib, parameters.leaf_twist_deg * (2.0 * stream.unit() - 1.0));
+        }
+        let (midrib, across) = angles.turn(midrib, across, stream);
+        let outline = outline(
+            foot,
+            midrib * (parameters.leaf_length_m * scale),
+            across * (parameters.leaf_width_m * scale),
+        );
+        let petiole = (parameters.petiole_radius_m > 0.0)
+            .then(|| Cylinder::new(stalk.to_array(), foot.to_array(), parameters.petiole_radius_m).ok())
+            .flatten();
+        Some((Leaf::new(outline).ok()?, petiole))
     }
-    let scale = linear_scale(node, parameters);
-    let outline = outline(
-        foot,
-        midrib * (parameters.leaf_length_m * scale),
-        across * (parameters.leaf_width_m * scale),
-    );
-    let petiole = (parameters.petiole_radius_m > 0.0)
-        .then(|| Cylinder::new(stalk.to_array(), foot.to_array(), parameters.petiole_radius_m).ok())
-        .flatten();
-    Some(Blade { unit: number, node, leaf: Leaf::new(outline).ok()?, petiole })
 }
 
 /// The octagon from its foot, its midrib and its greatest width, both as vectors.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::parameters::{ParameterError, Source, choices};
+use crate::parameters::{ParameterError, RowsError, SceneFile, Source, choices};
 
 choices! {
     /// What kind of growth unit a season makes.
@@ -128,11 +128,44 @@ impl MatrixSource {
     /// # Errors
     /// [`MatrixError`]: unknown name, shape, entry or row sum.
     pub fn matrix(&self) -> Result<TransitionMatrix, MatrixError> {
-        match self {
-            Self::Inline(rows) => TransitionMatrix::new(rows),
-            Self::Named(name) => match NAMED_MATRICES.iter().find(|(known, ..)| known == name) {
+        self.read(TransitionMatrix::new)
+    }
+
+    /// The matrix with every row divided by its sum, and the rows whose sums were off, with those sums.
+    ///
+    /// # Errors
+    /// As [`Self::matrix`], but for row sums: only a row that sums to nothing is refused.
+    pub fn renormalised(&self) -> Result<(TransitionMatrix, Vec<(State, f64)>), MatrixError> {
+        let mut off = Vec::new();
+        let matrix = self.read(|rows| {
+            let scaled: Vec<Vec<f64>> = rows
+                .iter()
+                .zip(State::ALL)
+                .map(|(row, state)| {
+                    let sum: f64 = row.iter().sum();
+                    if (sum - 1.0).abs() > ROW_SUM_TOLERANCE && sum > 0.0 {
+                        off.push((*state, sum));
+                        row.iter().map(|p| p / sum).collect()
+                    } else {
+                        row.clone()
+                    }
+                })
+                .chain(rows.iter().skip(State::ALL.len()).cloned())
+                .collect();
+            TransitionMatrix::new(&scaled)
+        })?;
+        Ok((matrix, off))
+    }
+
+    fn read(
+        &self,
+        check: impl FnOnce(&[Vec<f64>]) -> Result<TransitionMatrix, MatrixError>,
+    ) -> Result<TransitionMatrix, MatrixError> {
+        match self.rows()? {
+            Ok(rows) => check(&rows),
+            Err(name) => match NAMED_MATRICES.iter().find(|(known, ..)| *known == name) {
                 Some((.., rows)) => TransitionMatrix::new(rows),
-                None => Err(MatrixError::UnknownName { found: name.clone() }),
+                None => Err(MatrixError::UnknownName { found: name.to_owned() }),
             },
         }
     }
@@ -150,14 +183,11 @@ pub enum BranchingSource {
 const AS_TRANSITIONS: &str = "as_transitions";
 
 impl BranchingSource {
-    /// The checked matrix; None where branching has none of its own.
-    ///
-    /// # Errors
-    /// As [`MatrixSource::matrix`].
-    pub fn matrix(&self) -> Result<Option<TransitionMatrix>, MatrixError> {
+    /// The file it stands in, if it does.
+    pub fn file_mut(&mut self) -> Option<&mut SceneFile> {
         match self {
-            Self::AsTransitions => Ok(None),
-            Self::Own(source) => source.matrix().map(Some),
+            Self::AsTransitions => None,
+            Self::Own(source) => source.file_mut(),
         }
     }
 }
@@ -192,6 +222,9 @@ impl<'de> Deserialize<'de> for BranchingSource {
 /// Why numbers are no transition matrix.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MatrixError {
+    /// The file that should hold it.
+    #[error(transparent)]
+    File(#[from] RowsError),
     /// No matrix has this name.
     #[error("no transition matrix is called `{found}`")]
     UnknownName {
@@ -234,7 +267,10 @@ impl MatrixError {
     /// The same said of a key of the scene file.
     pub(crate) fn at(self, key: String) -> ParameterError {
         let names: Vec<&str> = NAMED_MATRICES.iter().map(|(name, ..)| *name).collect();
-        let expected = format!("one of {} or four rows L, M, S, F of four probabilities", names.join(", "));
+        let expected = format!(
+            "one of {} or four rows L, M, S, F of four probabilities, here or in a file",
+            names.join(", ")
+        );
         ParameterError::new(key, expected, self)
     }
 }
@@ -268,6 +304,21 @@ mod tests {
         {
             assert!((found - expected).abs() < 1e-4, "{found} {expected}");
         }
+    }
+
+    #[test]
+    fn a_file_holds_a_matrix_and_a_row_that_is_off_is_divided_by_its_sum_on_request() {
+        let text = "# L M S F\n0.5, 0.2, 0.2, 0.2\n0 0 0 1\n0; 0; 1; 0 # short\n\n1 0 0 0\n";
+        let file = |text: &str| MatrixSource::File(SceneFile::with_content("p.txt", text.as_bytes()));
+        assert!(matches!(file(text).matrix(), Err(MatrixError::RowSum { row: State::Long, .. })));
+        let (matrix, off) = file(text).renormalised().unwrap();
+        assert!(matches!(off.as_slice(), [(State::Long, sum)] if (sum - 1.1).abs() < 1e-12));
+        assert!((matrix.row(State::Long)[0] - 0.5 / 1.1).abs() < 1e-15);
+        assert_eq!(matrix.row(State::Medium), [0.0, 0.0, 0.0, 1.0]);
+        let error = file("0 0 0 1\n0 zero 0 1\n").matrix().unwrap_err();
+        assert_eq!(error.to_string(), "p.txt:2: numbers expected, found `0 zero 0 1`");
+        let unread = MatrixSource::File(SceneFile::named("p.txt")).matrix().unwrap_err();
+        assert_eq!(unread.to_string(), "p.txt has not been read");
     }
 
     #[test]

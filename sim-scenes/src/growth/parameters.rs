@@ -1,10 +1,11 @@
 //! Every parameter of a growing tree, its default and where that comes from.
 
 use super::foliage::{LeafLifetime, RankScale};
-use super::markov::{BranchingSource, MatrixSource, State};
+use super::internodes::InternodeSource;
+use super::leaf_angle::LeafAngle;
+use super::markov::{BranchingSource, MatrixSource, State, TransitionMatrix};
 use super::rules::{Attachment, AxesLimit, ChildDraw, PowerRule, RuleSource};
 use super::shade::{RaySet, RayWeight, ShadeScope};
-use super::skeleton::InternodeLaw;
 use crate::parameters::{ParameterError, parameters, require};
 
 parameters! {
@@ -24,6 +25,8 @@ parameters! {
     transitions: MatrixSource = MatrixSource::named("P_fuji"), "matrix", "the paper's table 1 is lost; refitted to the public Fuji trees with its internode counts, any entry ± 0.1, row F ± 0.2";
     /// Matrix for the states of branching axes: `as_transitions`, or like `transitions`.
     branching_transitions: BranchingSource = BranchingSource::AsTransitions, "matrix", "the original program has two slots and sets them equal";
+    /// Whether rows that do not sum to 1 are divided by their sum instead of refused; which ones were is said.
+    renormalise: bool = false, "true | false", "a published row of MAppleT's sums to 1.001";
     /// Which (parent, child) continue the axis (`>`) and which end it and start new axes (`+`): a name, or four rows of four signs.
     rules: RuleSource = RuleSource::named("vase"), "rules", "the paper's table 3 is lost; its trees are open vases, and floral shoots never continue by succession in the Fuji data";
     /// How the powers of the matrix are read.
@@ -36,8 +39,8 @@ parameters! {
     attachment: Attachment = Attachment::LastNodes, "last_nodes | tip", "one a node, from the tip down; not in the text";
     /// One state for all new axes of a branching, or one each.
     child_draw: ChildDraw = ChildDraw::One, "one | each", "paper: the new state";
-    /// Internodes of long growth units.
-    internodes: InternodeLaw = InternodeLaw::Table2, "table2 | flat20", "the paper's two falling exponentials by age; flat20 gives a 0.7 m trunk, as vases have";
+    /// Internodes of long growth units: a name, or two rows (trunk; other axes) of internodes by year.
+    internodes: InternodeSource = InternodeSource::named("table2"), "table2 | flat20 | rows", "the paper's two falling exponentials by age; flat20 gives a 0.7 m trunk, as vases have";
     /// Years by which long shoots (not the trunk) count younger in table2.
     long_age_offset: u32 = 0, "years", "one clock for all; 1 fits the Fuji data better";
     /// Angle between a new axis and its bearer.
@@ -63,6 +66,14 @@ parameters! {
     leaf_droop_deg: f64 = 0.0, "°", "not in the text";
     /// Largest random turn of a blade about its midrib, either way.
     leaf_twist_deg: f64 = 0.0, "°", "not in the text";
+    /// Law of the blades' inclinations.
+    leaf_angle: LeafAngle = LeafAngle::AsInserted, "as_inserted | spherical | ellipsoidal | beta", "as_inserted: what insertion, droop and twist give; the laws turn the blade about its foot to a drawn inclination, azimuth kept";
+    /// Ratio of horizontal to vertical projections of the ellipsoidal law.
+    leaf_angle_chi: f64 = 1.0, "1", "Campbell 1986: 1 is spherical, below 1 erect, above 1 flat";
+    /// Mean inclination of the beta law, from the horizontal.
+    leaf_angle_mean_deg: f64 = 45.0, "°", "Goel and Strebel 1984";
+    /// Standard deviation of the beta law.
+    leaf_angle_sd_deg: f64 = 20.0, "°", "Goel and Strebel 1984";
     /// How long leaves stay.
     leaf_lifetime: LeafLifetime = LeafLifetime::EveryYear, "every_year | current_season", "the paper's foliage thickens with iterations, hence its shady index";
 
@@ -90,6 +101,14 @@ parameters! {
     pruned: bool = false, "true | false", "unpruned trees reach 4 to 5 m across and would hit the tractor";
     /// Half width of the envelope across the row.
     envelope_half_width_m: f64 = 1.1, "m", "room for the tractor between 4 m rows";
+    /// Half width of the envelope at its top, where it tapers from the clear trunk up; 0 for no taper.
+    envelope_top_half_width_m: f64 = 0.0, "m", "walls and hedges are cut narrower at the top so that light reaches the foot";
+    /// Half length of the envelope along the row; 0 for none.
+    envelope_half_length_m: f64 = 0.0, "m", "neighbours in a row may grow together; free-standing crowns may not";
+    /// Half angle of the cone about the vertical that is kept free of wood and leaves; 0 for none.
+    hollow_deg: f64 = 0.0, "°", "an open vase is pruned open to the light";
+    /// Height of that cone's apex.
+    hollow_from_m: f64 = 0.0, "m", "just above the fork of the scaffold branches";
     /// Height below which only the trunk is left.
     clear_trunk_m: f64 = 0.5, "m", "clear trunk of a trained tree";
     /// Top of the envelope.
@@ -99,6 +118,35 @@ parameters! {
 }
 
 impl TreeParameters {
+    /// The matrices of succession and, where it has one of its own, of branching.
+    pub(crate) fn matrices(&self) -> Result<(TransitionMatrix, Option<TransitionMatrix>), ParameterError> {
+        let read = |source: &MatrixSource, name| {
+            let matrix = match self.renormalise {
+                true => source.renormalised().map(|(matrix, _)| matrix),
+                false => source.matrix(),
+            };
+            matrix.map_err(|error| error.at(format!("orchard.tree.{name}")))
+        };
+        let branching = match &self.branching_transitions {
+            BranchingSource::AsTransitions => None,
+            BranchingSource::Own(source) => Some(read(source, "branching_transitions")?),
+        };
+        Ok((read(&self.transitions, "transitions")?, branching))
+    }
+
+    /// The rows that were divided by their sums: key, parent state, sum.
+    pub(crate) fn renormalised_rows(&self) -> Vec<(&'static str, State, f64)> {
+        if !self.renormalise {
+            return Vec::new();
+        }
+        let mut sources = vec![("transitions", &self.transitions)];
+        if let BranchingSource::Own(source) = &self.branching_transitions {
+            sources.push(("branching_transitions", source));
+        }
+        let rows = sources.into_iter().filter_map(|(key, source)| Some((key, source.renormalised().ok()?.1)));
+        rows.flat_map(|(key, off)| off.into_iter().map(move |(state, sum)| (key, state, sum))).collect()
+    }
+
     /// Refuses what no tree can grow from.
     ///
     /// # Errors
@@ -116,9 +164,9 @@ impl TreeParameters {
         require((1..=40).contains(&self.iterations), &key("iterations"), "1 to 40", self.iterations)?;
         require((1..=100).contains(&self.max_new_axes), &key("max_new_axes"), "1 to 100", self.max_new_axes)?;
         require(self.max_metamers > 0, &key("max_metamers"), "1 or more", self.max_metamers)?;
-        self.transitions.matrix().map_err(|error| error.at(key("transitions")))?;
-        self.branching_transitions.matrix().map_err(|error| error.at(key("branching_transitions")))?;
+        self.matrices()?;
         self.rules.rules().map_err(|error| error.at(key("rules")))?;
+        self.internodes.table().map_err(|error| error.at(key("internodes")))?;
         within("branching_angle_deg", self.branching_angle_deg, 0.0, 180.0)?;
         within("phyllotaxis_deg", self.phyllotaxis_deg, -360.0, 360.0)?;
         within("internode_m", self.internode_m, 1e-4, 1.0)?;
@@ -129,6 +177,13 @@ impl TreeParameters {
         within("leaf_insertion_deg", self.leaf_insertion_deg, 0.0, 180.0)?;
         within("leaf_droop_deg", self.leaf_droop_deg, -180.0, 180.0)?;
         within("leaf_twist_deg", self.leaf_twist_deg, 0.0, 180.0)?;
+        within("leaf_angle_chi", self.leaf_angle_chi, 0.05, 20.0)?;
+        within("leaf_angle_mean_deg", self.leaf_angle_mean_deg, 1.0, 89.0)?;
+        within("leaf_angle_sd_deg", self.leaf_angle_sd_deg, 0.1, 44.0)?;
+        self.leaf_angle.check(self).map_err(|found| {
+            let expected = "small enough for a beta law of that mean";
+            ParameterError::new(key("leaf_angle_sd_deg"), expected, found)
+        })?;
         within("pipe_exponent", self.pipe_exponent, 0.5, 10.0)?;
         within("terminal_radius_m", self.terminal_radius_m, 1e-5, 1.0)?;
         within("terminal_radius_long_m", self.terminal_radius_long_m, 1e-5, 1.0)?;
@@ -136,6 +191,10 @@ impl TreeParameters {
         within("trunk_floor_diameter_m", self.trunk_floor_diameter_m, 0.0, 5.0)?;
         within("shady_percent", self.shady_percent, 0.0, 1000.0)?;
         within("envelope_half_width_m", self.envelope_half_width_m, 0.01, 100.0)?;
+        within("envelope_top_half_width_m", self.envelope_top_half_width_m, 0.0, 100.0)?;
+        within("envelope_half_length_m", self.envelope_half_length_m, 0.0, 100.0)?;
+        within("hollow_deg", self.hollow_deg, 0.0, 89.0)?;
+        within("hollow_from_m", self.hollow_from_m, 0.0, 100.0)?;
         within("clear_trunk_m", self.clear_trunk_m, 0.0, 100.0)?;
         within("envelope_top_m", self.envelope_top_m, 0.01, 100.0)?;
         let expected = "above clear_trunk_m";

@@ -1,7 +1,7 @@
 //! What a drawn state does: continue the axis, or end it and branch.
 
 use super::markov::State;
-use crate::parameters::{ParameterError, Source, choices};
+use crate::parameters::{ParameterError, RowsError, Source, choices};
 
 choices! {
     /// How the transitions `k` that an axis has made enter its next draw.
@@ -104,11 +104,11 @@ impl RuleSource {
     /// # Errors
     /// [`RuleError`]: unknown name, shape or sign.
     pub fn rules(&self) -> Result<RuleTable, RuleError> {
-        match self {
-            Self::Inline(rows) => RuleTable::new(rows),
-            Self::Named(name) => match NAMED_RULES.iter().find(|(known, _)| known == name) {
+        match self.rows()? {
+            Ok(rows) => RuleTable::new(&rows),
+            Err(name) => match NAMED_RULES.iter().find(|(known, _)| *known == name) {
                 Some((_, rows)) => RuleTable::new(rows),
-                None => Err(RuleError::UnknownName { found: name.clone() }),
+                None => Err(RuleError::UnknownName { found: name.to_owned() }),
             },
         }
     }
@@ -117,6 +117,9 @@ impl RuleSource {
 /// Why signs are no rule table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RuleError {
+    /// The file that should hold it.
+    #[error(transparent)]
+    File(#[from] RowsError),
     /// No rule set has this name.
     #[error("no rule set is called `{found}`")]
     UnknownName {
@@ -143,7 +146,8 @@ impl RuleError {
     /// The same said of a key of the scene file.
     pub(crate) fn at(self, key: String) -> ParameterError {
         let names: Vec<&str> = NAMED_RULES.iter().map(|(name, _)| *name).collect();
-        let expected = format!("one of {} or four rows L, M, S, F of four signs", names.join(", "));
+        let expected =
+            format!("one of {} or four rows L, M, S, F of four signs, here or in a file", names.join(", "));
         ParameterError::new(key, expected, self)
     }
 }

@@ -2,43 +2,13 @@
 
 use glam::DVec3;
 
+use super::internodes::InternodeTable;
 use super::markov::{State, TransitionMatrix};
 use super::parameters::TreeParameters;
 use super::rotation;
 use super::rules::{Attachment, AxesLimit, ChildDraw, PowerRule, RuleTable, Step};
-use crate::parameters::{ParameterError, choices};
+use crate::parameters::ParameterError;
 use crate::seed::Stream;
-
-choices! {
-    /// Internodes of long growth units.
-    pub enum InternodeLaw {
-        /// By the age of the tree: 96.436·exp(−0.37·Ta) on the trunk, 68.525·exp(−0.33·Ta) elsewhere.
-        Table2 = "table2",
-        /// 20, always.
-        Flat20 = "flat20",
-    }
-}
-
-impl InternodeLaw {
-    /// Internodes of a growth unit: `order` 0 is the trunk, `season` its birth counted from 1 (Ta), `long_age_offset` the years
-    /// by which long shoots off the trunk count younger. At least one.
-    pub fn internodes(self, state: State, order: u32, season: u32, long_age_offset: u32) -> u32 {
-        match (state, self) {
-            (State::Medium, _) => 8,
-            (State::Short, _) => 1,
-            (State::Floral, _) => 3,
-            (State::Long, Self::Flat20) => 20,
-            (State::Long, Self::Table2) => {
-                let (scale, decay, age) = match order {
-                    0 => (96.436, 0.37, season),
-                    _ => (68.525, 0.33, season.saturating_sub(long_age_offset)),
-                };
-                let exact = scale * libm::exp(-decay * f64::from(age));
-                (exact + 0.5).floor().max(1.0) as u32
-            }
-        }
-    }
-}
 
 /// One season's growth of one axis: a straight chain of metamers.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,11 +38,12 @@ pub(crate) struct Exploded {
 
 /// What a tree's growth needs to know, with matrices raised and rules read.
 #[derive(Clone, Debug)]
-pub(crate) struct Grower<'a> {
-    parameters: &'a TreeParameters,
+pub(crate) struct Grower {
+    parameters: TreeParameters,
     powers: Vec<TransitionMatrix>,
     branching_powers: Option<Vec<TransitionMatrix>>,
     rules: RuleTable,
+    internodes: InternodeTable,
 }
 
 /// An axis that still grows.
@@ -86,25 +57,29 @@ struct Axis {
     transitions: usize,
 }
 
-impl<'a> Grower<'a> {
-    pub(crate) fn new(parameters: &'a TreeParameters) -> Result<Self, ParameterError> {
+impl Grower {
+    pub(crate) fn new(parameters: TreeParameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
         let key = |name: &str| format!("orchard.tree.{name}");
         let seasons = parameters.iterations as usize;
-        let transitions = parameters.transitions.matrix().map_err(|error| error.at(key("transitions")))?;
-        let branching = parameters.branching_transitions.matrix();
-        let branching = branching.map_err(|error| error.at(key("branching_transitions")))?;
+        let (transitions, branching) = parameters.matrices()?;
+        let internodes = parameters.internodes.table().map_err(|error| error.at(key("internodes")))?;
         Ok(Self {
-            parameters,
             powers: transitions.powers(seasons),
             branching_powers: branching.map(|matrix| matrix.powers(seasons)),
+            internodes,
             rules: parameters.rules.rules().map_err(|error| error.at(key("rules")))?,
+            parameters,
         })
+    }
+
+    pub(crate) fn parameters(&self) -> &TreeParameters {
+        &self.parameters
     }
 
     /// Grows one tree from the given stream of random numbers.
     pub(crate) fn grow(&self, stream: &mut Stream) -> Result<Vec<GrowthUnit>, Exploded> {
-        let parameters = self.parameters;
+        let parameters = &self.parameters;
         let first = self.unit(None, 0, parameters.initial_state, 0, 1, 0, DVec3::ZERO, DVec3::Z);
         let mut metamers = first.internodes;
         let mut units = vec![first];
@@ -234,7 +209,7 @@ impl<'a> Grower<'a> {
     }
 
     fn internodes(&self, state: State, order: u32, season: u32) -> u32 {
-        self.parameters.internodes.internodes(state, order, season, self.parameters.long_age_offset)
+        self.internodes.internodes(state, order, season, self.parameters.long_age_offset)
     }
 
     fn node(&self, base: DVec3, direction: DVec3, node: u32) -> DVec3 {
@@ -263,17 +238,6 @@ mod tests {
     use super::*;
     use crate::seed::Stage;
 
-    #[test]
-    fn internodes_are_those_of_the_rebuilt_table() {
-        let of = |order, season| InternodeLaw::Table2.internodes(State::Long, order, season, 0);
-        let trunk: Vec<u32> = (1..=11).map(|season| of(0, season)).collect();
-        let long: Vec<u32> = (1..=11).map(|season| of(3, season)).collect();
-        assert_eq!(trunk, [67, 46, 32, 22, 15, 10, 7, 5, 3, 2, 2]);
-        assert_eq!(long, [49, 35, 25, 18, 13, 9, 7, 5, 4, 3, 2]);
-        assert_eq!(InternodeLaw::Table2.internodes(State::Long, 1, 2, 1), 49);
-        assert_eq!(InternodeLaw::Table2.internodes(State::Long, 0, 40, 0), 1);
-    }
-
     /// A chain that always turns into `child`, so that growth has no chance in it.
     fn always(child: usize, rules: &str) -> TreeParameters {
         let row: Vec<f64> = (0..4).map(|j| f64::from(u8::from(j == child))).collect();
@@ -281,14 +245,14 @@ mod tests {
             iterations: 4,
             transitions: crate::growth::MatrixSource::Inline(vec![row; 4]),
             rules: crate::growth::RuleSource::Inline(vec![rules.into(); 4]),
-            internodes: InternodeLaw::Flat20,
+            internodes: crate::growth::InternodeSource::named("flat20"),
             ..TreeParameters::default()
         }
     }
 
     fn grow(parameters: &TreeParameters) -> Vec<GrowthUnit> {
         let mut stream = Stream::new(1, Stage::Growth, 0, 0);
-        Grower::new(parameters).unwrap().grow(&mut stream).unwrap()
+        Grower::new(parameters.clone()).unwrap().grow(&mut stream).unwrap()
     }
 
     #[test]
@@ -329,7 +293,7 @@ mod tests {
     fn explosive_growth_stops_at_its_bound() {
         let parameters = TreeParameters { iterations: 40, max_metamers: 5_000, ..always(3, "++++") };
         let mut stream = Stream::new(1, Stage::Growth, 0, 0);
-        let result = Grower::new(&parameters).unwrap().grow(&mut stream);
+        let result = Grower::new(parameters).unwrap().grow(&mut stream);
         // 20 + 9 (3^(s-1) - 1) / 2 metamers after season s pass 5000 in season 8.
         assert_eq!(result, Err(Exploded { season: 8 }));
     }

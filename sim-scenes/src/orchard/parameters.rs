@@ -2,8 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::growth::{InternodeLaw, MatrixSource, RuleSource, TreeOverrides, TreeParameters};
-use crate::parameters::{ParameterError, choices, parameters, require};
+use crate::analytic::{AnalyticOverrides, AnalyticParameters};
+use crate::generator::GeneratorKind;
+use crate::growth::{
+    BranchingSource, InternodeSource, MatrixSource, RuleSource, TreeOverrides, TreeParameters,
+};
+use crate::import::{ImportParameters, Stands};
+use crate::lsystem::{LSystemOverrides, LSystemParameters};
+use crate::parameters::{ParameterError, SceneFile, choices, parameters, require};
+use crate::season::Season;
+use crate::support::{Trellis, TrellisOverrides};
 
 choices! {
     /// A named set of layout and tree parameters; MODEL and reasons stand in each parameter's table.
@@ -14,6 +22,12 @@ choices! {
         Mature = "mature",
         /// The small free-growing trees of Méndez et al. (2013): 3 trees at 3 m, rows 5 m apart, not pruned.
         Paper = "paper",
+        /// Open vases: free-standing crowns on scaffold branches, the middle kept open: 6 trees at 4 m, rows 5 m apart.
+        Vase = "vase",
+        /// A fruiting wall (palette): thin, mechanically pruned, on posts and wires: 12 trees at 1 m, rows 3.5 m apart.
+        FruitingWall = "fruiting_wall",
+        /// A hedge: low, dense and square: 12 trees at 0.8 m, rows 3 m apart.
+        Hedge = "hedge",
     }
 }
 
@@ -31,16 +45,27 @@ parameters! {
     tree_spacing_m: f64 = 3.0, "m", "free-standing apple 2 to 3.5 m";
     /// Distance between rows.
     row_spacing_m: f64 = 5.0, "m", "free-standing apple 4.5 to 6 m";
+    /// Trees that differ; every place gets a copy of one of them, drawn at random. 0: every place a tree of its own.
+    distinct_trees: u32 = 0, "trees", "memory grows with distinct trees, not with places";
+    /// Directions that copies may face, evenly spread about the vertical.
+    directions: u32 = 2, "directions", "front and back: a turned tree keeps to its envelope";
 }
 
 impl Preset {
     /// Its layout.
     pub fn layout(self) -> Layout {
+        let row = |trees, tree_spacing_m, row_spacing_m| Layout {
+            trees,
+            tree_spacing_m,
+            row_spacing_m,
+            ..Layout::default()
+        };
         match self {
             Self::Paper => Layout::default(),
-            Self::Spindle | Self::Mature => {
-                Layout { rows: 1, trees: 12, tree_spacing_m: 1.5, row_spacing_m: 4.0 }
-            }
+            Self::Spindle | Self::Mature => row(12, 1.5, 4.0),
+            Self::Vase => row(6, 4.0, 5.0),
+            Self::FruitingWall => row(12, 1.0, 3.5),
+            Self::Hedge => row(12, 0.8, 3.0),
         }
     }
 
@@ -52,12 +77,46 @@ impl Preset {
                 iterations: 10,
                 transitions: MatrixSource::named("P_mapplet_mean"),
                 rules: RuleSource::named("vase"),
-                internodes: InternodeLaw::Flat20,
+                internodes: InternodeSource::named("flat20"),
                 trunk_floor_diameter_m: 0.06,
                 pruned: true,
                 ..TreeParameters::default()
             },
             Self::Mature => TreeParameters { iterations: 11, ..Self::Spindle.tree() },
+            Self::Vase => TreeParameters {
+                iterations: 11,
+                trunk_floor_diameter_m: 0.12,
+                envelope_half_width_m: 1.8,
+                envelope_half_length_m: 1.8,
+                clear_trunk_m: 0.6,
+                envelope_top_m: 3.2,
+                hollow_deg: 20.0,
+                hollow_from_m: 0.75,
+                ..Self::Spindle.tree()
+            },
+            Self::FruitingWall => TreeParameters {
+                iterations: 10,
+                envelope_half_width_m: 0.45,
+                envelope_top_half_width_m: 0.25,
+                clear_trunk_m: 0.5,
+                envelope_top_m: 3.0,
+                ..Self::Spindle.tree()
+            },
+            Self::Hedge => TreeParameters {
+                iterations: 10,
+                envelope_half_width_m: 0.6,
+                clear_trunk_m: 0.3,
+                envelope_top_m: 2.2,
+                ..Self::Spindle.tree()
+            },
+        }
+    }
+
+    /// Its posts and wires.
+    pub fn trellis(self) -> Trellis {
+        match self {
+            Self::FruitingWall => Trellis { post_every: 6, wires: 5, wire_step_m: 0.5, ..Trellis::default() },
+            _ => Trellis::default(),
         }
     }
 }
@@ -87,8 +146,29 @@ pub struct OrchardParameters {
     /// tell what an estimator owes to a tree and what to its neighbours.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<u32>,
+    /// Trees that differ; the preset's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distinct_trees: Option<u32>,
+    /// Directions that copies of distinct trees may face; the preset's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub directions: Option<u32>,
+    /// What makes the trees.
+    pub generator: GeneratorKind,
+    /// How many leaves are out, and how large.
+    pub season: Season,
+    /// Leaf area index that is reached within 1 % by thinning or adding leaves; none where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_lai: Option<f64>,
     /// What departs from the preset's trees.
     pub tree: TreeOverrides,
+    /// Trees by an L-system.
+    pub lsystem: LSystemOverrides,
+    /// Trees from files.
+    pub import: ImportParameters,
+    /// Scenes by a formula.
+    pub analytic: AnalyticOverrides,
+    /// What departs from the preset's posts and wires.
+    pub trellis: TrellisOverrides,
 }
 
 impl Default for OrchardParameters {
@@ -108,14 +188,52 @@ impl OrchardParameters {
             row_spacing_m: None,
             missing: Vec::new(),
             order: Vec::new(),
+            distinct_trees: None,
+            directions: None,
+            generator: GeneratorKind::Hmt,
+            season: Season::FullLeaf,
+            target_lai: None,
             tree: TreeOverrides::default(),
+            lsystem: LSystemOverrides::default(),
+            import: ImportParameters::default(),
+            analytic: AnalyticOverrides::default(),
+            trellis: TrellisOverrides::default(),
         }
     }
 
     /// The layout in force.
     pub fn layout(&self) -> Layout {
-        let Self { rows, trees, tree_spacing_m, row_spacing_m, .. } = *self;
-        LayoutOverrides { rows, trees, tree_spacing_m, row_spacing_m }.over(self.preset.layout())
+        let Self { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions, .. } = *self;
+        LayoutOverrides { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions }
+            .over(self.preset.layout())
+    }
+
+    /// The L-system parameters in force.
+    pub fn lsystem_parameters(&self) -> LSystemParameters {
+        self.lsystem.over(LSystemParameters::default())
+    }
+
+    /// The sizes of an analytic scene in force.
+    pub fn analytic_parameters(&self) -> AnalyticParameters {
+        self.analytic.over(AnalyticParameters::default())
+    }
+
+    /// The posts and wires in force.
+    pub fn trellis_parameters(&self) -> Trellis {
+        self.trellis.over(self.preset.trellis())
+    }
+
+    /// The files that it names. Their contents must be handed in before an orchard can be grown.
+    pub fn files_mut(&mut self) -> Vec<&mut SceneFile> {
+        let TreeOverrides { transitions, branching_transitions, rules, internodes, .. } = &mut self.tree;
+        let mut files: Vec<&mut SceneFile> = Vec::new();
+        files.extend(transitions.as_mut().and_then(MatrixSource::file_mut));
+        files.extend(branching_transitions.as_mut().and_then(BranchingSource::file_mut));
+        files.extend(rules.as_mut().and_then(RuleSource::file_mut));
+        files.extend(internodes.as_mut().and_then(InternodeSource::file_mut));
+        files.extend(self.lsystem.rules.as_mut().and_then(|rules| rules.file_mut()));
+        files.extend(self.import.files_mut());
+        files
     }
 
     /// The tree parameters in force.
@@ -147,6 +265,31 @@ impl OrchardParameters {
                 let expected = format!("every number from 0 to {} once", layout.trees - 1);
                 return Err(ParameterError::new("orchard.order", expected, format!("{:?}", self.order)));
             }
+        }
+        let placed = self.generator == GeneratorKind::Import && self.import.stands == Stands::InPlace;
+        let expected = "0 for trees that stand where their files say";
+        require(
+            !placed || layout.distinct_trees == 0,
+            "orchard.distinct_trees",
+            expected,
+            layout.distinct_trees,
+        )?;
+        require(
+            layout.distinct_trees <= 100_000,
+            "orchard.distinct_trees",
+            "0 to 100000",
+            layout.distinct_trees,
+        )?;
+        require((1..=360).contains(&layout.directions), "orchard.directions", "1 to 360", layout.directions)?;
+        if let Some(lai) = self.target_lai {
+            require(lai > 0.0 && lai <= 100.0, "orchard.target_lai", "above 0, up to 100", lai)?;
+        }
+        self.trellis_parameters().validate()?;
+        match self.generator {
+            GeneratorKind::Hmt => {}
+            GeneratorKind::LSystem => self.lsystem_parameters().validate()?,
+            GeneratorKind::Import => self.import.validate()?,
+            GeneratorKind::Analytic => self.analytic_parameters().validate(layout.tree_spacing_m)?,
         }
         self.tree_parameters().validate()
     }

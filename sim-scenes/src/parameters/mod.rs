@@ -1,8 +1,11 @@
 //! How parameters are declared: once, in a table that gives the struct, its overrides, and the documentation.
 
+mod file;
 mod source;
 
-pub use source::Source;
+pub use file::{FileError, SceneFile};
+pub use source::{RowsError, Source, TextRow};
+pub(crate) use source::{fields, lines};
 
 /// One line of a parameter table, for documentation and `--explain`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -82,6 +85,11 @@ macro_rules! parameters {
         }
 
         impl $name {
+            /// Overrides that make any base equal to this.
+            pub fn as_overrides(&self) -> $overrides {
+                $overrides { $( $key: Some(self.$key.clone()), )+ }
+            }
+
             /// Every parameter with its value here, in the order of the declaration.
             pub fn table(&self) -> Vec<$crate::parameters::ParameterDoc> {
                 vec![ $( $crate::parameters::ParameterDoc {

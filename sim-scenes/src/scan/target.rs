@@ -13,13 +13,13 @@ pub struct Target {
     pub near_axis_x_m: f64,
     /// X of the axis of the row farthest from it; the same for a single row.
     pub far_axis_x_m: f64,
-    /// How far leaves and wood reach; None if there is neither.
+    /// How far leaves, wood, posts and wires reach; None if there is nothing.
     pub extent: Option<Extent>,
     /// Period along Y, metres; infinite where the scene does not repeat.
     pub period_m: f64,
 }
 
-/// The box around leaves and wood, metres.
+/// The box around leaves, wood, posts and wires, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// Least X, Y, Z.
@@ -44,14 +44,19 @@ impl Target {
         let number = |tree: usize| u32::try_from(tree).unwrap_or(u32::MAX);
         let axis = |row: usize| orchard.row_spacing_m().map_or(0.0, |spacing_m| row as f64 * spacing_m);
         let mut extent = Extent::NOTHING;
-        for tree in orchard.trees().get(trees.clone()).unwrap_or(&[]) {
-            for vertex in tree.leaves.iter().flat_map(|leaf| leaf.outline()) {
+        for tree in orchard.trees().skip(trees.start).take(trees.len()) {
+            let facets = tree.facets.iter().map(|facet| &facet.polygon);
+            for vertex in tree.leaves.iter().chain(facets).flat_map(|leaf| leaf.outline()) {
                 extent.add(*vertex, 0.0);
             }
             for piece in &tree.wood {
                 extent.add(piece.base(), piece.radius_m());
                 extent.add(piece.tip(), piece.radius_m());
             }
+        }
+        for (_, support) in rows.clone().flat_map(|row| orchard.supports_of_row(row)) {
+            extent.add(support.shape.base(), support.shape.radius_m());
+            extent.add(support.shape.tip(), support.shape.radius_m());
         }
         Self {
             trees: number(trees.start)..number(trees.end),

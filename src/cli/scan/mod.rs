@@ -105,6 +105,8 @@ struct Scanned {
     origin_z_m: f64,
     leaf_hits: usize,
     wood_hits: usize,
+    fruit_hits: usize,
+    support_hits: usize,
     ground_hits: usize,
     escapes: usize,
     #[serde(rename = "I_L")]
@@ -135,6 +137,7 @@ fn scan(args: &Args) -> Result<Outcome, Failure> {
         bar.set_position(done as u64);
     })?;
     bar.finish_and_clear();
+    super::scene::tell(&stage);
     let caster = args.layout.wood().caster(&stage.orchard)?;
     let scans: Vec<Scanned> =
         tasks.iter().map(|task| one(args, &stage, caster.as_ref(), task)).collect::<Result<_, _>>()?;
@@ -179,7 +182,8 @@ fn tasks(args: &Args, scene: &Scene) -> Result<Vec<Task>, Failure> {
 /// What is kept of a line.
 struct LineRecord {
     areas: ScanAreas,
-    counts: [usize; 4],
+    /// By class.
+    counts: Vec<(Class, usize)>,
     ranges: Vec<f64>,
     points: Vec<Point>,
 }
@@ -195,10 +199,10 @@ fn one(args: &Args, stage: &Stage, caster: &dyn Casts, task: &Task) -> Result<Sc
     let bar = progress::bar("scanning", "lines", plan.len() as u64);
     let lines = plan.lines(caster, LAYERS, |line| {
         bar.inc(1);
-        let count = |class| line.layers.nearest().iter().filter(|found| found.class == class).count();
+        let of_class = |class| line.layers.nearest().iter().filter(|found| found.class == class).count();
         LineRecord {
             areas: plan.line_areas(line.layers),
-            counts: [Class::Leaf, Class::Wood, Class::Ground, Class::None].map(count),
+            counts: Class::ALL.iter().map(|class| (*class, of_class(*class))).collect(),
             ranges: if wants_matrix {
                 line.layers.nearest().iter().map(|found| found.range_m).collect()
             } else {
@@ -218,7 +222,10 @@ fn one(args: &Args, stage: &Stage, caster: &dyn Casts, task: &Task) -> Result<Sc
         write(&plan, stage, files, &lines, &named)?;
     }
     let areas: ScanAreas = lines.iter().map(|line| line.areas).sum();
-    let total = |place: usize| lines.iter().filter_map(|line| line.counts.get(place)).sum();
+    let total = |wanted: Class| -> usize {
+        let counts = lines.iter().flat_map(|line| &line.counts);
+        counts.filter(|(class, _)| *class == wanted).map(|(_, count)| count).sum()
+    };
     let beams = plan.beams().len();
     let origin = plan.origin(0);
     Ok(Scanned {
@@ -232,10 +239,12 @@ fn one(args: &Args, stage: &Stage, caster: &dyn Casts, task: &Task) -> Result<Sc
         range_to: plan.swept(beams.saturating_sub(1)),
         origin_x_m: origin.x_m,
         origin_z_m: origin.z_m,
-        leaf_hits: total(0),
-        wood_hits: total(1),
-        ground_hits: total(2),
-        escapes: total(3),
+        leaf_hits: total(Class::Leaf),
+        wood_hits: total(Class::Wood),
+        fruit_hits: total(Class::Fruit),
+        support_hits: total(Class::Post) + total(Class::Wire),
+        ground_hits: total(Class::Ground),
+        escapes: total(Class::None),
         leaf_m2: areas.leaf_m2,
         total_m2: areas.total_m2,
         three_leaves_m2: areas.three_leaves_m2,

@@ -78,15 +78,6 @@ struct Record {
     cos_incidence: f32,
 }
 
-fn name(class: Class) -> &'static str {
-    match class {
-        Class::Leaf => "leaf",
-        Class::Wood => "wood",
-        Class::Ground => "ground",
-        Class::None => "none",
-    }
-}
-
 pub(super) fn csv(points: &[Point]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for point in points {
@@ -96,7 +87,7 @@ pub(super) fn csv(points: &[Point]) -> Result<Vec<u8>, Box<dyn Error>> {
             x_m,
             y_m,
             z_m,
-            class: name(point.class),
+            class: point.class.name(),
             tree: label(point.tree),
             organ: label(point.organ),
             order: point.order,
@@ -109,11 +100,14 @@ pub(super) fn csv(points: &[Point]) -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(writer.into_inner()?)
 }
 
-/// Number of a class in PLY: 0 ground, 1 leaf, 2 wood.
+/// Number of a class in PLY, as its header says.
 fn code(class: Class) -> u8 {
     match class {
         Class::Leaf => 1,
         Class::Wood => 2,
+        Class::Fruit => 3,
+        Class::Post => 4,
+        Class::Wire => 5,
         Class::Ground | Class::None => 0,
     }
 }
@@ -176,9 +170,10 @@ impl PropertyAccess for Point {
 pub(super) fn ply(points: Vec<Point>) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut ply = Ply::<Point>::new();
     ply.header.encoding = Encoding::BinaryLittleEndian;
-    ply.header
-        .comments
-        .push(format!("rowscan {}; metres; class 0 ground, 1 leaf, 2 wood", env!("CARGO_PKG_VERSION")));
+    ply.header.comments.push(format!(
+        "rowscan {}; metres; class 0 ground, 1 leaf, 2 wood, 3 fruit, 4 post, 5 wire",
+        env!("CARGO_PKG_VERSION")
+    ));
     let mut vertex = ElementDef::new("vertex".to_owned());
     for (name, kind) in [
         ("x", ScalarType::Double),
@@ -201,7 +196,8 @@ pub(super) fn ply(points: Vec<Point>) -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(bytes)
 }
 
-/// LAS class for wood: the first that is left to the user. Leaves are high vegetation, as the format has it.
+/// LAS class for wood, the first that is left to the user; fruit, post and wire follow. Leaves are high vegetation, as the format
+/// has it.
 const LAS_WOOD: u8 = 64;
 
 /// The record that names the extra bytes of every point: one unsigned 32-bit number `organ` (LAS 1.4 R15, "Extra Bytes").
@@ -242,6 +238,9 @@ pub(super) fn las(plan: &ScanPlan, points: &[Point]) -> Result<Vec<u8>, Box<dyn 
             classification: match point.class {
                 Class::Leaf => Classification::HighVegetation,
                 Class::Wood => Classification::new(LAS_WOOD)?,
+                Class::Fruit => Classification::new(LAS_WOOD + 1)?,
+                Class::Post => Classification::new(LAS_WOOD + 2)?,
+                Class::Wire => Classification::new(LAS_WOOD + 3)?,
                 Class::Ground => Classification::Ground,
                 Class::None => Classification::Unclassified,
             },

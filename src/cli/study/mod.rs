@@ -7,7 +7,7 @@ mod estimators;
 mod merge;
 mod orchards;
 mod resolution;
-mod rows;
+pub(super) mod rows;
 mod run;
 mod search;
 mod shards;

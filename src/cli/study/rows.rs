@@ -12,7 +12,7 @@ use crate::trial::{Trial, TrialError};
 
 /// A range of seeds, both ends in it: `1..20`.
 #[derive(Clone, Debug)]
-pub(super) struct Seeds(pub(super) Vec<u64>);
+pub(in crate::cli) struct Seeds(pub(in crate::cli) Vec<u64>);
 
 /// Rows one study may hold; each is grown and scanned whole.
 const MAX_SEEDS: u64 = 100_000;

@@ -55,7 +55,7 @@ impl Planting {
             let (length, radius) = (0.05 + 0.25 * stream.unit(), 0.001 + 0.003 * stream.unit());
             Cylinder::new(base, std::array::from_fn(|i| base[i] + length * along[i]), radius).ok()
         }));
-        Tree { leaves, wood }
+        Tree { leaves, wood, ..Tree::default() }
     }
 }
 

@@ -18,7 +18,7 @@ const RAYS: usize = 104;
 /// A tree of 50 000 leaves, on one thread and on all.
 pub fn run(report: &mut Report, _arguments: &[String]) {
     let planting = Planting { rows: 1, trees: 1, leaves: 50_000, blade_m: 0.05, branches: 1 };
-    let tree = planting.orchard().trees().first().cloned().unwrap_or_default();
+    let tree = planting.orchard().distinct_trees().first().cloned().unwrap_or_default();
     let leaves: Vec<&Leaf> = tree.leaves.iter().collect();
     let peer = Peer::new(&rowscan_scenes::Orchard::from_organs(tree.leaves.clone(), vec![], f64::INFINITY));
     let directions: Vec<[f64; 3]> = (-6..=6)

@@ -198,7 +198,7 @@ fn inside(outline: &[(f64, f64)], (u, v): (f64, f64)) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::growth::grow_lone_tree;
+    use crate::generator::plant::grow_lone_tree;
 
     fn square(middle: [f64; 3], half: f64) -> Leaf {
         let [x, y, z] = middle;

@@ -1,0 +1,137 @@
+//! From places to trees: what happens to a draft whatever made it.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::draft::{Blade, Draft};
+use super::{Generator, GrowError, Planting, Remark};
+use crate::growth::TreeParameters;
+use crate::growth::prune::{self, Envelope};
+use crate::growth::shade::{self, ShadeScope};
+use crate::orchard::OrchardParameters;
+use crate::organ::{Cylinder, Leaf, Tree};
+use crate::season;
+use crate::seed::{Stage, Stream};
+use crate::support::Support;
+use crate::target::{self, Adjustment};
+
+/// The trees of an orchard, and what was done to them.
+#[derive(Debug)]
+pub(crate) struct Planted {
+    /// In the order of the plantings, each where it belongs.
+    pub(crate) trees: Vec<Tree>,
+    pub(crate) supports: Vec<Support>,
+    pub(crate) adjustment: Option<Adjustment>,
+    pub(crate) remarks: Vec<Remark>,
+}
+
+/// Makes a tree for every planting. `copies` says how many places each of them fills, for the target leaf area.
+pub(crate) fn plant(
+    parameters: &OrchardParameters,
+    seed: u64,
+    plantings: &[Planting],
+    copies: &[usize],
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Planted, GrowError> {
+    let generator = super::make(parameters, seed)?;
+    let tree = parameters.tree_parameters();
+    let done = AtomicUsize::new(0);
+    let drafts: Vec<Result<Draft, GrowError>> = plantings
+        .par_iter()
+        .map(|planting| {
+            let draft = draft(generator.as_ref(), &tree, planting);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, plantings.len());
+            draft
+        })
+        .collect();
+    // In order, so that of several errors it is always the same one that is told.
+    let mut drafts: Vec<Draft> = drafts.into_iter().collect::<Result<_, _>>()?;
+    let is_placed = generator.is_placed();
+    if tree.shady_scope == ShadeScope::Orchard {
+        thin_together(&mut drafts, plantings, &tree, is_placed);
+    }
+    let envelope = if generator.is_pruned() { Envelope::of(&tree) } else { None };
+    drafts.par_iter_mut().zip(plantings).for_each(|(draft, planting)| {
+        prune::cut(draft, envelope.as_ref());
+        let mut stream = Stream::new(seed, Stage::Season, planting.row, planting.tree);
+        season::dress(&mut draft.blades, parameters.season, &mut stream);
+    });
+    let adjustment = match parameters.target_lai {
+        None => None,
+        Some(lai) => {
+            let layout = parameters.layout();
+            let places = f64::from(layout.rows) * f64::from(layout.trees);
+            let ground_m2 = places * layout.tree_spacing_m * layout.row_spacing_m;
+            let keys: Vec<(u32, u32)> =
+                plantings.iter().map(|planting| (planting.row, planting.tree)).collect();
+            let goal = target::Goal { lai, ground_m2, seed, envelope: envelope.as_ref() };
+            Some(target::reach(&mut drafts, &keys, copies, &goal)?)
+        }
+    };
+    let place = |draft: &Draft, planting: &Planting| {
+        let tree = finish(draft);
+        if is_placed { tree } else { tree.translated(planting.base) }
+    };
+    let supports = drafts
+        .iter()
+        .zip(plantings)
+        .flat_map(|(draft, planting)| draft.supports.iter().map(|support| support.translated(planting.base)))
+        .collect();
+    let trees = drafts.par_iter().zip(plantings).map(|(draft, planting)| place(draft, planting)).collect();
+    Ok(Planted { trees, supports, adjustment, remarks: generator.remarks() })
+}
+
+fn draft(generator: &dyn Generator, tree: &TreeParameters, planting: &Planting) -> Result<Draft, GrowError> {
+    if planting.gap {
+        return Ok(Draft::default());
+    }
+    let mut draft = generator.draft(planting)?;
+    if tree.shady_scope == ShadeScope::Tree {
+        let leaves: Vec<&Leaf> = draft.blades.iter().map(|blade| &blade.leaf).collect();
+        let keep = shade::survivors(&leaves, tree);
+        draft.retain_blades(keep);
+    }
+    Ok(draft)
+}
+
+/// Shade across trees: every leaf of the orchard where it stands, each once.
+fn thin_together(drafts: &mut [Draft], plantings: &[Planting], tree: &TreeParameters, is_placed: bool) {
+    let placed: Vec<Leaf> = drafts
+        .iter()
+        .zip(plantings)
+        .flat_map(|(draft, planting)| {
+            let base = if is_placed { [0.0; 3] } else { planting.base };
+            draft.blades.iter().map(move |blade| blade.leaf.translated(base))
+        })
+        .collect();
+    let mut keep = shade::survivors(&placed.iter().collect::<Vec<_>>(), tree).into_iter();
+    for draft in drafts {
+        let own: Vec<bool> = keep.by_ref().take(draft.blades.len()).collect();
+        draft.retain_blades(own);
+    }
+}
+
+/// What is left, as cylinders and polygons: grown wood first, then petioles, then wood without history.
+fn finish(draft: &Draft) -> Tree {
+    let grown = draft.segments.iter().filter_map(|segment| {
+        let tip = segment.base + segment.direction * segment.length_m;
+        // A segment of which nothing is left has no length and is no cylinder.
+        Cylinder::new(segment.base.to_array(), tip.to_array(), segment.radius_m).ok()
+    });
+    let petioles = draft.blades.iter().filter_map(|Blade { petiole, .. }| *petiole);
+    Tree {
+        leaves: draft.blades.iter().map(|blade| blade.leaf.clone()).collect(),
+        wood: grown.chain(petioles).chain(draft.wood.iter().copied()).collect(),
+        facets: draft.facets.clone(),
+    }
+}
+
+/// One tree of a hidden Markov tree at the origin, for unit tests.
+#[cfg(test)]
+pub(crate) fn grow_lone_tree(parameters: &TreeParameters, seed: u64) -> Tree {
+    let orchard = OrchardParameters { trees: Some(1), ..OrchardParameters::default() };
+    let orchard = OrchardParameters { tree: parameters.as_overrides(), ..orchard };
+    let planting = Planting { row: 0, tree: 0, gap: false, base: [0.0; 3] };
+    plant(&orchard, seed, &[planting], &[1], &|_, _| {}).unwrap().trees.remove(0)
+}

@@ -1,0 +1,56 @@
+//! What was done to the input that the user did not ask for word by word.
+
+use std::fmt;
+
+use crate::growth::State;
+
+/// Something to tell the user about an orchard.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Remark {
+    /// A row of a matrix was divided by its sum, as asked.
+    Renormalised {
+        /// The key it stands at.
+        key: &'static str,
+        /// Parent state of the row.
+        row: State,
+        /// What it summed to.
+        sum: f64,
+    },
+    /// Leaves that are not plane were cut into triangles.
+    NotPlane {
+        /// The file.
+        path: String,
+        /// How many.
+        leaves: usize,
+        /// Line, or number, of the first.
+        first: usize,
+        /// How far it is off its plane, over its size.
+        warp: f64,
+    },
+    /// Faces without area were left out.
+    NoArea {
+        /// The file.
+        path: String,
+        /// How many.
+        faces: usize,
+        /// Line, or number, of the first.
+        first: usize,
+    },
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Renormalised { key, row, sum } => {
+                write!(f, "orchard.tree.{key}: row {row} sums to {sum} and was divided by that")
+            }
+            Self::NotPlane { path, leaves, first, warp } => write!(
+                f,
+                "{path}: {leaves} leaves are not plane and were cut into triangles; the first at {first}, off by {warp:.3} of its size"
+            ),
+            Self::NoArea { path, faces, first } => {
+                write!(f, "{path}: {faces} faces without area were left out; the first at {first}")
+            }
+        }
+    }
+}

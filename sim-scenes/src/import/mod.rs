@@ -1,0 +1,469 @@
+//! Trees from files: branches and leaves as text, or a mesh.
+
+use serde::{Deserialize, Serialize};
+
+use crate::exchange::mesh::{Material, MaterialNames, RawFace};
+use crate::exchange::text::Record;
+use crate::exchange::{ExchangeError, RecordError, obj, ply, text};
+use crate::generator::draft::{Blade, Draft};
+use crate::generator::{Generator, GrowError, Planting, Remark};
+use crate::orchard::OrchardParameters;
+use crate::organ::{Facet, Leaf, OrganError};
+use crate::parameters::{ParameterError, SceneFile, choices, require};
+
+choices! {
+    /// Which axis of a mesh points up.
+    pub enum UpAxis {
+        /// Z, as here.
+        Z = "z",
+        /// Y: (x, y, z) of the file is (x, −z, y) here.
+        Y = "y",
+    }
+}
+
+choices! {
+    /// What becomes of a leaf that lies off its plane by more than a thousandth of its size.
+    pub enum NotPlane {
+        /// It is cut into triangles about its first vertex.
+        Triangulate = "triangulate",
+        /// It is pressed into its mean plane.
+        Flatten = "flatten",
+        /// It is refused.
+        Refuse = "refuse",
+    }
+}
+
+choices! {
+    /// Where the trees of the files stand.
+    pub enum Stands {
+        /// At the origin: tree k of them grows at place k, and from the first again when they are used up.
+        AtOrigin = "at_origin",
+        /// Where the files say, tree k counting as that of place k.
+        InPlace = "in_place",
+    }
+}
+
+/// The `[orchard.import]` table of a scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ImportParameters {
+    /// Branches as text: `x1 y1 z1 x2 y2 z2 diameter` a line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branches: Option<SceneFile>,
+    /// Leaves as text: `n x1 y1 z1 … xn yn zn` a line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaves: Option<SceneFile>,
+    /// A mesh: a file whose name ends in `.obj` or `.ply`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<SceneFile>,
+    /// Where the trees stand.
+    pub stands: Stands,
+    /// Which axis of the files points up.
+    pub up: UpAxis,
+    /// Metres of one unit of the files.
+    pub scale: f64,
+    /// What to do with leaves that are not plane.
+    pub not_plane: NotPlane,
+    /// Material of faces that have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+    /// Names of materials.
+    pub materials: MaterialNames,
+}
+
+impl Default for ImportParameters {
+    fn default() -> Self {
+        Self {
+            branches: None,
+            leaves: None,
+            mesh: None,
+            stands: Stands::AtOrigin,
+            up: UpAxis::Z,
+            scale: 1.0,
+            not_plane: NotPlane::Triangulate,
+            material: None,
+            materials: MaterialNames::default(),
+        }
+    }
+}
+
+/// How far a leaf may lie off its plane, over its size.
+pub const PLANE_TOLERANCE: f64 = 1e-3;
+
+impl ImportParameters {
+    /// Refuses what names no trees.
+    ///
+    /// # Errors
+    /// The first key without meaning, with what may stand there.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let any = self.branches.is_some() || self.leaves.is_some() || self.mesh.is_some();
+        let expected = "at least one of branches, leaves, mesh";
+        require(any, "orchard.import", expected, "none of them")?;
+        let scale = self.scale.is_finite() && self.scale > 0.0;
+        require(scale, "orchard.import.scale", "a positive number of metres", self.scale)?;
+        let known = self.mesh.as_ref().is_none_or(|mesh| MeshFormat::of(mesh.path()).is_some());
+        let path = self.mesh.as_ref().map_or("", SceneFile::path);
+        require(known, "orchard.import.mesh", "a file whose name ends in .obj or .ply", path)
+    }
+
+    /// The files it names.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut SceneFile> {
+        [self.branches.as_mut(), self.leaves.as_mut(), self.mesh.as_mut()].into_iter().flatten()
+    }
+
+    /// Trees in the files: the greatest number of a tree, and one.
+    ///
+    /// # Errors
+    /// As growing them.
+    pub fn count_trees(&self) -> Result<u32, GrowError> {
+        self.validate()?;
+        let mut reading = Reading { parameters: self, trees: Vec::new(), remarks: Vec::new() };
+        reading.read().map_err(ImportError::from)?;
+        Ok(u32::try_from(reading.trees.len()).unwrap_or(u32::MAX).max(1))
+    }
+
+    fn point(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let turned = match self.up {
+            UpAxis::Z => [x, y, z],
+            UpAxis::Y => [x, -z, y],
+        };
+        if self.scale == 1.0 { turned } else { turned.map(|c| c * self.scale) }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MeshFormat {
+    Obj,
+    Ply,
+}
+
+impl MeshFormat {
+    fn of(path: &str) -> Option<Self> {
+        let ending = path.rsplit_once('.')?.1.to_lowercase();
+        match ending.as_str() {
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            _ => None,
+        }
+    }
+}
+
+/// Why files hold no orchard.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ImportError {
+    /// A file.
+    #[error(transparent)]
+    Exchange(#[from] ExchangeError),
+    /// More trees than places.
+    #[error(
+        "the files hold a tree number {found}, the orchard has {places} places; raise orchard.trees or orchard.rows"
+    )]
+    Places {
+        /// Greatest number in the files.
+        found: u32,
+        /// Places of the orchard.
+        places: u32,
+    },
+}
+
+/// Trees read from files.
+pub(crate) struct Imported {
+    trees: Vec<Draft>,
+    per_row: u32,
+    is_placed: bool,
+    remarks: Vec<Remark>,
+}
+
+impl Imported {
+    pub(crate) fn new(orchard: &OrchardParameters) -> Result<Self, GrowError> {
+        let parameters = &orchard.import;
+        parameters.validate()?;
+        let mut reading = Reading { parameters, trees: Vec::new(), remarks: Vec::new() };
+        reading.read().map_err(ImportError::from)?;
+        let layout = orchard.layout();
+        let places = layout.rows.saturating_mul(layout.trees);
+        let is_placed = parameters.stands == Stands::InPlace;
+        let found = u32::try_from(reading.trees.len()).unwrap_or(u32::MAX).saturating_sub(1);
+        if is_placed && found >= places {
+            return Err(ImportError::Places { found, places }.into());
+        }
+        Ok(Self { trees: reading.trees, per_row: layout.trees, is_placed, remarks: reading.remarks })
+    }
+}
+
+impl Generator for Imported {
+    fn draft(&self, planting: &Planting) -> Result<Draft, GrowError> {
+        let place = planting.row as usize * self.per_row as usize + planting.tree as usize;
+        let number = match (self.is_placed, self.trees.len()) {
+            (_, 0) => return Ok(Draft::default()),
+            (true, _) => place,
+            (false, count) => place % count,
+        };
+        Ok(self.trees.get(number).cloned().unwrap_or_default())
+    }
+
+    fn is_placed(&self) -> bool {
+        self.is_placed
+    }
+
+    fn remarks(&self) -> Vec<Remark> {
+        self.remarks.clone()
+    }
+}
+
+/// Files being turned into trees.
+struct Reading<'a> {
+    parameters: &'a ImportParameters,
+    trees: Vec<Draft>,
+    remarks: Vec<Remark>,
+}
+
+impl Reading<'_> {
+    fn read(&mut self) -> Result<(), ExchangeError> {
+        let parameters = self.parameters;
+        if let Some(file) = &parameters.branches {
+            for Record { tree, organ, line } in text::read_branches(file)? {
+                let (base, tip) = (parameters.point(organ.base()), parameters.point(organ.tip()));
+                let radius_m = if parameters.scale == 1.0 {
+                    organ.radius_m()
+                } else {
+                    organ.radius_m() * parameters.scale
+                };
+                let piece = crate::organ::Cylinder::new(base, tip, radius_m);
+                self.tree(tree).wood.push(piece.map_err(|cause| at(file, line)(cause.into()))?);
+            }
+        }
+        if let Some(file) = &parameters.leaves {
+            for Record { tree, organ, line } in text::read_leaves(file)? {
+                self.leaf(file, tree, line, organ.outline())?;
+            }
+        }
+        if let Some(file) = &parameters.mesh {
+            let faces = match MeshFormat::of(file.path()) {
+                Some(MeshFormat::Ply) => ply::read(file)?,
+                _ => obj::read(file)?,
+            };
+            for face in &faces {
+                self.face(file, face)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn tree(&mut self, number: u32) -> &mut Draft {
+        let number = number as usize;
+        if self.trees.len() <= number {
+            self.trees.resize_with(number + 1, Draft::default);
+        }
+        &mut self.trees[number]
+    }
+
+    fn face(&mut self, file: &SceneFile, face: &RawFace) -> Result<(), ExchangeError> {
+        let RawFace { tree, line, material, outline } = face;
+        let names = &self.parameters.materials;
+        let material = match (material, self.parameters.material) {
+            (Some(name), _) => match names.material(name) {
+                Some(Some(material)) => material,
+                Some(None) => return Ok(()),
+                None => {
+                    let cause = RecordError::Material { found: name.clone(), known: names.known() };
+                    return Err(at(file, *line)(cause));
+                }
+            },
+            (None, Some(material)) => material,
+            (None, None) => return Err(at(file, *line)(RecordError::NoMaterial)),
+        };
+        let Some(surface) = material.surface() else { return self.leaf(file, *tree, *line, outline) };
+        let outline: Vec<[f64; 3]> = outline.iter().map(|vertex| self.parameters.point(*vertex)).collect();
+        match Leaf::new(outline) {
+            // Bark need not be plane to a thousandth: it is what stops beams.
+            Ok(polygon) => {
+                for polygon in plane_parts(polygon, NotPlane::Triangulate).unwrap_or_default() {
+                    self.tree(*tree).facets.push(Facet { surface, polygon });
+                }
+            }
+            Err(OrganError::NoArea) => self.no_area(file, *line),
+            Err(cause) => return Err(at(file, *line)(cause.into())),
+        }
+        Ok(())
+    }
+
+    fn leaf(
+        &mut self,
+        file: &SceneFile,
+        tree: u32,
+        line: usize,
+        outline: &[[f64; 3]],
+    ) -> Result<(), ExchangeError> {
+        let outline: Vec<[f64; 3]> = outline.iter().map(|vertex| self.parameters.point(*vertex)).collect();
+        let leaf = match Leaf::new(outline) {
+            Ok(leaf) => leaf,
+            // Meshes have slivers; a text file that lists one is wrong, and was refused when it was read.
+            Err(OrganError::NoArea) => {
+                self.no_area(file, line);
+                return Ok(());
+            }
+            Err(cause) => return Err(at(file, line)(cause.into())),
+        };
+        let warp = leaf.warp();
+        let parts = plane_parts(leaf, self.parameters.not_plane).map_err(at(file, line))?;
+        if warp > PLANE_TOLERANCE && self.parameters.not_plane == NotPlane::Triangulate {
+            self.not_plane(file, line, warp);
+        }
+        let blades = parts.into_iter().map(|leaf| Blade { segment: 0, along_m: 0.0, leaf, petiole: None });
+        self.tree(tree).blades.extend(blades);
+        Ok(())
+    }
+
+    fn no_area(&mut self, file: &SceneFile, line: usize) {
+        let known = self.remarks.iter_mut().find_map(|remark| match remark {
+            Remark::NoArea { path, faces, .. } if path == file.path() => Some(faces),
+            _ => None,
+        });
+        match known {
+            Some(faces) => *faces += 1,
+            None => {
+                self.remarks.push(Remark::NoArea { path: file.path().to_owned(), faces: 1, first: line });
+            }
+        }
+    }
+
+    fn not_plane(&mut self, file: &SceneFile, line: usize, warp: f64) {
+        let known = self.remarks.iter_mut().find_map(|remark| match remark {
+            Remark::NotPlane { path, leaves, .. } if path == file.path() => Some(leaves),
+            _ => None,
+        });
+        match known {
+            Some(leaves) => *leaves += 1,
+            None => {
+                let path = file.path().to_owned();
+                self.remarks.push(Remark::NotPlane { path, leaves: 1, first: line, warp });
+            }
+        }
+    }
+}
+
+fn at(file: &SceneFile, line: usize) -> impl Fn(RecordError) -> ExchangeError + '_ {
+    move |cause| ExchangeError::Record { path: file.path().to_owned(), line, cause }
+}
+
+/// The polygon where it is plane; what stands for it where it is not.
+fn plane_parts(polygon: Leaf, not_plane: NotPlane) -> Result<Vec<Leaf>, RecordError> {
+    let warp = polygon.warp();
+    if warp <= PLANE_TOLERANCE {
+        return Ok(vec![polygon]);
+    }
+    let outline = polygon.outline();
+    match not_plane {
+        NotPlane::Refuse => Err(RecordError::NotPlane { warp }),
+        NotPlane::Flatten => {
+            let (middle, normal) = (polygon.centroid(), polygon.normal());
+            let pressed = outline.iter().map(|vertex| {
+                let off: f64 = (0..3).map(|axis| (vertex[axis] - middle[axis]) * normal[axis]).sum();
+                std::array::from_fn(|axis| vertex[axis] - off * normal[axis])
+            });
+            Ok(vec![Leaf::new(pressed.collect::<Vec<[f64; 3]>>())?])
+        }
+        NotPlane::Triangulate => {
+            let Some((first, rest)) = outline.split_first() else { return Ok(Vec::new()) };
+            // A triangle of three vertices on a line covers nothing.
+            Ok(rest.windows(2).filter_map(|pair| Leaf::new([*first, pair[0], pair[1]]).ok()).collect())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::GeneratorKind;
+    use crate::orchard::Orchard;
+
+    fn orchard(import: ImportParameters, trees: u32) -> Result<Orchard, GrowError> {
+        let parameters = OrchardParameters {
+            generator: GeneratorKind::Import,
+            import,
+            trees: Some(trees),
+            tree_spacing_m: Some(2.0),
+            ..OrchardParameters::default()
+        };
+        Orchard::grow(&parameters, 1, &|_, _| {})
+    }
+
+    fn file(name: &str, text: &str) -> Option<SceneFile> {
+        Some(SceneFile::with_content(name, text.as_bytes()))
+    }
+
+    const BENT: &str = "4 0 0 1 1 0 1 1 1 1.2 0 1 1\n";
+
+    #[test]
+    fn one_tree_stands_at_every_place_and_files_may_hold_the_whole_orchard() {
+        let one = ImportParameters {
+            branches: file("b.txt", "0 0 0 0 0 1 0.1\n"),
+            leaves: file("l.txt", "3 0 0 1 0.1 0 1 0 0.1 1\n"),
+            ..ImportParameters::default()
+        };
+        let row = orchard(one, 3).unwrap();
+        let feet: Vec<[f64; 3]> = row.trees().map(|tree| tree.wood[0].base()).collect();
+        assert_eq!(feet, [[0.0, 1.0, 0.0], [0.0, 3.0, 0.0], [0.0, 5.0, 0.0]]);
+        let whole = ImportParameters {
+            branches: file("b.txt", "# tree x y z\n2 0 0.5 0 0 0.5 1 0.1\n"),
+            stands: Stands::InPlace,
+            ..ImportParameters::default()
+        };
+        let row = orchard(whole.clone(), 3).unwrap();
+        let counts: Vec<usize> = row.trees().map(|tree| tree.wood.len()).collect();
+        assert_eq!((counts, row.tree(2).unwrap().wood[0].base()), (vec![0, 0, 1], [0.0, 0.5, 0.0]));
+        let error = orchard(whole, 2).unwrap_err();
+        assert!(error.to_string().contains("a tree number 2, the orchard has 2 places"), "{error}");
+    }
+
+    #[test]
+    fn a_leaf_that_is_not_plane_is_cut_pressed_or_refused_and_it_is_said() {
+        let bent = |not_plane| {
+            let leaves = file("l.txt", BENT);
+            orchard(ImportParameters { leaves, not_plane, ..ImportParameters::default() }, 1)
+        };
+        let cut = bent(NotPlane::Triangulate).unwrap();
+        assert_eq!(cut.tree(0).unwrap().leaves.len(), 2);
+        assert!(cut.remarks()[0].to_string().contains("1 leaves are not plane"), "{:?}", cut.remarks());
+        let pressed = bent(NotPlane::Flatten).unwrap();
+        let leaf = &pressed.tree(0).unwrap().leaves[0];
+        assert!(leaf.warp() < 1e-12 && leaf.outline().len() == 4);
+        let error = bent(NotPlane::Refuse).unwrap_err().to_string();
+        assert!(error.starts_with("l.txt:1: the leaf is not plane: off by"), "{error}");
+    }
+
+    #[test]
+    fn meshes_are_sorted_by_material_turned_upright_and_scaled() {
+        let text = "v 0 1000 0\nv 100 1000 0\nv 0 1000 100\nusemtl Leaf_a\nf 1 2 3\nusemtl bark\nf 1 3 2\n";
+        let import = ImportParameters {
+            mesh: file("t.obj", text),
+            up: UpAxis::Y,
+            scale: 0.001,
+            ..ImportParameters::default()
+        };
+        let row = orchard(import.clone(), 1).unwrap();
+        let tree = row.tree(0).unwrap();
+        assert_eq!((tree.leaves.len(), tree.facets.len()), (1, 1));
+        assert!((tree.leaves[0].area_m2() - 0.005).abs() < 1e-12);
+        assert!(tree.leaves[0].outline().iter().all(|v| v[2] == 1.0), "Y became Z");
+        let strange =
+            ImportParameters { mesh: file("t.obj", &text.replace("bark", "chrome")), ..import.clone() };
+        let error = orchard(strange, 1).unwrap_err().to_string();
+        assert!(error.starts_with("t.obj:7: unknown material `chrome`; known are leaf,"), "{error}");
+        let bare = ImportParameters { mesh: file("t.obj", &text.replace("usemtl", "#")), ..import };
+        assert!(
+            orchard(bare.clone(), 1).unwrap_err().to_string().contains("t.obj:5: the face has no material")
+        );
+        let told = ImportParameters { material: Some(Material::Leaf), ..bare };
+        assert_eq!(orchard(told, 1).unwrap().tree(0).unwrap().leaves.len(), 2);
+    }
+
+    #[test]
+    fn nothing_to_import_is_refused() {
+        let error = orchard(ImportParameters::default(), 1).unwrap_err().to_string();
+        assert!(error.contains("orchard.import must be at least one of branches, leaves, mesh"), "{error}");
+        let stl = ImportParameters { mesh: file("t.stl", ""), ..ImportParameters::default() };
+        assert!(orchard(stl, 1).unwrap_err().to_string().contains(".obj or .ply, found t.stl"));
+    }
+}

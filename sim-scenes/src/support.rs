@@ -1,0 +1,119 @@
+//! What is built in an orchard and does not grow: posts and wires.
+
+use crate::orchard::Layout;
+use crate::organ::Cylinder;
+use crate::parameters::{ParameterError, parameters, require};
+
+/// What kind of support.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SupportKind {
+    /// Stands upright.
+    Post,
+    /// Runs along the row.
+    Wire,
+}
+
+/// A post or a wire.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Which of the two.
+    pub kind: SupportKind,
+    /// Where it is, and how thick.
+    pub shape: Cylinder,
+}
+
+impl Support {
+    /// The same elsewhere.
+    #[must_use]
+    pub fn translated(&self, by: [f64; 3]) -> Self {
+        Self { kind: self.kind, shape: self.shape.translated(by) }
+    }
+}
+
+parameters! {
+    /// A trellis in every row: posts on the row axis, midway between trees, and wires between them.
+    pub struct Trellis;
+    /// A trellis of which every value may be left to the preset: the `[orchard.trellis]` table of a scene file.
+    pub overrides TrellisOverrides;
+
+    /// Trees from one post to the next; 0 for no posts.
+    post_every: u32 = 0, "trees", "8 to 10 m between posts in walls of 1 m spacing";
+    /// Height of a post above the ground.
+    post_height_m: f64 = 3.2, "m", "a little above the top wire";
+    /// Diameter of a post.
+    post_diameter_m: f64 = 0.09, "m", "round timber of 80 to 100 mm";
+    /// Lowest wire above the ground.
+    wire_from_m: f64 = 0.6, "m", "above the graft, below the first tier";
+    /// From one wire to the next.
+    wire_step_m: f64 = 0.6, "m", "four to five tiers";
+    /// Wires, one above the other; 0 for none.
+    wires: u32 = 0, "wires", "four to five in fruiting walls";
+    /// Diameter of a wire.
+    wire_diameter_m: f64 = 0.0025, "m", "galvanised wire of 2 to 3 mm";
+    /// Posts and wires stand this far from the row axis, towards +X.
+    offset_m: f64 = 0.0, "m", "on the axis; trees are tied to the wires";
+}
+
+impl Trellis {
+    /// Refuses what cannot be built.
+    ///
+    /// # Errors
+    /// The first key without meaning, with what may stand there.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let within = |name: &str, value: f64, low: f64, high: f64| {
+            let expected = format!("a number from {low} to {high}");
+            require((low..=high).contains(&value), &format!("orchard.trellis.{name}"), &expected, value)
+        };
+        require(self.wires <= 100, "orchard.trellis.wires", "0 to 100", self.wires)?;
+        within("post_height_m", self.post_height_m, 0.01, 20.0)?;
+        within("post_diameter_m", self.post_diameter_m, 1e-4, 2.0)?;
+        within("wire_from_m", self.wire_from_m, 0.0, 20.0)?;
+        within("wire_step_m", self.wire_step_m, 1e-3, 20.0)?;
+        within("wire_diameter_m", self.wire_diameter_m, 1e-5, 0.1)?;
+        within("offset_m", self.offset_m, -10.0, 10.0)
+    }
+
+    /// Posts and wires of all rows, row by row, in the scene frame. A wire is as long as the row's period.
+    pub(crate) fn build(&self, layout: &Layout) -> Vec<Support> {
+        let length_m = f64::from(layout.trees) * layout.tree_spacing_m;
+        let mut supports = Vec::new();
+        for row in 0..layout.rows {
+            let x_m = f64::from(row) * layout.row_spacing_m + self.offset_m;
+            let posts = (0..layout.trees).step_by(self.post_every.max(1) as usize);
+            for place in posts.take(if self.post_every > 0 { usize::MAX } else { 0 }) {
+                let y_m = f64::from(place) * layout.tree_spacing_m;
+                let (foot, top) = ([x_m, y_m, 0.0], [x_m, y_m, self.post_height_m]);
+                let shape = Cylinder::new(foot, top, self.post_diameter_m / 2.0);
+                supports.extend(shape.ok().map(|shape| Support { kind: SupportKind::Post, shape }));
+            }
+            for wire in 0..self.wires {
+                let z_m = self.wire_from_m + f64::from(wire) * self.wire_step_m;
+                let shape = Cylinder::new([x_m, 0.0, z_m], [x_m, length_m, z_m], self.wire_diameter_m / 2.0);
+                supports.extend(shape.ok().map(|shape| Support { kind: SupportKind::Wire, shape }));
+            }
+        }
+        supports
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn posts_stand_between_trees_and_wires_run_the_whole_row() {
+        let layout =
+            Layout { rows: 2, trees: 5, tree_spacing_m: 1.0, row_spacing_m: 3.5, ..Layout::default() };
+        assert!(Trellis::default().build(&layout).is_empty());
+        let trellis = Trellis { post_every: 2, wires: 3, ..Trellis::default() };
+        trellis.validate().unwrap();
+        let supports = trellis.build(&layout);
+        let of = |kind| supports.iter().filter(|s| s.kind == kind).map(|s| s.shape).collect::<Vec<_>>();
+        let feet: Vec<[f64; 3]> = of(SupportKind::Post).iter().map(Cylinder::base).collect();
+        assert_eq!(feet[..3], [[0.0; 3], [0.0, 2.0, 0.0], [0.0, 4.0, 0.0]]);
+        assert_eq!((feet.len(), feet[3]), (6, [3.5, 0.0, 0.0]));
+        let wires = of(SupportKind::Wire);
+        assert_eq!((wires.len(), wires[1].tip()), (6, [0.0, 5.0, 1.2]));
+        assert!(Trellis { wires: 101, ..trellis }.validate().is_err());
+    }
+}

@@ -1,0 +1,92 @@
+//! `rowscan orchard export`
+
+use std::path::PathBuf;
+
+use rowscan_scenes::drawing::{self, Dot, Drawing};
+use rowscan_scenes::scan::{ScanError, ScanKind, ScanPlan, ScanSettings, Target};
+use rowscan_scenes::{Caster, Class};
+
+use super::files::{self, FileFormat};
+use crate::cli::blocking::off_runtime;
+use crate::cli::output::{self, say};
+use crate::cli::scene::SceneArgs;
+use crate::cli::{Failure, Outcome};
+use crate::stage::Stage;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Write files that begin with this
+    #[arg(short, long, value_name = "PREFIX", required_unless_present = "svg")]
+    output: Option<PathBuf>,
+    /// Which files
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "text")]
+    write: Vec<FileFormat>,
+    /// Draw front, side and top view to this file; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// Draw the returns of a scan over it: lateral, zenith, … as in `rowscan scan`, from where the rig's first scanner is
+    #[arg(long, value_name = "TYPE", value_parser = kind, requires = "svg")]
+    scan: Option<ScanKind>,
+    /// Draw only that many trees, from the first place
+    #[arg(long, value_name = "N", requires = "svg")]
+    trees: Option<usize>,
+    /// Side of a cell of the drawing, metres: larger cells make smaller files
+    #[arg(long, value_name = "METRES", default_value_t = Drawing::default().cell_m, requires = "svg")]
+    cell: f64,
+}
+
+fn kind(text: &str) -> Result<ScanKind, String> {
+    ScanKind::from_name(text).ok_or_else(|| format!("expected one of {}", ScanKind::NAMES.join(", ")))
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    if !(args.cell.is_finite() && args.cell > 0.0) {
+        return Err(Failure::Usage(format!(
+            "--cell: a positive number of metres expected, found {}",
+            args.cell
+        )));
+    }
+    let stage = args.scene.stage().await?;
+    off_runtime("write the orchard", move || export(&args, &stage)).await
+}
+
+fn export(args: &Args, stage: &Stage) -> Result<Outcome, Failure> {
+    if let Some(prefix) = &args.output {
+        files::write(&stage.orchard, prefix, &args.write)?;
+    }
+    let Some(path) = &args.svg else { return Ok(Outcome::Done) };
+    let dots = args.scan.map_or_else(|| Ok(Vec::new()), |kind| scan(stage, kind))?;
+    let trees = args.trees.unwrap_or(usize::MAX);
+    let settings = Drawing { cell_m: args.cell, trees, ..Drawing::default() };
+    let drawn = drawing::draw(&stage.orchard, &dots, &settings);
+    if path.as_os_str() == "-" {
+        output::print(&drawn)?;
+    } else {
+        output::write_file(path, &drawn)?;
+        say(format_args!("wrote {}", path.display()));
+    }
+    Ok(Outcome::Done)
+}
+
+/// What the beams of a scan of the first row meet first, ground left out.
+fn scan(stage: &Stage, kind: ScanKind) -> Result<Vec<Dot>, Failure> {
+    let mut settings =
+        ScanSettings { kind, dy_m: 0.05, dtheta_deg: 1.0, pitch_m: 0.05, ..ScanSettings::default() };
+    if let Some(mount) = stage.rig.scanners.first() {
+        settings = ScanSettings { distance_m: mount.distance_m, height_m: mount.height_m, ..settings };
+    }
+    let target = Target::row(&stage.orchard, 0).ok_or(ScanError::NothingThere { kind })?;
+    let plan = ScanPlan::new(&target, &settings)?;
+    let lines = plan.lines(&Caster::new(&stage.orchard), 0, |line| {
+        let rays = plan.beams().rays(line.origin).zip(line.layers.nearest());
+        let hits = rays.filter(|(_, found)| found.is_hit() && found.class != Class::Ground);
+        let dot = |((start, direction), found): (([f64; 3], [f64; 3]), &rowscan_scenes::Return)| Dot {
+            at: std::array::from_fn(|axis| start[axis] + found.range_m * direction[axis]),
+            class: found.class,
+        };
+        hits.map(dot).collect::<Vec<Dot>>()
+    });
+    Ok(lines.concat())
+}

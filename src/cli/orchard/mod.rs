@@ -1,0 +1,43 @@
+//! `rowscan orchard`: make, measure, read and write orchards.
+
+mod export;
+mod files;
+mod grow;
+mod import;
+mod parameters;
+mod statistics;
+mod truth;
+
+use super::interrupt::Interrupt;
+use super::{Failure, Outcome};
+
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum Command {
+    /// Grow an orchard; write its branches and leaves
+    Grow(grow::Args),
+    /// Measure the leaf and wood area that is really there
+    Truth(truth::Args),
+    /// Read trees from files, say what is in them, and write them in other formats
+    Import(import::Args),
+    /// Write an orchard as text, OBJ, PLY or glTF, or draw it as SVG
+    Export(export::Args),
+    /// Leaf area, wood and height over many seeds
+    Statistics(statistics::Args),
+    /// List every parameter of an orchard with its value, its unit and the reason for its default
+    Parameters(parameters::Args),
+}
+
+pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let work = async {
+        match command {
+            Command::Grow(args) => grow::run(args).await,
+            Command::Truth(args) => truth::run(args).await,
+            Command::Import(args) => import::run(args).await,
+            Command::Export(args) => export::run(args).await,
+            Command::Statistics(args) => statistics::run(args).await,
+            Command::Parameters(args) => parameters::run(&args),
+        }
+    };
+    interrupt.or(work).await.unwrap_or(Ok(Outcome::Done))
+}

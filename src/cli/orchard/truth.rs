@@ -1,0 +1,67 @@
+//! `rowscan orchard truth`
+
+use crate::cli::output::{self, number};
+use crate::cli::scene::SceneArgs;
+use crate::cli::{Failure, Format, Outcome};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// How to write the truth
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let stage = args.scene.stage().await?;
+    let truth = stage.orchard.truth();
+    match args.format {
+        Format::Json | Format::Jsonl => output::print_json(args.format, &truth)?,
+        Format::Csv => output::print_rows(args.format, &truth.trees)?,
+        Format::Table => {
+            let mut table = output::grid();
+            output::head(
+                &mut table,
+                ["tree", "y m", "leaves", "leaf area m²", "wood area m²", "LAI", "height m"],
+            );
+            for tree in &truth.trees {
+                table.add_row([
+                    number(Some(f64::from(tree.tree)), 0),
+                    number(tree.y_m, 2),
+                    number(Some(tree.leaves as f64), 0),
+                    number(Some(tree.leaf_area_m2), 3),
+                    number(Some(tree.wood_area_m2), 3),
+                    number(tree.lai, 2),
+                    number(Some(tree.height_m), 2),
+                ]);
+            }
+            output::print(&format!("{table}\n"))?;
+            let lai = truth.lai.map_or_else(|| "unknown".to_owned(), |lai| format!("{lai:.2}"));
+            output::print(&format!(
+                "seed {}: leaf area {:.3} m², wood area {:.3} m², LAI {lai}\n",
+                stage.scene.seed, truth.leaf_area_m2, truth.wood_area_m2
+            ))?;
+            if let Some((mean, sd)) = truth.leaf_angle_mean_deg.zip(truth.leaf_angle_sd_deg) {
+                output::print(&format!("leaf inclination {mean:.1}° ± {sd:.1}° from the horizontal\n"))?;
+            }
+            if truth.post_area_m2 + truth.wire_area_m2 > 0.0 {
+                output::print(&format!(
+                    "posts {:.3} m², wires {:.3} m²\n",
+                    truth.post_area_m2, truth.wire_area_m2
+                ))?;
+            }
+            if let Some(adjustment) = &truth.adjustment {
+                output::print(&format!(
+                    "LAI {:.3} asked for, {:.3} grown, {:.3} reached: {} leaves thinned out, {} added\n",
+                    adjustment.target_lai,
+                    adjustment.grown_lai,
+                    adjustment.reached_lai,
+                    adjustment.leaves_thinned,
+                    adjustment.leaves_seeded
+                ))?;
+            }
+        }
+    }
+    Ok(Outcome::Done)
+}
