@@ -197,18 +197,19 @@ pub struct Tree {
 impl Tree {
     /// One-sided area of all leaves, m².
     pub fn leaf_area_m2(&self) -> f64 {
-        self.leaves.iter().map(Leaf::area_m2).sum()
+        // The sum of nothing is written as zero, not as minus zero.
+        self.leaves.iter().fold(0.0, |sum, leaf| sum + leaf.area_m2())
     }
 
     /// Lateral surface of all wood, m²: cylinders without their ends, and bark facets.
     pub fn wood_area_m2(&self) -> f64 {
-        self.wood.iter().map(Cylinder::area_m2).sum::<f64>() + self.facet_area_m2(Surface::Bark)
+        let cylinders = self.wood.iter().fold(0.0, |sum, piece| sum + piece.area_m2());
+        cylinders + self.facet_area_m2(Surface::Bark)
     }
 
     /// Surface of all facets of a kind, m².
     pub fn facet_area_m2(&self, surface: Surface) -> f64 {
         let of_kind = self.facets.iter().filter(|facet| facet.surface == surface);
-        // The sum of nothing is written as zero, not as minus zero.
         of_kind.fold(0.0, |sum, facet| sum + facet.polygon.area_m2())
     }
 

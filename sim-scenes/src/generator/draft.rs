@@ -33,11 +33,23 @@ pub(crate) struct Blade {
     pub(crate) petiole: Option<Cylinder>,
 }
 
+/// A fruit and where it hangs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fruit {
+    /// Segment that bears it, by number.
+    pub(crate) segment: usize,
+    /// Metres of the segment below it.
+    pub(crate) along_m: f64,
+    pub(crate) middle: DVec3,
+    pub(crate) radius_m: f64,
+}
+
 /// A tree before it is shaded, pruned, dressed for the season and thinned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draft {
     pub(crate) segments: Vec<Segment>,
     pub(crate) blades: Vec<Blade>,
+    pub(crate) fruits: Vec<Fruit>,
     /// Wood without history: imported or analytic. No shears touch it.
     pub(crate) wood: Vec<Cylinder>,
     /// Likewise.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::draft::{Blade, Draft};
 use super::{Generator, GrowError, Planting, Remark};
 use crate::growth::TreeParameters;
+use crate::growth::fruit;
 use crate::growth::prune::{self, Envelope};
 use crate::growth::shade::{self, ShadeScope};
 use crate::orchard::OrchardParameters;
@@ -123,7 +124,7 @@ fn finish(draft: &Draft) -> Tree {
     Tree {
         leaves: draft.blades.iter().map(|blade| blade.leaf.clone()).collect(),
         wood: grown.chain(petioles).chain(draft.wood.iter().copied()).collect(),
-        facets: draft.facets.clone(),
+        facets: draft.facets.iter().cloned().chain(draft.fruits.iter().flat_map(fruit::facets)).collect(),
     }
 }
 

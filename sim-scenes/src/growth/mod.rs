@@ -6,6 +6,7 @@
 //! orchard; those last three are the same for trees of other generators. [`TreeParameters::table`] lists every choice with its reason.
 
 pub mod foliage;
+pub(crate) mod fruit;
 pub mod internodes;
 pub mod leaf_angle;
 pub mod markov;
@@ -62,7 +63,8 @@ impl Generator for Hmt {
             radius_m,
             is_trunk: unit.order == 0,
         });
-        Ok(Draft { segments: segments.collect(), blades, ..Draft::default() })
+        let fruits = fruit::hang(&units, parameters);
+        Ok(Draft { segments: segments.collect(), blades, fruits, ..Draft::default() })
     }
 
     fn is_pruned(&self) -> bool {

@@ -77,6 +77,11 @@ parameters! {
     /// How long leaves stay.
     leaf_lifetime: LeafLifetime = LeafLifetime::EveryYear, "every_year | current_season", "the paper's foliage thickens with iterations, hence its shady index";
 
+    /// Fruits on every floral growth unit of the last two seasons.
+    fruits_per_cluster: u32 = 0, "fruits", "the paper has none; one or two are left after thinning by hand";
+    /// Diameter of a fruit.
+    fruit_diameter_m: f64 = 0.07, "m", "a table apple of 65 to 80 mm";
+
     /// Exponent of the pipe model: r^e of a bearer is the sum over what it bears.
     pipe_exponent: f64 = 2.49, "1", "MAppleT";
     /// Radius of a terminal growth unit of 4 internodes.
@@ -184,6 +189,13 @@ impl TreeParameters {
             let expected = "small enough for a beta law of that mean";
             ParameterError::new(key("leaf_angle_sd_deg"), expected, found)
         })?;
+        require(
+            self.fruits_per_cluster <= 20,
+            &key("fruits_per_cluster"),
+            "0 to 20",
+            self.fruits_per_cluster,
+        )?;
+        within("fruit_diameter_m", self.fruit_diameter_m, 0.001, 1.0)?;
         within("pipe_exponent", self.pipe_exponent, 0.5, 10.0)?;
         within("terminal_radius_m", self.terminal_radius_m, 1e-5, 1.0)?;
         within("terminal_radius_long_m", self.terminal_radius_long_m, 1e-5, 1.0)?;

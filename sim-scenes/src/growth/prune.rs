@@ -119,6 +119,10 @@ pub(crate) fn cut(draft: &mut Draft, envelope: Option<&Envelope>) {
         kept_m.get(blade.segment).is_some_and(|kept| blade.along_m <= *kept)
             && blade.leaf.outline().iter().all(|vertex| envelope.contains(*vertex))
     });
+    draft.fruits.retain(|fruit| {
+        kept_m.get(fruit.segment).is_some_and(|kept| fruit.along_m <= *kept)
+            && envelope.contains(fruit.middle.to_array())
+    });
     for (segment, kept) in draft.segments.iter_mut().zip(kept_m) {
         segment.length_m = kept;
     }

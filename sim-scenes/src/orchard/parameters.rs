@@ -84,18 +84,18 @@ impl Preset {
             },
             Self::Mature => TreeParameters { iterations: 11, ..Self::Spindle.tree() },
             Self::Vase => TreeParameters {
-                iterations: 11,
+                iterations: 12,
                 trunk_floor_diameter_m: 0.12,
                 envelope_half_width_m: 1.8,
                 envelope_half_length_m: 1.8,
                 clear_trunk_m: 0.6,
                 envelope_top_m: 3.2,
                 hollow_deg: 20.0,
-                hollow_from_m: 0.75,
+                hollow_from_m: 0.9,
                 ..Self::Spindle.tree()
             },
             Self::FruitingWall => TreeParameters {
-                iterations: 10,
+                iterations: 11,
                 envelope_half_width_m: 0.45,
                 envelope_top_half_width_m: 0.25,
                 clear_trunk_m: 0.5,

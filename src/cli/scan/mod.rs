@@ -142,9 +142,13 @@ fn scan(args: &Args) -> Result<Outcome, Failure> {
     let scans: Vec<Scanned> =
         tasks.iter().map(|task| one(args, &stage, caster.as_ref(), task)).collect::<Result<_, _>>()?;
     output::print_rows(args.format, &scans)?;
-    let blind = scans.iter().find(|scan| scan.leaf_hits + scan.wood_hits == 0);
+    let blind =
+        scans.iter().find(|scan| scan.leaf_hits + scan.wood_hits + scan.fruit_hits + scan.support_hits == 0);
     if let Some(scan) = blind {
-        say(format_args!("the {} scan sees nothing: no beam met a leaf or a branch", scan.kind));
+        say(format_args!(
+            "the {} scan sees nothing: no beam met a leaf, a branch, a post or a wire",
+            scan.kind
+        ));
         return Ok(Outcome::Finding);
     }
     Ok(Outcome::Done)

@@ -4,6 +4,7 @@ pub mod caster;
 pub mod codec;
 #[cfg(target_os = "linux")]
 pub mod fleet;
+pub mod hectare;
 pub mod measure;
 pub mod peer;
 pub mod row;

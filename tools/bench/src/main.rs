@@ -3,13 +3,18 @@
 use std::process::ExitCode;
 
 use rowscan_bench::measure::Report;
-use rowscan_bench::{caster, codec, fleet, shady};
+use rowscan_bench::{caster, codec, fleet, hectare, shady};
 
 /// A bench: its name and what runs it with the arguments after it.
 type Bench = (&'static str, fn(&mut Report, &[String]));
 
-const BENCHES: &[Bench] =
-    &[("caster", caster::run), ("codec", codec::run), ("fleet", fleet::run), ("shady", shady::run)];
+const BENCHES: &[Bench] = &[
+    ("caster", caster::run),
+    ("codec", codec::run),
+    ("fleet", fleet::run),
+    ("hectare", hectare::run),
+    ("shady", shady::run),
+];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

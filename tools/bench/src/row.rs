@@ -40,6 +40,11 @@ impl Planting {
         Orchard::from_trees(trees.collect(), self.trees as f64 * SPACING_M, None, None)
     }
 
+    /// One tree that stands at the origin; `number` tells it from others.
+    pub fn tree_at_origin(self, number: u32) -> Tree {
+        self.tree([0.0; 2], &mut Stream::new(1, Stage::Growth, 0, number))
+    }
+
     /// Rays can go round a crown of 1.6 by 1.6 by 3 m, from 0.5 m up.
     fn tree(self, [x, y]: [f64; 2], stream: &mut Stream) -> Tree {
         let within = |stream: &mut Stream| loop {

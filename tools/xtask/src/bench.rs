@@ -12,6 +12,7 @@ const BENCHES: &[Bench] = &[
     ("caster", |workspace, arguments| beside_peers(workspace, "caster", arguments)),
     ("codec", |workspace, arguments| beside_peers(workspace, "codec", arguments)),
     ("fleet", |workspace, arguments| beside_peers(workspace, "fleet", arguments)),
+    ("hectare", |workspace, arguments| beside_peers(workspace, "hectare", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),
 ];
 
