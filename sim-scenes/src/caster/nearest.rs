@@ -51,6 +51,9 @@ impl Nearest {
 
     /// The floor has risen since it was closed: what lies behind it goes.
     pub(super) fn lower_floor(&mut self) {
+        if self.depth == 1 {
+            return;
+        }
         let depth = self.depth;
         let slots = self.key.chunks_exact_mut(depth).zip(self.owner.chunks_exact_mut(depth));
         for ((keys, owners), (floor, whose)) in slots.zip(self.floor_key.iter().zip(&self.floor_owner)) {
@@ -68,14 +71,14 @@ impl Nearest {
     /// Starts over with one slot a beam, which holds the floor of `other`.
     pub(super) fn open_on(&mut self, other: &Self) {
         self.depth = 1;
-        self.key.clone_from(&other.floor_key);
-        self.owner.clone_from(&other.floor_owner);
+        self.floor_key.clone_from(&other.floor_key);
+        self.floor_owner.clone_from(&other.floor_owner);
     }
 
     /// Makes the slots of `other` the floor. Where they are polygons, the cosine is theirs and not the floor's.
     pub(super) fn take_floor(&mut self, other: &mut Self) {
-        std::mem::swap(&mut self.floor_key, &mut other.key);
-        std::mem::swap(&mut self.floor_owner, &mut other.owner);
+        std::mem::swap(&mut self.floor_key, &mut other.floor_key);
+        std::mem::swap(&mut self.floor_owner, &mut other.floor_owner);
     }
 
     /// True if every beam from `low` to `high` has its last slot filled by something with a greater key than `key`.
