@@ -60,7 +60,7 @@ impl Appraisal {
         for (section, slab) in sections.iter_mut().zip(&truth.slabs) {
             section.leaf_m2 = slab.leaf_area_m2;
         }
-        let trees = orchard.trees().get(..orchard.trees_per_row()).unwrap_or_default();
+        let trees: Vec<_> = orchard.trees().take(orchard.trees_per_row()).collect();
         let at = |y_m: f64| ((y_m.rem_euclid(length_m) / section_m) as usize).min(count.saturating_sub(1));
         for leaf in trees.iter().flat_map(|tree| &tree.leaves) {
             let [nx, _, nz] = leaf.normal();
@@ -222,7 +222,7 @@ mod tests {
     fn board() -> Orchard {
         let corners = [[-0.5, 0.5, 0.5], [-0.5, 1.5, 0.5], [-0.5, 1.5, 2.5], [-0.5, 0.5, 2.5]];
         let leaf = Leaf::new(corners).expect("a leaf");
-        let tree = Tree { leaves: vec![leaf], wood: Vec::new() };
+        let tree = Tree { leaves: vec![leaf], ..Tree::default() };
         Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0))
     }
 
