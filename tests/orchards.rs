@@ -82,7 +82,13 @@ fn meshes_go_round_and_a_scene_may_plant_them() {
         let (first, second) = (format!("{one}{ending}"), format!("{two}{ending}"));
         done(&["orchard", "import", "--mesh", &first, "--output", &two, "--write", &ending[1..]]);
         done(&["orchard", "import", "--mesh", &second, "--output", &one, "--write", &ending[1..]]);
-        assert!(read(&first) == read(&second), "{ending}: from a mesh to the byte");
+        // But for the name of the library of materials.
+        let faces = |path: &str| {
+            let content = read(path);
+            let lines = content.split(|byte| *byte == b'\n').filter(|line| !line.starts_with(b"mtllib"));
+            lines.map(<[u8]>::to_vec).collect::<Vec<_>>()
+        };
+        assert!(faces(&first) == faces(&second), "{ending}: from a mesh to the byte");
     }
     // Paths count from the scene file's folder.
     let json = done(&["orchard", "truth", &folder.path("planted.toml"), "--format", "json"]);

@@ -90,7 +90,8 @@ pub(crate) fn reach(
         (thin(drafts, keys, copies, goal.seed, grown_m2 - wanted_m2), 0)
     } else {
         let short_m2 = wanted_m2 - grown_m2;
-        let found = grown_m2 / goal.ground_m2;
+        // The sum of nothing is minus zero.
+        let found = (grown_m2 / goal.ground_m2).abs();
         let lacking = |lacking| TargetError::Nothing { target: goal.lai, found, lacking };
         (0, sow(drafts, keys, copies, goal, short_m2).map_err(lacking)?)
     };
