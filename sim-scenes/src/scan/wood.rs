@@ -4,6 +4,8 @@ use glam::DVec3;
 use rowscan_protocol::scan::Pose;
 use serde::{Deserialize, Serialize};
 
+use std::borrow::Cow;
+
 use crate::caster::{Beams, Caster, Class, Layers, Return, Scratch};
 use crate::orchard::Orchard;
 use crate::organ::{Cylinder, Tree};
@@ -127,9 +129,9 @@ struct Branch {
 
 impl MeshCaster {
     fn new(orchard: &Orchard, mesh: Mesh) -> Self {
-        let bare = |tree: &Tree| Tree { leaves: tree.leaves.clone(), wood: Vec::new() };
+        let bare = |tree: Cow<'_, Tree>| Tree { leaves: tree.leaves.clone(), ..Tree::default() };
         let period_m = orchard.length_m();
-        let leafy = Orchard::from_trees(orchard.trees().iter().map(bare).collect(), period_m, None, None);
+        let leafy = Orchard::from_trees(orchard.trees().map(bare).collect(), period_m, None, None);
         let mut branches = Vec::new();
         for (tree, organs) in (0..).zip(orchard.trees()) {
             for (organ, piece) in (0..).zip(&organs.wood) {
