@@ -1,0 +1,140 @@
+"""The tractor's other voices, heard by programs nobody here wrote: python-can, cantools, pynmea2."""
+
+import contextlib
+import json
+import os
+import socket
+import time
+
+import can
+import cantools
+import pynmea2
+import pytest
+
+REPOSITORY = os.path.join(os.path.dirname(__file__), "..", "..")
+#: What 65096, 65097 and 61474 come at.
+PERIOD_S = 0.1
+SPEEDS = {"WheelBasedSpeed": "WheelSpeed", "GroundBasedSpeed": "GroundSpeed", "MachineSelectedSpeed": "SelectedSpeed"}
+
+
+@pytest.fixture(scope="module")
+def database():
+    """The DBC file as it ships."""
+    return cantools.database.load_file(os.path.join(REPOSITORY, "docs", "rowscan.dbc"))
+
+
+@contextlib.contextmanager
+def tractor(rowscan, *flags):
+    """A virtual tractor with these flags; gives its endpoints by name."""
+    emulator = rowscan.Emulator(*flags)
+    try:
+        yield emulator.endpoints
+    finally:
+        assert emulator.interrupt() == 0
+        emulator.close()
+
+
+def host_and_port(address):
+    host, port = address.rsplit(":", 1)
+    return host, int(port)
+
+
+def open_bus(kind, endpoint):
+    if kind == "slcan":
+        return can.Bus(interface="slcan", channel=endpoint["path"], bitrate=250000, sleep_after_open=0)
+    host, port = host_and_port(endpoint["address"])
+    if kind == "socketcand":
+        return can.Bus(interface="socketcand", channel="can0", host=host, port=port)
+    return can.Bus(interface="udp_multicast", channel=host, port=port)
+
+
+def listen(bus, database, seconds):
+    """Everything heard in so many seconds, decoded: [(message's name, values)]."""
+    heard, end = [], time.monotonic() + seconds
+    while time.monotonic() < end:
+        message = bus.recv(0.2)
+        if message is not None:
+            known = database.get_message_by_frame_id(message.arbitration_id)
+            heard.append((known.name, known.decode(message.data, decode_choices=False)))
+    return heard
+
+
+@pytest.mark.parametrize("kind, port", [("slcan", "slcan:{tmp}/can"), ("socketcand", "socketcand:127.0.0.1:0"),
+                                        ("udp", "udp:239.74.163.2:43177")])
+def test_every_frame_is_decoded_and_a_command_is_obeyed(rowscan, database, tmp_path, kind, port):
+    with tractor(rowscan, "--can", port.format(tmp=tmp_path)) as endpoints:
+        bus = open_bus(kind, endpoints[kind])
+        try:
+            names = {name for name, _ in listen(bus, database, 2.0)}
+            assert {"PositionRapid", "CourseSpeedRapid", "GnssPosition", *SPEEDS} <= names
+            # 1.5 m/s forward, from rest at 0.5 m/s2: there within three seconds.
+            command = database.get_message_by_name("MachineSelectedSpeedCommand")
+            data = bytes.fromhex("dc05fffffffffffd")
+            bus.send(can.Message(arbitration_id=command.frame_id, data=data, is_extended_id=True))
+            heard = listen(bus, database, 5.0)
+            for name, signal in SPEEDS.items():
+                last = [values for told, values in heard if told == name][-1]
+                assert last[signal] == pytest.approx(1.5)
+            # Distance is what that speed makes of time.
+            way = [values["GroundDistance"] for name, values in heard if name == "GroundBasedSpeed"]
+            assert way[-1] - way[-11] == pytest.approx(1.5 * 10 * PERIOD_S, abs=0.002)
+            # Who is there?
+            bus.send(can.Message(arbitration_id=0x18EAFFFE, data=b"\x00\xee\x00", is_extended_id=True))
+            claims = [values for name, values in listen(bus, database, 0.5) if name == "AddressClaimed"]
+            assert claims[-1]["DeviceClass"] == 1 and claims[-1]["IndustryGroup"] == 2
+        finally:
+            bus.shutdown()
+
+
+def test_nmea_is_read_by_pynmea2(rowscan):
+    with tractor(rowscan, "--nmea", "tcp:127.0.0.1:0") as endpoints:
+        with socket.create_connection(host_and_port(endpoints["nmea"]["address"]), timeout=10) as stream:
+            lines = stream.makefile()
+            sentences = [pynmea2.parse(lines.readline(), check=True) for _ in range(25)]
+        kinds = [sentence.sentence_type for sentence in sentences]
+        start = kinds.index("GGA")
+        assert kinds[start:start + 5] == ["GGA", "RMC", "VTG", "ZDA", "HDT"]
+        fix = sentences[start]
+        assert fix.gps_qual == 4 and fix.latitude == pytest.approx(41.6, abs=1e-4)
+
+
+@pytest.mark.parametrize("flags, remedy", [
+    (["--can", "socketcan:nocan7"], "--can udp:"),
+    (["--can", "can0"], "slcan:LINK"),
+    (["--nmea", "pty:/tmp/rowscan-never@4800"], "bit/s or more"),
+])
+def test_bad_ports_are_refused_with_a_remedy(rowscan, flags, remedy):
+    code, _, stderr = rowscan.run("emulate", "--tcp", "127.0.0.1:0", *flags)
+    assert code == 2 and remedy in stderr, stderr
+
+
+def test_a_track_that_runs_backwards_is_refused(rowscan, tmp_path):
+    (tmp_path / "drive.csv").write_text("t_s,speed_m_s\n0,1\n2,1\n1,1\n")
+    (tmp_path / "scene.toml").write_text("version = 1\n[drive]\ntrack = 'drive.csv'\n")
+    code, _, stderr = rowscan.run("emulate", str(tmp_path / "scene.toml"), "--tcp", "127.0.0.1:0")
+    assert code == 2 and "line 4: time runs backwards" in stderr, stderr
+
+
+def test_the_canopy_sensor_speaks_on_the_bus(rowscan, database, tmp_path):
+    log = tmp_path / "canopy.log"
+    emulator = rowscan.Emulator("--time-scale", "max")
+    try:
+        source = "tcp://%s:%d" % emulator.address
+        code, stdout, stderr = rowscan.run("estimate", source, "--rig", "spindle", "--scans", "400", "--format", "json",
+                                           "--can", "candump:%s" % log, limit_s=80)
+    finally:
+        emulator.close()
+    assert code == 0, stderr
+    document = json.loads(stdout[stdout.index("{\n"):])
+    assert document["advance_source"] == "encoder"
+    heard = []
+    for line in log.read_text().splitlines():
+        identifier, data = line.split()[2].split("#")
+        known = database.get_message_by_frame_id(int(identifier, 16))
+        heard.append((known.name, known.decode(bytes.fromhex(data), decode_choices=False)))
+    summaries = [values for name, values in heard if name == "CanopySummary"]
+    # Ten a second of 8 s, less the quarter second of the address claim.
+    assert 70 <= len(summaries) <= 80
+    assert summaries[-1]["AdvanceSource"] == 1 and 0.9 < summaries[-1]["GroundSpeed"] < 1.1
+    bands = [values for name, values in heard if name == "CanopyImpactedBands"][-1]
+    assert sum(bands.values()) == pytest.approx(summaries[-1]["ImpactedArea"], abs=0.1)
