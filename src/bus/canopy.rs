@@ -138,10 +138,14 @@ mod tests {
         // From 250 ms to 2 s.
         assert_eq!((of(&SUMMARY).len(), of(&IMPACTED_BANDS).len()), (18, 36));
         let last = SUMMARY.decode(of(&SUMMARY).last().unwrap().data());
-        assert!((last[0].unwrap() - 1.8).abs() < 0.05, "{last:?}");
+        // The wall of the midpoint form: distance · 2 N sin(Δθ/2) a metre, of N beams.
+        let wall_m2 = |beams: f64| rig.scanners[0].distance_m * 2.0 * beams * 0.25_f64.to_radians().sin();
+        let met = scan.echoes[0].range_m.iter().filter(|range_m| range_m.is_finite()).count();
+        assert!((last[0].unwrap() - wall_m2(met as f64)).abs() < 0.02, "{last:?}");
         assert!((last[4].unwrap() - 2.0).abs() < 0.03, "{last:?}");
         assert_eq!((last[1], last[6]), (None, Some(0.0)), "no calibration; constant speed");
         let bands = IMPACTED_BANDS.decode(of(&IMPACTED_BANDS).last().unwrap().data());
-        assert!((bands[1].unwrap() - 0.5).abs() < 0.03 && bands[5] == Some(0.0), "{bands:?}");
+        // From half a metre to a metre the wall is 25 beams high.
+        assert!((bands[1].unwrap() - wall_m2(25.0)).abs() < 0.02 && bands[5] == Some(0.0), "{bands:?}");
     }
 }

@@ -19,7 +19,7 @@ pub const SENTENCES: &[Sentence] = &[
     Sentence { name: "GGA", fields: gga, longest: 92 },
     Sentence { name: "RMC", fields: rmc, longest: 84 },
     Sentence { name: "VTG", fields: vtg, longest: 48 },
-    Sentence { name: "ZDA", fields: zda, longest: 36 },
+    Sentence { name: "ZDA", fields: zda, longest: 38 },
     Sentence { name: "HDT", fields: hdt, longest: 20 },
 ];
 
