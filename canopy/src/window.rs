@@ -1,6 +1,6 @@
 //! The canopy just driven past: what a sprayer needs now, not at the end of the row.
 //!
-//! A window is the last [`CELLS`] tenths of a metre of row, the one being driven included; it moves on a tenth at a time. Memory is fixed.
+//! A window is the last `CELLS` tenths of a metre of row, the one being driven included; it moves on a tenth at a time. Memory is fixed.
 
 /// Bands of height.
 pub const BANDS: usize = 8;

@@ -4,7 +4,7 @@
 
 mod csv;
 mod las;
-mod npy;
+pub(crate) mod npy;
 mod parquet;
 mod ply;
 mod points;

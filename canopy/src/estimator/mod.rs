@@ -1,8 +1,8 @@
 //! The estimators: one file each, one line each in [`TABLE`]; the same on simulated and on recorded scans.
 //!
-//! An estimator takes what the row hands out, in this order, and keeps sums of it: every [`Line`] with what each beam came to; a
-//! [`Section`] about every 0.1 m (the crown's outline); a [`Slice`] about every 0.25 m (the voxels). Its memory is bounded and a line
-//! allocates nothing. [`Estimator::measures`] turns the sums into numbers, for the row and for every tree: the row's set runs
+//! An estimator takes what the row hands out, in this order, and keeps sums of it: every `Line` with what each beam came to; a
+//! `Section` about every 0.1 m (the crown's outline); a `Slice` about every 0.25 m (the voxels). Its memory is bounded and a line
+//! allocates nothing. `Estimator::measures` turns the sums into numbers, for the row and for every tree: the row's set runs
 //! through, the trees' is emptied at every border.
 
 mod bands;

@@ -1,8 +1,8 @@
 //! What makes the trees of an orchard.
 //!
 //! A generator turns a place of the orchard into a draft: branches and leaves with what bears them. What follows is the
-//! same for all of them ([`plant`]): shade, shears, season, target leaf area. A new generator is one file with `impl Generator`, a name
-//! in [`GeneratorKind`] and its line in [`make`].
+//! same for all of them (`plant`): shade, shears, season, target leaf area. A new generator is one file with `impl Generator`, a name
+//! in [`GeneratorKind`] and its line in `make`.
 
 pub(crate) mod draft;
 mod error;

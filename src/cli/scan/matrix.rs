@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use rowscan_scenes::scan::ScanPlan;
 
+use crate::export::npy;
 use crate::stage::Stage;
 
 /// What stands for a beam that met nothing, metres: far beyond anything it could meet.
@@ -63,18 +64,8 @@ pub(super) fn csv(plan: &ScanPlan, stage: &Stage, columns: &[&[f64]]) -> Vec<u8>
 /// The same matrix as 32-bit floats in NumPy's format, version 1.0: what `numpy.load` reads. Metres to about 0.2 µm at 3 m. The format
 /// has no place for the head.
 pub(super) fn npy(plan: &ScanPlan, columns: &[&[f64]]) -> Vec<u8> {
-    /// Magic, version, and the length of the dictionary that follows, all together a multiple of this.
-    const ALIGNED: usize = 64;
-    const PREAMBLE: usize = 10;
     let (beams, lines) = (plan.beams().len(), columns.len());
-    let mut shape = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({beams}, {lines}), }}");
-    while !(PREAMBLE + shape.len() + 1).is_multiple_of(ALIGNED) {
-        shape.push(' ');
-    }
-    shape.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((shape.len() as u16).to_le_bytes());
-    bytes.extend(shape.as_bytes());
+    let mut bytes = npy::head("'<f4'", &format!("({beams}, {lines})"));
     for beam in 0..beams {
         bytes.extend(row(columns, beam).flat_map(|range_m| (range_m as f32).to_le_bytes()));
     }
