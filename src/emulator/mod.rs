@@ -16,7 +16,7 @@ mod tractor;
 mod voices;
 mod world;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -35,7 +35,7 @@ pub use voices::Voices;
 pub use world::{World, WorldError};
 
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
-use crate::replay::{Playhead, Prompter, Script, Tape};
+use crate::replay::{self, Playhead, Prompter, Script, Tape};
 use lateness::Lateness;
 use roster::Roster;
 
@@ -107,6 +107,8 @@ pub struct Shared {
     roster: Roster,
     /// Rung when a client's interest changes, so that a waiting mirror looks again.
     interest: Notify,
+    /// A client of a replayed device has polled for scans: it takes them without a subscription.
+    polled: AtomicBool,
     /// How often the device's lines have changed and it has restarted: connections look when this changes.
     news: watch::Sender<(u32, u32)>,
     config: EmulatorConfig,
@@ -154,6 +156,7 @@ impl Shared {
             program,
             roster: Roster::new(config.max_clients),
             interest: Notify::new(),
+            polled: AtomicBool::new(false),
             news: watch::Sender::default(),
             config,
             counts: Counts::default(),
@@ -181,6 +184,9 @@ impl Shared {
             Some(prompter) => {
                 session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
                     prompter.amend(frame, reply);
+                    if replay::polls(frame) {
+                        self.polled.store(true, Ordering::Relaxed);
+                    }
                 })
             }
             None => session.handle_bytes(&mut device, now, bytes, replies),

@@ -1,6 +1,7 @@
 //! What feeds the clients of a replayed recording: the tape in the mirror's place, on the same clock, into the same queues.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use rowscan_protocol::device::Event;
 use rowscan_protocol::time::SimTime;
@@ -64,6 +65,12 @@ pub(super) async fn play(shared: Arc<Shared>, mut reel: Reel) {
             continue;
         }
         shared.lateness(due);
+        if is_scan
+            && shared.polled.load(Ordering::Relaxed)
+            && let Some(scan) = event.scan()
+        {
+            shared.device().show_scan(scan);
+        }
         shared.roster.listeners(&mut audience);
         for (member, wants) in &audience {
             let wanted = event.event.is_none_or(|event| wants.subscriptions.has(event));
@@ -81,7 +88,8 @@ async fn wait_for_taker(shared: &Shared, anyone: bool, audience: &mut Vec<(Arc<M
     loop {
         let interest = shared.interest.notified();
         shared.roster.listeners(audience);
-        if audience.iter().any(|(_, wants)| anyone || wants.takes_scans()) {
+        let polled = shared.polled.load(Ordering::Relaxed);
+        if polled || audience.iter().any(|(_, wants)| anyone || wants.takes_scans()) {
             return;
         }
         interest.await;

@@ -16,8 +16,8 @@ use rowscan_protocol::model::{self, Model};
 use rowscan_recording::ReadError;
 
 pub use playhead::Playhead;
-pub(crate) use script::Prompter;
 pub use script::Script;
+pub(crate) use script::{Prompter, polls};
 pub use stamps::Stamps;
 pub use survey::{Part, Survey};
 pub use tape::{Played, Tape};

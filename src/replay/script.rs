@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rowscan_protocol::device::Reply;
 use rowscan_protocol::frame::{Dialect, Frame, encode};
-use rowscan_protocol::telegram::{Kind, SopasError, Telegram};
+use rowscan_protocol::telegram::{Kind, LmdScandata, SopasError, Telegram, Variable};
 use rowscan_recording::{RecordedFrame, Side};
 
 /// Variables that change by themselves: once the recorded answers are used up, the device's own state is the truth.
@@ -140,4 +140,10 @@ fn refusal(dialect: Dialect, frame: &[u8]) -> Option<SopasError> {
     encode(dialect, b"", &mut empty);
     let payload = frame.get(empty.len() - 1..frame.len().checked_sub(1)?)?;
     Telegram::parse(dialect, payload).ok()?.refusal()
+}
+
+/// Whether a request asks for the latest scan.
+pub(crate) fn polls(request: &Frame<'_>) -> bool {
+    Telegram::parse(request.dialect, request.payload)
+        .is_ok_and(|telegram| telegram.kind == Kind::Rn && telegram.name == LmdScandata::NAME)
 }

@@ -165,11 +165,12 @@ impl TapeEvent {
         if dialect.is_none_or(|dialect| dialect == wanted) {
             return Some(self.recorded.clone());
         }
-        let scan = match &self.scan {
-            Some(scan) => scan.clone(),
-            None => self.decoded()?,
-        };
-        Some(encode(self.event, wanted, &scan).into())
+        Some(encode(self.event, wanted, &self.scan()?).into())
+    }
+
+    /// The scan it tells, if it is one.
+    pub(crate) fn scan(&self) -> Option<LmdScandata> {
+        self.scan.clone().or_else(|| self.decoded())
     }
 
     fn decoded(&self) -> Option<LmdScandata> {

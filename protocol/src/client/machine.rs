@@ -195,6 +195,9 @@ impl Machine {
     }
 
     fn refused(&mut self, step: &Step, error: SopasError) {
+        if step.where_known && error == SopasError::UnknownVariable {
+            return self.answered();
+        }
         let fatal = step.required && self.phase != Phase::Stopping;
         let event = Event::Refused { command: step.command, error, fatal };
         if fatal {

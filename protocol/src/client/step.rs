@@ -31,7 +31,7 @@ pub(super) static START_UP: &[Step] = &[
     call::<SetScanConfig>(set_scan_mode, take_scan_mode).only_if(|config| config.scan_mode.is_some()).slow(),
     read::<OutputRange>(take_step).only_if(|config| config.output_range.is_some()),
     write::<OutputRange>(set_output_range).only_if(|config| config.output_range.is_some()),
-    write::<InputsThreeAndFour>(set_encoder_inputs).only_if(wants_encoder),
+    write::<InputsThreeAndFour>(set_encoder_inputs).only_if(wants_encoder).where_known(),
     write::<EncoderSetting>(set_encoder).only_if(wants_encoder),
     write::<IncrementSource>(set_increments).only_if(wants_encoder),
     write::<EncoderResolution>(set_encoder_resolution).only_if(wants_encoder),
@@ -56,6 +56,8 @@ pub(super) struct Step {
     pub(super) take: fn(&mut Plan, Args<'_>) -> Result<(), SopasError>,
     /// The start-up cannot go on if it is refused.
     pub(super) required: bool,
+    /// Models that do not know it need it not; their refusal is no news.
+    pub(super) where_known: bool,
     /// Reply time-outs it is given.
     pub(super) patience: u32,
 }
@@ -73,7 +75,16 @@ type Request = fn(&Plan, Dialect, &mut Vec<u8>);
 type Take = fn(&mut Plan, Args<'_>) -> Result<(), SopasError>;
 
 const fn step(command: &'static str, reply_kind: Kind, request: Request, take: Take) -> Step {
-    Step { command, reply_kind, needed: |_| true, request, take, required: false, patience: 1 }
+    Step {
+        command,
+        reply_kind,
+        needed: |_| true,
+        request,
+        take,
+        required: false,
+        where_known: false,
+        patience: 1,
+    }
 }
 
 const fn read<V: Variable>(take: Take) -> Step {
@@ -99,6 +110,10 @@ const fn subscribe(on: bool) -> Step {
 impl Step {
     const fn only_if(self, needed: fn(&ClientConfig) -> bool) -> Self {
         Self { needed, ..self }
+    }
+
+    const fn where_known(self) -> Self {
+        Self { where_known: true, ..self }
     }
 
     const fn slow(self) -> Self {

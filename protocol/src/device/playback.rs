@@ -59,6 +59,12 @@ impl Device {
         self.plays_back = true;
     }
 
+    /// The scan that whoever polls (`sRN LMDscandata`) gets from here on.
+    pub fn show_scan(&mut self, scan: LmdScandata) {
+        self.last_scan = scan;
+        self.has_scan = true;
+    }
+
     /// Undoes a change of settings that the recording cannot honour.
     pub(super) fn keep_scans(&mut self, before: Settings) -> Result<(), SopasError> {
         let same = self.settings.shapes_scans_like(&before, self.model, self.mirror().beams);

@@ -1,6 +1,7 @@
 //! A network capture by dumpcap of the emulator on loopback: it reads back as the telegrams that were sent, and gives the same estimate.
 
 use std::fs::File;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -80,6 +81,8 @@ fn begin(file: &Path, port: &str) -> Result<Child, String> {
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(said)
+        // Signals go to groups.
+        .process_group(0)
         .spawn()
         .map_err(|error| format!("cannot start dumpcap: {error}"))?;
     let mut dumpcap = child;
