@@ -206,6 +206,9 @@ pub enum Failure {
     },
 }
 
+/// What tasks get to end in, once a command has.
+const FAREWELL: std::time::Duration = std::time::Duration::from_millis(300);
+
 /// Runs one command line to its end.
 pub fn run(cli: Cli) -> Result<Outcome, Failure> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -228,8 +231,8 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Models(args) => models::run(args),
         }
     });
-    // An interrupted command does not wait for the orchard that was growing.
-    runtime.shutdown_background();
+    // Tasks take their links and files with them; an interrupted command does not wait for the orchard that was growing.
+    runtime.shutdown_timeout(FAREWELL);
     outcome
 }
 

@@ -1,5 +1,7 @@
 """Recordings of real scanners, replayed as live devices, satisfy the plain client to the byte."""
 
+import time
+
 import pytest
 
 from cola import Splitter
@@ -47,3 +49,16 @@ def test_a_recorded_scanner_answers_and_streams(replayed, dialect):
         assert [scan.telegram_counter for scan in scans] == recorded_counters(recorded)[:40]
         points = {"lms111": 541, "lms511": 1141}[model]
         assert all(len(scan.channel("DIST1").values) == points for scan in scans)
+
+
+def test_a_client_that_only_polls_gets_the_recorded_scans(replayed):
+    emulator, _, recorded = replayed
+    known = set(recorded_counters(recorded))
+    with Client(emulator.address, "B") as client:
+        # The first request sets the recording going; until its first scan there is none to read.
+        counters, end = set(), time.monotonic() + 10.0
+        while len(counters) < 5 and time.monotonic() < end:
+            reply = client.exchange(b"sRN LMDscandata")
+            if reply.startswith(b"sRA LMDscandata "):
+                counters.add(decode("B", reply[len(b"sRA LMDscandata "):]).telegram_counter)
+        assert len(counters) >= 5 and counters <= known
