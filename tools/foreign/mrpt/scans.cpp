@@ -4,14 +4,12 @@
 
 #include <mrpt/hwdrivers/CLMS100eth.h>
 #include <mrpt/hwdrivers/CSICKTim561Eth_2050101.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
 
-#include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
-#include <thread>
+
+#include "receive.hpp"
 
 template <class Driver>
 int receive(const std::string& host, unsigned int port, int count) {
@@ -20,25 +18,7 @@ int receive(const std::string& host, unsigned int port, int count) {
         std::fprintf(stderr, "turnOn failed\n");
         return 1;
     }
-    int received = 0;
-    for (int attempt = 0; received < count && attempt < 40 * count; ++attempt) {
-        bool there = false;
-        bool error = false;
-        mrpt::obs::CObservation2DRangeScan scan;
-        driver.doProcessSimple(there, scan, error);
-        if (error || !there) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
-            continue;
-        }
-        std::printf("SCAN %.4f", scan.aperture * 180.0 / M_PI);
-        for (size_t beam = 0; beam < scan.getScanSize(); ++beam) {
-            std::printf(" %ld", std::lround(1000.0 * scan.getScanRange(beam)));
-        }
-        std::printf("\n");
-        std::fflush(stdout);
-        ++received;
-    }
-    return received == count ? 0 : 1;
+    return print_scans(driver, count, 40 * count, std::chrono::milliseconds(20)) ? 0 : 1;
 }
 
 int main(int argc, char** argv) {
