@@ -22,6 +22,7 @@ pub mod generator;
 pub mod gnss;
 pub mod growth;
 pub mod import;
+mod lanes;
 pub mod lsystem;
 pub mod optics;
 pub mod orchard;

@@ -27,12 +27,11 @@ pub fn measure(
     remission_digits: &mut Vec<u16>,
 ) {
     range_mm.clear();
+    range_mm.extend(returns.iter().map(|hit| millimetres(hit.range_m, limits)));
     remission_digits.clear();
-    for hit in returns {
-        let raw = millimetres(hit.range_m, limits);
-        range_mm.push(raw);
-        remission_digits.push(if raw == NO_ECHO_MM { 0 } else { remission(hit) });
-    }
+    remission_digits.extend(
+        returns.iter().zip(range_mm).map(|(hit, raw)| if *raw == NO_ECHO_MM { 0 } else { remission(hit) }),
+    );
 }
 
 /// Remission on the 16-bit scale: 65535 · ρ · |cos incidence|, a Lambert surface without loss by distance.
@@ -50,15 +49,15 @@ pub fn remission(hit: &Return) -> u16 {
         Class::None => 0.0,
     };
     // A float to integer cast saturates, so no cosine can leave the scale.
-    (f64::from(u16::MAX) * reflectance * f64::from(hit.cos_incidence)).round() as u16
+    (f64::from(u16::MAX) * reflectance * f64::from(hit.cos_incidence) + 0.5) as u16
 }
 
 fn millimetres(range_m: f64, limits: RangeLimits) -> u16 {
     if !(range_m >= limits.min_range_m && range_m <= limits.max_range_m) {
         return NO_ECHO_MM;
     }
-    let mm = (range_m * 1000.0).round();
-    if mm <= f64::from(u16::MAX) { mm as u16 } else { NO_ECHO_MM }
+    let mm = (range_m * 1000.0 + 0.5) as u32;
+    u16::try_from(mm).unwrap_or(NO_ECHO_MM)
 }
 
 #[cfg(test)]

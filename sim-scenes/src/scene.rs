@@ -70,7 +70,9 @@ impl Scene {
 
     /// The files that it names. Their contents must be handed in before it can be grown.
     pub fn files_mut(&mut self) -> Vec<&mut SceneFile> {
-        self.orchard.files_mut()
+        let mut files = self.orchard.files_mut();
+        files.extend(self.drive.track.as_mut());
+        files
     }
 
     /// Refuses values no scene could be made of.

@@ -105,6 +105,29 @@ fn a_slanted_leaf_is_projected_by_i_l_and_whole_in_what_is_visible() {
     assert!((found.leaf_m2 - 0.5).abs() < 0.01, "{}", found.leaf_m2);
 }
 
+/// The paper fixes the range of beams in every displacement, here one holds for all lines: whatever covers the canopy gives its areas.
+#[test]
+fn beams_beyond_the_canopy_add_nothing() {
+    let orchard = small(8);
+    let target = Target::row(&orchard, 0).unwrap();
+    for kind in ScanKind::ALL.iter().copied() {
+        let settings = coarse(kind);
+        let plan = ScanPlan::new(&target, &settings).unwrap();
+        let step = plan.swept(1) - plan.swept(0);
+        let last = plan.swept(plan.beams().len() - 1);
+        // Middles of cells where level and plumb beams stand, so that the wider range has the same ones.
+        let half = if kind.is_angular() { 0.0 } else { step / 2.0 };
+        let range = Some((plan.swept(0) - half - 7.0 * step, last + half + 5.0 * step));
+        let wide = ScanPlan::new(&target, &ScanSettings { range, ..settings }).unwrap();
+        assert_eq!(wide.beams().len(), plan.beams().len() + 12, "{kind}");
+        let caster = Caster::new(&orchard);
+        let (own, wide) = (plan.areas(&caster), wide.areas(&caster));
+        for (own, wide) in [(own.total_m2, wide.total_m2), (own.three_leaves_m2, wide.three_leaves_m2)] {
+            assert!((own / wide - 1.0).abs() < 1e-12, "{kind}: {own} {wide}");
+        }
+    }
+}
+
 #[test]
 fn what_must_hold_on_any_orchard() {
     let orchard = small(8);

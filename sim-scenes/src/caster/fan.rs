@@ -7,11 +7,11 @@ use pulp::Simd;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::Mount;
 
-use super::lanes::{ATAN2_ERROR, Lanes, Row};
 use super::nearest::Nearest;
-use super::sight::{Cut, Points, Rays, Segments, Sight, in_rows};
+use super::sight::{Cut, Points, Rays, Segments, Sight};
 use super::standing::Rectangle;
 use crate::angle::cos_sin_deg;
+use crate::lanes::{ATAN2_ERROR, Lanes, Row, padded};
 
 /// Evenly spaced beam directions, up to a full circle or beyond. θ in radians from +X, positive up.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,10 +21,10 @@ pub struct BeamFan {
     /// The start, within half a turn of 0.
     first_rad: f64,
     advance_m: f64,
+    count: usize,
+    /// Of every beam, padded.
     cos: Vec<f64>,
     sin: Vec<f64>,
-    cos_rows: Vec<Row>,
-    sin_rows: Vec<Row>,
 }
 
 impl BeamFan {
@@ -41,10 +41,9 @@ impl BeamFan {
             step_rad: step_deg * (PI / 180.0),
             first_rad: ((start_deg + 180.0).rem_euclid(360.0) - 180.0) * (PI / 180.0),
             advance_m: 0.0,
-            cos_rows: in_rows(&cos),
-            sin_rows: in_rows(&sin),
-            cos,
-            sin,
+            count: cos.len(),
+            cos: padded(cos),
+            sin: padded(sin),
         }
     }
 
@@ -76,12 +75,12 @@ impl BeamFan {
 
     /// Number of beams.
     pub fn len(&self) -> usize {
-        self.cos.len()
+        self.count
     }
 
     /// True if there is no beam.
     pub fn is_empty(&self) -> bool {
-        self.cos.is_empty()
+        self.count == 0
     }
 
     /// θ of beam `j`, radians.
@@ -91,7 +90,7 @@ impl BeamFan {
 
     /// (cos θ, sin θ) of every beam, in order.
     pub fn directions(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + '_ {
-        self.cos.iter().copied().zip(self.sin.iter().copied())
+        self.cos.iter().copied().zip(self.sin.iter().copied()).take(self.count)
     }
 }
 
@@ -123,13 +122,14 @@ impl BeamFan {
 
 impl Sight for BeamFan {
     const FARTHEST: f64 = 0.0;
+    const ONE_START: bool = true;
 
     fn count(&self) -> usize {
         self.len()
     }
 
-    fn parameters(&self) -> (&[Row], &[Row]) {
-        (&self.cos_rows, &self.sin_rows)
+    fn parameters(&self) -> (&[f64], &[f64]) {
+        (&self.cos, &self.sin)
     }
 
     #[inline(always)]
@@ -152,26 +152,19 @@ impl Sight for BeamFan {
         out.from[1].store(part, a.0);
         out.to[0].store(part, b.1);
         out.to[1].store(part, -b.0);
-        out.low.store(part, met.select(low, never));
-        out.high.store(part, high);
+        out.spans.set(part, met.select(low, never), high);
     }
 
     #[inline(always)]
-    fn swept<S: Simd>(&self, simd: S, a: Points<S>, b: Points<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-        let (zero, one) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
-        // Where the segment comes near, all beams may.
-        let along = Points(b.0 - a.0, b.1 - a.1);
-        let square = along.dot(along);
-        let share = zero.lt(square).select(-a.dot(along) / square, zero).max(zero).min(one);
-        let closest = Points(a.0 + share * along.0, a.1 + share * along.1);
-        let near = closest.dot(closest).le(radius * radius * zero.of(1.0 + 1e-9));
-        let (at_a, at_b) = (opening(a, radius), opening(b, radius));
-        let turn = a.cross(b).atan2(a.dot(b));
-        let low = (-at_a).min(turn - at_b);
-        let width = at_a.max(turn + at_b) - low;
-        let (from, to) = self.interval(a.angle() + low, width);
-        let all = near.or(zero.of(TAU).le(width));
-        (all.select(zero, from), all.select(zero.of(self.len() as f64), to))
+    fn meeting<S: Simd>(&self, middle: Points<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let (zero, square) = (radius.of(0.0), middle.dot(middle));
+        // Bound on half the angle that a disk takes up: asin x <= x + (π/2 - 1) x³.
+        let sine = radius / square.sqrt();
+        let half = sine + sine * sine * sine * zero.of(FRAC_PI_2 - 1.0);
+        let (from, to) = self.interval(middle.angle() - half, half + half);
+        // From within a disk, all beams may.
+        let outside = (radius * radius * zero.of(1.0 + 1e-9)).lt(square);
+        (outside.select(from, zero), outside.select(to, zero.of(self.len() as f64)))
     }
 
     fn turn(&self) -> f64 {
@@ -190,11 +183,6 @@ impl Sight for BeamFan {
     #[inline(always)]
     fn key<S: Simd>(simd: S, range_m: Lanes<S>) -> Lanes<S> {
         Lanes::splat(simd, 1.0) / range_m
-    }
-
-    #[inline(always)]
-    fn range_m(key: f64) -> f64 {
-        1.0 / key
     }
 
     /// The rectangle's corners bound the beams that may see it; none of them comes nearer than its nearest point.
@@ -228,17 +216,20 @@ impl Sight for BeamFan {
     }
 
     #[inline(always)]
+    fn direction(&self, j: usize) -> (f64, f64) {
+        match (self.cos.get(j), self.sin.get(j)) {
+            (Some(cos), Some(sin)) => (*cos, *sin),
+            _ => (0.0, 0.0),
+        }
+    }
+
+    #[inline(always)]
     fn ray(&self, j: usize) -> (DVec3, DVec3) {
         match (self.cos.get(j), self.sin.get(j)) {
-            (Some(cos), Some(sin)) => (DVec3::Y * (j as f64 * self.advance_m), DVec3::new(*cos, 0.0, *sin)),
+            (Some(cos), Some(sin)) if j < self.count => {
+                (DVec3::Y * (j as f64 * self.advance_m), DVec3::new(*cos, 0.0, *sin))
+            }
             _ => (DVec3::ZERO, DVec3::ZERO),
         }
     }
-}
-
-/// Bound on half the angle that a disk takes up: asin x <= x + (π/2 - 1) x³.
-#[inline(always)]
-fn opening<S: Simd>(middle: Points<S>, radius: Lanes<S>) -> Lanes<S> {
-    let sine = (radius / middle.dot(middle).sqrt()).min(radius.of(1.0));
-    sine + sine * sine * sine * radius.of(FRAC_PI_2 - 1.0)
 }

@@ -13,8 +13,8 @@ mod block;
 pub mod brute;
 pub(crate) mod convex;
 mod fan;
-mod lanes;
 mod layers;
+mod leaf_field;
 mod leaves;
 mod moving;
 mod nearest;
@@ -22,8 +22,11 @@ mod parallel;
 mod returns;
 mod row_index;
 mod sight;
+mod spans;
 mod standing;
+mod tag;
 mod wood;
+mod wood_field;
 
 pub use beams::Beams;
 pub use fan::BeamFan;
@@ -31,15 +34,14 @@ pub use layers::Layers;
 pub use parallel::ParallelBeams;
 pub use returns::{Class, Return};
 
-use glam::DVec3;
 use pulp::WithSimd;
 use rayon::prelude::*;
 use rowscan_protocol::scan::Pose;
 
 use crate::orchard::Orchard;
-use block::{Block, Found};
+use block::Block;
 use leaves::LeafPass;
-use nearest::{GROUND, NOBODY, Nearest};
+use nearest::{Nearest, RangePass};
 use sight::{Part, Sight};
 use standing::{Standing, View};
 use wood::{FloorPass, GroundPass};
@@ -47,9 +49,9 @@ use wood::{FloorPass, GroundPass};
 /// An orchard made ready for scanning. Immutable and shared between threads; each thread has its own [`Scratch`].
 #[derive(Clone, Debug)]
 pub struct Caster {
-    /// All trees that stand where they were made, and posts and wires.
-    row: Block,
-    /// Copies of distinct trees.
+    /// Posts and wires.
+    supports: Block,
+    /// All trees.
     standing: Standing,
     period_m: f64,
     registers: Registers,
@@ -71,7 +73,7 @@ pub struct Scratch {
     nearest: Nearest,
     /// The nearest facets, before they become part of the floor.
     facets: Nearest,
-    /// The copies that the line may meet.
+    /// The rows and copies that the line may meet.
     views: Vec<View>,
 }
 
@@ -80,12 +82,8 @@ impl Caster {
     /// distinct directions, not with their copies.
     pub fn new(orchard: &Orchard) -> Self {
         let period_m = orchard.length_m();
-        let here = orchard
-            .standing()
-            .map(|(tree, placement)| orchard.distinct_trees().get(tree).filter(|_| placement.is_here()));
-        let here = (0..).zip(here).filter_map(|(number, tree)| Some((number, tree?)));
         Self {
-            row: Block::new(here, orchard.supports(), period_m),
+            supports: Block::new(std::iter::empty(), orchard.supports(), period_m),
             standing: Standing::new(orchard),
             period_m,
             registers: Registers::Widest,
@@ -105,8 +103,11 @@ impl Caster {
     /// number meets nothing.
     pub fn cast(&self, origin: Pose, fan: &BeamFan, scratch: &mut Scratch, out: &mut [Return]) {
         self.look(origin, fan, 1, scratch);
-        for ((beam, direction), target) in fan.directions().enumerate().zip(out) {
-            *target = self.found(fan, DVec3::new(direction.0, 0.0, direction.1), beam, 0, scratch);
+        let nearest = &scratch.nearest;
+        let (ranges, marks) = nearest.slot(0);
+        let met = ranges.iter().zip(marks).zip(nearest.cos_of_floor()).zip(fan.directions());
+        for ((((range_m, mark), cos), direction), target) in met.zip(out) {
+            *target = nearest.owners().tag(*mark).met(*range_m, direction, *cos);
         }
     }
 
@@ -141,45 +142,53 @@ impl Caster {
     fn layers<T: Sight>(&self, origin: Pose, sight: &T, k: usize, scratch: &mut Scratch, out: &mut Layers) {
         let depth = k.max(1);
         self.look(origin, sight, depth, scratch);
-        for beam in 0..sight.count() {
-            let (_, direction) = sight.ray(beam);
-            out.set(beam, (0..depth).map(|slot| self.found(sight, direction, beam, slot, scratch)));
+        let nearest = &scratch.nearest;
+        for (beam, cos) in (0..sight.count()).zip(nearest.cos_of_floor()) {
+            let slots = (0..depth).filter_map(|slot| nearest.at(slot, beam));
+            let direction = sight.direction(beam);
+            out.set(
+                beam,
+                slots.map(|(range_m, mark)| nearest.owners().tag(mark).met(range_m, direction, *cos)),
+            );
         }
     }
 
     /// Fills the scratch with what every beam meets.
     fn look<T: Sight>(&self, origin: Pose, sight: &T, depth: usize, scratch: &mut Scratch) {
         let Scratch { nearest, facets, views } = scratch;
-        nearest.reset(sight.parameters().0.len(), depth, T::FARTHEST);
+        nearest.reset(sight.count(), depth, T::FARTHEST);
         let parts = self.parts(origin, sight);
-        for part in parts.clone() {
+        if let Some(part) = parts.clone().next() {
             self.dispatch(GroundPass { sight, part, nearest: &mut *nearest });
-            self.floor(&self.row, sight, part, 0, nearest, facets);
         }
-        nearest.close_floor();
         views.clear();
         for part in parts {
-            self.leaves(&self.row, sight, part, 0, nearest);
+            self.floor(&self.supports, sight, part, None, nearest, facets);
             self.standing.seen(part, views);
         }
-        if views.is_empty() {
-            return;
-        }
-        self.standing.order(views, self.row.len());
-        for view in views.iter() {
-            if sight.is_hidden(view.beyond, nearest) {
+        Standing::order(views);
+        let mut first = true;
+        for View { block, tree, part, window, beyond } in views.iter() {
+            let Some(block) = self.standing.block(*block) else { continue };
+            if first {
+                self.floor(block, sight, *part, *tree, nearest, facets);
+                nearest.close_floor();
+                first = false;
+            } else if sight.is_hidden(*beyond, nearest) {
                 // Nor is anything behind it to be seen.
                 break;
-            }
-            let Some(block) =
-                self.standing.block(view.block).filter(|_| !sight.is_hidden(view.window, nearest))
-            else {
+            } else if sight.is_hidden(*window, nearest) {
                 continue;
-            };
-            self.floor(block, sight, view.part, view.first_owner, nearest, facets);
-            nearest.lower_floor();
-            self.leaves(block, sight, view.part, view.first_owner, nearest);
+            } else {
+                self.floor(block, sight, *part, *tree, nearest, facets);
+                nearest.lower_floor();
+            }
+            self.leaves(block, sight, *part, *tree, nearest);
         }
+        if first {
+            nearest.close_floor();
+        }
+        self.dispatch(RangePass::<T>::of(nearest));
     }
 
     /// Enters what ends beams: branches, posts, wires, facets.
@@ -188,17 +197,14 @@ impl Caster {
         block: &Block,
         sight: &T,
         part: Part,
-        first_owner: usize,
+        copy: Option<u32>,
         nearest: &mut Nearest,
         facets: &mut Nearest,
     ) {
-        let (wood, polygons) = block.borders();
-        let floor = first_owner + wood;
-        self.dispatch(FloorPass { field: &block.wood, sight, part, first_owner: floor, nearest });
-        if block.facets.len() > 0 {
+        self.dispatch(FloorPass { field: &block.wood, sight, part, copy, nearest });
+        if !block.facets.is_empty() {
             facets.open_on(nearest);
-            let first_owner = first_owner + polygons;
-            self.dispatch(LeafPass { field: &block.facets, sight, part, first_owner, nearest: facets });
+            self.dispatch(LeafPass { field: &block.facets, sight, part, copy, nearest: facets });
             nearest.take_floor(facets);
         }
     }
@@ -209,10 +215,10 @@ impl Caster {
         block: &Block,
         sight: &T,
         part: Part,
-        first_owner: usize,
+        copy: Option<u32>,
         nearest: &mut Nearest,
     ) {
-        self.dispatch(LeafPass { field: &block.leaves, sight, part, first_owner, nearest });
+        self.dispatch(LeafPass { field: &block.leaves, sight, part, copy, nearest });
     }
 
     /// A line by periods of the row: one part, unless a moving scanner passes the end of a period. None where the origin is no number.
@@ -263,48 +269,5 @@ impl Caster {
         let wrapped = y_m.rem_euclid(self.period_m);
         // The remainder of a tiny negative number rounds up to the period itself.
         if wrapped < self.period_m { wrapped } else { 0.0 }
-    }
-
-    /// What slot `slot` of a beam holds.
-    #[inline(always)]
-    fn found<T: Sight>(
-        &self,
-        _: &T,
-        direction: DVec3,
-        beam: usize,
-        slot: usize,
-        scratch: &Scratch,
-    ) -> Return {
-        let (key, owner) = scratch.nearest.slot(beam, slot);
-        if owner == NOBODY {
-            return Return::MISS;
-        }
-        let range_m = T::range_m(key);
-        let on_floor = |class, tree, organ| {
-            let cos_incidence = scratch.nearest.cos_of_floor(beam) as f32;
-            Return { range_m, class, tree, organ, cos_incidence }
-        };
-        if owner == GROUND {
-            return on_floor(Class::Ground, Return::NO_LABEL, Return::NO_LABEL);
-        }
-        let entry = owner as usize;
-        // Organs of the row carry their trees' numbers; those of a copy are the copy's.
-        let (found, copy) = match entry.checked_sub(self.row.len()) {
-            None => (self.row.found(entry, direction), None),
-            Some(_) => {
-                let view = scratch.views.partition_point(|view| view.first_owner <= entry).wrapping_sub(1);
-                let Some(view) = scratch.views.get(view) else { return Return::MISS };
-                let block = self.standing.block(view.block);
-                (block.and_then(|block| block.found(entry - view.first_owner, direction)), Some(view.tree))
-            }
-        };
-        match found {
-            None => Return::MISS,
-            Some(Found::Cylinder(class, label)) => on_floor(class, copy.unwrap_or(label.tree), label.organ),
-            Some(Found::Polygon(class, label, cos_incidence)) => {
-                let tree = copy.unwrap_or(label.tree);
-                Return { range_m, class, tree, organ: label.organ, cos_incidence }
-            }
-        }
     }
 }

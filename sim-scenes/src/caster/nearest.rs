@@ -1,38 +1,83 @@
 //! What every beam of a line has met nearest so far.
 
-use pulp::Simd;
+use std::marker::PhantomData;
 
-use super::lanes::{Lanes, Mask, Row, WIDTH};
+use pulp::{Simd, WithSimd};
 
-/// The owner of a beam that met nothing. Owners are whole numbers, kept as f64 beside the keys: every u32 is one.
-pub(super) const NOBODY: f64 = -1.0;
+use super::sight::Sight;
+use super::tag::Tag;
+use crate::lanes::{Lanes, Mask, WIDTH};
+
+/// The owner of a beam that met nothing.
+const NOBODY: usize = 0;
 
 /// The owner of a beam that met the ground.
-pub(super) const GROUND: f64 = -2.0;
+pub(super) const GROUND: usize = 1;
 
-/// The largest depth keys and whose they are, beam by beam: `depth` slots a beam, nearest first. Surfaces that end a beam (wood,
-/// ground) are the floor: they fill all slots, so that no leaf behind them enters. Where there is one slot a beam, it is the floor's own.
+/// An owner's number as it is kept beside the keys: by its bits, which registers of f64 select and store as they are.
+#[inline(always)]
+pub(super) fn marked(owner: usize) -> f64 {
+    f64::from_bits(owner as u64)
+}
+
+/// The largest depth keys and whose they are, beam by beam, in slots, nearest first. Surfaces that end a beam (wood, ground) are the
+/// floor: they fill all slots, so that no leaf behind them enters. Where there is one slot, it is the floor's own.
+///
+/// Lists are a little longer than the line has beams: registers are read and written from any beam on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Nearest {
     depth: usize,
-    /// `depth` rows for each eight beams, if more than one.
-    key: Vec<Row>,
-    owner: Vec<Row>,
+    beams: usize,
+    /// One list a slot, if more than one.
+    key: Vec<f64>,
+    owner: Vec<f64>,
     /// What ends each beam, and |beam · normal| there.
-    pub(super) floor_key: Vec<Row>,
-    pub(super) floor_owner: Vec<Row>,
-    pub(super) floor_cos: Vec<Row>,
+    floor_key: Vec<f64>,
+    floor_owner: Vec<f64>,
+    floor_cos: Vec<f64>,
+    owners: Owners,
+}
+
+/// What the owners of a line are: nobody, the ground, and the organs that the line came upon, in its order.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Owners(Vec<Tag>);
+
+impl Owners {
+    fn reset(&mut self) {
+        self.0.clear();
+        self.0.extend([Tag::NOTHING, Tag::GROUND]);
+    }
+
+    /// Lists organs, of tree `copy` if they are a copy's. Gives the first one's number.
+    #[inline(always)]
+    pub(super) fn list(&mut self, tags: &[Tag], copy: Option<u32>) -> usize {
+        let first = self.0.len();
+        self.0.extend_from_slice(tags);
+        if let Some(tree) = copy {
+            self.0.iter_mut().skip(first).for_each(|tag| tag.label.tree = tree);
+        }
+        first
+    }
+
+    /// What an owner is.
+    #[inline(always)]
+    pub(super) fn tag(&self, mark: f64) -> &Tag {
+        self.0.get(mark.to_bits() as usize).unwrap_or(&Tag::NOTHING)
+    }
 }
 
 impl Nearest {
-    /// Forgets everything, for `rows` rows of beams. Allocates only where a line is longer than any before.
-    pub(super) fn reset(&mut self, rows: usize, depth: usize, farthest: f64) {
-        self.depth = depth;
-        for (rows_of, value) in
-            [(&mut self.floor_key, farthest), (&mut self.floor_owner, NOBODY), (&mut self.floor_cos, 0.0)]
-        {
-            rows_of.clear();
-            rows_of.resize(rows, Row::splat(value));
+    /// Forgets everything, for `beams` beams. Allocates only where a line is longer than any before.
+    pub(super) fn reset(&mut self, beams: usize, depth: usize, farthest: f64) {
+        (self.beams, self.depth) = (beams, depth);
+        self.owners.reset();
+        for (list, value) in [
+            (&mut self.floor_key, farthest),
+            (&mut self.floor_owner, marked(NOBODY)),
+            (&mut self.floor_cos, 0.0),
+        ] {
+            list.clear();
+            list.resize(beams + WIDTH, value);
         }
     }
 
@@ -42,9 +87,9 @@ impl Nearest {
             return;
         }
         for (slots, floor) in [(&mut self.key, &self.floor_key), (&mut self.owner, &self.floor_owner)] {
-            slots.resize(floor.len() * self.depth, Row::splat(0.0));
-            for (slots, floor) in slots.chunks_exact_mut(self.depth).zip(floor) {
-                slots.fill(*floor);
+            slots.clear();
+            for _ in 0..self.depth {
+                slots.extend_from_slice(floor);
             }
         }
     }
@@ -54,23 +99,23 @@ impl Nearest {
         if self.depth == 1 {
             return;
         }
-        let depth = self.depth;
-        let slots = self.key.chunks_exact_mut(depth).zip(self.owner.chunks_exact_mut(depth));
-        for ((keys, owners), (floor, whose)) in slots.zip(self.floor_key.iter().zip(&self.floor_owner)) {
-            for (key, owner) in keys.iter_mut().zip(owners) {
-                for lane in 0..WIDTH {
-                    if key.0[lane] < floor.0[lane] {
-                        key.0[lane] = floor.0[lane];
-                        owner.0[lane] = whose.0[lane];
-                    }
+        let places = self.places();
+        let slots = self.key.chunks_exact_mut(places).zip(self.owner.chunks_exact_mut(places));
+        for (keys, owners) in slots {
+            let floor = self.floor_key.iter().zip(&self.floor_owner);
+            for ((key, owner), (floor, whose)) in keys.iter_mut().zip(owners).zip(floor) {
+                if *key < *floor {
+                    (*key, *owner) = (*floor, *whose);
                 }
             }
         }
     }
 
-    /// Starts over with one slot a beam, which holds the floor of `other`.
-    pub(super) fn open_on(&mut self, other: &Self) {
-        self.depth = 1;
+    /// Starts over with one slot a beam, which holds the floor of `other`, and takes its owners over until
+    /// [`Nearest::take_floor`].
+    pub(super) fn open_on(&mut self, other: &mut Self) {
+        (self.beams, self.depth) = (other.beams, 1);
+        std::mem::swap(&mut self.owners, &mut other.owners);
         self.floor_key.clone_from(&other.floor_key);
         self.floor_owner.clone_from(&other.floor_owner);
     }
@@ -79,79 +124,146 @@ impl Nearest {
     pub(super) fn take_floor(&mut self, other: &mut Self) {
         std::mem::swap(&mut self.floor_key, &mut other.floor_key);
         std::mem::swap(&mut self.floor_owner, &mut other.floor_owner);
+        std::mem::swap(&mut self.owners, &mut other.owners);
     }
 
     /// True if every beam from `low` to `high` has its last slot filled by something with a greater key than `key`.
     pub(super) fn all_nearer(&self, (low, high): (usize, usize), key: f64) -> bool {
-        (low..=high).all(|beam| self.slot(beam, self.depth.saturating_sub(1)).0 > key)
+        let (keys, _) = self.slot(self.depth.saturating_sub(1));
+        keys.get(low..=high).is_some_and(|keys| keys.iter().all(|nearest| *nearest > key))
     }
 
-    /// The slots of a run of rows of beams.
-    #[inline(always)]
-    pub(super) fn slots(&mut self, from: usize, to: usize) -> (&mut [Row], &mut [Row]) {
-        let run = from * self.depth..to * self.depth;
-        let (key, owner) = match self.depth {
-            1 => (&mut self.floor_key, &mut self.floor_owner),
-            _ => (&mut self.key, &mut self.owner),
-        };
-        (key.get_mut(run.clone()).unwrap_or(&mut []), owner.get_mut(run).unwrap_or(&mut []))
+    /// Length of a list.
+    fn places(&self) -> usize {
+        self.beams + WIDTH
     }
 
     pub(super) fn depth(&self) -> usize {
         self.depth
     }
 
-    /// (key, owner) of slot `slot` of a beam.
+    /// What leaves are entered into, and what lists them.
     #[inline(always)]
-    pub(super) fn slot(&self, beam: usize, slot: usize) -> (f64, f64) {
-        let row = beam / WIDTH * self.depth + slot;
-        let (key, owner) = match self.depth {
+    pub(super) fn slots(&mut self) -> (Slots<'_>, &mut Owners) {
+        let places = self.places();
+        let slots = match self.depth {
+            1 => Slots { keys: &mut self.floor_key, owners: &mut self.floor_owner, places },
+            _ => Slots { keys: &mut self.key, owners: &mut self.owner, places },
+        };
+        (slots, &mut self.owners)
+    }
+
+    pub(super) fn owners(&self) -> &Owners {
+        &self.owners
+    }
+
+    pub(super) fn owners_mut(&mut self) -> &mut Owners {
+        &mut self.owners
+    }
+
+    /// Keys and owners of slot `slot`, beam by beam.
+    pub(super) fn slot(&self, slot: usize) -> (&[f64], &[f64]) {
+        let list = slot * self.places()..slot * self.places() + self.beams;
+        let (keys, owners) = match self.depth {
             1 => (&self.floor_key, &self.floor_owner),
             _ => (&self.key, &self.owner),
         };
-        match (key.get(row), owner.get(row)) {
-            (Some(key), Some(owner)) => (key.0[beam % WIDTH], owner.0[beam % WIDTH]),
-            _ => (0.0, NOBODY),
-        }
+        (keys.get(list.clone()).unwrap_or(&[]), owners.get(list).unwrap_or(&[]))
     }
 
-    /// Enters what ends one beam, if nearer than what does so far.
+    /// Key and owner of slot `slot` of a beam.
     #[inline(always)]
-    pub(super) fn end_beam(&mut self, beam: usize, key: f64, owner: f64, cos: f64) {
-        let (row, place) = (beam / WIDTH, beam % WIDTH);
-        let rows = (self.floor_key.get_mut(row), self.floor_owner.get_mut(row), self.floor_cos.get_mut(row));
-        if let (Some(keys), Some(owners), Some(cosines)) = rows
-            && keys.0[place] < key
-        {
-            (keys.0[place], owners.0[place], cosines.0[place]) = (key, owner, cos);
-        }
+    pub(super) fn at(&self, slot: usize, beam: usize) -> Option<(f64, f64)> {
+        let (keys, owners) = self.slot(slot);
+        Some((*keys.get(beam)?, *owners.get(beam)?))
     }
 
-    /// |beam · normal| where the floor ends a beam.
+    /// |beam · normal| where the floor ends each beam.
+    pub(super) fn cos_of_floor(&self) -> &[f64] {
+        &self.floor_cos
+    }
+
+    /// Enters what ends beams, from beam `beam` on, where `met` and nearer than what does so far.
     #[inline(always)]
-    pub(super) fn cos_of_floor(&self, beam: usize) -> f64 {
-        self.floor_cos.get(beam / WIDTH).map_or(0.0, |row| row.0[beam % WIDTH])
+    pub(super) fn end<S: Simd>(
+        &mut self,
+        simd: S,
+        beam: usize,
+        met: Mask<S>,
+        key: Lanes<S>,
+        owner: f64,
+        cos: Lanes<S>,
+    ) {
+        let (Some(old), Some(whose), Some(cosines)) = (
+            Lanes::read(simd, &self.floor_key, beam),
+            Lanes::read(simd, &self.floor_owner, beam),
+            Lanes::read(simd, &self.floor_cos, beam),
+        ) else {
+            return;
+        };
+        let nearer = met.and(old.lt(key));
+        nearer.select(key, old).write(&mut self.floor_key, beam);
+        nearer.select(Lanes::splat(simd, owner), whose).write(&mut self.floor_owner, beam);
+        nearer.select(cos, cosines).write(&mut self.floor_cos, beam);
     }
 }
 
-/// Enters keys where `met` into the slots of eight beams: an insertion network, nearest first.
-#[inline(always)]
-pub(super) fn insert<S: Simd>(
-    part: usize,
-    met: Mask<S>,
-    key: Lanes<S>,
-    owner: Lanes<S>,
-    simd: S,
-    keys: &mut [Row],
-    owners: &mut [Row],
-) {
-    let (mut key, mut owner) = (met.select(key, Lanes::splat(simd, f64::NEG_INFINITY)), owner);
-    for (best, whose) in keys.iter_mut().zip(owners) {
-        let (old_key, old_owner) = (best.load(simd, part), whose.load(simd, part));
-        let nearer = old_key.lt(key);
-        best.store(part, nearer.select(key, old_key));
-        whose.store(part, nearer.select(owner, old_owner));
-        key = nearer.select(old_key, key);
-        owner = nearer.select(old_owner, owner);
+/// Slots of all beams: `places` places a slot.
+pub(super) struct Slots<'a> {
+    keys: &'a mut [f64],
+    owners: &'a mut [f64],
+    places: usize,
+}
+
+impl Slots<'_> {
+    /// Enters keys from beam `beam` on where `met` into the first `depth` slots: an insertion network, nearest first.
+    #[inline(always)]
+    pub(super) fn insert<S: Simd>(
+        &mut self,
+        simd: S,
+        beam: usize,
+        depth: usize,
+        met: Mask<S>,
+        key: Lanes<S>,
+        owner: f64,
+    ) {
+        let mut key = met.select(key, Lanes::splat(simd, f64::NEG_INFINITY));
+        let mut owner = Lanes::splat(simd, owner);
+        for slot in 0..depth {
+            let place = slot * self.places + beam;
+            let (Some(old_key), Some(old_owner)) =
+                (Lanes::read(simd, self.keys, place), Lanes::read(simd, self.owners, place))
+            else {
+                return;
+            };
+            let nearer = old_key.lt(key);
+            nearer.select(key, old_key).write(self.keys, place);
+            nearer.select(owner, old_owner).write(self.owners, place);
+            key = nearer.select(old_key, key);
+            owner = nearer.select(old_owner, owner);
+        }
+    }
+}
+
+/// Turns the depth keys of a line into ranges: what it met is told, and nothing more is entered.
+pub(super) struct RangePass<'a, T>(&'a mut Nearest, PhantomData<T>);
+
+impl<'a, T: Sight> RangePass<'a, T> {
+    pub(super) fn of(nearest: &'a mut Nearest) -> Self {
+        Self(nearest, PhantomData)
+    }
+}
+
+impl<T: Sight> WithSimd for RangePass<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let keys = self.0.slots().0.keys;
+        for from in (0..keys.len()).step_by(S::F64_LANES) {
+            // The last beams of all, where they do not fill a register, are those that a line is padded with.
+            let Some(key) = Lanes::read(simd, keys, from) else { break };
+            T::key(simd, key).write(keys, from);
+        }
     }
 }

@@ -3,17 +3,18 @@
 use glam::DVec3;
 use pulp::Simd;
 
-use super::lanes::{Lanes, Row};
-use super::sight::{Cut, Points, Rays, Segments, Sight, in_rows};
+use super::sight::{Cut, Points, Rays, Segments, Sight};
+use crate::lanes::{Lanes, padded};
 
 /// Evenly spaced parallel beams. Beam `j` starts `offset_m + j · step_m` from the line's origin, along +Z or +X.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelBeams {
     view: View,
     step_m: f64,
+    count: usize,
+    /// Of every beam, padded, as are as many ones.
     offsets: Vec<f64>,
-    offset_rows: Vec<Row>,
-    one_rows: Vec<Row>,
+    ones: Vec<f64>,
 }
 
 /// Direction of parallel beams.
@@ -45,22 +46,22 @@ impl ParallelBeams {
         let usable = offset_m.is_finite() && step_m.is_finite() && step_m != 0.0;
         let count = if usable { count } else { 0 };
         let offsets: Vec<f64> = (0..count).map(|j| offset_m + j as f64 * step_m).collect();
-        Self { view, step_m, offset_rows: in_rows(&offsets), one_rows: in_rows(&vec![1.0; count]), offsets }
+        Self { view, step_m, count, offsets: padded(offsets), ones: padded(vec![1.0; count]) }
     }
 
     /// Number of beams.
     pub fn len(&self) -> usize {
-        self.offsets.len()
+        self.count
     }
 
     /// True if there is no beam.
     pub fn is_empty(&self) -> bool {
-        self.offsets.is_empty()
+        self.count == 0
     }
 
     /// Where beam `j` starts from the line's origin, metres along +Z or +X; NaN where there is no such beam.
     pub fn offset_m(&self, j: usize) -> f64 {
-        self.offsets.get(j).copied().unwrap_or(f64::NAN)
+        self.offsets.get(j).filter(|_| j < self.count).copied().unwrap_or(f64::NAN)
     }
 
     /// Distance between neighbours, metres; negative where later beams start lower.
@@ -98,9 +99,8 @@ const MARGIN: f64 = 1e-6;
 impl ParallelBeams {
     /// Offsets from `low` to `high` (metres) as beam numbers, widened.
     #[inline(always)]
-    fn interval<S: Simd>(&self, simd: S, low: Lanes<S>, high: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-        let (first, step) = (Lanes::splat(simd, self.offset_m(0)), Lanes::splat(simd, self.step_m));
-        let margin = Lanes::splat(simd, MARGIN);
+    fn interval<S: Simd>(&self, low: Lanes<S>, high: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let (first, step, margin) = (low.of(self.offset_m(0)), low.of(self.step_m), low.of(MARGIN));
         let (one, other) = ((low - first) / step, (high - first) / step);
         (one.min(other) - margin, one.max(other) + margin)
     }
@@ -108,20 +108,21 @@ impl ParallelBeams {
 
 impl Sight for ParallelBeams {
     const FARTHEST: f64 = f64::NEG_INFINITY;
+    const ONE_START: bool = false;
 
     fn count(&self) -> usize {
         self.len()
     }
 
-    fn parameters(&self) -> (&[Row], &[Row]) {
-        (&self.one_rows, &self.offset_rows)
+    fn parameters(&self) -> (&[f64], &[f64]) {
+        (&self.ones, &self.offsets)
     }
 
     #[inline(always)]
-    fn segments<S: Simd>(&self, simd: S, part: usize, cut: Cut<S>, out: &mut Segments) {
+    fn segments<S: Simd>(&self, _: S, part: usize, cut: Cut<S>, out: &mut Segments) {
         let Cut { a, b, normal, distance, cut } = cut;
         let (ahead, across) = (self.direction(), self.across());
-        let zero = Lanes::splat(simd, 0.0);
+        let zero = distance.of(0.0);
         let facing = normal.onto(ahead);
         let (range_a, range_b) = (a.onto(ahead), b.onto(ahead));
         let met = cut.and(zero.lt(facing.abs())).and(zero.lt(range_a.max(range_b)));
@@ -131,21 +132,20 @@ impl Sight for ParallelBeams {
         let at_a = range_a.le(zero).select(start, at_a);
         let at_b = range_b.le(zero).select(start, at_b);
         let (from, to) = (at_a.min(at_b), at_a.max(at_b));
-        let (low, high) = self.interval(simd, from, to);
+        let (low, high) = self.interval(from, to);
         out.key[0].store(part, -distance / facing);
         out.key[1].store(part, normal.onto(across) / facing);
         out.from[0].store(part, -from);
         out.from[1].store(part, zero.of(1.0));
         out.to[0].store(part, to);
         out.to[1].store(part, zero.of(-1.0));
-        out.low.store(part, met.select(low, zero.of(f64::INFINITY)));
-        out.high.store(part, high);
+        out.spans.set(part, met.select(low, zero.of(f64::INFINITY)), high);
     }
 
     #[inline(always)]
-    fn swept<S: Simd>(&self, simd: S, a: Points<S>, b: Points<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-        let (a, b) = (a.onto(self.across()), b.onto(self.across()));
-        self.interval(simd, a.min(b) - radius, a.max(b) + radius)
+    fn meeting<S: Simd>(&self, middle: Points<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let middle = middle.onto(self.across());
+        self.interval(middle - radius, middle + radius)
     }
 
     fn turn(&self) -> f64 {
@@ -171,8 +171,8 @@ impl Sight for ParallelBeams {
     }
 
     #[inline(always)]
-    fn range_m(key: f64) -> f64 {
-        -key
+    fn direction(&self, _: usize) -> (f64, f64) {
+        self.direction()
     }
 
     #[inline(always)]

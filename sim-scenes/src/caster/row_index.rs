@@ -1,8 +1,7 @@
-//! Which organs a scan plane across the row may cut: extents along Y, sorted, in tiers of like length.
+//! Which organs a scan plane across the row may cut: organs in eights of like extent along Y, and for every short stretch of the row the
+//! eights that reach into it.
 
-use std::ops::Range;
-
-use super::lanes::WIDTH;
+use crate::lanes::WIDTH;
 
 /// What an organ takes up along Y, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +19,19 @@ impl Extent {
         })
     }
 
+    fn length_m(self) -> f64 {
+        self.to_m - self.from_m
+    }
+
+    fn middle_m(self) -> f64 {
+        (self.from_m + self.to_m) / 2.0
+    }
+
+    /// The smallest extent that holds all extents.
+    fn joined(extents: impl Iterator<Item = Self>) -> Self {
+        Self::around(extents.flat_map(|extent| [extent.from_m, extent.to_m]))
+    }
+
     /// The shifts by whole periods that bring some of the extent into [0, period]: one for most organs, two for one that
     /// crosses the border, more for one longer than the row. Just 0 for a scene without period.
     pub(super) fn images(self, period_m: f64) -> impl Iterator<Item = f64> {
@@ -32,109 +44,137 @@ impl Extent {
     }
 }
 
-/// Organs of like extent, sorted by where they begin.
-#[derive(Clone, Debug, PartialEq)]
-struct Tier {
-    entries: Range<usize>,
-    longest_m: f64,
-    steps: Steps,
-}
-
-/// A table that a place is looked up in, where a search would go through the whole row: entries before each of evenly spaced places.
-#[derive(Clone, Debug, PartialEq)]
-struct Steps {
-    first_m: f64,
-    per_m: f64,
-    before: Vec<u32>,
-}
-
-/// Entries to a step, more or less.
-const TO_A_STEP: usize = 4;
-
-impl Steps {
-    fn new(from_m: &[f64]) -> Self {
-        let (first_m, last_m) =
-            (from_m.first().copied().unwrap_or(0.0), from_m.last().copied().unwrap_or(0.0));
-        let count = from_m.len() / TO_A_STEP + 1;
-        // A tier that begins in one place has one step.
-        let per_m = count as f64 / (last_m - first_m).max(f64::MIN_POSITIVE);
-        let per_m = if per_m.is_finite() { per_m } else { 0.0 };
-        let mut steps = Self { first_m, per_m, before: Vec::with_capacity(count + 2) };
-        for (number, from_m) in (0..).zip(from_m) {
-            let step = steps.step_of(*from_m);
-            while steps.before.len() <= step {
-                steps.before.push(number);
-            }
-        }
-        steps
-    }
-
-    fn step_of(&self, y_m: f64) -> usize {
-        ((y_m - self.first_m) * self.per_m) as usize
-    }
-
-    /// How many of `from_m` (those the table is of) come before `y_m`, as `is_before` has it.
-    fn before(&self, from_m: &[f64], y_m: f64, is_before: impl Fn(f64) -> bool) -> usize {
-        // Entries of earlier steps are before it, and there is none of a step past the last.
-        let Some(known) = self.before.get(self.step_of(y_m)) else { return from_m.len() };
-        let known = *known as usize;
-        let rest = from_m.get(known..).unwrap_or(&[]);
-        known + rest.iter().take_while(|from_m| is_before(**from_m)).count()
-    }
-}
-
-/// Finds the organs at a place of the row by a table. An extent is looked for no farther back than the longest of its
-/// tier; tiers double in length, so one long organ does not widen the search for all. Entries come in rows of [`WIDTH`]; every
-/// tier begins a new row.
+/// Finds the eights at a place of the row: one look into a table, however long the row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RowIndex {
-    from_m: Vec<f64>,
-    tiers: Vec<Tier>,
+    first_m: f64,
+    stretches_per_m: f64,
+    stretches: Vec<Stretch>,
+    /// The eights of every stretch in turn.
+    eights: Vec<u32>,
 }
 
-/// Extents shorter than this share a tier.
-const SHORTEST_M: f64 = 1e-2;
+/// A short stretch of the row: where its eights are listed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Stretch {
+    /// Those that began in earlier stretches.
+    start: u32,
+    /// Those that begin here.
+    begun: u32,
+    end: u32,
+}
+
+/// Eights that are packed together.
+const RUN: usize = 32;
+
+/// Extents, sorted by their middles, in the order in which a line comes upon the fewest eights of them. Eights of neighbours are short if
+/// neighbours are of like length; where they are not, neighbours a little farther on are sorted by length first. How far, is tried.
+fn packed(run: &[usize], extent: impl Fn(&usize) -> Extent) -> Vec<usize> {
+    let farther = (0..).map(|power| 1 << power).take_while(|eights| *eights <= RUN);
+    let ways = farther.map(|eights| {
+        let mut way = run.to_vec();
+        for slab in way.chunks_mut(WIDTH * eights) {
+            slab.sort_by(|a, b| extent(a).length_m().total_cmp(&extent(b).length_m()));
+        }
+        let reaches = way.chunks(WIDTH).map(|eight| Extent::joined(eight.iter().map(&extent)).length_m());
+        let reach_m: f64 = reaches.sum();
+        (reach_m, way)
+    });
+    ways.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(Vec::new, |(_, way)| way)
+}
+
+/// Stretches that an eight reaches into, on average: more find fewer eights in vain, and take more memory.
+const REACHED: f64 = 16.0;
+
+/// Most stretches, as a multiple of the eights.
+const MOST: f64 = 16.0;
 
 impl RowIndex {
-    /// Sorts the extents. Gives the index and, entry by entry, which extent it is; None fills up a row.
+    /// Sorts the extents into eights. Gives the index and, entry by entry, which extent it is; None fills up an eight.
     pub(super) fn new(extents: &[Extent]) -> (Self, Vec<Option<usize>>) {
-        let tier_of = |extent: &Extent| {
-            // The binary exponent of the length and the first bit after it: tiers grow by halves.
-            (extent.to_m - extent.from_m).max(SHORTEST_M).to_bits() >> 51
-        };
-        let mut order: Vec<(u64, f64, usize)> = extents
-            .iter()
-            .enumerate()
-            .map(|(number, extent)| (tier_of(extent), extent.from_m, number))
-            .collect();
-        order.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-        let mut index = Self::default();
+        let extent =
+            |number: &usize| extents.get(*number).copied().unwrap_or(Extent { from_m: 0.0, to_m: 0.0 });
+        let mut order: Vec<usize> = (0..extents.len()).collect();
+        order.sort_by(|a, b| extent(a).middle_m().total_cmp(&extent(b).middle_m()));
         let mut numbers = Vec::with_capacity(extents.len() + WIDTH);
-        for run in order.chunk_by(|a, b| a.0 == b.0) {
-            let start = numbers.len();
-            let members = run.iter().filter_map(|&(_, _, number)| extents.get(number));
-            let longest_m = members.map(|extent| extent.to_m - extent.from_m).fold(0.0, f64::max);
-            index.from_m.extend(run.iter().map(|&(_, from_m, _)| from_m));
-            numbers.extend(run.iter().map(|&(_, _, number)| Some(number)));
-            let steps = Steps::new(index.from_m.get(start..).unwrap_or(&[]));
-            index.tiers.push(Tier { entries: start..numbers.len(), longest_m, steps });
-            let full = numbers.len().next_multiple_of(WIDTH);
-            index.from_m.resize(full, f64::INFINITY);
-            numbers.resize(full, None);
+        let mut reaches = Vec::with_capacity(extents.len() / WIDTH + 1);
+        for run in order.chunks(WIDTH * RUN) {
+            for eight in packed(run, extent).chunks(WIDTH) {
+                reaches.push(Extent::joined(eight.iter().map(extent)));
+                numbers.extend(eight.iter().copied().map(Some));
+                numbers.resize(numbers.len().next_multiple_of(WIDTH), None);
+            }
         }
-        (index, numbers)
+        (Self::over(&reaches), numbers)
     }
 
-    /// Rows of entries, of which no other may hold any extent that touches [low, high].
-    pub(super) fn rows(&self, low_m: f64, high_m: f64) -> impl Iterator<Item = Range<usize>> + '_ {
-        self.tiers.iter().map(move |tier| {
-            let from_m = self.from_m.get(tier.entries.clone()).unwrap_or(&[]);
-            // A hair farther back: from + length may round below to.
-            let low_m = low_m - tier.longest_m * (1.0 + 1e-9) - 1e-9;
-            let first = tier.steps.before(from_m, low_m, |from| from < low_m);
-            let last = tier.steps.before(from_m, high_m, |from| from <= high_m);
-            let row = tier.entries.start / WIDTH;
-            if first < last { row + first / WIDTH..row + last.div_ceil(WIDTH) } else { row..row }
+    /// Lists the eights in the stretches they reach into.
+    fn over(eights: &[Extent]) -> Self {
+        let whole = Extent::joined(eights.iter().copied());
+        let length_m = whole.length_m();
+        if !length_m.is_finite() {
+            return Self::default();
+        }
+        let count = eights.len() as f64;
+        let mean_m = eights.iter().map(|eight| eight.length_m()).sum::<f64>() / count;
+        let stretches = (REACHED * length_m / mean_m).min(MOST * count).max(1.0).ceil();
+        // A row that begins and ends in one place is one stretch.
+        let per_m = if length_m > 0.0 { stretches / length_m } else { 0.0 };
+        let stretches_per_m = if per_m.is_finite() { per_m } else { 0.0 };
+        let mut index = Self {
+            first_m: whole.from_m,
+            stretches_per_m,
+            stretches: vec![Stretch::default(); stretches as usize + 1],
+            eights: vec![],
+        };
+        // How many are listed, then where, then which.
+        for eight in eights {
+            let first = index.stretch(eight.from_m);
+            for stretch in first..=index.stretch(eight.to_m) {
+                if let Some(stretch_of) = index.stretches.get_mut(stretch) {
+                    stretch_of.end += 1;
+                    stretch_of.begun += u32::from(stretch > first);
+                }
+            }
+        }
+        let mut sum = 0;
+        for stretch in &mut index.stretches {
+            let (all, begun) = (stretch.end, stretch.begun);
+            *stretch = Stretch { start: sum, begun: sum + begun, end: sum + begun };
+            sum += all;
+        }
+        index.eights.resize(sum as usize, 0);
+        let mut next = index.stretches.clone();
+        for (number, eight) in (0..).zip(eights) {
+            let first = index.stretch(eight.from_m);
+            for stretch in first..=index.stretch(eight.to_m) {
+                let Some(stretch_of) = next.get_mut(stretch) else { continue };
+                let place = if stretch > first { &mut stretch_of.start } else { &mut stretch_of.end };
+                if let Some(listed) = index.eights.get_mut(*place as usize) {
+                    *listed = number;
+                }
+                *place += 1;
+            }
+        }
+        for (stretch, filled) in index.stretches.iter_mut().zip(next) {
+            stretch.end = filled.end;
+        }
+        index
+    }
+
+    /// The stretch of a place; never falls as places rise, so what reaches over a place is listed in its stretch.
+    fn stretch(&self, y_m: f64) -> usize {
+        let number = ((y_m - self.first_m) * self.stretches_per_m) as usize;
+        number.min(self.stretches.len().saturating_sub(1))
+    }
+
+    /// Lists of eights, of which no other may hold any extent that touches [low, high]; none comes twice.
+    pub(super) fn eights(&self, (low_m, high_m): (f64, f64)) -> impl Iterator<Item = &[u32]> {
+        let (first, last) = (self.stretch(low_m), self.stretch(high_m));
+        let stretches = self.stretches.get(first..=last).unwrap_or(&[]);
+        stretches.iter().enumerate().map(|(number, stretch)| {
+            let from = if number == 0 { stretch.start } else { stretch.begun };
+            self.eights.get(from as usize..stretch.end as usize).unwrap_or(&[])
         })
     }
 }
@@ -146,7 +186,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_index_finds_what_a_search_of_all_finds(
+        fn the_index_finds_what_a_search_of_all_finds_and_nothing_twice(
             spans in prop::collection::vec((-5.0..25.0f64, 0.0..3.0f64, 0..4), 0..80),
             y in -6.0..26.0f64, more in 0.0..2.0f64,
         ) {
@@ -155,12 +195,15 @@ mod tests {
                 .map(|&(from_m, length, scale)| Extent { from_m, to_m: from_m + length * 0.1f64.powi(scale) })
                 .collect();
             let (index, order) = RowIndex::new(&extents);
-            let entries = index.rows(y, y + more).flatten().flat_map(|row| row * WIDTH..(row + 1) * WIDTH);
-            let touches = |i: &usize| extents[*i].from_m <= y + more && y <= extents[*i].to_m;
-            let mut found: Vec<usize> = entries.filter_map(|entry| order[entry]).filter(touches).collect();
-            found.sort_unstable();
-            let all: Vec<usize> = (0..extents.len()).filter(touches).collect();
-            prop_assert_eq!(found, all);
+            for high in [y, y + more] {
+                let eights: Vec<usize> = index.eights((y, high)).flatten().map(|eight| *eight as usize).collect();
+                let entries = eights.iter().flat_map(|eight| eight * WIDTH..(eight + 1) * WIDTH);
+                let touches = |i: &usize| extents[*i].from_m <= high && y <= extents[*i].to_m;
+                let mut found: Vec<usize> = entries.filter_map(|entry| order[entry]).filter(touches).collect();
+                found.sort_unstable();
+                let all: Vec<usize> = (0..extents.len()).filter(touches).collect();
+                prop_assert_eq!(found, all);
+            }
         }
 
         #[test]

@@ -1,8 +1,10 @@
-//! Copies of distinct trees: where they stand, which of them a line may meet, and which are hidden behind nearer ones.
+//! Where blocks stand: rows of trees where they were made, and copies of distinct trees. Which of them a line may meet, and which are
+//! hidden behind nearer ones.
 
 use super::block::Block;
 use super::row_index::{Extent, RowIndex};
 use super::sight::Part;
+use crate::lanes::WIDTH;
 use crate::orchard::Orchard;
 use crate::organ::Tree;
 use crate::placement::Placement;
@@ -15,8 +17,10 @@ struct Bounds {
 }
 
 impl Bounds {
+    const NOTHING: Self = Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
+
     fn of(tree: &Tree) -> Self {
-        let mut bounds = Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
+        let mut bounds = Self::NOTHING;
         let facets = tree.facets.iter().map(|facet| &facet.polygon);
         for vertex in tree.leaves.iter().chain(facets).flat_map(|leaf| leaf.outline()) {
             bounds.add(*vertex, 0.0);
@@ -28,12 +32,46 @@ impl Bounds {
         bounds
     }
 
+    fn and(self, other: Self) -> Self {
+        let least = |axis: usize| self.low[axis].min(other.low[axis]);
+        let most = |axis: usize| self.high[axis].max(other.high[axis]);
+        Self { low: std::array::from_fn(least), high: std::array::from_fn(most) }
+    }
+
+    /// What the box takes up in the scan plane.
+    fn seen_from(&self, [x, _, z]: [f64; 3]) -> Rectangle {
+        Rectangle {
+            low: [self.low[0] - x - SPARE_M, self.low[2] - z - SPARE_M],
+            high: [self.high[0] - x + SPARE_M, self.high[2] - z + SPARE_M],
+        }
+    }
+
     fn add(&mut self, point: [f64; 3], margin_m: f64) {
         for ((low, high), c) in self.low.iter_mut().zip(&mut self.high).zip(point) {
             *low = low.min(c - margin_m);
             *high = high.max(c + margin_m);
         }
     }
+}
+
+/// The trees that stand where they were made, by number, in rows that no plane X = const separates: what one scanner sees as one.
+fn rows(orchard: &Orchard) -> Vec<Vec<(u32, &Tree, Bounds)>> {
+    let trees = (0..).zip(orchard.standing()).filter_map(|(number, (tree, placement))| {
+        let tree = orchard.distinct_trees().get(tree).filter(|_| placement.is_here())?;
+        // A tree without organs reaches nowhere.
+        Some((number, tree, Bounds::of(tree))).filter(|(.., bounds)| bounds.low[0] <= bounds.high[0])
+    });
+    let mut trees: Vec<(u32, &Tree, Bounds)> = trees.collect();
+    trees.sort_by(|a, b| a.2.low[0].total_cmp(&b.2.low[0]));
+    let (mut rows, mut reach_m) = (Vec::<Vec<_>>::new(), f64::NEG_INFINITY);
+    for tree in trees {
+        match rows.last_mut().filter(|_| tree.2.low[0] <= reach_m) {
+            Some(row) => row.push(tree),
+            None => rows.push(vec![tree]),
+        }
+        reach_m = reach_m.max(tree.2.high[0]);
+    }
+    rows
 }
 
 /// A copy that stands somewhere.
@@ -45,12 +83,14 @@ struct Copy {
     base_m: [f64; 3],
 }
 
-/// All copies of an orchard, sorted along the row.
+/// All trees of an orchard: rows of those that stand where they were made, and copies, sorted along the row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Standing {
-    /// Distinct trees as they are turned.
+    /// Rows from one end of the period to the other, then distinct trees as they are turned.
     blocks: Vec<Block>,
     bounds: Vec<Bounds>,
+    /// How many of the blocks are rows.
+    rows: usize,
     index: RowIndex,
     /// Entry by entry of the index, images over the border of the period included; None fills up a row.
     copies: Vec<Option<Copy>>,
@@ -61,12 +101,10 @@ pub(super) struct Standing {
 pub(super) struct View {
     /// Its block.
     pub(super) block: usize,
-    /// The number of its tree.
-    pub(super) tree: u32,
+    /// The number of its tree, if it is a copy.
+    pub(super) tree: Option<u32>,
     /// The line's part as seen from the block.
     pub(super) part: Part,
-    /// Its first owner.
-    pub(super) first_owner: usize,
     /// The rectangle in (X, Z), from the line's origin, that holds it.
     pub(super) window: Rectangle,
     /// The same for it and all views behind it.
@@ -101,9 +139,15 @@ impl Rectangle {
 const SPARE_M: f64 = 1e-6;
 
 impl Standing {
-    /// The copies of an orchard: the trees that do not stand where they were made.
     pub(super) fn new(orchard: &Orchard) -> Self {
         let mut standing = Self::default();
+        for row in rows(orchard) {
+            let bounds = row.iter().fold(Bounds::NOTHING, |all, (.., bounds)| all.and(*bounds));
+            standing.bounds.push(bounds);
+            let trees = row.iter().map(|(number, tree, _)| (*number, *tree));
+            standing.blocks.push(Block::new(trees, &[], orchard.length_m()));
+        }
+        standing.rows = standing.blocks.len();
         // A distinct tree in one direction is one block, whatever the number of its places.
         let mut known: Vec<(usize, u64, usize)> = Vec::new();
         let mut copies = Vec::new();
@@ -129,6 +173,7 @@ impl Standing {
         standing
     }
 
+    /// Sets out the copies: the trees that do not stand where they were made.
     fn plant(&mut self, copies: &[Copy], period_m: f64) {
         let (mut images, mut extents) = (Vec::new(), Vec::new());
         for copy in copies {
@@ -153,11 +198,15 @@ impl Standing {
         self.blocks.get(number)
     }
 
-    /// Appends the copies that a part of a line may meet.
+    /// Appends the rows and the copies that a part of a line may meet.
     pub(super) fn seen(&self, part: Part, views: &mut Vec<View>) {
-        for rows in self.index.rows(part.y_m.0, part.y_m.1) {
-            let entries = rows.start * super::lanes::WIDTH..rows.end * super::lanes::WIDTH;
-            for copy in entries.filter_map(|entry| self.copies.get(entry).copied().flatten()) {
+        views.extend(self.bounds.iter().take(self.rows).enumerate().map(|(block, bounds)| {
+            let window = bounds.seen_from(part.origin);
+            View { block, tree: None, part, window, beyond: window }
+        }));
+        for eight in self.index.eights(part.y_m).flatten() {
+            let first = *eight as usize * WIDTH;
+            for copy in (first..first + WIDTH).filter_map(|entry| self.copies.get(entry).copied().flatten()) {
                 let Some(bounds) = self.bounds.get(copy.block) else { continue };
                 let [x, y, z] = copy.base_m;
                 let (low_m, high_m) = (bounds.low[1] + y - SPARE_M, bounds.high[1] + y + SPARE_M);
@@ -165,30 +214,23 @@ impl Standing {
                     continue;
                 }
                 let [ox, oy, oz] = part.origin;
-                let window = Rectangle {
-                    low: [bounds.low[0] + x - ox - SPARE_M, bounds.low[2] + z - oz - SPARE_M],
-                    high: [bounds.high[0] + x - ox + SPARE_M, bounds.high[2] + z - oz + SPARE_M],
-                };
+                let window = bounds.seen_from([ox - x, oy - y, oz - z]);
                 let moved = Part {
                     origin: [ox - x, oy - y, oz - z],
                     beams: part.beams,
                     y_m: (part.y_m.0 - y, part.y_m.1 - y),
                 };
-                let (block, tree) = (copy.block, copy.tree);
-                views.push(View { block, tree, part: moved, first_owner: 0, window, beyond: window });
+                let (block, tree) = (copy.block, Some(copy.tree));
+                views.push(View { block, tree, part: moved, window, beyond: window });
             }
         }
     }
 
-    /// Sorts views from near to far and gives them their owners, from `first_owner` on.
-    pub(super) fn order(&self, views: &mut [View], mut first_owner: usize) {
+    /// Sorts views from near to far.
+    pub(super) fn order(views: &mut [View]) {
         views.sort_by(|a, b| {
             a.window.distance_m().total_cmp(&b.window.distance_m()).then(a.tree.cmp(&b.tree))
         });
-        for view in &mut *views {
-            view.first_owner = first_owner;
-            first_owner += self.blocks.get(view.block).map_or(0, Block::len);
-        }
         views.iter_mut().rev().fold(Rectangle::NOTHING, |behind, view| {
             view.beyond = view.window.and(behind);
             view.beyond

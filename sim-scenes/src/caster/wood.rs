@@ -3,145 +3,19 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::lanes::{Lanes, Mask, Row, WIDTH};
-use super::leaves::Label;
-use super::nearest::{GROUND, Nearest};
-use super::row_index::{Extent, RowIndex};
-use super::sight::{Part, Points, Sight, Turning};
-use crate::organ::Cylinder;
+use super::nearest::{GROUND, Nearest, marked};
+use super::sight::{Part, Points, Sight};
+use super::spans::{Spans, for_beams};
+use super::wood_field::{Poles, WIDER, WoodField};
+use crate::lanes::{Lanes, Mask, Row, WIDTH};
 
 /// A beam this near to the axis's direction (square of the sine) meets ends only.
 const ALONG_AXIS: f64 = 1e-20;
 
-/// How far a conservative outline is widened, relative; far above rounding.
-const WIDER: f64 = 1.0 + 1e-9;
+/// A beam that comes no nearer to the axis's direction than this (cosine) never meets ends.
+const SQUARE_ON: f64 = 1e-300;
 
-/// An axis that rises less than this along Y lies in the scan plane.
-const LEVEL: f64 = 1e-12;
-
-/// What eight cylinders are like.
-#[derive(Clone, Debug)]
-struct Shapes {
-    base: [Row; 3],
-    axis: [Row; 3],
-    length: Row,
-    radius: Row,
-}
-
-impl Shapes {
-    const NONE: Self = Self {
-        base: [Row::splat(0.0); 3],
-        axis: [Row::splat(0.0); 3],
-        length: Row::splat(0.0),
-        radius: Row::splat(0.0),
-    };
-
-    /// One of `from` to another place.
-    #[inline(always)]
-    fn copy(&mut self, place: usize, from: &Self, lane: usize) {
-        for axis in 0..3 {
-            self.base[axis].0[place] = from.base[axis].0[lane];
-            self.axis[axis].0[place] = from.axis[axis].0[lane];
-        }
-        self.length.0[place] = from.length.0[lane];
-        self.radius.0[place] = from.radius.0[lane];
-    }
-}
-
-/// Eight cylinders of the field.
-#[derive(Clone, Debug)]
-struct Poles {
-    shapes: Shapes,
-    /// How far a disk square to the axis reaches along Y from its middle.
-    reach: Row,
-    from: Row,
-    to: Row,
-}
-
-impl Poles {
-    /// Nothing anywhere.
-    const NONE: Self = Self {
-        shapes: Shapes::NONE,
-        reach: Row::splat(0.0),
-        from: Row::splat(f64::INFINITY),
-        to: Row::splat(f64::NEG_INFINITY),
-    };
-
-    fn set(&mut self, lane: usize, piece: &Cylinder, shift: f64) {
-        let length = piece.length_m();
-        let (base, tip) = (piece.base(), piece.tip());
-        for axis in 0..3 {
-            self.shapes.base[axis].0[lane] = base[axis];
-            self.shapes.axis[axis].0[lane] = (tip[axis] - base[axis]) / length;
-        }
-        self.shapes.base[1].0[lane] += shift;
-        let extent = extent(piece);
-        self.shapes.length.0[lane] = length;
-        self.shapes.radius.0[lane] = piece.radius_m();
-        self.reach.0[lane] = reach_m(piece);
-        self.from.0[lane] = extent.from_m + shift;
-        self.to.0[lane] = extent.to_m + shift;
-    }
-}
-
-fn reach_m(piece: &Cylinder) -> f64 {
-    let (base, tip) = (piece.base(), piece.tip());
-    let flat = (tip[0] - base[0]).hypot(tip[2] - base[2]);
-    piece.radius_m() * flat / piece.length_m() * WIDER + 1e-12
-}
-
-fn extent(piece: &Cylinder) -> Extent {
-    let reach = reach_m(piece);
-    Extent::around([piece.base()[1], piece.tip()[1]].into_iter().flat_map(|y| [y - reach, y + reach]))
-}
-
-/// All wood of an orchard, images over the border of the period included, in the order of the row index.
-#[derive(Clone, Debug, Default)]
-pub(super) struct WoodField {
-    index: RowIndex,
-    labels: Vec<Label>,
-    poles: Vec<Poles>,
-}
-
-impl WoodField {
-    pub(super) fn new<'a>(wood: impl Iterator<Item = (Label, &'a Cylinder)>, period_m: f64) -> Self {
-        let images: Vec<(Label, &Cylinder, f64)> = wood
-            .flat_map(|(label, piece)| extent(piece).images(period_m).map(move |shift| (label, piece, shift)))
-            .collect();
-        let extents: Vec<Extent> = images
-            .iter()
-            .map(|(_, piece, shift)| {
-                let Extent { from_m, to_m } = extent(piece);
-                Extent { from_m: from_m + shift, to_m: to_m + shift }
-            })
-            .collect();
-        let (index, order) = RowIndex::new(&extents);
-        let mut field = Self { index, ..Self::default() };
-        for eight in order.chunks(WIDTH) {
-            let mut poles = Poles::NONE;
-            for (lane, number) in eight.iter().enumerate() {
-                let image = number.and_then(|number| images.get(number));
-                field.labels.push(image.map_or(Label { tree: u32::MAX, organ: u32::MAX }, |image| image.0));
-                if let Some((_, piece, shift)) = image {
-                    poles.set(lane, piece, *shift);
-                }
-            }
-            field.poles.push(poles);
-        }
-        field
-    }
-
-    /// Number of entries.
-    pub(super) fn len(&self) -> usize {
-        self.labels.len()
-    }
-
-    pub(super) fn label(&self, entry: usize) -> Option<Label> {
-        self.labels.get(entry).copied()
-    }
-}
-
-/// Enters the ground.
+/// Enters the plane Z = 0 where beams that start above it look down.
 pub(super) struct GroundPass<'a, T> {
     pub(super) sight: &'a T,
     pub(super) part: Part,
@@ -153,16 +27,30 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        ground(simd, self.sight, self.part, self.nearest);
+        let Self { sight, part, nearest } = self;
+        let (p, q) = sight.parameters();
+        let zero = Lanes::splat(simd, 0.0);
+        let owner = marked(GROUND);
+        for beam in (0..sight.count()).step_by(S::F64_LANES) {
+            let (Some(p), Some(q)) = (Lanes::read(simd, p, beam), Lanes::read(simd, q, beam)) else { break };
+            let rays = sight.rays(simd, p, q);
+            let height = Lanes::splat(simd, part.origin[2]) + rays.start.1;
+            let cos = -rays.direction.1;
+            let met = zero.lt(height).and(zero.lt(cos));
+            if !met.is_empty() {
+                nearest.end(simd, beam, met, T::key(simd, height / cos), owner, cos);
+            }
+        }
     }
 }
 
-/// Enters what ends beams: every branch that the plane of `origin` cuts. Owners are counted from `first_owner`.
+/// Enters what ends beams: every branch that the plane of a line cuts.
 pub(super) struct FloorPass<'a, T> {
     pub(super) field: &'a WoodField,
     pub(super) sight: &'a T,
     pub(super) part: Part,
-    pub(super) first_owner: usize,
+    /// Whose the organs are, if a copy's.
+    pub(super) copy: Option<u32>,
     pub(super) nearest: &'a mut Nearest,
 }
 
@@ -171,165 +59,99 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { field, sight, part: of, first_owner, nearest } = self;
-        let mut meetings = Meetings::NONE;
-        let turning = Turning::of(sight);
-        let (mut low, mut high) = (Row::splat(0.0), Row::splat(0.0));
-        for eights in field.index.rows(of.y_m.0, of.y_m.1) {
+        let Self { field, sight, part, copy, nearest } = self;
+        let (p, q) = sight.parameters();
+        let (mut aspects, mut spans) = (Aspects::NONE, Spans::of(sight));
+        let advance = Lanes::splat(simd, sight.advance_m());
+        let still = T::ONE_START && sight.advance_m() == 0.0;
+        for eights in field.index.eights(part.y_m) {
             for eight in eights {
-                let Some(poles) = field.poles.get(eight) else { continue };
-                intervals(simd, poles, sight, of, (&mut low, &mut high));
+                let eight = *eight as usize;
+                let Some(poles) = field.eight(eight) else { continue };
+                if !aspects.look(simd, poles, sight, part, &mut spans) {
+                    continue;
+                }
+                let first_owner = nearest.owners_mut().list(field.tags(eight), copy);
                 for lane in 0..WIDTH {
-                    let owner = (first_owner + eight * WIDTH + lane) as f64;
-                    let mut runs = turning.runs::<1>(low.0[lane], high.0[lane]);
-                    while let Some(beams) = runs.next() {
-                        for beam in beams.start.max(of.beams.0)..beams.end.min(of.beams.1) {
-                            meetings.push((&poles.shapes, lane), owner, beam, sight);
-                            if meetings.count == WIDTH {
-                                meetings.settle(simd, of.origin, sight, nearest);
-                            }
-                        }
-                    }
+                    let owner = marked(first_owner + lane);
+                    let pole = Pole::load(simd, poles, &aspects, lane);
+                    for_beams!(S, spans, lane, |beam, last| {
+                        let (Some(p), Some(q)) = (Lanes::read(simd, p, beam), Lanes::read(simd, q, beam))
+                        else {
+                            break;
+                        };
+                        let rays = sight.rays(simd, p, q);
+                        let (height, offset) = if still {
+                            (pole.height, pole.offset)
+                        } else {
+                            let moved = Lanes::count_from(simd, beam) * advance;
+                            pole.seen_from(Vector(rays.start.0, moved, rays.start.1))
+                        };
+                        let (met, range, cos) = pole.hit(height, offset, rays.direction);
+                        nearest.end(simd, beam, met, T::key(simd, range), owner, cos);
+                    });
                 }
             }
         }
-        meetings.settle(simd, of.origin, sight, nearest);
     }
 }
 
-/// Up to eight beams, each with a cylinder that it may meet. Most cylinders are a beam or two wide: a register of beams for each would
-/// be nearly empty.
-struct Meetings {
-    shapes: Shapes,
-    p: Row,
-    q: Row,
-    /// How far the scanner has come when the beam starts.
-    moved: Row,
-    owner: [f64; WIDTH],
-    beam: [usize; WIDTH],
-    count: usize,
+/// Eight cylinders as seen from the line's origin.
+struct Aspects {
+    /// How far along the axis the origin lies from the base.
+    height: Row,
+    /// From the point of the axis there to the origin.
+    offset: [Row; 3],
 }
 
-impl Meetings {
-    const NONE: Self = Self {
-        shapes: Shapes::NONE,
-        p: Row::splat(0.0),
-        q: Row::splat(0.0),
-        moved: Row::splat(0.0),
-        owner: [0.0; WIDTH],
-        beam: [0; WIDTH],
-        count: 0,
-    };
+impl Aspects {
+    const NONE: Self = Self { height: Row::splat(0.0), offset: [Row::splat(0.0); 3] };
 
+    /// How the eight are seen, and the beams that may meet each; false if none may. What the plane cuts lies within disks about that part
+    /// of the axis that is within reach of the plane, and all of them within one about its middle.
     #[inline(always)]
-    fn push<T: Sight>(&mut self, (shapes, lane): (&Shapes, usize), owner: f64, beam: usize, sight: &T) {
-        let (p, q) = sight.parameters();
-        let (Some(p), Some(q)) = (p.get(beam / WIDTH), q.get(beam / WIDTH)) else { return };
-        let place = self.count % WIDTH;
-        self.shapes.copy(place, shapes, lane);
-        self.p.0[place] = p.0[beam % WIDTH];
-        self.q.0[place] = q.0[beam % WIDTH];
-        self.moved.0[place] = beam as f64 * sight.advance_m();
-        self.owner[place] = owner;
-        self.beam[place] = beam;
-        self.count += 1;
-    }
-
-    /// Ends the beams that meet theirs, in the order they came in, and forgets them all.
-    #[inline(always)]
-    fn settle<S: Simd, T: Sight>(&mut self, simd: S, origin: [f64; 3], sight: &T, nearest: &mut Nearest) {
-        let (mut keys, mut cosines) = (Row::splat(0.0), Row::splat(0.0));
+    fn look<S: Simd, T: Sight>(
+        &mut self,
+        simd: S,
+        poles: &Poles,
+        sight: &T,
+        of: Part,
+        spans: &mut Spans,
+    ) -> bool {
+        let [x_m, y_m, z_m] = of.origin;
+        let (x_m, y_m, z_m) = (Lanes::splat(simd, x_m), Lanes::splat(simd, y_m), Lanes::splat(simd, z_m));
+        let (least_m, most_m) = (Lanes::splat(simd, of.y_m.0), Lanes::splat(simd, of.y_m.1));
+        let zero = Lanes::splat(simd, 0.0);
+        let mut any = false;
         for part in 0..Row::parts::<S>() {
-            let rays = sight.rays(simd, self.p.load(simd, part), self.q.load(simd, part));
-            let start = Vector(rays.start.0, self.moved.load(simd, part), rays.start.1);
-            let pole = Pole::load(simd, part, &self.shapes, origin);
-            let (met, range, cos) = pole.hit(start, rays.direction);
-            let never = Lanes::splat(simd, f64::NEG_INFINITY);
-            keys.store(part, met.select(T::key(simd, range), never));
-            cosines.store(part, cos);
+            let near = poles.from.load(simd, part).le(most_m).and(least_m.le(poles.to.load(simd, part)));
+            any |= !near.is_empty();
+            let base = Vector::load(simd, part, &poles.base);
+            let axis = Vector::load(simd, part, &poles.axis);
+            let from_base = Vector(x_m - base.0, y_m - base.1, z_m - base.2);
+            let height = from_base.dot(axis);
+            let offset = from_base.plus(axis, -height);
+            self.height.store(part, height);
+            self.offset[0].store(part, offset.0);
+            self.offset[1].store(part, offset.1);
+            self.offset[2].store(part, offset.2);
+            // Part of the axis (metres from the base) whose disks reach the plane, or any of the planes of a moving scanner.
+            let (length, reach) = (poles.length.load(simd, part), poles.reach.load(simd, part));
+            let pitch = poles.pitch.load(simd, part);
+            let (one, other) = ((least_m - reach - base.1) * pitch, (most_m + reach - base.1) * pitch);
+            let spare = length * zero.of(1e-9);
+            let rises = pitch.abs().lt(zero.of(f64::INFINITY));
+            let from = rises.select((one.min(other) - spare).max(zero).min(length), zero);
+            let to = rises.select((one.max(other) + spare).max(zero).min(length), length);
+            let (middle, half) = ((from + to) * zero.of(0.5), (to - from) * zero.of(0.5));
+            let around = Points(axis.0 * middle - from_base.0, axis.2 * middle - from_base.2);
+            // No shorter than the part as seen along Y.
+            let length = half * (axis.0.abs() + axis.2.abs());
+            let radius = (length + poles.radius.load(simd, part)) * zero.of(WIDER) + zero.of(1e-12);
+            let (first, last) = sight.meeting(around, radius);
+            spans.set(part, near.select(first, zero.of(f64::INFINITY)), last);
         }
-        for place in 0..self.count.min(WIDTH) {
-            nearest.end_beam(self.beam[place], keys.0[place], self.owner[place], cosines.0[place]);
-        }
-        self.count = 0;
-    }
-}
-
-/// Enters the plane Z = 0 where beams that start above it look down.
-#[inline(always)]
-fn ground<S: Simd, T: Sight>(simd: S, sight: &T, of: Part, nearest: &mut Nearest) {
-    let (p, q) = sight.parameters();
-    let zero = Lanes::splat(simd, 0.0);
-    for (row, (p, q)) in p.iter().zip(q).enumerate() {
-        for part in 0..Row::parts::<S>() {
-            let rays = sight.rays(simd, p.load(simd, part), q.load(simd, part));
-            let height = Lanes::splat(simd, of.origin[2]) + rays.start.1;
-            let (_, own) = of.beams_of(simd, 0.0, row, part);
-            let cos = -rays.direction.1;
-            let met = zero.lt(height).and(zero.lt(cos)).and(own);
-            floor(simd, nearest, (row, part), met, T::key(simd, height / cos), GROUND, cos);
-        }
-    }
-}
-
-/// Enters what ends eight beams where `met` and nearer than what does so far.
-#[inline(always)]
-fn floor<S: Simd>(
-    simd: S,
-    nearest: &mut Nearest,
-    (row, part): (usize, usize),
-    met: Mask<S>,
-    key: Lanes<S>,
-    owner: f64,
-    cos: Lanes<S>,
-) {
-    let Nearest { floor_key, floor_owner, floor_cos, .. } = nearest;
-    let (Some(keys), Some(owners), Some(cosines)) =
-        (floor_key.get_mut(row), floor_owner.get_mut(row), floor_cos.get_mut(row))
-    else {
-        return;
-    };
-    let old = keys.load(simd, part);
-    let nearer = met.and(old.lt(key));
-    keys.store(part, nearer.select(key, old));
-    owners.store(part, nearer.select(Lanes::splat(simd, owner), owners.load(simd, part)));
-    cosines.store(part, nearer.select(cos, cosines.load(simd, part)));
-}
-
-/// The beams that may meet each of eight cylinders. What the plane cuts lies within a capsule: disks about that part of the axis
-/// that is within reach of the plane.
-#[inline(always)]
-fn intervals<S: Simd, T: Sight>(
-    simd: S,
-    poles: &Poles,
-    sight: &T,
-    of: Part,
-    (low, high): (&mut Row, &mut Row),
-) {
-    let (x_m, z_m) = (Lanes::splat(simd, of.origin[0]), Lanes::splat(simd, of.origin[2]));
-    let (least_m, most_m) = (Lanes::splat(simd, of.y_m.0), Lanes::splat(simd, of.y_m.1));
-    let zero = Lanes::splat(simd, 0.0);
-    for part in 0..Row::parts::<S>() {
-        let Shapes { base, axis, length, radius } = &poles.shapes;
-        let (base, axis) = (Vector::load(simd, part, base), Vector::load(simd, part, axis));
-        let (length, reach) = (length.load(simd, part), poles.reach.load(simd, part));
-        let near = poles.from.load(simd, part).le(most_m).and(least_m.le(poles.to.load(simd, part)));
-        if near.is_empty() {
-            low.store(part, zero.of(f64::INFINITY));
-            continue;
-        }
-        // Part of the axis (metres from the base) whose disks reach the plane, or any of the planes of a moving scanner.
-        let (one, other) = ((least_m - reach - base.1) / axis.1, (most_m + reach - base.1) / axis.1);
-        let spare = length * zero.of(1e-9);
-        let level = axis.1.abs().lt(zero.of(LEVEL));
-        let from = level.select(zero, (one.min(other) - spare).max(zero).min(length));
-        let to = level.select(length, (one.max(other) + spare).max(zero).min(length));
-        let from = Points(base.0 + axis.0 * from - x_m, base.2 + axis.2 * from - z_m);
-        let to = Points(base.0 + axis.0 * to - x_m, base.2 + axis.2 * to - z_m);
-        let radius = radius.load(simd, part) * zero.of(WIDER) + zero.of(1e-12);
-        let (first, last) = sight.swept(simd, from, to, radius);
-        low.store(part, near.select(first, zero.of(f64::INFINITY)));
-        high.store(part, last);
+        any
     }
 }
 
@@ -341,6 +163,12 @@ impl<S: Simd> Vector<S> {
     #[inline(always)]
     fn load(simd: S, part: usize, [x, y, z]: &[Row; 3]) -> Self {
         Self(x.load(simd, part), y.load(simd, part), z.load(simd, part))
+    }
+
+    /// The vector of lane `lane` everywhere.
+    #[inline(always)]
+    fn of_lane(simd: S, lane: usize, [x, y, z]: &[Row; 3]) -> Self {
+        Self(x.everywhere(simd, lane), y.everywhere(simd, lane), z.everywhere(simd, lane))
     }
 
     #[inline(always)]
@@ -355,62 +183,88 @@ impl<S: Simd> Vector<S> {
     }
 }
 
-/// A register of cylinders as seen from the line's origin.
+/// One cylinder, in every place of a register.
 struct Pole<S: Simd> {
-    /// Origin from the base.
-    from_base: Vector<S>,
     axis: Vector<S>,
     length: Lanes<S>,
     radius: Lanes<S>,
+    inverse_radius: Lanes<S>,
+    /// As in [`Aspects`].
+    height: Lanes<S>,
+    offset: Vector<S>,
 }
 
 impl<S: Simd> Pole<S> {
     #[inline(always)]
-    fn load(simd: S, part: usize, shapes: &Shapes, [x, y, z]: [f64; 3]) -> Self {
-        let Vector(base_x, base_y, base_z) = Vector::load(simd, part, &shapes.base);
-        let (x, y, z) = (base_x.of(x), base_x.of(y), base_x.of(z));
+    fn load(simd: S, poles: &Poles, aspects: &Aspects, lane: usize) -> Self {
         Self {
-            from_base: Vector(x - base_x, y - base_y, z - base_z),
-            axis: Vector::load(simd, part, &shapes.axis),
-            length: shapes.length.load(simd, part),
-            radius: shapes.radius.load(simd, part),
+            axis: Vector::of_lane(simd, lane, &poles.axis),
+            length: poles.length.everywhere(simd, lane),
+            radius: poles.radius.everywhere(simd, lane),
+            inverse_radius: poles.inverse_radius.everywhere(simd, lane),
+            height: aspects.height.everywhere(simd, lane),
+            offset: Vector::of_lane(simd, lane, &aspects.offset),
         }
     }
 
-    /// First surface along (`x`, 0, `z`) from `start` (counted from the line's origin): whether met, how far, and |beam · normal|
-    /// there. Where the beam enters, or leaves if it starts inside.
-    ///
-    /// The solid is an infinite cylinder between two planes: both convex, so the beam is inside both from the later entry to the
-    /// earlier exit. The quadratic is taken about the point nearest the axis, where nothing cancels.
+    /// Height and offset for beams that start elsewhere, `start` from the line's origin.
     #[inline(always)]
-    fn hit(&self, start: Vector<S>, Points(x, z): Points<S>) -> (Mask<S>, Lanes<S>, Lanes<S>) {
-        let (zero, far) = (x.of(0.0), x.of(f64::INFINITY));
-        let axis = self.axis;
-        let from_base = self.from_base.plus(start, x.of(1.0));
-        let beam = Vector(x, zero, z);
-        let along = beam.dot(axis);
-        let height = from_base.dot(axis);
+    fn seen_from(&self, start: Vector<S>) -> (Lanes<S>, Vector<S>) {
+        let along = start.dot(self.axis);
+        let offset = self.offset.plus(start, along.of(1.0)).plus(self.axis, -along);
+        (self.height + along, offset)
+    }
+
+    /// First surface along (`x`, 0, `z`): whether met, how far, and |beam · normal| there. Where the beam enters, or leaves if it starts
+    /// inside.
+    ///
+    /// Distances from the axis along a beam are a parabola. What it opens with (`square`) and its least value are taken from products
+    /// across the axis, in which nothing cancels. Most beams meet the side, or nothing: only then are ends asked.
+    #[inline(always)]
+    fn hit(
+        &self,
+        height: Lanes<S>,
+        offset: Vector<S>,
+        Points(x, z): Points<S>,
+    ) -> (Mask<S>, Lanes<S>, Lanes<S>) {
+        let (zero, axis) = (x.of(0.0), self.axis);
+        let along = x * axis.0 + z * axis.2;
+        // |beam × axis|²
+        let turn = z * axis.0 - x * axis.2;
+        let square = axis.1 * axis.1 + turn * turn;
+        // By how much a beam passes beside the axis, times |beam × axis|.
+        let beside =
+            x * (axis.1 * offset.2 - axis.2 * offset.1) + z * (axis.0 * offset.1 - axis.1 * offset.0);
+        let inside = self.radius * self.radius * square - beside * beside;
+        let half = inside.max(zero).sqrt();
+        let middle = -(offset.0 * x + offset.2 * z);
+        let enter = middle - half;
+        // Heights and distances times `square`: the side is met ahead, and between the ends.
+        let (at, top) = (height * square + along * enter, self.length * square);
+        let near = zero.le(inside).and(zero.le(middle + half));
+        let elsewhere = enter.le(zero).or(at.lt(zero)).or(top.lt(at));
+        let on_axis = square.le(zero.of(ALONG_AXIS));
+        let cos = half * self.inverse_radius;
+        if near.and(elsewhere).or(on_axis).is_empty() {
+            return (near, enter / square, cos);
+        }
+        // The solid is an infinite cylinder between two planes: both convex, so the beam is inside both from the later entry to the
+        // earlier exit.
+        let far = zero.of(f64::INFINITY);
+        let aside = (self.radius * self.radius).lt(offset.dot(offset));
+        let never = aside.select(far, -far);
+        let enter_side = on_axis.select(never, enter / square);
+        let leave_side = on_axis.select(-never, (middle + half) / square);
         let (low, high) = (-height / along, (self.length - height) / along);
-        let slanted = zero.lt(along.abs());
+        let slanted = zero.of(SQUARE_ON).lt(along.abs());
         let between = zero.le(height).and(height.le(self.length));
         let enter_slab = slanted.select(low.min(high), between.select(-far, far));
         let leave_slab = slanted.select(low.max(high), between.select(far, -far));
-        let across = beam.plus(axis, -along);
-        let offset = from_base.plus(axis, -height);
-        let square = across.dot(across);
-        let turned = square.of(ALONG_AXIS).lt(square);
-        let middle = turned.select(-offset.dot(across) / square, zero);
-        let nearest = offset.plus(across, middle);
-        let inside = self.radius * self.radius - nearest.dot(nearest);
-        let half = turned.select((inside.max(zero) / square).sqrt(), far);
-        let (enter_side, leave_side) = (middle - half, middle + half);
         let (enter, leave) = (enter_side.max(enter_slab), leave_side.min(leave_slab));
-        let met = zero.le(inside).and(enter.le(leave)).and(zero.lt(leave));
+        let met = zero.le(inside).or(on_axis).and(enter.le(leave)).and(zero.lt(leave));
         let outside = zero.lt(enter);
-        let range = outside.select(enter, leave);
-        let on_side = square * half / self.radius;
-        let by_enter = enter_slab.lt(enter_side).select(on_side, along.abs());
-        let by_leave = leave_side.lt(leave_slab).select(on_side, along.abs());
-        (met, range, outside.select(by_enter, by_leave))
+        let by_enter = enter_slab.lt(enter_side).select(cos, along.abs());
+        let by_leave = leave_side.lt(leave_slab).select(cos, along.abs());
+        (met, outside.select(enter, leave), outside.select(by_enter, by_leave))
     }
 }

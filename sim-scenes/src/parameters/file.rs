@@ -32,6 +32,11 @@ impl SceneFile {
         self.content = Some(content.into());
     }
 
+    /// True once its content was handed in.
+    pub fn is_filled(&self) -> bool {
+        self.content.is_some()
+    }
+
     /// Its bytes.
     ///
     /// # Errors

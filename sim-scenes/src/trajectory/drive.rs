@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::profile::ProfileBuilder;
 use super::track::Known;
-use super::{Course, Profile, Track, Trajectory};
+use super::{Course, Profile, Track, TrackError, Trajectory};
+use crate::parameters::{FileError, SceneFile};
 
 /// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,10 +22,7 @@ pub struct Drive {
     pub stop_and_go: Option<StopAndGo>,
     /// A recorded drive, CSV or GPX, beside the scene file; after its end the tractor stands.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub track: Option<String>,
-    /// What the file of `track` holds; whoever reads the scene file reads it too.
-    #[serde(skip)]
-    pub recorded: Option<Track>,
+    pub track: Option<SceneFile>,
     /// Share of the wheels' way that is slip, outside legs that state their own.
     pub slip: f64,
     /// How fast a commanded speed is made for, m/s².
@@ -44,7 +42,6 @@ impl Default for Drive {
             repeat: false,
             stop_and_go: None,
             track: None,
-            recorded: None,
             slip: 0.0,
             acceleration_m_s2: 0.5,
             alley: None,
@@ -100,6 +97,17 @@ pub enum DriveError {
         /// The other.
         other: &'static str,
     },
+    /// A recorded drive that is no text.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A recorded drive that cannot be driven.
+    #[error("{path}: {cause}")]
+    Track {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        cause: TrackError,
+    },
 }
 
 impl Drive {
@@ -117,11 +125,14 @@ impl Drive {
         let ways = [
             ("legs", !self.legs.is_empty()),
             ("stop_and_go", self.stop_and_go.is_some()),
-            ("track", self.track.is_some() || self.recorded.is_some()),
+            ("track", self.track.is_some()),
         ];
         let mut given = ways.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
         if let (Some(one), Some(other)) = (given.next(), given.next()) {
             return Err(DriveError::Both { one, other });
+        }
+        if let Some(file) = self.track.as_ref().filter(|file| file.is_filled()) {
+            recorded(file)?;
         }
         for leg in &self.legs {
             seconds("legs.seconds", leg.seconds)?;
@@ -158,8 +169,9 @@ impl Drive {
 
     fn profile(&self, speed_m_s: f64) -> Profile {
         let slip = self.slip;
-        if let Some(track) = &self.recorded {
-            return follow(track, slip);
+        if let Some(file) = &self.track {
+            // A drive of which nothing is known stands.
+            return follow(&recorded(file).unwrap_or_default(), slip);
         }
         if let Some(StopAndGo { go_s, stop_s, ramp_s }) = self.stop_and_go {
             let standing = Profile::builder(0.0, slip);
@@ -174,6 +186,11 @@ impl Drive {
         });
         if self.repeat { legs.again() } else { legs.hold() }
     }
+}
+
+/// What the file of `track` holds.
+fn recorded(file: &SceneFile) -> Result<Track, DriveError> {
+    Track::parse(file.text()?).map_err(|cause| DriveError::Track { path: file.path().to_owned(), cause })
 }
 
 /// A recorded drive as legs; it stands after the last point.
@@ -227,8 +244,9 @@ mod tests {
 
     #[test]
     fn a_track_of_places_is_driven_through_its_points() {
-        let recorded = Some(Track::parse("t_s,way_m\n0,0\n2,1\n5,1\n6,0.5\n").unwrap());
-        let made = Drive { recorded, ..Drive::default() }.trajectory(&Rig::default(), 18.0);
+        let content = "t_s,way_m\n0,0\n2,1\n5,1\n6,0.5\n".as_bytes();
+        let track = Some(SceneFile::with_content("drive.csv", content));
+        let made = Drive { track, ..Drive::default() }.trajectory(&Rig::default(), 18.0);
         for (t_s, way_m) in [(0.0, 0.0), (1.0, 0.5), (2.0, 1.0), (4.0, 1.0), (6.0, 0.5), (60.0, 0.5)] {
             assert!((made.at(t_s).way_m - way_m).abs() < 1e-12, "{t_s}");
         }
@@ -240,6 +258,13 @@ mod tests {
         assert!(refused("slip = 1.0").contains("drive.slip must be from -0.5 to 0.95, found 1"));
         assert!(refused("legs = [{ seconds = -1, speed_m_s = 1 }]").contains("drive.legs.seconds"));
         assert!(refused("legs = [{ seconds = 1, speed_m_s = 1 }]\ntrack = 'a.csv'").contains("leave one"));
+        let mut backwards = SceneFile::named("drive.csv");
+        let drive = |track: &SceneFile| Drive { track: Some(track.clone()), ..Drive::default() };
+        assert_eq!(drive(&backwards).validate(), Ok(()), "not read yet");
+        assert_eq!(drive(&backwards).trajectory(&Rig::default(), 18.0).at(9.0).way_m, 0.0, "so it stands");
+        backwards.fill("t_s,way_m\n1,0\n0,1\n".as_bytes());
+        let why = drive(&backwards).validate().unwrap_err().to_string();
+        assert!(why.contains("drive.csv: line 3: time runs backwards"), "{why}");
         assert!(refused("stop_and_go = { go_s = 0, stop_s = 0 }").contains("longer than 0"));
     }
 }

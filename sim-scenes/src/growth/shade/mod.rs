@@ -1,13 +1,13 @@
 //! The shady index: how much of the sphere around a leaf other leaves hide.
 
-mod grid;
+mod cells;
+mod pass;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::grid::{Grid, Shadow};
+use self::pass::hidden;
 use super::parameters::TreeParameters;
-use super::rotation::square_to;
 use crate::angle::cos_sin_deg;
 use crate::organ::Leaf;
 use crate::parameters::choices;
@@ -129,70 +129,6 @@ fn lines(rays: RaySet, weight: RayWeight) -> Vec<Line> {
     }
     push(90, 0, cap * pole, cap * pole * below);
     lines
-}
-
-/// For every leaf, whether another one lies ahead of and behind its centroid along `direction`.
-///
-/// All leaves are projected along the direction onto a grid; a centroid then asks only the leaves of its own cell.
-fn hidden(direction: DVec3, leaves: &[&Leaf], centroids: &[DVec3]) -> Vec<[bool; 2]> {
-    let u_axis = square_to(direction);
-    let v_axis = direction.cross(u_axis);
-    let flat = |p: DVec3| (p.dot(u_axis), p.dot(v_axis));
-    // Every vertex is projected once, not once a question.
-    let outlines: Vec<(f64, f64)> = leaves
-        .iter()
-        .flat_map(|leaf| leaf.outline())
-        .map(|vertex| flat(DVec3::from_array(*vertex)))
-        .collect();
-    let mut rest = outlines.as_slice();
-    let projected: Vec<&[(f64, f64)]> = leaves
-        .iter()
-        .map(|leaf| {
-            let (own, others) = rest.split_at(leaf.outline().len().min(rest.len()));
-            rest = others;
-            own
-        })
-        .collect();
-    let shadows: Vec<Shadow> = projected.iter().map(|outline| Shadow::of(outline.iter().copied())).collect();
-    let grid = Grid::over(&shadows);
-    let look = |(own, centroid): (usize, &DVec3)| {
-        let at = flat(*centroid);
-        let mut met = [false; 2];
-        for &other in grid.cell(at) {
-            let other = other as usize;
-            if !shadows.get(other).is_some_and(|shadow| shadow.covers(at)) || other == own {
-                continue;
-            }
-            let (Some(leaf), Some(outline)) = (leaves.get(other), projected.get(other)) else { continue };
-            let normal = DVec3::from_array(leaf.normal());
-            let facing = normal.dot(direction);
-            if facing.abs() < EDGE_ON || !inside(outline, at) {
-                continue;
-            }
-            let Some(vertex) = leaf.outline().first() else { continue };
-            let distance = (DVec3::from_array(*vertex) - centroid).dot(normal) / facing;
-            met[0] |= distance > START_M;
-            met[1] |= distance < -START_M;
-            if met == [true; 2] {
-                break;
-            }
-        }
-        met
-    };
-    centroids.iter().enumerate().map(look).collect()
-}
-
-/// Even-odd rule in the projection; each edge owns its lower end.
-fn inside(outline: &[(f64, f64)], (u, v): (f64, f64)) -> bool {
-    let Some(mut from) = outline.last().copied() else { return false };
-    let mut odd = false;
-    for &to in outline {
-        if (from.1 > v) != (to.1 > v) && u < from.0 + (v - from.1) / (to.1 - from.1) * (to.0 - from.0) {
-            odd = !odd;
-        }
-        from = to;
-    }
-    odd
 }
 
 #[cfg(test)]

@@ -11,97 +11,134 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use pulp::Simd;
 
 /// Numbers in a row; every register width divides it.
-pub(super) const WIDTH: usize = 8;
+pub(crate) const WIDTH: usize = 8;
+
+/// A list of one value a beam, and [`WIDTH`] behind it: a register may be read from any beam on. What is infinite meets nothing that
+/// counts.
+pub(crate) fn padded(mut values: Vec<f64>) -> Vec<f64> {
+    values.resize(values.len() + WIDTH, f64::INFINITY);
+    values
+}
 
 /// One row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
-pub(super) struct Row(pub(super) [f64; WIDTH]);
+pub(crate) struct Row(pub(crate) [f64; WIDTH]);
 
 impl Row {
     /// The same number in every place.
-    pub(super) const fn splat(value: f64) -> Self {
+    pub(crate) const fn splat(value: f64) -> Self {
         Self([value; WIDTH])
     }
 
     /// Number of registers a row takes.
     #[inline(always)]
-    pub(super) const fn parts<S: Simd>() -> usize {
+    pub(crate) const fn parts<S: Simd>() -> usize {
         WIDTH / S::F64_LANES
     }
 
     /// Register `part` of the row.
     #[inline(always)]
-    pub(super) fn load<S: Simd>(&self, simd: S, part: usize) -> Lanes<S> {
+    pub(crate) fn load<S: Simd>(&self, simd: S, part: usize) -> Lanes<S> {
         Lanes { simd, value: S::as_simd_f64s(&self.0).0[part] }
+    }
+
+    /// The number of place `lane`, in every place.
+    #[inline(always)]
+    pub(crate) fn everywhere<S: Simd>(&self, simd: S, lane: usize) -> Lanes<S> {
+        Lanes::splat(simd, self.0[lane])
     }
 
     /// Writes register `part` of the row.
     #[inline(always)]
-    pub(super) fn store<S: Simd>(&mut self, part: usize, lanes: Lanes<S>) {
+    pub(crate) fn store<S: Simd>(&mut self, part: usize, lanes: Lanes<S>) {
         S::as_mut_simd_f64s(&mut self.0).0[part] = lanes.value;
     }
 }
 
 /// One register of numbers.
 #[derive(Clone, Copy)]
-pub(super) struct Lanes<S: Simd> {
+pub(crate) struct Lanes<S: Simd> {
     simd: S,
     value: S::f64s,
 }
 
 /// One register of truths.
 #[derive(Clone, Copy)]
-pub(super) struct Mask<S: Simd> {
+pub(crate) struct Mask<S: Simd> {
     simd: S,
     value: S::m64s,
 }
 
 impl<S: Simd> Lanes<S> {
     #[inline(always)]
-    pub(super) fn splat(simd: S, value: f64) -> Self {
+    pub(crate) fn splat(simd: S, value: f64) -> Self {
         Self { simd, value: simd.splat_f64s(value) }
     }
 
     /// The same number in every place of a register like this one.
     #[inline(always)]
-    pub(super) fn of(self, value: f64) -> Self {
+    pub(crate) fn of(self, value: f64) -> Self {
         Self::splat(self.simd, value)
     }
 
+    /// `first` and the whole numbers after it.
     #[inline(always)]
-    pub(super) fn abs(self) -> Self {
+    pub(crate) fn count_from(simd: S, first: usize) -> Self {
+        const PLACES: Row = Row([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        PLACES.load(simd, 0) + Self::splat(simd, first as f64)
+    }
+
+    /// A register full from `from` on; None where `values` ends before.
+    #[inline(always)]
+    pub(crate) fn read(simd: S, values: &[f64], from: usize) -> Option<Self> {
+        let values = values.get(from..from.checked_add(S::F64_LANES)?)?;
+        let value = *S::as_simd_f64s(values).0.first()?;
+        Some(Self { simd, value })
+    }
+
+    /// Writes the register to `values`, from `from` on; nowhere where they end before.
+    #[inline(always)]
+    pub(crate) fn write(self, values: &mut [f64], from: usize) {
+        let values = values.get_mut(from..from.saturating_add(S::F64_LANES)).unwrap_or(&mut []);
+        if let [place, ..] = S::as_mut_simd_f64s(values).0 {
+            *place = self.value;
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn abs(self) -> Self {
         self.max(-self)
     }
 
     #[inline(always)]
-    pub(super) fn sqrt(self) -> Self {
+    pub(crate) fn sqrt(self) -> Self {
         Self { value: self.simd.sqrt_f64s(self.value), ..self }
     }
 
     #[inline(always)]
-    pub(super) fn min(self, other: Self) -> Self {
+    pub(crate) fn min(self, other: Self) -> Self {
         other.lt(self).select(other, self)
     }
 
     #[inline(always)]
-    pub(super) fn max(self, other: Self) -> Self {
+    pub(crate) fn max(self, other: Self) -> Self {
         self.lt(other).select(other, self)
     }
 
     #[inline(always)]
-    pub(super) fn lt(self, other: Self) -> Mask<S> {
+    pub(crate) fn lt(self, other: Self) -> Mask<S> {
         Mask { simd: self.simd, value: self.simd.less_than_f64s(self.value, other.value) }
     }
 
     #[inline(always)]
-    pub(super) fn le(self, other: Self) -> Mask<S> {
+    pub(crate) fn le(self, other: Self) -> Mask<S> {
         Mask { simd: self.simd, value: self.simd.less_than_or_equal_f64s(self.value, other.value) }
     }
 
     /// atan2(self, x), wrong by [`ATAN2_ERROR`] at most; NaN at the origin. By Abramowitz and Stegun 4.4.49.
     #[inline(always)]
-    pub(super) fn atan2(self, x: Self) -> Self {
+    pub(crate) fn atan2(self, x: Self) -> Self {
         const SERIES: [f64; 8] = [
             -0.016_165_736_7,
             0.042_909_613_8,
@@ -128,27 +165,33 @@ impl<S: Simd> Lanes<S> {
 }
 
 /// Bound on the error of [`Lanes::atan2`], radians.
-pub(super) const ATAN2_ERROR: f64 = 5e-8;
+pub(crate) const ATAN2_ERROR: f64 = 5e-8;
 
 impl<S: Simd> Mask<S> {
     #[inline(always)]
-    pub(super) fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
+    pub(crate) fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
         Lanes { simd: self.simd, value: self.simd.select_f64s(self.value, yes.value, no.value) }
     }
 
     #[inline(always)]
-    pub(super) fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         Self { value: self.simd.and_m64s(self.value, other.value), ..self }
     }
 
     /// True if no place is.
     #[inline(always)]
-    pub(super) fn is_empty(self) -> bool {
+    pub(crate) fn is_empty(self) -> bool {
         self.simd.first_true_m64s(self.value) >= S::F64_LANES
     }
 
+    /// True where just one of both is.
     #[inline(always)]
-    pub(super) fn or(self, other: Self) -> Self {
+    pub(crate) fn xor(self, other: Self) -> Self {
+        Self { value: self.simd.xor_m64s(self.value, other.value), ..self }
+    }
+
+    #[inline(always)]
+    pub(crate) fn or(self, other: Self) -> Self {
         Self { value: self.simd.or_m64s(self.value, other.value), ..self }
     }
 }
