@@ -31,8 +31,3 @@ impl Stopwatch {
         }
     }
 }
-
-/// Sleeps for `pause`.
-pub(crate) async fn pause(pause: Duration) {
-    tokio::time::sleep(pause).await;
-}

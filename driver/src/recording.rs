@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rowscan_protocol::client::{Client, Event};
-use rowscan_recording::{Joint, Packet, Side, StreamKind};
+use rowscan_protocol::client::Event;
+use rowscan_recording::{Listener, Packet, Side};
 
 use crate::{DriverError, HostTime};
 
@@ -19,7 +19,7 @@ pub(crate) struct Recording {
     /// The stream that is read: the one asked for, or the first with a scan.
     chosen: Option<usize>,
     /// A listening session a stream, until one is chosen.
-    clients: BTreeMap<usize, Client>,
+    clients: BTreeMap<usize, Listener>,
     /// The stream that bytes came from last.
     current: usize,
     max_payload: usize,
@@ -48,7 +48,7 @@ impl Recording {
     }
 
     /// The session of the stream that is read.
-    pub(crate) fn client(&self) -> Option<&Client> {
+    pub(crate) fn client(&self) -> Option<&Listener> {
         self.clients.get(&self.chosen.unwrap_or(self.current))
     }
 
@@ -60,7 +60,7 @@ impl Recording {
     /// The next event of the session, or `None` at the end of the file.
     pub(crate) fn next_event(&mut self) -> Result<Option<Event>, DriverError> {
         loop {
-            if let Some(event) = self.clients.get_mut(&self.current).and_then(Client::poll_event) {
+            if let Some(event) = self.clients.get_mut(&self.current).and_then(Listener::next_event) {
                 if event == Event::Scan && self.chosen.is_none() {
                     let chosen = self.current;
                     self.chosen = Some(chosen);
@@ -74,7 +74,7 @@ impl Recording {
                 None if !self.ended => {
                     self.ended = true;
                     self.current = self.chosen.unwrap_or(self.current);
-                    self.clients.values_mut().for_each(Client::handle_end);
+                    self.clients.values_mut().for_each(Listener::end);
                 }
                 None => return self.at_end(),
             }
@@ -88,7 +88,9 @@ impl Recording {
             (None, Some(name)) => *name == stream.name,
             (None, None) => true,
         };
-        if !wanted || stream.kind != StreamKind::Cola {
+        let known = self.clients.contains_key(&packet.stream);
+        let listener = if known { None } else { Listener::new(stream.kind, self.max_payload) };
+        if !wanted || !known && listener.is_none() {
             return;
         }
         self.bytes += packet.bytes.len() as u64;
@@ -99,12 +101,10 @@ impl Recording {
             self.received = HostTime(Duration::from_nanos(at_ns.saturating_sub(began_ns)));
         }
         self.current = packet.stream;
-        let client = self.clients.entry(packet.stream).or_insert_with(|| Client::listen(self.max_payload));
-        if packet.joint != Joint::Seamless {
-            // What was unfinished stays so.
-            client.handle_end();
+        self.clients.extend(listener.map(|listener| (packet.stream, listener)));
+        if let Some(client) = self.clients.get_mut(&packet.stream) {
+            client.hear(self.received.0, &packet);
         }
-        client.handle_bytes(self.received.0, &packet.bytes);
     }
 
     fn at_end(&self) -> Result<Option<Event>, DriverError> {

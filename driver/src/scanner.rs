@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use rowscan_protocol::client::{Client, Event};
 use rowscan_protocol::scan::Scan;
+use rowscan_recording::Listener;
 
 use crate::clock::HostTime;
 use crate::config::DriverConfig;
@@ -132,7 +133,7 @@ impl Scanner {
 
     fn scan(&self) -> Option<&Scan> {
         match &self.link {
-            Link::Recording(recording) => recording.client().map(Client::scan),
+            Link::Recording(recording) => recording.client().map(Listener::scan),
             Link::Tcp(link) => link.client().map(Client::scan),
             Link::Serial(link) => link.scan(),
         }

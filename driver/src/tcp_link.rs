@@ -115,12 +115,12 @@ impl TcpLink {
         self.connection.as_ref().map(|live| live.connection.client())
     }
 
-    /// When the last bytes came, since the link was first opened.
     /// Host time since the link was made.
     pub(crate) fn now(&self) -> HostTime {
         HostTime(self.watch.now())
     }
 
+    /// When the last bytes came, since the link was first opened.
     pub(crate) fn last_received(&self) -> HostTime {
         HostTime(
             self.connection

@@ -254,3 +254,18 @@ fn one_field_without_blocks_is_43_bytes_as_recorded() {
     let reply = bench.send(&request)[0].bytes.len();
     assert_eq!(reply, 9 + "sRA LFErec ".len() + 2 + 43);
 }
+
+/// Device time is 32 bits of microseconds: it begins again after 71 minutes and 35 seconds, in the middle of a stream.
+#[test]
+fn scan_times_begin_again_after_seventy_one_minutes() {
+    let mut bench = found("lms111", Profile::Bench, Start::Streaming);
+    bench.now = SimTime((u64::from(u32::MAX) + 1) * 1000 - 50_000_000);
+    let times: Vec<u32> = (0..5)
+        .map(|_| {
+            assert!(turn(&mut bench));
+            bench.device.last_scan().unwrap().scan_time_us
+        })
+        .collect();
+    assert!(times[1] > u32::MAX - 20_000 && times[2] < 20_000, "{times:?}");
+    assert!(times.windows(2).all(|pair| pair[1].wrapping_sub(pair[0]) == 20_000), "{times:?}");
+}

@@ -7,7 +7,7 @@ mod bench;
 use std::time::Duration;
 
 use bench::Bench;
-use rowscan_protocol::device::{DialectPolicy, Options, Session};
+use rowscan_protocol::device::{DialectPolicy, Options, Session, writable};
 use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, SavedError, Start};
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model::{MODELS, by_name};
@@ -146,6 +146,62 @@ fn names_applications_and_the_calendar_are_seen() {
     assert_eq!(bench.ask("sRN SetActiveApplications"), "sRA SetActiveApplications 2 RANG 0 FEVL 1");
     bench.ask("sWN SetActiveApplications 2 RANG 1 FEVL 1");
     assert!(next_scan(&mut bench).is_some());
+}
+
+/// What an LMS511 is told first, and a write after which its scans are others. Nothing is told first where there is nothing to see: the
+/// variables that cannot be changed here.
+const EFFECTS: &[(&str, &[&str], &str)] = &[
+    ("FREchoFilter", &["sWN LMDscandatacfg 03 00 0 0 0 00 00 0 0 0 0 +1", "sWN FREchoFilter 1"], "0"),
+    ("LFPmeanfilter", &[PLAIN], "1 +4 0"),
+    ("LFPmedianfilter", &[PLAIN], "1 +3"),
+    ("LFPparticle", &[PLAIN], "1 +500"),
+    ("LICencres", ENCODER, "41200000"),
+    ("LICencset", ENCODER, "0"),
+    ("LICsrc", ENCODER, "0"),
+    ("DO3And4Fnc", ENCODER, "0"),
+    ("LMDscandatacfg", &[PLAIN], "01 00 1 0 0 00 00 0 0 0 0 +1"),
+    ("LMPoutputRange", &[PLAIN], "1 683 +0 +900000"),
+    ("LocationName", &["sWN LMDscandatacfg 01 00 0 0 0 00 00 0 1 0 0 +1"], "5 north"),
+    ("SetActiveApplications", &[PLAIN], "1 RANG 0"),
+    ("EIgate", &[], "C0 A8 00 63"),
+    ("EIIpAddr", &[], "C0 A8 00 63"),
+    ("EImask", &[], "FF FF 00 00"),
+    ("TSCTCInterface", &[], "1"),
+    ("TSCRole", &[], "1"),
+    ("TSCTCSrvAddr", &[], "C0 A8 00 63"),
+    ("TSCTCupdatetime", &[], "63"),
+];
+
+const ENCODER: &[&str] = &[
+    "sWN LMDscandatacfg 01 00 0 0 0 01 00 0 0 0 0 +1",
+    "sWN DO3And4Fnc 1",
+    "sWN LICsrc 1",
+    "sWN LICencset 1",
+    "sWN LICencres 1",
+];
+
+#[test]
+fn every_writable_variable_changes_the_scans_or_is_refused() {
+    let told: Vec<&str> = EFFECTS.iter().map(|(name, ..)| *name).collect();
+    // What EIHstCola changes is how the next connection is answered: the test of the stored dialect has it.
+    let writable = || writable().filter(|name| *name != "EIHstCola");
+    writable()
+        .for_each(|name| assert!(told.contains(&name), "a client may write {name}: what does it change?"));
+    assert_eq!(told.len(), writable().count());
+    for (name, setting_up, value) in EFFECTS {
+        let write = format!("sWN {name} {value}");
+        let scans = |writes: &[&str]| {
+            let mut bench = Bench::logged_in("lms511");
+            writes.iter().for_each(|write| assert!(bench.ask(write).starts_with("sWA"), "{write}"));
+            (0..8).map(|_| turn(&mut bench)).collect::<Vec<_>>()
+        };
+        if setting_up.is_empty() {
+            assert_eq!(Bench::logged_in("lms511").ask(&write), "sFA 4", "{name}");
+        } else {
+            let with = [*setting_up, &[write.as_str()]].concat();
+            assert!(scans(setting_up) != scans(&with), "{name} changes nothing");
+        }
+    }
 }
 
 #[test]

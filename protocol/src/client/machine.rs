@@ -45,8 +45,6 @@ pub(super) struct Machine {
     skipped: u32,
     transmits: VecDeque<Vec<u8>>,
     events: VecDeque<Event>,
-    /// A scan waits in `events`.
-    has_scan: bool,
     telegram: LmdScandata,
     scan: Scan,
 }
@@ -72,7 +70,6 @@ impl Machine {
             skipped: 0,
             transmits: VecDeque::new(),
             events: VecDeque::new(),
-            has_scan: false,
             telegram: LmdScandata::default(),
             scan: Scan::default(),
         }
@@ -110,16 +107,13 @@ impl Machine {
         !self.events.is_empty()
     }
 
+    /// True while a scan waits to be taken: there is room for one.
     pub(super) fn has_scan(&self) -> bool {
-        self.has_scan
+        self.events.contains(&Event::Scan)
     }
 
     pub(super) fn next_event(&mut self) -> Option<Event> {
-        let event = self.events.pop_front()?;
-        if event == Event::Scan {
-            self.has_scan = false;
-        }
-        Some(event)
+        self.events.pop_front()
     }
 
     pub(super) fn scan(&self) -> &Scan {
@@ -178,10 +172,7 @@ impl Machine {
         let Self { telegram, scan, .. } = self;
         let taken = args.decode_into(telegram).map_err(ScanError::from);
         match taken.and_then(|()| telegram.to_scan_into(scan).map_err(ScanError::from)) {
-            Ok(()) => {
-                self.has_scan = true;
-                self.events.push_back(Event::Scan);
-            }
+            Ok(()) => self.events.push_back(Event::Scan),
             Err(error) => self.events.push_back(Event::Malformed { reason: format!("{error}") }),
         }
     }

@@ -74,6 +74,11 @@ static COMMANDS: &[Command] = &[
     named(lmd_scandata::MONITOR).subscribable(Event::Monitor),
 ];
 
+/// The variables that a client may write. Those that nothing could change here take the value in force only.
+pub fn writable() -> impl Iterator<Item = &'static str> {
+    COMMANDS.iter().filter(|command| command.write.is_some()).map(|command| command.name)
+}
+
 /// What a session can subscribe to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {

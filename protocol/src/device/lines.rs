@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::Device;
+use super::{Device, MeasuredLine};
 use crate::model::Model;
 use crate::telegram::lfe_rec;
 use crate::telegram::lid_outputstate::OutputState;
@@ -162,9 +162,9 @@ impl Device {
     }
 
     /// Looks whether anything is in the field; `nearest_mm` is the nearest echo of the turn.
-    pub(super) fn evaluate_field(&mut self, now: SimTime, nearest_mm: Option<u16>) {
+    pub(super) fn evaluate_field(&mut self, now: SimTime, line: &MeasuredLine<'_>) {
         let Some(radius_mm) = self.lines.field.radius_mm else { return };
-        let result = match nearest_mm {
+        let result = match line.nearest_mm() {
             _ if !self.settings.applications.evaluation => lfe_rec::INVALID,
             Some(nearest_mm) if nearest_mm <= radius_mm => lfe_rec::INFRINGED,
             _ => lfe_rec::FREE,

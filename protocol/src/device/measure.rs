@@ -29,6 +29,13 @@ pub struct MeasuredEcho {
     pub remission: Vec<u16>,
 }
 
+impl MeasuredLine<'_> {
+    /// The nearest of all first echoes.
+    pub(super) fn nearest_mm(&self) -> Option<u16> {
+        self.echoes.first()?.range_mm.iter().copied().filter(|&range_mm| range_mm > 0).min()
+    }
+}
+
 /// Appends the whole frame `sSN LMDscandatamon …`: the same scan under the monitor's name.
 pub fn monitor_event(dialect: Dialect, scan: &LmdScandata, out: &mut Vec<u8>) {
     encode_frame(dialect, Kind::Sn, lmd_scandata::MONITOR, scan, out);
@@ -43,19 +50,7 @@ impl Device {
     /// One mirror turn, whose zero index was at `at`. The scan counter advances always; a telegram comes while measuring,
     /// for every n-th line as LMDscandatacfg says; a mean makes one line of its turns.
     pub fn measure(&mut self, at: SimTime, line: &MeasuredLine<'_>) -> Option<&LmdScandata> {
-        let turn = self.counters.turns;
-        self.counters.turns += 1;
-        self.travel.turn(at);
-        let makes_scans = self.makes_scans(at);
-        // A counter that restarts with LMCstartmeas waits for the first scan.
-        if !makes_scans && self.is_measuring() && self.model.scan_counter_restart.is_some() {
-            return None;
-        }
-        let scan_counter = self.counters.scan;
-        self.counters.scan = scan_counter.wrapping_add(1);
-        if !makes_scans {
-            return None;
-        }
+        let (turn, scan_counter) = self.count_turn(at)?;
         let rate = u64::from(self.settings.scan_data.output_rate.max(1));
         // Taken out while they are used, so that their buffers are used again.
         let mut filters = core::mem::take(&mut self.filters);
@@ -64,7 +59,7 @@ impl Device {
         self.counters.lines += u64::from(filtered.is_some());
         if let Some(line) = filtered.filter(|_| lines.is_multiple_of(rate)) {
             let mut scan = core::mem::take(&mut self.last_scan);
-            self.evaluate_field(at, nearest_mm(&line));
+            self.evaluate_field(at, &line);
             self.fill_header(&mut scan, at, turn, scan_counter);
             self.fill_channels(&mut scan, &line);
             self.last_scan = scan;
@@ -75,6 +70,27 @@ impl Device {
             self.filters = filters;
             None
         }
+    }
+
+    /// A mirror turn that nobody had the time to measure: all but the telegram counter goes on as it would have. True if a scan is
+    /// missing now.
+    pub fn miss(&mut self, at: SimTime) -> bool {
+        self.count_turn(at).is_some()
+    }
+
+    /// Which turn of the mirror this is, and its scan counter if it makes a scan.
+    fn count_turn(&mut self, at: SimTime) -> Option<(u64, u16)> {
+        let turn = self.counters.turns;
+        self.counters.turns += 1;
+        self.travel.turn(at);
+        let makes_scans = self.makes_scans(at);
+        // A counter that restarts with LMCstartmeas waits for the first scan.
+        if !makes_scans && self.is_measuring() && self.model.scan_counter_restart.is_some() {
+            return None;
+        }
+        let scan_counter = self.counters.scan;
+        self.counters.scan = scan_counter.wrapping_add(1);
+        makes_scans.then_some((turn, scan_counter))
     }
 
     fn fill_header(&mut self, scan: &mut LmdScandata, at: SimTime, turn: u64, scan_counter: u16) {
@@ -133,21 +149,18 @@ impl Device {
 
         scan.channels16.resize_with(if remission && wide { 2 * count } else { count }, Channel::default);
         scan.channels8.resize_with(if remission && !wide { count } else { 0 }, Channel::default);
-        let none = self.model.no_echo;
         let (distances, wide_remissions) = scan.channels16.split_at_mut(count);
         for (channel, echo) in distances.iter_mut().zip(echoes()) {
-            self.fill(channel, b"DIST", echo, beams, |beam| match self.echo(line, echo, first + beam).0 {
-                0 if echo == 0 => none,
-                range_mm => range_mm,
-            });
+            let none = if echo == 0 { self.model.no_echo } else { 0 };
+            let raw = |range_mm| if range_mm == 0 { none } else { range_mm };
+            self.fill(channel, Quantity::Distance, echo, line, (first, beams), raw);
         }
         for (channel, echo) in wide_remissions.iter_mut().zip(echoes()) {
-            self.fill(channel, b"RSSI", echo, beams, |beam| self.echo(line, echo, first + beam).1);
+            self.fill(channel, Quantity::Remission, echo, line, (first, beams), |remission| remission);
         }
         for (channel, echo) in scan.channels8.iter_mut().zip(echoes()) {
-            self.fill(channel, b"RSSI", echo, beams, |beam| {
-                (self.echo(line, echo, first + beam).1 >> 8) as u8
-            });
+            let upper = |remission| (remission >> 8) as u8;
+            self.fill(channel, Quantity::Remission, echo, line, (first, beams), upper);
         }
     }
 
@@ -161,33 +174,64 @@ impl Device {
         (0..echoes).filter(move |echo| mask >> echo & 1 == 1)
     }
 
-    /// Range and remission of one beam in the channel of `echo`; zeros where there was no echo.
-    fn echo(&self, line: &MeasuredLine<'_>, echo: u8, beam: usize) -> (u16, u16) {
-        let value = |values: &[u16]| values.get(beam).copied().unwrap_or_default();
-        let of = |echo: &MeasuredEcho| (value(&echo.range_mm), value(&echo.remission));
-        match self.settings.echo_filter {
-            fr_echo_filter::LAST => line.echoes.iter().rev().map(of).find(|(range_mm, _)| *range_mm > 0),
-            _ => line.echoes.get(usize::from(echo)).map(of),
-        }
-        .unwrap_or_default()
-    }
-
+    /// The channel of `echo`: what `raw` makes of the values of `beams`, of 0 where there was no echo. `first` is the mirror's beam that
+    /// the channel begins with.
     fn fill<T: Word>(
         &self,
         channel: &mut Channel<T>,
-        kind: &[u8; 4],
+        quantity: Quantity,
         echo: u8,
-        beams: BeamGrid,
-        value: impl Fn(usize) -> T,
+        line: &MeasuredLine<'_>,
+        (first, beams): (usize, BeamGrid),
+        raw: impl Fn(u16) -> T,
     ) {
-        let [a, b, c, d] = *kind;
+        let [a, b, c, d] = *quantity.channel();
         channel.name = FixedText([a, b, c, d, b'1' + echo]);
         channel.scale = 1.0;
         channel.offset = 0.0;
         channel.start_angle = beams.start;
         channel.step = beams.step;
         channel.values.clear();
-        channel.values.extend((0..beams.len()).map(value));
+        let last = first + beams.len();
+        if self.settings.echo_filter == fr_echo_filter::LAST {
+            channel.values.extend((first..last).map(|beam| raw(quantity.of_last_echo(line, beam))));
+            return;
+        }
+        let seen = line.echoes.get(usize::from(echo)).map(|echo| quantity.of(echo)).unwrap_or_default();
+        let seen = seen.get(first..last.min(seen.len())).unwrap_or_default();
+        channel.values.extend(seen.iter().map(|&value| raw(value)));
+        channel.values.resize(beams.len(), raw(0));
+    }
+}
+
+/// What a channel holds.
+#[derive(Clone, Copy, Debug)]
+enum Quantity {
+    Distance,
+    Remission,
+}
+
+impl Quantity {
+    /// How its channels' names begin.
+    fn channel(self) -> &'static [u8; 4] {
+        match self {
+            Self::Distance => b"DIST",
+            Self::Remission => b"RSSI",
+        }
+    }
+
+    fn of(self, echo: &MeasuredEcho) -> &[u16] {
+        match self {
+            Self::Distance => &echo.range_mm,
+            Self::Remission => &echo.remission,
+        }
+    }
+
+    /// The value of a beam's last echo that has a range.
+    fn of_last_echo(self, line: &MeasuredLine<'_>, beam: usize) -> u16 {
+        let at = |values: &[u16]| values.get(beam).copied().unwrap_or_default();
+        let last = line.echoes.iter().rev().find(|echo| at(&echo.range_mm) > 0);
+        last.map_or(0, |echo| at(self.of(echo)))
     }
 }
 
@@ -207,11 +251,6 @@ impl Travel {
         }
         self.last = Some((at, self.mm));
     }
-}
-
-/// The nearest of all first echoes.
-fn nearest_mm(line: &MeasuredLine<'_>) -> Option<u16> {
-    line.echoes.first()?.range_mm.iter().copied().filter(|&range_mm| range_mm > 0).min()
 }
 
 fn set_text(text: &mut Option<ShortString>, on: bool, value: &String) {

@@ -21,7 +21,7 @@ mod session;
 mod settings;
 mod state;
 
-pub use command::Event;
+pub use command::{Event, writable};
 pub use eeprom::SavedError;
 pub use lines::LineError;
 pub use measure::{MeasuredEcho, MeasuredLine, monitor_event, scan_event};

@@ -9,6 +9,7 @@ pub mod device;
 pub mod frame;
 pub mod model;
 pub mod telegram;
+pub mod told;
 pub mod values;
 
 use core::fmt;

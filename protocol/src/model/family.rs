@@ -124,7 +124,7 @@ pub(super) const LMS5XX: Model = Model {
     ..LMS1XX
 };
 
-/// TiM561, TiM571, TiM781, TiM781S: 270°, 15 Hz, one echo, 16-bit remission.
+/// TiM5xx, TiM781, TiM781S: 270°, 15 Hz, one echo, 16-bit remission.
 pub(super) const TIM: Model = Model {
     ident_version: "V3.13",
     firmware: "V3.13",

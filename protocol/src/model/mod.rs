@@ -8,6 +8,7 @@ mod lms151;
 mod lms500;
 mod lms511;
 mod lms511_lite;
+mod tim551;
 mod tim561;
 mod tim571;
 mod tim781;
@@ -27,6 +28,7 @@ pub static MODELS: &[&Model] = &[
     &lms511::LMS511,
     &lms500::LMS500,
     &lms511_lite::LMS511_LITE,
+    &tim551::TIM551,
     &tim561::TIM561,
     &tim571::TIM571,
     &tim781::TIM781,
@@ -66,7 +68,6 @@ pub const NOT_MODELLED: &[(&str, &str)] = &[
         "its finer scan modes are interlaced and its beams need the ANGL1 channel; neither is emulated",
     ),
     ("MRS1000", "four layers"),
-    ("TiM551", "no client's start-up was captured with it"),
 ];
 
 /// Everything that makes one scanner differ from another. Data only; the device reads it.

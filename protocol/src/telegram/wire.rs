@@ -11,6 +11,7 @@
 mod array;
 mod error;
 mod fields;
+mod hex;
 mod reader;
 mod writer;
 

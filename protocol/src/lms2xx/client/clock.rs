@@ -22,14 +22,24 @@ struct Last {
 
 /// The time from one scan telegram to the next: the first multiple of the scan's own time that is not shorter than the transmission.
 pub(super) fn period(rate: Rate, frame: usize, turns_a_scan: u32) -> Duration {
-    let scan = Duration::from_secs(1) * turns_a_scan / TURNS_PER_SECOND;
+    let scan = scan_time(turns_a_scan);
     // Both are rounded to a nanosecond.
     let sending = rate.transmission(frame).saturating_sub(Duration::from_nanos(100));
     let scans = sending.as_nanos().div_ceil(scan.as_nanos().max(1)).max(1);
     scan.saturating_mul(u32::try_from(scans).unwrap_or(u32::MAX))
 }
 
+fn scan_time(turns_a_scan: u32) -> Duration {
+    Duration::from_secs(1) * turns_a_scan / TURNS_PER_SECOND
+}
+
 impl ScanClock {
+    /// The time from one telegram to the next by the mirror turns between them, once they have been counted.
+    pub(super) fn period(&self, turns_a_scan: u32) -> Option<Duration> {
+        let turns = u32::from(self.stride?);
+        (turns > 0).then(|| scan_time(turns_a_scan).saturating_mul(turns.div_ceil(turns_a_scan.max(1))))
+    }
+
     /// A telegram with this index came; gives its number, lost ones counted.
     pub(super) fn count(&mut self, index: Option<u8>, at: Option<Duration>, period: Duration) -> u64 {
         let steps = match self.last {

@@ -1,17 +1,16 @@
 //! The client's state machine, one frame at a time.
 
 use alloc::collections::VecDeque;
-use alloc::string::String;
 use core::time::Duration;
 
 use super::clock::{ScanClock, period};
 use super::config::{ClientConfig, DeviceInfo, Event, Transmit};
 use super::step::Step;
 use crate::lms2xx::configuration::Configuration;
-use crate::lms2xx::device::place;
 use crate::lms2xx::frame::{Frame, Heard, MAX_BODY, OVERHEAD};
 use crate::lms2xx::model::{self, Model};
-use crate::lms2xx::telegram::{POWER_ON, REPLY, RESET_REPLY, command};
+use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
+use crate::lms2xx::told::Told;
 use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
 use crate::lms2xx::{Rate, Variant};
 use crate::scan::{Echo, Scan};
@@ -24,6 +23,8 @@ pub(super) struct Machine {
     next: Step,
     tries: u32,
     rate: Rate,
+    /// The line's rate is not known to a listener until the device tells it.
+    rate_known: bool,
     /// Rates not yet tried.
     untried: VecDeque<Rate>,
     /// The wanted rate did not work out.
@@ -32,7 +33,6 @@ pub(super) struct Machine {
     deadline: Option<Duration>,
     transmits: VecDeque<Transmit>,
     events: VecDeque<Event>,
-    has_scan: bool,
     info: DeviceInfo,
     known: Known,
     values: Values,
@@ -69,13 +69,13 @@ impl Machine {
             next: Step::Done,
             tries: 0,
             rate: Rate::default(),
+            rate_known: step != Step::Listening,
             untried: VecDeque::new(),
             stays: false,
             now: None,
             deadline: None,
             transmits: VecDeque::new(),
             events: VecDeque::new(),
-            has_scan: false,
             info: DeviceInfo::default(),
             known: Known::default(),
             values: Values::default(),
@@ -129,16 +129,13 @@ impl Machine {
         !self.events.is_empty()
     }
 
+    /// True while a scan waits to be taken: there is room for one.
     pub(super) fn has_scan(&self) -> bool {
-        self.has_scan
+        self.events.contains(&Event::Scan)
     }
 
     pub(super) fn next_event(&mut self) -> Option<Event> {
-        let event = self.events.pop_front()?;
-        if event == Event::Scan {
-            self.has_scan = false;
-        }
-        Some(event)
+        self.events.pop_front()
     }
 
     pub(super) fn scan(&self) -> &Scan {
@@ -198,41 +195,27 @@ impl Machine {
 
     /// Takes note of what any reply says of the device's settings.
     fn learn(&mut self, body: &[u8]) {
-        let Some((&reply, data)) = body.split_first() else { return };
-        let word = |at: usize| body.get(at..at + 2).map(|word| u16::from_le_bytes([word[0], word[1]]));
-        match reply.wrapping_sub(REPLY) {
-            command::TYPE => {
-                let text: String =
-                    data.iter().take_while(|byte| byte.is_ascii_graphic()).copied().map(char::from).collect();
-                let (ident, software) = text.rsplit_once(';').unwrap_or((&text, ""));
+        match Told::parse(body) {
+            Some(Told::Type(text)) => {
+                let text = text.trim_end_matches(|c: char| !c.is_ascii_graphic());
+                let (ident, software) = text.rsplit_once(';').unwrap_or((text, ""));
                 self.info = DeviceInfo { ident: ident.into(), software: software.into(), rate: self.rate };
                 self.known.model =
                     model::MODELS.iter().copied().find(|model| model.type_text.starts_with(ident));
             }
-            command::STATUS => {
-                self.known.variant = word(place::ANGLE)
-                    .zip(word(place::STEP))
-                    .map(|(angle_deg, step_centideg)| Variant { angle_deg, step_centideg });
-            }
-            command::READ_CONFIGURATION => self.learn_configuration(data),
-            command::WRITE_CONFIGURATION => self.learn_configuration(data.get(1..).unwrap_or_default()),
-            command::VARIANT => {
-                if let Some([a, b, c, d]) = data.get(1..5) {
-                    self.known.variant = Some(Variant {
-                        angle_deg: u16::from_le_bytes([*a, *b]),
-                        step_centideg: u16::from_le_bytes([*c, *d]),
-                    });
+            Some(Told::Status(variant, rate)) => {
+                self.known.variant = Some(variant);
+                if let (Step::Listening, Some(rate)) = (self.step, rate) {
+                    self.rate = rate;
+                    self.rate_known = true;
                 }
             }
-            _ => {}
-        }
-    }
-
-    fn learn_configuration(&mut self, data: &[u8]) {
-        if let Some(Ok(block)) = data.split_last_chunk::<1>().map(|(block, _)| block.try_into()) {
-            let configuration = Configuration(block);
-            self.known.mode = Some(configuration.measuring_mode());
-            self.known.configuration = Some(configuration);
+            Some(Told::Variant(variant)) => self.known.variant = Some(variant),
+            Some(Told::Configuration(configuration)) => {
+                self.known.mode = Some(configuration.measuring_mode());
+                self.known.configuration = Some(configuration);
+            }
+            None => {}
         }
     }
 
@@ -300,7 +283,6 @@ impl Machine {
         match taken {
             Ok(()) => {
                 self.fill_scan(frame.len);
-                self.has_scan = true;
                 self.events.push_back(Event::Scan);
             }
             Err(reason) => self.events.push_back(Event::Malformed { reason }),
@@ -328,8 +310,12 @@ impl Machine {
             (_, Some(model)) => model.turns(variant),
             (_, None) => u32::from((100 / variant.step_centideg.max(1)).max(1)),
         };
-        let scan_period = period(self.rate, frame, turns);
-        let number = self.clock.count(self.values.real_time_index, self.now, scan_period);
+        let by_rate = period(self.rate, frame, turns);
+        let number = self.clock.count(self.values.real_time_index, self.now, by_rate);
+        let scan_period = match self.clock.period(turns) {
+            Some(counted) if !self.rate_known => counted,
+            _ => by_rate,
+        };
         let unit = unit.unwrap_or(Unit::Mm);
         let mode = self.known.mode.unwrap_or(match unit {
             Unit::Mm => MeasuringMode::RANGE_32_M,

@@ -35,9 +35,10 @@ impl Device {
             }
             Request::Status => self.status(&mut body),
             Request::Errors => {}
-            Request::Type => body.extend_from_slice(self.model.type_text.as_bytes()),
+            Request::Type => body.extend_from_slice(self.type_text().as_bytes()),
             Request::Variant(variant) => {
-                let done = self.model.takes_variants && self.set_variant(variant);
+                let honoured = self.recorded.as_ref().is_none_or(|recorded| recorded.variant == variant);
+                let done = self.model.takes_variants && honoured && self.set_variant(variant);
                 body.push(u8::from(done));
                 body.extend_from_slice(&self.variant.angle_deg.to_le_bytes());
                 body.extend_from_slice(&self.variant.step_centideg.to_le_bytes());
@@ -48,6 +49,7 @@ impl Device {
                     self.installation
                         && configuration.unit().is_some()
                         && configuration.measuring_mode().is_known()
+                        && self.recorded.as_ref().is_none_or(|recorded| recorded.honours(configuration))
                 });
                 if let Some(configuration) = written {
                     self.configuration = configuration;
@@ -88,7 +90,8 @@ impl Device {
 
     fn can_put_out(&self, output: Output) -> bool {
         let reflects = !matches!(output, Output::Reflectivity(_)) || self.model.reflectivity;
-        reflects && output.is_possible(self.variant.count())
+        let honoured = self.recorded.as_ref().is_none_or(|recorded| recorded.output == output);
+        reflects && honoured && output.is_possible(self.variant.count())
     }
 
     /// The operating mode, as the status has it.

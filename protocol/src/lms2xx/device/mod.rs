@@ -5,6 +5,7 @@
 //! free, [`Device::plan`] says which mirror turns the next scan telegram holds; once they are over, [`Device::measure`] takes them.
 
 mod answer;
+mod recorded;
 mod saved;
 mod status;
 mod sweep;
@@ -13,8 +14,9 @@ use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use core::time::Duration;
 
+pub use recorded::Recorded;
 pub use saved::SavedError;
-pub(crate) use status::place;
+pub(crate) use status::{place, rate_of};
 pub use sweep::{Beams, Sweep};
 
 use super::configuration::Configuration;
@@ -105,6 +107,8 @@ pub struct Device {
     next_turn: u64,
     collected: Collected,
     saves: u32,
+    /// Its values come from a recording.
+    recorded: Option<Recorded>,
 }
 
 impl Device {
@@ -127,6 +131,7 @@ impl Device {
             next_turn: 0,
             collected: Collected::default(),
             saves: 0,
+            recorded: None,
         };
         if options.start == Start::PowerUp {
             device.restart(SimTime::ZERO);
@@ -137,6 +142,12 @@ impl Device {
     /// What it is.
     pub fn model(&self) -> &'static Model {
         self.model
+    }
+
+    /// What it says of itself.
+    fn type_text(&self) -> &str {
+        let recorded = self.recorded.as_ref().and_then(|recorded| recorded.type_text.as_deref());
+        recorded.unwrap_or(self.model.type_text)
     }
 
     /// The rate it hears and sends at.
@@ -202,7 +213,7 @@ impl Device {
         {
             self.condition = Condition::Up;
             let mut body = alloc::vec![POWER_ON];
-            body.extend_from_slice(self.model.type_text.as_bytes());
+            body.extend_from_slice(self.type_text().as_bytes());
             body.push(STATUS_OK);
             self.send(now, &body, None);
         }

@@ -71,6 +71,11 @@ fn rate_code(rate: Rate) -> u16 {
     0x8000 | (1_000_000 / rate.bits_per_second() - 1) as u16
 }
 
+/// The rate of a [`rate_code`].
+pub(crate) fn rate_of(code: u16) -> Option<Rate> {
+    Rate::ALL.into_iter().find(|rate| rate_code(*rate) == code)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

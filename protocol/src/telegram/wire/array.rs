@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 use super::error::{Found, WireError};
+use super::hex::plain_values;
 use super::reader::Reader;
 use super::writer::Writer;
 use crate::frame::Dialect;
@@ -59,21 +60,6 @@ impl Word for u16 {
     }
 }
 
-/// No digit.
-const NONE: u8 = 0xFF;
-
-/// What a character is worth as a hex digit.
-static HEX: [u8; 256] = {
-    let mut table = [NONE; 256];
-    let mut digit = 0;
-    while digit < 16 {
-        table[b"0123456789ABCDEF"[digit] as usize] = digit as u8;
-        table[b"0123456789abcdef"[digit] as usize] = digit as u8;
-        digit += 1;
-    }
-    table
-};
-
 /// The two hex digits of every byte.
 static DIGITS: [[u8; 2]; 256] = {
     let mut table = [[0; 2]; 256];
@@ -89,11 +75,10 @@ impl Reader<'_> {
     /// A u16 count and that many values, into `values`, whose buffer is reused.
     pub fn counted<T: Word>(&mut self, values: &mut Vec<T>) -> Result<(), WireError> {
         let count = usize::from(self.u16()?);
-        values.clear();
         match self.dialect() {
             Dialect::B => {
                 let bytes = self.take(count * T::BYTES, "as many values as the count says")?;
-                values.reserve(count);
+                values.clear();
                 T::extend_from_be(values, bytes);
                 Ok(())
             }
@@ -102,61 +87,28 @@ impl Reader<'_> {
                 if count * 2 > self.rest().len() {
                     return Err(self.error("as many values as the count says", Found::End));
                 }
-                values.reserve(count);
-                self.text_values(count, values)
+                values.resize(count, T::default());
+                self.text_values(values)
             }
         }
     }
 
-    fn text_values<T: Word>(&mut self, count: usize, values: &mut Vec<T>) -> Result<(), WireError> {
-        let mut left = count;
-        while left > 0 {
-            let (read, len) = plain_values(self.rest(), left, values);
-            self.advance(len);
-            left -= read;
-            if left > 0 {
-                // Signs, leading zeros, errors and the last token, which no blank ends.
-                let value = if T::BYTES == 1 { self.number::<1>()? } else { self.number::<2>()? };
-                values.push(T::from_low(value));
-                left -= 1;
+    /// Apart, so that the binary path stays small.
+    #[inline(never)]
+    fn text_values<T: Word>(&mut self, mut values: &mut [T]) -> Result<(), WireError> {
+        loop {
+            let (read, bytes) = plain_values(self.rest(), values);
+            self.advance(bytes);
+            values = values.get_mut(read..).unwrap_or_default();
+            if read > 0 {
+                continue;
             }
+            // Signs, leading zeros, errors and the last tokens.
+            let Some((value, others)) = values.split_first_mut() else { return Ok(()) };
+            *value = T::from_low(if T::BYTES == 1 { self.number::<1>()? } else { self.number::<2>()? });
+            values = others;
         }
-        Ok(())
     }
-}
-
-/// Reads up to `count` tokens of one to `2 * BYTES` hex digits, each led and followed by a blank. Gives how many, and
-/// how many bytes they took.
-fn plain_values<T: Word>(bytes: &[u8], count: usize, values: &mut Vec<T>) -> (usize, usize) {
-    let mut read = 0;
-    let mut at = 0;
-    while read < count {
-        let Some((&[b' ', a, b, c, d, e], _)) =
-            bytes.get(at..).and_then(|rest| rest.split_first_chunk::<6>())
-        else {
-            break;
-        };
-        let hex = |character: u8| HEX.get(usize::from(character)).copied().unwrap_or(NONE);
-        let mut value = u32::from(hex(a));
-        let mut bad = hex(a);
-        let mut digits = 1;
-        for next in [b, c, d] {
-            if next == b' ' || digits == 2 * T::BYTES {
-                break;
-            }
-            value = value << 4 | u32::from(hex(next));
-            bad |= hex(next);
-            digits += 1;
-        }
-        let after = [b, c, d, e].get(digits - 1).copied().unwrap_or_default();
-        if bad > 0xF || after != b' ' {
-            break;
-        }
-        values.push(T::from_low(value));
-        at += 1 + digits;
-        read += 1;
-    }
-    (read, at)
 }
 
 /// Appends a blank and the hex digits without leading zeros, for every value.

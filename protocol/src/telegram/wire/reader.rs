@@ -40,16 +40,19 @@ impl<'a> Reader<'a> {
     }
 
     /// An 8-bit number.
+    #[inline]
     pub fn u8(&mut self) -> Result<u8, WireError> {
         self.number::<1>().map(|value| value as u8)
     }
 
     /// A 16-bit number.
+    #[inline]
     pub fn u16(&mut self) -> Result<u16, WireError> {
         self.number::<2>().map(|value| value as u16)
     }
 
     /// A 32-bit number.
+    #[inline]
     pub fn u32(&mut self) -> Result<u32, WireError> {
         self.number::<4>()
     }
@@ -120,19 +123,25 @@ impl<'a> Reader<'a> {
     }
 
     /// A number that takes `BYTES` bytes in binary.
+    #[inline]
     pub(super) fn number<const BYTES: usize>(&mut self) -> Result<u32, WireError> {
         let expected = WIDTH_ERROR.get(BYTES).copied().unwrap_or("a number");
         match self.dialect {
             Dialect::B => {
-                let bytes = self.take(BYTES, expected)?;
+                let bytes =
+                    self.rest().first_chunk::<BYTES>().ok_or_else(|| self.error(expected, Found::End))?;
+                self.at += BYTES;
                 Ok(bytes.iter().fold(0, |value, byte| value << 8 | u32::from(*byte)))
             }
-            Dialect::A => {
-                let token = self.token(expected)?;
-                let at = self.at - token.len();
-                parse(token, BYTES).map_err(|found| WireError { expected, found, at })
-            }
+            Dialect::A => self.text_number(BYTES, expected),
         }
+    }
+
+    #[inline(never)]
+    fn text_number(&mut self, bytes: usize, expected: &'static str) -> Result<u32, WireError> {
+        let token = self.token(expected)?;
+        let at = self.at - token.len();
+        parse(token, bytes).map_err(|found| WireError { expected, found, at })
     }
 
     fn separator(&mut self) {
@@ -159,27 +168,33 @@ impl<'a> Reader<'a> {
 /// A text number into two's complement of `bytes` bytes.
 fn parse(token: &[u8], bytes: usize) -> Result<u32, Found> {
     let bits = bytes as u32 * 8;
-    let (negative, radix, digits) = match token {
-        [b'+', digits @ ..] => (false, 10, digits),
-        [b'-', digits @ ..] => (true, 10, digits),
-        digits => (false, 16, digits),
+    let value = match token {
+        [b'+', digits @ ..] => magnitude::<10>(digits, bits),
+        [b'-', digits @ ..] => magnitude::<10>(digits, bits).and_then(|value| match value {
+            0 => Ok(0),
+            _ if value > 1 << (bits - 1) => Err(Found::TooLarge as Fault),
+            _ => Ok((1 << bits) - value),
+        }),
+        digits => magnitude::<16>(digits, bits),
     };
+    value.map(|value| value as u32).map_err(|fault| fault(Excerpt::of(token)))
+}
+
+/// What is wrong with a token.
+type Fault = fn(Excerpt) -> Found;
+
+/// A number without a sign, of at most `bits` bits.
+fn magnitude<const RADIX: u32>(digits: &[u8], bits: u32) -> Result<u64, Fault> {
     if digits.is_empty() {
-        return Err(Found::Text(Excerpt::of(token)));
+        return Err(Found::Text);
     }
     let mut value = 0u64;
     for &digit in digits {
-        let digit = char::from(digit).to_digit(radix).ok_or_else(|| Found::Text(Excerpt::of(token)))?;
-        value = value * u64::from(radix) + u64::from(digit);
+        let digit = char::from(digit).to_digit(RADIX).ok_or(Found::Text as Fault)?;
+        value = value * u64::from(RADIX) + u64::from(digit);
         if value >> bits != 0 {
-            return Err(Found::TooLarge(Excerpt::of(token)));
+            return Err(Found::TooLarge);
         }
     }
-    if negative {
-        if value > 1 << (bits - 1) {
-            return Err(Found::TooLarge(Excerpt::of(token)));
-        }
-        value = value.wrapping_neg() & ((1 << bits) - 1);
-    }
-    Ok(value as u32)
+    Ok(value)
 }

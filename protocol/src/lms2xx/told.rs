@@ -1,0 +1,58 @@
+//! What a device's replies say of it and of its settings.
+
+use super::configuration::Configuration;
+use super::device::{place, rate_of};
+use super::telegram::{REPLY, command};
+use super::values::Values;
+use super::{Rate, Variant};
+
+/// What one reply tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told<'a> {
+    /// `BA`: name and variant, `;`, software; as sent, with the blanks behind it.
+    Type(&'a str),
+    /// `B1`: how it is set, and the rate it runs at where that is one of the known codes.
+    Status(Variant, Option<Rate>),
+    /// `BB`: how it is set from now on.
+    Variant(Variant),
+    /// `F4` or `F7`: its configuration block.
+    Configuration(Configuration),
+}
+
+impl<'a> Told<'a> {
+    /// Reads the body of a reply; none if it tells nothing of these.
+    pub fn parse(body: &'a [u8]) -> Option<Self> {
+        let (reply, data) = body.split_first()?;
+        let variant = |at: usize| {
+            let word = |at: usize| body.get(at..)?.first_chunk().map(|word| u16::from_le_bytes(*word));
+            Some(Variant { angle_deg: word(at)?, step_centideg: word(at + 2)? })
+        };
+        match reply.wrapping_sub(REPLY) {
+            command::TYPE => {
+                let (_status, text) = data.split_last()?;
+                core::str::from_utf8(text).ok().map(Self::Type)
+            }
+            command::STATUS => {
+                let code = body.get(place::RATE..).and_then(<[u8]>::first_chunk);
+                let rate = code.and_then(|code| rate_of(u16::from_le_bytes(*code)));
+                Some(Self::Status(variant(place::ANGLE)?, rate))
+            }
+            // Behind whether it was done.
+            command::VARIANT => variant(2).map(Self::Variant),
+            command::READ_CONFIGURATION => configuration(data),
+            command::WRITE_CONFIGURATION => configuration(data.get(1..)?),
+            _ => None,
+        }
+    }
+}
+
+/// The block, and the device's status behind it.
+fn configuration(data: &[u8]) -> Option<Told<'static>> {
+    let (block, _status) = data.split_last_chunk::<1>()?;
+    block.try_into().ok().map(|block| Told::Configuration(Configuration(block)))
+}
+
+/// True if a body from a device carries measured values.
+pub fn has_values(body: &[u8]) -> bool {
+    Values::default().decode_into(body).is_ok()
+}

@@ -1,0 +1,26 @@
+//! SICK TiM551: 270°, 15 Hz, 1° steps, 10 m.
+
+use super::family::TIM;
+use super::{Model, mode};
+
+pub(super) static TIM551: Model = Model {
+    name: "tim551",
+    title: "TiM551",
+    type_code: "TiM551-2050001",
+    order_number: "1060445",
+    modes: &[mode(15, 10_000)],
+    default_mode: mode(15, 10_000),
+    max_range_m: 10.0,
+    fields: 0,
+    emulates: &[
+        "15 Hz/1°; LMPoutputRange cuts the full grid",
+        "a beam without an echo reads 2 with remission 0, as the recorded TiM781S has it; 16-bit remission out of the box",
+        "the scan counter keeps counting over LMCstartmeas",
+    ],
+    evidence: &[
+        "angles, scan mode and number of points: the telegram reference",
+        "everything else is the recorded TiM781S's; no TiM551 was recorded, and no client's start-up was captured with one",
+        "farthest range: not verified",
+    ],
+    ..TIM
+};
