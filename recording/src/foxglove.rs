@@ -1,4 +1,4 @@
-//! Scans in Foxglove's schemas, as JSON.
+//! Scans, positions and CAN frames for programs that do not know our streams, as JSON: in Foxglove's schemas where there is one.
 //!
 //! JSON and not protobuf: the schema stands readable in the file, any JSON parser reads the messages, and no code need be generated. It costs
 //! about four times the size, which is why it can be left out; the raw bytes hold everything.
@@ -6,10 +6,26 @@
 use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
 
-pub(crate) const LASER_SCAN: &str = "foxglove.LaserScan";
-pub(crate) const POINT_CLOUD: &str = "foxglove.PointCloud";
-pub(crate) const LASER_SCAN_SCHEMA: &str = include_str!("foxglove/LaserScan.json");
-pub(crate) const POINT_CLOUD_SCHEMA: &str = include_str!("foxglove/PointCloud.json");
+use crate::can;
+use crate::nmea::Fix;
+
+/// What a decoded channel holds, and what its topic ends in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Schema {
+    pub(crate) topic: &'static str,
+    pub(crate) name: &'static str,
+    pub(crate) text: &'static str,
+}
+
+pub(crate) const LASER_SCAN: Schema =
+    Schema { topic: "scan", name: "foxglove.LaserScan", text: include_str!("foxglove/LaserScan.json") };
+pub(crate) const POINT_CLOUD: Schema =
+    Schema { topic: "points", name: "foxglove.PointCloud", text: include_str!("foxglove/PointCloud.json") };
+pub(crate) const LOCATION_FIX: Schema =
+    Schema { topic: "fix", name: "foxglove.LocationFix", text: include_str!("foxglove/LocationFix.json") };
+/// Foxglove has no schema of a CAN frame.
+pub(crate) const CAN_FRAME: Schema =
+    Schema { topic: "frame", name: "rowscan.CanFrame", text: include_str!("foxglove/CanFrame.json") };
 
 /// What stands for a beam without an echo: JSON has no infinity, and viewers leave zeros out.
 const MISS: f64 = 0.0;
@@ -56,6 +72,30 @@ pub(crate) fn point_cloud(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
         "point_stride": 16,
         "fields": [field("x", 0), field("y", 4), field("z", 8), field("intensity", 12)],
         "data": base64(&data),
+    }))
+}
+
+/// A position. How exact it is GGA does not say.
+pub(crate) fn location_fix(at_ns: u64, frame: &str, fix: &Fix) -> Vec<u8> {
+    text(&json!({
+        "timestamp": timestamp(at_ns),
+        "frame_id": frame,
+        "latitude": fix.latitude_deg,
+        "longitude": fix.longitude_deg,
+        "altitude": fix.altitude_m,
+        "position_covariance": ([0.0; 9]),
+        "position_covariance_type": 0,
+    }))
+}
+
+/// A CAN frame.
+pub(crate) fn can_frame(at_ns: u64, frame: &can::Frame<'_>) -> Vec<u8> {
+    text(&json!({
+        "timestamp": timestamp(at_ns),
+        "id": frame.id,
+        "extended": frame.extended,
+        "remote": frame.remote,
+        "data": frame.data().collect::<Vec<u8>>(),
     }))
 }
 

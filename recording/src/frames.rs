@@ -1,12 +1,14 @@
 //! A recording as telegrams: whole frames with their sender and their time, whatever file they come from.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
 
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder};
+use rowscan_protocol::lms2xx;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram};
 use rowscan_protocol::time::DeviceClock;
 
-use crate::scans::MAX_PAYLOAD;
+use crate::listener::{Listener, MAX_PAYLOAD};
 use crate::{Joint, Packet, ReadError, Recording, Side, StreamKind};
 
 /// One frame, or one packet of a stream that knows no frames.
@@ -24,19 +26,20 @@ pub struct RecordedFrame {
     pub bytes: Vec<u8>,
     /// Where in `bytes` the frame begins.
     pub frame_at: usize,
-    /// How it is framed; none for a stream that knows no frames.
+    /// CoLa's dialect; none for other streams.
     pub dialect: Option<Dialect>,
 }
 
 impl RecordedFrame {
     /// What the frame holds, without framing.
     pub fn payload(&self) -> &[u8] {
-        let header = match self.dialect {
-            Some(Dialect::A) => 1,
-            Some(Dialect::B) => 8,
-            None => 0,
+        let (header, trailer) = match (self.dialect, self.kind) {
+            (Some(Dialect::A), _) => (1, 1),
+            (Some(Dialect::B), _) => (8, 1),
+            (None, StreamKind::Lms2xx) => (4, 2),
+            (None, _) => (0, 0),
         };
-        let end = self.bytes.len() - usize::from(self.dialect.is_some());
+        let end = self.bytes.len().saturating_sub(trailer);
         self.bytes.get(self.frame_at + header..end).unwrap_or_default()
     }
 
@@ -52,6 +55,8 @@ pub struct FrameReader {
     recording: Recording,
     flows: BTreeMap<(usize, Option<Side>), Flow>,
     clock: DeviceClock,
+    /// Counts mirror turns where an LMS2xx's log has no times.
+    turns: Option<Listener>,
     /// The time the device's clock stands for, where the log has none.
     device_ns: u64,
     ready: VecDeque<RecordedFrame>,
@@ -60,11 +65,82 @@ pub struct FrameReader {
 /// One direction.
 #[derive(Debug)]
 struct Flow {
-    decoder: FrameDecoder,
+    finder: Finder,
     /// Bytes since the last frame.
     pending: Vec<u8>,
     /// Place in the decoder's stream of `pending[0]`.
     base: u64,
+}
+
+/// Finds frames in the language of the stream.
+#[derive(Debug)]
+enum Finder {
+    Cola(FrameDecoder),
+    Lms2xx(lms2xx::frame::FrameDecoder),
+}
+
+/// A frame that was found.
+struct Found {
+    offset: u64,
+    len: usize,
+    dialect: Option<Dialect>,
+    /// Who sends such telegrams.
+    from: Option<Side>,
+    /// When it was sent, by the device's clock, if it says so.
+    device_us: Option<u32>,
+}
+
+impl Finder {
+    fn new(kind: StreamKind, from: Option<Side>) -> Self {
+        use lms2xx::frame::Listener;
+        match (kind, from) {
+            (StreamKind::Lms2xx, Some(Side::Device)) => Self::lms2xx(Listener::Host),
+            (StreamKind::Lms2xx, Some(Side::Host)) => Self::lms2xx(Listener::Device),
+            (StreamKind::Lms2xx, None) => Self::lms2xx(Listener::Either),
+            _ => Self::Cola(FrameDecoder::new(Accept::Either, MAX_PAYLOAD)),
+        }
+    }
+
+    fn lms2xx(listener: lms2xx::frame::Listener) -> Self {
+        Self::Lms2xx(lms2xx::frame::FrameDecoder::new(listener))
+    }
+
+    fn push(&mut self, bytes: &[u8]) {
+        match self {
+            Self::Cola(decoder) => decoder.push(bytes),
+            Self::Lms2xx(decoder) => decoder.push(bytes),
+        }
+    }
+
+    fn pending(&self) -> usize {
+        match self {
+            Self::Cola(decoder) => decoder.pending(),
+            Self::Lms2xx(decoder) => decoder.pending(),
+        }
+    }
+
+    fn next(&mut self) -> Option<Found> {
+        match self {
+            Self::Cola(decoder) => {
+                let frame = decoder.next_frame()?;
+                let telegram = Telegram::parse(frame.dialect, frame.payload).ok();
+                Some(Found {
+                    offset: frame.offset,
+                    len: frame.len,
+                    dialect: Some(frame.dialect),
+                    from: telegram.map(|telegram| Side::of(telegram.kind)),
+                    device_us: telegram.and_then(transmit_time_us),
+                })
+            }
+            Self::Lms2xx(decoder) => loop {
+                if let lms2xx::frame::Heard::Frame(frame) = decoder.next_heard()? {
+                    let from = if frame.is_from_device() { Side::Device } else { Side::Host };
+                    let (offset, len) = (frame.offset, frame.len);
+                    return Some(Found { offset, len, dialect: None, from: Some(from), device_us: None });
+                }
+            },
+        }
+    }
 }
 
 impl FrameReader {
@@ -74,6 +150,7 @@ impl FrameReader {
             recording,
             flows: BTreeMap::new(),
             clock: DeviceClock::default(),
+            turns: None,
             device_ns: 0,
             ready: VecDeque::new(),
         }
@@ -94,7 +171,7 @@ impl FrameReader {
             let kind =
                 self.recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
             match kind {
-                StreamKind::Cola => self.take(packet),
+                StreamKind::Cola | StreamKind::Lms2xx => self.take(kind, packet),
                 kind => {
                     return Ok(Some(RecordedFrame {
                         stream: packet.stream,
@@ -110,50 +187,56 @@ impl FrameReader {
         }
     }
 
-    fn take(&mut self, packet: Packet) {
+    fn take(&mut self, kind: StreamKind, packet: Packet) {
         let flow = self.flows.entry((packet.stream, packet.from)).or_insert_with(|| Flow {
-            decoder: FrameDecoder::new(Accept::Either, MAX_PAYLOAD),
+            finder: Finder::new(kind, packet.from),
             pending: Vec::new(),
             base: 0,
         });
         if packet.joint != Joint::Seamless && !flow.pending.is_empty() {
             // What was unfinished stays so: a new beginning.
-            *flow = Flow {
-                decoder: FrameDecoder::new(Accept::Either, MAX_PAYLOAD),
-                pending: Vec::new(),
-                base: 0,
-            };
+            *flow = Flow { finder: Finder::new(kind, packet.from), pending: Vec::new(), base: 0 };
         }
-        flow.decoder.push(&packet.bytes);
+        flow.finder.push(&packet.bytes);
         flow.pending.extend_from_slice(&packet.bytes);
-        while let Some(frame) = flow.decoder.next_frame() {
-            let telegram = Telegram::parse(frame.dialect, frame.payload).ok();
-            let from = packet.from.or_else(|| telegram.map(|telegram| Side::of(telegram.kind)));
-            if let (None, Some(us)) = (packet.at_ns, telegram.and_then(transmit_time_us)) {
-                self.device_ns = (self.clock.seconds(us) * 1e9).round() as u64;
-            }
-            let frame_at = (frame.offset - flow.base) as usize;
-            let end = frame_at + frame.len;
+        while let Some(found) = flow.finder.next() {
+            let frame_at = (found.offset - flow.base) as usize;
+            let end = frame_at + found.len;
             let rest = flow.pending.split_off(end.min(flow.pending.len()));
             let bytes = std::mem::replace(&mut flow.pending, rest);
             flow.base += end as u64;
+            if packet.at_ns.is_none() {
+                let device_us = match kind {
+                    StreamKind::Lms2xx => counted_us(self.turns.get_or_insert_with(Listener::lms2xx), &bytes),
+                    _ => found.device_us,
+                };
+                if let Some(us) = device_us {
+                    self.device_ns = (self.clock.seconds(us) * 1e9).round() as u64;
+                }
+            }
             self.ready.push_back(RecordedFrame {
                 stream: packet.stream,
-                kind: StreamKind::Cola,
-                from: from.unwrap_or(Side::Device),
+                kind,
+                from: packet.from.or(found.from).unwrap_or(Side::Device),
                 at_ns: packet.at_ns.unwrap_or(self.device_ns),
                 bytes,
                 frame_at,
-                dialect: Some(frame.dialect),
+                dialect: found.dialect,
             });
         }
         // Bytes that are no telegram must not pile up.
         if flow.pending.len() > 2 * MAX_PAYLOAD {
-            flow.base += (flow.pending.len() - flow.decoder.pending()) as u64;
-            let done = flow.pending.len() - flow.decoder.pending();
+            let done = flow.pending.len() - flow.finder.pending();
+            flow.base += done as u64;
             flow.pending.drain(..done);
         }
     }
+}
+
+/// When the scan in a frame of an LMS2xx was made, by the mirror turns counted so far.
+fn counted_us(turns: &mut Listener, frame: &[u8]) -> Option<u32> {
+    turns.hear_bytes(Duration::ZERO, frame);
+    turns.next_scan().map(|scan| scan.scan_time_us)
 }
 
 /// When a scan was sent, by the device's clock.
@@ -162,4 +245,38 @@ fn transmit_time_us(telegram: Telegram<'_>) -> Option<u32> {
         return None;
     }
     telegram.args.decode::<LmdScandata>().ok().map(|scan| scan.transmit_time_us)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::lms2xx::frame::{FROM_DEVICE, encode_with};
+    use rowscan_protocol::lms2xx::values::{CountWord, Output, Unit, Values};
+
+    #[test]
+    fn an_lms2xx_without_times_is_timed_by_its_mirror_turns() {
+        let mut bytes = Vec::new();
+        // 361 values at 38 400 bits a second: a telegram every 16 turns of 1/75 s; one is missing.
+        for index in [250_u8, 10, 26, 58] {
+            let values = Values {
+                output: Output::All,
+                word: CountWord { count: 361, partial: None, unit: Some(Unit::Mm) },
+                values: vec![1000; 361],
+                reflectivity: Vec::new(),
+                real_time_index: Some(index),
+                status: 0x10,
+            };
+            bytes.push(0x06);
+            encode_with(FROM_DEVICE, &mut bytes, |out| values.encode(out));
+        }
+        let recording = Recording::read(Box::new(std::io::Cursor::new(bytes))).expect("it opens");
+        let mut frames = FrameReader::new(recording);
+        let mut times = Vec::new();
+        while let Some(frame) = frames.next_frame().expect("it reads") {
+            assert_eq!((frame.kind, frame.from, frame.frame_at), (StreamKind::Lms2xx, Side::Device, 1));
+            assert_eq!(frame.payload().first(), Some(&0xB0));
+            times.push((frame.at_ns as f64 * 1e-6).round());
+        }
+        assert_eq!(times, [0.0, 213.0, 427.0, 853.0]);
+    }
 }

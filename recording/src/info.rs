@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use rowscan_protocol::client::{Client, Event};
+use rowscan_protocol::client::Event;
+use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 use serde::Serialize;
 use std::time::Duration;
 
-use crate::scans::MAX_PAYLOAD;
-use crate::{Joint, Packet, ReadError, Recording, Side, StreamKind};
+use crate::listener::MAX_PAYLOAD;
+use crate::{Joint, Listener, Packet, ReadError, Recording, Side, StreamKind};
 
 /// One stream's account. Times are the host's, seconds; absent where the file has none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,7 +63,7 @@ pub fn account(recording: &mut Recording) -> Result<Vec<StreamReport>, ReadError
 /// One stream's running account.
 struct Book {
     kind: StreamKind,
-    client: Client,
+    listener: Option<Listener>,
     packets: [u64; 2],
     bytes: u64,
     first_ns: Option<u64>,
@@ -84,7 +85,7 @@ impl Book {
     fn new(kind: StreamKind) -> Self {
         Self {
             kind,
-            client: Client::listen(MAX_PAYLOAD),
+            listener: Listener::new(kind, MAX_PAYLOAD),
             packets: [0; 2],
             bytes: 0,
             first_ns: None,
@@ -114,24 +115,19 @@ impl Book {
         if let Joint::Gap { packets, .. } = packet.joint {
             self.packets_lost += packets.max(1);
         }
-        if to_device || self.kind != StreamKind::Cola {
-            return;
-        }
-        if packet.joint != Joint::Seamless {
-            self.client.handle_end();
-        }
-        self.client.handle_bytes(Duration::ZERO, &packet.bytes);
-        while let Some(event) = self.client.poll_event() {
+        let Some(mut listener) = self.listener.take() else { return };
+        listener.hear(Duration::from_nanos(packet.at_ns.unwrap_or_default()), packet);
+        while let Some(event) = listener.next_event() {
             match event {
-                Event::Scan => self.scan(packet.at_ns),
+                Event::Scan => self.scan(listener.scan(), packet.at_ns),
                 Event::Malformed { .. } => self.malformed += 1,
                 _ => {}
             }
         }
+        self.listener = Some(listener);
     }
 
-    fn scan(&mut self, at_ns: Option<u64>) {
-        let scan = self.client.scan();
+    fn scan(&mut self, scan: &Scan, at_ns: Option<u64>) {
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
         self.scans += 1;
         let step = self.last_counter.map_or(1, |last| counter.wrapping_sub(last));
@@ -166,7 +162,7 @@ impl Book {
             packets_lost: self.packets_lost,
             scans: self.scans,
             scans_lost: self.scans_lost,
-            telegrams_bad: self.client.counts().bad + self.malformed,
+            telegrams_bad: self.listener.map_or(0, |listener| listener.counts().bad) + self.malformed,
             scan_rate_hz: rate(seconds(self.first_scan_ns, self.last_scan_ns)),
             scan_rate_device_hz: rate((self.scans > 1).then_some(self.device_span_s)),
             longest_gap_s: self.longest_gap_ns.map(|ns| ns as f64 * 1e-9),

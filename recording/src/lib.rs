@@ -6,15 +6,17 @@
 //!
 //! The crate knows files and telegrams. It knows no socket, no async runtime and no clock: whoever starts a [`Recorder`] hands it one.
 
+mod can;
 mod copy;
 mod error;
 mod foxglove;
 mod frames;
 mod info;
+mod listener;
+mod nmea;
 mod packet;
 mod read;
 mod recorder;
-mod scans;
 mod tap;
 mod writer;
 
@@ -22,6 +24,7 @@ pub use copy::{CopyError, copy};
 pub use error::RecordError;
 pub use frames::{FrameReader, RecordedFrame};
 pub use info::{StreamReport, account};
+pub use listener::Listener;
 pub use packet::{Joint, Packet, Side, StreamKind};
 pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
 pub use recorder::{Recorded, Recorder, RecorderOptions, WallClock};

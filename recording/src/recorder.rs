@@ -115,11 +115,6 @@ impl Recorder {
         self.taps.clone()
     }
 
-    /// True once writing has failed: nothing more is kept.
-    pub fn has_failed(&self) -> bool {
-        self.thread.is_finished()
-    }
-
     /// Writes what is queued, and the file's end. Waits for the disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         // A thread that has failed is gone; its error is told below.

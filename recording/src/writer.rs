@@ -1,22 +1,28 @@
-//! The MCAP file: raw bytes of every stream and side on channels of their own, decoded scans and points beside them.
+//! The MCAP file: raw bytes of every stream and side on channels of their own, what they mean beside them.
 //!
 //! | channel | holds |
 //! |---|---|
 //! | `/NAME/from_device`, `/NAME/to_device` | the bytes of one packet a message; message encoding `bytes`, no schema |
 //! | `/NAME/scan` | `foxglove.LaserScan` in JSON |
 //! | `/NAME/points` | `foxglove.PointCloud` in JSON |
+//! | `/NAME/fix` | `foxglove.LocationFix` in JSON, of a GNSS receiver |
+//! | `/NAME/frame` | `rowscan.CanFrame` in JSON, of a CAN bus, both directions |
 //!
 //! Log time is the host's. A channel's sequence numbers count packets, lost ones too. Records are not chunked: whatever was handed to
 //! the system before a crash is whole records and at most one torn one, and every MCAP reader can read up to there.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::{self, Seek, Write};
+use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
 
-use crate::scans::ScanWatch;
-use crate::{Side, StreamKind, foxglove};
+use crate::foxglove::Schema;
+use crate::listener::{Listener, MAX_PAYLOAD};
+use crate::nmea::FixReader;
+use crate::{Side, StreamKind, can, foxglove};
 
 /// Message encoding of raw bytes.
 pub(crate) const BYTES: &str = "bytes";
@@ -93,6 +99,8 @@ pub struct Decoded {
     pub scans: bool,
     /// Returns as `foxglove.PointCloud`.
     pub points: bool,
+    /// Positions as `foxglove.LocationFix`, CAN frames as `rowscan.CanFrame`.
+    pub beside: bool,
 }
 
 /// A stream of the file being written.
@@ -104,19 +112,77 @@ pub struct McapWriter<W: Write + Seek> {
     writer: Writer<W>,
     decoded: Decoded,
     streams: Vec<Stream>,
-    /// Schema numbers, once they are needed.
-    laser_scan: Option<u16>,
-    point_cloud: Option<u16>,
+    /// Schema numbers by name, once they are needed.
+    schemas: BTreeMap<&'static str, u16>,
 }
 
 struct Stream {
     name: String,
     from_device: Channel,
     to_device: Channel,
-    /// Finds scans in what the device sends; none where nothing is decoded.
-    watch: Option<ScanWatch>,
-    scan: Option<Channel>,
-    points: Option<Channel>,
+    /// Finds what is decoded in what is sent; none where nothing is.
+    watch: Option<Watch>,
+    /// Decoded channels by the last word of their topic, once they are needed.
+    decoded: BTreeMap<&'static str, Channel>,
+}
+
+/// What a stream's bytes mean to programs that do not know it.
+enum Watch {
+    Scans(Listener),
+    Fixes(FixReader),
+    Frames,
+}
+
+impl Watch {
+    fn new(kind: StreamKind, decoded: Decoded) -> Option<Self> {
+        match kind {
+            StreamKind::Cola | StreamKind::Lms2xx if decoded.scans || decoded.points => {
+                Listener::new(kind, MAX_PAYLOAD).map(Self::Scans)
+            }
+            StreamKind::Nmea if decoded.beside => Some(Self::Fixes(FixReader::default())),
+            StreamKind::Can if decoded.beside => Some(Self::Frames),
+            _ => None,
+        }
+    }
+
+    /// The messages that `bytes` complete.
+    fn read(
+        &mut self,
+        name: &str,
+        from: Side,
+        at_ns: u64,
+        bytes: &[u8],
+        wanted: Decoded,
+    ) -> Vec<(Schema, Vec<u8>)> {
+        let mut messages = Vec::new();
+        match self {
+            Self::Scans(listener) if from == Side::Device => {
+                listener.hear_bytes(Duration::from_nanos(at_ns), bytes);
+                while let Some(scan) = listener.next_scan() {
+                    if wanted.scans {
+                        messages.push((foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan)));
+                    }
+                    if wanted.points {
+                        messages.push((foxglove::POINT_CLOUD, foxglove::point_cloud(at_ns, name, scan)));
+                    }
+                }
+            }
+            Self::Fixes(reader) if from == Side::Device => {
+                reader.push(bytes);
+                let fixes = std::iter::from_fn(|| reader.next_fix());
+                messages.extend(
+                    fixes.map(|fix| (foxglove::LOCATION_FIX, foxglove::location_fix(at_ns, name, &fix))),
+                );
+            }
+            // A bus has no sides.
+            Self::Frames => {
+                let frame = std::str::from_utf8(bytes).ok().and_then(can::Frame::parse);
+                messages.extend(frame.map(|frame| (foxglove::CAN_FRAME, foxglove::can_frame(at_ns, &frame))));
+            }
+            Self::Scans(_) | Self::Fixes(_) => {}
+        }
+        messages
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -142,21 +208,19 @@ impl<W: Write + Seek> McapWriter<W> {
         let mut writer = Writer::with_options(out, options).map_err(plain)?;
         let about = Metadata { name: ABOUT.to_owned(), metadata: about.entries() };
         writer.write_metadata(&about).map_err(plain)?;
-        Ok(Self { writer, decoded, streams: Vec::new(), laser_scan: None, point_cloud: None })
+        Ok(Self { writer, decoded, streams: Vec::new(), schemas: BTreeMap::new() })
     }
 
     /// Adds a stream; its channels stand in the file from here on.
     pub fn add_stream(&mut self, name: &str, kind: StreamKind) -> io::Result<StreamId> {
         let from_device = self.raw_channel(name, kind, Side::Device)?;
         let to_device = self.raw_channel(name, kind, Side::Host)?;
-        let decodes = kind == StreamKind::Cola && (self.decoded.scans || self.decoded.points);
         self.streams.push(Stream {
             name: name.to_owned(),
             from_device,
             to_device,
-            watch: decodes.then(ScanWatch::default),
-            scan: None,
-            points: None,
+            watch: Watch::new(kind, self.decoded),
+            decoded: BTreeMap::new(),
         });
         Ok(StreamId(self.streams.len() - 1))
     }
@@ -172,7 +236,7 @@ impl<W: Write + Seek> McapWriter<W> {
         Ok(Channel { id, sequence: 0 })
     }
 
-    /// Writes one packet, and the scans it completes. `lost_before` packets of this stream were lost before it.
+    /// Writes one packet, and what it completes. `lost_before` packets of this stream were lost before it.
     pub fn write(
         &mut self,
         stream: StreamId,
@@ -181,7 +245,7 @@ impl<W: Write + Seek> McapWriter<W> {
         lost_before: u32,
         bytes: &[u8],
     ) -> io::Result<()> {
-        let Self { writer, streams, .. } = self;
+        let Self { writer, decoded, streams, schemas } = self;
         let Some(found) = streams.get_mut(stream.0) else { return Ok(()) };
         let channel = match from {
             Side::Device => &mut found.from_device,
@@ -189,66 +253,29 @@ impl<W: Write + Seek> McapWriter<W> {
         };
         channel.sequence = channel.sequence.wrapping_add(lost_before);
         message(writer, channel, at_ns, bytes)?;
-        if from == Side::Device {
-            self.write_scans(stream, at_ns, bytes)?;
+        let Some(watch) = &mut found.watch else { return Ok(()) };
+        for (schema, text) in watch.read(&found.name, from, at_ns, bytes, *decoded) {
+            let schema_id = match schemas.get(schema.name) {
+                Some(id) => *id,
+                None => {
+                    let id = writer
+                        .add_schema(schema.name, "jsonschema", schema.text.as_bytes())
+                        .map_err(plain)?;
+                    *schemas.entry(schema.name).or_insert(id)
+                }
+            };
+            let channel = match found.decoded.entry(schema.topic) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(free) => {
+                    let topic = format!("/{}/{}", found.name, schema.topic);
+                    let id =
+                        writer.add_channel(schema_id, &topic, "json", &BTreeMap::new()).map_err(plain)?;
+                    free.insert(Channel { id, sequence: 0 })
+                }
+            };
+            message(writer, channel, at_ns, &text)?;
         }
         Ok(())
-    }
-
-    fn write_scans(&mut self, stream: StreamId, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
-        let Some(mut watch) = self.streams.get_mut(stream.0).and_then(|found| found.watch.take()) else {
-            return Ok(());
-        };
-        watch.push(bytes);
-        while let Some(scan) = watch.next_scan() {
-            let name = self.streams.get(stream.0).map(|found| found.name.clone()).unwrap_or_default();
-            if self.decoded.scans {
-                let text = foxglove::laser_scan(at_ns, &name, scan);
-                let schema =
-                    self.schema(foxglove::LASER_SCAN, foxglove::LASER_SCAN_SCHEMA, |s| &mut s.laser_scan)?;
-                self.write_decoded(stream, &format!("/{name}/scan"), schema, at_ns, &text, |s| &mut s.scan)?;
-            }
-            if self.decoded.points {
-                let text = foxglove::point_cloud(at_ns, &name, scan);
-                let schema =
-                    self.schema(foxglove::POINT_CLOUD, foxglove::POINT_CLOUD_SCHEMA, |s| &mut s.point_cloud)?;
-                self.write_decoded(stream, &format!("/{name}/points"), schema, at_ns, &text, |s| {
-                    &mut s.points
-                })?;
-            }
-        }
-        if let Some(found) = self.streams.get_mut(stream.0) {
-            found.watch = Some(watch);
-        }
-        Ok(())
-    }
-
-    fn schema(&mut self, name: &str, text: &str, kept: fn(&mut Self) -> &mut Option<u16>) -> io::Result<u16> {
-        if let Some(id) = *kept(self) {
-            return Ok(id);
-        }
-        let id = self.writer.add_schema(name, "jsonschema", text.as_bytes()).map_err(plain)?;
-        *kept(self) = Some(id);
-        Ok(id)
-    }
-
-    fn write_decoded(
-        &mut self,
-        stream: StreamId,
-        topic: &str,
-        schema: u16,
-        at_ns: u64,
-        text: &[u8],
-        kept: fn(&mut Stream) -> &mut Option<Channel>,
-    ) -> io::Result<()> {
-        let Self { writer, streams, .. } = self;
-        let Some(found) = streams.get_mut(stream.0) else { return Ok(()) };
-        let channel = kept(found);
-        if channel.is_none() {
-            let id = writer.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(plain)?;
-            *channel = Some(Channel { id, sequence: 0 });
-        }
-        channel.as_mut().map_or(Ok(()), |channel| message(writer, channel, at_ns, text))
     }
 
     /// Hands all that was written to the system.

@@ -15,11 +15,14 @@ use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
+use rowscan_protocol::frame::{Accept, FrameDecoder};
+use rowscan_protocol::lms2xx;
 use serde::Serialize;
 
 pub use format::Format;
 pub use torn::Torn;
 
+use crate::listener::MAX_PAYLOAD;
 use crate::{About, Packet, StreamKind};
 use mcap::McapReader;
 
@@ -83,9 +86,9 @@ pub enum ReadError {
         /// The topics it has.
         found: Vec<String>,
     },
-    /// An MCAP file somebody has compressed.
+    /// An MCAP file compressed by something that MCAP does not name.
     #[error(
-        "an MCAP file with chunks compressed by `{found}`: expected none; write it anew with `mcap compress --compression none`"
+        "an MCAP file with chunks compressed by `{found}`: expected lz4, zstd or none; write it anew with `mcap compress --compression none`"
     )]
     Compressed {
         /// The compressor.
@@ -134,8 +137,9 @@ impl Recording {
             return Err(ReadError::Empty);
         }
         let format = Format::of(&head);
+        let kind = language(&head);
         let mut input: Box<dyn Read + Send> = Box::new(Cursor::new(head).chain(input));
-        let cola = |name: &str| StreamInfo { name: name.to_owned(), kind: StreamKind::Cola };
+        let scanner = |kind| StreamInfo { name: "scanner".to_owned(), kind };
         let mut recording = Self {
             format,
             about: About::default(),
@@ -147,7 +151,7 @@ impl Recording {
         match format {
             Format::Mcap => recording.packets = Packets::Mcap(Box::new(McapReader::new(input))),
             Format::Raw => {
-                recording.streams.push(cola("scanner"));
+                recording.streams.push(scanner(kind));
                 recording.packets = Packets::Raw(input);
             }
             Format::Capture => {
@@ -165,7 +169,8 @@ impl Recording {
                 if packets.is_empty() {
                     return Err(ReadError::Empty);
                 }
-                recording.streams.push(cola("scanner"));
+                let bytes: Vec<u8> = packets.iter().flat_map(|packet| packet.bytes.iter().copied()).collect();
+                recording.streams.push(scanner(language(&bytes)));
                 recording.packets = Packets::Listed(packets.into_iter());
             }
             Format::Candump => {
@@ -177,7 +182,7 @@ impl Recording {
             Format::Ranges => {
                 let (packets, about) = ranges::packets(&text(input)?)?;
                 recording.about = about;
-                recording.streams.push(cola("scanner"));
+                recording.streams.push(scanner(StreamKind::Cola));
                 recording.packets = Packets::Listed(packets.into_iter());
             }
         }
@@ -236,8 +241,44 @@ impl Recording {
     }
 }
 
+/// What scanner speaks so: an LMS2xx if its frames are found and CoLa's are not.
+fn language(bytes: &[u8]) -> StreamKind {
+    let mut cola = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
+    cola.push(bytes);
+    let mut lms2xx = lms2xx::frame::FrameDecoder::new(lms2xx::frame::Listener::Either);
+    lms2xx.push(bytes);
+    let is_frame = |heard: lms2xx::frame::Heard<'_>| matches!(heard, lms2xx::frame::Heard::Frame(_));
+    let mut heard = std::iter::from_fn(|| lms2xx.next_heard().map(is_frame));
+    match cola.next_frame().is_none() && heard.any(|is_frame| is_frame) {
+        true => StreamKind::Lms2xx,
+        false => StreamKind::Cola,
+    }
+}
+
 fn text(mut input: Box<dyn Read + Send>) -> Result<String, ReadError> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::frame::{Dialect, encode};
+
+    #[test]
+    fn raw_bytes_are_taken_for_the_scanner_that_speaks_so() {
+        let (mut cola, mut lms2xx) = (Vec::new(), Vec::new());
+        encode(Dialect::B, b"sRA LMDscandata ", &mut cola);
+        lms2xx::frame::encode(lms2xx::frame::FROM_DEVICE, &[0xA0, 0, 0x10], &mut lms2xx);
+        for (bytes, expected) in [
+            (cola.clone(), StreamKind::Cola),
+            ([&[0x06][..], &lms2xx].concat(), StreamKind::Lms2xx),
+            ([lms2xx, cola].concat(), StreamKind::Cola),
+            (b"\xFF\x00nothing of either".to_vec(), StreamKind::Cola),
+        ] {
+            let recording = Recording::read(Box::new(Cursor::new(bytes))).expect("it opens");
+            assert_eq!(recording.streams()[0].kind, expected);
+        }
+    }
 }

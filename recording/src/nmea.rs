@@ -1,0 +1,105 @@
+//! Positions in NMEA 0183: GGA out of a receiver's bytes, in whatever pieces they come.
+
+/// Longer lines are nobody's: a sentence is 82 characters by the standard, some receivers' a little more.
+const LONGEST: usize = 256;
+
+/// Where the antenna was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fix {
+    /// Degrees, north positive.
+    pub(crate) latitude_deg: f64,
+    /// Degrees, east positive.
+    pub(crate) longitude_deg: f64,
+    /// Above the ellipsoid: the height that GGA has over mean sea level and the geoid's own.
+    pub(crate) altitude_m: f64,
+}
+
+/// Finds fixes in a receiver's bytes.
+#[derive(Debug, Default)]
+pub(crate) struct FixReader {
+    bytes: Vec<u8>,
+}
+
+impl FixReader {
+    /// Takes the next bytes.
+    pub(crate) fn push(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// The next fix; sentences without one, and lines with a wrong checksum, are passed over.
+    pub(crate) fn next_fix(&mut self) -> Option<Fix> {
+        loop {
+            let Some(end) = self.bytes.iter().position(|byte| *byte == b'\n') else {
+                if self.bytes.len() > LONGEST {
+                    self.bytes.clear();
+                }
+                return None;
+            };
+            let line: Vec<u8> = self.bytes.drain(..=end).collect();
+            if let Some(fix) = std::str::from_utf8(&line).ok().and_then(fix) {
+                return Some(fix);
+            }
+        }
+    }
+}
+
+/// `$..GGA,time,lat,N,lon,E,quality,satellites,hdop,height,M,geoid,M,age,station*sum`
+fn fix(line: &str) -> Option<Fix> {
+    let (body, sum) = line.trim().strip_prefix('$')?.split_once('*')?;
+    let expected = body.bytes().fold(0, |sum, byte| sum ^ byte);
+    if u8::from_str_radix(sum, 16) != Ok(expected) {
+        return None;
+    }
+    let fields: Vec<&str> = body.split(',').collect();
+    let field = |at: usize| fields.get(at).copied().unwrap_or_default();
+    if field(0).get(2..) != Some("GGA") || matches!(field(6), "" | "0") {
+        return None;
+    }
+    let angle = |at: usize, digits: usize, negative: &str| {
+        let text = field(at);
+        let degrees: f64 = text.get(..digits)?.parse().ok()?;
+        let minutes: f64 = text.get(digits..)?.parse().ok()?;
+        let angle = degrees + minutes / 60.0;
+        Some(if field(at + 1) == negative { -angle } else { angle })
+    };
+    Some(Fix {
+        latitude_deg: angle(2, 2, "S")?,
+        longitude_deg: angle(4, 3, "W")?,
+        altitude_m: field(9).parse::<f64>().ok()? + field(11).parse().unwrap_or(0.0),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sentence(body: &str) -> String {
+        format!("${body}*{:02X}\r\n", body.bytes().fold(0, |sum, byte| sum ^ byte))
+    }
+
+    #[test]
+    fn gga_is_read_in_any_pieces_and_nothing_else_is() {
+        let good =
+            sentence("GNGGA,101500.00,4136.0000000,N,00050.4000000,W,4,12,0.6,250.125,M,50.5,M,1.0,0000");
+        let text = [
+            sentence("GNRMC,101500.00,A,4136.0,N,00050.4,E,1.9,0.0,010126,,,R"),
+            good.clone(),
+            good.replace("4136", "4137"),
+            sentence("GNGGA,101500.00,,,,,0,00,99.9,,M,,M,,"),
+            good.clone(),
+        ]
+        .concat();
+        let expected = Fix { latitude_deg: 41.6, longitude_deg: -0.84, altitude_m: 300.625 };
+        for piece in [1, 7, 1000] {
+            let (mut reader, mut fixes) = (FixReader::default(), Vec::new());
+            for bytes in text.as_bytes().chunks(piece) {
+                reader.push(bytes);
+                fixes.extend(std::iter::from_fn(|| reader.next_fix()));
+            }
+            assert_eq!(fixes, [expected, expected], "{piece} bytes at a time");
+        }
+        let mut reader = FixReader::default();
+        reader.push(&[b'x'; 10_000]);
+        assert_eq!((reader.next_fix(), reader.bytes.len()), (None, 0));
+    }
+}
