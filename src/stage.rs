@@ -86,8 +86,19 @@ impl Stage {
         model: &'static lms2xx::model::Model,
         options: lms2xx::device::Options,
     ) -> Result<(lms2xx::device::Device, World), StageError> {
+        self.serial_scanner_on(&self.tractor(), index, model, options)
+    }
+
+    /// The same on a tractor that carries other things too.
+    pub fn serial_scanner_on(
+        &self,
+        tractor: &Tractor,
+        index: usize,
+        model: &'static lms2xx::model::Model,
+        options: lms2xx::device::Options,
+    ) -> Result<(lms2xx::device::Device, World), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = World::new(Arc::clone(&self.caster), self.tractor(), &self.rig, index, limits)?;
+        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?;
         let mut device = lms2xx::device::Device::new(model, options);
         let asked = self.rig.scanners.get(index).and_then(asked_step);
         let fits = |variant: &&lms2xx::Variant| asked == Some(variant.step_centideg.saturating_mul(100));

@@ -81,6 +81,40 @@ impl CanFrame {
     }
 }
 
+impl CanFrame {
+    /// As candump writes it: `18FE4980#0011FF`, `123#R8`; eight digits say that the identifier has 29 bits.
+    pub fn to_text(&self) -> String {
+        let mut text = match self.id {
+            CanId::Standard(id) => format!("{id:03X}#"),
+            CanId::Extended(id) => format!("{id:08X}#"),
+        };
+        if self.remote {
+            text += &format!("R{}", self.len);
+        }
+        self.data().iter().for_each(|byte| text += &format!("{byte:02X}"));
+        text
+    }
+
+    /// Reads what [`CanFrame::to_text`] writes; `None` for anything else, CAN FD among it.
+    pub fn from_text(text: &str) -> Option<Self> {
+        let (id, data) = text.split_once('#')?;
+        let id = CanId::new(u32::from_str_radix(id, 16).ok()?, id.len() > 3)?;
+        if let Some(len) = data.strip_prefix('R') {
+            let len = if len.is_empty() { 0 } else { len.parse().ok()? };
+            return Self::remote(id, len);
+        }
+        Self::new(id, &hex(data)?)
+    }
+}
+
+/// Bytes of hexadecimal digits, at most eight.
+pub(super) fn hex(text: &str) -> Option<Vec<u8>> {
+    if text.len() % 2 == 1 || text.len() > 16 || !text.is_ascii() {
+        return None;
+    }
+    (0..text.len()).step_by(2).map(|at| u8::from_str_radix(text.get(at..at + 2)?, 16).ok()).collect()
+}
+
 /// The nobody in particular of J1939 destinations.
 pub const EVERYONE: u8 = 0xFF;
 /// The address of who has none.

@@ -8,7 +8,7 @@ use tokio::sync::{Notify, mpsc};
 use tokio::task::JoinSet;
 
 use super::link::{self, Link};
-use super::{BusAddress, BusError, CanFrame};
+use super::{BusAddress, BusError, BusLoss, CanFrame};
 
 /// Frames a port may be behind.
 const QUEUE: usize = 4096;
@@ -23,6 +23,8 @@ pub enum Heard {
     Opened,
     /// A frame was received.
     Frame(CanFrame),
+    /// The port is off its bus until it is [`Heard::Opened`] again.
+    Lost(BusLoss),
 }
 
 /// How many frames the ports have written, for who waits until his are out.

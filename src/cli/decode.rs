@@ -36,6 +36,7 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     })?;
     let transcript = Transcript::of(&input, Options { values: args.values });
     match args.format {
+        Format::Table if transcript.lines.is_empty() => {}
         Format::Table => output::print(&table(&transcript.lines))?,
         format => output::print_rows(format, &transcript.lines)?,
     }

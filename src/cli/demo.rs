@@ -1,5 +1,7 @@
 //! `rowscan demo`: a virtual scanner, our own driver, and the estimate beside the truth, over a real socket.
 
+use std::sync::Arc;
+
 use comfy_table::Cell;
 use indicatif::ProgressBar;
 use rowscan_canopy::{Estimate, Pipeline, Warning};
@@ -16,7 +18,7 @@ use super::interrupt::Interrupt;
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, progress};
-use crate::clock::{Stopwatch, TimeScale, Timer};
+use crate::clock::{Latency, Stopwatch, TimeScale, Timer};
 use crate::emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
 use crate::line::{NetLine, Pty, Wire};
 use crate::stage::Stage;
@@ -62,7 +64,7 @@ const NEAREST_CALIBRATION: &str = "spindle-lms111";
 
 /// The virtual scanner of a demo.
 enum Virtual {
-    Cola(Emulator),
+    Cola(Emulator, Arc<Latency>),
     Lms2xx(SerialEmulator),
 }
 
@@ -70,7 +72,7 @@ impl Virtual {
     /// Scans sent, and scans dropped.
     fn counts(&self) -> (u64, u64) {
         match self {
-            Self::Cola(emulator) => {
+            Self::Cola(emulator, _) => {
                 let EmulatorCounts { scans_sent, scans_dropped, .. } = emulator.counts();
                 (scans_sent, scans_dropped)
             }
@@ -81,16 +83,14 @@ impl Virtual {
     /// Host time to the estimate; telegrams of an LMS2xx cannot be told apart, so that theirs is not known.
     fn latency_ms(&self, fraction: f64) -> Option<f64> {
         match self {
-            Self::Cola(emulator) => {
-                emulator.latency().quantile(fraction).map(|latency| latency.as_secs_f64() * 1e3)
-            }
+            Self::Cola(_, latency) => latency.quantile(fraction).map(|latency| latency.as_secs_f64() * 1e3),
             Self::Lms2xx(_) => None,
         }
     }
 
     fn used(&self, telegram_counter: u16) {
-        if let Self::Cola(emulator) = self {
-            emulator.latency().used(telegram_counter);
+        if let Self::Cola(_, latency) = self {
+            latency.used(telegram_counter);
         }
     }
 }
@@ -112,16 +112,18 @@ impl Args {
         let rig = rig_of(stage, model.name);
         let pipeline = estimate::pipeline(Some(&rig), 0, self.calibration.as_deref())?;
         let scans = stage.scans_per_row(&device);
+        let latency = Arc::new(Latency::default());
         let config = EmulatorConfig {
             time_scale: self.time_scale,
-            timer: Timer::System,
+            timer: Timer::system(),
             dialects: self.dialect.into(),
+            latency: Some(Arc::clone(&latency)),
             ..EmulatorConfig::default()
         };
         let mut emulator = Emulator::start(device, world, config);
         let address = emulator.listen("127.0.0.1:0").await?.address.to_string();
         let source = Source::Tcp { address };
-        Ok(Set { scanner: Virtual::Cola(emulator), source, pipeline, scans, model: model.name })
+        Ok(Set { scanner: Virtual::Cola(emulator, latency), source, pipeline, scans, model: model.name })
     }
 
     /// An LMS2xx on a serial line, at the rate that carries every scan.

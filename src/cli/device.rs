@@ -185,6 +185,11 @@ impl DeviceArgs {
         Ok(self.state.as_ref().map(open).transpose()?)
     }
 
+    /// Whether it keeps its settings in a file.
+    pub(super) fn keeps_state(&self) -> bool {
+        self.state.is_some()
+    }
+
     /// The device as these flags have it, its settings file, and what happens to its lines on the way.
     pub(super) fn set_up(
         &self,

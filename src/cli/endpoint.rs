@@ -23,6 +23,8 @@ struct Listening<'a> {
     event: &'static str,
     endpoint: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
+    stream: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     address: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     path: Option<String>,
@@ -30,17 +32,28 @@ struct Listening<'a> {
 
 /// Announces the endpoint called `name` (`tcp`, `pty`, `serial`, `rfc2217`, `nmea`, …).
 pub(super) fn announce(format: Format, name: &str, place: Place<'_>) -> Result<(), Failure> {
+    announce_stream(format, None, name, place)
+}
+
+/// The same of the endpoint of one stream among several.
+pub(super) fn announce_stream(
+    format: Format,
+    stream: Option<&str>,
+    name: &str,
+    place: Place<'_>,
+) -> Result<(), Failure> {
     let (address, path) = match place {
         Place::Address(address) => (Some(address.to_string()), None),
         Place::Path(path) => (None, Some(path.display().to_string())),
     };
     match format {
         Format::Json | Format::Jsonl => {
-            let line = Listening { event: "listening", endpoint: name, address, path };
+            let line = Listening { event: "listening", endpoint: name, stream, address, path };
             output::print_json(Format::Jsonl, &line)
         }
         Format::Csv | Format::Table => {
-            say(format_args!("listening on {name} {}", address.or(path).unwrap_or_default()));
+            let stream = stream.map(|stream| format!(" ({stream})")).unwrap_or_default();
+            say(format_args!("listening on {name} {}{stream}", address.or(path).unwrap_or_default()));
             Ok(())
         }
     }

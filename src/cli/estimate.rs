@@ -235,18 +235,20 @@ async fn follow(
 ) -> Result<(), Failure> {
     let bar = progress::bar("scanning", "scans", args.scans.unwrap_or(0));
     loop {
-        let received = tokio::select! {
-            // What the bus says is older than the scan that comes next.
-            biased;
-            () = sensor.hear() => {
-                sensor.send().await;
-                continue;
-            }
-            record = scanner.next() => {
-                let Some(record) = record? else { break };
-                sensor.push(pipeline, record.scan).await;
-                record.received
-            }
+        let received = {
+            // Kept while the bus is heard, or a bus that talks would call every attempt to connect off.
+            let mut next = std::pin::pin!(scanner.next());
+            let record = loop {
+                tokio::select! {
+                    // What the bus says is older than the scan that comes next.
+                    biased;
+                    () = sensor.hear() => sensor.send().await,
+                    record = &mut next => break record?,
+                }
+            };
+            let Some(record) = record else { break };
+            sensor.push(pipeline, record.scan).await;
+            record.received
         };
         sensor.measure(received, || scanner.now()).await;
         while let Some(event) = scanner.take_link_event() {

@@ -12,6 +12,7 @@ use super::device::DeviceArgs;
 use super::endpoint::{Place, announce};
 use super::interrupt::Interrupt;
 use super::output::say;
+use super::voices::VoiceArgs;
 use super::{Failure, Format};
 use crate::clock::TimeScale;
 use crate::emulator::{SerialConfig, SerialEmulator};
@@ -101,6 +102,7 @@ pub(super) struct Asked<'a> {
     pub(super) line: &'a LineArgs,
     pub(super) tcp: &'a [String],
     pub(super) device: &'a DeviceArgs,
+    pub(super) voices: &'a VoiceArgs,
     pub(super) scanner: usize,
     pub(super) time_scale: TimeScale,
     pub(super) format: Format,
@@ -116,7 +118,8 @@ pub(super) async fn emulate(
     mut interrupt: Interrupt,
 ) -> Result<(), Failure> {
     let options = options(asked.device, asked.line, asked.time_scale)?;
-    let (mut device, world) = stage.serial_scanner(asked.scanner, model, options)?;
+    let tractor = stage.tractor();
+    let (mut device, world) = stage.serial_scanner_on(&tractor, asked.scanner, model, options)?;
     let state = asked.device.lms2xx_state(&mut device)?;
     let mut lines = asked.line.open(asked.format, device.rate().bits_per_second()).await?;
     for address in asked.tcp {
@@ -139,19 +142,25 @@ pub(super) async fn emulate(
             asked.scene, model.name
         ));
     }
-    let emulator = SerialEmulator::start(device, world, wire, config);
+    let (voices, _telling) = asked.voices.open(stage, &tractor, asked.format).await?;
+    let emulator = SerialEmulator::start_with(device, world, wire, voices, config);
     interrupt.wait().await;
     let counts = emulator.counts();
     say(format_args!("{} scans sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost));
     Ok(())
 }
 
-fn options(device: &DeviceArgs, line: &LineArgs, scale: TimeScale) -> Result<Options, Failure> {
-    let pause_slack = match scale {
+/// How much longer than real a pause inside a telegram may be.
+pub(super) fn pause_slack(scale: TimeScale) -> Duration {
+    match scale {
         TimeScale::Paced(scale) => PAUSE_SLACK.mul_f64(scale.clamp(1e-3, 1e3)),
         // Time stands still between requests: any pause is no pause.
         TimeScale::Max => Duration::MAX / 4,
-    };
+    }
+}
+
+fn options(device: &DeviceArgs, line: &LineArgs, scale: TimeScale) -> Result<Options, Failure> {
+    let pause_slack = pause_slack(scale);
     let profile: Profile = device.profile();
     Ok(Options { profile, start: device.lms2xx_start()?, stored_rate: line.stored_rate()?, pause_slack })
 }

@@ -13,6 +13,7 @@ mod export;
 mod interrupt;
 mod line;
 mod models;
+mod named;
 mod orchard;
 mod output;
 mod progress;
@@ -165,15 +166,12 @@ pub enum Failure {
     /// A wood test that cannot be.
     #[error(transparent)]
     Mesh(#[from] rowscan_scenes::scan::MeshError),
-    /// A search that is none.
-    #[error(transparent)]
-    Search(#[from] crate::study::search::SearchFileError),
     /// A study that did not end.
     #[error(transparent)]
     Study(#[from] crate::study::RunError),
-    /// A study file.
+    /// A study's description that is none.
     #[error(transparent)]
-    Sweep(#[from] crate::study::sweep::SweepError),
+    Described(#[from] crate::study::StudyFileError),
     /// Shards that make no whole.
     #[error(transparent)]
     Merge(#[from] crate::study::MergeError),

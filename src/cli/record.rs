@@ -1,36 +1,48 @@
 //! `rowscan record`
 
+use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use rowscan_driver::{DriverConfig, Scanner, Source};
-use rowscan_recording::{About, CopyError, Recording, StreamKind, Taps, account, copy};
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::{About, CopyError, Recording, Side, StreamKind, Taps, account, copy};
 use serde::Serialize;
 use tokio::task::JoinSet;
 
 use super::estimate::{PARTING, Prefer, tell};
 use super::interrupt::Interrupt;
+use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
+use super::voices::open_bus;
 use super::{Failure, Format, Outcome};
-use crate::clock::Stopwatch;
+use crate::bus::link::Heard;
+use crate::bus::{Bus, BusAddress, Inbox};
+use crate::clock::{SimClock, Stopwatch, TimeScale};
 use crate::config;
+use crate::nmea::{NmeaEar, NmeaSource};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Scanners to record, or one recording of any kind to convert; `left=tcp://192.168.0.1:2112` gives a stream its name
-    #[arg(required_unless_present_any = ["info", "repair"], value_name = "SOURCE")]
-    sources: Vec<Named>,
+    #[arg(required_unless_present_any = ["info", "repair", "nmea", "can"], value_name = "SOURCE")]
+    sources: Vec<Named<Source>>,
+    /// A GNSS receiver beside the scanners; repeatable: tcp:HOST:PORT, udp:ADDR:PORT, serial:DEV@RATE [its name: gnss]
+    #[arg(long, value_name = "[NAME=]RECEIVER")]
+    nmea: Vec<Named<NmeaSource>>,
+    /// A port of a CAN bus beside them; repeatable: socketcan:can0, udp:GROUP:PORT, slcan:LINK, socketcand:ADDR [its name: can]
+    #[arg(long, value_name = "[NAME=]PORT")]
+    can: Vec<Named<BusAddress>>,
     /// The file to write
     #[arg(short, long, value_name = "FILE", required_unless_present_any = ["info", "repair"])]
     output: Option<PathBuf>,
     /// Say what is inside a recording: streams, rates, gaps, clock drift
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "output", "repair"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "nmea", "can", "output", "repair"])]
     info: Option<PathBuf>,
     /// Write a broken-off recording anew, whole and indexed: in its place, or to --output
-    #[arg(long, value_name = "FILE", conflicts_with = "sources")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "nmea", "can"])]
     repair: Option<PathBuf>,
     /// End after so many scans of each scanner
     #[arg(long, value_name = "N")]
@@ -54,29 +66,6 @@ pub(super) struct Args {
     format: Format,
 }
 
-/// A source with the name its stream gets.
-#[derive(Clone, Debug)]
-struct Named {
-    name: Option<String>,
-    source: Source,
-}
-
-impl FromStr for Named {
-    type Err = rowscan_driver::DriverError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let is_name = |name: &str| {
-            !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b))
-        };
-        match text.split_once('=') {
-            Some((name, source)) if is_name(name) => {
-                Ok(Self { name: Some(name.to_owned()), source: source.parse()? })
-            }
-            _ => Ok(Self { name: None, source: text.parse()? }),
-        }
-    }
-}
-
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(file) = &args.info {
         return info(file, args.format);
@@ -95,31 +84,39 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         return convert(file, args.output.as_deref().unwrap_or(file), about, args.decoded);
     }
     let Some(output) = &args.output else { return Ok(Outcome::Done) };
-    if let [Named { source: Source::Recording { path, .. }, .. }] = args.sources.as_slice() {
+    if let [Named { it: Source::Recording { path, .. }, .. }] = args.sources.as_slice() {
         return convert(path, output, about, args.decoded);
     }
-    if let Some(Named { source, .. }) =
-        args.sources.iter().find(|named| matches!(named.source, Source::Recording { .. }))
+    if let Some(Named { it: source, .. }) =
+        args.sources.iter().find(|named| matches!(named.it, Source::Recording { .. }))
     {
         return Err(Failure::Usage(format!("{source} is a recording: convert recordings one at a time")));
     }
     live(&args, output, about).await
 }
 
-/// Records live scanners until the user, or every scanner's count, ends it.
+/// Records live scanners and what is beside them until the user, or every scanner's count, ends it.
 async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
-    let sources = args.sources.iter().map(|named| named.source.to_string()).collect::<Vec<_>>();
+    let beside = interrupt.or(Beside::open(args)).await.transpose()?;
+    let Some(beside) = beside else { return Ok(Outcome::Done) };
+    let sources = args.sources.iter().map(|named| named.it.to_string()).collect::<Vec<_>>();
     let about = About { source: Some(sources.join(" ")), ..about };
     let taping = recorder::start(output, args.decoded.into(), about, false)?;
     let limits = Limits { scans: args.scans, seconds: args.seconds };
+    let _beside = beside.follow(&taping.taps());
     let mut scanners = JoinSet::new();
     for named in &args.sources {
         let config = DriverConfig { wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
         scanners.spawn(follow(named.clone(), config, taping.taps(), limits));
     }
+    if args.sources.is_empty() {
+        scanners.spawn(limits.pass());
+    }
     let ended = tokio::select! {
-        ended = all(&mut scanners, &taping) => ended,
+        ended = all(&mut scanners) => ended,
+        // It was told when it happened.
+        () = taping.failed() => Ok(()),
         () = interrupt.wait() => Ok(()),
     };
     scanners.shutdown().await;
@@ -127,8 +124,61 @@ async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failu
     ended.map(|()| outcome)
 }
 
+/// What is recorded beside the scanners, opened.
+struct Beside {
+    receivers: Vec<(String, NmeaEar)>,
+    buses: Vec<(String, Bus, Inbox)>,
+}
+
+impl Beside {
+    /// Opens it all, so that what is missing is told before anything is written. Ports of one name are one bus.
+    async fn open(args: &Args) -> Result<Self, Failure> {
+        let (mut receivers, mut buses) = (Vec::new(), Vec::new());
+        for Named { name, it } in &args.nmea {
+            let name = name.clone().unwrap_or_else(|| "gnss".to_owned());
+            receivers.push((name, it.clone().open().await?));
+        }
+        let mut ports: BTreeMap<&str, Vec<BusAddress>> = BTreeMap::new();
+        for Named { name, it } in &args.can {
+            ports.entry(name.as_deref().unwrap_or("can")).or_default().push(it.clone());
+        }
+        for (name, ports) in ports {
+            let (bus, inbox) = open_bus(&ports, Some(name), args.format).await?;
+            buses.push((name.to_owned(), bus, inbox));
+        }
+        Ok(Self { receivers, buses })
+    }
+
+    /// Records until the tasks are dropped.
+    fn follow(self, taps: &Taps) -> JoinSet<()> {
+        let mut tasks = JoinSet::new();
+        for (name, mut receiver) in self.receivers {
+            let tap = taps.open(&name, StreamKind::Nmea);
+            tasks.spawn(async move {
+                loop {
+                    tap.record(Side::Device, receiver.hear().await);
+                }
+            });
+        }
+        for (name, bus, mut inbox) in self.buses {
+            let tap = taps.open(&name, StreamKind::Can);
+            let clock = SimClock::start(TimeScale::Paced(1.0));
+            tasks.spawn(async move {
+                while let Some((port, heard)) = inbox.recv().await {
+                    if let Heard::Frame(frame) = heard {
+                        tap.record(Side::Device, frame.to_text().as_bytes());
+                        // Several ports are one bus: each hears the others.
+                        bus.send((clock.now(), frame), Some(port), false).await;
+                    }
+                }
+            });
+        }
+        tasks
+    }
+}
+
 /// Waits for every scanner; the first that fails ends the others.
-async fn all(scanners: &mut JoinSet<Result<(), Failure>>, taping: &recorder::Taping) -> Result<(), Failure> {
+async fn all(scanners: &mut JoinSet<Result<(), Failure>>) -> Result<(), Failure> {
     while let Some(ended) = scanners.join_next().await {
         match ended {
             Ok(ended) => ended?,
@@ -138,9 +188,6 @@ async fn all(scanners: &mut JoinSet<Result<(), Failure>>, taping: &recorder::Tap
                     cause: std::io::Error::other(cause),
                 });
             }
-        }
-        if taping.has_failed() {
-            break;
         }
     }
     Ok(())
@@ -153,6 +200,20 @@ struct Limits {
     seconds: Option<f64>,
 }
 
+impl Limits {
+    /// Waits for the limit in time; for ever without one.
+    async fn pass(self) -> Result<(), Failure> {
+        match self.seconds {
+            Some(seconds) => {
+                let clock = SimClock::start(TimeScale::Paced(1.0));
+                clock.reach(SimTime((seconds.clamp(0.0, 1e9) * 1e9) as u64)).await;
+                Ok(())
+            }
+            None => std::future::pending().await,
+        }
+    }
+}
+
 /// What a source's bytes are.
 pub(super) fn stream_kind(source: &Source) -> StreamKind {
     match source {
@@ -161,13 +222,18 @@ pub(super) fn stream_kind(source: &Source) -> StreamKind {
     }
 }
 
-async fn follow(named: Named, config: DriverConfig, taps: Taps, limits: Limits) -> Result<(), Failure> {
-    let name = named.name.clone().unwrap_or_else(|| match &named.source {
+async fn follow(
+    named: Named<Source>,
+    config: DriverConfig,
+    taps: Taps,
+    limits: Limits,
+) -> Result<(), Failure> {
+    let name = named.name.clone().unwrap_or_else(|| match &named.it {
         Source::Tcp { address } => address.clone(),
         other => other.to_string(),
     });
-    let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.source)), ..config };
-    let mut scanner = Scanner::open(&named.source, config).await?;
+    let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };
+    let mut scanner = Scanner::open(&named.it, config).await?;
     let watch = Stopwatch::start();
     let mut scans = 0;
     while scanner.next().await?.is_some() {

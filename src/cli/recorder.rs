@@ -1,9 +1,11 @@
 //! The flags every command has that can record what it does.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps};
+use tokio::sync::Notify;
 
 use super::output::say;
 use super::{Failure, Outcome};
@@ -32,10 +34,10 @@ pub(super) struct DecodedArgs {
 enum DecodedArg {
     /// Nothing: a fifth of the size
     None,
-    /// foxglove.LaserScan
+    /// foxglove.LaserScan; positions and CAN frames, too
     #[default]
     Scans,
-    /// foxglove.PointCloud
+    /// foxglove.PointCloud instead of scans
     Points,
     /// Both
     All,
@@ -47,13 +49,22 @@ impl From<DecodedArgs> for Decoded {
         Self {
             scans: is(&[DecodedArg::Scans, DecodedArg::All]),
             points: is(&[DecodedArg::Points, DecodedArg::All]),
+            beside: args.decoded != DecodedArg::None,
         }
     }
 }
 
 /// A recording that may be running beside a command.
 #[derive(Debug, Default)]
-pub(super) struct Taping(Option<(Recorder, PathBuf)>);
+pub(super) struct Taping(Option<Running>);
+
+#[derive(Debug)]
+struct Running {
+    recorder: Recorder,
+    path: PathBuf,
+    /// Rung if writing fails.
+    failed: Arc<Notify>,
+}
 
 impl RecordArgs {
     /// Starts recording, if it was asked for. `waits`: for the disk, instead of losing packets.
@@ -68,9 +79,13 @@ impl RecordArgs {
 pub(super) fn start(path: &Path, decoded: Decoded, about: About, waits: bool) -> Result<Taping, Failure> {
     let about = about.or(About { program: Some(program()), ..About::default() });
     let options = RecorderOptions { decoded, waits, about };
-    let recorder =
-        Recorder::start(path, options, clock::wall_clock(), |error| say(format_args!("rowscan: {error}")))?;
-    Ok(Taping(Some((recorder, path.to_owned()))))
+    let failed = Arc::new(Notify::new());
+    let ring = Arc::clone(&failed);
+    let recorder = Recorder::start(path, options, clock::wall_clock(), move |error| {
+        say(format_args!("rowscan: {error}"));
+        ring.notify_one();
+    })?;
+    Ok(Taping(Some(Running { recorder, path: path.to_owned(), failed })))
 }
 
 /// This program, as files name it.
@@ -86,17 +101,20 @@ pub(super) fn rig_text(rig: &Rig) -> Option<String> {
 impl Taping {
     /// Where the taps come from; they do nothing if nothing records.
     pub(super) fn taps(&self) -> Taps {
-        self.0.as_ref().map_or_else(Taps::default, |(recorder, _)| recorder.taps())
+        self.0.as_ref().map_or_else(Taps::default, |running| running.recorder.taps())
     }
 
-    /// True once writing has failed.
-    pub(super) fn has_failed(&self) -> bool {
-        self.0.as_ref().is_some_and(|(recorder, _)| recorder.has_failed())
+    /// Resolves once writing has failed. Cancel safe.
+    pub(super) async fn failed(&self) {
+        match &self.0 {
+            Some(running) => running.failed.notified().await,
+            None => std::future::pending().await,
+        }
     }
 
     /// Ends the file and tells what it holds. A finding if the recording is not whole; the command's own work was done.
     pub(super) fn finish(self) -> Outcome {
-        let Some((recorder, path)) = self.0 else { return Outcome::Done };
+        let Some(Running { recorder, path, .. }) = self.0 else { return Outcome::Done };
         // A failure was told when it happened.
         let Ok(recorded) = recorder.finish() else { return Outcome::Finding };
         tell(&path, &recorded);

@@ -18,8 +18,7 @@ use super::voices::BusArgs;
 use super::{Failure, Format};
 use crate::bus::canopy::CanopyEcu;
 use crate::bus::link::Heard;
-use crate::bus::node::Standing;
-use crate::bus::{Bus, CanFrame, Inbox};
+use crate::bus::{Bus, BusWatch, CanFrame, Inbox};
 use crate::clock::{Lateness, quantile};
 use crate::nmea::SpeedReader;
 
@@ -80,7 +79,7 @@ pub(super) struct Sensor {
     clock: DeviceClock,
     now: SimTime,
     frames: Vec<CanFrame>,
-    lost_told: bool,
+    watch: BusWatch,
     row_spacing_m: Option<f64>,
     _tasks: JoinSet<()>,
 }
@@ -127,7 +126,7 @@ impl SensorArgs {
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
             frames,
-            lost_told: false,
+            watch: BusWatch::default(),
             row_spacing_m,
             _tasks: tasks,
         })
@@ -170,21 +169,15 @@ impl Sensor {
 
     /// Waits for something on the bus and answers it; for ever without one. Cancel safe.
     pub(super) async fn hear(&mut self) {
-        let Some((ecu, bus, inbox)) = &mut self.can else { return std::future::pending().await };
+        let Some((ecu, _, inbox)) = &mut self.can else { return std::future::pending().await };
         let Some((port, heard)) = inbox.recv().await else { return std::future::pending().await };
         match heard {
             Heard::Opened => ecu.open(self.now, &mut self.frames),
-            Heard::Frame(frame) => {
-                // Another port's frame is everyone's.
-                let _ = (port, &bus);
-                ecu.handle(self.now, &frame, &mut self.frames);
-            }
+            Heard::Frame(frame) => ecu.handle(self.now, &frame, &mut self.frames),
+            Heard::Lost(_) => {}
         }
-        if let (Standing::Lost(address), false) = (ecu.standing(), self.lost_told) {
-            self.lost_told = true;
-            say(format_args!(
-                "another control function keeps address {address}; nothing is sent on the bus any more"
-            ));
+        if let Some(news) = self.watch.news(port, heard, ecu.standing()) {
+            say(news);
         }
     }
 

@@ -1,13 +1,21 @@
 //! Flags for what else on the tractor speaks, and for the canopy sensor's own bus.
 
-use super::endpoint::{Place, announce};
+use tokio::sync::mpsc;
+use tokio::task::JoinSet;
+
+use super::endpoint::{Place, announce_stream};
+use super::output::say;
 use super::{Failure, Format};
 use crate::bus::link::{Found, Link};
 use crate::bus::tractor::TractorEcu;
 use crate::bus::{Bus, BusAddress, Inbox};
+use crate::clock::TimeScale;
 use crate::emulator::{Tractor, Voices};
 use crate::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
 use crate::stage::Stage;
+
+/// News of the bus that may wait to be told; a bus that flaps faster loses some.
+const NEWS: usize = 16;
 
 /// Where CAN goes.
 #[derive(Clone, Debug, clap::Args)]
@@ -24,20 +32,45 @@ impl BusArgs {
         if self.can.is_empty() {
             return Ok(None);
         }
-        let mut announced = Ok(());
-        let mut tell = |link: &Link| {
-            let told = match link.found() {
-                Found::Address(address) => announce(format, link.kind(), Place::Address(&address)),
-                Found::Path(path) => announce(format, link.kind(), Place::Path(&path)),
-                Found::Name(name) => announce(format, link.kind(), Place::Address(&name)),
-            };
-            if announced.is_ok() {
-                announced = told;
-            }
-        };
-        let bus = Bus::open(&self.can, &mut tell).await?;
-        announced.map(|()| Some(bus))
+        open_bus(&self.can, None, format).await.map(Some)
     }
+}
+
+/// Opens the ports of a bus and announces them, for the stream of that name.
+pub(super) async fn open_bus(
+    ports: &[BusAddress],
+    stream: Option<&str>,
+    format: Format,
+) -> Result<(Bus, Inbox), Failure> {
+    let mut announced = Ok(());
+    let mut tell = |link: &Link| {
+        let tell = |place: Place<'_>| announce_stream(format, stream, link.kind(), place);
+        let told = match link.found() {
+            Found::Address(address) => tell(Place::Address(&address)),
+            Found::Path(path) => tell(Place::Path(&path)),
+            Found::Name(name) => tell(Place::Address(&name)),
+        };
+        if announced.is_ok() {
+            announced = told;
+        }
+    };
+    let bus = Bus::open(ports, &mut tell).await?;
+    announced.map(|()| bus)
+}
+
+/// Opens a place for sentences that come `rate_hz` times a second and announces it, for the stream of that name.
+pub(super) async fn open_nmea(
+    address: &NmeaAddress,
+    rate_hz: f64,
+    stream: Option<&str>,
+    format: Format,
+) -> Result<NmeaLine, Failure> {
+    let line = NmeaLine::open(address, rate_hz).await?;
+    match line.place() {
+        NmeaPlace::Address(address) => announce_stream(format, stream, "nmea", Place::Address(address))?,
+        NmeaPlace::Path(path) => announce_stream(format, stream, "nmea", Place::Path(path))?,
+    }
+    Ok(line)
 }
 
 /// Where GNSS and CAN of the virtual tractor go.
@@ -46,45 +79,49 @@ impl BusArgs {
 pub(super) struct VoiceArgs {
     #[command(flatten)]
     bus: BusArgs,
-    /// GNSS sentences; repeatable: tcp:ADDR, udp:ADDR, pty:LINK (pty:LINK@4800: a line of that rate)
+    /// GNSS sentences; repeatable: tcp:ADDR, udp:ADDR, pty:LINK (pty:LINK@4800: a line of that rate), serial:DEV@RATE
     #[arg(long, value_name = "PLACE")]
     nmea: Vec<NmeaAddress>,
 }
 
 impl VoiceArgs {
-    /// Refuses voices where nothing would speak.
-    pub(super) fn refuse(&self, title: &str) -> Result<(), Failure> {
-        if self.nmea.is_empty() && self.bus.can.is_empty() {
+    /// Refuses voices beside a scanner whose clock waits for one client on a line, and not for theirs.
+    pub(super) fn check_beside_a_line(&self, scale: TimeScale) -> Result<(), Failure> {
+        if scale != TimeScale::Max || self.nmea.is_empty() && self.bus.can.is_empty() {
             return Ok(());
         }
-        Err(Failure::Usage(format!(
-            "--can and --nmea ride with CoLa scanners; a virtual {title} has none: leave them out"
-        )))
+        Err(Failure::Usage(
+            "--can and --nmea beside an LMS2xx want a paced clock: --time-scale 1, or any other number"
+                .to_owned(),
+        ))
     }
 
-    /// Opens what is asked for and says where it is.
+    /// Opens what is asked for and says where it is; the tasks tell what happens on the bus.
     pub(super) async fn open(
         &self,
         stage: &Stage,
         tractor: &Tractor,
         format: Format,
-    ) -> Result<Voices, Failure> {
+    ) -> Result<(Voices, JoinSet<()>), Failure> {
+        let mut telling = JoinSet::new();
         let mut voices = Voices::default();
         let mut lines = Vec::new();
         for address in &self.nmea {
-            let line = NmeaLine::open(address, stage.scene.gnss.rate_hz).await?;
-            match line.place() {
-                NmeaPlace::Address(address) => announce(format, "nmea", Place::Address(address))?,
-                NmeaPlace::Path(path) => announce(format, "nmea", Place::Path(path))?,
-            }
-            lines.push(line);
+            lines.push(open_nmea(address, stage.scene.gnss.rate_hz, None, format).await?);
         }
         if !lines.is_empty() {
             voices.nmea = Some((NmeaVoice::new(tractor.clone(), stage.receiver()), lines));
         }
         if let Some((bus, inbox)) = self.bus.open(format).await? {
             voices.can = Some((TractorEcu::new(tractor.clone(), stage.receiver()), bus, inbox));
+            let (news, mut told) = mpsc::channel(NEWS);
+            voices.news = Some(news);
+            telling.spawn(async move {
+                while let Some(news) = told.recv().await {
+                    say(news);
+                }
+            });
         }
-        Ok(voices)
+        Ok((voices, telling))
     }
 }

@@ -4,6 +4,6 @@ mod scene;
 mod strict;
 
 pub use scene::{
-    ConfigError, load_calibration, load_calibration_for, load_rig, load_scene, nearest, scene_from_text,
+    ConfigError, fill, load_calibration, load_calibration_for, load_rig, load_scene, nearest, scene_from_text,
 };
 pub use strict::{Trouble, from_toml};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rowscan_canopy::Calibration;
 use rowscan_protocol::rig::{Rig, RigError};
-use rowscan_scenes::trajectory::{Track, TrackError};
+use rowscan_scenes::parameters::SceneFile;
 use rowscan_scenes::{Scene, SceneError, builtin};
 use serde::Deserialize;
 
@@ -55,14 +55,6 @@ pub enum ConfigError {
         /// What is wrong.
         cause: RigError,
     },
-    /// A recorded drive that cannot be driven.
-    #[error("{place}: {cause}")]
-    Track {
-        /// The file.
-        place: String,
-        /// What is wrong.
-        cause: TrackError,
-    },
     /// A calibration that cannot be trusted.
     #[error("{place}: {cause}")]
     Calibration {
@@ -111,9 +103,9 @@ impl Text {
         }
     }
 
-    /// The file that this text names: relative paths count from its own folder.
-    fn beside(&self, path: &str) -> PathBuf {
-        Path::new(&self.place).parent().unwrap_or(Path::new("")).join(path)
+    /// The folder from which the relative paths in this text count.
+    fn folder(&self) -> &Path {
+        Path::new(&self.place).parent().unwrap_or(Path::new(""))
     }
 
     fn read<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
@@ -126,23 +118,19 @@ impl Text {
 pub fn load_scene(name: &str) -> Result<Scene, ConfigError> {
     let text = Text::find("scene", name, builtin::text, builtin::names().collect())?;
     let mut scene: Scene = text.read()?;
-    if let Some(track) = &scene.drive.track {
-        scene.drive.recorded = Some(load_track(&Path::new(name).with_file_name(track))?);
-    }
     for file in scene.files_mut() {
-        let path = text.beside(file.path());
-        file.fill(std::fs::read(&path).map_err(|cause| ConfigError::Read { path, cause })?);
+        fill(file, text.folder())?;
     }
     scene.validate().map_err(|cause| ConfigError::Scene { place: text.place.clone(), cause })?;
     scene.resolved_rig().validate().map_err(|cause| ConfigError::Rig { place: text.place, cause })?;
     Ok(scene)
 }
 
-/// A recorded drive: the file that a scene's `drive.track` names, beside the scene file.
-fn load_track(path: &Path) -> Result<Track, ConfigError> {
-    let read = |cause| ConfigError::Read { path: path.to_owned(), cause };
-    let text = std::fs::read_to_string(path).map_err(read)?;
-    Track::parse(&text).map_err(|cause| ConfigError::Track { place: path.display().to_string(), cause })
+/// Reads a file that a scene of this folder names.
+pub fn fill(file: &mut SceneFile, folder: &Path) -> Result<(), ConfigError> {
+    let path = folder.join(file.path());
+    file.fill(std::fs::read(&path).map_err(|cause| ConfigError::Read { path, cause })?);
+    Ok(())
 }
 
 /// A scene from the text of a file, validated; what is wrong, without a place.

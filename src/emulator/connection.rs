@@ -55,7 +55,10 @@ async fn converse<S: AsyncRead + AsyncWrite>(
 ) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
     let tap = match &shared.program {
-        Program::Device => shared.config.taps.open(shared.device().model().name, StreamKind::Cola),
+        Program::Device => {
+            let stream = shared.config.stream.as_deref();
+            shared.config.taps.open(stream.unwrap_or(shared.device().model().name), StreamKind::Cola)
+        }
         Program::Script(name, _) => shared.config.taps.open(name, StreamKind::Cola),
         Program::Verbatim(name, kind) => shared.config.taps.open(name, *kind),
     };
@@ -63,7 +66,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
         Program::Script(_, script) => Some(Prompter::new(Arc::clone(script))),
         Program::Device | Program::Verbatim(..) => None,
     };
-    let verbatim = matches!(shared.program, Program::Verbatim(..));
+    let verbatim = shared.is_verbatim();
     if verbatim {
         member.set_wants(Some(Wants::everything()));
         shared.interest.notify_one();

@@ -3,10 +3,12 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use bytes::Bytes;
 use rowscan_protocol::device::{Event, Mirror, monitor_event, scan_event};
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc::error::TrySendError;
 
@@ -14,7 +16,26 @@ use super::roster::{Member, Queued, Wants};
 use super::voices::Speaking;
 use super::world::World;
 use super::{LineChange, Shared};
-use crate::clock::{Pacer, TimeScale};
+use crate::clock::{self, Pacer, TimeScale};
+
+/// How late a turn may come, host time. What holds a host up for less than [`Patience::MOST`] costs no scan. A host that is too slow loses
+/// scans, evenly, rather than that they come ever later: the first turn left out takes the patience away, each turn in time
+/// brings a little back.
+#[derive(Debug)]
+struct Patience(Duration);
+
+impl Patience {
+    const MOST: Duration = Duration::from_millis(200);
+    const LEAST: Duration = Duration::from_millis(20);
+    const EARNED: Duration = Duration::from_millis(1);
+
+    /// True if a turn so late is worth taking.
+    fn bears(&mut self, late: Duration) -> bool {
+        let bears = late <= self.0;
+        self.0 = if bears { Self::MOST.min(self.0 + Self::EARNED) } else { Self::LEAST };
+        bears
+    }
+}
 
 /// When the mirror passes its zero index: absolute instants epoch + n·T, never a sum of periods.
 #[derive(Debug)]
@@ -60,7 +81,8 @@ fn period_times(n: u64, frequency_centihz: u32, ppm: i32) -> u64 {
 /// Turns the mirror for as long as the scanner runs.
 pub(super) async fn turn(shared: Arc<Shared>, mut world: World, mut voices: Speaking) {
     let mut turns = Turns::new(SimTime::ZERO, shared.device().mirror());
-    let mut pacer = Pacer::new(&shared.clock, shared.config.timer);
+    let mut pacer = Pacer::new(&shared.clock, &shared.config.timer);
+    let mut patience = Patience(Patience::MOST);
     let mut audience: Vec<(Arc<Member>, Wants)> = Vec::new();
     let mut line_changes = shared.config.line_changes.clone();
     loop {
@@ -68,6 +90,12 @@ pub(super) async fn turn(shared: Arc<Shared>, mut world: World, mut voices: Spea
         while let Some(due) = voices.next().filter(|due| *due < at) {
             pacer.reach(&shared.clock, due).await;
             voices.speak(due).await;
+        }
+        if !patience.bears(shared.clock.lateness(at)) {
+            switch_lines(&shared, at, &mut line_changes);
+            turns.advance(leave_out(&shared, at, world.travelled_mm(at)));
+            clock::step_aside().await;
+            continue;
         }
         // Cast ahead, so that the line is ready before its deadline.
         world.look(shared.device().mirror(), at);
@@ -89,11 +117,21 @@ pub(super) async fn turn(shared: Arc<Shared>, mut world: World, mut voices: Spea
             if !audience.is_empty() {
                 world.tractor().begin(at);
                 // The telegram leaves before the next line is cast on the same thread.
-                tokio::task::yield_now().await;
+                clock::step_aside().await;
             }
         }
         turns.advance(mirror);
     }
+}
+
+/// Passes a turn over that there is no time for; what the mirror does then.
+fn leave_out(shared: &Shared, at: SimTime, travelled_mm: f64) -> Mirror {
+    let mut device = shared.device();
+    device.set_travelled_mm(travelled_mm);
+    let missed = device.miss(at);
+    shared.counts.missed.fetch_add(missed.into(), Ordering::Relaxed);
+    shared.clock.reached(at);
+    device.mirror()
 }
 
 /// Switches the lines whose time has come.
@@ -147,11 +185,15 @@ struct Frames {
 }
 
 impl Frames {
-    fn encode(wanted: impl Fn(Dialect) -> bool, encode: impl Fn(Dialect, &mut Vec<u8>)) -> Self {
+    fn encode(
+        scan: &LmdScandata,
+        wanted: impl Fn(Dialect) -> bool,
+        encode: fn(Dialect, &LmdScandata, &mut Vec<u8>),
+    ) -> Self {
         let frame = |dialect| {
             wanted(dialect).then(|| {
-                let mut frame = Vec::new();
-                encode(dialect, &mut frame);
+                let mut frame = Vec::with_capacity(room(dialect, scan));
+                encode(dialect, scan, &mut frame);
                 Bytes::from(frame)
             })
         };
@@ -163,6 +205,17 @@ impl Frames {
             Dialect::A => self.a.clone(),
             Dialect::B => self.b.clone(),
         }
+    }
+}
+
+/// Bytes to set aside for a telegram: more than it has, so that it is never moved while it is written.
+fn room(dialect: Dialect, scan: &LmdScandata) -> usize {
+    const HEAD: usize = 512;
+    let values: usize = scan.channels16.iter().map(|channel| channel.values.len()).sum();
+    let bytes: usize = scan.channels8.iter().map(|channel| channel.values.len()).sum();
+    match dialect {
+        Dialect::A => HEAD + 5 * values + 3 * bytes,
+        Dialect::B => HEAD + 2 * values + bytes,
     }
 }
 
@@ -181,12 +234,8 @@ impl Telegram {
             };
             Self {
                 counter: scan.telegram_counter,
-                scan: Frames::encode(wanted(Wants::scans), |dialect, out| {
-                    scan_event(dialect, scan, out);
-                }),
-                monitor: Frames::encode(wanted(Wants::monitor), |dialect, out| {
-                    monitor_event(dialect, scan, out);
-                }),
+                scan: Frames::encode(scan, wanted(Wants::scans), scan_event),
+                monitor: Frames::encode(scan, wanted(Wants::monitor), monitor_event),
             }
         });
         shared.spread(&device);
@@ -195,8 +244,8 @@ impl Telegram {
 
     /// Hands it to everyone who wants it. Paced, a full queue drops it for that client alone; else the clock waits.
     async fn deliver(&self, shared: &Shared, audience: &[(Arc<Member>, Wants)]) {
-        if !audience.is_empty() {
-            shared.latency.sent(self.counter);
+        if let Some(latency) = shared.config.latency.as_ref().filter(|_| !audience.is_empty()) {
+            latency.sent(self.counter);
         }
         for (member, wants) in audience {
             let scan = wants.scans().then(|| self.scan.in_dialect(wants.dialect)).flatten();

@@ -8,17 +8,18 @@ mod connection;
 mod lateness;
 mod listener;
 mod mirror;
+mod outlet;
+mod player;
 mod roster;
 mod serial;
+mod serial_tape;
 mod state_file;
-mod tape;
 mod tractor;
 mod voices;
 mod world;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use rowscan_protocol::device::{Device, DialectPolicy, LineError, Reply, Session};
 use rowscan_protocol::time::SimTime;
@@ -28,6 +29,8 @@ use tokio::task::JoinSet;
 
 pub use listener::{Bound, ListenError};
 pub(crate) use mirror::Turns;
+pub use outlet::Outlet;
+pub use player::Player;
 pub use serial::{SerialConfig, SerialCounts, SerialEmulator};
 pub use state_file::{StateFile, StateFileError};
 pub use tractor::Tractor;
@@ -35,8 +38,7 @@ pub use voices::Voices;
 pub use world::{World, WorldError};
 
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
-use crate::replay::{self, Playhead, Prompter, Script, Tape};
-use lateness::Lateness;
+use crate::replay::{self, Part, Prompter, Script};
 use roster::Roster;
 
 /// Clients served at once, unless told otherwise.
@@ -47,7 +49,7 @@ pub const MAX_CLIENTS: usize = 32;
 pub struct EmulatorConfig {
     /// How simulated time runs.
     pub time_scale: TimeScale,
-    /// What wakes the mirror.
+    /// What wakes the mirror; scanners of one process share it.
     pub timer: Timer,
     /// Which dialects are answered.
     pub dialects: DialectPolicy,
@@ -57,8 +59,12 @@ pub struct EmulatorConfig {
     pub state: Option<StateFile>,
     /// Digital lines that change on the way, in any order.
     pub line_changes: Vec<LineChange>,
+    /// Who measures the host time that scan telegrams take to their user, if anyone.
+    pub latency: Option<Arc<Latency>>,
     /// Where copies of all bytes go, a stream a client; nowhere unless something records.
     pub taps: Taps,
+    /// What those streams are called; as the model is, where absent.
+    pub stream: Option<String>,
 }
 
 /// A digital line that is switched.
@@ -88,12 +94,14 @@ impl Default for EmulatorConfig {
     fn default() -> Self {
         Self {
             time_scale: TimeScale::Paced(1.0),
-            timer: Timer::Runtime,
+            timer: Timer::default(),
             dialects: DialectPolicy::Auto,
             max_clients: MAX_CLIENTS,
             state: None,
             line_changes: Vec::new(),
+            latency: None,
             taps: Taps::default(),
+            stream: None,
         }
     }
 }
@@ -113,9 +121,6 @@ pub struct Shared {
     news: watch::Sender<(u32, u32)>,
     config: EmulatorConfig,
     counts: Counts,
-    latency: Latency,
-    /// The tape has been played to its end, and every client has all of it.
-    ended: watch::Sender<bool>,
 }
 
 /// Who answers.
@@ -133,8 +138,8 @@ pub(crate) enum Program {
 struct Counts {
     sent: AtomicU64,
     dropped: AtomicU64,
+    missed: AtomicU64,
     refused: AtomicU64,
-    lateness: Lateness,
 }
 
 /// What a virtual scanner has done.
@@ -144,6 +149,8 @@ pub struct EmulatorCounts {
     pub scans_sent: u64,
     /// Scan telegrams a client was too slow to take.
     pub scans_dropped: u64,
+    /// Scans left out because the host was too slow for the mirror.
+    pub scans_missed: u64,
     /// Connections turned away because the house was full.
     pub connections_refused: u64,
 }
@@ -160,9 +167,12 @@ impl Shared {
             news: watch::Sender::default(),
             config,
             counts: Counts::default(),
-            latency: Latency::default(),
-            ended: watch::Sender::new(false),
         })
+    }
+
+    /// A recorded stream goes out as it was, and nobody is answered.
+    fn is_verbatim(&self) -> bool {
+        matches!(self.program, Program::Verbatim(..))
     }
 
     fn device(&self) -> MutexGuard<'_, Device> {
@@ -217,48 +227,44 @@ impl Emulator {
 
     /// The same with what else speaks on its tractor.
     pub fn start_with(device: Device, world: World, voices: Voices, config: EmulatorConfig) -> Self {
-        let (speaking, listening) = voices.start(config.time_scale);
         let clock = Arc::new(SimClock::start(config.time_scale));
+        Self::start_on(clock, device, world, voices, config)
+    }
+
+    /// The same by a clock that other scanners of the tractor turn by too. Each of them keeps its own time where the clock waits for its
+    /// clients, so let them share a paced one.
+    pub fn start_on(
+        clock: Arc<SimClock>,
+        device: Device,
+        world: World,
+        voices: Voices,
+        config: EmulatorConfig,
+    ) -> Self {
+        let (speaking, listening) = voices.start(clock.scale(), &config.taps);
         let shared = Shared::new(device, Program::Device, clock, config);
         let mut tasks = JoinSet::new();
         if let Some((can, inbox)) = listening {
-            tasks.spawn(voices::listen(Arc::clone(&shared), can, inbox));
+            tasks.spawn(voices::listen(Arc::clone(&shared.clock), can, inbox));
         }
         tasks.spawn(mirror::turn(Arc::clone(&shared), world, speaking));
         Self { shared, tasks }
     }
 
-    /// Starts a recorded stream called `name`: its tape in the mirror's place, its script before `device`'s own answers. Streams that share
-    /// clock and playhead stay in step; `number` is this tape's number there.
+    /// A recorded scanner, or any recorded stream: its script comes before `device`'s own answers; `verbatim`, nobody is answered. A
+    /// [`Player`] gives it what it sends by itself.
     pub fn replay(
         device: Device,
-        name: &str,
-        script: Arc<Script>,
-        tape: Tape,
-        (playhead, number): (Arc<Playhead>, usize),
+        part: &Part,
+        verbatim: bool,
         clock: Arc<SimClock>,
         config: EmulatorConfig,
     ) -> Self {
-        let program = match tape.is_verbatim() {
-            true => Program::Verbatim(name.to_owned(), tape.kind()),
-            false => Program::Script(name.to_owned(), script),
+        let name = part.name.clone();
+        let program = match part.is_verbatim(verbatim) {
+            true => Program::Verbatim(name, part.kind),
+            false => Program::Script(name, Arc::clone(&part.script)),
         };
-        let shared = Shared::new(device, program, clock, config);
-        let mut tasks = JoinSet::new();
-        tasks.spawn(tape::play(Arc::clone(&shared), tape::Reel { tape, playhead, number }));
-        Self { shared, tasks }
-    }
-
-    /// Resolves when a tape has been played to its end and every client has all of it. Cancel safe.
-    pub async fn ended(&self) {
-        let mut ended = self.shared.ended.subscribe();
-        // The sender lives as long as this emulator.
-        let _ = ended.wait_for(|ended| *ended).await;
-    }
-
-    /// Host time by which `fraction` of what a tape sent was late at most.
-    pub fn lateness(&self, fraction: f64) -> Option<Duration> {
-        self.shared.counts.lateness.quantile(fraction)
+        Self { shared: Shared::new(device, program, clock, config), tasks: JoinSet::new() }
     }
 
     /// Listens on `address` (port 0 takes a free one) and serves whoever connects.
@@ -282,6 +288,7 @@ impl Emulator {
         EmulatorCounts {
             scans_sent: counts.sent.load(Ordering::Relaxed),
             scans_dropped: counts.dropped.load(Ordering::Relaxed),
+            scans_missed: counts.missed.load(Ordering::Relaxed),
             connections_refused: counts.refused.load(Ordering::Relaxed),
         }
     }
@@ -289,10 +296,5 @@ impl Emulator {
     /// The clock its mirror turns by.
     pub fn clock(&self) -> &SimClock {
         &self.shared.clock
-    }
-
-    /// Host time telegrams take to their user, if the user reports back.
-    pub fn latency(&self) -> &Latency {
-        &self.shared.latency
     }
 }

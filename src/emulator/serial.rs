@@ -16,10 +16,13 @@ use rowscan_protocol::lms2xx::model::TURNS_PER_SECOND;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::io::{AsyncWriteExt, ReadBuf};
-use tokio::task::JoinHandle;
+use tokio::task::JoinSet;
 
+use super::serial_tape::{self, Eye, LineState, SerialTape};
 use super::state_file::StateFile;
+use super::voices::{self, Can, Speaking, Voices};
 use super::world::World;
+use crate::bus::Inbox;
 use crate::clock::{SimClock, TimeScale};
 use crate::line::{Wire, uart};
 
@@ -60,20 +63,63 @@ struct Counts {
 #[derive(Debug)]
 pub struct SerialEmulator {
     counts: Arc<Counts>,
-    task: JoinHandle<()>,
+    /// What it plays, if it is a recorded one.
+    tape: Option<SerialTape>,
+    _tasks: JoinSet<()>,
 }
 
 impl SerialEmulator {
     /// Puts `device` in `world` on `wire`.
     pub fn start(device: Device, world: World, wire: Box<dyn Wire>, config: SerialConfig) -> Self {
-        let counts = Arc::new(Counts::default());
+        Self::start_with(device, world, wire, Voices::default(), config)
+    }
+
+    /// The same with what else speaks on its tractor, which wants a paced clock: one that waits for a client on the line would not wait for
+    /// theirs.
+    pub fn start_with(
+        device: Device,
+        world: World,
+        wire: Box<dyn Wire>,
+        voices: Voices,
+        config: SerialConfig,
+    ) -> Self {
+        let (voices, listening) = voices.start(config.time_scale, &config.taps);
+        let clock = Arc::new(SimClock::start(config.time_scale));
         let tap = config.taps.open(device.model().name, StreamKind::Lms2xx);
+        let eye = Eye::World(Box::new(world));
+        Self::run(device, eye, wire, (voices, listening), (clock, config.state, tap), None)
+    }
+
+    /// A recorded LMS2xx on `wire`, whose values come from a [`Player`](super::Player); it is recorded again as `name`.
+    pub fn replay(
+        device: Device,
+        name: &str,
+        wire: Box<dyn Wire>,
+        clock: Arc<SimClock>,
+        config: SerialConfig,
+    ) -> Self {
+        let (tape, eye) = serial_tape::tape(clock.scale());
+        let tap = config.taps.open(name, StreamKind::Lms2xx);
+        let silent = (Speaking::default(), None);
+        Self::run(device, eye, wire, silent, (clock, config.state, tap), Some(tape))
+    }
+
+    fn run(
+        device: Device,
+        eye: Eye,
+        wire: Box<dyn Wire>,
+        (voices, listening): (Speaking, Option<(Arc<Can>, Inbox)>),
+        (clock, state, tap): (Arc<SimClock>, Option<StateFile>, Tap),
+        tape: Option<SerialTape>,
+    ) -> Self {
+        let counts = Arc::new(Counts::default());
         let scanner = Scanner {
-            clock: SimClock::start(config.time_scale),
-            state: config.state,
+            clock: Arc::clone(&clock),
+            state,
             saves: device.saves(),
             device,
-            world,
+            eye,
+            voices,
             wire,
             tap,
             arriving: VecDeque::new(),
@@ -81,12 +127,21 @@ impl SerialEmulator {
             free: SimTime::ZERO,
             counts: Arc::clone(&counts),
         };
-        let task = tokio::spawn(async move {
+        let mut tasks = JoinSet::new();
+        if let Some((can, inbox)) = listening {
+            tasks.spawn(voices::listen(clock, can, inbox));
+        }
+        tasks.spawn(async move {
             if let Err(cause) = scanner.run().await {
                 tracing::error!(%cause, "the line is gone");
             }
         });
-        Self { counts, task }
+        Self { counts, tape, _tasks: tasks }
+    }
+
+    /// The way to play to it; none if it looks by itself.
+    pub(super) fn tape(&self) -> Option<&SerialTape> {
+        self.tape.as_ref()
     }
 
     /// What it has done so far.
@@ -98,17 +153,12 @@ impl SerialEmulator {
     }
 }
 
-impl Drop for SerialEmulator {
-    fn drop(&mut self) {
-        self.task.abort();
-    }
-}
-
 #[derive(Debug)]
 struct Scanner {
-    clock: SimClock,
+    clock: Arc<SimClock>,
     device: Device,
-    world: World,
+    eye: Eye,
+    voices: Speaking,
     wire: Box<dyn Wire>,
     state: Option<StateFile>,
     saves: u32,
@@ -160,11 +210,17 @@ impl Scanner {
             self.begin_sending();
             let sweep = self.sweep();
             let due = self.due(sweep);
+            let line_is_free = self.sending.is_none() && self.device.is_silent();
+            self.eye.tell(LineState { wanted: self.device.wants_values(), busy: !line_is_free });
             tokio::select! {
+                telegram = self.eye.next_telegram(), if line_is_free => self.play(&telegram),
                 heard = listen(&mut *self.wire, &mut chunk) => if let Some(read) = heard? {
                     self.receive(chunk.get(..read).unwrap_or_default())?;
                 },
                 reached = reach(&self.clock, due) => {
+                    while let Some(due) = self.voices.next().filter(|due| *due <= reached) {
+                        self.voices.speak(due).await;
+                    }
                     self.deliver(reached).await?;
                     self.hand_on(reached).await?;
                     if let Some(sweep) = sweep.filter(|sweep| sweep.done() <= reached) {
@@ -175,9 +231,17 @@ impl Scanner {
         }
     }
 
+    /// Puts a recorded telegram on the line; nobody wants it: it goes by.
+    fn play(&mut self, telegram: &[u8]) {
+        if self.device.wants_values() {
+            self.device.play(self.clock.now(), telegram.to_vec());
+            self.counts.sent.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
     /// The next scan telegram's turns; none while the line is in use or nobody is there to take it.
     fn sweep(&mut self) -> Option<Sweep> {
-        if self.sending.is_some() {
+        if self.sending.is_some() || matches!(self.eye, Eye::Tape(..)) {
             return None;
         }
         let sweep = self.device.plan(self.free).filter(|_| self.wire.is_open());
@@ -201,7 +265,8 @@ impl Scanner {
         // While something is being sent the device's next bytes wait for its end.
         let device = self.device.poll_timeout().filter(|_| self.sending.is_none());
         let arriving = self.arriving.front().map(|arriving| arriving.last);
-        [piece, device, arriving, sweep.map(|sweep| sweep.done())].into_iter().flatten().min()
+        let sweep = sweep.map(|sweep| sweep.done());
+        [piece, device, arriving, sweep, self.voices.next()].into_iter().flatten().min()
     }
 
     fn begin_sending(&mut self) {
@@ -301,17 +366,18 @@ impl Scanner {
 
     /// Looks once a mirror turn, each from where the tractor then was, and has the telegram made.
     fn measure(&mut self, sweep: Sweep) {
+        let Eye::World(world) = &mut self.eye else { return };
         for turn in sweep.turns() {
             let beams = self.device.turn_beams(turn);
             let mirror = Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams };
-            self.world.look(mirror, Sweep::turn_at(turn));
-            let echo = self.world.echo();
+            world.look(mirror, Sweep::turn_at(turn));
+            let echo = world.echo();
             let seen = Beams { range_mm: &echo.range_mm, remission: &echo.remission };
             self.device.measure(sweep, turn, seen);
         }
         self.device.finish(sweep.done(), sweep);
         // The first scan that someone takes sets the tractor going.
-        self.world.tractor().begin(sweep.done());
+        world.tractor().begin(sweep.done());
         self.counts.sent.fetch_add(1, Ordering::Relaxed);
     }
 }

@@ -7,13 +7,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
 use rowscan_protocol::time::SimTime;
+use rowscan_recording::{Side, StreamKind, Tap, Taps};
+use tokio::sync::mpsc;
 
-use super::Shared;
 use crate::bus::link::Heard;
+use crate::bus::node::Standing;
 use crate::bus::tractor::TractorEcu;
-use crate::bus::{Bus, CanFrame, Inbox};
-use crate::clock::TimeScale;
+use crate::bus::{Bus, BusNews, BusWatch, CanFrame, Inbox};
+use crate::clock::{SimClock, TimeScale};
 use crate::nmea::{NmeaLine, NmeaVoice};
+
+/// Names of the recorded streams.
+const GNSS: &str = "gnss";
+const CAN: &str = "can";
 
 /// The voices of one tractor, and where they are heard.
 #[derive(Debug, Default)]
@@ -22,16 +28,20 @@ pub struct Voices {
     pub nmea: Option<(NmeaVoice, Vec<NmeaLine>)>,
     /// The tractor's control function, its bus, and what is heard there.
     pub can: Option<(TractorEcu, Bus, Inbox)>,
+    /// Where news of the bus go; nobody is waited for.
+    pub news: Option<mpsc::Sender<BusNews>>,
 }
 
-/// Voices that speak.
-#[derive(Debug)]
+/// Voices that speak; by default none.
+#[derive(Debug, Default)]
 pub(super) struct Speaking {
     nmea: Option<(NmeaVoice, Vec<NmeaLine>)>,
     can: Option<Arc<Can>>,
     /// What is said as simulated time begins.
     first: Vec<CanFrame>,
     patient: bool,
+    /// Records the sentences.
+    tap: Tap,
 }
 
 /// The control function on its bus: the mirror's task speaks for it, a task of its own listens.
@@ -39,6 +49,8 @@ pub(super) struct Speaking {
 pub(super) struct Can {
     ecu: Mutex<TractorEcu>,
     bus: Bus,
+    tap: Tap,
+    news: Option<mpsc::Sender<BusNews>>,
 }
 
 impl Can {
@@ -48,16 +60,21 @@ impl Can {
         frames
     }
 
+    fn standing(&self) -> Standing {
+        self.ecu.lock().unwrap_or_else(PoisonError::into_inner).standing()
+    }
+
     async fn send(&self, at: SimTime, frames: Vec<CanFrame>, patient: bool) {
         for frame in frames {
+            self.tap.record(Side::Device, frame.to_text().as_bytes());
             self.bus.send((at, frame), None, patient).await;
         }
     }
 }
 
 impl Voices {
-    /// Ready to speak; what listens at the bus besides.
-    pub(super) fn start(self, scale: TimeScale) -> (Speaking, Option<(Arc<Can>, Inbox)>) {
+    /// Ready to speak, with copies to `taps`; what listens at the bus besides.
+    pub(super) fn start(self, scale: TimeScale, taps: &Taps) -> (Speaking, Option<(Arc<Can>, Inbox)>) {
         let patient = scale == TimeScale::Max;
         let mut first = Vec::new();
         let (can, listening) = match self.can {
@@ -65,12 +82,17 @@ impl Voices {
                 if bus.is_open_from_the_start() {
                     ecu.open(SimTime::ZERO, &mut first);
                 }
-                let can = Arc::new(Can { ecu: Mutex::new(ecu), bus });
+                let tap = taps.open(CAN, StreamKind::Can);
+                let can = Arc::new(Can { ecu: Mutex::new(ecu), bus, tap, news: self.news });
                 (Some(Arc::clone(&can)), Some((can, inbox)))
             }
             None => (None, None),
         };
-        (Speaking { nmea: self.nmea, can, first, patient }, listening)
+        let tap = match self.nmea {
+            Some(_) => taps.open(GNSS, StreamKind::Nmea),
+            None => Tap::default(),
+        };
+        (Speaking { nmea: self.nmea, can, first, patient, tap }, listening)
     }
 }
 
@@ -95,6 +117,7 @@ impl Speaking {
         if let Some((voice, lines)) = &mut self.nmea {
             while voice.next() <= at {
                 let epoch = Bytes::from(voice.speak());
+                self.tap.record(Side::Device, &epoch);
                 for line in lines.iter() {
                     line.send(epoch.clone(), self.patient).await;
                 }
@@ -104,18 +127,23 @@ impl Speaking {
 }
 
 /// Hears what the ports say, for as long as the bus is open.
-pub(super) async fn listen(shared: Arc<Shared>, can: Arc<Can>, mut inbox: Inbox) {
-    let clock = &shared.clock;
+pub(super) async fn listen(clock: Arc<SimClock>, can: Arc<Can>, mut inbox: Inbox) {
     let patient = clock.scale() == TimeScale::Max;
+    let mut watch = BusWatch::default();
     while let Some((port, heard)) = inbox.recv().await {
         let at = clock.now();
         let replies = match heard {
             Heard::Opened => can.tell(|ecu, out| ecu.open(at, out)),
             Heard::Frame(frame) => {
+                can.tap.record(Side::Host, frame.to_text().as_bytes());
                 can.bus.send((at, frame), Some(port), patient).await;
                 can.tell(|ecu, out| ecu.handle(at, &frame, out))
             }
+            Heard::Lost(_) => Vec::new(),
         };
+        if let (Some(news), Some(told)) = (watch.news(port, heard, can.standing()), &can.news) {
+            let _ = told.try_send(news);
+        }
         can.send(at, replies, patient).await;
     }
 }

@@ -133,6 +133,12 @@ mod tests {
         assert!(String::from_utf8_lossy(&npy).contains("('beam', '<u4')"));
         assert_eq!(npy[npy.len() - 4..], 8_u32.to_le_bytes());
 
+        let beams =
+            Columns::default().u32("range_0", vec![1]).u32("range_1", vec![2]).u32("range_7", vec![3]);
+        let npy = encode(&beams, TableFormat::Npy).expect("npy");
+        assert!(String::from_utf8_lossy(&npy).contains("[('range', '<u4', (2,)), ('range_7', '<u4')]"));
+        assert_eq!(npy[npy.len() - 12..], [1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0]);
+
         let ply = encode(&sample(), TableFormat::Ply).expect("ply");
         let header = String::from_utf8_lossy(&ply);
         assert!(

@@ -3,20 +3,47 @@
 use super::{Columns, Values};
 
 pub(super) fn encode(columns: &Columns) -> Vec<u8> {
-    let fields: Vec<String> = columns
-        .0
-        .iter()
-        .map(|column| {
-            let kind = match column.values {
-                Values::F64(_) => "<f8",
-                Values::U32(_) => "<u4",
-            };
-            format!("('{}', '{kind}')", column.name)
-        })
-        .collect();
+    let mut fields: Vec<Field<'_>> = Vec::new();
+    for column in &columns.0 {
+        let kind = match column.values {
+            Values::F64(_) => "<f8",
+            Values::U32(_) => "<u4",
+        };
+        let (name, number) = match column.name.rsplit_once('_') {
+            Some((name, number)) => (name, number.parse::<usize>().ok()),
+            None => (column.name.as_str(), None),
+        };
+        match (number, fields.last_mut()) {
+            (Some(number), Some(last))
+                if last.name == name && last.kind == kind && last.numbered == Some(number) =>
+            {
+                last.numbered = Some(number + 1);
+            }
+            (Some(0), _) => fields.push(Field { name, kind, numbered: Some(1) }),
+            _ => fields.push(Field { name: &column.name, kind, numbered: None }),
+        }
+    }
+    let fields: Vec<String> = fields.iter().map(Field::told).collect();
     let mut out = head(&format!("[{}]", fields.join(", ")), &format!("({},)", columns.rows()));
     (0..columns.rows()).for_each(|row| columns.write_row(row, &mut out));
     out
+}
+
+/// A field of the structured array. Columns that are numbered from 0 on are one field with as many values: NumPy refuses to read longer heads.
+struct Field<'a> {
+    name: &'a str,
+    kind: &'static str,
+    numbered: Option<usize>,
+}
+
+impl Field<'_> {
+    fn told(&self) -> String {
+        let Self { name, kind, numbered } = self;
+        match numbered {
+            Some(count) => format!("('{name}', '{kind}', ({count},))"),
+            None => format!("('{name}', '{kind}')"),
+        }
+    }
 }
 
 /// What stands before an array's bytes: its element type and its shape, as Python writes them.

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use bytes::Bytes;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
 use tokio::sync::{broadcast, mpsc};
 use tokio::task::JoinSet;
 
 use super::sentence::SENTENCES;
-use crate::line::{LineError, Pty};
+use crate::line::{LineError, Port, Pty};
 
 /// Epochs a client may be behind before it loses some.
 const QUEUE: usize = 256;
@@ -27,12 +27,14 @@ pub enum NmeaAddress {
     Udp(String),
     /// `pty:LINK`: a pseudo-terminal; `pty:LINK@4800` at the pace of such a line.
     Pty(PathBuf, Option<u32>),
+    /// `serial:DEV@RATE`: a serial port at that rate.
+    Serial(PathBuf, u32),
 }
 
 /// A name that is no place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected tcp:HOST:PORT, udp:HOST:PORT or pty:LINK (pty:LINK@4800 for a line of that rate), found `{0}`"
+    "expected tcp:HOST:PORT, udp:HOST:PORT, pty:LINK (pty:LINK@4800 for a line of that rate) or serial:DEV@RATE, found `{0}`"
 )]
 pub struct NmeaAddressError(String);
 
@@ -42,16 +44,17 @@ impl FromStr for NmeaAddress {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let wrong = || NmeaAddressError(text.to_owned());
         let (kind, place) = text.split_once(':').filter(|(_, place)| !place.is_empty()).ok_or_else(wrong)?;
+        let rated = |place: &str| {
+            let (line, rate) = place.rsplit_once('@').filter(|(line, _)| !line.is_empty())?;
+            let rate = rate.parse().ok().filter(|rate| (300..=4_000_000).contains(rate))?;
+            Some((PathBuf::from(line), rate))
+        };
         match kind {
             "tcp" if place.contains(':') => Ok(Self::Tcp(place.to_owned())),
             "udp" if place.contains(':') => Ok(Self::Udp(place.to_owned())),
-            "pty" => match place.rsplit_once('@') {
-                Some((link, rate)) => {
-                    let rate = rate.parse().ok().filter(|rate| (300..=4_000_000).contains(rate));
-                    Ok(Self::Pty(link.into(), Some(rate.ok_or_else(wrong)?)))
-                }
-                None => Ok(Self::Pty(place.into(), None)),
-            },
+            "pty" if !place.contains('@') => Ok(Self::Pty(place.into(), None)),
+            "pty" => rated(place).map(|(link, rate)| Self::Pty(link, Some(rate))).ok_or_else(wrong),
+            "serial" => rated(place).map(|(device, rate)| Self::Serial(device, rate)).ok_or_else(wrong),
             _ => Err(wrong()),
         }
     }
@@ -68,7 +71,7 @@ pub enum NmeaError {
         /// What the system said.
         cause: std::io::Error,
     },
-    /// A pseudo-terminal.
+    /// A pseudo-terminal or a serial port.
     #[error(transparent)]
     Line(#[from] LineError),
     /// Too much for the line.
@@ -84,6 +87,15 @@ pub enum NmeaError {
         /// Epochs a second.
         rate_hz: f64,
     },
+}
+
+/// Whether a line of so many bits a second carries so many epochs a second.
+fn carries(found: u32, rate_hz: f64) -> Result<(), NmeaError> {
+    let bytes = SENTENCES.iter().map(|sentence| sentence.longest).sum();
+    match f64::from(found) < bytes as f64 * 10.0 * rate_hz {
+        true => Err(NmeaError::TooSlow { found, bytes, rate_hz }),
+        false => Ok(()),
+    }
 }
 
 /// The next usual rate that carries it.
@@ -136,11 +148,14 @@ impl NmeaLine {
                 tasks.spawn(send_datagrams(socket, queue));
                 NmeaPlace::Address(address)
             }
+            NmeaAddress::Serial(device, rate) => {
+                carries(*rate, rate_hz)?;
+                let port = Port::open(device, *rate)?;
+                tasks.spawn(write_line(port, queue));
+                NmeaPlace::Path(device.clone())
+            }
             NmeaAddress::Pty(link, rate) => {
-                let bytes = SENTENCES.iter().map(|sentence| sentence.longest).sum();
-                if let Some(found) = rate.filter(|rate| f64::from(*rate) < bytes as f64 * 10.0 * rate_hz) {
-                    return Err(NmeaError::TooSlow { found, bytes, rate_hz });
-                }
+                rate.map_or(Ok(()), |rate| carries(rate, rate_hz))?;
                 let pty = Pty::open(link)?;
                 let path = pty.path().to_owned();
                 tasks.spawn(write_line(pty, queue));
@@ -153,6 +168,11 @@ impl NmeaLine {
     /// Where it is found.
     pub fn place(&self) -> &NmeaPlace {
         &self.place
+    }
+
+    /// Whether nothing waits to be handed out.
+    pub fn is_idle(&self) -> bool {
+        self.outbox.capacity() == self.outbox.max_capacity()
     }
 
     /// Hands out an epoch. Patient, it waits for a line that is behind; else the line loses it.
@@ -212,8 +232,8 @@ async fn send_datagrams(socket: UdpSocket, mut queue: mpsc::Receiver<Bytes>) {
     }
 }
 
-async fn write_line(pty: Pty, mut queue: mpsc::Receiver<Bytes>) {
-    let (mut reader, mut writer) = tokio::io::split(pty);
+async fn write_line(wire: impl AsyncRead + AsyncWrite, mut queue: mpsc::Receiver<Bytes>) {
+    let (mut reader, mut writer) = tokio::io::split(wire);
     let mut ignored = [0; 256];
     loop {
         tokio::select! {
@@ -234,7 +254,8 @@ mod tests {
     fn places_are_named() {
         assert_eq!("tcp:127.0.0.1:0".parse(), Ok(NmeaAddress::Tcp("127.0.0.1:0".into())));
         assert_eq!("pty:/tmp/gps@4800".parse(), Ok(NmeaAddress::Pty("/tmp/gps".into(), Some(4800))));
-        for wrong in ["tcp:5", "gps", "pty:x@fast", "serial:", ""] {
+        assert_eq!("serial:/dev/ttyS0@38400".parse(), Ok(NmeaAddress::Serial("/dev/ttyS0".into(), 38_400)));
+        for wrong in ["tcp:5", "gps", "pty:x@fast", "serial:", "serial:/dev/ttyS0", "serial:@4800", ""] {
             assert!(wrong.parse::<NmeaAddress>().is_err(), "{wrong}");
         }
     }
@@ -249,5 +270,23 @@ mod tests {
             "{error}"
         );
         assert!(NmeaLine::open(&address, 1.0).await.is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_serial_port_gets_its_epochs_at_its_rate() {
+        let folder = tempfile::tempdir().unwrap();
+        // The far end of the port is a pseudo-terminal here.
+        let mut far = Pty::open(&folder.path().join("port")).unwrap();
+        let device = std::fs::canonicalize(far.path()).unwrap();
+        let slow = NmeaLine::open(&NmeaAddress::Serial(device.clone(), 4800), 10.0).await;
+        assert!(matches!(slow, Err(NmeaError::TooSlow { found: 4800, .. })));
+        let line = NmeaLine::open(&NmeaAddress::Serial(device.clone(), 38_400), 10.0).await.unwrap();
+        assert_eq!(line.place(), &NmeaPlace::Path(device));
+        line.send(Bytes::from_static(b"$GNHDT,0.00,T*00\r\n"), true).await;
+        let mut heard = [0; 18];
+        let read = tokio::time::timeout(std::time::Duration::from_secs(10), far.read_exact(&mut heard)).await;
+        assert_eq!(read.expect("in time").expect("it is read"), 18);
+        assert_eq!(&heard, b"$GNHDT,0.00,T*00\r\n");
+        assert_eq!(crate::line::Wire::client_rate(&far).unwrap(), Some(38_400));
     }
 }

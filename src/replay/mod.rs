@@ -1,10 +1,11 @@
 //! A recording as live devices again: what it answers, what it sends and when.
 //!
 //! [`Survey`] reads the recording once and finds its streams, what was asked and answered ([`Script`]) and where the scans are. A [`Tape`] reads
-//! it again while it plays, so that hours of it take no memory. All tapes of one recording follow one [`Playhead`].
+//! it again while it plays, so that hours of it take no memory. It follows a [`Playhead`], which is told where to be.
 
 mod playhead;
 mod script;
+mod serial;
 mod stamps;
 mod survey;
 mod tape;
@@ -18,8 +19,10 @@ use rowscan_recording::ReadError;
 pub use playhead::Playhead;
 pub use script::Script;
 pub(crate) use script::{Prompter, polls};
+pub use serial::{Lms2xxPart, lms2xx_device_of, lms2xx_model_of};
 pub use stamps::Stamps;
 pub use survey::{Part, Survey};
+pub(crate) use tape::TapeEvent;
 pub use tape::{Played, Tape};
 
 /// Why a recording cannot be played.

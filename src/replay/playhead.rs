@@ -1,9 +1,9 @@
-//! Where all tapes of a recording stand: one place in recorded time, which runs with simulated time.
+//! Where a recording stands that is played: one place in recorded time, which runs with simulated time.
 
 use rowscan_protocol::time::SimTime;
 use tokio::sync::watch;
 
-/// The place all tapes play from. Recorded time stands still until every tape has a taker, and while it is paused.
+/// The place a tape plays from. Recorded time stands still until it is begun, and while it is paused.
 #[derive(Debug)]
 pub struct Playhead {
     state: watch::Sender<State>,
@@ -11,32 +11,28 @@ pub struct Playhead {
 
 #[derive(Clone, Copy, Debug)]
 struct State {
-    /// Tapes nobody has asked for yet, a bit each.
-    waiting: u64,
+    begun: bool,
     /// Runs from this recorded instant at that simulated one.
     running: Option<(SimTime, u64)>,
     /// Where it stands while it does not run.
     stands_at_ns: u64,
     paused: bool,
-    /// How often it has been moved: tapes look for their new place when this changes.
+    /// How often it has been moved: the tape looks for its new place when this changes.
     jumps: u32,
 }
 
 impl Playhead {
-    /// At the recorded instant `start_ns`, for so many tapes (64 at most).
-    pub fn new(tapes: usize, start_ns: u64) -> Self {
-        let waiting = u64::MAX.checked_shr(64 - tapes.clamp(1, 64) as u32).unwrap_or(u64::MAX);
-        let state = State { waiting, running: None, stands_at_ns: start_ns, paused: false, jumps: 0 };
+    /// At the recorded instant `start_ns`.
+    pub fn new(start_ns: u64) -> Self {
+        let state = State { begun: false, running: None, stands_at_ns: start_ns, paused: false, jumps: 0 };
         Self { state: watch::Sender::new(state) }
     }
 
-    /// Tape number `tape` has a taker; with the last one, time begins to run.
-    pub fn taken(&self, tape: usize, now: SimTime) {
-        self.state.send_if_modified(|state| {
-            let before = state.waiting;
-            state.waiting &= !(1_u64.checked_shl(tape as u32).unwrap_or_default());
+    /// Everyone is there: time begins to run.
+    pub(crate) fn begin(&self, now: SimTime) {
+        self.state.send_modify(|state| {
+            state.begun = true;
             state.run(now);
-            before != state.waiting
         });
     }
 
@@ -79,7 +75,7 @@ impl Playhead {
     }
 }
 
-/// One tape's eye on the playhead.
+/// The tape's eye on the playhead.
 #[derive(Debug)]
 pub(crate) struct Watch(watch::Receiver<State>);
 
@@ -94,7 +90,7 @@ impl Watch {
 
 impl State {
     fn run(&mut self, now: SimTime) {
-        if self.waiting == 0 && !self.paused && self.running.is_none() {
+        if self.begun && !self.paused && self.running.is_none() {
             self.running = Some((now, self.stands_at_ns));
         }
     }
@@ -112,21 +108,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_runs_once_every_tape_has_a_taker() {
-        let head = Playhead::new(2, 1000);
-        head.taken(0, SimTime(5));
+    fn it_runs_once_it_is_begun_and_not_paused() {
+        let head = Playhead::new(1000);
         assert_eq!(head.due(1500), None);
-        head.taken(1, SimTime(10));
-        assert_eq!(head.due(1500), Some(SimTime(510)));
-        // Taken again: nothing new.
-        head.taken(0, SimTime(99));
-        assert_eq!(head.due(1500), Some(SimTime(510)));
+        head.pause(true, SimTime(5));
+        head.begin(SimTime(10));
+        assert_eq!(head.due(1500), None);
+        head.pause(false, SimTime(20));
+        assert_eq!(head.due(1500), Some(SimTime(520)));
     }
 
     #[test]
     fn a_pause_shifts_what_is_still_to_come() {
-        let head = Playhead::new(1, 0);
-        head.taken(0, SimTime(0));
+        let head = Playhead::new(0);
+        head.begin(SimTime(0));
         head.pause(true, SimTime(100));
         assert_eq!(head.due(150), None);
         head.pause(false, SimTime(1100));

@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rowscan_protocol::device::Event;
+use rowscan_protocol::lms2xx::told::has_values;
 use rowscan_protocol::model::{MODELS, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
-use rowscan_recording::{About, FrameReader, Recording, Side, StreamKind};
+use rowscan_recording::{About, FrameReader, RecordedFrame, Recording, Side, StreamKind};
 
-use super::{ReplayError, Script, unreadable};
+use super::{Lms2xxPart, ReplayError, Script, unreadable};
 
 /// What is known of a recording before it is played.
 #[derive(Debug)]
@@ -49,6 +50,8 @@ pub struct Part {
     pub first_scan_ns: Option<u64>,
     /// Time of the last event.
     pub ends_ns: u64,
+    /// What is known of a scanner that speaks no CoLa.
+    pub lms2xx: Lms2xxPart,
     subscribed_ns: Option<u64>,
     /// Passwords the host logged in with.
     passwords: Vec<u32>,
@@ -95,8 +98,9 @@ impl Survey {
                         script.take(&frame);
                     }
                 }
+                None if part.kind == StreamKind::Lms2xx => part.serial_telegram(&frame),
                 // A line without telegrams plays from its first byte.
-                None if part.kind != StreamKind::Cola && frame.from == Side::Device => {
+                None if !part.is_scanner() && frame.from == Side::Device => {
                     part.begins_ns.get_or_insert(frame.at_ns);
                     part.ends_ns = part.ends_ns.max(frame.at_ns);
                 }
@@ -117,7 +121,10 @@ impl Survey {
         let mut frames = FrameReader::new(Recording::open(&self.path).map_err(&fail)?);
         let mut scans = 0;
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
-            let is_scan = frame.telegram().is_some_and(|telegram| is_scan(&telegram));
+            let is_scan = match frame.kind {
+                StreamKind::Lms2xx => has_values(frame.payload()),
+                _ => frame.telegram().is_some_and(|telegram| is_scan(&telegram)),
+            };
             if frame.stream != part.stream || frame.from != Side::Device || !is_scan {
                 continue;
             }
@@ -129,37 +136,44 @@ impl Survey {
         Ok(None)
     }
 
-    /// The parts called so; without names, the first `count` with scans, or with anything to play.
+    /// The parts called so; without names, the first `count` with scans, or with anything a scanner sends by itself.
     pub fn choose(&self, names: &[String], count: usize) -> Result<Vec<&Part>, ReplayError> {
-        let found = || {
-            let names: Vec<String> = self
-                .parts
-                .iter()
-                .map(|part| format!("{} ({}, {} scans)", part.name, part.kind, part.scans))
-                .collect();
-            if names.is_empty() { "no stream".to_owned() } else { names.join(", ") }
-        };
-        let nothing = || ReplayError::Nothing { path: self.path.clone(), found: found() };
         if names.is_empty() {
-            let scanners = |with_scans: bool| {
-                let plays = move |part: &&Part| {
-                    part.kind == StreamKind::Cola
-                        && part.begins_ns.is_some()
-                        && (part.scans > 0 || !with_scans)
-                };
-                self.parts.iter().filter(plays).take(count).collect::<Vec<_>>()
-            };
-            let chosen =
-                Some(scanners(true)).filter(|chosen| !chosen.is_empty()).unwrap_or_else(|| scanners(false));
-            return if chosen.is_empty() { Err(nothing()) } else { Ok(chosen) };
+            let chosen: Vec<&Part> = self.scanners().into_iter().take(count).collect();
+            return if chosen.is_empty() { Err(self.nothing()) } else { Ok(chosen) };
         }
         let by_name = |name: &String| {
             let part = self.parts.iter().find(|part| part.name == *name).ok_or_else(|| {
-                ReplayError::NoStream { path: self.path.clone(), wanted: name.clone(), found: found() }
+                ReplayError::NoStream { path: self.path.clone(), wanted: name.clone(), found: self.found() }
             })?;
-            if part.begins_ns.is_some() { Ok(part) } else { Err(nothing()) }
+            if part.begins_ns.is_some() { Ok(part) } else { Err(self.nothing()) }
         };
         names.iter().map(by_name).collect()
+    }
+
+    /// The scanners with scans; where there are none, those with other events.
+    pub fn scanners(&self) -> Vec<&Part> {
+        let scanners = |with_scans: bool| {
+            let plays = move |part: &&Part| {
+                part.is_scanner() && part.begins_ns.is_some() && (part.scans > 0 || !with_scans)
+            };
+            self.parts.iter().filter(plays).collect::<Vec<_>>()
+        };
+        Some(scanners(true)).filter(|chosen| !chosen.is_empty()).unwrap_or_else(|| scanners(false))
+    }
+
+    /// There is nothing to play.
+    pub fn nothing(&self) -> ReplayError {
+        ReplayError::Nothing { path: self.path.clone(), found: self.found() }
+    }
+
+    fn found(&self) -> String {
+        let told = |part: &Part| match part.is_scanner() {
+            true => format!("{} ({}, {} scans)", part.name, part.kind, part.scans),
+            false => format!("{} ({})", part.name, part.kind),
+        };
+        let names: Vec<String> = self.parts.iter().map(told).collect();
+        if names.is_empty() { "no stream".to_owned() } else { names.join(", ") }
     }
 }
 
@@ -183,8 +197,18 @@ impl Part {
             begins_ns: None,
             first_scan_ns: None,
             ends_ns: 0,
+            lms2xx: Lms2xxPart::default(),
             subscribed_ns: None,
             passwords: Vec::new(),
+        }
+    }
+
+    fn serial_telegram(&mut self, frame: &RecordedFrame) {
+        if frame.from == Side::Device && self.lms2xx.take(frame.payload()) {
+            self.begins_ns.get_or_insert(frame.at_ns);
+            self.first_scan_ns.get_or_insert(frame.at_ns);
+            self.ends_ns = self.ends_ns.max(frame.at_ns);
+            self.scans += 1;
         }
     }
 
@@ -199,6 +223,16 @@ impl Part {
         if self.first_scan.is_none() {
             self.first_scan = telegram.args.decode().ok();
         }
+    }
+
+    /// A scanner's telegrams, and not another instrument's bytes.
+    pub fn is_scanner(&self) -> bool {
+        matches!(self.kind, StreamKind::Cola | StreamKind::Lms2xx)
+    }
+
+    /// All that was sent goes to whoever connects: that is asked for, or its bytes are no telegrams.
+    pub fn is_verbatim(&self, asked: bool) -> bool {
+        asked || !self.is_scanner()
     }
 
     /// The mean time between two scans, or between nothing and nothing a second.

@@ -1,10 +1,11 @@
-//! One stream of a recording while it plays: read as it goes, over and over if it loops.
+//! A recording while it plays, all chosen streams in one: read as it goes, over and over if it loops.
 
 use std::path::PathBuf;
 
 use bytes::Bytes;
 use rowscan_protocol::device::{Event, monitor_event, scan_event};
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::lms2xx::told::has_values;
 use rowscan_protocol::telegram::{Kind, LmdScandata};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Recording, Side, StreamKind};
@@ -12,7 +13,7 @@ use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Recording, Side, 
 use super::stamps::{Restamp, Stamps};
 use super::{Part, ReplayError, unreadable};
 
-/// What is played of a stream, and how.
+/// What is played, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Played {
     /// Recorded instant to begin at.
@@ -27,26 +28,34 @@ pub struct Played {
     pub verbatim: bool,
 }
 
-/// One stream, frame by frame.
+/// The chosen streams, frame by frame, in the order they were recorded in.
 pub struct Tape {
     path: PathBuf,
-    stream: usize,
-    kind: StreamKind,
+    tracks: Vec<Track>,
     played: Played,
-    has_scans: bool,
     frames: FrameReader,
     /// How often it has begun anew.
     rounds: u64,
     /// Frames before this recorded instant are passed over.
     skip_until_ns: u64,
-    jumped: bool,
-    restamp: Restamp,
     /// Frames of this round so far.
     found: u64,
 }
 
+/// A stream that is played.
+#[derive(Debug)]
+struct Track {
+    stream: usize,
+    verbatim: bool,
+    /// The next scan does not follow the one before it.
+    jumped: bool,
+    restamp: Restamp,
+}
+
 /// Something the device sends by itself.
 pub(crate) struct TapeEvent {
+    /// Of which of the chosen streams, from 0.
+    pub(crate) track: usize,
     /// When, in recorded time; loops count on.
     pub(crate) at_ns: u64,
     /// What it is; none if it goes to everyone.
@@ -59,42 +68,29 @@ pub(crate) struct TapeEvent {
 
 impl std::fmt::Debug for Tape {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Tape").field("path", &self.path).field("stream", &self.stream).finish()
+        f.debug_struct("Tape").field("path", &self.path).field("tracks", &self.tracks).finish()
     }
 }
 
 impl Tape {
-    /// A part of the recording at `path`.
-    pub fn open(path: PathBuf, part: &Part, played: Played) -> Result<Self, ReplayError> {
+    /// These parts of the recording at `path`.
+    pub fn open(path: PathBuf, parts: &[&Part], played: Played) -> Result<Self, ReplayError> {
         let frames = open(&path).map_err(unreadable(&path))?;
-        Ok(Self {
+        let track = |part: &&Part| Track {
             stream: part.stream,
-            kind: part.kind,
-            has_scans: part.scans > 0,
+            verbatim: part.is_verbatim(played.verbatim),
+            jumped: false,
+            restamp: Restamp::default(),
+        };
+        Ok(Self {
+            tracks: parts.iter().map(track).collect(),
             skip_until_ns: played.from_ns,
             path,
             played,
             frames,
             rounds: 0,
-            jumped: false,
-            restamp: Restamp::default(),
             found: 0,
         })
-    }
-
-    /// All that was sent goes to whoever connects.
-    pub(crate) fn is_verbatim(&self) -> bool {
-        self.played.verbatim || self.kind != StreamKind::Cola
-    }
-
-    /// What its bytes are.
-    pub(crate) fn kind(&self) -> StreamKind {
-        self.kind
-    }
-
-    /// There are scans on it, so that a taker is who wants scans.
-    pub(crate) fn has_scans(&self) -> bool {
-        self.has_scans
     }
 
     /// Goes to a recorded instant.
@@ -106,7 +102,7 @@ impl Tape {
     fn begin(&mut self, from_ns: u64) -> Result<(), ReadError> {
         self.frames = open(&self.path)?;
         self.skip_until_ns = from_ns;
-        self.jumped = true;
+        self.tracks.iter_mut().for_each(|track| track.jumped = true);
         self.found = 0;
         Ok(())
     }
@@ -124,10 +120,11 @@ impl Tape {
                 self.begin(self.played.from_ns)?;
                 continue;
             };
-            if frame.stream == self.stream
+            let track = self.tracks.iter().position(|track| track.stream == frame.stream);
+            if let Some(track) = track
                 && frame.from == Side::Device
                 && frame.at_ns >= self.skip_until_ns
-                && let Some(event) = self.event(frame)
+                && let Some(event) = self.event(track, frame)
             {
                 self.found += 1;
                 return Ok(Some(event));
@@ -135,10 +132,17 @@ impl Tape {
         }
     }
 
-    fn event(&mut self, frame: RecordedFrame) -> Option<TapeEvent> {
+    fn event(&self, track: usize, frame: RecordedFrame) -> Option<TapeEvent> {
         let at_ns = frame.at_ns + self.rounds * self.played.every_ns.unwrap_or_default();
         let (mut event, mut scan) = (None, None);
-        if !self.is_verbatim() {
+        let (kind, verbatim) = (frame.kind, self.tracks.get(track)?.verbatim);
+        if kind == StreamKind::Lms2xx && !verbatim {
+            // What else it said the device says by itself.
+            let recorded = has_values(frame.payload()).then(|| frame.bytes.get(frame.frame_at..))??;
+            let recorded = Bytes::copy_from_slice(recorded);
+            return Some(TapeEvent { track, at_ns, event, dialect: None, scan, recorded });
+        }
+        if !verbatim {
             let telegram = frame.telegram().filter(|telegram| telegram.kind == Kind::Sn)?;
             event = Some(Event::by_name(telegram.name)?);
             let is_scan = matches!(event, Some(Event::ScanData | Event::Monitor));
@@ -146,19 +150,25 @@ impl Tape {
                 scan = telegram.args.decode::<LmdScandata>().ok();
             }
         }
-        Some(TapeEvent { at_ns, event, dialect: frame.dialect, scan, recorded: frame.bytes.into() })
+        Some(TapeEvent { track, at_ns, event, dialect: frame.dialect, scan, recorded: frame.bytes.into() })
     }
 
     /// Stamps an event that is sent at `at`, if that is wanted.
     pub(crate) fn stamp(&mut self, event: &mut TapeEvent, at: SimTime) {
-        if let (Some(scan), Some(dialect)) = (&mut event.scan, event.dialect) {
-            self.restamp.stamp(scan, at, std::mem::take(&mut self.jumped));
+        let track = self.tracks.get_mut(event.track);
+        if let (Some(track), Some(scan), Some(dialect)) = (track, &mut event.scan, event.dialect) {
+            track.restamp.stamp(scan, at, std::mem::take(&mut track.jumped));
             event.recorded = encode(event.event, dialect, scan).into();
         }
     }
 }
 
 impl TapeEvent {
+    /// Its bytes as they were recorded, or stamped anew.
+    pub(crate) fn bytes(&self) -> Bytes {
+        self.recorded.clone()
+    }
+
     /// Its bytes in a dialect; as recorded where that is the recorded one. Events other than scans have no other form.
     pub(crate) fn in_dialect(&self, wanted: Dialect) -> Option<Bytes> {
         let dialect = self.dialect.filter(|_| self.event.is_some());

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
 
-use super::shard::{Header, Shard, difference};
+use super::shard::{Header, Shard};
 use super::{Study, Unit};
 
 /// The first line.
@@ -89,7 +89,7 @@ pub fn read<S: Study>(
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').take_while(|line| line.ends_with(b"\n"));
     let Some(first) = lines.next() else { return Ok(None) };
     let opening: Opening<S> = serde_json::from_slice(first).map_err(|_| JournalError::Unknown)?;
-    if let Some(key) = difference(&Header::of(study), &opening.header) {
+    if let Some(key) = opening.header.difference(&Header::of(study)) {
         return Err(JournalError::Another { key });
     }
     if opening.shard != shard {

@@ -6,20 +6,25 @@
 //! numbers are the same however the work was cut. Seeds follow from (study, seed, unit) and from nothing else.
 
 pub mod areas;
+mod document;
 pub mod figure;
 pub mod fingerprint;
 pub mod journal;
 pub mod resolution;
 pub mod search;
+mod settings;
 mod shard;
 pub mod sweep;
 
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
 use rowscan_scenes::scan::ScanSettings;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+pub use document::StudyFileError;
+pub use settings::Setting;
 pub use shard::{Header, MergeError, Shard, ShardError, ShardFile, Whole, merge};
 
 /// A study: its settings are all that its results depend on.
@@ -34,6 +39,11 @@ pub trait Study: Clone + PartialEq + Serialize + DeserializeOwned + Sync {
 
     /// The scene its orchards come from, and the seed.
     fn scene(&self) -> &Scene;
+
+    /// The files that its scenes name.
+    fn files(&self) -> Vec<SceneFile> {
+        self.scene().clone().files_mut().into_iter().map(|file| file.clone()).collect()
+    }
 
     /// How long a unit takes, in any measure: what makes the remaining time honest where units differ.
     fn effort(&self, index: usize) -> f64;

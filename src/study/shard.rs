@@ -63,6 +63,9 @@ pub struct Header<S> {
     pub scene: String,
     /// Fingerprint of the scene.
     pub scene_hash: String,
+    /// Fingerprints of the files that its scenes name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub files: BTreeMap<String, String>,
     /// Units of the whole study.
     pub units: usize,
     /// Everything the results depend on.
@@ -79,9 +82,31 @@ impl<S: Study> Header<S> {
             seed: scene.seed,
             scene: scene.name.clone(),
             scene_hash: fingerprint::of(scene),
+            files: study
+                .files()
+                .into_iter()
+                .map(|file| (file.path().to_owned(), fingerprint::of(&file.bytes().unwrap_or_default())))
+                .collect(),
             units: study.units(),
             settings: study.clone(),
         }
+    }
+
+    /// The first thing in which two differ: results of both cannot stand together then.
+    pub fn difference(&self, other: &Self) -> Option<&'static str> {
+        [
+            ("names", self.study == other.study),
+            ("rowscan versions", self.rowscan == other.rowscan),
+            ("seeds", self.seed == other.seed),
+            ("scenes", self.scene_hash == other.scene_hash),
+            ("files", self.files == other.files),
+            // By what is written of them: settings that were read back do not hold the files.
+            ("settings", fingerprint::of(&self.settings) == fingerprint::of(&other.settings)),
+            ("numbers of orchards", self.units == other.units),
+        ]
+        .into_iter()
+        .find(|(_, same)| !same)
+        .map(|(key, _)| key)
     }
 }
 
@@ -152,7 +177,7 @@ pub fn merge<S: Study>(files: Vec<(String, ShardFile<S, S::Result>)>) -> Result<
     };
     let mut units: BTreeMap<usize, (String, Unit<S::Result>)> = BTreeMap::new();
     for (other, file) in files {
-        if let Some(key) = difference(&header, &file.header) {
+        if let Some(key) = header.difference(&file.header) {
             return Err(MergeError::Another { first, other, key });
         }
         for unit in file.units {
@@ -167,20 +192,6 @@ pub fn merge<S: Study>(files: Vec<(String, ShardFile<S, S::Result>)>) -> Result<
         return Err(MergeError::Missing { missing: missing.len(), units: header.units, first: *first });
     }
     Ok((header, units.into_values().map(|(_, unit)| unit).collect()))
-}
-
-/// The first thing in which two headers differ.
-pub(super) fn difference<S: PartialEq>(one: &Header<S>, other: &Header<S>) -> Option<&'static str> {
-    [
-        ("names", one.study == other.study),
-        ("rowscan versions", one.rowscan == other.rowscan),
-        ("seeds", one.seed == other.seed),
-        ("scenes", one.scene_hash == other.scene_hash),
-        ("settings", one.settings == other.settings && one.units == other.units),
-    ]
-    .into_iter()
-    .find(|(_, same)| !same)
-    .map(|(key, _)| key)
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc;
 
 use super::{BusError, Ear};
+use crate::bus::CanFrame;
 use crate::bus::join::Stamped;
-use crate::bus::{CanFrame, CanId};
 
 /// The interface name that stands in the lines.
 const INTERFACE: &str = "can0";
@@ -18,16 +18,7 @@ const INTERFACE: &str = "can0";
 /// Appends one line, its end included.
 pub fn write_line(text: &mut String, at: SimTime, frame: &CanFrame) {
     let (seconds, micros) = (at.0 / 1_000_000_000, at.0 / 1000 % 1_000_000);
-    let _ = match frame.id {
-        CanId::Standard(id) => write!(text, "({seconds:010}.{micros:06}) {INTERFACE} {id:03X}#"),
-        CanId::Extended(id) => write!(text, "({seconds:010}.{micros:06}) {INTERFACE} {id:08X}#"),
-    };
-    if frame.remote {
-        let _ = write!(text, "R{}", frame.len());
-    }
-    for byte in frame.data() {
-        let _ = write!(text, "{byte:02X}");
-    }
+    let _ = write!(text, "({seconds:010}.{micros:06}) {INTERFACE} {}", frame.to_text());
     text.push('\n');
 }
 
@@ -40,21 +31,7 @@ pub fn read_line(line: &str) -> Option<(SimTime, CanFrame)> {
     let nanos: u64 = format!("{digits:0<9}").parse().ok()?;
     let at = SimTime(seconds.parse::<u64>().ok()?.checked_mul(1_000_000_000)?.checked_add(nanos)?);
     words.next()?;
-    let (id, data) = words.next()?.split_once('#')?;
-    let id = CanId::new(u32::from_str_radix(id, 16).ok()?, id.len() > 3)?;
-    if let Some(len) = data.strip_prefix('R') {
-        let len = if len.is_empty() { 0 } else { len.parse().ok()? };
-        return CanFrame::remote(id, len).map(|frame| (at, frame));
-    }
-    Some((at, CanFrame::new(id, &hex(data)?)?))
-}
-
-/// Bytes of hexadecimal digits, at most eight.
-pub(super) fn hex(text: &str) -> Option<Vec<u8>> {
-    if text.len() % 2 == 1 || text.len() > 16 || !text.is_ascii() {
-        return None;
-    }
-    (0..text.len()).step_by(2).map(|at| u8::from_str_radix(text.get(at..at + 2)?, 16).ok()).collect()
+    Some((at, CanFrame::from_text(words.next()?)?))
 }
 
 /// A log being written.
@@ -97,6 +74,7 @@ impl CandumpLink {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::CanId;
 
     #[test]
     fn lines_come_back_as_they_went() {

@@ -1,15 +1,18 @@
 //! A Lawicel adapter (CAN232, CANUSB and their like) on a pseudo-terminal: what python-can's `slcan` and Linux's `slcand` speak.
 
-use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, split};
 use tokio::sync::mpsc;
 
+mod acceptance;
+
+use self::acceptance::Acceptance;
 use super::{BusError, Ear};
 use crate::bus::join::{Heard, Stamped};
-use crate::bus::{CanFrame, CanId};
+use crate::bus::{BusLoss, CanFrame, CanId};
 use crate::line::Pty;
 
 /// No command is longer: a 29-bit frame with eight bytes and a time stamp.
@@ -34,6 +37,7 @@ pub struct Adapter {
     wrong_rate: bool,
     time_stamps: bool,
     auto_poll_off: bool,
+    acceptance: Acceptance,
 }
 
 impl Adapter {
@@ -64,27 +68,26 @@ impl Adapter {
         }
     }
 
-    /// Appends a frame from the bus, as the host shall see it; nothing while the channel is closed.
+    /// Appends a frame from the bus, as the host shall see it; nothing while the channel is closed, or if the filters keep it out.
     pub fn frame(&self, at: SimTime, frame: &CanFrame, out: &mut Vec<u8>) {
-        if !self.open || self.wrong_rate {
+        if !self.open || self.wrong_rate || !self.acceptance.takes(frame) {
             return;
         }
-        let mut text = String::with_capacity(LONGEST);
+        // Writing to memory cannot fail.
         let _ = match (frame.id, frame.remote) {
-            (CanId::Standard(id), false) => write!(text, "t{id:03X}{}", frame.len()),
-            (CanId::Standard(id), true) => write!(text, "r{id:03X}{}", frame.len()),
-            (CanId::Extended(id), false) => write!(text, "T{id:08X}{}", frame.len()),
-            (CanId::Extended(id), true) => write!(text, "R{id:08X}{}", frame.len()),
+            (CanId::Standard(id), false) => write!(out, "t{id:03X}{}", frame.len()),
+            (CanId::Standard(id), true) => write!(out, "r{id:03X}{}", frame.len()),
+            (CanId::Extended(id), false) => write!(out, "T{id:08X}{}", frame.len()),
+            (CanId::Extended(id), true) => write!(out, "R{id:08X}{}", frame.len()),
         };
         for byte in frame.data() {
-            let _ = write!(text, "{byte:02X}");
+            let _ = write!(out, "{byte:02X}");
         }
         if self.time_stamps {
             // Milliseconds within a minute.
-            let _ = write!(text, "{:04X}", at.0 / 1_000_000 % 60_000);
+            let _ = write!(out, "{:04X}", at.0 / 1_000_000 % 60_000);
         }
-        text.push('\r');
-        out.extend_from_slice(text.as_bytes());
+        out.push(b'\r');
     }
 
     /// One command; `None` if it is refused.
@@ -105,9 +108,7 @@ impl Adapter {
                 closed(self.open)?;
                 self.open = true;
                 self.listen_only = name == b'L';
-                if !self.wrong_rate {
-                    heard.push(Heard::Opened);
-                }
+                heard.push(if self.wrong_rate { Heard::Lost(BusLoss::WrongRate) } else { Heard::Opened });
             }
             (b'C', []) => self.open = false,
             (b't' | b'T' | b'r' | b'R', _) => {
@@ -138,11 +139,21 @@ impl Adapter {
             }
             (b'V', []) => answers.extend_from_slice(b"V1013"),
             (b'N', []) => answers.extend_from_slice(b"NR001"),
-            // Acceptance code and mask are taken and not applied; filters, auto start likewise.
-            (b'M' | b'm', mask) if mask.len() == 8 && mask.iter().all(u8::is_ascii_hexdigit) => {
+            (b'M' | b'm', digits) if digits.len() == 8 => {
                 closed(self.open)?;
+                let digits = std::str::from_utf8(digits).ok()?;
+                let register = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
+                match name {
+                    b'M' => self.acceptance.code = register,
+                    _ => self.acceptance.mask = register,
+                }
             }
-            (b'W', &[b'0'..=b'2']) | (b'Q', &[b'0'..=b'2']) | (b'U', &[b'0'..=b'6']) => {}
+            (b'W', &[mode @ (b'0' | b'1')]) => {
+                closed(self.open)?;
+                self.acceptance.single = mode == b'1';
+            }
+            // Auto start and the line's own rate: taken, and nothing comes of them.
+            (b'Q', &[b'0'..=b'2']) | (b'U', &[b'0'..=b'6']) => {}
             _ => return None,
         }
         Some(())
@@ -161,7 +172,7 @@ fn parse_frame(name: u8, rest: &[u8]) -> Option<CanFrame> {
     if name.eq_ignore_ascii_case(&b'r') {
         return CanFrame::remote(id, len).filter(|_| data.is_empty());
     }
-    let data = super::candump::hex(data)?;
+    let data = crate::bus::frame::hex(data)?;
     CanFrame::new(id, &data).filter(|frame| frame.len() == len)
 }
 
@@ -266,10 +277,34 @@ mod tests {
     fn at_the_wrong_rate_it_is_off_the_bus_and_says_so() {
         let mut adapter = Adapter::default();
         let (answers, heard) = told(&mut adapter, "S6\rO\rF\rt1230\r");
-        assert_eq!((answers.as_str(), heard.len()), ("\r\rFA4\r\u{7}", 0));
+        assert_eq!((answers.as_str(), heard), ("\r\rFA4\r\u{7}", vec![Heard::Lost(BusLoss::WrongRate)]));
         let mut out = Vec::new();
         adapter.frame(SimTime::ZERO, &CanFrame::remote(CanId::Standard(1), 0).unwrap(), &mut out);
         assert!(out.is_empty());
+    }
+
+    #[test]
+    fn a_host_that_sets_code_and_mask_hears_what_they_let_through() {
+        let (wheel, ground, other) = (0x18FE_48F0, 0x18FE_49F0, 0x18FF_1080);
+        let heard = |setup: &str| -> Vec<u32> {
+            let mut adapter = Adapter::default();
+            let answers = told(&mut adapter, &format!("S5\r{setup}O\r")).0;
+            assert!(!answers.contains('\u{7}'), "{answers:?}");
+            let mut let_through = Vec::new();
+            for id in [wheel, ground, other] {
+                let mut out = Vec::new();
+                let frame = CanFrame::new(CanId::new(id, true).unwrap(), &[]).unwrap();
+                adapter.frame(SimTime::ZERO, &frame, &mut out);
+                let_through.extend((!out.is_empty()).then_some(id));
+            }
+            let_through
+        };
+        assert_eq!(heard(""), [wheel, ground, other]);
+        // Both filters on PGNs FExx: bits 28 to 13 of the identifier, which dual filters compare of a long one.
+        assert_eq!(heard("MC7F0C7F0\rm00070007\r"), [wheel, ground]);
+        assert_eq!(heard("MC7F24780\rm00000007\rW1\r"), [wheel], "a single filter sees all 29 bits");
+        let mut adapter = Adapter::default();
+        assert_eq!(told(&mut adapter, "S5\rO\rM00000000\rm0000000g\rW1\r").0, "\r\r\u{7}\u{7}\u{7}");
     }
 
     #[test]

@@ -12,12 +12,16 @@ mod linux {
     use socketcan::tokio::CanSocket;
     use socketcan::{
         CanDataFrame, CanFrame as SocketFrame, CanRemoteFrame, EmbeddedFrame, ExtendedId, Frame, Id,
-        StandardId,
+        SocketOptions, StandardId,
     };
 
     use super::{BusError, Ear, Stamped, mpsc};
     use crate::bus::join::Heard;
-    use crate::bus::{CanFrame, CanId};
+    use crate::bus::{BusLoss, CanFrame, CanId};
+
+    /// Error frames asked for, as linux/can/error.h numbers them: bus-off, and back from it.
+    const CAN_ERR_BUSOFF: u32 = 0x40;
+    const CAN_ERR_RESTARTED: u32 = 0x100;
 
     /// A raw socket on an interface.
     #[derive(Debug)]
@@ -28,11 +32,11 @@ mod linux {
 
     impl SocketcanLink {
         pub(in crate::bus::link) fn open(interface: &str) -> Result<Self, BusError> {
-            let carrier = |cause: io::Error| BusError::Carrier {
+            let refused = |cause: io::Error| BusError::Carrier {
                 interface: interface.to_owned(),
                 cause: cause.to_string(),
             };
-            let socket = CanSocket::open(interface).map_err(carrier)?;
+            let socket = connect(interface).map_err(refused)?;
             Ok(Self { socket, interface: interface.to_owned() })
         }
 
@@ -40,33 +44,76 @@ mod linux {
             &self.interface
         }
 
-        pub(in crate::bus::link) async fn run(self, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
+        pub(in crate::bus::link) async fn run(mut self, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
             loop {
-                tokio::select! {
+                let carried = tokio::select! {
                     received = self.socket.read_frame() => match received {
                         Ok(frame) => {
-                            if let Some(frame) = from_socket(&frame) {
-                                ear.hear(Heard::Frame(frame)).await;
+                            if let Some(heard) = heard(&frame) {
+                                ear.hear(heard).await;
                             }
+                            Ok(())
                         }
-                        // The interface went down or off the bus; it may come back.
-                        Err(cause) => {
-                            tracing::debug!(%cause, interface = self.interface, "nothing received");
-                            crate::clock::breathe().await;
-                        }
+                        Err(cause) => Err(cause),
                     },
                     frame = queue.recv() => {
                         let Some((_, frame)) = frame else { return };
-                        let Some(frame) = to_socket(&frame) else { continue };
-                        if let Err(cause) = self.socket.write_frame(frame).await {
-                            tracing::debug!(%cause, interface = self.interface, "a frame was not sent");
-                            crate::clock::breathe().await;
-                        }
+                        let carried = match to_socket(&frame) {
+                            Some(frame) => self.socket.write_frame(frame).await,
+                            None => Ok(()),
+                        };
                         ear.wrote(1);
+                        carried
                     }
+                };
+                if let Err(cause) = carried {
+                    tracing::debug!(%cause, interface = self.interface, "no frame carried");
+                    // A full queue passes by itself; anything else is asked of the interface.
+                    if !has_carrier(&self.interface) && !self.return_of(&mut queue, &ear).await {
+                        return;
+                    }
+                    crate::clock::breathe().await;
                 }
             }
         }
+
+        /// Waits until the interface is up again, perhaps another one of that name; frames sent meanwhile are lost. `false` if the bus closes.
+        async fn return_of(&mut self, queue: &mut mpsc::Receiver<Stamped>, ear: &Ear) -> bool {
+            ear.hear(Heard::Lost(BusLoss::Down)).await;
+            loop {
+                let mut rest = std::pin::pin!(crate::clock::breathe());
+                while let Some(frame) = tokio::select! {
+                    () = &mut rest => None,
+                    frame = queue.recv() => Some(frame),
+                } {
+                    if frame.is_none() {
+                        return false;
+                    }
+                    ear.wrote(1);
+                }
+                if let Ok(socket) = connect(&self.interface) {
+                    self.socket = socket;
+                    ear.hear(Heard::Opened).await;
+                    return true;
+                }
+            }
+        }
+    }
+
+    fn connect(interface: &str) -> io::Result<CanSocket> {
+        let socket = CanSocket::open(interface)?;
+        if !has_carrier(interface) {
+            return Err(io::Error::new(io::ErrorKind::NetworkDown, "the interface is down or bus-off"));
+        }
+        socket.set_error_filter(CAN_ERR_BUSOFF | CAN_ERR_RESTARTED)?;
+        Ok(socket)
+    }
+
+    /// Whether the interface is up and on its bus: a socket can be had on one that is not. Reading the file fails while it is down.
+    fn has_carrier(interface: &str) -> bool {
+        // An interface's name holds no slash; who writes one asks for another file.
+        let file = format!("/sys/class/net/{interface}/carrier");
+        !interface.contains('/') && std::fs::read_to_string(file).is_ok_and(|carrier| carrier.trim() == "1")
     }
 
     fn to_socket(frame: &CanFrame) -> Option<SocketFrame> {
@@ -81,13 +128,19 @@ mod linux {
         }
     }
 
-    fn from_socket(frame: &SocketFrame) -> Option<CanFrame> {
-        let id = CanId::new(frame.raw_id() & 0x1FFF_FFFF, frame.is_extended())?;
-        match frame {
-            SocketFrame::Data(data) => CanFrame::new(id, data.data()),
-            SocketFrame::Remote(remote) => CanFrame::remote(id, u8::try_from(remote.dlc()).ok()?),
-            SocketFrame::Error(_) => None,
-        }
+    fn heard(frame: &SocketFrame) -> Option<Heard> {
+        let id = || CanId::new(frame.raw_id() & 0x1FFF_FFFF, frame.is_extended());
+        Some(match frame {
+            SocketFrame::Data(data) => Heard::Frame(CanFrame::new(id()?, data.data())?),
+            SocketFrame::Remote(remote) => {
+                Heard::Frame(CanFrame::remote(id()?, u8::try_from(remote.dlc()).ok()?)?)
+            }
+            SocketFrame::Error(error) if error.error_bits() & CAN_ERR_BUSOFF != 0 => {
+                Heard::Lost(BusLoss::BusOff)
+            }
+            SocketFrame::Error(error) if error.error_bits() & CAN_ERR_RESTARTED != 0 => Heard::Opened,
+            SocketFrame::Error(_) => return None,
+        })
     }
 }
 

@@ -113,22 +113,35 @@ pub const FACILITIES: Message = Message {
     period_ms: None,
     len: 8,
     source: TRACTOR_ADDRESS,
-    about: "what this tractor tells and obeys, once after its address claim and on request (ISO 11783-9; bits not verified)",
+    about: "what this tractor tells and obeys, once after its address claim and on request (ISO 11783-7 B.24.3, bits as AgOpenGPS's task controller has them)",
     signals: &[
-        Signal::new("RearHitchAndPto", 0, 4, 1.0, ""),
-        Signal::new("HasWheelSpeed", 4, 1, 1.0, ""),
-        Signal::new("HasGroundSpeed", 5, 1, 1.0, ""),
-        Signal::new("HasGroundDistance", 6, 1, 1.0, ""),
-        Signal::new("HasGroundDirection", 7, 1, 1.0, ""),
-        Signal::new("HasWheelDistance", 8, 1, 1.0, ""),
-        Signal::new("HasWheelDirection", 9, 1, 1.0, ""),
-        Signal::new("OtherClass2And3", 10, 6, 1.0, ""),
-        Signal::new("FrontHitchAndPto", 16, 6, 1.0, ""),
-        Signal::new("HasNavigation", 22, 1, 1.0, ""),
-        Signal::new("HasGuidance", 23, 1, 1.0, ""),
-        Signal::new("HasSelectedSpeed", 24, 1, 1.0, ""),
-        Signal::new("ObeysSpeedCommand", 25, 1, 1.0, ""),
-        Signal::new("LimitsAndExitCodes", 26, 12, 1.0, ""),
+        Signal::new("HasEngineSpeed", 0, 1, 1.0, ""),
+        Signal::new("HasGroundSpeed", 1, 1, 1.0, ""),
+        Signal::new("HasWheelSpeed", 2, 1, 1.0, ""),
+        Signal::new("MaintainsPower", 3, 2, 1.0, ""),
+        Signal::new("HasKeySwitch", 5, 1, 1.0, ""),
+        Signal::choice(
+            "TractorClass",
+            6,
+            2,
+            &[(0, "Class1"), (1, "Class2"), (2, "Class3"), (3, "NotAvailable")],
+        ),
+        Signal::new("RearHitchPtoAndLights", 8, 8, 1.0, ""),
+        Signal::new("ValvesLightsAndDraft", 16, 3, 1.0, ""),
+        Signal::new("HasWheelDirection", 19, 1, 1.0, ""),
+        Signal::new("HasWheelDistance", 20, 1, 1.0, ""),
+        Signal::new("HasGroundDirection", 21, 1, 1.0, ""),
+        Signal::new("HasGroundDistance", 22, 1, 1.0, ""),
+        Signal::new("HasTimeAndDate", 23, 1, 1.0, ""),
+        Signal::new("RearAndValveCommands", 24, 8, 1.0, ""),
+        Signal::new("ObeysDirection", 32, 1, 1.0, ""),
+        Signal::new("ObeysSpeedCommand", 33, 1, 1.0, ""),
+        Signal::new("HasSelectedSpeed", 34, 1, 1.0, ""),
+        Signal::new("LightsAndNoiseStatistics", 35, 3, 1.0, ""),
+        Signal::new("HasPosition", 38, 1, 1.0, "").about("129029"),
+        Signal::new("HasRapidPosition", 39, 1, 1.0, "").about("129025, 129026"),
+        Signal::new("FrontHitchAndPto", 40, 8, 1.0, ""),
+        Signal::new("FacilitiesReserved", 48, 16, 1.0, ""),
     ],
 };
 
@@ -173,8 +186,23 @@ pub fn selected_speed(motion: &Motion) -> Payload {
 
 /// [`FACILITIES`] of the virtual tractor.
 pub fn facilities() -> Payload {
-    let (no, yes) = (Some(0.0), Some(1.0));
-    FACILITIES.encode(&[no, yes, yes, yes, yes, yes, yes, no, no, yes, no, yes, yes, no])
+    let has = [
+        "HasGroundSpeed",
+        "HasWheelSpeed",
+        "HasKeySwitch",
+        "HasWheelDirection",
+        "HasWheelDistance",
+        "HasGroundDirection",
+        "HasGroundDistance",
+        "ObeysDirection",
+        "ObeysSpeedCommand",
+        "HasSelectedSpeed",
+        "HasPosition",
+        "HasRapidPosition",
+    ];
+    let values =
+        FACILITIES.signals.iter().map(|signal| Some(f64::from(u8::from(has.contains(&signal.name)))));
+    FACILITIES.encode(&values.collect::<Vec<_>>())
 }
 
 /// The signed speed that a [`GROUND_SPEED`] tells, m/s; `None` where it is not available.
@@ -214,6 +242,13 @@ mod tests {
         let back = Trajectory::straight(0.0, -0.5).at(10.0);
         assert_eq!(ground_speed(&back).bytes(), [0xF4, 0x01, 0x88, 0x13, 0x00, 0x00, 0xFF, 0xFC]);
         assert_eq!(selected_speed(&back).bytes()[7], 0b0000_0100);
+    }
+
+    /// AgOpenGPS's task controller, which tells both speeds with distance and direction and nothing else, sends 06 00 78
+    /// (AgOpenGPS-Official/AOG-TaskController#82); ours adds key switch, position and selected speed.
+    #[test]
+    fn facilities_stand_where_a_task_controller_reads_them() {
+        assert_eq!(facilities().bytes(), [0x26, 0x00, 0x78, 0x00, 0xC7, 0x00, 0x00, 0x00]);
     }
 
     #[test]

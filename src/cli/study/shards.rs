@@ -65,7 +65,7 @@ impl ShardArgs {
         };
         if self.resume && path.exists() {
             let (name, file) = read_shard::<S>(path)?;
-            if file.shard == self.shard && file.header == Header::of(study) {
+            if file.shard == self.shard && file.header.difference(&Header::of(study)).is_none() {
                 say(format_args!("{name} is finished already"));
                 return Ok(file.units);
             }

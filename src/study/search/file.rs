@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use serde::Deserialize;
-use serde_json::{Map, Value};
+use toml::{Table, Value};
 
-use super::{AreasStudy, Knob, SearchStudy, keys};
-use crate::config::{self, ConfigError};
+use super::{AreasStudy, Knob, SearchStudy, with};
+use crate::study::document::{Complaint, Document};
+use crate::study::settings::{Shelf, tuples};
+use crate::study::{Setting, StudyFileError};
 
 /// Format of the file.
 const VERSION: u32 = 1;
@@ -27,7 +29,7 @@ struct SearchFile {
     joint: usize,
     /// What the base sets over the areas study on the scene: keys, in quotes, with their values.
     #[serde(default)]
-    base: Map<String, Value>,
+    base: Table,
     #[serde(default)]
     knob: Vec<KnobFile>,
 }
@@ -42,92 +44,73 @@ struct KnobFile {
     values: Vec<Value>,
 }
 
-/// Why a file is no search.
-#[derive(Debug, thiserror::Error)]
-pub enum SearchFileError {
-    /// It cannot be read.
-    #[error("cannot read the search {path}: {cause}")]
-    Read {
-        /// The file.
-        path: String,
-        /// What the system said.
-        cause: std::io::Error,
-    },
-    /// It is not what it should be.
-    #[error("{path}: {why}")]
-    Content {
-        /// The file.
-        path: String,
-        /// What is wrong.
-        why: String,
-    },
-    /// Its scene cannot be used.
-    #[error("the search's scene: {0}")]
-    Scene(#[from] ConfigError),
-}
-
-/// Reads a search.
+/// Reads a search. A scene that is a file is looked for beside it.
 ///
 /// # Errors
 /// A file that cannot be read, is no search, or names keys or values that an areas study does not have.
-pub fn read(path: &Path) -> Result<SearchStudy, SearchFileError> {
-    let place = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .map_err(|cause| SearchFileError::Read { path: place.clone(), cause })?;
-    let content = |why| SearchFileError::Content { path: place.clone(), why };
-    let file: SearchFile = toml::from_str(&text).map_err(|cause| content(cause.to_string()))?;
-    let base = AreasStudy::new(config::load_scene(&file.scene)?);
-    file.search(&base).map_err(content)
+pub fn read(path: &Path) -> Result<SearchStudy, StudyFileError> {
+    let document = Document::open(path)?;
+    let file: SearchFile = document.parse()?;
+    let (scene, mut files) = document.scene(&file.scene)?;
+    files.stock(&mut scene.clone())?;
+    let mut search = file.search(AreasStudy::new(scene)).map_err(|complaint| document.refuse(complaint))?;
+    // Every value of every knob must be one, tried alone; what does not go together shows in the search.
+    for knob in &search.knobs {
+        for value in &knob.values {
+            let about = knob.keys.first().cloned().unwrap_or_default();
+            let mut tried = with(&search.base, &knob.set_to(value).collect::<Vec<_>>())
+                .map_err(|why| document.refuse(Complaint::new(about, why)))?;
+            files.stock(&mut tried.scene)?;
+        }
+    }
+    search.files = files;
+    Ok(search)
 }
 
 impl SearchFile {
-    fn search(self, base: &AreasStudy) -> Result<SearchStudy, String> {
+    fn search(self, base: AreasStudy) -> Result<SearchStudy, Complaint> {
         if self.version != VERSION {
-            return Err(format!("version must be {VERSION}, found {}", self.version));
+            let message = format!("version must be {VERSION}, found {}", self.version);
+            return Err(Complaint::new("version", message));
         }
         if self.seeds.is_empty() {
-            return Err("expected `seeds`, the list that every point sees, found none".to_owned());
+            return Err(Complaint::new(
+                "seeds",
+                "expected `seeds`, the list that every point sees, found none",
+            ));
         }
-        let settings: Vec<_> = self.base.iter().map(|(key, value)| (key.as_str(), value)).collect();
+        let settings: Vec<Setting<'_>> =
+            self.base.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
+        let base = with(&base, &settings).map_err(|why| {
+            let alone = settings.iter().find(|one| with(&base, std::slice::from_ref(one)).is_err());
+            Complaint::new(alone.map_or("[base]", |(key, _)| key), why)
+        })?;
         let search = SearchStudy {
             name: self.name,
-            base: keys::set(base, &settings)?,
+            base,
             knobs: self.knob.into_iter().map(KnobFile::checked).collect::<Result<_, _>>()?,
             one_at_a_time: self.one_at_a_time,
             joint: self.joint,
             seeds: self.seeds,
+            files: Shelf::default(),
         };
         if search.points().saturating_mul(search.seeds.len()) > MOST_UNITS {
-            return Err(format!("more than {MOST_UNITS} points × seeds; lower `joint`"));
-        }
-        // Every value of every knob must be one, tried alone; what does not go together shows in the search.
-        for knob in &search.knobs {
-            for value in &knob.values {
-                keys::set(&search.base, &knob.set_to(value).collect::<Vec<_>>())?;
-            }
+            let message = format!("more than {MOST_UNITS} points × seeds; lower `joint`");
+            return Err(Complaint::new("joint", message));
         }
         Ok(search)
     }
 }
 
 impl KnobFile {
-    fn checked(self) -> Result<Knob, String> {
+    fn checked(self) -> Result<Knob, Complaint> {
         let keys: Vec<String> = self.key.into_iter().chain(self.keys).collect();
-        let single = keys.len() == 1;
-        let tuple = |value: Value| match value {
-            Value::Array(items) if !single => items,
-            value => vec![value],
-        };
-        let values: Vec<Vec<Value>> = self.values.into_iter().map(tuple).collect();
-        let name = keys.join("`, `");
-        if keys.is_empty() || values.is_empty() {
-            return Err(format!(
-                "a [[knob]] needs a `key`, or `keys` that go together, and `values`, found `{name}`"
-            ));
+        if keys.is_empty() || self.values.is_empty() {
+            let name = keys.join("`, `");
+            let message =
+                format!("a [[knob]] needs a `key`, or `keys` that go together, and `values`, found `{name}`");
+            return Err(Complaint::new(keys.first().map_or("[[knob]]", String::as_str), message));
         }
-        if values.iter().any(|value| value.len() != keys.len()) {
-            return Err(format!("knob `{name}`: expected every value to be a list with one entry a key"));
-        }
-        Ok(Knob { keys, values })
+        Ok(Knob { values: tuples(&keys, self.values)?, keys })
     }
 }

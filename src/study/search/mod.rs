@@ -6,19 +6,21 @@
 //! by its medians over them: no seed can be picked.
 
 mod file;
-mod keys;
 mod report;
 
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use toml::Value;
 
-pub use file::{SearchFileError, read};
+pub use file::read;
 pub use report::{PointReport, Regression, SearchReport, report};
 
 use super::areas::{AreasStudy, Orchard};
-use super::{Study, UnitError, fingerprint};
+use super::settings::{self, Shelf};
+use super::{Setting, Study, UnitError, fingerprint};
+use crate::config;
 
 /// A search: all that its results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +38,9 @@ pub struct SearchStudy {
     pub joint: usize,
     /// Seeds of the areas study; every point sees all.
     pub seeds: Vec<u64>,
+    /// What its scenes name.
+    #[serde(skip)]
+    files: Shelf,
 }
 
 /// One thing that may be turned: a key of the areas study, or several that go together.
@@ -58,8 +63,14 @@ pub struct Tried {
     pub refused: Option<String>,
 }
 
-/// A key with its value.
-pub type Setting<'a> = (&'a str, &'a Value);
+/// An areas study with these keys set.
+fn with(base: &AreasStudy, settings: &[Setting<'_>]) -> Result<AreasStudy, String> {
+    settings::set(base, settings, |text| {
+        let study: AreasStudy = config::from_toml(text).map_err(|trouble| trouble.message)?;
+        study.scene.validate().map_err(|why| why.to_string())?;
+        Ok(study)
+    })
+}
 
 impl SearchStudy {
     /// Points, the base among them.
@@ -91,7 +102,8 @@ impl SearchStudy {
     /// # Errors
     /// What about the settings cannot be.
     fn study_at(&self, point: usize, seed: u64) -> Result<AreasStudy, String> {
-        let mut study = keys::set(&self.base, &self.settings(point))?;
+        let mut study = with(&self.base, &self.settings(point))?;
+        self.files.serve(&mut study.scene)?;
         study.scene.seed = seed;
         Ok(study)
     }
@@ -105,7 +117,7 @@ impl SearchStudy {
 
 impl Knob {
     fn set_to<'a>(&'a self, value: &'a [Value]) -> impl Iterator<Item = Setting<'a>> {
-        self.keys.iter().map(String::as_str).zip(value)
+        self.keys.iter().map(String::as_str).zip(value.iter().cloned())
     }
 
     /// The value drawn for a joint point; nothing where it is the base's.
@@ -126,6 +138,10 @@ impl Study for SearchStudy {
 
     fn scene(&self) -> &Scene {
         &self.base.scene
+    }
+
+    fn files(&self) -> Vec<SceneFile> {
+        self.files.files()
     }
 
     fn effort(&self, index: usize) -> f64 {
@@ -158,7 +174,6 @@ impl Study for SearchStudy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     fn search() -> SearchStudy {
         let scene = crate::config::load_scene("paper").expect("built in");
@@ -170,13 +185,34 @@ mod tests {
             name: "test".to_owned(),
             base: AreasStudy::new(scene),
             knobs: vec![
-                knob("scene.orchard.trees", &[json!(1), json!(6)]),
-                knob("scene.orchard.tree.rules", &[json!("floral_only")]),
+                knob("scene.orchard.trees", &[Value::Integer(1), Value::Integer(6)]),
+                knob("scene.orchard.tree.rules", &[Value::String("floral_only".to_owned())]),
             ],
             one_at_a_time: true,
             joint: 60,
             seeds: vec![4, 9],
+            files: Shelf::default(),
         }
+    }
+
+    #[test]
+    fn every_part_of_the_study_can_be_set() {
+        let settings: toml::Table = toml::from_str(
+            r#"
+            iterations = [9, 10, 11]
+            whole_orchard = true
+            "lateral.distance_m" = 3.5
+            "lateral.wood" = { mesh = { half_width_m = 0.002, points = 3, step_m = 0.001 } }
+            "#,
+        )
+        .expect("TOML");
+        let settings: Vec<Setting<'_>> =
+            settings.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
+        let base = search().base;
+        let study = with(&base, &settings).expect("valid");
+        assert_eq!((study.iterations.as_slice(), study.lateral.distance_m), (&[9, 10, 11][..], 3.5));
+        assert!(study.whole_orchard && study.lateral.wood != study.zenith.wood);
+        assert_eq!(with(&base, &[]), Ok(base));
     }
 
     #[test]
@@ -184,8 +220,11 @@ mod tests {
         let search = search();
         assert_eq!((search.points(), search.units()), (64, 128));
         assert_eq!(search.settings(0), []);
-        assert_eq!(search.settings(2), [("scene.orchard.trees", &json!(6))]);
-        assert_eq!(search.settings(3), [("scene.orchard.tree.rules", &json!("floral_only"))]);
+        assert_eq!(search.settings(2), [("scene.orchard.trees", Value::Integer(6))]);
+        assert_eq!(
+            search.settings(3),
+            [("scene.orchard.tree.rules", Value::String("floral_only".to_owned()))]
+        );
         assert!(search.is_single(3) && !search.is_single(0) && !search.is_single(4));
         let with = |key: &str| {
             (4..64).filter(|point| search.settings(*point).iter().any(|(name, _)| *name == key)).count()

@@ -110,7 +110,7 @@ impl PointReport {
             settings: search
                 .settings(point)
                 .into_iter()
-                .map(|(key, value)| (key.to_owned(), value.clone()))
+                .map(|(key, value)| (key.to_owned(), serde_json::to_value(value).unwrap_or_default()))
                 .collect(),
             seeds: found.len(),
             refused: units.iter().find_map(|unit| unit.result.refused.clone()),

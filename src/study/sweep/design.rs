@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::study::fingerprint;
+use crate::study::{Setting, fingerprint};
 
 /// How axes are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -90,7 +90,7 @@ impl Design {
     }
 
     /// The keys at a point with their values.
-    pub fn settings(self, axes: &[Axis], point: usize, seed: u64) -> Vec<(&str, Value)> {
+    pub fn settings(self, axes: &[Axis], point: usize, seed: u64) -> Vec<Setting<'_>> {
         let mut rest = point;
         let mut settings = Vec::new();
         for axis in axes {

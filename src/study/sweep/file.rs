@@ -7,8 +7,11 @@ use serde::Deserialize;
 use toml::Value;
 
 use super::design::{Axis, Design, Span};
-use super::{Output, SweepStudy, keys};
-use crate::config::{self, ConfigError, Trouble};
+use super::{Output, SweepStudy};
+use crate::config::{self, ConfigError};
+use crate::study::StudyFileError;
+use crate::study::document::{Complaint, Document};
+use crate::study::settings::{self, Shelf};
 
 /// Format of the file.
 const VERSION: u32 = 1;
@@ -64,50 +67,18 @@ fn one() -> usize {
     1
 }
 
-/// Why a file is no study. Each message names the place and the remedy.
-#[derive(Debug, thiserror::Error)]
-pub enum SweepError {
-    /// It cannot be read.
-    #[error("cannot read the study {path}: {cause}")]
-    Read {
-        /// The file.
-        path: String,
-        /// What the system said.
-        cause: std::io::Error,
-    },
-    /// It is not what it should be.
-    #[error("{path}:{}: {}", trouble.line, trouble.message)]
-    Content {
-        /// The file.
-        path: String,
-        /// What is wrong, and where.
-        trouble: Trouble,
-    },
-    /// Its scene cannot be used.
-    #[error("the study's scene: {0}")]
-    Scene(#[from] ConfigError),
-}
-
 /// Reads a study. A scene that is a file is looked for beside it. `seed` and `repeats`, if given, are taken instead of the file's.
-pub fn read(path: &Path, seed: Option<u64>, repeats: Option<usize>) -> Result<SweepStudy, SweepError> {
-    let place = path.display().to_string();
-    let text =
-        std::fs::read_to_string(path).map_err(|cause| SweepError::Read { path: place.clone(), cause })?;
-    let content = |trouble| SweepError::Content { path: place.clone(), trouble };
-    let file: StudyFile = config::from_toml(&text).map_err(content)?;
-    let beside = path.parent().map(|folder| folder.join(&file.scene)).filter(|beside| beside.is_file());
-    let scene = config::load_scene(beside.as_deref().and_then(Path::to_str).unwrap_or(&file.scene))?;
-    study(file, scene, seed, repeats).map_err(|(about, message)| {
-        // The line that holds what the complaint is about, as it is quoted there.
-        let quoted = format!("\"{about}\"");
-        let holds = |line: &str| line.contains(&quoted) || line.trim_start().starts_with(about.as_str());
-        let line = text.lines().position(holds).map_or(0, |index| index + 1);
-        content(Trouble { line, message })
-    })
+///
+/// # Errors
+/// A file that cannot be read, is no study, or names keys or values that its scene does not have.
+pub fn read(path: &Path, seed: Option<u64>, repeats: Option<usize>) -> Result<SweepStudy, StudyFileError> {
+    let document = Document::open(path)?;
+    let file: StudyFile = document.parse()?;
+    let (scene, files) = document.scene(&file.scene)?;
+    let mut study = study(file, scene, seed, repeats).map_err(|complaint| document.refuse(complaint))?;
+    study.files = study.stocked(files)?;
+    Ok(study)
 }
-
-/// What is wrong: the text it is about, and the message.
-type Complaint = (String, String);
 
 fn study(
     file: StudyFile,
@@ -115,7 +86,7 @@ fn study(
     seed: Option<u64>,
     repeats: Option<usize>,
 ) -> Result<SweepStudy, Complaint> {
-    let refuse = |about: &str, message: String| Err((about.to_owned(), message));
+    let refuse = |about: &str, message: String| Err(Complaint::new(about, message));
     if file.version != VERSION {
         return refuse("version", format!("version must be {VERSION}, found {}", file.version));
     }
@@ -140,11 +111,12 @@ fn study(
     let keep: Vec<Output> = file
         .keep
         .into_iter()
-        .map(|name| Output::try_from(name.clone()).map_err(|cause| (name, cause.to_string())))
+        .map(|name| Output::try_from(name.clone()).map_err(|cause| Complaint::new(name, cause.to_string())))
         .collect::<Result<_, _>>()?;
     let scene = Scene { seed: seed.or(file.seed).unwrap_or(scene.seed), ..scene };
-    let study =
-        SweepStudy { name: file.name, scene, repeats: repeats.unwrap_or(file.repeats), design, sweep, keep };
+    let repeats = repeats.unwrap_or(file.repeats);
+    let files = Shelf::default();
+    let study = SweepStudy { name: file.name, scene, repeats, design, sweep, keep, files };
     if study.repeats == 0 {
         return refuse("repeats", "expected `repeats` to be 1 or more, found 0".to_owned());
     }
@@ -153,34 +125,44 @@ fn study(
     }
     // Every key must name something: tried with the axis' first value.
     for axis in &study.sweep {
-        let settings = Design::Grid.settings(std::slice::from_ref(axis), 0, 0);
-        keys::set(&study.scene, &settings)
-            .map_err(|why| (axis.keys.first().cloned().unwrap_or_default(), format!("sweep {why}")))?;
+        let about = axis.keys.first().cloned().unwrap_or_default();
+        study.scene_with(axis, 0).map_err(|why| Complaint::new(about, format!("sweep {why}")))?;
     }
     Ok(study)
+}
+
+impl SweepStudy {
+    /// The scene with one axis at one of its values.
+    fn scene_with(&self, axis: &Axis, value: usize) -> Result<Scene, String> {
+        let settings = Design::Grid.settings(std::slice::from_ref(axis), value, 0);
+        settings::set(&self.scene, &settings, config::scene_from_text)
+    }
+
+    /// The shelf with every file that the scene, or a value of an axis, names.
+    fn stocked(&self, mut files: Shelf) -> Result<Shelf, ConfigError> {
+        files.stock(&mut self.scene.clone())?;
+        for axis in &self.sweep {
+            // A value that cannot be is found out where it is tried, and told there.
+            let scenes = (0..Design::Grid.points(std::slice::from_ref(axis)))
+                .filter_map(|value| self.scene_with(axis, value).ok());
+            for mut scene in scenes {
+                files.stock(&mut scene)?;
+            }
+        }
+        Ok(files)
+    }
 }
 
 impl AxisFile {
     fn checked(self, design: Design) -> Result<Axis, Complaint> {
         let keys: Vec<String> = self.key.into_iter().chain(self.keys).collect();
         let name = keys.first().cloned().unwrap_or_else(|| "[[sweep]]".to_owned());
-        let refuse = |message: &str| Err((name.clone(), format!("sweep key `{name}`: {message}")));
+        let refuse = |message: &str| Err(Complaint::new(&name, format!("sweep key `{name}`: {message}")));
         if keys.is_empty() {
-            return Err((name, "a [[sweep]] needs a `key`, or `keys` that go together".to_owned()));
+            return Err(Complaint::new(name, "a [[sweep]] needs a `key`, or `keys` that go together"));
         }
         let span = match (self.values, self.from, self.to) {
-            (values, None, None) if !values.is_empty() => {
-                let single = keys.len() == 1;
-                let tuple = |value: Value| match value {
-                    Value::Array(items) if !single => items,
-                    value => vec![value],
-                };
-                let values: Vec<Vec<Value>> = values.into_iter().map(tuple).collect();
-                if values.iter().any(|tuple| tuple.len() != keys.len()) {
-                    return refuse("expected every value to be a list with one entry a key");
-                }
-                Span::Values(values)
-            }
+            (values, None, None) if !values.is_empty() => Span::Values(settings::tuples(&keys, values)?),
             (values, Some(from), Some(to)) if values.is_empty() => {
                 if !(from.is_finite() && to.is_finite() && from < to) {
                     return refuse("expected `from` below `to`, both finite");

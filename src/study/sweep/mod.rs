@@ -5,21 +5,22 @@
 
 mod design;
 mod file;
-mod keys;
 mod outputs;
 mod report;
 
 use rowscan_canopy::Calibration;
 use rowscan_protocol::model;
 use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 
 pub use design::{Axis, Design};
-pub use file::{SweepError, read};
+pub use file::read;
 pub use outputs::{Output, OutputError};
 pub use report::{Effect, SweepReport, report};
 
-use super::{Study, UnitError, fingerprint};
+use super::settings::{self, Shelf};
+use super::{Setting, Study, UnitError, fingerprint};
 use crate::appraisal::Appraisal;
 use crate::config;
 use crate::stage::Stage;
@@ -41,6 +42,9 @@ pub struct SweepStudy {
     pub sweep: Vec<Axis>,
     /// What is kept.
     pub keep: Vec<Output>,
+    /// What its scenes name.
+    #[serde(skip)]
+    files: Shelf,
 }
 
 /// One orchard at one point.
@@ -67,14 +71,15 @@ impl SweepStudy {
     }
 
     /// The keys set at a point, with their values.
-    pub fn settings(&self, point: usize) -> Vec<(&str, toml::Value)> {
+    pub fn settings(&self, point: usize) -> Vec<Setting<'_>> {
         self.design.settings(&self.sweep, point, self.scene.seed)
     }
 
     /// The scene at a point.
     fn scene_at(&self, point: usize, repeat: usize) -> Result<Scene, String> {
         let settings = self.settings(point);
-        let scene = keys::set(&self.scene, &settings)?;
+        let mut scene = settings::set(&self.scene, &settings, config::scene_from_text)?;
+        self.files.serve(&mut scene)?;
         if settings.iter().any(|(key, _)| *key == "seed") {
             return Ok(scene);
         }
@@ -112,6 +117,10 @@ impl Study for SweepStudy {
 
     fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    fn files(&self) -> Vec<SceneFile> {
+        self.files.files()
     }
 
     fn effort(&self, _index: usize) -> f64 {

@@ -1,22 +1,35 @@
-//! Keys of a scene, set by name: `rig.scanner.height_m`, `orchard.tree.iterations`, `rig.scanner[1].distance_m`.
+//! What a study departs from, with keys of it set by name: `rig.scanner.height_m`, `orchard.tree.iterations`, `rig.scanner[1].distance_m`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
+use serde::Serialize;
 use toml::{Table, Value};
 
-use crate::config;
+use super::document::Complaint;
+use crate::config::{self, ConfigError};
 
-/// The scene with these keys set. A key into an array of tables without a number sets all of them.
+/// A key with its value.
+pub type Setting<'a> = (&'a str, Value);
+
+/// `base` with these keys set, as `read` reads it. A key into an array of tables without a number sets all of them.
 ///
-/// The scene is written as TOML, changed there, and read again as strictly as a file: what names nothing, or holds what it may
+/// The base is written as TOML, changed there, and read again as strictly as a file: what names nothing, or holds what it may
 /// not, is refused with the nearest valid key.
-pub(super) fn set(scene: &Scene, settings: &[(&str, Value)]) -> Result<Scene, String> {
-    let mut table = Table::try_from(scene).map_err(|cause| cause.to_string())?;
+pub(super) fn set<T: Serialize>(
+    base: &T,
+    settings: &[Setting<'_>],
+    read: impl FnOnce(&str) -> Result<T, String>,
+) -> Result<T, String> {
+    let mut table = Table::try_from(base).map_err(|cause| cause.to_string())?;
     for (key, value) in settings {
         let path: Vec<&str> = key.split('.').collect();
         put(&mut table, &path, value).map_err(|why| format!("key `{key}`: {why}"))?;
     }
     let text = toml::to_string(&table).map_err(|cause| cause.to_string())?;
-    config::scene_from_text(&text).map_err(|why| {
+    read(&text).map_err(|why| {
         let keys: Vec<&str> = settings.iter().map(|(key, _)| *key).collect();
         format!("key `{}`: {why}", keys.join("`, `"))
     })
@@ -37,7 +50,7 @@ fn put(table: &mut Table, path: &[&str], value: &Value) -> Result<(), String> {
         table.insert(name.to_owned(), value.clone());
         return Ok(());
     }
-    // A table that is not there is made: reading the scene again says whether it may be.
+    // A table that is not there is made: reading the text again says whether it may be.
     let below = table.entry(name).or_insert_with(|| Value::Table(Table::new()));
     match (below, number) {
         (Value::Table(below), None) => put(below, rest, value),
@@ -68,12 +81,71 @@ fn put_item(item: &mut Value, name: &str, rest: &[&str], value: &Value) -> Resul
     }
 }
 
+/// Values of keys that go together, as a file has them: for one key a value each, for several a list with an entry a key.
+pub(super) fn tuples(keys: &[String], values: Vec<Value>) -> Result<Vec<Vec<Value>>, Complaint> {
+    let tuple = |value: Value| match value {
+        Value::Array(items) if keys.len() > 1 => items,
+        value => vec![value],
+    };
+    let values: Vec<Vec<Value>> = values.into_iter().map(tuple).collect();
+    if values.iter().all(|tuple| tuple.len() == keys.len()) {
+        return Ok(values);
+    }
+    let name = keys.first().cloned().unwrap_or_default();
+    let message = format!("key `{name}`: expected every value to be a list with one entry a key");
+    Err(Complaint::new(name, message))
+}
+
+/// The files that a study's scenes name, read once: a scene that is written as text and read again has lost their contents.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Shelf {
+    folder: PathBuf,
+    files: BTreeMap<String, SceneFile>,
+}
+
+impl Shelf {
+    /// An empty one for scenes whose relative paths count from here.
+    pub(super) fn in_folder(folder: PathBuf) -> Self {
+        Self { folder, files: BTreeMap::new() }
+    }
+
+    /// Reads what this scene names and the shelf lacks.
+    pub(super) fn stock(&mut self, scene: &mut Scene) -> Result<(), ConfigError> {
+        for file in scene.files_mut() {
+            if !self.files.contains_key(file.path()) {
+                config::fill(file, &self.folder)?;
+                self.files.insert(file.path().to_owned(), file.clone());
+            }
+        }
+        Ok(())
+    }
+
+    /// What it holds.
+    pub(super) fn files(&self) -> Vec<SceneFile> {
+        self.files.values().cloned().collect()
+    }
+
+    /// Hands the scene its files, and checks what they hold.
+    pub(super) fn serve(&self, scene: &mut Scene) -> Result<(), String> {
+        for file in scene.files_mut() {
+            if let Some(kept) = self.files.get(file.path()) {
+                *file = kept.clone();
+            }
+        }
+        scene.validate().map_err(|why| why.to_string())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn spindle() -> Scene {
         crate::config::load_scene("spindle").expect("built in")
+    }
+
+    fn set(settings: &[Setting<'_>]) -> Result<Scene, String> {
+        super::set(&spindle(), settings, config::scene_from_text)
     }
 
     #[test]
@@ -84,16 +156,16 @@ mod tests {
             ("orchard.tree.iterations", Value::Integer(8)),
             ("rig.speed_m_s", Value::Integer(2)),
         ];
-        let scene = set(&spindle(), &settings).expect("valid");
+        let scene = set(&settings).expect("valid");
         let mount = &scene.rig.scanners[0];
         assert_eq!((mount.height_m, mount.model.as_str(), scene.rig.speed_m_s), (2.0, "lms511", 2.0));
         assert_eq!(scene.orchard.tree.iterations, Some(8));
-        assert_eq!(set(&spindle(), &[]), Ok(spindle()));
+        assert_eq!(set(&[]), Ok(spindle()));
     }
 
     #[test]
     fn a_key_that_names_nothing_is_refused_with_the_nearest() {
-        let refused = |key: &str, value: Value| set(&spindle(), &[(key, value)]).expect_err(key);
+        let refused = |key: &str, value: Value| set(&[(key, value)]).expect_err(key);
         let number = || Value::Float(1.0);
         for (key, parts) in [
             ("rig.scanner.hight_m", ["unknown key `hight_m`", "did you mean `height_m`?"]),

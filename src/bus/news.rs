@@ -1,0 +1,79 @@
+//! What whoever runs a node wants to know of its bus: each change once.
+
+use std::collections::BTreeSet;
+
+use super::join::Heard;
+use super::node::Standing;
+
+/// Why a port is off its bus for now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BusLoss {
+    /// The controller counted too many errors.
+    #[error(
+        "the CAN controller is bus-off: check bit rate, wiring and terminators; it returns with \
+         `ip link set can0 type can restart`, or by itself with restart-ms set"
+    )]
+    BusOff,
+    /// The interface is down or gone.
+    #[error("the CAN interface is down or gone; nothing is sent until it is up again")]
+    Down,
+    /// The host runs the adapter at another rate.
+    #[error("the slcan adapter was opened at another rate than the bus's 250 kbit/s (S5); it is off the bus")]
+    WrongRate,
+}
+
+/// A change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BusNews {
+    /// A better NAME has the address.
+    #[error("another control function keeps address {0}; nothing is sent on the bus any more")]
+    AddressLost(u8),
+    /// A port is off.
+    #[error(transparent)]
+    Off(#[from] BusLoss),
+    /// A port that was off is on the bus again.
+    #[error("the CAN bus is back")]
+    Back,
+}
+
+/// Knows what has been told.
+#[derive(Clone, Debug, Default)]
+pub struct BusWatch {
+    address_lost: bool,
+    off: BTreeSet<usize>,
+}
+
+impl BusWatch {
+    /// What is new when `port` tells this, and the node then stands so.
+    pub fn news(&mut self, port: usize, heard: Heard, standing: Standing) -> Option<BusNews> {
+        match (heard, standing) {
+            (Heard::Lost(loss), _) => self.off.insert(port).then_some(BusNews::Off(loss)),
+            (Heard::Opened, _) if self.off.remove(&port) => Some(BusNews::Back),
+            (_, Standing::Lost(address)) if !self.address_lost => {
+                self.address_lost = true;
+                Some(BusNews::AddressLost(address))
+            }
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_change_is_told_once() {
+        let mut watch = BusWatch::default();
+        let claimed = Standing::Claimed(0xF0);
+        assert_eq!(watch.news(0, Heard::Opened, claimed), None, "it was never off");
+        let off = Heard::Lost(BusLoss::BusOff);
+        assert_eq!(watch.news(0, off, claimed), Some(BusNews::Off(BusLoss::BusOff)));
+        assert_eq!(watch.news(0, off, claimed), None);
+        assert_eq!(watch.news(1, Heard::Opened, claimed), None, "another port");
+        assert_eq!(watch.news(0, Heard::Opened, claimed), Some(BusNews::Back));
+        let lost = Standing::Lost(0xF0);
+        assert_eq!(watch.news(0, Heard::Opened, lost), Some(BusNews::AddressLost(0xF0)));
+        assert_eq!(watch.news(0, Heard::Opened, lost), None);
+    }
+}

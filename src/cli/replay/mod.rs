@@ -1,0 +1,170 @@
+//! `rowscan replay`
+
+mod orders;
+mod places;
+mod seats;
+mod stand;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::interrupt::Interrupt;
+use super::output::say;
+use super::recorder::RecordArgs;
+use super::{Failure, Format, Outcome, models};
+use crate::clock::{SimClock, TimeScale, Timer};
+use crate::emulator::{MAX_CLIENTS, Player};
+use crate::replay::{Part, Played, Playhead, Stamps, Survey, Tape};
+use orders::{Order, next_order, read_orders};
+use places::{Places, Seek};
+use seats::{PlaceArgs, Sort};
+use stand::Stand;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A recording: MCAP, pcap, pcapng, raw bytes, hex text, CSV of ranges
+    file: PathBuf,
+    #[command(flatten)]
+    places: PlaceArgs,
+    /// Scanner model that answers what was not recorded [default: the recorded one]
+    #[arg(long, value_name = "NAME")]
+    model: Option<String>,
+    /// Send what was recorded, replies too, to whoever connects, and listen to nobody
+    #[arg(long)]
+    verbatim: bool,
+    /// Recorded seconds a second, or `max`: as fast as the clients take it
+    #[arg(long, value_name = "K", default_value = "1")]
+    time_scale: TimeScale,
+    /// Begin anew at the end
+    #[arg(long = "loop")]
+    repeat: bool,
+    /// Where to begin: `12.5s` from the first event, `scan:100`, `metre:3.2` of the row
+    #[arg(long, value_name = "PLACE")]
+    from: Option<Seek>,
+    /// Where to end; as --from
+    #[arg(long, value_name = "PLACE")]
+    until: Option<Seek>,
+    /// Counters and device times
+    #[arg(long, value_enum, default_value_t)]
+    stamps: StampsArg,
+    /// The rig that `metre:` goes by, instead of the recorded one
+    #[arg(long, value_name = "RIG")]
+    rig: Option<String>,
+    /// Take `pause`, `play` and `seek PLACE` from standard input, a line each
+    #[arg(long)]
+    control: bool,
+    /// Clients served at once by each stream
+    #[arg(long, value_name = "N", default_value_t = MAX_CLIENTS)]
+    max_clients: usize,
+    /// How to tell where it listens; jsonl writes one object an endpoint to standard output
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    record: RecordArgs,
+}
+
+/// What becomes of counters and device times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum StampsArg {
+    /// As recorded
+    #[default]
+    Keep,
+    /// As a scanner would send them now; the calendar stays as recorded
+    Now,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let asked = args.model.as_deref().map(models::find).transpose()?;
+    let survey = Survey::read(&args.file)?;
+    if let Some(torn) = &survey.torn {
+        say(format_args!("{}: {torn}; what comes before is played", args.file.display()));
+    }
+    let seats = args.places.seats(&survey)?;
+    let parts: Vec<&Part> = seats.iter().map(|seat| seat.part).collect();
+    // What other instruments said before the first scanner began is passed over, as long as there is a scanner.
+    let scanners = || parts.iter().filter(|part| part.is_scanner());
+    let begins_ns = scanners().filter_map(|part| part.begins_ns).min();
+    let begins_ns = begins_ns.or(parts.iter().filter_map(|part| part.begins_ns).min()).unwrap_or_default();
+    let ends_ns = parts.iter().map(|part| part.ends_ns).max().unwrap_or_default();
+    let counted = scanners().next().or(parts.first()).copied();
+    let rig = args.rig.as_deref();
+    let places = Places { rig, survey: &survey, part: counted, begins_ns, ends_ns };
+    let from_ns = args.from.map_or(Ok(0), |place| places.find(place))?;
+    let until_ns = args.until.map_or(Ok(u64::MAX), |place| places.find(place))?;
+    let start_ns = from_ns.max(begins_ns);
+    // From the last event to the first of the next round passes as long as between two scans.
+    let period_ns = parts.iter().map(|part| part.period_ns()).min().unwrap_or(1);
+    let every_ns = until_ns.min(ends_ns.saturating_add(period_ns)).saturating_sub(start_ns).max(1);
+    let played = Played {
+        // Replies before the first event are part of what is verbatim.
+        from_ns: if args.verbatim { from_ns } else { start_ns },
+        until_ns,
+        every_ns: args.repeat.then_some(every_ns),
+        stamps: match args.stamps {
+            StampsArg::Keep => Stamps::Keep,
+            StampsArg::Now => Stamps::Now,
+        },
+        verbatim: args.verbatim,
+    };
+    let clock = Arc::new(SimClock::start(args.time_scale));
+    let playhead = Arc::new(Playhead::new(start_ns));
+    let taping = args.record.start(survey.about.clone(), args.time_scale == TimeScale::Max)?;
+    let tape = Tape::open(survey.path.clone(), &parts, played)?;
+    let stand = Stand { args: &args, survey: &survey, asked, clock: Arc::clone(&clock), taps: taping.taps() };
+    let (mut lives, mut outlets) = (Vec::new(), Vec::new());
+    for seat in &seats {
+        let (live, outlet) = stand.open(seat, seats.len() > 1).await?;
+        lives.push(live);
+        outlets.push(outlet);
+    }
+    tell_streams(&survey, &parts);
+    let player = Player::start(tape, outlets, Arc::clone(&playhead), Arc::clone(&clock), &Timer::system());
+    let mut orders = args.control.then(read_orders);
+    loop {
+        tokio::select! {
+            () = player.ended() => break,
+            () = interrupt.wait() => break,
+            order = next_order(&mut orders) => match order {
+                Order::Pause(paused) => playhead.pause(paused, clock.now()),
+                Order::Seek(place) => match places.find(place) {
+                    Ok(to_ns) => playhead.seek(to_ns.max(start_ns), clock.now()),
+                    Err(error) => say(error),
+                },
+                Order::Unknown(text) => {
+                    say(format_args!("expected `pause`, `play` or `seek PLACE`, found `{text}`"));
+                }
+            },
+        }
+    }
+    for (number, (live, part)) in lives.iter().zip(&parts).enumerate() {
+        let late = |fraction| player.lateness(number, fraction).unwrap_or_default();
+        let sent = live.told(player.played(number));
+        say(format_args!("{}: {sent}; late by {:?} (p50), {:?} (p99)", part.name, late(0.5), late(0.99)));
+    }
+    drop((player, lives));
+    Ok(taping.finish())
+}
+
+/// Says what is played, and what is not.
+fn tell_streams(survey: &Survey, played: &[&Part]) {
+    for part in &survey.parts {
+        let is_played = played.iter().any(|playing| playing.stream == part.stream);
+        match (is_played, part.is_scanner()) {
+            (true, true) => {
+                let answers = part.script.len();
+                say(format_args!("{}: {} scans, {answers} recorded answers", part.name, part.scans));
+            }
+            (true, false) => say(format_args!("{}: {}, in step", part.name, part.kind)),
+            (false, _) if part.begins_ns.is_some() => {
+                let flag = Sort::flag_for(part.kind);
+                say(format_args!("{} ({}) is not played; {flag} plays it", part.name, part.kind));
+            }
+            (false, _) => {}
+        }
+    }
+    match played.iter().any(|part| part.is_scanner()) {
+        true => say("it begins with the first taker of every scanner"),
+        false => say("it begins at once"),
+    }
+}

@@ -1,0 +1,99 @@
+//! Places in a recording: by time, by scan, by metre of the row.
+
+use std::str::FromStr;
+
+use rowscan_protocol::rig::Rig;
+
+use super::super::Failure;
+use crate::config;
+use crate::replay::{Part, ReplayError, Survey};
+
+/// A place in a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Seek {
+    Seconds(f64),
+    Scan(u64),
+    Metre(f64),
+}
+
+impl FromStr for Seek {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || format!("expected a place such as `12.5s`, `scan:100` or `metre:3.2`, found `{text}`");
+        let number = |text: &str| text.parse::<f64>().ok().filter(|n| n.is_finite() && *n >= 0.0 && *n < 1e9);
+        if let Some(scan) = text.strip_prefix("scan:") {
+            return scan.parse().map(Self::Scan).map_err(|_| wrong());
+        }
+        if let Some(metre) = text.strip_prefix("metre:") {
+            return number(metre).map(Self::Metre).ok_or_else(wrong);
+        }
+        text.strip_suffix('s').and_then(number).map(Self::Seconds).ok_or_else(wrong)
+    }
+}
+
+/// Finds places in recorded time.
+pub(super) struct Places<'a> {
+    /// The rig to go by, instead of the recorded one.
+    pub(super) rig: Option<&'a str>,
+    pub(super) survey: &'a Survey,
+    /// The stream whose scans are counted.
+    pub(super) part: Option<&'a Part>,
+    pub(super) begins_ns: u64,
+    pub(super) ends_ns: u64,
+}
+
+impl Places<'_> {
+    pub(super) fn find(&self, place: Seek) -> Result<u64, Failure> {
+        let refuse = |what: String| ReplayError::Seek {
+            what,
+            scans: self.part.map_or(0, |part| part.scans),
+            seconds: self.ends_ns.saturating_sub(self.begins_ns) as f64 * 1e-9,
+        };
+        let found = match place {
+            Seek::Seconds(seconds) => Some(self.begins_ns.saturating_add((seconds * 1e9) as u64)),
+            Seek::Scan(number) => match self.part {
+                Some(part) => self.survey.scan_at(part, number)?,
+                None => None,
+            },
+            Seek::Metre(metre) => {
+                let rig = self.rig()?.ok_or_else(|| {
+                    refuse("a place in the row needs a rig, and none is recorded: say --rig".to_owned())
+                })?;
+                self.part.and_then(|part| part.at_metre(&rig, metre))
+            }
+        };
+        let found = found.filter(|found| *found <= self.ends_ns);
+        Ok(found.ok_or_else(|| refuse(format!("there is no {}", told(place))))?)
+    }
+
+    fn rig(&self) -> Result<Option<Rig>, Failure> {
+        if let Some(name) = self.rig {
+            return Ok(Some(config::load_rig(name)?.0));
+        }
+        Ok(self.survey.about.rig.as_deref().and_then(|text| toml::from_str(text).ok()))
+    }
+}
+
+fn told(place: Seek) -> String {
+    match place {
+        Seek::Seconds(seconds) => format!("second {seconds}"),
+        Seek::Scan(number) => format!("scan {number} (they are counted from 0)"),
+        Seek::Metre(metre) => format!("metre {metre}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_a_time_a_scan_or_a_metre() {
+        assert_eq!("12.5s".parse(), Ok(Seek::Seconds(12.5)));
+        assert_eq!("scan:100".parse(), Ok(Seek::Scan(100)));
+        assert_eq!("metre:3.2".parse(), Ok(Seek::Metre(3.2)));
+        for nonsense in ["", "12", "-1s", "nans", "scan:x", "metre:-1", "tree:4"] {
+            assert!(nonsense.parse::<Seek>().expect_err(nonsense).contains("scan:100"));
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Which stream goes where: every place of the command line gets the stream it names, or the next one that fits.
+
+use std::path::{Path, PathBuf};
+
+use rowscan_recording::StreamKind;
+
+use super::super::Failure;
+use super::super::named::Named;
+use crate::bus::BusAddress;
+use crate::nmea::NmeaAddress;
+use crate::replay::{Part, ReplayError, Survey};
+
+/// Where a SICK scanner listens; both ports take the same commands.
+const DEFAULT_ENDPOINTS: [&str; 2] = ["127.0.0.1:2111", "127.0.0.1:2112"];
+
+/// Places for streams.
+#[derive(Debug, clap::Args)]
+pub(super) struct PlaceArgs {
+    /// Listen on this address; repeatable; port 0 takes a free one. `NAME=` before it says which stream it is for, else they are given out in the
+    /// order of the scanners [default: 127.0.0.1:2111 and 127.0.0.1:2112]
+    #[arg(long, value_name = "[NAME=]ADDR")]
+    tcp: Vec<Named<String>>,
+    /// Be a serial port of this name; repeatable, given out behind those of --tcp
+    #[arg(long, value_name = "[NAME=]LINK")]
+    pty: Vec<Named<PathBuf>>,
+    /// Where a recorded GNSS receiver goes out; repeatable: tcp:ADDR, udp:ADDR, pty:LINK
+    #[arg(long, value_name = "[NAME=]PLACE")]
+    nmea: Vec<Named<NmeaAddress>>,
+    /// A port of a recorded CAN bus; repeatable: slcan:LINK, socketcan:can0, socketcand:ADDR, udp:GROUP:PORT, candump:FILE
+    #[arg(long, value_name = "[NAME=]PORT")]
+    can: Vec<Named<BusAddress>>,
+    /// Which scanners to be; repeatable [default: the first ones with scans, as many as there are places without a name]
+    #[arg(long, value_name = "NAME")]
+    stream: Vec<String>,
+}
+
+/// One place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place<'a> {
+    Tcp(&'a str),
+    Pty(&'a Path),
+    Nmea(&'a NmeaAddress),
+    Can(&'a BusAddress),
+}
+
+/// What a place is good for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sort {
+    /// Any stream's bytes; a scanner answers there.
+    Line,
+    Nmea,
+    Can,
+}
+
+/// One stream with its places, all of one sort.
+#[derive(Debug)]
+pub(super) struct Seat<'a> {
+    pub(super) part: &'a Part,
+    pub(super) sort: Sort,
+    pub(super) places: Vec<Place<'a>>,
+}
+
+impl Place<'_> {
+    fn sort(&self) -> Sort {
+        match self {
+            Self::Tcp(_) | Self::Pty(_) => Sort::Line,
+            Self::Nmea(_) => Sort::Nmea,
+            Self::Can(_) => Sort::Can,
+        }
+    }
+}
+
+impl Sort {
+    fn flag(self) -> &'static str {
+        match self {
+            Self::Line => "--tcp",
+            Self::Nmea => "--nmea",
+            Self::Can => "--can",
+        }
+    }
+
+    /// What a stream of `kind` goes out on.
+    pub(super) fn of(kind: StreamKind) -> Self {
+        match kind {
+            StreamKind::Nmea => Self::Nmea,
+            StreamKind::Can => Self::Can,
+            StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Bytes => Self::Line,
+        }
+    }
+
+    /// The flag that plays a stream of `kind`.
+    pub(super) fn flag_for(kind: StreamKind) -> &'static str {
+        Self::of(kind).flag()
+    }
+
+    fn takes(self, kind: StreamKind) -> bool {
+        self == Self::Line || self == Self::of(kind)
+    }
+}
+
+impl PlaceArgs {
+    fn places(&self) -> Vec<(Option<&str>, Place<'_>)> {
+        fn with<'a, T>(
+            named: &'a [Named<T>],
+            place: fn(&'a T) -> Place<'a>,
+        ) -> Vec<(Option<&'a str>, Place<'a>)> {
+            named.iter().map(|named| (named.name.as_deref(), place(&named.it))).collect()
+        }
+        let places = [
+            with(&self.tcp, |address| Place::Tcp(address)),
+            with(&self.pty, |link| Place::Pty(link)),
+            with(&self.nmea, Place::Nmea),
+            with(&self.can, Place::Can),
+        ];
+        places.concat()
+    }
+
+    /// Every place with its stream, in the order of the recording's streams.
+    pub(super) fn seats<'a>(&'a self, survey: &'a Survey) -> Result<Vec<Seat<'a>>, Failure> {
+        let mut places = self.places();
+        let lines = places.iter().any(|(_, place)| place.sort() == Sort::Line);
+        let scanner =
+            survey.parts.iter().any(|part| Sort::of(part.kind) == Sort::Line && part.begins_ns.is_some());
+        if !lines && (scanner || places.is_empty() || !self.stream.is_empty()) {
+            places.extend(DEFAULT_ENDPOINTS.map(|address| (None, Place::Tcp(address))));
+        }
+        let mut seats: Vec<Seat<'a>> = Vec::new();
+        for (name, place) in &places {
+            if let Some(name) = name {
+                let part = survey.choose(&[(*name).to_owned()], 1)?.remove(0);
+                seat(&mut seats, part, *place)?;
+            }
+        }
+        for sort in [Sort::Line, Sort::Nmea, Sort::Can] {
+            let unnamed: Vec<Place<'a>> = places
+                .iter()
+                .filter(|(name, place)| name.is_none() && place.sort() == sort)
+                .map(|(_, place)| *place)
+                .collect();
+            let parts = self.parts(survey, sort, &seats, if lines { unnamed.len() } else { 1 })?;
+            for (number, place) in unnamed.into_iter().enumerate() {
+                // Places beyond the streams go to the last one: a scanner has several ports.
+                let part = parts.get(number).or(parts.last()).ok_or_else(|| survey.nothing())?;
+                seat(&mut seats, part, place)?;
+            }
+        }
+        seats.sort_by_key(|seat| seat.part.stream);
+        Ok(seats)
+    }
+
+    /// The streams for places of a sort that name none: those without a seat so far.
+    fn parts<'a>(
+        &self,
+        survey: &'a Survey,
+        sort: Sort,
+        seats: &[Seat<'_>],
+        count: usize,
+    ) -> Result<Vec<&'a Part>, ReplayError> {
+        let free = |part: &&Part| seats.iter().all(|seat| seat.part.stream != part.stream);
+        if sort == Sort::Line {
+            let chosen = match self.stream.is_empty() {
+                true => survey.scanners(),
+                false => survey.choose(&self.stream, self.stream.len())?,
+            };
+            let count = count.max(self.stream.len());
+            return Ok(chosen.into_iter().filter(free).take(count).collect());
+        }
+        let fits = |part: &&Part| Sort::of(part.kind) == sort && part.begins_ns.is_some();
+        Ok(survey.parts.iter().filter(fits).filter(free).collect())
+    }
+}
+
+/// Gives `part` one more place.
+fn seat<'a>(seats: &mut Vec<Seat<'a>>, part: &'a Part, place: Place<'a>) -> Result<(), Failure> {
+    let sort = place.sort();
+    if !sort.takes(part.kind) {
+        return Err(Failure::Usage(format!(
+            "stream `{}` is {}, which {} cannot carry; expected {} for it",
+            part.name,
+            part.kind,
+            sort.flag(),
+            Sort::flag_for(part.kind)
+        )));
+    }
+    match seats.iter_mut().find(|seat| seat.part.stream == part.stream) {
+        Some(seat) if seat.sort != sort => Err(Failure::Usage(format!(
+            "stream `{}` cannot go out on {} and {} at once: choose one",
+            part.name,
+            seat.sort.flag(),
+            sort.flag()
+        ))),
+        Some(seat) => {
+            seat.places.push(place);
+            Ok(())
+        }
+        None => {
+            seats.push(Seat { part, sort, places: vec![place] });
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! What a recorded stream becomes: a scanner at its places, lines of a receiver, ports of a bus.
+
+use std::sync::Arc;
+
+use rowscan_protocol::device::Device;
+use rowscan_protocol::lms2xx::device::Options;
+use rowscan_protocol::model::{AnyModel, MODELS};
+use rowscan_recording::{StreamKind, Taps};
+
+use super::super::Failure;
+use super::super::endpoint::{self, announce_stream};
+use super::super::line::pause_slack;
+use super::super::output::say;
+use super::super::voices::{open_bus, open_nmea};
+use super::Args;
+use super::seats::{Place, Seat, Sort};
+use crate::bus::BusAddress;
+use crate::clock::SimClock;
+use crate::emulator::{Bound, Emulator, EmulatorConfig, Outlet, SerialConfig, SerialEmulator};
+use crate::line::{NetLine, Pty, Wire};
+use crate::replay::{Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of};
+
+/// What every stream is opened with.
+pub(super) struct Stand<'a> {
+    pub(super) args: &'a Args,
+    pub(super) survey: &'a Survey,
+    pub(super) asked: Option<AnyModel>,
+    pub(super) clock: Arc<SimClock>,
+    pub(super) taps: Taps,
+}
+
+/// What stands at a stream's places.
+pub(super) enum Live {
+    Cola(Emulator),
+    Lms2xx(SerialEmulator),
+    /// Lines and buses, which the player has.
+    Beside,
+}
+
+impl Live {
+    /// What it has done, in words.
+    pub(super) fn told(&self, played: u64) -> String {
+        match self {
+            Self::Cola(emulator) => {
+                let counts = emulator.counts();
+                format!(
+                    "{} telegrams sent, {} dropped for slow clients",
+                    counts.scans_sent, counts.scans_dropped
+                )
+            }
+            Self::Lms2xx(emulator) => {
+                let counts = emulator.counts();
+                format!("{} telegrams sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost)
+            }
+            Self::Beside => format!("{played} packets sent"),
+        }
+    }
+}
+
+impl Stand<'_> {
+    /// Opens the one line of an LMS2xx.
+    async fn open_lms2xx(&self, seat: &Seat<'_>, stream: Option<&str>) -> Result<(Live, Outlet), Failure> {
+        let (args, part) = (self.args, seat.part);
+        let asked = match self.asked {
+            Some(AnyModel::Lms2xx(model)) => Some(model),
+            Some(AnyModel::Cola(model)) => return Err(other_language(part, model.title)),
+            None => None,
+        };
+        let model = lms2xx_model_of(self.survey, part, asked)?;
+        let one_line = || {
+            Failure::Usage(format!(
+                "{} has one serial line: give `{}` one of --pty LINK, or --tcp ADDR for its bare bytes",
+                model.title, part.name
+            ))
+        };
+        let wire: Box<dyn Wire> = match seat.places.as_slice() {
+            [Place::Pty(link)] => {
+                let pty = Pty::open(link)?;
+                announce_stream(args.format, stream, "pty", endpoint::Place::Path(pty.path()))?;
+                Box::new(pty)
+            }
+            [Place::Tcp(address)] => {
+                let line = NetLine::bare(address).await?;
+                announce_stream(args.format, stream, "tcp", endpoint::Place::Address(&line.address()))?;
+                Box::new(line)
+            }
+            _ => return Err(one_line()),
+        };
+        let options = Options { pause_slack: pause_slack(args.time_scale), ..Options::default() };
+        let device = lms2xx_device_of(part, model, options);
+        let config = SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone() };
+        let emulator = SerialEmulator::replay(device, &part.name, wire, Arc::clone(&self.clock), config);
+        let outlet = Outlet::lms2xx(&emulator).ok_or_else(one_line)?;
+        Ok((Live::Lms2xx(emulator), outlet))
+    }
+
+    /// Opens a stream's places; `named`: which stream is at which place must be told.
+    pub(super) async fn open(&self, seat: &Seat<'_>, named: bool) -> Result<(Live, Outlet), Failure> {
+        let (args, part) = (self.args, seat.part);
+        let stream = named.then_some(part.name.as_str());
+        match seat.sort {
+            Sort::Line if part.kind == StreamKind::Lms2xx && !args.verbatim => {
+                self.open_lms2xx(seat, stream).await
+            }
+            Sort::Line => {
+                let device = device(args, self.survey, part, self.asked)?;
+                let config = EmulatorConfig {
+                    time_scale: args.time_scale,
+                    max_clients: args.max_clients,
+                    taps: self.taps.clone(),
+                    ..EmulatorConfig::default()
+                };
+                let mut emulator =
+                    Emulator::replay(device, part, args.verbatim, Arc::clone(&self.clock), config);
+                for place in &seat.places {
+                    match place {
+                        Place::Tcp(address) => {
+                            let Bound { address } = emulator.listen(address).await?;
+                            announce_stream(args.format, stream, "tcp", endpoint::Place::Address(&address))?;
+                        }
+                        Place::Pty(link) => {
+                            let pty = Pty::open(link)?;
+                            announce_stream(args.format, stream, "pty", endpoint::Place::Path(pty.path()))?;
+                            emulator.attach(pty);
+                        }
+                        Place::Nmea(_) | Place::Can(_) => {}
+                    }
+                }
+                let outlet = Outlet::scanner(&emulator, part.scans > 0);
+                Ok((Live::Cola(emulator), outlet))
+            }
+            Sort::Nmea => {
+                let mut lines = Vec::new();
+                for place in &seat.places {
+                    if let Place::Nmea(address) = place {
+                        // Whether the line is quick enough was the recorded receiver's concern.
+                        lines.push(open_nmea(address, 0.0, stream, args.format).await?);
+                    }
+                }
+                Ok((Live::Beside, Outlet::nmea(&part.name, lines, args.time_scale, &self.taps)))
+            }
+            Sort::Can => {
+                let port = |place: &Place<'_>| match place {
+                    Place::Can(address) => Some((*address).clone()),
+                    _ => None,
+                };
+                let ports: Vec<BusAddress> = seat.places.iter().filter_map(port).collect();
+                let bus = open_bus(&ports, stream, args.format).await?;
+                Ok((Live::Beside, Outlet::can(&part.name, bus, args.time_scale, &self.taps)))
+            }
+        }
+    }
+}
+
+/// The device that answers what the recording does not.
+fn device(args: &Args, survey: &Survey, part: &Part, asked: Option<AnyModel>) -> Result<Device, Failure> {
+    let asked = match asked {
+        Some(AnyModel::Cola(model)) => Some(model),
+        Some(AnyModel::Lms2xx(model)) => return Err(other_language(part, model.title)),
+        None => None,
+    };
+    // Nobody is answered.
+    let silent = part.is_verbatim(args.verbatim);
+    let model = match (model_of(survey, part, asked), MODELS.first()) {
+        (Err(ReplayError::UnknownModel { .. }), Some(any)) if silent => *any,
+        (found, _) => found?,
+    };
+    if !silent && part.ident.is_none() && asked.is_none() && survey.about.model.is_none() {
+        say(format_args!("{}: taken for an {} by its beams; --model says otherwise", part.name, model.title));
+    }
+    Ok(device_of(part, model))
+}
+
+fn other_language(part: &Part, title: &str) -> Failure {
+    Failure::Usage(format!(
+        "stream `{}` is {}, which {title} does not speak; `rowscan models` lists who does",
+        part.name, part.kind
+    ))
+}

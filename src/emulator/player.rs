@@ -1,0 +1,140 @@
+//! What feeds the clients of a replayed recording: one tape in the place of all mirrors and voices, so that streams that were recorded
+//! together keep their order and their times.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use rowscan_protocol::time::SimTime;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+use super::lateness::Lateness;
+use super::outlet::Outlet;
+use crate::clock::{Pacer, SimClock, Timer};
+use crate::replay::{Playhead, Tape, TapeEvent};
+
+/// A recording being played. Dropping it stops the tape and closes its lines and buses; its scanners live on without scans.
+#[derive(Debug)]
+pub struct Player {
+    tracks: Arc<Vec<Track>>,
+    ended: watch::Receiver<bool>,
+    _tasks: JoinSet<()>,
+}
+
+/// What became of one stream.
+#[derive(Debug, Default)]
+struct Track {
+    played: AtomicU64,
+    lateness: Lateness,
+}
+
+impl Player {
+    /// Plays `tape` at `clock`'s pace from where `playhead` stands, its streams to `outlets` in the same order. It begins once every scanner
+    /// among them has somebody who wants what it sends.
+    pub fn start(
+        tape: Tape,
+        outlets: Vec<Outlet>,
+        playhead: Arc<Playhead>,
+        clock: Arc<SimClock>,
+        timer: &Timer,
+    ) -> Self {
+        let tracks: Arc<Vec<Track>> = Arc::new(outlets.iter().map(|_| Track::default()).collect());
+        let (end, ended) = watch::channel(false);
+        let mut tasks = JoinSet::new();
+        for outlet in &outlets {
+            outlet.listen(&clock, &mut tasks);
+        }
+        let pacer = Pacer::new(&clock, timer);
+        let reel = Reel { tape, outlets, playhead, clock, pacer, tracks: Arc::clone(&tracks) };
+        tasks.spawn(async move {
+            reel.play().await;
+            end.send_replace(true);
+        });
+        Self { tracks, ended, _tasks: tasks }
+    }
+
+    /// Resolves when the tape has been played to its end and every client has all of it. Cancel safe.
+    pub async fn ended(&self) {
+        let mut ended = self.ended.clone();
+        // An end that is dropped is one, too.
+        let _ = ended.wait_for(|ended| *ended).await;
+    }
+
+    /// How much of stream number `track` has been played: telegrams, sentences, frames.
+    pub fn played(&self, track: usize) -> u64 {
+        self.tracks.get(track).map_or(0, |track| track.played.load(Ordering::Relaxed))
+    }
+
+    /// Host time by which `fraction` of what was played of stream number `track` was late at most.
+    pub fn lateness(&self, track: usize, fraction: f64) -> Option<Duration> {
+        self.tracks.get(track)?.lateness.quantile(fraction)
+    }
+}
+
+/// The tape and all it goes by.
+struct Reel {
+    tape: Tape,
+    outlets: Vec<Outlet>,
+    playhead: Arc<Playhead>,
+    clock: Arc<SimClock>,
+    pacer: Pacer,
+    tracks: Arc<Vec<Track>>,
+}
+
+impl Reel {
+    /// Plays to the end, and waits until the clients have all of it.
+    async fn play(mut self) {
+        for outlet in &self.outlets {
+            outlet.taker().await;
+        }
+        let mut watch = self.playhead.watch();
+        self.playhead.begin(self.clock.now());
+        let mut jumps = self.playhead.jumps().0;
+        loop {
+            let mut event = match self.tape.next() {
+                Ok(Some(event)) => event,
+                Ok(None) => break,
+                Err(cause) => {
+                    tracing::warn!(%cause, "the recording cannot be read on");
+                    break;
+                }
+            };
+            let due = loop {
+                let (moved, to_ns) = self.playhead.jumps();
+                if moved != jumps {
+                    jumps = moved;
+                    if let Err(cause) = self.tape.seek(to_ns) {
+                        tracing::warn!(%cause, "the recording cannot be read again");
+                    }
+                    break None;
+                }
+                match self.playhead.due(event.at_ns) {
+                    None => watch.changed().await,
+                    Some(due) => tokio::select! {
+                        () = self.pacer.reach(&self.clock, due) => break Some(due),
+                        () = watch.changed() => {}
+                    },
+                }
+            };
+            if let Some(due) = due {
+                self.tape.stamp(&mut event, due);
+                self.put(&event, due).await;
+            }
+        }
+        for outlet in &self.outlets {
+            outlet.drain().await;
+        }
+    }
+
+    async fn put(&mut self, event: &TapeEvent, due: SimTime) {
+        let late = self.clock.lateness(due);
+        let Some(outlet) = self.outlets.get_mut(event.track) else { return };
+        if outlet.put(event, due).await
+            && let Some(track) = self.tracks.get(event.track)
+        {
+            track.lateness.note(late);
+            track.played.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}

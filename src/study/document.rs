@@ -1,0 +1,87 @@
+//! Study files: TOML, read strictly, with the line in every complaint.
+
+use std::path::{Path, PathBuf};
+
+use rowscan_scenes::Scene;
+use serde::de::DeserializeOwned;
+
+use super::settings::Shelf;
+use crate::config::{self, ConfigError, Trouble};
+
+/// Why a file is no study.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyFileError {
+    /// It cannot be read.
+    #[error("cannot read the study {path}: {cause}")]
+    Read {
+        /// The file.
+        path: String,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// It is not what it should be.
+    #[error("{path}:{}: {}", trouble.line, trouble.message)]
+    Content {
+        /// The file.
+        path: String,
+        /// What is wrong, and where.
+        trouble: Trouble,
+    },
+    /// Its scene, or a file that the scene names, cannot be used.
+    #[error("the study's scene: {0}")]
+    Scene(#[from] ConfigError),
+}
+
+/// What is wrong with the meaning of a file that can be read.
+#[derive(Debug)]
+pub(super) struct Complaint {
+    /// The text it is about, as the file has it.
+    pub about: String,
+    /// What is wrong, with the remedy.
+    pub message: String,
+}
+
+impl Complaint {
+    pub(super) fn new(about: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { about: about.into(), message: message.into() }
+    }
+}
+
+/// A study file's text.
+pub(super) struct Document<'a> {
+    path: &'a Path,
+    text: String,
+}
+
+impl<'a> Document<'a> {
+    pub(super) fn open(path: &'a Path) -> Result<Self, StudyFileError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|cause| StudyFileError::Read { path: path.display().to_string(), cause })?;
+        Ok(Self { path, text })
+    }
+
+    pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, StudyFileError> {
+        config::from_toml(&self.text).map_err(|trouble| self.content(trouble))
+    }
+
+    /// The scene it departs from, a file beside it or a built-in, and the shelf of that scene's files.
+    pub(super) fn scene(&self, name: &str) -> Result<(Scene, Shelf), StudyFileError> {
+        let beside = self.path.parent().map(|folder| folder.join(name)).filter(|beside| beside.is_file());
+        let place = beside.unwrap_or_else(|| PathBuf::from(name));
+        let scene = config::load_scene(place.to_str().unwrap_or(name))?;
+        let folder = place.parent().unwrap_or(Path::new("")).to_owned();
+        Ok((scene, Shelf::in_folder(folder)))
+    }
+
+    /// A complaint with the line that holds what it is about.
+    pub(super) fn refuse(&self, Complaint { about, message }: Complaint) -> StudyFileError {
+        let quoted = format!("\"{about}\"");
+        let holds = |line: &str| line.contains(&quoted) || line.trim_start().starts_with(about.as_str());
+        let line = self.text.lines().position(holds).map_or(0, |index| index + 1);
+        self.content(Trouble { line, message })
+    }
+
+    fn content(&self, trouble: Trouble) -> StudyFileError {
+        StudyFileError::Content { path: self.path.display().to_string(), trouble }
+    }
+}
