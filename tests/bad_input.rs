@@ -11,23 +11,7 @@ mod common;
 use std::io::{Read, Write};
 use std::net::TcpListener;
 
-use common::binary::{Emulator, run};
-
-/// Runs a command that must be refused; its one line of complaint.
-fn refused(args: &[&str]) -> String {
-    let ended = run(args);
-    assert_eq!(ended.code, Some(2), "{args:?}: {}", ended.stderr);
-    assert_eq!(ended.stdout, "", "{args:?}");
-    let complaints: Vec<&str> = ended.stderr.lines().filter(|line| line.starts_with("rowscan: ")).collect();
-    assert_eq!(complaints.len(), 1, "{args:?}: {}", ended.stderr);
-    complaints[0].to_owned()
-}
-
-fn assert_says(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "expected `{part}` in: {message}");
-    }
-}
+use common::binary::{Emulator, assert_says, refused, run};
 
 fn file(name: &str, content: &[u8]) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().expect("a folder");

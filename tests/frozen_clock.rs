@@ -46,6 +46,31 @@ async fn scans_leave_at_absolute_deadlines() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_slow_host_leaves_turns_out_and_counts_them() {
+    let (device, world) = bench("lms111");
+    let mut emulator = Emulator::start(device, world, paced(1.0));
+    let mut client = raw_client(&mut emulator, Dialect::B);
+    let mut last = client.next_scan().await;
+    for (busy_ms, expected) in [(150, 0..=0), (1000, 45..=50)] {
+        let missed = emulator.counts().scans_missed;
+        // Something else has the host for so long.
+        tokio::time::advance(Duration::from_millis(busy_ms)).await;
+        let mut missing = 0;
+        for _ in 0..60 {
+            let scan = client.next_scan().await;
+            assert_eq!(scan.telegram_counter, last.telegram_counter.wrapping_add(1));
+            let turns = scan.scan_counter.wrapping_sub(last.scan_counter);
+            let due_us = last.scan_time_us + 20_000 * u32::from(turns);
+            assert_eq!(scan.scan_time_us, due_us, "scans keep to their instants");
+            missing += u64::from(turns) - 1;
+            last = scan;
+        }
+        assert_eq!(missing, emulator.counts().scans_missed - missed);
+        assert!(expected.contains(&missing), "{busy_ms} ms: {missing} missing");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_slow_client_loses_counted_scans_and_delays_nobody() {
     let (device, world) = bench("lms111");
     let mut emulator = Emulator::start(device, world, paced(1.0));

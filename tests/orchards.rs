@@ -10,7 +10,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::binary::run;
+use common::binary::{self, assert_says, run};
 
 /// A folder with files in it.
 struct Folder(tempfile::TempDir);
@@ -35,15 +35,8 @@ fn done(args: &[&str]) -> String {
     ended.stdout
 }
 
-/// Runs a command that must be refused with one line that says all of `parts`.
 fn refused(args: &[&str], parts: &[&str]) {
-    let ended = run(args);
-    assert_eq!(ended.code, Some(2), "{args:?}: {}", ended.stderr);
-    let complaints: Vec<&str> = ended.stderr.lines().filter(|line| line.starts_with("rowscan: ")).collect();
-    assert_eq!(complaints.len(), 1, "{args:?}: {}", ended.stderr);
-    for part in parts {
-        assert!(complaints[0].contains(part), "expected `{part}` in: {}", complaints[0]);
-    }
+    assert_says(&binary::refused(args), parts);
 }
 
 fn read(path: &str) -> Vec<u8> {

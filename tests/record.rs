@@ -8,30 +8,14 @@
 
 mod common;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-use common::binary::{Emulator, interrupt, rowscan, run};
+use common::binary::{Emulator, assert_says, finish, interrupt, refused, rowscan, run};
+use common::recorded::{estimate, folder};
 use rowscan_recording::{Recording, Side};
 use serde_json::Value;
-
-/// A quick scene, the same rig for both sides.
-const SCENE: &str = "version = 1\n[orchard]\ntrees = 2\n[orchard.tree]\niterations = 7\n";
-
-fn folder() -> (tempfile::TempDir, impl Fn(&str) -> String) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let base: PathBuf = folder.path().to_owned();
-    std::fs::write(base.join("row.toml"), SCENE).expect("written");
-    (folder, move |name: &str| base.join(name).to_str().expect("UTF-8").to_owned())
-}
-
-fn estimate(source: &str, rig: &str, more: &[&str]) -> String {
-    let args = [&["estimate", source, "--rig", rig, "--format", "json"], more].concat();
-    let ended = run(&args);
-    assert_eq!(ended.code, Some(0), "{args:?}: {}", ended.stderr);
-    ended.stdout
-}
 
 /// Both directions as an Ethernet capture, so many bytes a segment, some of them out of order and some twice.
 fn capture(recording: &Path, to: &str) {
@@ -146,19 +130,6 @@ fn two_scanners_share_a_file_and_are_told_apart() {
     assert!(wrong.stderr.contains("no stream `middle`; it has left, right"), "{}", wrong.stderr);
 }
 
-/// Runs a command that must be refused; its complaint.
-fn refused(args: &[&str]) -> String {
-    let ended = run(args);
-    assert_eq!(ended.code, Some(2), "{args:?}: {}", ended.stderr);
-    ended.stderr
-}
-
-fn assert_says(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "expected `{part}` in: {message}");
-    }
-}
-
 #[test]
 fn what_is_no_recording_is_refused_with_what_it_is() {
     let (_folder, file) = folder();
@@ -243,4 +214,35 @@ fn an_output_that_cannot_be_written_is_told_before_anything_is_lost() {
             &["cannot record to /dev/full", "No space left"],
         );
     }
+}
+
+/// A program whose files may not grow beyond so many bytes: a disk that fills up, for anybody to have.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_fills_up_on_the_way_is_told_and_what_came_before_is_there() {
+    let (_folder, file) = folder();
+    let emulator = Emulator::start(&[&file("row.toml")]);
+    let path = file("full.mcap");
+    let started = std::process::Command::new("sh")
+        // Blocks of 512 bytes. The signal that goes with the limit is ignored, so that the write fails as on a full disk.
+        .args(["-c", "trap '' XFSZ; ulimit -f 400; exec \"$@\"", "sh"])
+        .args([env!("CARGO_BIN_EXE_rowscan"), "record", &emulator.url(), "-o", &path])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it runs");
+    let ended = finish(started);
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["cannot write on to", "full.mcap", "packets are kept up to here"]);
+    let len = std::fs::metadata(&path).expect("there").len();
+    assert!((150_000..=400 * 512).contains(&len), "{len} bytes");
+    let mut recording = Recording::open(Path::new(&path)).expect("it opens");
+    let report = rowscan_recording::account(&mut recording).expect("it reads").remove(0);
+    assert!(report.scans > 10 && report.scans_lost == 0 && report.telegrams_bad == 0, "{report:?}");
+    let packets = report.packets_from_device + report.packets_to_device;
+    let told =
+        ended.stderr.split("; ").find_map(|part| part.split(" packets are kept").next()?.parse::<u64>().ok());
+    // What was still in the program's hands when the disk was full is lost; no more than it writes at a time.
+    assert!(told.is_some_and(|told| packets <= told && packets + 400 > told), "{packets} of {told:?}");
 }

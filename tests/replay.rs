@@ -96,7 +96,7 @@ async fn a_replayed_recording_recorded_again_has_the_same_bytes() {
         let recorder = recorder(&y);
         let mut replayed = replay(&x, model, TimeScale::Paced(1.0), played(), recorder.taps());
         let received = ask_again(&mut replayed, &packets).await;
-        replayed.emulator.ended().await;
+        replayed.player.ended().await;
         drop(replayed);
         recorder.finish().expect("kept");
         let expected = sent_by(Side::Device, &x);
@@ -214,7 +214,7 @@ async fn a_replay_pauses_seeks_and_ends() {
     for expected in 20..30 {
         assert_eq!(next_scan(&mut client).await.0, expected);
     }
-    replayed.emulator.ended().await;
+    replayed.player.ended().await;
 }
 
 #[tokio::test(start_paused = true)]

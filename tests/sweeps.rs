@@ -11,14 +11,10 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::binary::{Ended, run};
+use common::binary::{Ended, run, text};
 
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/examples").join(name)
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("UTF-8")
 }
 
 fn study(path: &Path, more: &[&str]) -> Ended {
@@ -116,6 +112,60 @@ fn what_a_study_file_gets_wrong_is_said_with_its_line() {
     }
     let missing = study(Path::new("/nowhere/study.toml"), &[]);
     assert!(missing.code == Some(2) && missing.stderr.contains("/nowhere/study.toml"), "{}", missing.stderr);
+}
+
+/// What a scene reads from files is there at every point, in every shard and after an interruption; a file that changed is noticed.
+#[test]
+fn scenes_of_files_are_swept_with_their_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let put = |name: &str, content: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).expect("written");
+        path
+    };
+    let leaves = |count: usize| -> String {
+        let square = |i: usize| {
+            let (y, z) = (0.1 * (i % 10) as f64, 1.0 + 0.1 * (i / 10) as f64);
+            format!("4 0 {y} {z} 0 {} {z} 0 {} {} 0 {y} {}\n", y + 0.1, y + 0.1, z + 0.1, z + 0.1)
+        };
+        (0..count).map(square).collect()
+    };
+    put("few.txt", &leaves(50));
+    put("many.txt", &leaves(80));
+    put("drive.csv", "t_s,speed_m_s\n0,1\n100,1\n");
+    put(
+        "wall.toml",
+        "version = 1\n[orchard]\ngenerator = 'import'\ntrees = 2\n[orchard.import]\nleaves = 'few.txt'\n\
+         [drive]\ntrack = 'drive.csv'\n",
+    );
+    let sweep = "version = 1\nscene = 'wall.toml'\nkeep = ['truth.leaf_area_m2', 'estimate.scans']\n\
+                 [[sweep]]\nkey = 'orchard.import.leaves'\nvalues = ['few.txt', 'many.txt', 'none.txt']\n";
+    let path = put("study.toml", sweep);
+    let missing = study(&path, &[]);
+    assert!(missing.code == Some(2) && missing.stderr.contains("none.txt"), "{}", missing.stderr);
+    let path = put("study.toml", &sweep.replace(", 'none.txt'", ""));
+    let straight = study(&path, &["--format", "json"]);
+    assert_eq!(straight.code, Some(0), "{}", straight.stderr);
+    let told: serde_json::Value = serde_json::from_str(&straight.stdout).expect("json");
+    assert_eq!(told["refused"], 0, "{told}");
+    let area = |row: usize| told["rows"][row]["truth.leaf_area_m2"].as_f64().expect("an area");
+    assert!((area(0) - 1.0).abs() < 1e-9 && (area(1) - 1.6).abs() < 1e-9, "{told}");
+
+    let part = folder.path().join("part.json");
+    let shard = |which: &str, out: &Path| study(&path, &["--shard", which, "--output", text(out)]);
+    assert_eq!(shard("1/2", &part).code, Some(0));
+    put("many.txt", &leaves(81));
+    let other = folder.path().join("other.json");
+    assert_eq!(shard("2/2", &other).code, Some(0));
+    let merged = run(&["study", "merge", text(&part), text(&other)]);
+    assert!(merged.code == Some(2) && merged.stderr.contains("files differ"), "{}", merged.stderr);
+    put("many.txt", &leaves(80));
+    assert_eq!(shard("2/2", &folder.path().join("again.json")).code, Some(0));
+    let merged =
+        run(&["study", "merge", text(&part), text(&folder.path().join("again.json")), "--format", "json"]);
+    assert!(merged.stdout == straight.stdout, "{}", merged.stderr);
+    let resumed = study(&path, &["--shard", "1/2", "--output", text(&part), "--resume"]);
+    assert!(resumed.code == Some(0) && resumed.stderr.contains("finished already"), "{}", resumed.stderr);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The whole binary as a test sees it.
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -27,6 +27,28 @@ pub fn run(args: &[&str]) -> Ended {
     let child =
         command.args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs");
     finish(child)
+}
+
+/// Runs a command that must be refused: exit code 2 and one complaint, which is given with the lines below it.
+pub fn refused(args: &[&str]) -> String {
+    let ended = run(args);
+    assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{args:?}: {}", ended.stderr);
+    // Of the command line's parser, or of the command.
+    let complains = |line: &&str| line.starts_with("error: ") || line.starts_with("rowscan: ");
+    assert_eq!(ended.stderr.lines().filter(complains).count(), 1, "{args:?}: {}", ended.stderr);
+    ended.stderr.lines().skip_while(|line| !complains(line)).collect::<Vec<_>>().join("\n")
+}
+
+/// A message must say all of this.
+pub fn assert_says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "expected `{part}` in: {message}");
+    }
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
 }
 
 /// Waits for a command, reading what it says meanwhile.
@@ -78,19 +100,10 @@ impl Emulator {
 
     /// The same of another command that listens.
     pub fn command(name: &str, args: &[&str]) -> Self {
-        let mut command = rowscan();
-        let mut child = command
-            .args([name, "--tcp", "127.0.0.1:0", "--format", "jsonl"])
-            .args(args)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the binary runs");
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
-        let listening: serde_json::Value = serde_json::from_str(&line).expect("json");
-        assert_eq!((&listening["event"], &listening["endpoint"]), (&"listening".into(), &"tcp".into()));
-        let address = listening["address"].as_str().expect("an address").to_owned();
+        let args = [&["--tcp", "127.0.0.1:0"], args].concat();
+        let (child, endpoints) = listening(name, &args, 1);
+        assert_eq!(endpoints[0]["endpoint"], "tcp");
+        let address = endpoints[0]["address"].as_str().expect("an address").to_owned();
         Self { child, address }
     }
 
@@ -105,6 +118,27 @@ impl Emulator {
         let pages: u64 = statm.split(' ').nth(1).and_then(|pages| pages.parse().ok()).expect("a number");
         pages * 4096
     }
+}
+
+/// Starts a command and reads where its first `count` endpoints are.
+pub fn listening(name: &str, args: &[&str], count: usize) -> (Child, Vec<serde_json::Value>) {
+    let mut command = rowscan();
+    let mut child = command
+        .args([name, "--format", "jsonl"])
+        .args(args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the binary runs");
+    let lines = BufReader::new(child.stdout.take().expect("piped")).lines();
+    let endpoint = |line: std::io::Result<String>| {
+        let endpoint: serde_json::Value = serde_json::from_str(&line.expect("text")).expect("json");
+        assert_eq!(endpoint["event"], "listening");
+        endpoint
+    };
+    let endpoints: Vec<_> = lines.take(count).map(endpoint).collect();
+    assert_eq!(endpoints.len(), count, "{name} {args:?} ended before it listened");
+    (child, endpoints)
 }
 
 impl Drop for Emulator {

@@ -2,7 +2,9 @@
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part")]
 
 pub mod binary;
+pub mod recorded;
 pub mod replayed;
+pub mod studies;
 
 use std::path::PathBuf;
 
@@ -10,11 +12,13 @@ use rowscan::config::load_scene;
 use rowscan::emulator::{Emulator, World};
 use rowscan::stage::Stage;
 use rowscan_driver::{Connection, Happened};
+use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::client::{Client, ClientConfig, Event};
 use rowscan_protocol::device::Device;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
-use rowscan_protocol::scan::Scan;
+use rowscan_protocol::rig::Rig;
+use rowscan_protocol::scan::{Echo, Scan};
 use rowscan_scenes::Scene;
 use tokio::io::DuplexStream;
 
@@ -61,6 +65,20 @@ impl RawClient {
             }
         }
     }
+}
+
+/// A wall at the row axis, 0.2 to 2 m high, as a scanner of `rig` sees it: range = distance / cos θ.
+pub fn wall(rig: &Rig) -> Scan {
+    let mount = &rig.scanners[0];
+    let beams = BeamGrid::spanning(-450_000, 2_250_000, 5000);
+    let range_m = (0..beams.len()).map(|beam| {
+        let theta = (beams.angle_deg(beam) - 90.0).to_radians();
+        let range_m = mount.distance_m / theta.cos();
+        let z_m = mount.height_m + range_m * theta.sin();
+        if theta.cos() > 0.0 && (0.2..2.0).contains(&z_m) { range_m } else { f64::INFINITY }
+    });
+    let echo = Echo { range_m: range_m.collect(), remission: Vec::new() };
+    Scan { scan_frequency_hz: 50.0, beams, echoes: vec![echo], ..Scan::default() }
 }
 
 /// The folder of written facts and real recordings, if this machine has it; says so if not.

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use rowscan::clock::{SimClock, TimeScale};
-use rowscan::emulator::{Emulator, EmulatorConfig};
+use rowscan::clock::{SimClock, TimeScale, Timer};
+use rowscan::emulator::{Emulator, EmulatorConfig, Outlet, Player};
 use rowscan::replay::{Played, Playhead, Stamps, Survey, Tape, device_of, model_of};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
@@ -58,6 +58,7 @@ pub fn sent_by(from: Side, path: &Path) -> Vec<u8> {
 /// A recording being replayed.
 pub struct Replayed {
     pub emulator: Emulator,
+    pub player: Player,
     pub clock: Arc<SimClock>,
     pub playhead: Arc<Playhead>,
 }
@@ -73,19 +74,14 @@ pub fn replay(path: &Path, model: Option<&str>, scale: TimeScale, played: Played
     let model =
         model_of(&survey, part, model.map(|name| model::by_name(name).expect("known"))).expect("a model");
     let clock = Arc::new(SimClock::start(scale));
-    let playhead = Arc::new(Playhead::new(1, part.begins_ns.expect("events").max(played.from_ns)));
-    let tape = Tape::open(path.to_owned(), part, played).expect("it opens");
+    let playhead = Arc::new(Playhead::new(part.begins_ns.expect("events").max(played.from_ns)));
+    let tape = Tape::open(path.to_owned(), &parts, played).expect("it opens");
     let config = EmulatorConfig { time_scale: scale, taps, ..EmulatorConfig::default() };
-    let emulator = Emulator::replay(
-        device_of(part, model),
-        &part.name,
-        Arc::clone(&part.script),
-        tape,
-        (Arc::clone(&playhead), 0),
-        Arc::clone(&clock),
-        config,
-    );
-    Replayed { emulator, clock, playhead }
+    let emulator =
+        Emulator::replay(device_of(part, model), part, played.verbatim, Arc::clone(&clock), config);
+    let outlets = vec![Outlet::scanner(&emulator, part.scans > 0)];
+    let player = Player::start(tape, outlets, Arc::clone(&playhead), Arc::clone(&clock), &Timer::default());
+    Replayed { emulator, player, clock, playhead }
 }
 
 pub fn connect(emulator: &mut Emulator) -> DuplexStream {
