@@ -44,7 +44,7 @@ def test_the_driver_finds_the_rate_on_a_pseudo_terminal(rowscan, line, left):  #
 
 
 def test_the_driver_reads_rfc2217(rowscan, line):  # noqa: F811
-    emulator = line("--time-scale", "4", where=("--rfc2217", "127.0.0.1:0"))
+    emulator = line(where=("--rfc2217", "127.0.0.1:0"))
     result, err = estimate(rowscan, emulator.url + "?baud=500000")
     assert "500000 bits a second" in err
     check(result, 37.5)

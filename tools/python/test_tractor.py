@@ -86,6 +86,43 @@ def test_every_frame_is_decoded_and_a_command_is_obeyed(rowscan, database, tmp_p
             bus.shutdown()
 
 
+def test_a_host_of_the_slcan_adapter_hears_what_its_filter_lets_through(rowscan, database, tmp_path):
+    with tractor(rowscan, "--can", "slcan:%s/can" % tmp_path) as endpoints:
+        bus = open_bus("slcan", endpoints["slcan"])
+        try:
+            bus.close()
+            while bus.recv(0.2) is not None:
+                pass
+            # One long filter on 0CFE48F0, which stands at the upper end of the four registers; the mask leaves out RTR and two bits of nothing.
+            for command in ("M%08X" % (0x0CFE48F0 << 3), "m00000007", "W1"):
+                bus._write(command)
+            bus.open()
+            heard = [name for name, _ in listen(bus, database, 2.0)]
+            assert len(heard) > 5 and set(heard) == {"WheelBasedSpeed"}
+        finally:
+            bus.shutdown()
+
+
+def test_a_better_name_silences_the_tractor(rowscan):
+    with tractor(rowscan, "--can", "socketcand:127.0.0.1:0") as endpoints:
+        bus = open_bus("socketcand", endpoints["socketcand"])
+        try:
+            def senders(seconds):
+                end, heard = time.monotonic() + seconds, []
+                while time.monotonic() < end:
+                    message = bus.recv(0.1)
+                    heard += [] if message is None else [message.arbitration_id]
+                return heard
+
+            assert any(sender & 0xFF == 0xF0 for sender in senders(2.0))
+            # The smallest NAME there is claims the tractor's address.
+            bus.send(can.Message(arbitration_id=0x18EEFFF0, data=b"\x01" + bytes(7), is_extended_id=True))
+            assert 0x18EEFFFE in senders(1.0), "it says that it cannot claim"
+            assert senders(1.0) == []
+        finally:
+            bus.shutdown()
+
+
 def test_nmea_is_read_by_pynmea2(rowscan):
     with tractor(rowscan, "--nmea", "tcp:127.0.0.1:0") as endpoints:
         with socket.create_connection(host_and_port(endpoints["nmea"]["address"]), timeout=10) as stream:
@@ -96,6 +133,25 @@ def test_nmea_is_read_by_pynmea2(rowscan):
         assert kinds[start:start + 5] == ["GGA", "RMC", "VTG", "ZDA", "HDT"]
         fix = sentences[start]
         assert fix.gps_qual == 4 and fix.latitude == pytest.approx(41.6, abs=1e-4)
+
+
+def test_gnss_and_can_ride_beside_an_lms2xx(rowscan, tmp_path):
+    log = tmp_path / "bus.log"
+    emulator = rowscan.Emulator("--model", "lms200", "--nmea", "tcp:127.0.0.1:0", "--can", "candump:%s" % log)
+    try:
+        while "nmea" not in emulator.endpoints:
+            event = json.loads(emulator.lines.get(timeout=20))
+            emulator.endpoints[event["endpoint"]] = event
+        with socket.create_connection(host_and_port(emulator.endpoints["nmea"]["address"]), timeout=10) as stream:
+            sentences = [pynmea2.parse(line, check=True) for line, _ in zip(stream.makefile(), range(5))]
+        assert {sentence.sentence_type for sentence in sentences} == {"GGA", "RMC", "VTG", "ZDA", "HDT"}
+        assert emulator.interrupt() == 0
+    finally:
+        emulator.close()
+    assert "18EEFFF0#" in log.read_text()
+    code, _, stderr = rowscan.run("emulate", "--model", "lms200", "--tcp", "127.0.0.1:0", "--nmea", "tcp:127.0.0.1:0",
+                                  "--time-scale", "max")
+    assert code == 2 and "--time-scale 1" in stderr, stderr
 
 
 @pytest.mark.parametrize("flags, remedy", [

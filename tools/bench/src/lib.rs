@@ -7,5 +7,7 @@ pub mod fleet;
 pub mod hectare;
 pub mod measure;
 pub mod peer;
+#[cfg(target_os = "linux")]
+pub mod replay;
 pub mod row;
 pub mod shady;

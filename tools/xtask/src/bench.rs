@@ -1,5 +1,7 @@
 //! `cargo xtask bench NAME`: ours beside a peer, both in one process, runs interleaved; one JSON object a line.
 
+mod latency;
+
 use std::process::ExitCode;
 
 use crate::workspace::Workspace;
@@ -13,6 +15,8 @@ const BENCHES: &[Bench] = &[
     ("codec", |workspace, arguments| beside_peers(workspace, "codec", arguments)),
     ("fleet", |workspace, arguments| beside_peers(workspace, "fleet", arguments)),
     ("hectare", |workspace, arguments| beside_peers(workspace, "hectare", arguments)),
+    ("latency", latency::run),
+    ("replay", |workspace, arguments| beside_peers(workspace, "replay", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),
 ];
 

@@ -62,6 +62,11 @@ impl Emulator {
         Ok(emulator)
     }
 
+    /// Its process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Interrupts it and checks that it ends in order.
     pub fn stop(mut self) -> Result<(), String> {
         shell::signal(&self.child, "INT");

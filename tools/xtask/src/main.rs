@@ -26,6 +26,7 @@ const COMMANDS: &[Command] = &[
     ("ci", "[STEP…] everything that needs only rustup's cargo and python3", ci::command),
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
+    ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),
     ("bench", "NAME: measure beside a peer", bench::command),
 ];
 

@@ -1,5 +1,7 @@
-//! Installing Debian packages where that is allowed.
+//! Installing Debian packages where that is allowed, or unpacking them into a folder where it is not needed.
 
+use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
@@ -24,6 +26,55 @@ pub fn provide_where(wanted: &str, is_there: impl Fn() -> bool, packages: &[&str
     install.args(["install", "-y", "--no-install-recommends", "-qq"]).args(packages);
     shell::run(install.stdout(Stdio::null()))?;
     is_there().then_some(()).ok_or_else(|| format!("{wanted} not in {}", packages.join(", ")))
+}
+
+/// Unpacks packages into `folder` and installs nothing: `whole` ones with what of their dependencies this system lacks, `bare` ones alone.
+/// A folder that holds them already is left as it is. Needs no root, unless this system has no package lists yet.
+pub fn unpack(folder: &Path, whole: &[&str], bare: &[&str]) -> Result<(), String> {
+    let (complete, contents) = (folder.join("complete"), [whole, bare].concat().join(" "));
+    if fs::read_to_string(&complete).is_ok_and(|found| found == contents) {
+        return Ok(());
+    }
+    let fail = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let _ = fs::remove_dir_all(folder);
+    let debs = folder.join("debs");
+    fs::create_dir_all(&debs).map_err(fail)?;
+    let mut names: Vec<String> = bare.iter().map(|name| (*name).to_owned()).collect();
+    names.extend(missing_for(whole)?);
+    // Fetching as another user than ours would need a folder that other user can write.
+    let mut download = Command::new("apt-get");
+    download.args(["-o", "APT::Sandbox::User=", "-qq", "download"]).args(&names).current_dir(&debs);
+    shell::run(download.stdout(Stdio::null()))?;
+    for deb in fs::read_dir(&debs).map_err(fail)?.flatten() {
+        shell::run(Command::new("dpkg").arg("-x").arg(deb.path()).arg(folder))?;
+    }
+    fs::remove_dir_all(&debs).and_then(|()| fs::write(&complete, contents)).map_err(fail)
+}
+
+/// The first package beginning with `prefix` that `package` depends on.
+pub fn dependency_of(package: &str, prefix: &str) -> Result<String, String> {
+    if !shell::has("apt-get") || !shell::has("dpkg") {
+        return Err(format!("{package}: there is no apt-get"));
+    }
+    let ask = || {
+        let said = shell::capture(Command::new("apt-cache").args(["depends", package]))?;
+        let found = said.lines().find_map(|line| line.trim().strip_prefix("Depends: ")).map(str::to_owned);
+        found.filter(|name| name.starts_with(prefix)).ok_or(format!("{package}: not in the package lists"))
+    };
+    ask().or_else(|_| update().and_then(|()| ask()))
+}
+
+/// The names of `packages` and their dependencies that are not installed.
+fn missing_for(packages: &[&str]) -> Result<Vec<String>, String> {
+    if packages.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut simulate = Command::new("apt-get");
+    let said =
+        shell::capture(simulate.args(["install", "-s", "-y", "--no-install-recommends"]).args(packages))?;
+    // `Inst NAME (…)`; one that is there and would only be newer has its version in brackets.
+    let lines = said.lines().filter_map(|line| line.strip_prefix("Inst ")?.split_once(' '));
+    Ok(lines.filter(|(_, rest)| !rest.starts_with('[')).map(|(name, _)| name.to_owned()).collect())
 }
 
 /// Refreshes the package lists, once a run.

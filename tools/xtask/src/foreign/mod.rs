@@ -6,6 +6,7 @@ mod capture;
 mod debian;
 mod mrpt;
 mod socat;
+mod vcan;
 
 use std::process::ExitCode;
 
@@ -18,7 +19,16 @@ const PARTS: &[Step] = &[
     Step::new("socat", socat::run),
     Step::new("mrpt", mrpt::run),
     Step::new("capture", capture::run),
+    VCAN,
 ];
+
+/// SocketCAN in a virtual machine.
+const VCAN: Step = Step::new("vcan", vcan::run);
+
+/// `cargo xtask vcan`: that part alone, with the binary as it stands.
+pub fn vcan(workspace: &Workspace, _: &[String]) -> ExitCode {
+    command(workspace, &["release-build", "vcan"].map(str::to_owned))
+}
 
 /// Runs every part, or those named in `arguments`.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
