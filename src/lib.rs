@@ -8,6 +8,7 @@
 //! The two meet in tests and in the demo's last table only.
 
 pub mod appraisal;
+mod backlog;
 pub mod bus;
 pub mod cli;
 pub mod clock;

@@ -84,11 +84,11 @@ async fn a_lost_scanner_is_dialled_again_and_configured_anew() {
         second.listen(&address).await.expect("the port is free again");
         second
     });
-    let mut lost = Vec::new();
+    let (mut lost, events) = (Vec::new(), scanner.link_events());
     while scanner.counts().connections < 2 {
         // Scans that were on their way when the link broke still come.
         assert_eq!(scanner.next().await.expect("restored").expect("a scan").scan.beams.count, 1081);
-        while let Some(event) = scanner.take_link_event() {
+        while let Some(event) = events.take() {
             if let LinkEvent::Lost { cause, .. } = event {
                 lost.push(cause.to_string());
             }
@@ -111,13 +111,23 @@ async fn a_scanner_that_stays_away_is_given_up() {
     let mut scanner =
         Scanner::open(&Source::Tcp { address: address.clone() }, config).await.expect("it answers");
     drop(emulator);
+    let events = scanner.link_events();
+    let told = tokio::spawn(async move {
+        loop {
+            if let LinkEvent::Lost { cause, .. } = events.next().await {
+                break cause.to_string();
+            }
+        }
+    });
     let error = loop {
+        // While no scan comes the loss is told already.
         match scanner.next().await {
             Ok(Some(_)) => {}
             Ok(None) => panic!("a live stream does not end"),
             Err(error) => break error,
         }
     };
+    assert!(told.is_finished(), "the loss is told before the end");
     let DriverError::GaveUp { address: named, after, .. } = &error else { panic!("{error}") };
     assert_eq!(*named, address);
     assert!(*after >= patience);

@@ -10,9 +10,10 @@
 
 mod common;
 
+use std::io::{Read, Write};
 use std::time::Duration;
 
-use common::binary::{Emulator, assert_says, interrupt, listening, refused, run};
+use common::binary::{Emulator, assert_says, refused, run};
 use common::recorded::{estimate, folder};
 use serde_json::Value;
 
@@ -22,26 +23,22 @@ fn an_lms2xx_is_recorded_replayed_exported_and_estimated_alike() {
     let (rig, recorded, link) = (file("row.toml"), file("run.mcap"), file("lms"));
     let at_device = file("device.mcap");
     let args = [&rig, "--model", "lms291", "--pty", &link, "--time-scale", "max", "--record", &at_device];
-    let (child, _) = listening("emulate", &args, 1);
-    let emulator = Emulator { child, address: String::new() };
+    let emulator = Emulator::on_a_line("emulate", &args);
     let scans = ["--model", "lms291", "--scans", "25"];
     let source = format!("serial:{link}");
     let live = estimate(&source, &rig, &[&scans[..], &["--record", &recorded]].concat());
     let found: Value = serde_json::from_str(&live).expect("json");
     assert_eq!((&found["scans"], &found["scans_lost"]), (&25.into(), &0.into()));
     assert!(found["impacted_total_area_m2"].as_f64().expect("known") > 0.0);
-    interrupt(&emulator.child);
-    std::thread::sleep(Duration::from_millis(500));
-    drop(emulator);
+    emulator.end();
 
     assert_eq!(estimate(&recorded, &rig, &scans), live, "the host's recording");
     assert_eq!(estimate(&at_device, &rig, &scans), live, "the device's recording");
     let again = file("lms-again");
-    let (child, endpoints) = listening("replay", &[&recorded, "--pty", &again, "--time-scale", "max"], 1);
-    assert_eq!(endpoints[0]["endpoint"], "pty");
-    let replay = Emulator { child, address: String::new() };
+    let replay = Emulator::on_a_line("replay", &[&recorded, "--pty", &again, "--time-scale", "max"]);
     assert_eq!(estimate(&format!("serial:{again}"), &rig, &scans), live, "the replay");
     drop(replay);
+    every_byte_reaches_a_client_that_reads_late(&recorded, &file("late"));
 
     let ranges = file("ranges.csv");
     let ended = run(&["export", &recorded, "--to", "csv", "--what", "scans", "-o", &ranges]);
@@ -62,4 +59,27 @@ fn an_lms2xx_is_recorded_replayed_exported_and_estimated_alike() {
         &refused(&["replay", &recorded, "--pty", &file("no"), "--model", "lms111"]),
         &["is lms2xx", "LMS111"],
     );
+}
+
+/// The system throws away what a pseudo-terminal's client has not read when the other end closes, so the replay stays until it is read.
+fn every_byte_reaches_a_client_that_reads_late(recorded: &str, link: &str) {
+    let info = run(&["record", "--info", recorded, "--format", "json"]);
+    let info: Value = serde_json::from_str(&info.stdout).expect("json");
+    let scans = info["streams"][0]["scans"].as_u64().expect("counted") as usize;
+    let _replay = Emulator::on_a_line("replay", &[recorded, "--pty", link, "--time-scale", "max"]);
+    let mut line = std::fs::OpenOptions::new().read(true).write(true).open(link).expect("a port");
+    // SICK's telegram listing: stream all values.
+    line.write_all(&[0x02, 0x00, 0x02, 0x00, 0x20, 0x24, 0x34, 0x08]).expect("written");
+    // 361 values of two bytes, and some 10 bytes around them.
+    let telegram = 2 * 361;
+    let (mut bytes, mut chunk) = (Vec::new(), [0; 512]);
+    while let Ok(read @ 1..) = line.read(&mut chunk) {
+        bytes.extend_from_slice(&chunk[..read]);
+        // All but what the line's buffer holds has been read: what the replay has left to do is to end.
+        if bytes.len() > (scans - 3) * telegram {
+            std::thread::sleep(Duration::from_millis(150));
+        }
+    }
+    let found = bytes.windows(5).filter(|head| matches!(head, [0x02, 0x80, _, 0x02, 0xB0])).count();
+    assert_eq!(found, scans, "{} bytes", bytes.len());
 }

@@ -8,6 +8,9 @@ use tokio::time::{Instant, sleep_until};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct HostTime(pub Duration);
 
+/// By how much a host that is held up may find a deadline passed and still read first what has come before it.
+pub(crate) const HELD_UP: Duration = Duration::from_secs(1);
+
 /// Counts host time from its making.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stopwatch {

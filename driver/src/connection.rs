@@ -8,7 +8,7 @@ use rowscan_protocol::client::{Client, Event};
 use rowscan_recording::{Side, Tap};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
 
-use crate::clock::Stopwatch;
+use crate::clock::{HELD_UP, Stopwatch};
 
 /// Bytes taken from the stream at a time; a few scan telegrams.
 const READ_CHUNK: usize = 16 * 1024;
@@ -85,9 +85,18 @@ impl<S: AsyncRead + AsyncWrite> Connection<S> {
                 self.tap.record(Side::Host, &frame);
                 self.sending.extend_from_slice(&frame);
             }
+            let overdue = self.client.poll_timeout().map(|due| due + HELD_UP);
             let stalled = stall.map(|limit| self.last_received + limit);
             self.received.reserve(READ_CHUNK);
             tokio::select! {
+                // What has come counts before what has not come in time: a host that was held up is late itself.
+                biased;
+                () = self.watch.until(overdue) => self.client.handle_timeout(self.watch.now()),
+                written = self.writer.write_buf(&mut self.sending), if self.sending.has_remaining() => {
+                    if written? == 0 {
+                        return Ok(Happened::Closed);
+                    }
+                }
                 read = self.reader.read_buf(&mut self.received) => match read? {
                     0 => return Ok(Happened::Closed),
                     _ => {
@@ -97,11 +106,6 @@ impl<S: AsyncRead + AsyncWrite> Connection<S> {
                         self.received.clear();
                     }
                 },
-                written = self.writer.write_buf(&mut self.sending), if self.sending.has_remaining() => {
-                    if written? == 0 {
-                        return Ok(Happened::Closed);
-                    }
-                }
                 () = self.watch.until(self.client.poll_timeout()) => self.client.handle_timeout(self.watch.now()),
                 () = self.watch.until(stalled) => return Ok(Happened::Stalled),
             }

@@ -35,6 +35,6 @@ pub use clock::HostTime;
 pub use config::{Backoff, DriverConfig};
 pub use connection::{Connection, Happened};
 pub use error::{DriverError, Heard};
-pub use link_event::LinkEvent;
+pub use link_event::{LinkEvent, LinkEvents};
 pub use scanner::{LinkCounts, Record, Scanner};
 pub use source::Source;

@@ -1,15 +1,17 @@
 //! What happens to a link beside its scans.
 
 use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx::Rate;
 use rowscan_protocol::telegram::SopasError;
+use tokio::sync::Notify;
 
 use crate::error::DriverError;
 
-/// Something the user may want to be told; taken by [`Scanner::take_link_event`](crate::Scanner::take_link_event).
+/// Something the user may want to be told; taken from [`Scanner::link_events`](crate::Scanner::link_events).
 #[derive(Debug)]
 pub enum LinkEvent {
     /// The device is configured and streams.
@@ -59,19 +61,42 @@ pub enum LinkEvent {
 /// Link events kept for a user who does not take them.
 const EVENTS_KEPT: usize = 64;
 
-/// The newest link events, oldest first.
+/// The newest link events, oldest first. Clones share them, so that one can be told of them while another waits for a scan.
+#[derive(Clone, Debug, Default)]
+pub struct LinkEvents(Arc<Kept>);
+
 #[derive(Debug, Default)]
-pub(crate) struct LinkEvents(VecDeque<LinkEvent>);
+struct Kept {
+    events: Mutex<VecDeque<LinkEvent>>,
+    more: Notify,
+}
 
 impl LinkEvents {
-    pub(crate) fn push(&mut self, event: LinkEvent) {
-        if self.0.len() == EVENTS_KEPT {
-            self.0.pop_front();
+    pub(crate) fn push(&self, event: LinkEvent) {
+        let mut events = self.lock();
+        if events.len() == EVENTS_KEPT {
+            events.pop_front();
         }
-        self.0.push_back(event);
+        events.push_back(event);
+        self.0.more.notify_one();
     }
 
-    pub(crate) fn take(&mut self) -> Option<LinkEvent> {
-        self.0.pop_front()
+    /// The oldest event not yet taken, if there is one.
+    pub fn take(&self) -> Option<LinkEvent> {
+        self.lock().pop_front()
+    }
+
+    /// The oldest event not yet taken, once there is one. Cancel safe.
+    pub async fn next(&self) -> LinkEvent {
+        loop {
+            if let Some(event) = self.take() {
+                return event;
+            }
+            self.0.more.notified().await;
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, VecDeque<LinkEvent>> {
+        self.0.events.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

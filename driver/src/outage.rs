@@ -49,7 +49,7 @@ impl Outages {
         &mut self,
         place: &str,
         cause: DriverError,
-        events: &mut LinkEvents,
+        events: &LinkEvents,
     ) -> Result<(), DriverError> {
         let now = self.watch.now();
         let outage = *self.outage.get_or_insert(Outage { since: now, attempt: 0, until: None });

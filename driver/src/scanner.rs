@@ -51,7 +51,7 @@ enum Link {
 impl Scanner {
     /// Opens `source`. For a live scanner this returns once it streams, or fails fast (unless `config.wait`).
     pub async fn open(source: &Source, config: DriverConfig) -> Result<Self, DriverError> {
-        let mut events = LinkEvents::default();
+        let events = LinkEvents::default();
         let link = match source {
             Source::Recording { path, stream } => Link::Recording(Box::new(Recording::open(
                 path,
@@ -59,10 +59,10 @@ impl Scanner {
                 config.client.max_payload,
             )?)),
             Source::Serial { rate, .. } | Source::Rfc2217 { rate, .. } => {
-                Link::Serial(Box::new(SerialLink::open(source.clone(), *rate, config, &mut events).await?))
+                Link::Serial(Box::new(SerialLink::open(source.clone(), *rate, config, &events).await?))
             }
             Source::Tcp { address } => {
-                Link::Tcp(Box::new(TcpLink::open(address.clone(), config, &mut events).await?))
+                Link::Tcp(Box::new(TcpLink::open(address.clone(), config, &events).await?))
             }
         };
         Ok(Self { link, events, malformed: 0 })
@@ -76,8 +76,8 @@ impl Scanner {
         loop {
             let event = match &mut self.link {
                 Link::Recording(recording) => recording.next_event()?,
-                Link::Tcp(link) => link.next_event(&mut self.events).await?,
-                Link::Serial(link) => link.next_event(&mut self.events).await?,
+                Link::Tcp(link) => link.next_event(&self.events).await?,
+                Link::Serial(link) => link.next_event(&self.events).await?,
             };
             match event {
                 Some(Event::Scan) => break,
@@ -126,9 +126,9 @@ impl Scanner {
         LinkCounts { connections, telegrams_bad: frames_bad + self.malformed }
     }
 
-    /// The oldest link event not yet taken.
-    pub fn take_link_event(&mut self) -> Option<LinkEvent> {
-        self.events.take()
+    /// What happens to the link, as it happens: while [`next`](Self::next) restores it, too.
+    pub fn link_events(&self) -> LinkEvents {
+        self.events.clone()
     }
 
     fn scan(&self) -> Option<&Scan> {

@@ -11,7 +11,7 @@ use rowscan_protocol::scan::Scan;
 use rowscan_recording::Side;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-use crate::clock::{HostTime, Stopwatch};
+use crate::clock::{HELD_UP, HostTime, Stopwatch};
 use crate::config::DriverConfig;
 use crate::error::DriverError;
 use crate::link_event::{LinkEvent, LinkEvents};
@@ -63,7 +63,7 @@ impl SerialLink {
         source: Source,
         rate: Rate,
         config: DriverConfig,
-        events: &mut LinkEvents,
+        events: &LinkEvents,
     ) -> Result<Self, DriverError> {
         let watch = Stopwatch::start();
         let mut link = Self {
@@ -87,7 +87,7 @@ impl SerialLink {
 
     /// The session's next event, in the words of CoLa's; restores the link as often as needed. `None` once the session has stopped. Cancel safe
     /// while the link is up.
-    pub(crate) async fn next_event(&mut self, events: &mut LinkEvents) -> Result<Option<Event>, DriverError> {
+    pub(crate) async fn next_event(&mut self, events: &LinkEvents) -> Result<Option<Event>, DriverError> {
         loop {
             let place = self.place.clone();
             let timeout = self.config.stall_timeout;
@@ -160,7 +160,7 @@ impl SerialLink {
     }
 
     /// Opens the port and runs the start-up to its end.
-    async fn connect(&mut self, events: &mut LinkEvents) -> Result<(), DriverError> {
+    async fn connect(&mut self, events: &LinkEvents) -> Result<(), DriverError> {
         let fail = |cause| DriverError::Port { place: self.place.clone(), cause };
         let port = match &self.source {
             Source::Rfc2217 { address, .. } => Port::connect(address, self.config.connect_timeout).await,
@@ -207,7 +207,7 @@ impl SerialLink {
         }
     }
 
-    fn lose(&mut self, cause: DriverError, events: &mut LinkEvents) -> Result<(), DriverError> {
+    fn lose(&mut self, cause: DriverError, events: &LinkEvents) -> Result<(), DriverError> {
         self.frames_bad_before = self.frames_bad();
         self.live = None;
         self.outages.lose(&self.place, cause, events)
@@ -243,9 +243,17 @@ impl Live {
                 self.port.set_rate(rate)?;
                 continue;
             }
+            let overdue = self.client.poll_timeout().map(|due| due + HELD_UP);
             let stalled = stall.map(|limit| self.last_heard + limit);
             self.received.reserve(READ_CHUNK);
             tokio::select! {
+                // What has come counts before what has not come in time: a host that was held up is late itself.
+                biased;
+                () = watch.until(overdue) => {
+                    self.client.handle_timeout(watch.now());
+                    continue;
+                }
+                () = std::future::ready(()), if self.sending.has_remaining() => {}
                 read = self.port.read_buf(&mut self.received) => {
                     if read? == 0 {
                         return Ok(Said::Closed);
@@ -261,7 +269,6 @@ impl Live {
                     continue;
                 }
                 () = watch.until(stalled) => return Ok(Said::Stalled),
-                () = std::future::ready(()), if self.sending.has_remaining() => {}
             }
             // Reading and writing share the port, so they take turns.
             let written = self.port.write_buf(&mut self.sending).await?;

@@ -49,7 +49,7 @@ impl TcpLink {
     pub(crate) async fn open(
         address: String,
         config: DriverConfig,
-        events: &mut LinkEvents,
+        events: &LinkEvents,
     ) -> Result<Self, DriverError> {
         let watch = Stopwatch::start();
         let mut link = Self {
@@ -70,7 +70,7 @@ impl TcpLink {
     }
 
     /// The session's next event; restores the link as often as needed. `None` once the session has stopped. Cancel safe.
-    pub(crate) async fn next_event(&mut self, events: &mut LinkEvents) -> Result<Option<Event>, DriverError> {
+    pub(crate) async fn next_event(&mut self, events: &LinkEvents) -> Result<Option<Event>, DriverError> {
         loop {
             let Some(live) = &mut self.connection else {
                 self.restore(events).await?;
@@ -140,7 +140,7 @@ impl TcpLink {
     /// Dials and runs the start-up, in the dialect that answered last and then in the other one.
     ///
     /// A new connection for each: some devices stay silent on a connection that once spoke the wrong dialect.
-    async fn connect(&mut self, events: &mut LinkEvents) -> Result<(), DriverError> {
+    async fn connect(&mut self, events: &LinkEvents) -> Result<(), DriverError> {
         let mut junk_bytes = 0;
         for dialect in [self.dialect, self.dialect.other()] {
             let opened = self.watch.now();
@@ -172,7 +172,7 @@ impl TcpLink {
     async fn greet(
         &self,
         connection: &mut Connection<TcpStream>,
-        events: &mut LinkEvents,
+        events: &LinkEvents,
     ) -> Result<Greeting, DriverError> {
         let address = || self.address.clone();
         loop {
@@ -203,7 +203,7 @@ impl TcpLink {
     }
 
     /// One attempt to restore a lost link, after its pause.
-    async fn restore(&mut self, events: &mut LinkEvents) -> Result<(), DriverError> {
+    async fn restore(&mut self, events: &LinkEvents) -> Result<(), DriverError> {
         self.outages.pause().await;
         match self.connect(events).await {
             Ok(()) => Ok(()),
@@ -212,7 +212,7 @@ impl TcpLink {
     }
 
     /// Notes that the link is down; an error once it has been down for too long.
-    fn lose(&mut self, cause: DriverError, events: &mut LinkEvents) -> Result<(), DriverError> {
+    fn lose(&mut self, cause: DriverError, events: &LinkEvents) -> Result<(), DriverError> {
         self.frames_bad_before = self.frames_bad();
         self.connection = None;
         self.outages.lose(&self.address, cause, events)

@@ -1,14 +1,15 @@
 //! The cable: ports joined so that each hears what the others say.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rowscan_protocol::time::SimTime;
-use tokio::sync::{Notify, mpsc};
+use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
 use super::link::{self, Link};
 use super::{BusAddress, BusError, BusLoss, CanFrame};
+use crate::backlog::{Backlog, UnderWay};
+use crate::line::Untaken;
 
 /// Frames a port may be behind.
 const QUEUE: usize = 4096;
@@ -27,33 +28,22 @@ pub enum Heard {
     Lost(BusLoss),
 }
 
-/// How many frames the ports have written, for who waits until his are out.
-#[derive(Debug, Default)]
-pub(super) struct Written {
-    frames: AtomicU64,
-    more: Notify,
-}
-
-impl Written {
-    pub(super) fn add(&self, frames: u64) {
-        self.frames.fetch_add(frames, Ordering::Release);
-        self.more.notify_waiters();
-    }
-}
-
-/// The sending end of one port.
+/// A frame on its way out of a port.
 #[derive(Debug)]
-pub struct BusPort {
-    outbox: mpsc::Sender<Stamped>,
+pub(super) struct Leaving {
+    pub(super) at: SimTime,
+    pub(super) frame: CanFrame,
+    /// Kept until the frame is written, or has gone where nobody hears it.
+    pub(super) slip: UnderWay,
 }
 
 /// A bus with all its ports. Dropping it closes them.
 #[derive(Debug)]
 pub struct Bus {
-    ports: Vec<BusPort>,
+    ports: Vec<mpsc::Sender<Leaving>>,
     open_from_the_start: bool,
-    sent: AtomicU64,
-    written: Arc<Written>,
+    untaken: Vec<Untaken>,
+    backlog: Backlog,
     dropped: AtomicU64,
     _tasks: JoinSet<()>,
 }
@@ -72,23 +62,21 @@ impl Bus {
     ) -> Result<(Self, Inbox), BusError> {
         let (heard, inbox) = mpsc::channel(QUEUE);
         let (mut ports, mut tasks) = (Vec::new(), JoinSet::new());
-        let mut open_from_the_start = false;
-        let written = Arc::new(Written::default());
+        let (mut open_from_the_start, mut untaken) = (false, Vec::new());
         for (number, address) in addresses.iter().enumerate() {
             let link = Link::open(address).await?;
             tell(&link);
             open_from_the_start |= link.is_open_from_the_start();
+            untaken.extend(link.untaken()?);
             let (outbox, queue) = mpsc::channel(QUEUE);
-            ports.push(BusPort { outbox });
-            tasks.spawn(
-                link.run(queue, link::Ear { number, heard: heard.clone(), written: Arc::clone(&written) }),
-            );
+            ports.push(outbox);
+            tasks.spawn(link.run(queue, link::Ear { number, heard: heard.clone() }));
         }
         let bus = Self {
             ports,
             open_from_the_start,
-            sent: AtomicU64::new(0),
-            written,
+            untaken,
+            backlog: Backlog::default(),
             dropped: AtomicU64::new(0),
             _tasks: tasks,
         };
@@ -96,34 +84,31 @@ impl Bus {
     }
 
     /// Puts a frame on every port but the one it came from. Patient, it waits for ports that are behind; else those lose it.
-    pub async fn send(&self, frame: Stamped, from: Option<usize>, patient: bool) {
+    pub async fn send(&self, (at, frame): Stamped, from: Option<usize>, patient: bool) {
         for (number, port) in self.ports.iter().enumerate() {
             if Some(number) == from {
                 continue;
             }
+            let leaving = Leaving { at, frame, slip: self.backlog.enter() };
+            // A port that is gone needs nothing.
             if patient {
-                // A port that is gone needs nothing.
-                let taken = port.outbox.send(frame).await.is_ok();
-                self.sent.fetch_add(taken.into(), Ordering::Relaxed);
-            } else {
-                match port.outbox.try_send(frame) {
-                    Ok(()) => self.sent.fetch_add(1, Ordering::Relaxed),
-                    Err(mpsc::error::TrySendError::Full(_)) => self.dropped.fetch_add(1, Ordering::Relaxed),
-                    Err(mpsc::error::TrySendError::Closed(_)) => 0,
-                };
+                let _ = port.send(leaving).await;
+            } else if let Err(mpsc::error::TrySendError::Full(_)) = port.try_send(leaving) {
+                self.dropped.fetch_add(1, Ordering::Relaxed);
             }
         }
     }
 
-    /// Waits until the ports have written everything sent so far.
+    /// Waits until the ports have written everything sent so far. Cancel safe.
     pub async fn written(&self) {
-        let sent = self.sent.load(Ordering::Relaxed);
-        loop {
-            let more = self.written.more.notified();
-            if self.written.frames.load(Ordering::Acquire) >= sent {
-                return;
-            }
-            more.await;
+        self.backlog.clear().await;
+    }
+
+    /// Waits until whoever listens has everything sent so far. Cancel safe.
+    pub async fn taken(&self) {
+        self.written().await;
+        for untaken in &self.untaken {
+            untaken.taken().await;
         }
     }
 

@@ -20,6 +20,6 @@ pub mod tractor;
 pub use address::{BusAddress, BusAddressError};
 pub use dbc::{dbc, load, markdown};
 pub use frame::{CanFrame, CanId, J1939Id};
-pub use join::{Bus, BusPort, Inbox, Stamped};
+pub use join::{Bus, Inbox, Stamped};
 pub use link::BusError;
 pub use news::{BusLoss, BusNews, BusWatch};

@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::emulate::DialectArg;
 use super::estimate::{self, PARTING, Prefer};
 use super::interrupt::Interrupt;
+use super::link_events::LinkTeller;
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, progress};
@@ -198,6 +199,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let Some(mut scanner) = interrupt.or(Scanner::open(&source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };
+    let telling = LinkTeller::start(&scanner);
     let bar = progress::bar("driving", "scans", scans);
     let ended = tokio::select! {
         ended = follow(&mut scanner, &mut pipeline, &emulator, scans, &bar) => ended,
@@ -208,6 +210,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     // Here the rays are known to be ideal.
     found.warnings.retain(|warning| *warning != Warning::IdealOptics);
     found.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
+    drop(telling);
     ended?;
 
     let truth = stage.orchard.truth();
@@ -247,9 +250,6 @@ async fn follow(
         pipeline.push(record.scan);
         emulator.used(record.scan.telegram_counter);
         bar.set_position(pipeline.progress().scans);
-        while let Some(event) = scanner.take_link_event() {
-            estimate::tell(&event);
-        }
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rowscan_canopy::{CutMethod, Estimate, Pipeline, TreesFound, Warning};
-use rowscan_driver::{DriverConfig, LinkEvent, Scanner, Source};
+use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use super::estimators::{self, Beside, EstimatorArgs};
 use super::interrupt::Interrupt;
+use super::link_events::LinkTeller;
 use super::output::{self, number, say};
 use super::recorder::{self, RecordArgs};
 use super::sensor::{Sensor, SensorArgs};
@@ -143,7 +144,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ..ClientConfig::default()
     };
     let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
-    let mut sensor = args.sensor.open(args.format, row_spacing_m).await?;
+    let mut sensor = args.sensor.open(args.format, row_spacing_m, &args.source).await?;
     let about = About {
         model: args.model.clone(),
         rig: rig.as_ref().and_then(recorder::rig_text),
@@ -163,12 +164,15 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     };
     let mut scanner = scanner?;
+    let telling = LinkTeller::start(&scanner);
     let ended = tokio::select! {
         ended = follow(&mut scanner, &mut pipeline, &mut sensor, &args) => ended,
         () = interrupt.wait() => Ok(()),
     };
     let mut estimate = pipeline.finish();
     estimate.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
+    drop(telling);
+    sensor.part(PARTING).await;
     // What was seen before a failure is not lost by it; a source that never gave a scan has nothing to show.
     if ended.is_ok() || estimate.scans > 0 {
         let start_m = rig.as_ref().map_or(0.0, |rig| rig.start_m);
@@ -251,9 +255,6 @@ async fn follow(
             record.received
         };
         sensor.measure(received, || scanner.now()).await;
-        while let Some(event) = scanner.take_link_event() {
-            tell(&event);
-        }
         let progress = pipeline.progress();
         bar.set_position(progress.scans);
         if args.scans.is_some_and(|scans| progress.scans >= scans)
@@ -264,26 +265,6 @@ async fn follow(
     }
     bar.finish_and_clear();
     Ok(())
-}
-
-/// Tells the user what happened to the link.
-pub(super) fn tell(event: &LinkEvent) {
-    match event {
-        LinkEvent::Ready { ident, firmware, dialect } => {
-            say(format_args!("connected: {} {}, {dialect}", ident.trim(), firmware.trim()));
-        }
-        LinkEvent::SerialReady { ident, software, rate } => {
-            say(format_args!("connected: {ident} {software}, {rate} bits a second"));
-        }
-        LinkEvent::Declined { what } => {
-            say(format_args!("the scanner refused: {what}; it keeps its own setting"));
-        }
-        LinkEvent::Refused { command, code } => {
-            say(format_args!("the scanner refused `{command}` ({code}) and keeps its own setting"));
-        }
-        LinkEvent::Malformed { reason } => say(format_args!("a scan telegram made no sense: {reason}")),
-        LinkEvent::Lost { cause, pause } => say(format_args!("{cause}; trying again in {pause:?}")),
-    }
 }
 
 /// The estimate with its estimators side by side.

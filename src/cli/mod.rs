@@ -12,6 +12,7 @@ mod estimators;
 mod export;
 mod interrupt;
 mod line;
+mod link_events;
 mod models;
 mod named;
 mod orchard;

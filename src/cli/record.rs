@@ -11,8 +11,9 @@ use rowscan_recording::{About, CopyError, Recording, Side, StreamKind, Taps, acc
 use serde::Serialize;
 use tokio::task::JoinSet;
 
-use super::estimate::{PARTING, Prefer, tell};
+use super::estimate::{PARTING, Prefer};
 use super::interrupt::Interrupt;
+use super::link_events::LinkTeller;
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
@@ -234,13 +235,11 @@ async fn follow(
     });
     let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };
     let mut scanner = Scanner::open(&named.it, config).await?;
+    let _telling = LinkTeller::start(&scanner);
     let watch = Stopwatch::start();
     let mut scans = 0;
     while scanner.next().await?.is_some() {
         scans += 1;
-        while let Some(event) = scanner.take_link_event() {
-            tell(&event);
-        }
         if limits.scans.is_some_and(|most| scans >= most)
             || limits.seconds.is_some_and(|most| watch.elapsed().as_secs_f64() >= most)
         {

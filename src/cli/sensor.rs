@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline};
-use rowscan_driver::HostTime;
+use rowscan_driver::{HostTime, Source};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::{DeviceClock, SimTime};
 use serde::Serialize;
@@ -12,6 +12,7 @@ use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
+use tokio::time::timeout;
 
 use super::output::say;
 use super::voices::BusArgs;
@@ -80,6 +81,8 @@ pub(super) struct Sensor {
     now: SimTime,
     frames: Vec<CanFrame>,
     watch: BusWatch,
+    /// A recording waits for a bus that is behind; a live scanner does not.
+    patient: bool,
     row_spacing_m: Option<f64>,
     _tasks: JoinSet<()>,
 }
@@ -91,7 +94,12 @@ impl SensorArgs {
     }
 
     /// Opens what it needs.
-    pub(super) async fn open(&self, format: Format, row_spacing_m: Option<f64>) -> Result<Sensor, Failure> {
+    pub(super) async fn open(
+        &self,
+        format: Format,
+        row_spacing_m: Option<f64>,
+        source: &Source,
+    ) -> Result<Sensor, Failure> {
         let mut tasks = JoinSet::new();
         let gnss = match (&self.gnss, self.advance) {
             (Some(address), _) => Some(follow_gnss(address, &mut tasks).await?),
@@ -127,6 +135,7 @@ impl SensorArgs {
             now: SimTime::ZERO,
             frames,
             watch: BusWatch::default(),
+            patient: matches!(source, Source::Recording { .. }),
             row_spacing_m,
             _tasks: tasks,
         })
@@ -185,8 +194,20 @@ impl Sensor {
     pub(super) async fn send(&mut self) {
         if let Some((_, bus, _)) = &self.can {
             for frame in self.frames.drain(..) {
-                bus.send((self.now, frame), None, false).await;
+                bus.send((self.now, frame), None, self.patient).await;
             }
+        }
+    }
+
+    /// Waits until the bus has everything, for at most `patience`, and says what it did not take.
+    pub(super) async fn part(&mut self, patience: Duration) {
+        let Some((_, bus, _)) = &self.can else { return };
+        let all = timeout(patience, bus.written()).await.is_ok();
+        if bus.dropped() > 0 {
+            say(format_args!("{} CAN frames lost: a port was too slow to take them", bus.dropped()));
+        }
+        if !all {
+            say(format_args!("the last CAN frames are lost: a port did not take them within {patience:?}"));
         }
     }
 

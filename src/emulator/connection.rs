@@ -104,7 +104,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
             }
             telegram = telegrams.recv() => match telegram {
                 // What was queued when the client unsubscribed is not sent any more.
-                Some(Queued { event, frame }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
+                Some(Queued { event, frame, slip: _slip }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
                     writer.write_all(&frame).await?;
                     tap.record(Side::Device, &frame);
                 }

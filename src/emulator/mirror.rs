@@ -250,17 +250,18 @@ impl Telegram {
         for (member, wants) in audience {
             let scan = wants.scans().then(|| self.scan.in_dialect(wants.dialect)).flatten();
             let monitor = wants.monitor().then(|| self.monitor.in_dialect(wants.dialect)).flatten();
-            let scan = scan.map(|frame| Queued { event: Some(Event::ScanData), frame });
-            let monitor = monitor.map(|frame| Queued { event: Some(Event::Monitor), frame });
-            for telegram in scan.into_iter().chain(monitor) {
-                hand_over(shared, member, telegram).await;
+            let scan = scan.map(|frame| (Event::ScanData, frame));
+            let monitor = monitor.map(|frame| (Event::Monitor, frame));
+            for (event, frame) in scan.into_iter().chain(monitor) {
+                hand_over(shared, member, Some(event), frame).await;
             }
         }
     }
 }
 
 /// Puts a telegram into a client's queue. Paced, a full queue drops it for that client alone; else the clock waits.
-pub(super) async fn hand_over(shared: &Shared, member: &Member, telegram: Queued) {
+pub(super) async fn hand_over(shared: &Shared, member: &Member, event: Option<Event>, frame: Bytes) {
+    let telegram = Queued { event, frame, slip: shared.backlog.enter() };
     let (taken, dropped) = match shared.clock.scale() {
         TimeScale::Max => (member.queue().send(telegram).await.is_ok(), false),
         TimeScale::Paced(_) => match member.queue().try_send(telegram) {

@@ -37,6 +37,7 @@ pub use tractor::Tractor;
 pub use voices::Voices;
 pub use world::{World, WorldError};
 
+use crate::backlog::Backlog;
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
 use crate::replay::{self, Part, Prompter, Script};
 use roster::Roster;
@@ -119,6 +120,8 @@ pub struct Shared {
     polled: AtomicBool,
     /// How often the device's lines have changed and it has restarted: connections look when this changes.
     news: watch::Sender<(u32, u32)>,
+    /// Telegrams on their way to clients.
+    backlog: Backlog,
     config: EmulatorConfig,
     counts: Counts,
 }
@@ -165,6 +168,7 @@ impl Shared {
             interest: Notify::new(),
             polled: AtomicBool::new(false),
             news: watch::Sender::default(),
+            backlog: Backlog::default(),
             config,
             counts: Counts::default(),
         })

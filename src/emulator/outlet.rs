@@ -10,18 +10,23 @@ use tokio::sync::Mutex;
 use tokio::task::JoinSet;
 
 use super::mirror::hand_over;
-use super::roster::{Member, Queued, Wants};
+use super::roster::{Member, Wants};
 use super::serial_tape::SerialTape;
 use super::{Emulator, SerialEmulator, Shared};
 use crate::bus::link::Heard;
 use crate::bus::{Bus, CanFrame, Inbox};
-use crate::clock::{self, SimClock, TimeScale};
+use crate::clock::{SimClock, TimeScale};
+use crate::line::Untaken;
 use crate::nmea::NmeaLine;
 use crate::replay::TapeEvent;
 
 /// Where one stream of a tape goes.
 #[derive(Debug)]
-pub struct Outlet(Kind);
+pub struct Outlet {
+    kind: Kind,
+    /// Of its pseudo-terminals.
+    untaken: Vec<Untaken>,
+}
 
 #[derive(Debug)]
 enum Kind {
@@ -63,30 +68,39 @@ impl Outlet {
     pub fn scanner(emulator: &Emulator, scans: bool) -> Self {
         let shared = Arc::clone(&emulator.shared);
         let anyone = !scans || shared.is_verbatim();
-        Self(Kind::Scanner(ScannerOutlet { shared, anyone, audience: Vec::new() }))
+        Self::of(Kind::Scanner(ScannerOutlet { shared, anyone, audience: Vec::new() }))
     }
 
     /// The line of a replayed LMS2xx; none if it is not replayed.
     pub fn lms2xx(emulator: &SerialEmulator) -> Option<Self> {
-        emulator.tape().map(|tape| Self(Kind::Lms2xx(tape.clone())))
+        emulator.tape().map(|tape| Self::of(Kind::Lms2xx(tape.clone())))
     }
 
     /// GNSS lines; the stream is recorded again as `name`.
     pub fn nmea(name: &str, lines: Vec<NmeaLine>, scale: TimeScale, taps: &Taps) -> Self {
         let tap = taps.open(name, StreamKind::Nmea);
-        Self(Kind::Nmea(NmeaOutlet { lines, patient: scale == TimeScale::Max, tap }))
+        Self::of(Kind::Nmea(NmeaOutlet { lines, patient: scale == TimeScale::Max, tap }))
     }
 
     /// A bus; the stream is recorded again as `name`, with what others say on the bus.
     pub fn can(name: &str, (bus, inbox): (Bus, Inbox), scale: TimeScale, taps: &Taps) -> Self {
         let tap = taps.open(name, StreamKind::Can);
         let (bus, inbox) = (Arc::new(bus), Mutex::new(Some(inbox)));
-        Self(Kind::Can(CanOutlet { bus, inbox, patient: scale == TimeScale::Max, tap }))
+        Self::of(Kind::Can(CanOutlet { bus, inbox, patient: scale == TimeScale::Max, tap }))
+    }
+
+    fn of(kind: Kind) -> Self {
+        Self { kind, untaken: Vec::new() }
+    }
+
+    /// The same, which is played to its end only once the clients of these pseudo-terminals have read it.
+    pub fn read_by(self, untaken: Vec<Untaken>) -> Self {
+        Self { untaken, ..self }
     }
 
     /// Starts what must hear, too.
     pub(super) fn listen(&self, clock: &Arc<SimClock>, tasks: &mut JoinSet<()>) {
-        if let Kind::Can(outlet) = &self.0
+        if let Kind::Can(outlet) = &self.kind
             && let Ok(Some(inbox)) = outlet.inbox.try_lock().map(|mut inbox| inbox.take())
         {
             let (bus, tap, clock) = (Arc::clone(&outlet.bus), outlet.tap.clone(), Arc::clone(clock));
@@ -96,7 +110,7 @@ impl Outlet {
 
     /// Waits until somebody wants what is on the tape. Lines and buses speak whether anybody listens or not.
     pub(super) async fn taker(&self) {
-        match &self.0 {
+        match &self.kind {
             Kind::Scanner(outlet) => outlet.taker().await,
             Kind::Lms2xx(tape) => tape.taker().await,
             Kind::Nmea(_) | Kind::Can(_) => {}
@@ -105,7 +119,7 @@ impl Outlet {
 
     /// Sends an event that is due; false if it goes unheard because a client has stopped the scanner.
     pub(super) async fn put(&mut self, event: &TapeEvent, due: SimTime) -> bool {
-        match &mut self.0 {
+        match &mut self.kind {
             Kind::Scanner(outlet) => return outlet.put(event).await,
             Kind::Lms2xx(tape) => return tape.put(event).await,
             Kind::Nmea(outlet) => {
@@ -127,21 +141,20 @@ impl Outlet {
         true
     }
 
-    /// Waits until everything put has gone.
+    /// Waits until everything put has gone, and has been read where that can be told.
     pub(super) async fn drain(&self) {
-        match &self.0 {
-            Kind::Scanner(outlet) => outlet.shared.drain().await,
+        match &self.kind {
+            Kind::Scanner(outlet) => outlet.shared.backlog.clear().await,
             Kind::Lms2xx(tape) => tape.drain().await,
             Kind::Nmea(outlet) => {
-                while outlet.lines.iter().any(|line| !line.is_idle()) {
-                    clock::breathe().await;
+                for line in &outlet.lines {
+                    line.taken().await;
                 }
-                // What has left the queue is still on its way into the socket.
-                clock::breathe().await;
             }
-            // A port that nobody has opened writes nothing.
-            Kind::Can(outlet) if outlet.bus.is_open_from_the_start() => outlet.bus.written().await,
-            Kind::Can(_) => clock::breathe().await,
+            Kind::Can(outlet) => outlet.bus.taken().await,
+        }
+        for untaken in &self.untaken {
+            untaken.taken().await;
         }
     }
 }
@@ -153,7 +166,9 @@ impl ScannerOutlet {
             let interest = self.shared.interest.notified();
             self.shared.roster.listeners(&mut audience);
             let polled = self.shared.polled.load(Ordering::Relaxed);
-            if polled || audience.iter().any(|(_, wants)| self.anyone || wants.takes_scans()) {
+            let taken = polled || audience.iter().any(|(_, wants)| self.anyone || wants.takes_scans());
+            let waits = self.shared.clock.scale() == TimeScale::Max && !self.anyone;
+            if taken && (!waits || self.shared.device().is_measuring()) {
                 return;
             }
             interest.await;
@@ -177,24 +192,10 @@ impl ScannerOutlet {
         for (member, wants) in audience.iter() {
             let wanted = event.event.is_none_or(|event| wants.subscriptions.has(event));
             if let Some(frame) = wanted.then(|| event.in_dialect(wants.dialect)).flatten() {
-                hand_over(shared, member, Queued { event: event.event, frame }).await;
+                hand_over(shared, member, event.event, frame).await;
             }
         }
         true
-    }
-}
-
-impl Shared {
-    /// Waits until every client's queue is empty.
-    async fn drain(&self) {
-        let mut audience = Vec::new();
-        loop {
-            self.roster.listeners(&mut audience);
-            if audience.iter().all(|(member, _)| member.queue().capacity() == member.queue().max_capacity()) {
-                return;
-            }
-            clock::breathe().await;
-        }
     }
 }
 

@@ -8,11 +8,15 @@ use std::time::Duration;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
+use tokio::time::timeout;
 
 use super::lateness::Lateness;
 use super::outlet::Outlet;
-use crate::clock::{Pacer, SimClock, Timer};
+use crate::clock::{Pacer, SimClock, TimeScale, Timer};
 use crate::replay::{Playhead, Tape, TapeEvent};
+
+/// How long a tape on a paced clock stays for clients that have not read its end, host time.
+const PARTING: Duration = Duration::from_secs(2);
 
 /// A recording being played. Dropping it stops the tape and closes its lines and buses; its scanners live on without scans.
 #[derive(Debug)]
@@ -122,12 +126,27 @@ impl Reel {
                 self.put(&event, due).await;
             }
         }
-        for outlet in &self.outlets {
-            outlet.drain().await;
+        let drained = async {
+            for outlet in &self.outlets {
+                outlet.drain().await;
+            }
+        };
+        // On a paced clock nobody is waited for who does not read.
+        match self.clock.scale() {
+            TimeScale::Max => drained.await,
+            TimeScale::Paced(_) => {
+                let _ = timeout(PARTING, drained).await;
+            }
         }
     }
 
     async fn put(&mut self, event: &TapeEvent, due: SimTime) {
+        // A clock that waits for its clients waits for one that has stopped the scanner, or comes back, too.
+        if self.clock.scale() == TimeScale::Max
+            && let Some(outlet) = self.outlets.get(event.track)
+        {
+            outlet.taker().await;
+        }
         let late = self.clock.lateness(due);
         let Some(outlet) = self.outlets.get_mut(event.track) else { return };
         if outlet.put(event, due).await

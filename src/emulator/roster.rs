@@ -8,6 +8,8 @@ use rowscan_protocol::device::{Event, Session, Subscriptions};
 use rowscan_protocol::frame::Dialect;
 use tokio::sync::{Notify, mpsc};
 
+use crate::backlog::UnderWay;
+
 /// Scan telegrams a client may lag behind; at 50 Hz a little over a second.
 pub(super) const QUEUE: usize = 64;
 
@@ -45,6 +47,8 @@ pub(super) struct Queued {
     /// What it tells; none if it goes to everyone.
     pub(super) event: Option<Event>,
     pub(super) frame: Bytes,
+    /// Kept until it is written, or is not wanted any more.
+    pub(super) slip: UnderWay,
 }
 
 impl Wants {

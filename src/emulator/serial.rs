@@ -18,10 +18,11 @@ use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::io::{AsyncWriteExt, ReadBuf};
 use tokio::task::JoinSet;
 
-use super::serial_tape::{self, Eye, LineState, SerialTape};
+use super::serial_tape::{self, Eye, SerialTape, Telegram};
 use super::state_file::StateFile;
 use super::voices::{self, Can, Speaking, Voices};
 use super::world::World;
+use crate::backlog::UnderWay;
 use crate::bus::Inbox;
 use crate::clock::{SimClock, TimeScale};
 use crate::line::{Wire, uart};
@@ -124,6 +125,7 @@ impl SerialEmulator {
             tap,
             arriving: VecDeque::new(),
             sending: None,
+            playing: None,
             free: SimTime::ZERO,
             counts: Arc::clone(&counts),
         };
@@ -166,6 +168,8 @@ struct Scanner {
     /// What the client has sent and is still on the line.
     arriving: VecDeque<Arriving>,
     sending: Option<Sending>,
+    /// Of the recorded telegram that the line is busy with.
+    playing: Option<UnderWay>,
     /// When the line was, or will be, free of what the device sends.
     free: SimTime,
     counts: Arc<Counts>,
@@ -211,9 +215,12 @@ impl Scanner {
             let sweep = self.sweep();
             let due = self.due(sweep);
             let line_is_free = self.sending.is_none() && self.device.is_silent();
-            self.eye.tell(LineState { wanted: self.device.wants_values(), busy: !line_is_free });
+            if line_is_free {
+                self.playing = None;
+            }
+            self.eye.tell(self.device.wants_values());
             tokio::select! {
-                telegram = self.eye.next_telegram(), if line_is_free => self.play(&telegram),
+                telegram = self.eye.next_telegram(), if line_is_free => self.play(telegram),
                 heard = listen(&mut *self.wire, &mut chunk) => if let Some(read) = heard? {
                     self.receive(chunk.get(..read).unwrap_or_default())?;
                 },
@@ -232,9 +239,10 @@ impl Scanner {
     }
 
     /// Puts a recorded telegram on the line; nobody wants it: it goes by.
-    fn play(&mut self, telegram: &[u8]) {
+    fn play(&mut self, telegram: Telegram) {
         if self.device.wants_values() {
-            self.device.play(self.clock.now(), telegram.to_vec());
+            self.device.play(self.clock.now(), telegram.bytes.to_vec());
+            self.playing = Some(telegram.slip);
             self.counts.sent.fetch_add(1, Ordering::Relaxed);
         }
     }

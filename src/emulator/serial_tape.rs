@@ -1,4 +1,4 @@
-//! The way of recorded telegrams to a replayed LMS2xx: a short queue before its line, and how it stands with that.
+//! The way of recorded telegrams to a replayed LMS2xx: a short queue before its line, and whether anybody wants them.
 
 use std::future::pending;
 
@@ -6,7 +6,8 @@ use bytes::Bytes;
 use tokio::sync::{mpsc, watch};
 
 use super::world::World;
-use crate::clock::{self, TimeScale};
+use crate::backlog::{Backlog, UnderWay};
+use crate::clock::TimeScale;
 use crate::replay::TapeEvent;
 
 /// Recorded telegrams that may wait for the line.
@@ -15,64 +16,65 @@ const QUEUE: usize = 16;
 /// The player's end.
 #[derive(Clone, Debug)]
 pub(super) struct SerialTape {
-    telegrams: mpsc::Sender<Bytes>,
-    line: watch::Receiver<LineState>,
+    telegrams: mpsc::Sender<Telegram>,
+    backlog: Backlog,
+    /// Somebody wants values.
+    wanted: watch::Receiver<bool>,
     patient: bool,
 }
 
-/// How it stands with the line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct LineState {
-    /// Somebody wants values.
-    pub(super) wanted: bool,
-    /// Something is on its way to the client.
-    pub(super) busy: bool,
+/// A recorded telegram on its way to the client.
+#[derive(Debug)]
+pub(super) struct Telegram {
+    pub(super) bytes: Bytes,
+    /// Kept until it has left the line, or is not wanted any more.
+    pub(super) slip: UnderWay,
 }
 
 /// Where an LMS2xx has its values from.
 #[derive(Debug)]
 pub(super) enum Eye {
     World(Box<World>),
-    Tape(mpsc::Receiver<Bytes>, watch::Sender<LineState>),
+    Tape(mpsc::Receiver<Telegram>, watch::Sender<bool>),
 }
 
 /// Both ends.
 pub(super) fn tape(scale: TimeScale) -> (SerialTape, Eye) {
     let (telegrams, queue) = mpsc::channel(QUEUE);
-    let (state, line) = watch::channel(LineState::default());
-    (SerialTape { telegrams, line, patient: scale == TimeScale::Max }, Eye::Tape(queue, state))
+    let (tell, wanted) = watch::channel(false);
+    let tape =
+        SerialTape { telegrams, backlog: Backlog::default(), wanted, patient: scale == TimeScale::Max };
+    (tape, Eye::Tape(queue, tell))
 }
 
 impl SerialTape {
     /// Waits until somebody wants values. A line that is gone has no taker: what else is played goes on.
     pub(super) async fn taker(&self) {
-        let _ = self.line.clone().wait_for(|line| line.wanted).await;
+        let _ = self.wanted.clone().wait_for(|wanted| *wanted).await;
     }
 
     /// Hands a telegram over; false if it goes unheard because the client has stopped the scanner. A line that is slower than the recorded
     /// one loses some; at `--time-scale max` the tape waits for it.
     pub(super) async fn put(&self, event: &TapeEvent) -> bool {
-        if !self.line.borrow().wanted {
+        if !*self.wanted.borrow() {
             return false;
         }
+        let telegram = Telegram { bytes: event.bytes(), slip: self.backlog.enter() };
         match self.patient {
-            true => self.telegrams.send(event.bytes()).await.is_ok(),
-            false => self.telegrams.try_send(event.bytes()).is_ok(),
+            true => self.telegrams.send(telegram).await.is_ok(),
+            false => self.telegrams.try_send(telegram).is_ok(),
         }
     }
 
     /// Waits until everything handed over has left the line.
     pub(super) async fn drain(&self) {
-        let waits = || self.telegrams.capacity() < self.telegrams.max_capacity();
-        while !self.telegrams.is_closed() && (waits() || self.line.borrow().busy) {
-            clock::breathe().await;
-        }
+        self.backlog.clear().await;
     }
 }
 
 impl Eye {
     /// The next recorded telegram; never, without a tape. Cancel safe.
-    pub(super) async fn next_telegram(&mut self) -> Bytes {
+    pub(super) async fn next_telegram(&mut self) -> Telegram {
         if let Self::Tape(telegrams, _) = self
             && let Some(telegram) = telegrams.recv().await
         {
@@ -81,10 +83,10 @@ impl Eye {
         pending().await
     }
 
-    /// Tells the player how it stands.
-    pub(super) fn tell(&self, now: LineState) {
-        if let Self::Tape(_, state) = self {
-            state.send_if_modified(|told| std::mem::replace(told, now) != now);
+    /// Tells the player whether anybody wants values.
+    pub(super) fn tell(&self, wanted: bool) {
+        if let Self::Tape(_, told) = self {
+            told.send_if_modified(|told| std::mem::replace(told, wanted) != wanted);
         }
     }
 }

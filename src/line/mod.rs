@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub use link::LinkError;
 pub use net::NetLine;
 pub use port::Port;
-pub use pty::Pty;
+pub use pty::{Pty, Untaken};
 pub use wire::Wire;
 
 /// Why a line could not be opened.

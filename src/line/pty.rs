@@ -64,6 +64,11 @@ impl Pty {
         Ok(tcgetattr(self.master.get_ref())?.output_speed())
     }
 
+    /// A watch on what the client has not read yet.
+    pub fn untaken(&self) -> Result<Untaken, LineError> {
+        self.slave.try_clone().map(Untaken).map_err(LineError::Pty)
+    }
+
     /// Waits until a client has it open. Cancel safe.
     pub async fn opened(&mut self) -> io::Result<()> {
         poll_fn(|cx| self.poll_open(cx)).await
@@ -92,6 +97,24 @@ impl Pty {
             }
         }
         Ok(())
+    }
+}
+
+/// What a pseudo-terminal's client has not read yet. The system throws it away when the scanner's end is closed: whoever wants it read
+/// waits for that first.
+#[derive(Debug)]
+pub struct Untaken(OwnedFd);
+
+impl Untaken {
+    /// Waits until all that was written has been read, or its client has left. Cancel safe.
+    pub async fn taken(&self) {
+        // What has just been written is on its way within the system, and not to be seen.
+        let mut clear = 0;
+        while clear < 2 {
+            crate::clock::breathe().await;
+            let unread = rustix::io::ioctl_fionread(&self.0).unwrap_or(0);
+            clear = if unread == 0 { clear + 1 } else { 0 };
+        }
     }
 }
 

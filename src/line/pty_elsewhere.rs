@@ -24,6 +24,11 @@ impl Pty {
         match self.0 {}
     }
 
+    /// A watch on what the client has not read yet.
+    pub fn untaken(&self) -> Result<Untaken, LineError> {
+        match self.0 {}
+    }
+
     /// Whether a client has it open.
     pub fn is_open(&self) -> bool {
         match self.0 {}
@@ -41,6 +46,17 @@ impl Pty {
 
     /// Ready once a client has it open.
     pub fn poll_open(&mut self, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        match self.0 {}
+    }
+}
+
+/// What a pseudo-terminal's client has not read yet; never made on this system.
+#[derive(Debug)]
+pub struct Untaken(std::convert::Infallible);
+
+impl Untaken {
+    /// Waits until all that was written has been read.
+    pub async fn taken(&self) {
         match self.0 {}
     }
 }

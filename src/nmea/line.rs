@@ -11,7 +11,8 @@ use tokio::sync::{broadcast, mpsc};
 use tokio::task::JoinSet;
 
 use super::sentence::SENTENCES;
-use crate::line::{LineError, Port, Pty};
+use crate::backlog::{Backlog, UnderWay};
+use crate::line::{LineError, Port, Pty, Untaken};
 
 /// Epochs a client may be behind before it loses some.
 const QUEUE: usize = 256;
@@ -114,10 +115,15 @@ pub enum NmeaPlace {
     Path(PathBuf),
 }
 
+/// Sentences on their way out, and what tells that they are.
+type Epoch = (Bytes, UnderWay);
+
 /// An open line.
 #[derive(Debug)]
 pub struct NmeaLine {
-    outbox: mpsc::Sender<Bytes>,
+    outbox: mpsc::Sender<Epoch>,
+    backlog: Backlog,
+    untaken: Option<Untaken>,
     place: NmeaPlace,
     _tasks: JoinSet<()>,
 }
@@ -129,7 +135,7 @@ impl NmeaLine {
     /// What the system refuses, or a rate the line cannot carry.
     pub async fn open(address: &NmeaAddress, rate_hz: f64) -> Result<Self, NmeaError> {
         let (outbox, queue) = mpsc::channel(QUEUE);
-        let mut tasks = JoinSet::new();
+        let (mut tasks, mut untaken) = (JoinSet::new(), None);
         let failed = |address: &str| {
             let address = address.to_owned();
             move |cause| NmeaError::Network { address, cause }
@@ -158,11 +164,12 @@ impl NmeaLine {
                 rate.map_or(Ok(()), |rate| carries(rate, rate_hz))?;
                 let pty = Pty::open(link)?;
                 let path = pty.path().to_owned();
+                untaken = Some(pty.untaken()?);
                 tasks.spawn(write_line(pty, queue));
                 NmeaPlace::Path(path)
             }
         };
-        Ok(Self { outbox, place, _tasks: tasks })
+        Ok(Self { outbox, backlog: Backlog::default(), untaken, place, _tasks: tasks })
     }
 
     /// Where it is found.
@@ -170,13 +177,17 @@ impl NmeaLine {
         &self.place
     }
 
-    /// Whether nothing waits to be handed out.
-    pub fn is_idle(&self) -> bool {
-        self.outbox.capacity() == self.outbox.max_capacity()
+    /// Waits until whoever listens has everything. Cancel safe.
+    pub async fn taken(&self) {
+        self.backlog.clear().await;
+        if let Some(untaken) = &self.untaken {
+            untaken.taken().await;
+        }
     }
 
     /// Hands out an epoch. Patient, it waits for a line that is behind; else the line loses it.
     pub async fn send(&self, epoch: Bytes, patient: bool) {
+        let epoch = (epoch, self.backlog.enter());
         if patient {
             let _ = self.outbox.send(epoch).await;
         } else {
@@ -186,7 +197,7 @@ impl NmeaLine {
 }
 
 /// A client gone takes nothing with it; one that is behind loses epochs, alone.
-async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Bytes>) {
+async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>) {
     let (spread, _) = broadcast::channel(QUEUE);
     let mut clients = JoinSet::new();
     loop {
@@ -208,7 +219,7 @@ async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Bytes>) {
     }
 }
 
-async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Bytes>) {
+async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Epoch>) {
     let _ = stream.set_nodelay(true);
     let (mut reader, mut writer) = stream.split();
     let mut ignored = [0; 256];
@@ -217,7 +228,7 @@ async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Byt
             // What a client says (an NTRIP line, perhaps) is not for us; that it goes is.
             read = reader.read(&mut ignored) => if !matches!(read, Ok(1..)) { return },
             epoch = epochs.recv() => match epoch {
-                Ok(epoch) => if writer.write_all(&epoch).await.is_err() { return },
+                Ok((epoch, _slip)) => if writer.write_all(&epoch).await.is_err() { return },
                 Err(broadcast::error::RecvError::Lagged(_)) => {}
                 Err(broadcast::error::RecvError::Closed) => return,
             },
@@ -225,21 +236,21 @@ async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Byt
     }
 }
 
-async fn send_datagrams(socket: UdpSocket, mut queue: mpsc::Receiver<Bytes>) {
-    while let Some(epoch) = queue.recv().await {
+async fn send_datagrams(socket: UdpSocket, mut queue: mpsc::Receiver<Epoch>) {
+    while let Some((epoch, _slip)) = queue.recv().await {
         // Nobody listening there is nothing wrong.
         let _ = socket.send(&epoch).await;
     }
 }
 
-async fn write_line(wire: impl AsyncRead + AsyncWrite, mut queue: mpsc::Receiver<Bytes>) {
+async fn write_line(wire: impl AsyncRead + AsyncWrite, mut queue: mpsc::Receiver<Epoch>) {
     let (mut reader, mut writer) = tokio::io::split(wire);
     let mut ignored = [0; 256];
     loop {
         tokio::select! {
             read = reader.read(&mut ignored) => if read.is_err() { return },
             epoch = queue.recv() => {
-                let Some(epoch) = epoch else { return };
+                let Some((epoch, _slip)) = epoch else { return };
                 if writer.write_all(&epoch).await.is_err() { return }
             }
         }

@@ -107,6 +107,18 @@ impl Emulator {
         Self { child, address }
     }
 
+    /// The same with a line, or whatever else it says where it is found.
+    pub fn on_a_line(name: &str, args: &[&str]) -> Self {
+        let (child, _) = listening(name, args, 1);
+        Self { child, address: String::new() }
+    }
+
+    /// Ends it as Ctrl-C does, and waits for its end.
+    pub fn end(mut self) {
+        interrupt(&self.child);
+        assert!(wait(&mut self.child).success());
+    }
+
     pub fn url(&self) -> String {
         format!("tcp://{}", self.address)
     }

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc;
 
-use super::{BusError, Ear};
+use super::BusError;
 use crate::bus::CanFrame;
-use crate::bus::join::Stamped;
+use crate::bus::join::Leaving;
 
 /// The interface name that stands in the lines.
 const INTERFACE: &str = "can0";
@@ -51,14 +51,13 @@ impl CandumpLink {
         &self.path
     }
 
-    pub(super) async fn run(mut self, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
+    pub(super) async fn run(mut self, mut queue: mpsc::Receiver<Leaving>) {
         let (mut batch, mut text) = (Vec::new(), String::new());
         // Whatever has gathered meanwhile is written at once, so that the file is whole whenever it is looked at.
         while queue.recv_many(&mut batch, 256).await > 0 {
             text.clear();
-            let frames = batch.len();
-            for (at, frame) in batch.drain(..) {
-                write_line(&mut text, at, &frame);
+            for leaving in &batch {
+                write_line(&mut text, leaving.at, &leaving.frame);
             }
             let written: io::Result<()> =
                 self.file.write_all(text.as_bytes()).and_then(|()| self.file.flush());
@@ -66,7 +65,7 @@ impl CandumpLink {
                 tracing::warn!(%cause, path = %self.path.display(), "the log ends here");
                 return;
             }
-            ear.wrote(frames);
+            batch.clear();
         }
     }
 }

@@ -8,13 +8,13 @@ pub mod udp;
 
 use std::io;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use tokio::sync::mpsc;
 
 use super::BusAddress;
 pub use super::join::Heard;
-use super::join::{Stamped, Written};
+use super::join::Leaving;
+use crate::line::Untaken;
 
 /// Why a port could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -58,15 +58,9 @@ pub enum BusError {
 pub struct Ear {
     pub(super) number: usize,
     pub(super) heard: mpsc::Sender<(usize, Heard)>,
-    pub(super) written: Arc<Written>,
 }
 
 impl Ear {
-    /// So many frames are out, or went where there is nobody to hear them.
-    fn wrote(&self, frames: usize) {
-        self.written.add(frames as u64);
-    }
-
     async fn hear(&self, heard: Heard) {
         // Nobody listening any more means that the bus is closing.
         let _ = self.heard.send((self.number, heard)).await;
@@ -112,19 +106,27 @@ impl Link {
     }
 
     /// Carries frames until the bus closes.
-    pub(super) async fn run(self, queue: mpsc::Receiver<Stamped>, ear: Ear) {
+    pub(super) async fn run(self, queue: mpsc::Receiver<Leaving>, ear: Ear) {
         match self {
             Self::Slcan(link) => link.run(queue, ear).await,
             Self::Socketcan(link) => link.run(queue, ear).await,
             Self::Socketcand(link) => link.run(queue, ear).await,
             Self::Udp(link) => link.run(queue, ear).await,
-            Self::Candump(link) => link.run(queue, ear).await,
+            Self::Candump(link) => link.run(queue).await,
         }
     }
 
     /// Whether frames can be heard there without anyone opening it first.
     pub fn is_open_from_the_start(&self) -> bool {
         matches!(self, Self::Socketcan(_) | Self::Udp(_) | Self::Candump(_))
+    }
+
+    /// What its client has not read yet, where that can be told.
+    pub(super) fn untaken(&self) -> Result<Option<Untaken>, BusError> {
+        match self {
+            Self::Slcan(link) => Ok(Some(link.untaken()?)),
+            Self::Socketcan(_) | Self::Socketcand(_) | Self::Udp(_) | Self::Candump(_) => Ok(None),
+        }
     }
 
     /// Its kind, as the command line names it.

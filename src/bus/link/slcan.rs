@@ -11,9 +11,9 @@ mod acceptance;
 
 use self::acceptance::Acceptance;
 use super::{BusError, Ear};
-use crate::bus::join::{Heard, Stamped};
+use crate::bus::join::{Heard, Leaving};
 use crate::bus::{BusLoss, CanFrame, CanId};
-use crate::line::Pty;
+use crate::line::{Pty, Untaken};
 
 /// No command is longer: a 29-bit frame with eight bytes and a time stamp.
 const LONGEST: usize = 32;
@@ -192,12 +192,16 @@ impl SlcanLink {
         self.pty.path()
     }
 
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
+    pub(super) fn untaken(&self) -> Result<Untaken, BusError> {
+        Ok(self.pty.untaken()?)
+    }
+
+    pub(super) async fn run(self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
         let Self { pty, mut adapter } = self;
         let (mut reader, mut writer) = split(pty);
         let (mut bytes, mut answers, mut heard) = ([0; 512], Vec::new(), Vec::new());
+        let mut slips = Vec::new();
         loop {
-            let mut frames = 0;
             tokio::select! {
                 read = reader.read(&mut bytes) => match read {
                     Ok(0) | Err(_) => return,
@@ -206,21 +210,21 @@ impl SlcanLink {
                     }
                 },
                 frame = queue.recv() => {
-                    let Some((at, frame)) = frame else { return };
-                    adapter.frame(at, &frame, &mut answers);
-                    frames = 1;
                     // What has gathered meanwhile goes in the same write.
-                    while answers.len() < 4096 && let Ok((at, frame)) = queue.try_recv() {
+                    let mut next = frame;
+                    while let Some(Leaving { at, frame, slip }) = next {
                         adapter.frame(at, &frame, &mut answers);
-                        frames += 1;
+                        slips.push(slip);
+                        next = if answers.len() < 4096 { queue.try_recv().ok() } else { None };
                     }
+                    if slips.is_empty() { return }
                 }
             }
             if writer.write_all(&answers).await.is_err() {
                 return;
             }
             answers.clear();
-            ear.wrote(frames);
+            slips.clear();
             for heard in heard.drain(..) {
                 ear.hear(heard).await;
             }

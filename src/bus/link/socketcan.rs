@@ -3,7 +3,7 @@
 use tokio::sync::mpsc;
 
 use super::{BusError, Ear};
-use crate::bus::join::Stamped;
+use crate::bus::join::Leaving;
 
 #[cfg(target_os = "linux")]
 mod linux {
@@ -15,7 +15,7 @@ mod linux {
         SocketOptions, StandardId,
     };
 
-    use super::{BusError, Ear, Stamped, mpsc};
+    use super::{BusError, Ear, Leaving, mpsc};
     use crate::bus::join::Heard;
     use crate::bus::{BusLoss, CanFrame, CanId};
 
@@ -44,7 +44,7 @@ mod linux {
             &self.interface
         }
 
-        pub(in crate::bus::link) async fn run(mut self, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
+        pub(in crate::bus::link) async fn run(mut self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
             loop {
                 let carried = tokio::select! {
                     received = self.socket.read_frame() => match received {
@@ -57,13 +57,11 @@ mod linux {
                         Err(cause) => Err(cause),
                     },
                     frame = queue.recv() => {
-                        let Some((_, frame)) = frame else { return };
-                        let carried = match to_socket(&frame) {
+                        let Some(Leaving { frame, slip: _slip, .. }) = frame else { return };
+                        match to_socket(&frame) {
                             Some(frame) => self.socket.write_frame(frame).await,
                             None => Ok(()),
-                        };
-                        ear.wrote(1);
-                        carried
+                        }
                     }
                 };
                 if let Err(cause) = carried {
@@ -78,7 +76,7 @@ mod linux {
         }
 
         /// Waits until the interface is up again, perhaps another one of that name; frames sent meanwhile are lost. `false` if the bus closes.
-        async fn return_of(&mut self, queue: &mut mpsc::Receiver<Stamped>, ear: &Ear) -> bool {
+        async fn return_of(&mut self, queue: &mut mpsc::Receiver<Leaving>, ear: &Ear) -> bool {
             ear.hear(Heard::Lost(BusLoss::Down)).await;
             loop {
                 let mut rest = std::pin::pin!(crate::clock::breathe());
@@ -89,7 +87,6 @@ mod linux {
                     if frame.is_none() {
                         return false;
                     }
-                    ear.wrote(1);
                 }
                 if let Ok(socket) = connect(&self.interface) {
                     self.socket = socket;
@@ -163,7 +160,7 @@ impl SocketcanLink {
         match *self {}
     }
 
-    pub(super) async fn run(self, _: mpsc::Receiver<Stamped>, _: Ear) {
+    pub(super) async fn run(self, _: mpsc::Receiver<Leaving>, _: Ear) {
         match self {}
     }
 }

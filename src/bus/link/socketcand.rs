@@ -10,7 +10,7 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
 use super::{BusError, Ear};
-use crate::bus::join::{Heard, Stamped};
+use crate::bus::join::{Heard, Leaving, Stamped};
 use crate::bus::{CanFrame, CanId};
 
 /// Clients served at once.
@@ -128,7 +128,7 @@ impl SocketcandLink {
         self.address
     }
 
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
+    pub(super) async fn run(self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
         let mut clients: Vec<mpsc::Sender<Stamped>> = Vec::new();
         let mut tasks = JoinSet::new();
         loop {
@@ -146,11 +146,10 @@ impl SocketcandLink {
                     }
                 }
                 frame = queue.recv() => {
-                    let Some(frame) = frame else { return };
-                    // A client that is behind loses frames, alone.
-                    ear.wrote(1);
+                    let Some(Leaving { at, frame, slip: _slip }) = frame else { return };
+                    // A client that is behind loses frames, alone, and holds nobody up.
                     clients.retain(|client| {
-                        !matches!(client.try_send(frame), Err(mpsc::error::TrySendError::Closed(_)))
+                        !matches!(client.try_send((at, frame)), Err(mpsc::error::TrySendError::Closed(_)))
                     });
                 }
                 Some(_) = tasks.join_next() => {}

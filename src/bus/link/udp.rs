@@ -10,7 +10,7 @@ use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
 
 use super::{BusError, Ear};
-use crate::bus::join::{Heard, Stamped};
+use crate::bus::join::{Heard, Leaving};
 use crate::bus::{CanFrame, CanId};
 
 /// Largest datagram looked at.
@@ -147,7 +147,7 @@ impl UdpLink {
         self.group
     }
 
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
+    pub(super) async fn run(self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
         let ours = self.sending.local_addr().map(|address| address.port()).ok();
         let mut datagram = vec![0; LARGEST];
         loop {
@@ -164,11 +164,10 @@ impl UdpLink {
                     }
                 }
                 frame = queue.recv() => {
-                    let Some((at, frame)) = frame else { return };
+                    let Some(Leaving { at, frame, slip: _slip }) = frame else { return };
                     if let Err(cause) = self.sending.send_to(&encode(at, &frame), self.group).await {
                         tracing::debug!(%cause, "a datagram was not sent");
                     }
-                    ear.wrote(1);
                 }
             }
         }

@@ -73,10 +73,12 @@ impl Stand<'_> {
                 model.title, part.name
             ))
         };
+        let mut untaken = Vec::new();
         let wire: Box<dyn Wire> = match seat.places.as_slice() {
             [Place::Pty(link)] => {
                 let pty = Pty::open(link)?;
                 announce_stream(args.format, stream, "pty", endpoint::Place::Path(pty.path()))?;
+                untaken.push(pty.untaken()?);
                 Box::new(pty)
             }
             [Place::Tcp(address)] => {
@@ -91,7 +93,7 @@ impl Stand<'_> {
         let config = SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone() };
         let emulator = SerialEmulator::replay(device, &part.name, wire, Arc::clone(&self.clock), config);
         let outlet = Outlet::lms2xx(&emulator).ok_or_else(one_line)?;
-        Ok((Live::Lms2xx(emulator), outlet))
+        Ok((Live::Lms2xx(emulator), outlet.read_by(untaken)))
     }
 
     /// Opens a stream's places; `named`: which stream is at which place must be told.
@@ -112,6 +114,7 @@ impl Stand<'_> {
                 };
                 let mut emulator =
                     Emulator::replay(device, part, args.verbatim, Arc::clone(&self.clock), config);
+                let mut untaken = Vec::new();
                 for place in &seat.places {
                     match place {
                         Place::Tcp(address) => {
@@ -121,13 +124,14 @@ impl Stand<'_> {
                         Place::Pty(link) => {
                             let pty = Pty::open(link)?;
                             announce_stream(args.format, stream, "pty", endpoint::Place::Path(pty.path()))?;
+                            untaken.push(pty.untaken()?);
                             emulator.attach(pty);
                         }
                         Place::Nmea(_) | Place::Can(_) => {}
                     }
                 }
                 let outlet = Outlet::scanner(&emulator, part.scans > 0);
-                Ok((Live::Cola(emulator), outlet))
+                Ok((Live::Cola(emulator), outlet.read_by(untaken)))
             }
             Sort::Nmea => {
                 let mut lines = Vec::new();

@@ -1,0 +1,53 @@
+//! What happens to a scanner's link, told while it happens.
+
+use rowscan_driver::{LinkEvent, LinkEvents, Scanner};
+use tokio::task::JoinSet;
+
+use super::output::say;
+
+/// Tells what happens to a link until it is dropped, and then what is left to tell.
+#[derive(Debug)]
+pub(super) struct LinkTeller {
+    events: LinkEvents,
+    _task: JoinSet<()>,
+}
+
+impl LinkTeller {
+    pub(super) fn start(scanner: &Scanner) -> Self {
+        let (events, mut task) = (scanner.link_events(), JoinSet::new());
+        let told = events.clone();
+        task.spawn(async move {
+            loop {
+                tell(&told.next().await);
+            }
+        });
+        Self { events, _task: task }
+    }
+}
+
+impl Drop for LinkTeller {
+    fn drop(&mut self) {
+        while let Some(event) = self.events.take() {
+            tell(&event);
+        }
+    }
+}
+
+fn tell(event: &LinkEvent) {
+    match event {
+        LinkEvent::Ready { ident, firmware, dialect } => {
+            say(format_args!("connected: {} {}, {dialect}", ident.trim(), firmware.trim()));
+        }
+        LinkEvent::SerialReady { ident, software, rate } => {
+            say(format_args!("connected: {ident} {software}, {rate} bits a second"));
+        }
+        LinkEvent::Declined { what } => {
+            say(format_args!("the scanner refused: {what}; it keeps its own setting"));
+        }
+        LinkEvent::Refused { command, code } => {
+            say(format_args!("the scanner refused `{command}` ({code}) and keeps its own setting"));
+        }
+        LinkEvent::Malformed { reason } => say(format_args!("a scan telegram made no sense: {reason}")),
+        LinkEvent::Lost { cause, pause } => say(format_args!("{cause}; trying again in {pause:?}")),
+    }
+}
