@@ -11,18 +11,15 @@ use std::time::{Duration, Instant};
 use rowscan::clock::{TimeScale, Timer};
 use rowscan::emulator::{Emulator, EmulatorConfig};
 use rowscan::stage::Stage;
-use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
 use rowscan_protocol::model;
-use rowscan_protocol::telegram::{LmdScandata, Telegram};
 use rowscan_protocol::time::SimTime;
 use rustix::process::{Resource, getrlimit, setrlimit};
-use rustix::thread::clock_nanosleep_absolute;
-use rustix::time::{ClockId, Timespec, clock_gettime};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
-use tokio::runtime::{Builder, Runtime};
+use rustix::time::{ClockId, clock_gettime};
 use tokio::task::JoinSet;
 
+use crate::loopback::{
+    CONTROL, lateness, monotonic, quantile_ms, reading, runtime, sleep_to, sleep_until, subscribe,
+};
 use crate::measure::{Case, Report};
 
 const PERIOD: Duration = Duration::from_millis(20);
@@ -31,10 +28,8 @@ const WARM_UP: Duration = Duration::from_secs(2);
 const MEASURED: Duration = Duration::from_secs(5);
 /// From one scanner's start to the next one's, in periods: the golden ratio's share, whose multiples lie evenly wherever one stops.
 const PHASE: f64 = 0.038_196_601_125;
-const MAX_PAYLOAD: usize = 64 * 1024;
 
 const SIZES: [usize; 3] = [100, 500, 1000];
-const CONTROL: &str = "thread that only sleeps to its deadline, at the same time";
 const CORE: &str = "one core";
 const BUDGET: &str = "a thousandth of a core at 50 Hz";
 
@@ -180,87 +175,30 @@ async fn listen(berths: Vec<Berth>, clients_each: usize, connected: impl FnOnce(
     let mut streams = Vec::new();
     for Berth { address, epoch } in &berths {
         for _ in 0..clients_each {
-            let mut stream = TcpStream::connect(address).await.expect("it listens");
-            let mut frame = Vec::new();
-            encode(Dialect::B, b"sEN LMDscandata \x01", &mut frame);
-            stream.write_all(&frame).await.expect("it reads");
-            streams.push((stream, *epoch));
+            streams.push((subscribe(address).await, *epoch));
         }
     }
     connected();
     let from = Instant::now() + WARM_UP;
-    let mut clients: JoinSet<Vec<Duration>> =
-        streams.into_iter().map(|(stream, epoch)| take(stream, epoch, from)).collect();
-    let mut lateness = Vec::new();
+    let mut clients: JoinSet<Vec<Duration>> = streams
+        .into_iter()
+        .map(|(stream, epoch)| lateness(stream, epoch, from..from + MEASURED, |scan| scan.scan_time_us))
+        .collect();
+    let mut all = Vec::new();
     while let Some(one) = clients.join_next().await {
-        lateness.extend(one.expect("a client ends well"));
+        all.extend(one.expect("a client ends well"));
     }
-    lateness
-}
-
-async fn take(mut stream: TcpStream, epoch: Instant, from: Instant) -> Vec<Duration> {
-    let mut frames = FrameDecoder::new(Accept::Only(Dialect::B), MAX_PAYLOAD);
-    let mut chunk = vec![0; 8192];
-    let mut scan = LmdScandata::default();
-    let mut lateness = Vec::new();
-    loop {
-        let read = stream.read(&mut chunk).await.expect("it goes on");
-        let now = Instant::now();
-        if read == 0 || now > from + MEASURED {
-            return lateness;
-        }
-        frames.push(&chunk[..read]);
-        while let Some(frame) = frames.next_frame() {
-            let telegram = Telegram::parse(frame.dialect, frame.payload).expect("a telegram");
-            if telegram.name == "LMDscandata" && telegram.args.decode_into(&mut scan).is_ok() {
-                let due = epoch + Duration::from_micros(scan.scan_time_us.into());
-                if due >= from {
-                    lateness.push(now.saturating_duration_since(due));
-                }
-            }
-        }
-    }
+    all
 }
 
 fn sleep_to_deadlines() -> Vec<Duration> {
-    let epoch = monotonic();
-    (1..=(WARM_UP + MEASURED).div_duration_f64(PERIOD) as u32)
-        .map(|turn| {
-            let due = epoch + PERIOD * turn;
-            sleep_until(due);
-            monotonic().saturating_sub(due)
-        })
-        .collect()
-}
-
-/// Sleeps to an instant of the monotonic clock; not at all if that has passed.
-fn sleep_until(due: Duration) {
-    let request = Timespec { tv_sec: due.as_secs() as i64, tv_nsec: due.subsec_nanos().into() };
-    clock_nanosleep_absolute(ClockId::Monotonic, &request).expect("an undisturbed sleep");
-}
-
-pub(crate) fn monotonic() -> Duration {
-    reading(clock_gettime(ClockId::Monotonic))
+    let turns = (WARM_UP + MEASURED).div_duration_f64(PERIOD) as u32;
+    sleep_to((1..=turns).map(|turn| PERIOD * turn))
 }
 
 /// CPU time of this thread.
 fn thread_time() -> Duration {
     reading(clock_gettime(ClockId::ThreadCPUTime))
-}
-
-fn reading(time: Timespec) -> Duration {
-    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
-}
-
-pub(crate) fn quantile_ms(values: &[Duration], fraction: f64) -> f64 {
-    let mut values = values.to_vec();
-    values.sort_unstable();
-    let index = (values.len().saturating_sub(1) as f64 * fraction).round() as usize;
-    values.get(index).map_or(f64::NAN, |value| value.as_secs_f64() * 1e3)
-}
-
-pub(crate) fn runtime() -> Runtime {
-    Builder::new_current_thread().enable_all().build().expect("a runtime")
 }
 
 /// A thousand scanners hold some four thousand descriptors.

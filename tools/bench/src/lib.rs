@@ -5,6 +5,7 @@ pub mod codec;
 #[cfg(target_os = "linux")]
 pub mod fleet;
 pub mod hectare;
+pub mod loopback;
 pub mod measure;
 pub mod peer;
 #[cfg(target_os = "linux")]

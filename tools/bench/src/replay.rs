@@ -18,23 +18,17 @@ use rowscan::offline::Offline;
 use rowscan::replay::{Played, Playhead, Stamps, Survey, Tape, device_of};
 use rowscan::stage::Stage;
 use rowscan_protocol::device::scan_event;
-use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
+use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
-use rowscan_protocol::telegram::{LmdScandata, Telegram};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind, Taps};
-use rustix::thread::clock_nanosleep_absolute;
-use rustix::time::{ClockId, Timespec};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
 
-use crate::fleet::{monotonic, quantile_ms, runtime};
+use crate::loopback::{CONTROL, lateness, quantile_ms, runtime, sleep_to, subscribe};
 use crate::measure::{Case, Report};
 
 /// How long is recorded.
 const LONG: Duration = Duration::from_secs(10);
 const EPOCH_NS: u64 = 1_700_000_000_000_000_000;
-const CONTROL: &str = "thread that only sleeps to its deadline, at the same time";
 const EPOCH_OF_NMEA: &[u8] =
     b"$GNGGA,101500.00,4136.0000000,N,00050.4000000,E,4,12,0.6,250.125,M,50.5,M,1.0,0000*4D\r\n";
 
@@ -126,7 +120,7 @@ fn measure(
     thread::scope(|threads| {
         let player = threads.spawn(move || runtime().block_on(play(folder, path, streams, tell)));
         let berth = told.recv().expect("it plays");
-        let control = threads.spawn(move || sleep_to(&deadlines));
+        let control = threads.spawn(move || sleep_to(deadlines));
         let clients: Vec<_> = berth
             .addresses
             .into_iter()
@@ -221,38 +215,5 @@ async fn play(
 
 /// Subscribes and reads to the end; how late each scan came.
 async fn take(address: &str, epoch: Instant) -> Vec<Duration> {
-    let mut stream = TcpStream::connect(address).await.expect("it listens");
-    let mut frame = Vec::new();
-    encode(Dialect::B, b"sEN LMDscandata \x01", &mut frame);
-    stream.write_all(&frame).await.expect("it reads");
-    let mut frames = FrameDecoder::new(Accept::Only(Dialect::B), 64 * 1024);
-    let (mut chunk, mut scan, mut lateness) = (vec![0; 8192], LmdScandata::default(), Vec::new());
-    loop {
-        let read = stream.read(&mut chunk).await.expect("it goes on");
-        let now = Instant::now();
-        if read == 0 {
-            return lateness;
-        }
-        frames.push(&chunk[..read]);
-        while let Some(frame) = frames.next_frame() {
-            let telegram = Telegram::parse(frame.dialect, frame.payload).expect("a telegram");
-            if telegram.name == "LMDscandata" && telegram.args.decode_into(&mut scan).is_ok() {
-                let due = epoch + Duration::from_micros(scan.transmit_time_us.into());
-                lateness.push(now.saturating_duration_since(due));
-            }
-        }
-    }
-}
-
-fn sleep_to(deadlines: &[Duration]) -> Vec<Duration> {
-    let epoch = monotonic();
-    deadlines
-        .iter()
-        .map(|deadline| {
-            let due = epoch + *deadline;
-            let request = Timespec { tv_sec: due.as_secs() as i64, tv_nsec: due.subsec_nanos().into() };
-            clock_nanosleep_absolute(ClockId::Monotonic, &request).expect("an undisturbed sleep");
-            monotonic().saturating_sub(due)
-        })
-        .collect()
+    lateness(subscribe(address).await, epoch, epoch..epoch + 10 * LONG, |scan| scan.transmit_time_us).await
 }
