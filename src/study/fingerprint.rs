@@ -12,8 +12,12 @@ pub fn of_bytes(bytes: impl IntoIterator<Item = u8>) -> u64 {
 
 /// Sixteen hexadecimal digits that tell one value from another by its JSON.
 pub fn of(value: &impl Serialize) -> String {
-    let text = serde_json::to_vec(value).unwrap_or_default();
-    format!("{:016x}", of_bytes(text))
+    of_content(&serde_json::to_vec(value).unwrap_or_default())
+}
+
+/// The same of a file, by its bytes.
+pub fn of_content(bytes: &[u8]) -> String {
+    format!("{:016x}", of_bytes(bytes.iter().copied()))
 }
 
 /// The seed of one unit: a hash of the study's name, the study's seed, and the unit's number. Below 2^53, so that a reader whose numbers

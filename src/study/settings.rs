@@ -113,7 +113,9 @@ impl Shelf {
     pub(super) fn stock(&mut self, scene: &mut Scene) -> Result<(), ConfigError> {
         for file in scene.files_mut() {
             if !self.files.contains_key(file.path()) {
-                config::fill(file, &self.folder)?;
+                if !file.is_filled() {
+                    config::fill(file, &self.folder)?;
+                }
                 self.files.insert(file.path().to_owned(), file.clone());
             }
         }

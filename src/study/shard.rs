@@ -85,7 +85,9 @@ impl<S: Study> Header<S> {
             files: study
                 .files()
                 .into_iter()
-                .map(|file| (file.path().to_owned(), fingerprint::of(&file.bytes().unwrap_or_default())))
+                .map(|file| {
+                    (file.path().to_owned(), fingerprint::of_content(file.bytes().unwrap_or_default()))
+                })
                 .collect(),
             units: study.units(),
             settings: study.clone(),
