@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-use common::binary::{Emulator, assert_says, finish, interrupt, refused, rowscan, run};
+use common::binary::{Emulator, assert_says, finish, refused, rowscan, run};
 use common::recorded::{estimate, folder};
 use rowscan_recording::{Recording, Side};
 use serde_json::Value;
@@ -67,10 +67,8 @@ fn the_estimate_is_the_same_live_recorded_captured_and_replayed() {
     let live = estimate(&emulator.url(), &rig, &[&scans[..], &["--record", &recorded]].concat());
     let found: Value = serde_json::from_str(&live).expect("json");
     assert!(found["impacted_total_area_m2"].as_f64().expect("known") > 0.0);
-    interrupt(&emulator.child);
     // Its file is whole once it has ended.
-    std::thread::sleep(Duration::from_millis(500));
-    drop(emulator);
+    emulator.end();
 
     // What came while the client said good-bye is recorded too.
     assert_eq!(estimate(&recorded, &rig, &scans), live, "the host's recording");

@@ -95,7 +95,9 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
     for (estimate, hertz) in [(&right, 50.0), (&left, 15.0)] {
         assert_eq!(estimate["scans"], 60);
         let advance_m = estimate["advance_m"].as_f64().unwrap();
-        assert!((advance_m - 59.0 / hertz).abs() < 2.5 / hertz, "{advance_m} m at {hertz} Hz");
+        // A host that is held up misses some.
+        let turns = 59.0 + estimate["scans_lost"].as_f64().unwrap();
+        assert!((advance_m - turns / hertz).abs() < 2.5 / hertz, "{advance_m} m at {hertz} Hz");
         assert!(estimate["impacted_total_area_m2"].as_f64().unwrap() > 0.05, "{estimate}");
     }
     interrupt(&running.0);
