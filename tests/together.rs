@@ -175,7 +175,7 @@ fn a_stream_is_refused_a_place_that_cannot_carry_it() {
     let missing = folder.path().join("no.mcap").to_str().expect("UTF-8").to_owned();
     for (sources, parts) in [
         (["--nmea", "tcp:127.0.0.1:1"], &["cannot open NMEA at 127.0.0.1:1", "refused"][..]),
-        (["--nmea", "gps"], &["expected a receiver as tcp:HOST:PORT", "found `gps`"]),
+        (["--nmea", "gps"], &["expected a receiver as HOST:PORT or tcp:HOST:PORT", "found `gps`"]),
         (["--can", "socketcan:nocan9"], &["no CAN carrier on `nocan9`"]),
         (["--nmea", "serial:/dev/nothing@4800"], &["/dev/nothing"]),
     ] {

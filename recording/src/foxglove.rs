@@ -6,7 +6,7 @@
 use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
 
-use crate::can;
+use crate::can::CanFrame;
 use crate::nmea::Fix;
 
 /// What a decoded channel holds, and what its topic ends in.
@@ -89,13 +89,13 @@ pub(crate) fn location_fix(at_ns: u64, frame: &str, fix: &Fix) -> Vec<u8> {
 }
 
 /// A CAN frame.
-pub(crate) fn can_frame(at_ns: u64, frame: &can::Frame<'_>) -> Vec<u8> {
+pub(crate) fn can_frame(at_ns: u64, frame: &CanFrame) -> Vec<u8> {
     text(&json!({
         "timestamp": timestamp(at_ns),
-        "id": frame.id,
-        "extended": frame.extended,
+        "id": frame.id.bits(),
+        "extended": frame.id.is_extended(),
         "remote": frame.remote,
-        "data": frame.data().collect::<Vec<u8>>(),
+        "data": frame.data(),
     }))
 }
 

@@ -6,14 +6,14 @@
 //!
 //! The crate knows files and telegrams. It knows no socket, no async runtime and no clock: whoever starts a [`Recorder`] hands it one.
 
-mod can;
+pub mod can;
 mod copy;
 mod error;
 mod foxglove;
 mod frames;
 mod info;
 mod listener;
-mod nmea;
+pub mod nmea;
 mod packet;
 mod read;
 mod recorder;

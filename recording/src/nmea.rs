@@ -1,4 +1,4 @@
-//! Positions in NMEA 0183: GGA out of a receiver's bytes, in whatever pieces they come.
+//! NMEA 0183: sentences held to their checksums, and positions out of a receiver's bytes, in whatever pieces they come.
 
 /// Longer lines are nobody's: a sentence is 82 characters by the standard, some receivers' a little more.
 const LONGEST: usize = 256;
@@ -14,20 +14,20 @@ pub(crate) struct Fix {
     pub(crate) altitude_m: f64,
 }
 
-/// Finds fixes in a receiver's bytes.
+/// Cuts a receiver's bytes into lines.
 #[derive(Debug, Default)]
-pub(crate) struct FixReader {
+pub struct Lines {
     bytes: Vec<u8>,
 }
 
-impl FixReader {
+impl Lines {
     /// Takes the next bytes.
-    pub(crate) fn push(&mut self, bytes: &[u8]) {
+    pub fn push(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// The next fix; sentences without one, and lines with a wrong checksum, are passed over.
-    pub(crate) fn next_fix(&mut self) -> Option<Fix> {
+    /// The next whole line with its end; what is no text is passed over.
+    pub fn next_line(&mut self) -> Option<String> {
         loop {
             let Some(end) = self.bytes.iter().position(|byte| *byte == b'\n') else {
                 if self.bytes.len() > LONGEST {
@@ -35,22 +35,43 @@ impl FixReader {
                 }
                 return None;
             };
-            let line: Vec<u8> = self.bytes.drain(..=end).collect();
-            if let Some(fix) = std::str::from_utf8(&line).ok().and_then(fix) {
-                return Some(fix);
+            if let Ok(line) = String::from_utf8(self.bytes.drain(..=end).collect()) {
+                return Some(line);
             }
         }
     }
 }
 
+/// Finds fixes in a receiver's bytes.
+#[derive(Debug, Default)]
+pub(crate) struct FixReader(Lines);
+
+impl FixReader {
+    /// Takes the next bytes.
+    pub(crate) fn push(&mut self, bytes: &[u8]) {
+        self.0.push(bytes);
+    }
+
+    /// The next fix; sentences without one, and lines with a wrong checksum, are passed over.
+    pub(crate) fn next_fix(&mut self) -> Option<Fix> {
+        std::iter::from_fn(|| self.0.next_line()).find_map(|line| fix(&line))
+    }
+}
+
+/// What stands between `$` and `*` of a sentence; none of a line that is no sentence, or whose checksum is wrong.
+pub fn sentence(line: &str) -> Option<&str> {
+    let (body, sum) = line.trim().strip_prefix('$')?.split_once('*')?;
+    (u8::from_str_radix(sum, 16) == Ok(checksum(body))).then_some(body)
+}
+
+/// The exclusive or of all its bytes.
+pub fn checksum(body: &str) -> u8 {
+    body.bytes().fold(0, |sum, byte| sum ^ byte)
+}
+
 /// `$..GGA,time,lat,N,lon,E,quality,satellites,hdop,height,M,geoid,M,age,station*sum`
 fn fix(line: &str) -> Option<Fix> {
-    let (body, sum) = line.trim().strip_prefix('$')?.split_once('*')?;
-    let expected = body.bytes().fold(0, |sum, byte| sum ^ byte);
-    if u8::from_str_radix(sum, 16) != Ok(expected) {
-        return None;
-    }
-    let fields: Vec<&str> = body.split(',').collect();
+    let fields: Vec<&str> = sentence(line)?.split(',').collect();
     let field = |at: usize| fields.get(at).copied().unwrap_or_default();
     if field(0).get(2..) != Some("GGA") || matches!(field(6), "" | "0") {
         return None;
@@ -74,7 +95,19 @@ mod tests {
     use super::*;
 
     fn sentence(body: &str) -> String {
-        format!("${body}*{:02X}\r\n", body.bytes().fold(0, |sum, byte| sum ^ byte))
+        format!("${body}*{:02X}\r\n", checksum(body))
+    }
+
+    #[test]
+    fn the_checksum_is_that_of_published_sentences() {
+        // The examples of the `nmea` crate's and pynmea2's own documentation.
+        for line in [
+            "$GPGGA,184353.07,1929.045,S,02410.506,E,1,04,2.6,100.00,M,-33.9,M,,0000*6D",
+            "$GPGGA,092750.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,*76\r\n",
+        ] {
+            assert!(super::sentence(line).is_some_and(|body| body.starts_with("GPGGA")), "{line}");
+            assert_eq!(super::sentence(&line.replace("GGA", "GGB")), None);
+        }
     }
 
     #[test]
@@ -100,6 +133,6 @@ mod tests {
         }
         let mut reader = FixReader::default();
         reader.push(&[b'x'; 10_000]);
-        assert_eq!((reader.next_fix(), reader.bytes.len()), (None, 0));
+        assert_eq!((reader.next_fix(), reader.0.bytes.len()), (None, 0));
     }
 }

@@ -19,10 +19,11 @@ use std::time::Duration;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
 
+use crate::can::CanFrame;
 use crate::foxglove::Schema;
 use crate::listener::{Listener, MAX_PAYLOAD};
 use crate::nmea::FixReader;
-use crate::{Side, StreamKind, can, foxglove};
+use crate::{Side, StreamKind, foxglove};
 
 /// Message encoding of raw bytes.
 pub(crate) const BYTES: &str = "bytes";
@@ -176,7 +177,7 @@ impl Watch {
             }
             // A bus has no sides.
             Self::Frames => {
-                let frame = std::str::from_utf8(bytes).ok().and_then(can::Frame::parse);
+                let frame = std::str::from_utf8(bytes).ok().and_then(CanFrame::from_text);
                 messages.extend(frame.map(|frame| (foxglove::CAN_FRAME, foxglove::can_frame(at_ns, &frame))));
             }
             Self::Scans(_) | Self::Fixes(_) => {}

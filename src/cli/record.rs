@@ -157,7 +157,10 @@ impl Beside {
             let tap = taps.open(&name, StreamKind::Nmea);
             tasks.spawn(async move {
                 loop {
-                    tap.record(Side::Device, receiver.hear().await);
+                    let heard = receiver.hear().await;
+                    if !heard.is_empty() {
+                        tap.record(Side::Device, heard);
+                    }
                 }
             });
         }

@@ -7,9 +7,8 @@ use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline};
 use rowscan_driver::{HostTime, Source};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::{DeviceClock, SimTime};
+use rowscan_recording::nmea::Lines;
 use serde::Serialize;
-use tokio::io::{AsyncBufReadExt, BufReader};
-use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::timeout;
@@ -21,10 +20,7 @@ use crate::bus::canopy::CanopyEcu;
 use crate::bus::link::Heard;
 use crate::bus::{Bus, BusWatch, CanFrame, Inbox};
 use crate::clock::{Lateness, quantile};
-use crate::nmea::SpeedReader;
-
-/// Longest line of somebody's NMEA that is looked at.
-const LONGEST_LINE: u64 = 256;
+use crate::nmea::{NmeaSource, SpeedReader};
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]
@@ -32,9 +28,9 @@ pub(super) struct SensorArgs {
     /// Where the advance comes from; auto: the encoder if the scans carry one, else the rig's constant speed
     #[arg(long, value_enum, default_value_t)]
     advance: AdvanceArg,
-    /// A GNSS receiver's NMEA over TCP, for --advance gnss
-    #[arg(long, value_name = "HOST:PORT")]
-    gnss: Option<String>,
+    /// A GNSS receiver's NMEA, for --advance gnss: HOST:PORT of a server, udp:ADDR:PORT, serial:DEV@RATE
+    #[arg(long, value_name = "SOURCE")]
+    gnss: Option<NmeaSource>,
     #[command(flatten)]
     bus: BusArgs,
     /// Measure the host time from a scan's last byte to its CAN frames being out, beside what an idle task waits
@@ -102,9 +98,11 @@ impl SensorArgs {
     ) -> Result<Sensor, Failure> {
         let mut tasks = JoinSet::new();
         let gnss = match (&self.gnss, self.advance) {
-            (Some(address), _) => Some(follow_gnss(address, &mut tasks).await?),
+            (Some(source), _) => Some(follow_gnss(source.clone(), &mut tasks).await?),
             (None, AdvanceArg::Gnss) => {
-                return Err(Failure::Usage("--advance gnss needs a receiver: --gnss HOST:PORT".to_owned()));
+                return Err(Failure::Usage(
+                    "--advance gnss needs a receiver: --gnss HOST:PORT, or serial:DEV@RATE".to_owned(),
+                ));
             }
             (None, _) => None,
         };
@@ -229,31 +227,25 @@ impl Sensor {
 
 /// Follows a receiver's ground speed; lost while it has no fix or the connection is gone.
 async fn follow_gnss(
-    address: &str,
+    source: NmeaSource,
     tasks: &mut JoinSet<()>,
 ) -> Result<watch::Receiver<Option<f64>>, Failure> {
-    let first = TcpStream::connect(address)
-        .await
-        .map_err(|cause| crate::nmea::NmeaError::Network { address: address.to_owned(), cause })?;
+    let mut ear = source.open().await?;
     let (tell, told) = watch::channel(None);
-    let address = address.to_owned();
     tasks.spawn(async move {
-        let mut stream = Some(first);
+        let (mut lines, mut reader) = (Lines::default(), SpeedReader::default());
         loop {
-            if let Some(stream) = stream.take() {
-                let mut lines = BufReader::new(tokio::io::AsyncReadExt::take(stream, LONGEST_LINE));
-                let (mut reader, mut line) = (SpeedReader::default(), Vec::new());
-                while lines.read_until(b'\n', &mut line).await.is_ok_and(|count| count > 0) {
-                    lines.get_mut().set_limit(LONGEST_LINE);
-                    if let Some(speed) = std::str::from_utf8(&line).ok().and_then(|line| reader.line(line)) {
-                        tell.send_replace(speed);
-                    }
-                    line.clear();
-                }
+            let heard = ear.hear().await;
+            if heard.is_empty() {
+                (lines, reader) = Default::default();
                 tell.send_replace(None);
             }
-            crate::clock::breathe().await;
-            stream = TcpStream::connect(&address).await.ok();
+            lines.push(heard);
+            while let Some(line) = lines.next_line() {
+                if let Some(speed) = reader.line(&line) {
+                    tell.send_replace(speed);
+                }
+            }
         }
     });
     Ok(told)

@@ -32,6 +32,19 @@ pub enum NmeaAddress {
     Serial(PathBuf, u32),
 }
 
+/// `LINE@RATE`, with a rate that serial lines have.
+pub(super) fn rated(place: &str) -> Option<(PathBuf, u32)> {
+    let (line, rate) = place.rsplit_once('@').filter(|(line, _)| !line.is_empty())?;
+    let rate = rate.parse().ok().filter(|rate| (300..=4_000_000).contains(rate))?;
+    Some((line.into(), rate))
+}
+
+/// What a network address was refused with.
+pub(super) fn refused(address: &str) -> impl FnOnce(std::io::Error) -> NmeaError + use<> {
+    let address = address.to_owned();
+    |cause| NmeaError::Network { address, cause }
+}
+
 /// A name that is no place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
@@ -45,11 +58,6 @@ impl FromStr for NmeaAddress {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let wrong = || NmeaAddressError(text.to_owned());
         let (kind, place) = text.split_once(':').filter(|(_, place)| !place.is_empty()).ok_or_else(wrong)?;
-        let rated = |place: &str| {
-            let (line, rate) = place.rsplit_once('@').filter(|(line, _)| !line.is_empty())?;
-            let rate = rate.parse().ok().filter(|rate| (300..=4_000_000).contains(rate))?;
-            Some((PathBuf::from(line), rate))
-        };
         match kind {
             "tcp" if place.contains(':') => Ok(Self::Tcp(place.to_owned())),
             "udp" if place.contains(':') => Ok(Self::Udp(place.to_owned())),
@@ -136,21 +144,17 @@ impl NmeaLine {
     pub async fn open(address: &NmeaAddress, rate_hz: f64) -> Result<Self, NmeaError> {
         let (outbox, queue) = mpsc::channel(QUEUE);
         let (mut tasks, mut untaken) = (JoinSet::new(), None);
-        let failed = |address: &str| {
-            let address = address.to_owned();
-            move |cause| NmeaError::Network { address, cause }
-        };
         let place = match address {
             NmeaAddress::Tcp(place) => {
-                let listener = TcpListener::bind(place).await.map_err(failed(place))?;
-                let address = listener.local_addr().map_err(failed(place))?;
+                let listener = TcpListener::bind(place).await.map_err(refused(place))?;
+                let address = listener.local_addr().map_err(refused(place))?;
                 tasks.spawn(serve(listener, queue));
                 NmeaPlace::Address(address)
             }
             NmeaAddress::Udp(place) => {
-                let socket = UdpSocket::bind("0.0.0.0:0").await.map_err(failed(place))?;
-                socket.connect(place).await.map_err(failed(place))?;
-                let address = socket.peer_addr().map_err(failed(place))?;
+                let socket = UdpSocket::bind("0.0.0.0:0").await.map_err(refused(place))?;
+                socket.connect(place).await.map_err(refused(place))?;
+                let address = socket.peer_addr().map_err(refused(place))?;
                 tasks.spawn(send_datagrams(socket, queue));
                 NmeaPlace::Address(address)
             }

@@ -1,5 +1,7 @@
 //! Ground speed out of somebody's NMEA: VTG for its amount, HDT against VTG's course for its sign.
 
+use rowscan_recording::nmea;
+
 /// Keeps what the sentences of one receiver say.
 #[derive(Clone, Debug, Default)]
 pub struct SpeedReader {
@@ -11,12 +13,7 @@ impl SpeedReader {
     ///
     /// Lines with a wrong checksum, other sentences and nonsense are passed over.
     pub fn line(&mut self, line: &str) -> Option<Option<f64>> {
-        let (body, checksum) = line.trim_end().strip_prefix('$')?.split_once('*')?;
-        let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
-        if u8::from_str_radix(checksum, 16) != Ok(sum) {
-            return None;
-        }
-        let mut fields = body.split(',');
+        let mut fields = nmea::sentence(line)?.split(',');
         let name = fields.next()?;
         let number = |field: Option<&str>| field.and_then(|field| field.parse::<f64>().ok());
         match name.get(2..)? {

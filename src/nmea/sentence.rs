@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use rowscan_recording::nmea::checksum;
 use rowscan_scenes::gnss::{Fix, Quality};
 
 /// A sentence: its name and what it says of a fix, without `$`, talker and checksum.
@@ -27,8 +28,7 @@ impl Sentence {
     /// The whole sentence with its line end, appended.
     pub fn write(&self, fix: &Fix, out: &mut String) {
         let body = format!("GN{},{}", self.name, (self.fields)(fix));
-        let checksum = body.bytes().fold(0, |sum, byte| sum ^ byte);
-        let _ = write!(out, "${body}*{checksum:02X}\r\n");
+        let _ = write!(out, "${body}*{:02X}\r\n", checksum(&body));
     }
 }
 

@@ -8,6 +8,7 @@ use tokio::io::AsyncReadExt;
 use tokio::net::{TcpStream, UdpSocket};
 
 use super::NmeaError;
+use super::line::{rated, refused};
 use crate::line::Port;
 
 /// Bytes taken at a time; a datagram is no longer.
@@ -29,7 +30,7 @@ pub enum NmeaSource {
 /// A name that is no receiver.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected a receiver as tcp:HOST:PORT, udp:ADDR:PORT (datagrams to there) or serial:DEV@RATE, found `{0}`"
+    "expected a receiver as HOST:PORT or tcp:HOST:PORT, udp:ADDR:PORT (datagrams to there) or serial:DEV@RATE, found `{0}`"
 )]
 pub struct NmeaSourceError(String);
 
@@ -42,13 +43,12 @@ impl FromStr for NmeaSource {
         match kind {
             "tcp" if place.contains(':') => Ok(Self::Tcp(place.to_owned())),
             "udp" if place.contains(':') => Ok(Self::Udp(place.to_owned())),
-            "serial" => match place.rsplit_once('@') {
-                Some((port, rate)) => {
-                    let rate = rate.parse().ok().filter(|rate| (300..=4_000_000).contains(rate));
-                    Ok(Self::Serial(port.into(), rate.ok_or_else(wrong)?))
-                }
-                None => Ok(Self::Serial(place.into(), DEFAULT_RATE)),
-            },
+            "serial" if !place.contains('@') => Ok(Self::Serial(place.into(), DEFAULT_RATE)),
+            "serial" => rated(place).map(|(port, rate)| Self::Serial(port, rate)).ok_or_else(wrong),
+            // A bare address is a server's.
+            _ if kind != "tcp" && kind != "udp" && place.parse::<u16>().is_ok() => {
+                Ok(Self::Tcp(text.to_owned()))
+            }
             _ => Err(wrong()),
         }
     }
@@ -80,20 +80,16 @@ impl NmeaSource {
     }
 
     async fn dial(&self) -> Result<Line, NmeaError> {
-        let failed = |address: &str| {
-            let address = address.to_owned();
-            move |cause| NmeaError::Network { address, cause }
-        };
         Ok(match self {
-            Self::Tcp(address) => Line::Tcp(TcpStream::connect(address).await.map_err(failed(address))?),
-            Self::Udp(address) => Line::Udp(UdpSocket::bind(address).await.map_err(failed(address))?),
+            Self::Tcp(address) => Line::Tcp(TcpStream::connect(address).await.map_err(refused(address))?),
+            Self::Udp(address) => Line::Udp(UdpSocket::bind(address).await.map_err(refused(address))?),
             Self::Serial(path, rate) => Line::Serial(Box::new(Port::open(path, *rate)?)),
         })
     }
 }
 
 impl NmeaEar {
-    /// The next bytes, whole sentences or not. A receiver that is lost is dialled again, for ever. Cancel safe.
+    /// The next bytes, whole sentences or not; none once when the receiver is lost, which is then dialled again, for ever. Cancel safe.
     pub async fn hear(&mut self) -> &[u8] {
         loop {
             let Some(line) = &mut self.line else {
@@ -112,6 +108,7 @@ impl NmeaEar {
                 _ => {
                     tracing::warn!(source = ?self.source, "the receiver is gone; dialled again");
                     self.line = None;
+                    return &[];
                 }
             }
         }
@@ -130,6 +127,7 @@ mod tests {
             Ok(NmeaSource::Serial("/dev/ttyUSB0".into(), 38_400))
         );
         assert_eq!("serial:/dev/ttyS1".parse(), Ok(NmeaSource::Serial("/dev/ttyS1".into(), 4800)));
+        assert_eq!("localhost:10110".parse(), Ok(NmeaSource::Tcp("localhost:10110".into())));
         for wrong in ["tcp:5", "gps", "serial:x@fast", "pty:x", ""] {
             let message = wrong.parse::<NmeaSource>().unwrap_err().to_string();
             assert!(message.contains(&format!("found `{wrong}`")), "{message}");

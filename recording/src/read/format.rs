@@ -55,7 +55,7 @@ impl Format {
         let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
         match lines.next() {
             Some(line) if line.starts_with(super::ranges::TITLE) => Self::Ranges,
-            Some(line) if super::candump::frame(line).is_some() => Self::Candump,
+            Some(line) if crate::can::LogLine::parse(line).is_some() => Self::Candump,
             _ => Self::Hex,
         }
     }

@@ -6,6 +6,7 @@ use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use rowscan_protocol::time::SimTime;
+use rowscan_recording::can::LogLine;
 use tokio::sync::mpsc;
 
 use super::BusError;
@@ -22,16 +23,10 @@ pub fn write_line(text: &mut String, at: SimTime, frame: &CanFrame) {
     text.push('\n');
 }
 
-/// Reads one line; `None` if it is none. What stands behind the frame (python-can writes a direction there) is passed over.
+/// Reads one line; `None` if it is none.
 pub fn read_line(line: &str) -> Option<(SimTime, CanFrame)> {
-    let mut words = line.split_whitespace();
-    let stamp = words.next()?.strip_prefix('(')?.strip_suffix(')')?;
-    let (seconds, fraction) = stamp.split_once('.')?;
-    let digits = fraction.get(..9.min(fraction.len())).filter(|f| f.bytes().all(|b| b.is_ascii_digit()))?;
-    let nanos: u64 = format!("{digits:0<9}").parse().ok()?;
-    let at = SimTime(seconds.parse::<u64>().ok()?.checked_mul(1_000_000_000)?.checked_add(nanos)?);
-    words.next()?;
-    Some((at, CanFrame::from_text(words.next()?)?))
+    let LogLine { at_ns, frame, .. } = LogLine::parse(line)?;
+    Some((SimTime(at_ns), CanFrame::from_text(frame)?))
 }
 
 /// A log being written.

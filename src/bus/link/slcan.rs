@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use rowscan_protocol::time::SimTime;
+use rowscan_recording::can;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, split};
 use tokio::sync::mpsc;
 
@@ -172,7 +173,7 @@ fn parse_frame(name: u8, rest: &[u8]) -> Option<CanFrame> {
     if name.eq_ignore_ascii_case(&b'r') {
         return CanFrame::remote(id, len).filter(|_| data.is_empty());
     }
-    let data = crate::bus::frame::hex(data)?;
+    let data = can::hex(data)?;
     CanFrame::new(id, &data).filter(|frame| frame.len() == len)
 }
 
