@@ -229,10 +229,7 @@ impl Latency {
 
     /// The latency that `fraction` of all telegrams stayed under.
     pub fn quantile(&self, fraction: f64) -> Option<Duration> {
-        let mut measured = self.measured.lock().unwrap_or_else(PoisonError::into_inner);
-        measured.sort_unstable();
-        let last = measured.len().checked_sub(1)?;
-        measured.get((last as f64 * fraction).round() as usize).copied()
+        quantile(&mut self.measured.lock().unwrap_or_else(PoisonError::into_inner), fraction)
     }
 }
 

@@ -10,7 +10,7 @@ use rowscan_recording::{About, Taps};
 use tokio::task::JoinSet;
 
 use super::device::DeviceArgs;
-use super::endpoint::{Place, announce_stream};
+use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
 use super::interrupt::Interrupt;
 use super::line::{self, Asked, LineArgs};
 use super::output::say;
@@ -22,8 +22,6 @@ use crate::clock::{SimClock, TimeScale, Timer};
 use crate::emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS, WorldError};
 use crate::stage::{Stage, StageError};
 
-/// Where a SICK scanner listens; both ports take the same commands.
-const DEFAULT_PORTS: [u16; 2] = [2111, 2112];
 /// How far apart the ports of several scanners are.
 const PORTS_APART: u16 = 10;
 

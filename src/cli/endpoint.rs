@@ -8,6 +8,11 @@ use serde::Serialize;
 use super::output::{self, say};
 use super::{Failure, Format};
 
+/// The ports of a SICK scanner; both take the same commands.
+pub(super) const DEFAULT_PORTS: [u16; 2] = [2111, 2112];
+/// The same on this machine alone.
+pub(super) const DEFAULT_ENDPOINTS: [&str; 2] = ["127.0.0.1:2111", "127.0.0.1:2112"];
+
 /// Where something can be reached.
 #[derive(Clone, Copy)]
 pub(super) enum Place<'a> {

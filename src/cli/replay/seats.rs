@@ -5,13 +5,11 @@ use std::path::{Path, PathBuf};
 use rowscan_recording::StreamKind;
 
 use super::super::Failure;
+use super::super::endpoint::DEFAULT_ENDPOINTS;
 use super::super::named::Named;
 use crate::bus::BusAddress;
 use crate::nmea::NmeaAddress;
 use crate::replay::{Part, ReplayError, Survey};
-
-/// Where a SICK scanner listens; both ports take the same commands.
-const DEFAULT_ENDPOINTS: [&str; 2] = ["127.0.0.1:2111", "127.0.0.1:2112"];
 
 /// Places for streams.
 #[derive(Debug, clap::Args)]
