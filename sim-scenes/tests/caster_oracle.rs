@@ -57,6 +57,35 @@ impl Dice {
         Leaf::new(outline).unwrap()
     }
 
+    /// Copies of a few blades, turned, stretched and mirrored, some of them with one vertex elsewhere; and stars.
+    fn foliage(&mut self) -> Orchard {
+        let shapes: [Vec<[f64; 2]>; 3] = std::array::from_fn(|_| {
+            let corners = self.between(5.0, 13.0) as usize;
+            let angles = (0..corners).map(|k| std::f64::consts::TAU * k as f64 / corners as f64);
+            let (wide, off) = (self.between(0.2, 1.0), self.between(-0.4, 0.4));
+            angles.map(|angle| [angle.cos(), wide * (angle + off * angle.sin()).sin()]).collect()
+        });
+        let blade = |dice: &mut Self, shape: &[[f64; 2]]| {
+            let (along, other) = (dice.direction(), dice.direction());
+            let across = cross(along, if dot(along, other).abs() > 0.9 { [0.6, 0.0, 0.8] } else { other });
+            let length = dice.pick(&[0.03, 0.08, 0.3]);
+            let width =
+                length * dice.between(0.4, 1.0) * dice.pick(&[-1.0, 1.0]) / dot(across, across).sqrt();
+            let middle = [dice.between(-1.5, 1.5), dice.between(0.0, 2.0), dice.between(-0.3, 3.5)];
+            let bend = dice.pick(&[1.0, 1.0, 1.0, 0.9]);
+            let at = |(i, [a, b]): (usize, &[f64; 2])| {
+                let b = if i == 1 { b * bend } else { *b };
+                std::array::from_fn(|i| middle[i] + length * a * along[i] + width * b * across[i])
+            };
+            Leaf::new(shape.iter().enumerate().map(at).collect::<Vec<[f64; 3]>>()).unwrap()
+        };
+        let mut leaves: Vec<Leaf> =
+            (0..600).map(|number| blade(self, &shapes[number % shapes.len()])).collect();
+        leaves.extend((0..30).map(|_| self.leaf()));
+        let wood = (0..8).map(|_| self.branch()).collect();
+        Orchard::from_organs(leaves, wood, 2.0)
+    }
+
     fn branch(&mut self) -> Cylinder {
         let base = [self.between(-1.5, 1.5), self.between(0.0, 6.0), self.between(-0.3, 3.0)];
         let direction = self.direction();
@@ -101,6 +130,10 @@ impl Dice {
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 fn unit(v: [f64; 3]) -> [f64; 3] {
@@ -150,6 +183,24 @@ proptest! {
         let caster = Caster::new(&orchard);
         let mut scratch = Scratch::default();
         for _ in 0..8 {
+            let pose = dice.pose();
+            for fan in [dice.fan(), dice.moving_fan()] {
+                compare(&orchard, &caster, pose, &fan, &mut scratch);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn every_return_is_the_oracles_among_copies_of_a_few_blades(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let orchard = dice.foliage();
+        let caster = Caster::new(&orchard);
+        let mut scratch = Scratch::default();
+        for _ in 0..3 {
             let pose = dice.pose();
             for fan in [dice.fan(), dice.moving_fan()] {
                 compare(&orchard, &caster, pose, &fan, &mut scratch);
@@ -230,8 +281,8 @@ fn the_default_row_is_the_oracles_at_full_resolution() {
 #[test]
 fn any_register_width_gives_the_same_bits() {
     let mut dice = Dice::new(21);
-    for _ in 0..20 {
-        let wide = Caster::new(&dice.scene());
+    for number in 0..20 {
+        let wide = Caster::new(&if number % 2 == 0 { dice.scene() } else { dice.foliage() });
         let single = wide.clone().with_registers(Registers::Single);
         let (mut scratch, mut a, mut b) = (Scratch::default(), Layers::default(), Layers::default());
         for beams in [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())] {

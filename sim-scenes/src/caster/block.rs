@@ -10,9 +10,9 @@ use crate::support::{Support, SupportKind};
 /// Leaves, wood and facets, each sorted along the row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Block {
-    pub(super) leaves: LeafField,
+    pub(super) leaves: Vec<LeafField>,
     pub(super) wood: WoodField,
-    pub(super) facets: LeafField,
+    pub(super) facets: Vec<LeafField>,
 }
 
 impl Block {
@@ -43,9 +43,9 @@ impl Block {
             })
         });
         Self {
-            leaves: LeafField::new(leaves, period_m),
+            leaves: LeafField::by_kind(leaves, period_m),
             wood: WoodField::new(wood.chain(built), period_m),
-            facets: LeafField::new(facets, period_m),
+            facets: LeafField::by_kind(facets, period_m),
         }
     }
 }

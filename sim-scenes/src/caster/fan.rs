@@ -97,6 +97,16 @@ impl BeamFan {
 /// How far (in beams) an interval is widened beyond the error of the arctangent: far above rounding.
 const MARGIN: f64 = 1e-6;
 
+/// No less than the angle from one vector to another, by their cross and dot products: by the arctangent's series where it is less than
+/// 45°, else half a turn. What is nearer to the scanner than it is long is rare.
+#[inline(always)]
+fn at_most<S: Simd>(cross: Lanes<S>, dot: Lanes<S>) -> Lanes<S> {
+    let tan = cross / dot;
+    let square = tan * tan;
+    let series = tan * (tan.of(1.0) - square * (tan.of(1.0 / 3.0) - square * tan.of(1.0 / 5.0)));
+    cross.lt(dot).select(series, tan.of(PI))
+}
+
 impl BeamFan {
     /// Angles θ to θ + width (radians) as beam numbers, widened, and turned so that the first beams to meet come first.
     #[inline(always)]
@@ -106,17 +116,9 @@ impl BeamFan {
         let margin = from.of(4.0 * ATAN2_ERROR / step.abs() + MARGIN);
         let low = (first - from.of(self.first_rad)) * from.of(1.0 / step) - margin;
         let high = low + width * from.of(1.0 / step.abs()) + margin + margin;
-        let (turn, zero) = (from.of(self.turn()), from.of(0.0));
-        let mut shift = zero;
-        for _ in 0..2 {
-            let past = turn.le(high + shift);
-            shift = past.select(shift - turn, shift);
-        }
-        for _ in 0..2 {
-            let before = (high + shift).lt(zero);
-            shift = before.select(shift + turn, shift);
-        }
-        (low + shift, high + shift)
+        let turn = self.turn();
+        let shift = (high * from.of(1.0 / turn) - from.of(0.5)).round() * from.of(turn);
+        (low - shift, high - shift)
     }
 }
 
@@ -141,13 +143,11 @@ impl Sight for BeamFan {
         let swap = cross.lt(zero);
         let (a, b) = (Points::select(swap, b, a), Points::select(swap, a, b));
         let met = cut.and(zero.lt(cross.abs())).and(zero.lt(distance.abs()));
-        let from = a.angle();
-        let width = b.angle() - from;
-        let width = width.lt(zero.of(-1.0)).select(width + zero.of(TAU), width);
-        let (low, high) = self.interval(from, width.max(zero));
+        let (low, high) = self.interval(a.angle(), at_most(cross.abs(), a.dot(b)));
         let never = Lanes::splat(simd, f64::INFINITY);
-        out.key[0].store(part, normal.0 / distance);
-        out.key[1].store(part, normal.1 / distance);
+        let nearness = Lanes::splat(simd, 1.0) / distance;
+        out.key[0].store(part, normal.0 * nearness);
+        out.key[1].store(part, normal.1 * nearness);
         out.from[0].store(part, -a.1);
         out.from[1].store(part, a.0);
         out.to[0].store(part, b.1);

@@ -8,6 +8,7 @@
 //! The conservative intervals may use any arctangent; whether a beam meets an organ is decided by the signs of exact
 //! expressions alone, so returns repeat on every machine.
 
+mod alike;
 mod beams;
 mod block;
 pub mod brute;
@@ -18,13 +19,16 @@ mod leaf_field;
 mod leaves;
 mod moving;
 mod nearest;
+mod outlined;
 mod parallel;
 mod returns;
 mod row_index;
+mod shapes;
 mod sight;
 mod spans;
 mod standing;
 mod tag;
+mod template;
 mod wood;
 mod wood_field;
 
@@ -204,7 +208,9 @@ impl Caster {
         self.dispatch(FloorPass { field: &block.wood, sight, part, copy, nearest });
         if !block.facets.is_empty() {
             facets.open_on(nearest);
-            self.dispatch(LeafPass { field: &block.facets, sight, part, copy, nearest: facets });
+            for field in &block.facets {
+                self.dispatch(LeafPass { field, sight, part, copy, nearest: facets });
+            }
             nearest.take_floor(facets);
         }
     }
@@ -218,7 +224,9 @@ impl Caster {
         copy: Option<u32>,
         nearest: &mut Nearest,
     ) {
-        self.dispatch(LeafPass { field: &block.leaves, sight, part, copy, nearest });
+        for field in &block.leaves {
+            self.dispatch(LeafPass { field, sight, part, copy, nearest });
+        }
     }
 
     /// A line by periods of the row: one part, unless a moving scanner passes the end of a period. None where the origin is no number.

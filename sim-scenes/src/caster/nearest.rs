@@ -48,6 +48,12 @@ impl Owners {
         self.0.extend([Tag::NOTHING, Tag::GROUND]);
     }
 
+    /// The number of what is listed next.
+    #[inline(always)]
+    pub(super) fn next(&self) -> usize {
+        self.0.len()
+    }
+
     /// Lists organs, of tree `copy` if they are a copy's. Gives the first one's number.
     #[inline(always)]
     pub(super) fn list(&mut self, tags: &[Tag], copy: Option<u32>) -> usize {
