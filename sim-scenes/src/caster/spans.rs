@@ -69,6 +69,18 @@ impl Spans {
         (beam(&self.first), beam(&self.last))
     }
 
+    /// The organs that any beam may meet.
+    #[inline(always)]
+    pub(super) fn asked(&self) -> Asked {
+        let mut asked = Asked { lanes: [0; WIDTH], count: 0 };
+        for lane in 0..WIDTH {
+            // Without a jump: which of them are asked is hard to foresee.
+            asked.lanes[asked.count % WIDTH] = lane;
+            asked.count += usize::from(self.first.0[lane] <= self.last.0[lane] || self.again);
+        }
+        asked
+    }
+
     /// True if the span of any of the eight organs comes round again.
     pub(super) fn again(&self) -> bool {
         self.again
@@ -88,6 +100,19 @@ impl Spans {
             }
         }
         None
+    }
+}
+
+/// Those of eight organs that beams may meet.
+pub(super) struct Asked {
+    lanes: [usize; WIDTH],
+    count: usize,
+}
+
+impl Asked {
+    #[inline(always)]
+    pub(super) fn iter(&self) -> impl Iterator<Item = usize> {
+        self.lanes.get(..self.count).unwrap_or(&[]).iter().copied()
     }
 }
 

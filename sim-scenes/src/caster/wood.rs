@@ -7,7 +7,7 @@ use super::nearest::{GROUND, Nearest, marked};
 use super::sight::{Part, Points, Sight};
 use super::spans::{Spans, for_beams};
 use super::wood_field::{Poles, WIDER, WoodField};
-use crate::lanes::{Lanes, Mask, Row, WIDTH};
+use crate::lanes::{Lanes, Mask, Row};
 
 /// A beam this near to the axis's direction (square of the sine) meets ends only.
 const ALONG_AXIS: f64 = 1e-20;
@@ -72,7 +72,7 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
                     continue;
                 }
                 let first_owner = nearest.owners_mut().list(field.tags(eight), copy);
-                for lane in 0..WIDTH {
+                for lane in spans.asked().iter() {
                     let owner = marked(first_owner + lane);
                     let pole = Pole::load(simd, poles, &aspects, lane);
                     for_beams!(S, spans, lane, |beam, last| {
