@@ -12,7 +12,7 @@ mod common;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
 
-use common::binary::{finish, interrupt, rowscan, run};
+use common::binary::{assert_says, interrupt, refused, rowscan, run};
 use serde_json::Value;
 
 const SCENE: &str = r#"
@@ -68,31 +68,23 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
         );
         line["address"].as_str().unwrap().to_owned()
     };
-    let places = [(0, place(0)), (1, place(1))];
-    let estimates = places.map(|(scanner, place)| {
-        let (source, scanner) = (format!("tcp://{place}"), scanner.to_string());
-        let mut estimate = rowscan();
-        estimate.args([
-            "estimate",
-            &source,
-            "--rig",
-            scene,
-            "--scanner",
-            &scanner,
-            "--scans",
-            "60",
-            "--format",
-            "json",
-        ]);
-        estimate.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs")
-    });
-    let [right, left] = estimates.map(|child| {
-        let ended = finish(child);
-        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-        serde_json::from_str::<Value>(&ended.stdout).unwrap()
-    });
+    let sources = [place(0), place(1)].map(|place| format!("tcp://{place}"));
+    let log = folder.path().join("canopy.log");
+    let bus = format!("candump:{}", log.to_str().unwrap());
+    let flags = ["--rig", scene, "--scans", "60", "--format", "json", "--can", &bus];
+    let ended = run(&[&["estimate", &sources[0], &sources[1]], &flags[..]].concat());
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    // Behind the line that says where the bus is.
+    let (_, document) = ended.stdout.split_once('\n').unwrap();
+    let found: Value = serde_json::from_str(document).unwrap();
+    let [right, left] = found["scanners"].as_array().unwrap().as_slice() else { panic!("{found}") };
+    for (number, (estimate, source)) in [right, left].into_iter().zip(&sources).enumerate() {
+        assert_eq!((&estimate["scanner"], &estimate["source"]), (&number.into(), &source.as_str().into()));
+        assert!(ended.stderr.contains(&format!("scanner{number}: connected")), "{}", ended.stderr);
+    }
+    assert_eq!((&right["points_per_scan"], &left["points_per_scan"]), (&541.into(), &811.into()));
     // An LMS111 turns fifty times a second, a TiM561 fifteen times: the same tractor goes farther between its lines.
-    for (estimate, hertz) in [(&right, 50.0), (&left, 15.0)] {
+    for (estimate, hertz) in [(right, 50.0), (left, 15.0)] {
         assert_eq!(estimate["scans"], 60);
         let advance_m = estimate["advance_m"].as_f64().unwrap();
         // A host that is held up misses some.
@@ -100,13 +92,43 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
         assert!((advance_m - turns / hertz).abs() < 2.5 / hertz, "{advance_m} m at {hertz} Hz");
         assert!(estimate["impacted_total_area_m2"].as_f64().unwrap() > 0.05, "{estimate}");
     }
+    // Each of them has a control function of its own on the bus: the right one for 1.2 s, the left one for 4.
+    let frames = std::fs::read_to_string(log).unwrap();
+    for (summary, seconds) in [(" 10FF1080#", 1.2), (" 10FF1081#", 4.0)] {
+        let heard = frames.lines().filter(|line| line.contains(summary)).count() as f64;
+        assert!((6.0 * seconds..=10.0 * seconds + 2.0).contains(&heard), "{heard} of{summary}");
+    }
     interrupt(&running.0);
     running.0.wait().unwrap();
-    for (stream, points) in [("scanner0", 541), ("scanner1", 811)] {
-        let ended = run(&["estimate", &format!("{recording}#{stream}"), "--format", "json"]);
+    let recorded = ["scanner0", "scanner1"].map(|stream| format!("{recording}#{stream}"));
+    let rows = |format: &str| {
+        let args =
+            ["estimate", &recorded[0], &recorded[1], "--rig", scene, "--scans", "60", "--format", format];
+        let ended = run(&args);
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-        let recorded: Value = serde_json::from_str(&ended.stdout).unwrap();
-        assert_eq!(recorded["points_per_scan"], points, "{stream}");
+        ended.stdout
+    };
+    let lines = rows("jsonl");
+    let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let areas = |of: [&Value; 2]| of.map(|estimate| estimate["impacted_total_area_m2"].as_f64().unwrap());
+    assert_eq!(
+        areas([&lines[0], &lines[1]]),
+        areas([right, left]),
+        "the recording's areas are the live ones"
+    );
+    let csv = rows("csv");
+    assert!(csv.starts_with("scanner,tree,") && csv.contains("\n1,0,"), "{csv}");
+}
+
+#[test]
+fn sources_and_scanners_must_go_together() {
+    let two = ["estimate", "tcp://127.0.0.1:1", "tcp://127.0.0.1:2", "--rig", "spindle"];
+    for (flags, remedy) in [
+        (&["--scanner", "0"][..], "expected one --scanner for each of the 2 sources"),
+        (&[], "there is no scanner 1"),
+        (&["--scanner", "0", "--scanner", "0"], "cannot connect"),
+    ] {
+        assert_says(&refused(&[&two, flags].concat()), &[remedy]);
     }
 }
 

@@ -25,8 +25,7 @@ pub struct CanopyEcu {
 
 impl Default for CanopyEcu {
     fn default() -> Self {
-        let node = Node::new(Name::canopy(), CANOPY_ADDRESS, MESSAGES, &[]);
-        Self { node, report: CanopyReport::default(), ground_speed: None }
+        Self::new(0)
     }
 }
 
@@ -40,6 +39,13 @@ fn compose(report: &CanopyReport, message: &Message) -> Option<Payload> {
 }
 
 impl CanopyEcu {
+    /// The sensor of this number, from 0, among those of one machine.
+    pub fn new(instance: u8) -> Self {
+        let address = CANOPY_ADDRESS.saturating_add(instance);
+        let node = Node::new(Name::canopy(instance), address, MESSAGES, &[]);
+        Self { node, report: CanopyReport::default(), ground_speed: None }
+    }
+
     /// A bus, or another port of it, opens.
     pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         self.node.open(at, out);

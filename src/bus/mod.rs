@@ -15,6 +15,7 @@ pub mod name;
 mod news;
 pub mod node;
 pub mod pgn;
+pub mod sensors;
 pub mod tractor;
 
 pub use address::{BusAddress, BusAddressError};

@@ -67,14 +67,15 @@ impl Name {
     }
 
     /// The canopy sensor: agriculture, sprayers, a function of its own class without a registered number; it takes what address is free.
-    pub fn canopy() -> Self {
+    /// `instance` tells several on one machine apart.
+    pub fn canopy(instance: u8) -> Self {
         NameParts {
             self_configurable: true,
             industry_group: 2,
             class_instance: 0,
             class: 6,
             function: 255,
-            function_instance: 0,
+            function_instance: instance,
             ecu_instance: 0,
             manufacturer: 2047,
             identity: 2,
@@ -91,6 +92,6 @@ mod tests {
     fn parts_stand_where_j1939_has_them() {
         let name = Name::tractor().0.to_le_bytes();
         assert_eq!(name, [0x01, 0x00, 0xE0, 0xFF, 0x00, 132, 1 << 1, 2 << 4]);
-        assert!(Name::canopy().is_self_configurable() && !Name::tractor().is_self_configurable());
+        assert!(Name::canopy(0).is_self_configurable() && !Name::tractor().is_self_configurable());
     }
 }

@@ -339,13 +339,13 @@ mod tests {
 
     #[test]
     fn a_self_configurable_one_takes_the_next_free_address() {
-        let mut node = Node::new(Name::canopy(), 128, &[&WHEEL_SPEED], &[]);
+        let mut node = Node::new(Name::canopy(0), 128, &[&WHEEL_SPEED], &[]);
         let mut out = Vec::new();
         node.open(SimTime::ZERO, &mut out);
         node.handle(SimTime(MS), &claim_of(Name(9), 129), &mut blank, &mut out);
         out.clear();
         node.handle(SimTime(2 * MS), &claim_of(Name(1), 128), &mut blank, &mut out);
-        assert_eq!(out, [claim_of(Name::canopy(), 130)]);
+        assert_eq!(out, [claim_of(Name::canopy(0), 130)]);
         assert_eq!(node.standing(), Standing::Claiming(130, SimTime(252 * MS)));
     }
 

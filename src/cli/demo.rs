@@ -199,7 +199,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let Some(mut scanner) = interrupt.or(Scanner::open(&source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };
-    let telling = LinkTeller::start(&scanner);
+    let telling = LinkTeller::start(&scanner, None);
     let bar = progress::bar("driving", "scans", scans);
     let ended = tokio::select! {
         ended = follow(&mut scanner, &mut pipeline, &emulator, scans, &bar) => ended,

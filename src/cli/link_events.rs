@@ -9,31 +9,37 @@ use super::output::say;
 #[derive(Debug)]
 pub(super) struct LinkTeller {
     events: LinkEvents,
+    /// Stands before what is told, where there are several links.
+    name: Option<String>,
     _task: JoinSet<()>,
 }
 
 impl LinkTeller {
-    pub(super) fn start(scanner: &Scanner) -> Self {
+    pub(super) fn start(scanner: &Scanner, name: Option<String>) -> Self {
         let (events, mut task) = (scanner.link_events(), JoinSet::new());
-        let told = events.clone();
+        let (told, by) = (events.clone(), name.clone());
         task.spawn(async move {
             loop {
-                tell(&told.next().await);
+                tell(by.as_deref(), &told.next().await);
             }
         });
-        Self { events, _task: task }
+        Self { events, name, _task: task }
     }
 }
 
 impl Drop for LinkTeller {
     fn drop(&mut self) {
         while let Some(event) = self.events.take() {
-            tell(&event);
+            tell(self.name.as_deref(), &event);
         }
     }
 }
 
-fn tell(event: &LinkEvent) {
+fn tell(name: Option<&str>, event: &LinkEvent) {
+    let say = |what: std::fmt::Arguments<'_>| match name {
+        Some(name) => say(format_args!("{name}: {what}")),
+        None => say(what),
+    };
     match event {
         LinkEvent::Ready { ident, firmware, dialect } => {
             say(format_args!("connected: {} {}, {dialect}", ident.trim(), firmware.trim()));

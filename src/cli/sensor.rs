@@ -4,21 +4,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline};
-use rowscan_driver::{HostTime, Source};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::{DeviceClock, SimTime};
 use rowscan_recording::nmea::Lines;
 use serde::Serialize;
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
-use tokio::time::timeout;
 
 use super::output::say;
-use super::voices::BusArgs;
+use super::voices::{BusArgs, NEWS};
 use super::{Failure, Format};
-use crate::bus::canopy::CanopyEcu;
-use crate::bus::link::Heard;
-use crate::bus::{Bus, BusWatch, CanFrame, Inbox};
+use crate::bus::sensors::CanopySensors;
 use crate::clock::{Lateness, quantile};
 use crate::nmea::{NmeaSource, SpeedReader};
 
@@ -67,20 +63,23 @@ pub(super) struct LatencyReport {
     idle_p99_ms: Option<f64>,
 }
 
-/// What goes on beside the scans.
+/// What goes on beside the scans of all scanners.
+pub(super) struct Sensors {
+    can: Option<Arc<CanopySensors>>,
+    gnss: Option<watch::Receiver<Option<f64>>>,
+    idle: Option<Lateness>,
+    _tasks: JoinSet<()>,
+}
+
+/// One scanner's part in it.
 pub(super) struct Sensor {
     advance: AdvanceArg,
-    can: Option<(CanopyEcu, Arc<Bus>, Inbox)>,
+    can: Option<(Arc<CanopySensors>, usize)>,
     gnss: Option<watch::Receiver<Option<f64>>>,
-    latency: Option<(Vec<Duration>, Lateness)>,
+    measured: Option<Vec<Duration>>,
     clock: DeviceClock,
     now: SimTime,
-    frames: Vec<CanFrame>,
-    watch: BusWatch,
-    /// A recording waits for a bus that is behind; a live scanner does not.
-    patient: bool,
     row_spacing_m: Option<f64>,
-    _tasks: JoinSet<()>,
 }
 
 impl SensorArgs {
@@ -89,13 +88,13 @@ impl SensorArgs {
         matches!(self.advance, AdvanceArg::Auto | AdvanceArg::Encoder)
     }
 
-    /// Opens what it needs.
+    /// Opens what so many scanners need. `patient`: a bus that is behind is waited for, as a recording can and a live scanner cannot.
     pub(super) async fn open(
         &self,
         format: Format,
-        row_spacing_m: Option<f64>,
-        source: &Source,
-    ) -> Result<Sensor, Failure> {
+        scanners: usize,
+        patient: bool,
+    ) -> Result<Sensors, Failure> {
         let mut tasks = JoinSet::new();
         let gnss = match (&self.gnss, self.advance) {
             (Some(source), _) => Some(follow_gnss(source.clone(), &mut tasks).await?),
@@ -106,13 +105,17 @@ impl SensorArgs {
             }
             (None, _) => None,
         };
-        let (mut frames, mut ecu) = (Vec::new(), CanopyEcu::default());
         let can = match self.bus.open(format).await? {
             Some((bus, inbox)) => {
-                if bus.is_open_from_the_start() {
-                    ecu.open(SimTime::ZERO, &mut frames);
-                }
-                Some((ecu, Arc::new(bus), inbox))
+                let can = CanopySensors::join(bus, scanners, patient).await;
+                let (news, mut told) = mpsc::channel(NEWS);
+                tasks.spawn(Arc::clone(&can).listen(inbox, news));
+                tasks.spawn(async move {
+                    while let Some(news) = told.recv().await {
+                        say(news);
+                    }
+                });
+                Some(can)
             }
             None if self.advance == AdvanceArg::Can => {
                 return Err(Failure::Usage(
@@ -122,20 +125,49 @@ impl SensorArgs {
             }
             None => None,
         };
-        let latency =
-            self.latency.then(|| (Vec::new(), Lateness::watch(Duration::from_millis(20), &mut tasks)));
-        Ok(Sensor {
-            advance: self.advance,
-            can,
-            gnss,
-            latency,
+        let idle = self.latency.then(|| Lateness::watch(Duration::from_millis(20), &mut tasks));
+        Ok(Sensors { can, gnss, idle, _tasks: tasks })
+    }
+}
+
+impl Sensors {
+    /// The part of scanner number `place` among those that are followed.
+    pub(super) fn of(&self, args: &SensorArgs, place: usize, row_spacing_m: Option<f64>) -> Sensor {
+        Sensor {
+            advance: args.advance,
+            can: self.can.as_ref().map(|can| (Arc::clone(can), place)),
+            gnss: self.gnss.clone(),
+            measured: self.idle.as_ref().map(|_| Vec::new()),
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
-            frames,
-            watch: BusWatch::default(),
-            patient: matches!(source, Source::Recording { .. }),
             row_spacing_m,
-            _tasks: tasks,
+        }
+    }
+
+    /// Waits until the bus has everything, for at most `patience`, and says what it did not take.
+    pub(super) async fn part(&self, patience: Duration) {
+        let Some(can) = &self.can else { return };
+        let (lost, all) = can.part(patience).await;
+        if lost > 0 {
+            say(format_args!("{lost} CAN frames lost: a port was too slow to take them"));
+        }
+        if !all {
+            say(format_args!("the last CAN frames are lost: a port did not take them within {patience:?}"));
+        }
+    }
+
+    /// What was measured with a scanner.
+    pub(super) fn latency(&self, sensor: &mut Sensor) -> Option<LatencyReport> {
+        let (measured, idle) = (sensor.measured.as_mut()?, self.idle.as_ref()?);
+        let ms =
+            |times: &mut Vec<Duration>, share| quantile(times, share).map(|time| time.as_secs_f64() * 1e3);
+        let mut idle = idle.measured();
+        Some(LatencyReport {
+            scans: measured.len(),
+            latency_p50_ms: ms(measured, 0.5),
+            latency_p99_ms: ms(measured, 0.99),
+            idle_p50_ms: ms(&mut idle, 0.5),
+            idle_p99_ms: ms(&mut idle, 0.99),
         })
     }
 }
@@ -154,74 +186,28 @@ impl Sensor {
                 pipeline.push_at_speed(scan, speed(AdvanceSource::Gnss, now));
             }
             AdvanceArg::Can => {
-                let now = self.can.as_ref().and_then(|(ecu, ..)| ecu.ground_speed_m_s(self.now));
-                pipeline.push_at_speed(scan, speed(AdvanceSource::Can, now));
+                let heard =
+                    self.can.as_ref().and_then(|(can, number)| can.ground_speed_m_s(*number, self.now));
+                pipeline.push_at_speed(scan, speed(AdvanceSource::Can, heard));
             }
         }
-        if let Some((ecu, ..)) = &mut self.can {
-            ecu.tell(self.now, pipeline, self.row_spacing_m, &mut self.frames);
-        }
-        self.send().await;
-    }
-
-    /// The scan whose last byte came at `received` is out; it is now `now`.
-    pub(super) async fn measure(&mut self, received: HostTime, now: impl Fn() -> HostTime) {
-        if let Some((measured, _)) = &mut self.latency {
-            if let Some((_, bus, _)) = &self.can {
-                bus.written().await;
-            }
-            measured.push(now().0.saturating_sub(received.0));
+        if let Some((can, number)) = &self.can {
+            can.tell(*number, self.now, pipeline, self.row_spacing_m).await;
         }
     }
 
-    /// Waits for something on the bus and answers it; for ever without one. Cancel safe.
-    pub(super) async fn hear(&mut self) {
-        let Some((ecu, _, inbox)) = &mut self.can else { return std::future::pending().await };
-        let Some((port, heard)) = inbox.recv().await else { return std::future::pending().await };
-        match heard {
-            Heard::Opened => ecu.open(self.now, &mut self.frames),
-            Heard::Frame(frame) => ecu.handle(self.now, &frame, &mut self.frames),
-            Heard::Lost(_) => {}
-        }
-        if let Some(news) = self.watch.news(port, heard, ecu.standing()) {
-            say(news);
+    /// Waits until the bus has what is due by now; only if that is measured.
+    pub(super) async fn written(&self) {
+        if let (Some((can, _)), Some(_)) = (&self.can, &self.measured) {
+            can.written().await;
         }
     }
 
-    /// Sends what has gathered.
-    pub(super) async fn send(&mut self) {
-        if let Some((_, bus, _)) = &self.can {
-            for frame in self.frames.drain(..) {
-                bus.send((self.now, frame), None, self.patient).await;
-            }
+    /// From a scan's last byte to here it took so long.
+    pub(super) fn measured(&mut self, latency: Duration) {
+        if let Some(measured) = &mut self.measured {
+            measured.push(latency);
         }
-    }
-
-    /// Waits until the bus has everything, for at most `patience`, and says what it did not take.
-    pub(super) async fn part(&mut self, patience: Duration) {
-        let Some((_, bus, _)) = &self.can else { return };
-        let all = timeout(patience, bus.written()).await.is_ok();
-        if bus.dropped() > 0 {
-            say(format_args!("{} CAN frames lost: a port was too slow to take them", bus.dropped()));
-        }
-        if !all {
-            say(format_args!("the last CAN frames are lost: a port did not take them within {patience:?}"));
-        }
-    }
-
-    /// What was measured.
-    pub(super) fn latency(&mut self) -> Option<LatencyReport> {
-        let (measured, lateness) = self.latency.as_mut()?;
-        let ms =
-            |times: &mut Vec<Duration>, share| quantile(times, share).map(|time| time.as_secs_f64() * 1e3);
-        let mut idle = lateness.measured();
-        Some(LatencyReport {
-            scans: measured.len(),
-            latency_p50_ms: ms(measured, 0.5),
-            latency_p99_ms: ms(measured, 0.99),
-            idle_p50_ms: ms(&mut idle, 0.5),
-            idle_p99_ms: ms(&mut idle, 0.99),
-        })
     }
 }
 

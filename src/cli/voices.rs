@@ -15,7 +15,7 @@ use crate::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
 use crate::stage::Stage;
 
 /// News of the bus that may wait to be told; a bus that flaps faster loses some.
-const NEWS: usize = 16;
+pub(super) const NEWS: usize = 16;
 
 /// Where CAN goes.
 #[derive(Clone, Debug, clap::Args)]

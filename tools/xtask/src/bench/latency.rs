@@ -1,6 +1,6 @@
-//! How soon after a scan's last byte its CAN frames are out: two scanners at 50 Hz, both estimators on one core, their peer an idle task.
+//! How soon after a scan's last byte its CAN frames are out: two scanners at 50 Hz, both estimated in one process on one core, their peer an idle task.
 
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 
 use serde_json::{Value, json};
 
@@ -12,8 +12,8 @@ use crate::workspace::Workspace;
 const SCANS: &str = "1000";
 /// Where the frames go: out of the process by a system call each, no farther than this machine.
 const BUS: &str = "udp:239.74.163.2:43177";
-/// The estimators' core.
-const ESTIMATORS: &str = "0";
+/// The estimator's core.
+const ESTIMATOR: &str = "0";
 /// The scanners' core.
 const SCANNERS: &str = "1";
 
@@ -37,7 +37,7 @@ pub fn run(workspace: &Workspace, _: &[String]) -> ExitCode {
 
 fn measure(workspace: &Workspace) -> Result<Vec<Value>, String> {
     if !shell::has("taskset") {
-        return Err("there is no taskset to put both estimators on one core".to_owned());
+        return Err("there is no taskset to put both estimated in one process on one core".to_owned());
     }
     workspace.build_binary()?;
     let binary = workspace.built_binary()?;
@@ -51,21 +51,21 @@ fn measure(workspace: &Workspace) -> Result<Vec<Value>, String> {
         )?;
         scanners.push(scanner);
     }
-    let estimate = |place: &str| -> Result<Child, String> {
-        let mut command = Command::new("taskset");
-        command.args(["-c", ESTIMATORS]).arg(&binary).args(["estimate", &format!("tcp://{place}")]);
-        command.args(["--rig", "spindle", "--scans", SCANS, "--can", BUS, "--latency", "--format", "jsonl"]);
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
-        command.spawn().map_err(|error| format!("taskset: {error}"))
-    };
-    let running = scanners.iter().map(|scanner| estimate(&scanner.place)).collect::<Result<Vec<_>, _>>()?;
-    let mut reports = Vec::new();
-    for child in running {
-        let output = child.wait_with_output().map_err(|error| format!("rowscan estimate: {error}"))?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        let mut reports_of = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        let report = reports_of.rfind(|line| line["latency_p99_ms"].is_number());
-        reports.push(report.ok_or_else(|| format!("rowscan estimate told no latency: {text}"))?);
+    let mut command = Command::new("taskset");
+    command.args(["-c", ESTIMATOR]).arg(&binary).arg("estimate");
+    command.args(scanners.iter().map(|scanner| format!("tcp://{}", scanner.place)));
+    command.args(["--rig", "spindle", "--scanner", "0", "--scanner", "0"]);
+    command.args(["--scans", SCANS, "--can", BUS, "--latency", "--format", "jsonl"]);
+    let output = command
+        .stdin(Stdio::null())
+        .stderr(Stdio::null())
+        .output()
+        .map_err(|error| format!("taskset: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let reports: Vec<Value> = lines.filter(|line| line["latency_p99_ms"].is_number()).collect();
+    if reports.len() != scanners.len() {
+        return Err(format!("rowscan estimate told {} latencies: {text}", reports.len()));
     }
     scanners.into_iter().try_for_each(Emulator::stop)?;
     Ok(reports)

@@ -1,0 +1,86 @@
+//! One scanner, followed until it ends or enough has been seen.
+
+use indicatif::ProgressBar;
+use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_driver::{DriverConfig, Scanner, Source};
+use tokio::sync::watch;
+
+use super::super::Failure;
+use super::super::link_events::LinkTeller;
+use super::super::sensor::Sensor;
+use super::PARTING;
+
+/// A scanner to be followed.
+pub(super) struct Follower {
+    /// Which of the sources.
+    pub(super) place: usize,
+    pub(super) source: Source,
+    /// What it is called, if there are several.
+    pub(super) name: Option<String>,
+    pub(super) config: DriverConfig,
+    pub(super) pipeline: Pipeline,
+    pub(super) sensor: Sensor,
+    pub(super) scans: Option<u64>,
+    pub(super) length_m: Option<f64>,
+    pub(super) bar: ProgressBar,
+}
+
+/// What came of it.
+pub(super) struct Followed {
+    pub(super) place: usize,
+    /// None if it never was there, or failed before the first scan.
+    pub(super) estimate: Option<Estimate>,
+    pub(super) sensor: Sensor,
+    pub(super) ended: Result<(), Failure>,
+}
+
+impl Follower {
+    /// Follows it until `stopped` turns true, at most.
+    pub(super) async fn follow(mut self, mut stopped: watch::Receiver<bool>) -> Followed {
+        let opened = tokio::select! {
+            opened = Scanner::open(&self.source, self.config.clone()) => opened,
+            _ = stopped.wait_for(|stopped| *stopped) => return self.ended(None, Ok(())),
+        };
+        let mut scanner = match opened {
+            Ok(scanner) => scanner,
+            Err(cause) => return self.ended(None, Err(cause.into())),
+        };
+        let telling = LinkTeller::start(&scanner, self.name.take());
+        let ended = tokio::select! {
+            ended = self.take(&mut scanner) => ended,
+            _ = stopped.wait_for(|stopped| *stopped) => Ok(()),
+        };
+        let mut estimate = self.pipeline.finish();
+        estimate.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
+        drop(telling);
+        // What was seen before a failure is not lost by it.
+        let seen = ended.is_ok() || estimate.scans > 0;
+        self.ended(seen.then_some(estimate), ended)
+    }
+
+    fn ended(self, estimate: Option<Estimate>, ended: Result<(), Failure>) -> Followed {
+        Followed { place: self.place, estimate, sensor: self.sensor, ended }
+    }
+
+    /// Feeds the pipeline until the source ends or enough has been seen.
+    async fn take(&mut self, scanner: &mut Scanner) -> Result<(), Failure> {
+        let mut before = 0;
+        while let Some(record) = scanner.next().await? {
+            self.sensor.push(&mut self.pipeline, record.scan).await;
+            let received = record.received;
+            self.sensor.written().await;
+            self.sensor.measured(scanner.now().0.saturating_sub(received.0));
+            // A recording never waits by itself.
+            tokio::task::coop::consume_budget().await;
+            let progress = self.pipeline.progress();
+            self.bar.inc(progress.scans - before);
+            before = progress.scans;
+            if self.scans.is_some_and(|scans| progress.scans >= scans)
+                || self.length_m.is_some_and(|length_m| progress.advance_m >= Some(length_m))
+            {
+                break;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,255 @@
+//! `rowscan estimate`
+
+mod follower;
+mod print;
+mod rig;
+
+use std::time::Duration;
+
+use rowscan_canopy::CutMethod;
+use rowscan_driver::Source;
+use rowscan_protocol::frame::Dialect;
+use rowscan_recording::About;
+use rowscan_scenes::Scene;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+use super::estimators::{self, Beside, EstimatorArgs};
+use super::interrupt::Interrupt;
+use super::output::{self, say};
+use super::recorder::{self, RecordArgs};
+use super::sensor::SensorArgs;
+use super::{Failure, Format, Outcome, progress, scene};
+use crate::appraisal::Appraisal;
+use follower::{Followed, Follower};
+use print::Told;
+pub(super) use print::warnings;
+pub(super) use rig::pipeline;
+
+/// How long the device is given to end the stream.
+pub(super) const PARTING: Duration = Duration::from_secs(2);
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// tcp://HOST:PORT, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT, or the file of a recording, with `#STREAM` behind it where it holds several;
+    /// repeatable, an estimate a scanner
+    #[arg(required = true, value_name = "SOURCE")]
+    sources: Vec<Source>,
+    /// Where the scanner sits and how fast it drives: a rig file, a scene file or a built-in scene's name; without it areas are unknown
+    #[arg(long, value_name = "RIG")]
+    rig: Option<String>,
+    /// The rig's scanner this is, from 0; repeatable, in the order of the sources [default: 0, 1, …]
+    #[arg(long, value_name = "N")]
+    scanner: Vec<usize>,
+    /// Model of the scanners, instead of the rig's own; chooses the calibration
+    #[arg(long, value_name = "NAME")]
+    model: Option<String>,
+    /// A calibration file or a shipped calibration's name, instead of the rig's own
+    #[arg(long, value_name = "NAME")]
+    calibration: Option<String>,
+    /// End after so many scans of each
+    #[arg(long, value_name = "N")]
+    scans: Option<u64>,
+    /// End after so many metres of row
+    #[arg(long, value_name = "METRES")]
+    length: Option<f64>,
+    /// The dialect tried first
+    #[arg(long, value_enum, default_value_t)]
+    prefer: Prefer,
+    /// Wait for the scanner to appear instead of failing fast
+    #[arg(long)]
+    wait: bool,
+    #[command(flatten)]
+    estimators: EstimatorArgs,
+    /// Find trees in the data as well, not only by the rig's spacing
+    #[arg(long, value_name = "HOW", value_delimiter = ',', value_enum)]
+    trees: Vec<CutArg>,
+    /// Seed of the rig's scene, for the truth beside the estimators; the scene's own where absent
+    #[arg(long, value_name = "N", requires = "estimators")]
+    seed: Option<u64>,
+    /// How to write the estimate
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    sensor: SensorArgs,
+    #[command(flatten)]
+    record: RecordArgs,
+}
+
+/// How trees are told apart in the data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum CutArg {
+    /// By the returns of bare trunks
+    Trunk,
+    /// By the lows of the impacted area along the row
+    Valley,
+}
+
+impl From<CutArg> for CutMethod {
+    fn from(cut: CutArg) -> Self {
+        match cut {
+            CutArg::Trunk => Self::Trunk,
+            CutArg::Valley => Self::Valley,
+        }
+    }
+}
+
+/// The dialect a driver tries first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Prefer {
+    /// CoLa A, ASCII
+    A,
+    /// CoLa B, binary
+    #[default]
+    B,
+}
+
+impl From<Prefer> for Dialect {
+    fn from(prefer: Prefer) -> Self {
+        match prefer {
+            Prefer::A => Self::A,
+            Prefer::B => Self::B,
+        }
+    }
+}
+
+impl Args {
+    /// Which of the rig's scanners each source is.
+    fn scanners(&self) -> Result<Vec<usize>, Failure> {
+        let (sources, named) = (self.sources.len(), self.scanner.len());
+        match named {
+            0 => Ok((0..sources).collect()),
+            _ if named == sources => Ok(self.scanner.clone()),
+            _ => Err(Failure::Usage(format!(
+                "expected one --scanner for each of the {sources} sources, in their order, found {named}"
+            ))),
+        }
+    }
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let asked = args.estimators.asked()?;
+    let cuts: Vec<CutMethod> = args.trees.iter().copied().map(CutMethod::from).collect();
+    let scanners = args.scanners()?;
+    let (rig, scene) = match &args.rig {
+        Some(name) => {
+            let (rig, scene) = rig::load(name, args.model.as_deref(), &scanners)?;
+            (Some(rig), scene)
+        }
+        None => (None, None),
+    };
+    let mut pipelines = Vec::new();
+    for scanner in &scanners {
+        let pipeline = pipeline(rig.as_ref(), *scanner, args.calibration.as_deref())?;
+        pipelines.push(pipeline.with_estimators(&asked).with_trees_found(&cuts));
+    }
+    let orchard = match (&rig, scene) {
+        (Some(_), Some(scene)) if !asked.is_empty() => {
+            let scene = Scene { seed: args.seed.unwrap_or(scene.seed), ..scene };
+            match interrupt.or(scene::grow(scene)).await.transpose()? {
+                Some(stage) => Some(stage.orchard),
+                None => return Ok(Outcome::Done),
+            }
+        }
+        _ => None,
+    };
+    if rig.is_none() {
+        say("no rig given: areas stay unknown; say where the scanner sits with --rig");
+    }
+    let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
+    let recorded = args.sources.iter().all(|source| matches!(source, Source::Recording { .. }));
+    let sensors = args.sensor.open(args.format, scanners.len(), recorded).await?;
+    let sources: Vec<String> = args.sources.iter().map(Source::to_string).collect();
+    let about = About {
+        model: args.model.clone(),
+        rig: rig.as_ref().and_then(recorder::rig_text),
+        source: Some(sources.join(", ")),
+        ..About::default()
+    };
+    let taping = args.record.start(about, false)?;
+    let bar = progress::bar("scanning", "scans", args.scans.unwrap_or(0) * scanners.len() as u64);
+    let (stop, stopped) = watch::channel(false);
+    let mut following = JoinSet::new();
+    for (place, ((source, scanner), pipeline)) in
+        args.sources.iter().zip(&scanners).zip(pipelines).enumerate()
+    {
+        let name = (scanners.len() > 1).then(|| format!("scanner{scanner}"));
+        let mut config = rig::driver_config(rig.as_ref(), *scanner, args.sensor.wants_encoder());
+        (config.wait, config.prefer) = (args.wait, args.prefer.into());
+        let stream = name.as_deref().unwrap_or("scanner");
+        config.tap = taping.taps().open(stream, super::record::stream_kind(source));
+        let follower = Follower {
+            place,
+            source: source.clone(),
+            name,
+            config,
+            pipeline,
+            sensor: sensors.of(&args.sensor, place, row_spacing_m),
+            scans: args.scans,
+            length_m: args.length,
+            bar: bar.clone(),
+        };
+        following.spawn(follower.follow(stopped.clone()));
+    }
+    let mut all: Vec<Followed> = Vec::new();
+    loop {
+        tokio::select! {
+            followed = following.join_next() => match followed {
+                Some(Ok(followed)) => {
+                    // One that fails ends the others: they would go on half blind.
+                    if followed.ended.is_err() {
+                        stop.send_replace(true);
+                    }
+                    all.push(followed);
+                }
+                Some(Err(cause)) => {
+                    let cause = std::io::Error::other(cause);
+                    return Err(Failure::System { what: "follow a scanner", cause });
+                }
+                None => break,
+            },
+            () = interrupt.wait() => { stop.send_replace(true); }
+        }
+    }
+    bar.finish_and_clear();
+    all.sort_by_key(|followed| followed.place);
+    sensors.part(PARTING).await;
+    let mut told = Vec::new();
+    let mut failed = None;
+    for followed in &mut all {
+        let Followed { place, estimate, ended, .. } = followed;
+        if let Err(cause) = std::mem::replace(ended, Ok(())) {
+            failed.get_or_insert(cause);
+        }
+        let (Some(estimate), Some(scanner)) = (estimate.take(), scanners.get(*place)) else { continue };
+        let truth = orchard.as_ref().zip(rig.as_ref()).map(|(orchard, rig)| {
+            let mount = rig.scanners.get(*scanner).cloned().unwrap_or_default();
+            (Appraisal::of(orchard, &mount, rig.ground_clearance_m), rig.start_m)
+        });
+        let truth = truth.as_ref().map(|(truth, start_m)| estimators::scanned(truth, &estimate, *start_m));
+        let side_by_side =
+            if asked.is_empty() { Vec::new() } else { Beside::of_row(&estimate, truth.as_ref()) };
+        let several = scanners.len() > 1;
+        told.push(Told {
+            scanner: several.then_some(*scanner),
+            source: several.then(|| sources.get(*place).cloned().unwrap_or_default()),
+            estimate,
+            side_by_side,
+        });
+    }
+    // A source that never gave a scan has nothing to show, nor has its recording.
+    if let (true, Some(cause)) = (told.is_empty(), failed.take()) {
+        return Err(cause);
+    }
+    if !told.is_empty() {
+        print::print(args.format, &told)?;
+    }
+    for followed in &mut all {
+        if let Some(latency) = sensors.latency(&mut followed.sensor) {
+            output::tell_latency(args.format, &latency)?;
+        }
+    }
+    let outcome = taping.finish();
+    failed.map_or(Ok(outcome), Err)
+}

@@ -1,0 +1,166 @@
+//! Estimates as they are written: a document, rows, tables for people.
+
+use rowscan_canopy::{Estimate, TreesFound, Warning};
+use serde::Serialize;
+
+use super::super::estimators::{self, Beside};
+use super::super::output::{self, number};
+use super::super::{Failure, Format};
+
+/// One scanner's estimate with its estimators side by side.
+#[derive(Serialize)]
+pub(super) struct Told {
+    /// The rig's scanner; told of several only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) scanner: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) source: Option<String>,
+    #[serde(flatten)]
+    pub(super) estimate: Estimate,
+    /// The row's numbers with the truth beside them; only if estimators were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) side_by_side: Vec<Beside>,
+}
+
+/// Several of them.
+#[derive(Serialize)]
+struct All<'a> {
+    scanners: &'a [Told],
+}
+
+/// A row with the scanner it is of.
+#[derive(Serialize)]
+struct Row<'a, T> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scanner: Option<usize>,
+    #[serde(flatten)]
+    row: &'a T,
+}
+
+/// Writes estimates: one as a document, several as a document of documents; as CSV the trees, or the estimators side by side if any were
+/// asked for.
+pub(super) fn print(format: Format, all: &[Told]) -> Result<(), Failure> {
+    match (format, all) {
+        (Format::Json, [one]) => output::print_json(format, one),
+        (Format::Json, all) => output::print_json(format, &All { scanners: all }),
+        (Format::Jsonl, all) => all.iter().try_for_each(|told| output::print_json(format, told)),
+        (Format::Csv, all) if all.iter().any(|told| !told.side_by_side.is_empty()) => {
+            output::print_rows(format, &rows(all, |told| &told.side_by_side))
+        }
+        (Format::Csv, all) => output::print_rows(format, &rows(all, |told| &told.estimate.trees)),
+        (Format::Table, all) => all.iter().try_for_each(print_table),
+    }
+}
+
+fn rows<'a, T>(all: &'a [Told], of: impl Fn(&'a Told) -> &'a Vec<T>) -> Vec<Row<'a, T>> {
+    let mut rows = Vec::new();
+    for told in all {
+        rows.extend(of(told).iter().map(|row| Row { scanner: told.scanner, row }));
+    }
+    rows
+}
+
+fn print_table(told: &Told) -> Result<(), Failure> {
+    let Told { scanner, source, estimate, side_by_side } = told;
+    if let (Some(scanner), Some(source)) = (scanner, source) {
+        output::print(&format!("scanner {scanner}, {source}\n"))?;
+    }
+    output::print(&facts(estimate))?;
+    if !estimate.trees.is_empty() {
+        output::print(&trees(estimate))?;
+    }
+    for found in &estimate.trees_found {
+        output::print(&trees_found(found))?;
+    }
+    if !side_by_side.is_empty() {
+        output::print(&estimators::table(side_by_side))?;
+    }
+    output::print(&warnings(&estimate.warnings))
+}
+
+/// The row's numbers, a line each.
+fn facts(estimate: &Estimate) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| text.push_str(&format!("{name:<22}{value}\n"));
+    let known = |value: Option<f64>, decimals: usize, unit: &str| {
+        value.map_or_else(|| "unknown".to_owned(), |value| format!("{value:.decimals$} {unit}"))
+    };
+    line(
+        "scans",
+        format!(
+            "{} ({} repeated, {} lost, {} bad telegrams)",
+            estimate.scans, estimate.scans_repeated, estimate.scans_lost, estimate.telegrams_bad
+        ),
+    );
+    line(
+        "scan frequency",
+        format!(
+            "{} measured, {} stated",
+            known(estimate.scan_frequency_hz, 3, "Hz"),
+            known(estimate.scan_frequency_nominal_hz, 2, "Hz")
+        ),
+    );
+    line("points a scan", estimate.points_per_scan.map_or_else(|| "unknown".into(), |n| n.to_string()));
+    let ranges = &estimate.ranges;
+    line(
+        "ranges",
+        format!(
+            "{} returns, {} misses; {} to {}, mean {}",
+            ranges.returns,
+            ranges.misses,
+            known(ranges.min_m, 3, "m"),
+            known(ranges.max_m, 3, "m"),
+            known(ranges.mean_m, 3, "m")
+        ),
+    );
+    line("advance", known(estimate.advance_m, 3, "m"));
+    line("impacted area I_T", known(estimate.impacted_total_area_m2, 3, "m²"));
+    line("leaf area", known(estimate.leaf_area_m2, 2, "m²"));
+    line("  by contact", known(estimate.leaf_area_contact_m2, 2, "m²"));
+    line("  by I_T", known(estimate.leaf_area_regression_m2, 2, "m²"));
+    line("LAI", known(estimate.lai, 2, ""));
+    text
+}
+
+fn trees(estimate: &Estimate) -> String {
+    let mut table = output::grid();
+    output::head(
+        &mut table,
+        ["tree", "y m", "I_T m²", "leaf m² by I_T", "leaf m² by contact", "LAI", "height m", "volume m³"],
+    );
+    for tree in &estimate.trees {
+        table.add_row([
+            number(Some(tree.tree.into()), 0),
+            number(Some(tree.y_m), 2),
+            number(Some(tree.impacted_total_area_m2), 3),
+            number(tree.leaf_area_regression_m2, 2),
+            number(tree.leaf_area_contact_m2, 2),
+            number(tree.lai, 2),
+            number(tree.height_m, 2),
+            number(Some(tree.volume_m3), 2),
+        ]);
+    }
+    format!("{table}\n")
+}
+
+/// The trees that one way of cutting the row finds.
+fn trees_found(found: &TreesFound) -> String {
+    let mut table = output::grid();
+    output::head(&mut table, ["tree", "y m", "from m", "to m", "I_T m²", "leaf m² by contact, raw"]);
+    for (number_of, tree) in found.trees.iter().enumerate() {
+        table.add_row([
+            number(Some(number_of as f64), 0),
+            number(Some(tree.y_m), 2),
+            number(Some(tree.y_from_m), 2),
+            number(Some(tree.y_to_m), 2),
+            number(Some(tree.impacted_total_area_m2), 3),
+            number(Some(tree.leaf_area_contact_raw_m2), 2),
+        ]);
+    }
+    format!("{} trees found by {}\n{table}\n", found.trees.len(), found.method.name())
+}
+
+/// What the reader must know beside the numbers.
+pub(crate) fn warnings(warnings: &[Warning]) -> String {
+    warnings.iter().map(|warning| format!("warning: {warning}\n")).collect()
+}
