@@ -56,7 +56,7 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
     let recording = folder.path().join("both.mcap");
     let recording = recording.to_str().unwrap();
     emulate.args(["--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0", "--record", recording]);
-    let child = emulate.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("the binary runs");
+    let child = emulate.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs");
     let mut running = Running(child);
     let mut lines = BufReader::new(running.0.stdout.take().unwrap()).lines();
     let mut place = |scanner: u64| {
@@ -69,10 +69,13 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
         line["address"].as_str().unwrap().to_owned()
     };
     let sources = [place(0), place(1)].map(|place| format!("tcp://{place}"));
+    let mut said = BufReader::new(running.0.stderr.take().unwrap()).lines().map(|line| line.unwrap());
+    let hint = said.find_map(|line| line.strip_prefix("estimate with: rowscan ").map(str::to_owned)).unwrap();
+    assert_eq!(hint, format!("estimate {} --rig {scene}", sources.join(" ")));
     let log = folder.path().join("canopy.log");
     let bus = format!("candump:{}", log.to_str().unwrap());
-    let flags = ["--rig", scene, "--scans", "60", "--format", "json", "--can", &bus];
-    let ended = run(&[&["estimate", &sources[0], &sources[1]], &flags[..]].concat());
+    let flags = ["--scans", "60", "--format", "json", "--can", &bus];
+    let ended = run(&[hint.split(' ').collect(), flags.to_vec()].concat());
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     // Behind the line that says where the bus is.
     let (_, document) = ended.stdout.split_once('\n').unwrap();

@@ -90,6 +90,20 @@ enum Chosen {
     Network(Vec<Fitted>),
 }
 
+/// The flags that tell an estimate which scanners these are; models that differ are the rig's own.
+fn which(scanners: &[Fitted]) -> String {
+    let mut flags = String::new();
+    if let Some(first) = scanners.first()
+        && scanners.iter().all(|fitted| fitted.model.name == first.model.name)
+    {
+        flags += &format!(" --model {}", first.model.name);
+    }
+    if scanners.iter().enumerate().any(|(place, fitted)| fitted.index != place) {
+        scanners.iter().for_each(|fitted| flags += &format!(" --scanner {}", fitted.index));
+    }
+    flags
+}
+
 /// A scanner of the rig with its model.
 struct Fitted {
     /// Number in the rig, from 0.
@@ -186,22 +200,16 @@ impl Args {
         };
         let taping = self.tape(stage, &list(|model| model.name, ", "))?;
         let (mut emulators, _telling) = self.start(stage, scanners, taping.taps()).await?;
-        let mut hints = Vec::new();
+        let mut sources = Vec::new();
         for (place, (fitted, emulator)) in scanners.iter().zip(&mut emulators).enumerate() {
             let stream = fitted.stream(scanners.len());
-            let which = stream.as_ref().map_or_else(String::new, |_| format!(" --scanner {}", fitted.index));
             let mut first = None;
             for address in self.addresses(place, scanners.len() > 1) {
                 let Bound { address } = emulator.listen(&address).await?;
                 announce_stream(self.format, stream.as_deref(), "tcp", Place::Address(&address))?;
                 first.get_or_insert(address);
             }
-            hints.extend(first.map(|address| {
-                let (scene, model) = (&self.scene.name, fitted.model.name);
-                format!(
-                    "estimate with: rowscan estimate tcp://{address} --rig {scene} --model {model}{which}"
-                )
-            }));
+            sources.extend(first.map(|address| format!(" tcp://{address}")));
         }
         if let Some(emulator) = emulators.first_mut() {
             for line in self.line.open(self.format, COLA_RATE).await? {
@@ -214,7 +222,10 @@ impl Args {
             self.scene.name,
             stage.scene.seed
         ));
-        hints.iter().for_each(|hint| say(format_args!("{hint}")));
+        if !sources.is_empty() {
+            let (sources, scene) = (sources.concat(), &self.scene.name);
+            say(format_args!("estimate with: rowscan estimate{sources} --rig {scene}{}", which(scanners)));
+        }
         interrupt.wait().await;
         for counts in emulators.iter().map(Emulator::counts) {
             say(format_args!(
