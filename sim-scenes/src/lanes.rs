@@ -100,7 +100,9 @@ impl<S: Simd> Lanes<S> {
     /// Writes the register to `values`, from `from` on; nowhere where they end before.
     #[inline(always)]
     pub(crate) fn write(self, values: &mut [f64], from: usize) {
-        let values = values.get_mut(from..from.saturating_add(S::F64_LANES)).unwrap_or(&mut []);
+        let Some(values) = from.checked_add(S::F64_LANES).and_then(|to| values.get_mut(from..to)) else {
+            return;
+        };
         if let [place, ..] = S::as_mut_simd_f64s(values).0 {
             *place = self.value;
         }

@@ -18,6 +18,10 @@ use crate::lanes::{ATAN2_ERROR, Lanes, Row, padded};
 pub struct BeamFan {
     start_rad: f64,
     step_rad: f64,
+    beams_per_rad: f64,
+    /// Beams of a whole turn.
+    turn: f64,
+    turns_per_beam: f64,
     /// The start, within half a turn of 0.
     first_rad: f64,
     advance_m: f64,
@@ -36,9 +40,13 @@ impl BeamFan {
         let usable = start_deg.is_finite() && step_deg.is_finite() && step_deg != 0.0;
         let thetas = (0..if usable { count } else { 0 }).map(|j| start_deg + j as f64 * step_deg);
         let (cos, sin): (Vec<f64>, Vec<f64>) = thetas.map(cos_sin_deg).unzip();
+        let step_rad = step_deg * (PI / 180.0);
         Self {
             start_rad: start_deg * (PI / 180.0),
-            step_rad: step_deg * (PI / 180.0),
+            step_rad,
+            beams_per_rad: 1.0 / step_rad,
+            turn: TAU / step_rad.abs(),
+            turns_per_beam: step_rad.abs() / TAU,
             first_rad: ((start_deg + 180.0).rem_euclid(360.0) - 180.0) * (PI / 180.0),
             advance_m: 0.0,
             count: cos.len(),
@@ -111,13 +119,11 @@ impl BeamFan {
     /// Angles θ to θ + width (radians) as beam numbers, widened, and turned so that the first beams to meet come first.
     #[inline(always)]
     fn interval<S: Simd>(&self, from: Lanes<S>, width: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-        let step = self.step_rad;
-        let first = if step > 0.0 { from } else { from + width };
-        let margin = from.of(4.0 * ATAN2_ERROR / step.abs() + MARGIN);
-        let low = (first - from.of(self.first_rad)) * from.of(1.0 / step) - margin;
-        let high = low + width * from.of(1.0 / step.abs()) + margin + margin;
-        let turn = self.turn();
-        let shift = (high * from.of(1.0 / turn) - from.of(0.5)).round() * from.of(turn);
+        let first = if self.step_rad > 0.0 { from } else { from + width };
+        let margin = from.of(4.0 * ATAN2_ERROR * self.beams_per_rad.abs() + MARGIN);
+        let low = (first - from.of(self.first_rad)) * from.of(self.beams_per_rad) - margin;
+        let high = low + width * from.of(self.beams_per_rad.abs()) + margin + margin;
+        let shift = (high * from.of(self.turns_per_beam) - from.of(0.5)).round() * from.of(self.turn);
         (low - shift, high - shift)
     }
 }
@@ -168,7 +174,7 @@ impl Sight for BeamFan {
     }
 
     fn turn(&self) -> f64 {
-        TAU / self.step_rad.abs()
+        self.turn
     }
 
     fn advance_m(&self) -> f64 {

@@ -55,7 +55,9 @@ impl<T: Sight> LeafPass<'_, T> {
     fn pass<S: Simd>(self, simd: S, shapes: &impl Shapes, depth: usize) {
         let Self { field, sight, part, copy, nearest } = self;
         let (p, q) = sight.parameters();
-        let (mut slots, owners) = nearest.slots();
+        let (Some(q), Some((mut slots, owners))) = (q.get(..p.len()), nearest.slots(p.len(), depth)) else {
+            return;
+        };
         let mut segments = Segments::of(sight);
         let zero = Lanes::splat(simd, 0.0);
         for eights in field.index.eights(part.y_m) {

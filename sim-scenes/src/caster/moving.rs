@@ -34,7 +34,9 @@ struct Passed {
 pub(super) fn pass<S: Simd, T: Sight>(pass: LeafPass<'_, T>, simd: S, shapes: &impl Shapes, depth: usize) {
     let LeafPass { field, sight, part, copy, nearest } = pass;
     let (p, q) = sight.parameters();
-    let (mut slots, owners) = nearest.slots();
+    let (Some(q), Some((mut slots, owners))) = (q.get(..p.len()), nearest.slots(p.len(), depth)) else {
+        return;
+    };
     let rows = [[Row::splat(0.0); 2]; 2];
     let mut passed = Passed {
         still: rows,

@@ -148,23 +148,30 @@ impl Nearest {
         self.depth
     }
 
-    /// What leaves are entered into, and what lists them.
+    /// What branches and the ground are entered into, and what lists them: `places` places.
     #[inline(always)]
-    pub(super) fn slots(&mut self) -> (Slots<'_>, &mut Owners) {
-        let places = self.places();
-        let slots = match self.depth {
-            1 => Slots { keys: &mut self.floor_key, owners: &mut self.floor_owner, places },
-            _ => Slots { keys: &mut self.key, owners: &mut self.owner, places },
+    pub(super) fn floor(&mut self, places: usize) -> Option<(Floor<'_>, &mut Owners)> {
+        let floor = Floor {
+            keys: self.floor_key.get_mut(..places)?,
+            owners: self.floor_owner.get_mut(..places)?,
+            cosines: self.floor_cos.get_mut(..places)?,
         };
-        (slots, &mut self.owners)
+        Some((floor, &mut self.owners))
+    }
+
+    /// What leaves are entered into, and what lists them. Lists are cut to `places` a slot, so that one look at a place is enough for all.
+    #[inline(always)]
+    pub(super) fn slots(&mut self, places: usize, depth: usize) -> Option<(Slots<'_>, &mut Owners)> {
+        let (keys, owners) = match self.depth {
+            1 => (&mut self.floor_key, &mut self.floor_owner),
+            _ => (&mut self.key, &mut self.owner),
+        };
+        let (keys, owners) = (keys.get_mut(..places * depth)?, owners.get_mut(..places * depth)?);
+        Some((Slots { keys, owners, places }, &mut self.owners))
     }
 
     pub(super) fn owners(&self) -> &Owners {
         &self.owners
-    }
-
-    pub(super) fn owners_mut(&mut self) -> &mut Owners {
-        &mut self.owners
     }
 
     /// Keys and owners of slot `slot`, beam by beam.
@@ -188,7 +195,16 @@ impl Nearest {
     pub(super) fn cos_of_floor(&self) -> &[f64] {
         &self.floor_cos
     }
+}
 
+/// What ends beams, a place for each.
+pub(super) struct Floor<'a> {
+    keys: &'a mut [f64],
+    owners: &'a mut [f64],
+    cosines: &'a mut [f64],
+}
+
+impl Floor<'_> {
     /// Enters what ends beams, from beam `beam` on, where `met` and nearer than what does so far.
     #[inline(always)]
     pub(super) fn end<S: Simd>(
@@ -201,16 +217,16 @@ impl Nearest {
         cos: Lanes<S>,
     ) {
         let (Some(old), Some(whose), Some(cosines)) = (
-            Lanes::read(simd, &self.floor_key, beam),
-            Lanes::read(simd, &self.floor_owner, beam),
-            Lanes::read(simd, &self.floor_cos, beam),
+            Lanes::read(simd, self.keys, beam),
+            Lanes::read(simd, self.owners, beam),
+            Lanes::read(simd, self.cosines, beam),
         ) else {
             return;
         };
         let nearer = met.and(old.lt(key));
-        nearer.select(key, old).write(&mut self.floor_key, beam);
-        nearer.select(Lanes::splat(simd, owner), whose).write(&mut self.floor_owner, beam);
-        nearer.select(cos, cosines).write(&mut self.floor_cos, beam);
+        nearer.select(key, old).write(self.keys, beam);
+        nearer.select(Lanes::splat(simd, owner), whose).write(self.owners, beam);
+        nearer.select(cos, cosines).write(self.cosines, beam);
     }
 }
 
@@ -265,7 +281,7 @@ impl<T: Sight> WithSimd for RangePass<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let keys = self.0.slots().0.keys;
+        let keys = if self.0.depth == 1 { &mut self.0.floor_key } else { &mut self.0.key };
         for from in (0..keys.len()).step_by(S::F64_LANES) {
             // The last beams of all, where they do not fill a register, are those that a line is padded with.
             let Some(key) = Lanes::read(simd, keys, from) else { break };

@@ -119,8 +119,8 @@ impl Asked {
 /// Does `$body` with every register full of beams that organ `$lane` of `$spans` may be met by. The register's first beam is `$beam`.
 macro_rules! for_beams {
     ($simd:ty, $spans:expr, $lane:expr, |$beam:ident, $last:ident| $body:block) => {
-        let mut run = Some($spans.run($lane));
-        while let Some((mut $beam, $last)) = run {
+        let (mut $beam, mut $last) = $spans.run($lane);
+        loop {
             // At least once: a jump not taken is dearer than a register of beams that meet nothing.
             loop {
                 $body
@@ -129,7 +129,11 @@ macro_rules! for_beams {
                     break;
                 }
             }
-            run = if $spans.again() { $spans.next_run($lane, $beam) } else { None };
+            if !$spans.again() {
+                break;
+            }
+            let Some(run) = $spans.next_run($lane, $beam) else { break };
+            ($beam, $last) = run;
         }
     };
 }

@@ -29,6 +29,7 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { sight, part, nearest } = self;
         let (p, q) = sight.parameters();
+        let (Some(q), Some((mut floor, _))) = (q.get(..p.len()), nearest.floor(p.len())) else { return };
         let zero = Lanes::splat(simd, 0.0);
         let owner = marked(GROUND);
         for beam in (0..sight.count()).step_by(S::F64_LANES) {
@@ -38,7 +39,7 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
             let cos = -rays.direction.1;
             let met = zero.lt(height).and(zero.lt(cos));
             if !met.is_empty() {
-                nearest.end(simd, beam, met, T::key(simd, height / cos), owner, cos);
+                floor.end(simd, beam, met, T::key(simd, height / cos), owner, cos);
             }
         }
     }
@@ -61,6 +62,7 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { field, sight, part, copy, nearest } = self;
         let (p, q) = sight.parameters();
+        let (Some(q), Some((mut floor, owners))) = (q.get(..p.len()), nearest.floor(p.len())) else { return };
         let (mut aspects, mut spans) = (Aspects::NONE, Spans::of(sight));
         let advance = Lanes::splat(simd, sight.advance_m());
         let still = T::ONE_START && sight.advance_m() == 0.0;
@@ -71,7 +73,7 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
                 if !aspects.look(simd, poles, sight, part, &mut spans) {
                     continue;
                 }
-                let first_owner = nearest.owners_mut().list(field.tags(eight), copy);
+                let first_owner = owners.list(field.tags(eight), copy);
                 for lane in spans.asked().iter() {
                     let owner = marked(first_owner + lane);
                     let pole = Pole::load(simd, poles, &aspects, lane);
@@ -88,7 +90,7 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
                             pole.seen_from(Vector(rays.start.0, moved, rays.start.1))
                         };
                         let (met, range, cos) = pole.hit(height, offset, rays.direction);
-                        nearest.end(simd, beam, met, T::key(simd, range), owner, cos);
+                        floor.end(simd, beam, met, T::key(simd, range), owner, cos);
                     });
                 }
             }
