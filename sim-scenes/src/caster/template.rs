@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// A leaf belongs to a template if no vertex lies farther from where the template has it than this part of the leaf's size: less than a
-/// nanometre on a leaf of any size that grows.
+/// A leaf belongs to a template if no vertex lies farther from where the template has it than this part of the leaf's size, which is that
+/// of its u and v: less than a nanometre on a leaf of any size that grows.
 const ALIKE: f64 = 1e-9;
 
 /// Outlines with fewer vertices gain little; and triangles of a mesh share the crossings of their edges to the last bit, so long as
@@ -87,10 +87,11 @@ impl Template {
         let middle = middle(outline);
         let [u, v] = self.ends.map(|end| outline.get(end).map(|at| DVec3::from_array(*at) - middle));
         let frame = Frame { middle, u: u?, v: v? };
-        let arms = || outline.iter().map(|at| DVec3::from_array(*at) - middle);
-        let size = arms().fold(0.0, |size: f64, arm| size.max(arm.length_squared()));
-        let off = |(arm, [a, b]): (DVec3, &[f64; 2])| (arm - frame.u * *a - frame.v * *b).length_squared();
-        arms().zip(&self.shares).all(|pair| off(pair) <= ALIKE * ALIKE * size).then_some(frame)
+        let off = |(at, [a, b]): (&[f64; 3], &[f64; 2])| {
+            (DVec3::from_array(*at) - middle - frame.u * *a - frame.v * *b).length_squared()
+        };
+        let most = ALIKE * ALIKE * (frame.u.length_squared() + frame.v.length_squared());
+        outline.iter().zip(&self.shares).all(|pair| off(pair) <= most).then_some(frame)
     }
 }
 
