@@ -119,6 +119,9 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
         areas([right, left]),
         "the recording's areas are the live ones"
     );
+    let ended = run(&["estimate", &recorded[0], "--rig", scene, "--can", "candump:/dev/full"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["the log ends here", "No space left", "/dev/full"]);
     let csv = rows("csv");
     assert!(csv.starts_with("scanner,tree,") && csv.contains("\n1,0,"), "{csv}");
 }

@@ -210,6 +210,7 @@ const FAREWELL: std::time::Duration = std::time::Duration::from_millis(300);
 
 /// Runs one command line to its end.
 pub fn run(cli: Cli) -> Result<Outcome, Failure> {
+    output::tell_warnings();
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()

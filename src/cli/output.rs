@@ -18,6 +18,17 @@ pub(super) fn say(message: impl Display) {
     eprintln!("{message}");
 }
 
+/// From here on the user is told what a task that nobody waits for warns of: a log that cannot be written on, settings that are not saved.
+pub(super) fn tell_warnings() {
+    let subscriber = tracing_subscriber::fmt()
+        .with_max_level(tracing::Level::WARN)
+        .with_writer(io::stderr)
+        .without_time()
+        .with_target(false);
+    // Whoever runs several commands in one process has subscribed by the first.
+    let _ = subscriber.try_init();
+}
+
 /// Writes a text of data.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
