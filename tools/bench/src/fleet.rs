@@ -15,6 +15,7 @@ use rowscan_protocol::model;
 use rowscan_protocol::time::SimTime;
 use rustix::process::{Resource, getrlimit, setrlimit};
 use rustix::time::{ClockId, clock_gettime};
+use tokio::sync::oneshot;
 use tokio::task::JoinSet;
 
 use crate::loopback::{
@@ -87,13 +88,14 @@ struct Berth {
 
 fn measure(report: &mut Report, stage: &Stage, fleet: Fleet) {
     let (berths, moored) = mpsc::channel();
-    let (start_seen, started) = mpsc::channel();
+    let (start_seen, started) = oneshot::channel();
     thread::scope(|threads| {
         let scanners = threads.spawn(move || {
             runtime().block_on(async {
                 let emulators = launch(stage, fleet, &berths).await;
                 drop(berths);
-                started.recv().expect("the clients are there");
+                // They are taken in meanwhile.
+                started.await.expect("the clients are there");
                 tokio::time::sleep(WARM_UP).await;
                 let (wall, cpu) = (Instant::now(), thread_time());
                 tokio::time::sleep(MEASURED).await;
