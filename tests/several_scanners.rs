@@ -119,6 +119,15 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
         areas([right, left]),
         "the recording's areas are the live ones"
     );
+    // Somebody who is connected to and never answers.
+    let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let silent_at = format!("tcp://{}", silent.local_addr().unwrap());
+    let ended = run(&["estimate", &recorded[0], &silent_at, "--rig", scene, "--format", "jsonl"]);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert_says(&ended.stderr, &[silent_at.trim_start_matches("tcp://")]);
+    drop(silent);
+    let seen: Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert!(seen["scans"].as_u64() >= Some(60), "what the other one saw is not lost: {seen}");
     let ended = run(&["estimate", &recorded[0], "--rig", scene, "--can", "candump:/dev/full"]);
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     assert_says(&ended.stderr, &["the log ends here", "No space left", "/dev/full"]);

@@ -168,7 +168,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ..About::default()
     };
     let taping = args.record.start(about, false)?;
-    let bar = progress::bar("scanning", "scans", args.scans.unwrap_or(0) * scanners.len() as u64);
+    let bar =
+        progress::bar("scanning", "scans", args.scans.unwrap_or(0).saturating_mul(scanners.len() as u64));
     let (stop, stopped) = watch::channel(false);
     let mut following = JoinSet::new();
     for (place, ((source, scanner), pipeline)) in
@@ -192,12 +193,58 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         };
         following.spawn(follower.follow(stopped.clone()));
     }
+    let mut all = follow_all(following, stop, &mut interrupt).await?;
+    bar.finish_and_clear();
+    sensors.part(PARTING).await;
+    let (mut told, mut failed) = (Vec::new(), None);
+    for followed in &mut all {
+        if let Err(cause) = std::mem::replace(&mut followed.ended, Ok(())) {
+            failed.get_or_insert(cause);
+        }
+        let (Some(estimate), Some(scanner)) = (followed.estimate.take(), scanners.get(followed.place)) else {
+            continue;
+        };
+        let truth = orchard.as_ref().zip(rig.as_ref()).map(|(orchard, rig)| {
+            let mount = rig.scanners.get(*scanner).cloned().unwrap_or_default();
+            (Appraisal::of(orchard, &mount, rig.ground_clearance_m), rig.start_m)
+        });
+        let truth = truth.as_ref().map(|(truth, start_m)| estimators::scanned(truth, &estimate, *start_m));
+        let side_by_side =
+            if asked.is_empty() { Vec::new() } else { Beside::of_row(&estimate, truth.as_ref()) };
+        let several = scanners.len() > 1;
+        told.push(Told {
+            scanner: several.then_some(*scanner),
+            source: several.then(|| sources.get(followed.place).cloned().unwrap_or_default()),
+            estimate,
+            side_by_side,
+        });
+    }
+    if !told.is_empty() {
+        print::print(args.format, &told)?;
+    } else if let Some(cause) = failed {
+        // A source that never gave a scan has nothing to show, nor has its recording.
+        return Err(cause);
+    }
+    for followed in &mut all {
+        if let Some(latency) = sensors.latency(&mut followed.sensor) {
+            output::tell_latency(args.format, &latency)?;
+        }
+    }
+    let outcome = taping.finish();
+    failed.map_or(Ok(outcome), Err)
+}
+
+/// Waits for all scanners, in the order of their sources. One that fails ends the others, which would go on half blind; so does the user.
+async fn follow_all(
+    mut following: JoinSet<Followed>,
+    stop: watch::Sender<bool>,
+    interrupt: &mut Interrupt,
+) -> Result<Vec<Followed>, Failure> {
     let mut all: Vec<Followed> = Vec::new();
     loop {
         tokio::select! {
             followed = following.join_next() => match followed {
                 Some(Ok(followed)) => {
-                    // One that fails ends the others: they would go on half blind.
                     if followed.ended.is_err() {
                         stop.send_replace(true);
                     }
@@ -212,44 +259,6 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             () = interrupt.wait() => { stop.send_replace(true); }
         }
     }
-    bar.finish_and_clear();
     all.sort_by_key(|followed| followed.place);
-    sensors.part(PARTING).await;
-    let mut told = Vec::new();
-    let mut failed = None;
-    for followed in &mut all {
-        let Followed { place, estimate, ended, .. } = followed;
-        if let Err(cause) = std::mem::replace(ended, Ok(())) {
-            failed.get_or_insert(cause);
-        }
-        let (Some(estimate), Some(scanner)) = (estimate.take(), scanners.get(*place)) else { continue };
-        let truth = orchard.as_ref().zip(rig.as_ref()).map(|(orchard, rig)| {
-            let mount = rig.scanners.get(*scanner).cloned().unwrap_or_default();
-            (Appraisal::of(orchard, &mount, rig.ground_clearance_m), rig.start_m)
-        });
-        let truth = truth.as_ref().map(|(truth, start_m)| estimators::scanned(truth, &estimate, *start_m));
-        let side_by_side =
-            if asked.is_empty() { Vec::new() } else { Beside::of_row(&estimate, truth.as_ref()) };
-        let several = scanners.len() > 1;
-        told.push(Told {
-            scanner: several.then_some(*scanner),
-            source: several.then(|| sources.get(*place).cloned().unwrap_or_default()),
-            estimate,
-            side_by_side,
-        });
-    }
-    // A source that never gave a scan has nothing to show, nor has its recording.
-    if let (true, Some(cause)) = (told.is_empty(), failed.take()) {
-        return Err(cause);
-    }
-    if !told.is_empty() {
-        print::print(args.format, &told)?;
-    }
-    for followed in &mut all {
-        if let Some(latency) = sensors.latency(&mut followed.sensor) {
-            output::tell_latency(args.format, &latency)?;
-        }
-    }
-    let outcome = taping.finish();
-    failed.map_or(Ok(outcome), Err)
+    Ok(all)
 }
