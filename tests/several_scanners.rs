@@ -10,9 +10,9 @@
 mod common;
 
 use std::io::{BufRead, BufReader};
-use std::process::{Child, Stdio};
+use std::process::Stdio;
 
-use common::binary::{assert_says, interrupt, refused, rowscan, run};
+use common::binary::{Emulator, assert_says, refused, rowscan, run};
 use serde_json::Value;
 
 const SCENE: &str = r#"
@@ -35,16 +35,6 @@ distance_m = 2.0
 row = "left"
 "#;
 
-/// Ends the emulator however the test ends.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 #[test]
 fn each_scanner_has_its_own_port_and_sees_its_own_row() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,8 +47,8 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
     let recording = recording.to_str().unwrap();
     emulate.args(["--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0", "--record", recording]);
     let child = emulate.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs");
-    let mut running = Running(child);
-    let mut lines = BufReader::new(running.0.stdout.take().unwrap()).lines();
+    let mut emulator = Emulator { child, address: String::new() };
+    let mut lines = BufReader::new(emulator.child.stdout.take().unwrap()).lines();
     let mut place = |scanner: u64| {
         let stream = format!("scanner{scanner}");
         let line: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
@@ -69,7 +59,7 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
         line["address"].as_str().unwrap().to_owned()
     };
     let sources = [place(0), place(1)].map(|place| format!("tcp://{place}"));
-    let mut said = BufReader::new(running.0.stderr.take().unwrap()).lines().map(|line| line.unwrap());
+    let mut said = BufReader::new(emulator.child.stderr.take().unwrap()).lines().map(|line| line.unwrap());
     let hint = said.find_map(|line| line.strip_prefix("estimate with: rowscan ").map(str::to_owned)).unwrap();
     assert_eq!(hint, format!("estimate {} --rig {scene}", sources.join(" ")));
     let log = folder.path().join("canopy.log");
@@ -101,8 +91,7 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
         let heard = frames.lines().filter(|line| line.contains(summary)).count() as f64;
         assert!((6.0 * seconds..=10.0 * seconds + 2.0).contains(&heard), "{heard} of{summary}");
     }
-    interrupt(&running.0);
-    running.0.wait().unwrap();
+    emulator.end();
     let recorded = ["scanner0", "scanner1"].map(|stream| format!("{recording}#{stream}"));
     let rows = |format: &str| {
         let args =

@@ -8,11 +8,11 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::{DeviceClock, SimTime};
 use rowscan_recording::nmea::Lines;
 use serde::Serialize;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
 
 use super::output::say;
-use super::voices::{BusArgs, NEWS};
+use super::voices::{BusArgs, tell_news};
 use super::{Failure, Format};
 use crate::bus::sensors::CanopySensors;
 use crate::clock::{Lateness, quantile};
@@ -65,6 +65,7 @@ pub(super) struct LatencyReport {
 
 /// What goes on beside the scans of all scanners.
 pub(super) struct Sensors {
+    advance: AdvanceArg,
     can: Option<Arc<CanopySensors>>,
     gnss: Option<watch::Receiver<Option<f64>>>,
     idle: Option<Lateness>,
@@ -108,13 +109,8 @@ impl SensorArgs {
         let can = match self.bus.open(format).await? {
             Some((bus, inbox)) => {
                 let can = CanopySensors::join(bus, scanners, patient).await;
-                let (news, mut told) = mpsc::channel(NEWS);
+                let news = tell_news(&mut tasks);
                 tasks.spawn(Arc::clone(&can).listen(inbox, news));
-                tasks.spawn(async move {
-                    while let Some(news) = told.recv().await {
-                        say(news);
-                    }
-                });
                 Some(can)
             }
             None if self.advance == AdvanceArg::Can => {
@@ -126,15 +122,15 @@ impl SensorArgs {
             None => None,
         };
         let idle = self.latency.then(|| Lateness::watch(Duration::from_millis(20), &mut tasks));
-        Ok(Sensors { can, gnss, idle, _tasks: tasks })
+        Ok(Sensors { advance: self.advance, can, gnss, idle, _tasks: tasks })
     }
 }
 
 impl Sensors {
     /// The part of scanner number `place` among those that are followed.
-    pub(super) fn of(&self, args: &SensorArgs, place: usize, row_spacing_m: Option<f64>) -> Sensor {
+    pub(super) fn of(&self, place: usize, row_spacing_m: Option<f64>) -> Sensor {
         Sensor {
-            advance: args.advance,
+            advance: self.advance,
             can: self.can.as_ref().map(|can| (Arc::clone(can), place)),
             gnss: self.gnss.clone(),
             measured: self.idle.as_ref().map(|_| Vec::new()),

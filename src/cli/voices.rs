@@ -8,14 +8,14 @@ use super::output::say;
 use super::{Failure, Format};
 use crate::bus::link::{Found, Link};
 use crate::bus::tractor::TractorEcu;
-use crate::bus::{Bus, BusAddress, Inbox};
+use crate::bus::{Bus, BusAddress, BusNews, Inbox};
 use crate::clock::TimeScale;
 use crate::emulator::{Tractor, Voices};
 use crate::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
 use crate::stage::Stage;
 
 /// News of the bus that may wait to be told; a bus that flaps faster loses some.
-pub(super) const NEWS: usize = 16;
+const NEWS: usize = 16;
 
 /// Where CAN goes.
 #[derive(Clone, Debug, clap::Args)]
@@ -56,6 +56,17 @@ pub(super) async fn open_bus(
     };
     let bus = Bus::open(ports, &mut tell).await?;
     announced.map(|()| bus)
+}
+
+/// Where news of a bus go to be told by a task of `tasks`.
+pub(super) fn tell_news(tasks: &mut JoinSet<()>) -> mpsc::Sender<BusNews> {
+    let (news, mut told) = mpsc::channel(NEWS);
+    tasks.spawn(async move {
+        while let Some(news) = told.recv().await {
+            say(news);
+        }
+    });
+    news
 }
 
 /// Opens a place for sentences that come `rate_hz` times a second and announces it, for the stream of that name.
@@ -114,13 +125,7 @@ impl VoiceArgs {
         }
         if let Some((bus, inbox)) = self.bus.open(format).await? {
             voices.can = Some((TractorEcu::new(tractor.clone(), stage.receiver()), bus, inbox));
-            let (news, mut told) = mpsc::channel(NEWS);
-            voices.news = Some(news);
-            telling.spawn(async move {
-                while let Some(news) = told.recv().await {
-                    say(news);
-                }
-            });
+            voices.news = Some(tell_news(&mut telling));
         }
         Ok((voices, telling))
     }

@@ -186,7 +186,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             name,
             config,
             pipeline,
-            sensor: sensors.of(&args.sensor, place, row_spacing_m),
+            sensor: sensors.of(place, row_spacing_m),
             scans: args.scans,
             length_m: args.length,
             bar: bar.clone(),
