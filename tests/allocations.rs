@@ -13,12 +13,12 @@ use std::time::Duration;
 
 use allocation_counter::measure;
 use common::small_scene;
-use rowscan::bus::CanFrame;
-use rowscan::bus::canopy::CanopyEcu;
-use rowscan::bus::link::slcan::Adapter;
-use rowscan::offline::Offline;
-use rowscan::stage::Stage;
+use rowscan_bus::CanFrame;
+use rowscan_bus::canopy::CanopyEcu;
+use rowscan_bus::link::slcan::Adapter;
 use rowscan_canopy::Pipeline;
+use rowscan_emulator::offline::Offline;
+use rowscan_emulator::stage::Stage;
 use rowscan_protocol::client::{Client, Event};
 use rowscan_protocol::device::scan_event;
 use rowscan_protocol::frame::Dialect;

@@ -9,9 +9,9 @@
 mod common;
 
 use common::small_scene;
-use rowscan::trial::Trial;
 use rowscan_protocol::model;
 use rowscan_scenes::Scene;
+use rowscan_study::trial::Trial;
 
 fn run(scene: Scene) -> Trial {
     Trial::run(scene, model::by_name("lms111").expect("known"), None).expect("it runs")

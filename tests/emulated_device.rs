@@ -11,8 +11,8 @@ mod common;
 use std::time::Duration;
 
 use common::bench;
-use rowscan::clock::TimeScale;
-use rowscan::emulator::{Emulator, EmulatorConfig, LineChange, StateFile};
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::{Emulator, EmulatorConfig, LineChange, StateFile};
 use rowscan_protocol::device::{Options, Profile, Start};
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
 use rowscan_protocol::telegram::{LmdScandata, Telegram};

@@ -11,8 +11,8 @@ mod common;
 use std::time::Duration;
 
 use common::{bench, raw_client};
-use rowscan::clock::TimeScale;
-use rowscan::emulator::{Emulator, EmulatorConfig};
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_protocol::client::Event;
 use rowscan_protocol::frame::Dialect;
 use tokio::time::Instant;

@@ -11,9 +11,9 @@ mod common;
 use std::time::Duration;
 
 use common::bench;
-use rowscan::clock::TimeScale;
-use rowscan::emulator::{Emulator, EmulatorConfig};
 use rowscan_driver::{Backoff, DriverConfig, DriverError, LinkEvent, Scanner, Source};
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_protocol::client::ClientConfig;
 use rowscan_protocol::model::ScanMode;
 

@@ -4,8 +4,8 @@
 use nmea::ParseResult;
 use nmea::sentences::rmc::RmcStatusOfFix;
 use nmea::sentences::{FaaMode, FixType};
-use rowscan::emulator::Tractor;
-use rowscan::nmea::{NmeaVoice, SENTENCES};
+use rowscan_bus::nmea::{NmeaVoice, SENTENCES};
+use rowscan_emulator::Tractor;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::gnss::{Gnss, GnssEvent, Quality, Receiver};
 use rowscan_scenes::trajectory::{Motion, Trajectory};

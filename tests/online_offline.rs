@@ -9,15 +9,15 @@
 mod common;
 
 use common::small_scene;
-use rowscan::clock::TimeScale;
-use rowscan::emulator::{Emulator, EmulatorConfig};
-use rowscan::stage::Stage;
-use rowscan::trial::{Trial, rig_of};
 use rowscan_canopy::{Estimate, Pipeline};
 use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::{self, Model};
+use rowscan_study::trial::{Trial, rig_of};
 
 async fn online(model: &'static Model, dialect: Dialect) -> Estimate {
     let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");

@@ -15,9 +15,9 @@ use common::replayed::{
     Packets, Replayed, connect, next_scan, played, recorded, replay, sent_by, subscribed, ticking, write,
 };
 use common::{bench, facts, raw_client};
-use rowscan::clock::{TimeScale, wall_clock};
-use rowscan::emulator::{Emulator, EmulatorConfig};
-use rowscan::replay::Played;
+use rowscan_emulator::clock::{TimeScale, wall_clock};
+use rowscan_emulator::replay::Played;
+use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_protocol::client::Event;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::MODELS;

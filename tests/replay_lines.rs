@@ -16,12 +16,12 @@ use std::time::Duration;
 
 use common::replayed::{played, replay, sent_by};
 use common::small_scene;
-use rowscan::clock::{SimClock, TimeScale, Timer, wall_clock};
-use rowscan::emulator::{Emulator, EmulatorConfig, Outlet, Player, SerialConfig, SerialEmulator};
-use rowscan::line::{NetLine, Port, Pty, Wire};
-use rowscan::replay::{Playhead, Survey, Tape, lms2xx_device_of, lms2xx_model_of};
-use rowscan::stage::Stage;
 use rowscan_driver::{Connection, DriverConfig, Happened, Scanner, Source};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
+use rowscan_emulator::replay::{Playhead, Survey, Tape, lms2xx_device_of, lms2xx_model_of};
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, SerialConfig, SerialEmulator};
+use rowscan_ports::{NetLine, Port, Pty, Wire};
 use rowscan_protocol::client::{Client, ClientConfig, Event};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx::client as lms2xx_client;

@@ -11,8 +11,8 @@ mod common;
 use std::time::Duration;
 
 use common::replayed::{next_scan, played, replay, subscribed, ticking};
-use rowscan::clock::TimeScale;
-use rowscan::replay::{Played, Stamps};
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::replay::{Played, Stamps};
 use rowscan_recording::Taps;
 use tokio::time::Instant;
 

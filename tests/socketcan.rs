@@ -12,8 +12,8 @@
 use std::process::Command;
 use std::time::Duration;
 
-use rowscan::bus::link::Heard;
-use rowscan::bus::{Bus, BusAddress, BusLoss, CanFrame, CanId, Inbox};
+use rowscan_bus::link::Heard;
+use rowscan_bus::{Bus, BusAddress, BusLoss, CanFrame, CanId, Inbox};
 use rowscan_protocol::time::SimTime;
 use socketcan::{CanErrorFrame, CanSocket, Socket};
 use tokio::sync::{Mutex, MutexGuard};

@@ -14,13 +14,13 @@ use std::time::Duration;
 
 use common::replayed::{connect, played};
 use common::small_scene;
-use rowscan::bus::tractor::TractorEcu;
-use rowscan::bus::{Bus, BusAddress};
-use rowscan::clock::{SimClock, TimeScale, Timer, wall_clock};
-use rowscan::emulator::{Emulator, EmulatorConfig, Outlet, Player, Voices};
-use rowscan::nmea::{NmeaAddress, NmeaLine, NmeaVoice};
-use rowscan::replay::{Played, Playhead, Survey, Tape, device_of, model_of};
-use rowscan::stage::Stage;
+use rowscan_bus::nmea::{NmeaAddress, NmeaLine, NmeaVoice};
+use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::{Bus, BusAddress};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
+use rowscan_emulator::replay::{Played, Playhead, Survey, Tape, device_of, model_of};
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, Voices};
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model;
 use rowscan_protocol::rig::Mount;
@@ -57,7 +57,7 @@ async fn nmea_line() -> NmeaLine {
     NmeaLine::open(&NmeaAddress::Tcp("127.0.0.1:0".to_owned()), 10.0).await.expect("a free port")
 }
 
-async fn bus(folder: &Path, name: &str) -> (Bus, rowscan::bus::Inbox) {
+async fn bus(folder: &Path, name: &str) -> (Bus, rowscan_bus::Inbox) {
     Bus::open(&[BusAddress::Candump(folder.join(name))], &mut |_| {}).await.expect("a log")
 }
 

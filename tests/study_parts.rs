@@ -13,9 +13,9 @@ use std::process::{Command, Stdio};
 
 use common::binary::{finish, run, text};
 use common::studies::{SMALL, quick_areas, small, whole};
-use rowscan::study::areas::AreasStudy;
-use rowscan::study::journal::{self, Journal};
-use rowscan::study::{self, Shard};
+use rowscan_study::Shard;
+use rowscan_study::areas::AreasStudy;
+use rowscan_study::journal::{self, Journal};
 
 #[test]
 fn shards_and_an_interrupted_run_give_the_same_numbers() {
@@ -129,7 +129,7 @@ fn a_journal_keeps_what_was_whole_wherever_the_disk_filled_up() {
             continue;
         };
         assert!(kept.units.len() < units.len() && kept.units == units[..kept.units.len()], "{room}");
-        let resumed = study::run(&study, Shard::WHOLE, kept.units, &|_| Ok(())).expect("it runs");
+        let resumed = rowscan_study::run(&study, Shard::WHOLE, kept.units, &|_| Ok(())).expect("it runs");
         assert!(resumed == units);
     }
     let other = AreasStudy { clearance_m: 0.7, ..study.clone() };

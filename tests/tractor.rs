@@ -10,19 +10,19 @@
 mod common;
 
 use common::small_scene;
-use rowscan::bus::tractor::TractorEcu;
-use rowscan::bus::{CanFrame, J1939Id, dbc, link::candump::write_line, markdown, pgn};
-use rowscan::config::load_scene;
-use rowscan::nmea::NmeaVoice;
-use rowscan::offline::Offline;
-use rowscan::stage::Stage;
+use rowscan_bus::nmea::NmeaVoice;
+use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::{CanFrame, J1939Id, dbc, link::candump::write_line, markdown, pgn};
 use rowscan_canopy::{AdvanceSource, Estimate, Pipeline};
+use rowscan_emulator::offline::Offline;
+use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model;
 use rowscan_protocol::rig::{Mount, Orientation, RowSide};
 use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::Scene;
 use rowscan_scenes::trajectory::{Drive, StopAndGo};
+use rowscan_study::config::load_scene;
 
 const MS: u64 = 1_000_000;
 
@@ -73,7 +73,7 @@ fn two_runs_say_the_same_bytes_at_the_same_instants() {
     // Rates by the standard: 100 ms from the first whole step after the claim; the claim itself; the facilities once.
     let count = |pgn: u32| {
         log.lines()
-            .filter_map(rowscan::bus::link::candump::read_line)
+            .filter_map(rowscan_bus::link::candump::read_line)
             .filter(|(_, frame)| J1939Id::of(frame.id).unwrap().pgn == pgn)
             .count()
     };
@@ -83,7 +83,7 @@ fn two_runs_say_the_same_bytes_at_the_same_instants() {
     // Half a metre a second squared from 1 to 1.5 m/s: there at four seconds.
     let (at, last) = log
         .lines()
-        .filter_map(rowscan::bus::link::candump::read_line)
+        .filter_map(rowscan_bus::link::candump::read_line)
         .rfind(|(_, frame)| J1939Id::of(frame.id).unwrap().pgn == 65_097)
         .unwrap();
     let told = pgn::tractor::GROUND_SPEED.decode(last.data());

@@ -15,8 +15,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use common::small_scene;
-use rowscan::emulator::{Emulator, EmulatorConfig};
-use rowscan::stage::Stage;
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
 use rowscan_protocol::model::{self, MODELS, Model};

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::{Failure, Format, Outcome, output};
-use crate::bus::link::candump::read_line;
-use crate::bus::pgn::MESSAGES;
-use crate::bus::{J1939Id, dbc, markdown};
+use rowscan_bus::link::candump::read_line;
+use rowscan_bus::pgn::MESSAGES;
+use rowscan_bus::{J1939Id, dbc, markdown};
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Command {

@@ -19,11 +19,11 @@ use super::link_events::LinkTeller;
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, progress};
-use crate::clock::{Latency, Stopwatch, TimeScale, Timer};
-use crate::emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
-use crate::line::{NetLine, Pty, Wire};
-use crate::stage::Stage;
-use crate::trial::rig_of;
+use rowscan_emulator::clock::{Latency, Stopwatch, TimeScale, Timer};
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
+use rowscan_ports::{NetLine, Pty, Wire};
+use rowscan_study::trial::rig_of;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -10,7 +10,7 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::time::SimTime;
 
 use super::Failure;
-use crate::emulator::{LineChange, StateFile};
+use rowscan_emulator::{LineChange, StateFile};
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Device")]

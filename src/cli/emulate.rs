@@ -18,9 +18,9 @@ use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
 use super::voices::VoiceArgs;
 use super::{Failure, Format, Outcome};
-use crate::clock::{SimClock, TimeScale, Timer};
-use crate::emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS, WorldError};
-use crate::stage::{Stage, StageError};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
+use rowscan_emulator::stage::{Stage, StageError};
+use rowscan_emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS, WorldError};
 
 /// How far apart the ports of several scanners are.
 const PORTS_APART: u16 = 10;

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::Failure;
 use super::output::{self, number, percent};
-use crate::appraisal::{Appraisal, Stretch};
-use crate::config;
+use rowscan_study::appraisal::{Appraisal, Stretch};
+use rowscan_study::config;
 
 /// Which estimators measure besides.
 #[derive(Clone, Debug, Default, clap::Args)]

@@ -7,8 +7,8 @@ use rowscan_protocol::rig::Rig;
 
 use super::output::{say, write_file};
 use super::{Failure, Outcome};
-use crate::config;
 use crate::export::{Placing, ScanTable, TableFormat, encode, points};
+use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -14,10 +14,10 @@ use super::interrupt::Interrupt;
 use super::output::say;
 use super::voices::VoiceArgs;
 use super::{Failure, Format};
-use crate::clock::TimeScale;
-use crate::emulator::{SerialConfig, SerialEmulator};
-use crate::line::{NetLine, Port, Pty, Wire};
-use crate::stage::Stage;
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{SerialConfig, SerialEmulator};
+use rowscan_ports::{NetLine, Port, Pty, Wire};
 
 /// What the host's scheduling adds to a pause inside a telegram.
 const PAUSE_SLACK: Duration = Duration::from_millis(14);

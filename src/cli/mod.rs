@@ -32,7 +32,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-use crate::config::ConfigError;
+use rowscan_study::config::ConfigError;
 
 /// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
 #[derive(Debug, Parser)]
@@ -116,28 +116,28 @@ pub enum Failure {
     Grow(#[from] rowscan_scenes::GrowError),
     /// A scanner that does not fit the rig.
     #[error(transparent)]
-    Stage(#[from] crate::stage::StageError),
+    Stage(#[from] rowscan_emulator::stage::StageError),
     /// A row that could not be tried.
     #[error(transparent)]
-    Trial(#[from] crate::trial::TrialError),
+    Trial(#[from] rowscan_study::trial::TrialError),
     /// Saved settings of a scanner.
     #[error(transparent)]
-    State(#[from] crate::emulator::StateFileError),
+    State(#[from] rowscan_emulator::StateFileError),
     /// A digital line the scanner does not have.
     #[error(transparent)]
     Line(#[from] rowscan_protocol::device::LineError),
     /// A serial line.
     #[error(transparent)]
-    SerialLine(#[from] crate::line::LineError),
+    SerialLine(#[from] rowscan_ports::PortError),
     /// An endpoint.
     #[error(transparent)]
-    Listen(#[from] crate::emulator::ListenError),
+    Listen(#[from] rowscan_emulator::ListenError),
     /// A port of the CAN bus.
     #[error(transparent)]
-    Bus(#[from] crate::bus::BusError),
+    Bus(#[from] rowscan_bus::BusError),
     /// A place for GNSS sentences.
     #[error(transparent)]
-    Nmea(#[from] crate::nmea::NmeaError),
+    Nmea(#[from] rowscan_bus::nmea::NmeaError),
     /// The link to a scanner, or a recording.
     #[error(transparent)]
     Driver(#[from] rowscan_driver::DriverError),
@@ -146,7 +146,7 @@ pub enum Failure {
     Record(#[from] rowscan_recording::RecordError),
     /// A recording that cannot be played.
     #[error(transparent)]
-    Replay(#[from] crate::replay::ReplayError),
+    Replay(#[from] rowscan_emulator::replay::ReplayError),
     /// A rig the estimator cannot work with.
     #[error(transparent)]
     Pipeline(#[from] rowscan_canopy::PipelineError),
@@ -169,13 +169,13 @@ pub enum Failure {
     Mesh(#[from] rowscan_scenes::scan::MeshError),
     /// A study that did not end.
     #[error(transparent)]
-    Study(#[from] crate::study::RunError),
+    Study(#[from] rowscan_study::RunError),
     /// A study's description that is none.
     #[error(transparent)]
-    Described(#[from] crate::study::StudyFileError),
+    Described(#[from] rowscan_study::StudyFileError),
     /// Shards that make no whole.
     #[error(transparent)]
-    Merge(#[from] crate::study::MergeError),
+    Merge(#[from] rowscan_study::MergeError),
     /// A shard or journal that cannot be used.
     #[error("{path} {cause}")]
     StudyFile {

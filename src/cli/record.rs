@@ -19,11 +19,11 @@ use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
 use super::voices::open_bus;
 use super::{Failure, Format, Outcome};
-use crate::bus::link::Heard;
-use crate::bus::{Bus, BusAddress, Inbox};
-use crate::clock::{SimClock, Stopwatch, TimeScale};
-use crate::config;
-use crate::nmea::{NmeaEar, NmeaSource};
+use rowscan_bus::link::Heard;
+use rowscan_bus::nmea::{NmeaEar, NmeaSource};
+use rowscan_bus::{Bus, BusAddress, Inbox};
+use rowscan_emulator::clock::{SimClock, Stopwatch, TimeScale};
+use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

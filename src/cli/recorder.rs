@@ -9,7 +9,7 @@ use tokio::sync::Notify;
 
 use super::output::say;
 use super::{Failure, Outcome};
-use crate::clock;
+use rowscan_emulator::clock;
 
 /// `--record FILE`
 #[derive(Debug, clap::Args)]

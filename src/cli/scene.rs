@@ -7,8 +7,8 @@ use rowscan_scenes::{GrowError, Scene};
 use super::blocking::off_runtime;
 use super::output::say;
 use super::{Failure, models, progress};
-use crate::config;
-use crate::stage::Stage;
+use rowscan_emulator::stage::Stage;
+use rowscan_study::config;
 
 /// Which scene, which seed, which scanner.
 #[derive(Clone, Debug, clap::Args)]

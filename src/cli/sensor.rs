@@ -14,9 +14,9 @@ use tokio::task::JoinSet;
 use super::output::say;
 use super::voices::{BusArgs, tell_news};
 use super::{Failure, Format};
-use crate::bus::sensors::CanopySensors;
-use crate::clock::{Lateness, quantile};
-use crate::nmea::{NmeaSource, SpeedReader};
+use rowscan_bus::nmea::{NmeaSource, SpeedReader};
+use rowscan_bus::sensors::CanopySensors;
+use rowscan_emulator::clock::{Lateness, quantile};
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]

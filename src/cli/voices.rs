@@ -6,13 +6,13 @@ use tokio::task::JoinSet;
 use super::endpoint::{Place, announce_stream};
 use super::output::say;
 use super::{Failure, Format};
-use crate::bus::link::{Found, Link};
-use crate::bus::tractor::TractorEcu;
-use crate::bus::{Bus, BusAddress, BusNews, Inbox};
-use crate::clock::TimeScale;
-use crate::emulator::{Tractor, Voices};
-use crate::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
-use crate::stage::Stage;
+use rowscan_bus::link::{Found, Link};
+use rowscan_bus::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
+use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::{Bus, BusAddress, BusNews, Inbox};
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Tractor, Voices};
 
 /// News of the bus that may wait to be told; a bus that flaps faster loses some.
 const NEWS: usize = 16;

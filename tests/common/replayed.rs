@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use rowscan::clock::{SimClock, TimeScale, Timer};
-use rowscan::emulator::{Emulator, EmulatorConfig, Outlet, Player};
-use rowscan::replay::{Played, Playhead, Stamps, Survey, Tape, device_of, model_of};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
+use rowscan_emulator::replay::{Played, Playhead, Stamps, Survey, Tape, device_of, model_of};
+use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
 use rowscan_recording::{About, Decoded, McapWriter, Recording, Side, StreamKind, Taps};

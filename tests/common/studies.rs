@@ -1,9 +1,9 @@
 //! Studies quick enough for a test.
 
-use rowscan::config::load_scene;
-use rowscan::study::areas::AreasStudy;
-use rowscan::study::{self, Shard, Study, Unit};
 use rowscan_scenes::scan::ScanSettings;
+use rowscan_study::areas::AreasStudy;
+use rowscan_study::config::load_scene;
+use rowscan_study::{Shard, Study, Unit};
 
 use super::binary::{Ended, run};
 
@@ -18,7 +18,7 @@ pub fn quick_areas(seed: u64) -> AreasStudy {
 }
 
 pub fn whole<S: Study>(study: &S) -> Vec<Unit<S::Result>> {
-    study::run(study, Shard::WHOLE, Vec::new(), &|_| Ok(())).expect("it runs")
+    rowscan_study::run(study, Shard::WHOLE, Vec::new(), &|_| Ok(())).expect("it runs")
 }
 
 /// Four quick orchards.

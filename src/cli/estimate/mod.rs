@@ -20,11 +20,11 @@ use super::output::{self, say};
 use super::recorder::{self, RecordArgs};
 use super::sensor::SensorArgs;
 use super::{Failure, Format, Outcome, progress, scene};
-use crate::appraisal::Appraisal;
 use follower::{Followed, Follower};
 use print::Told;
 pub(super) use print::warnings;
 pub(super) use rig::pipeline;
+use rowscan_study::appraisal::Appraisal;
 
 /// How long the device is given to end the stream.
 pub(super) const PARTING: Duration = Duration::from_secs(2);

@@ -9,7 +9,8 @@ use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
 
 use super::super::{Failure, models};
-use crate::{config, stage};
+use rowscan_emulator::stage;
+use rowscan_study::config;
 
 /// What the rig asks of an LMS2xx: the widest variant with its resolution; the device keeps its own where the rig leaves that open.
 fn lms2xx_config(rig: Option<&Rig>, scanner: usize) -> lms2xx::client::ClientConfig {

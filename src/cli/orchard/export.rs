@@ -11,7 +11,7 @@ use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Outcome};
-use crate::stage::Stage;
+use rowscan_emulator::stage::Stage;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -5,7 +5,7 @@ use rowscan_scenes::parameters::ParameterDoc;
 use serde::Serialize;
 
 use crate::cli::{Failure, Format, Outcome, output};
-use crate::config;
+use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

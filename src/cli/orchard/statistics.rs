@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::cli::blocking::off_runtime;
 use crate::cli::study::rows::Seeds;
 use crate::cli::{Failure, Format, Outcome, output, progress};
-use crate::config;
+use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -12,11 +12,11 @@ use super::interrupt::Interrupt;
 use super::output::say;
 use super::recorder::RecordArgs;
 use super::{Failure, Format, Outcome, models};
-use crate::clock::{SimClock, TimeScale, Timer};
-use crate::emulator::{MAX_CLIENTS, Player};
-use crate::replay::{Part, Played, Playhead, Stamps, Survey, Tape};
 use orders::{Order, next_order, read_orders};
 use places::{Places, Seek};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
+use rowscan_emulator::replay::{Part, Played, Playhead, Stamps, Survey, Tape};
+use rowscan_emulator::{MAX_CLIENTS, Player};
 use seats::{PlaceArgs, Sort};
 use stand::Stand;
 

@@ -5,8 +5,8 @@ use std::str::FromStr;
 use rowscan_protocol::rig::Rig;
 
 use super::super::Failure;
-use crate::config;
-use crate::replay::{Part, ReplayError, Survey};
+use rowscan_emulator::replay::{Part, ReplayError, Survey};
+use rowscan_study::config;
 
 /// A place in a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,9 +7,9 @@ use rowscan_recording::StreamKind;
 use super::super::Failure;
 use super::super::endpoint::DEFAULT_ENDPOINTS;
 use super::super::named::Named;
-use crate::bus::BusAddress;
-use crate::nmea::NmeaAddress;
-use crate::replay::{Part, ReplayError, Survey};
+use rowscan_bus::BusAddress;
+use rowscan_bus::nmea::NmeaAddress;
+use rowscan_emulator::replay::{Part, ReplayError, Survey};
 
 /// Places for streams.
 #[derive(Debug, clap::Args)]

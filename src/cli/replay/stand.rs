@@ -14,11 +14,13 @@ use super::super::output::say;
 use super::super::voices::{open_bus, open_nmea};
 use super::Args;
 use super::seats::{Place, Seat, Sort};
-use crate::bus::BusAddress;
-use crate::clock::SimClock;
-use crate::emulator::{Bound, Emulator, EmulatorConfig, Outlet, SerialConfig, SerialEmulator};
-use crate::line::{NetLine, Pty, Wire};
-use crate::replay::{Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of};
+use rowscan_bus::BusAddress;
+use rowscan_emulator::clock::SimClock;
+use rowscan_emulator::replay::{
+    Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
+};
+use rowscan_emulator::{Bound, Emulator, EmulatorConfig, Outlet, SerialConfig, SerialEmulator};
+use rowscan_ports::{NetLine, Pty, Wire};
 
 /// What every stream is opened with.
 pub(super) struct Stand<'a> {

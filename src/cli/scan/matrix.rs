@@ -5,7 +5,7 @@ use std::fmt::Write;
 use rowscan_scenes::scan::ScanPlan;
 
 use crate::export::npy;
-use crate::stage::Stage;
+use rowscan_emulator::stage::Stage;
 
 /// What stands for a beam that met nothing, metres: far beyond anything it could meet.
 const ESCAPE_M: f64 = 1000.0;

@@ -16,8 +16,8 @@ use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
 use super::output::{self, say};
 use super::{Failure, Format, Outcome, progress};
-use crate::config;
-use crate::stage::Stage;
+use rowscan_emulator::stage::Stage;
+use rowscan_study::config;
 
 pub(super) use layout::ScanArgs;
 use points::Point;

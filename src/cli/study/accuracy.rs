@@ -8,8 +8,8 @@ use super::rows::{Seeds, tries};
 use crate::cli::output::{self, number, percent, say, share};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome};
-use crate::config;
-use crate::trial::Trial;
+use rowscan_study::config;
+use rowscan_study::trial::Trial;
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {

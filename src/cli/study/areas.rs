@@ -13,8 +13,8 @@ use super::tell::TellArgs;
 use crate::cli::output::{self, number, say};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
-use crate::study::areas::{AreasReport, AreasStudy, Orchard, View, report};
-use crate::study::{Whole, figure};
+use rowscan_study::areas::{AreasReport, AreasStudy, Orchard, View, report};
+use rowscan_study::{Whole, figure};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {

@@ -8,8 +8,8 @@ use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, number, percent, share};
 use crate::cli::{Failure, Format, Outcome, models, progress};
-use crate::comparison::{Compared, CutCompared, Scope, compare};
-use crate::config;
+use rowscan_study::comparison::{Compared, CutCompared, Scope, compare};
+use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {

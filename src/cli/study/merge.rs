@@ -9,11 +9,11 @@ use super::shards::{read_json, read_shard};
 use super::tell::TellArgs;
 use super::{areas, resolution, run as sweep, search};
 use crate::cli::{Failure, Outcome};
-use crate::study::areas::AreasStudy;
-use crate::study::resolution::ResolutionStudy;
-use crate::study::search::SearchStudy;
-use crate::study::sweep::SweepStudy;
-use crate::study::{Study, merge};
+use rowscan_study::areas::AreasStudy;
+use rowscan_study::resolution::ResolutionStudy;
+use rowscan_study::search::SearchStudy;
+use rowscan_study::sweep::SweepStudy;
+use rowscan_study::{Study, merge};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
@@ -69,7 +69,7 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
 }
 
-type Named<S> = (String, crate::study::ShardFile<S, <S as Study>::Result>);
+type Named<S> = (String, rowscan_study::ShardFile<S, <S as Study>::Result>);
 
 fn read_all<S: Study>(files: &[PathBuf]) -> Result<Vec<Named<S>>, Failure> {
     files.iter().map(|path| read_shard(path)).collect()

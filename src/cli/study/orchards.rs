@@ -3,7 +3,7 @@
 use rowscan_scenes::Scene;
 
 use crate::cli::Failure;
-use crate::config;
+use rowscan_study::config;
 
 /// Which scene, which seed, how many trees.
 #[derive(Debug, clap::Args)]

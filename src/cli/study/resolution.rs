@@ -6,8 +6,8 @@ use super::tell::TellArgs;
 use crate::cli::output::{self, number};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
-use crate::study::resolution::{ResolutionStudy, report};
-use crate::study::{Whole, figure};
+use rowscan_study::resolution::{ResolutionStudy, report};
+use rowscan_study::{Whole, figure};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {

@@ -8,7 +8,7 @@ use rowscan_scenes::Scene;
 
 use crate::cli::blocking::off_runtime;
 use crate::cli::{Failure, progress};
-use crate::trial::{Trial, TrialError};
+use rowscan_study::trial::{Trial, TrialError};
 
 /// A range of seeds, both ends in it: `1..20`.
 #[derive(Clone, Debug)]

@@ -8,8 +8,8 @@ use super::shards::ShardArgs;
 use super::tell::TellArgs;
 use crate::cli::output::{self, number};
 use crate::cli::{Failure, Format, Outcome};
-use crate::study::sweep::{self, SweepReport, SweepStudy};
-use crate::study::{Whole, figure};
+use rowscan_study::sweep::{self, SweepReport, SweepStudy};
+use rowscan_study::{Whole, figure};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {

@@ -10,9 +10,9 @@ use super::shards::ShardArgs;
 use super::tell::TellArgs;
 use crate::cli::output::{self, number};
 use crate::cli::{Failure, Format, Outcome};
-use crate::study::Whole;
-use crate::study::areas::Rule;
-use crate::study::search::{self, PointReport, SearchReport, SearchStudy};
+use rowscan_study::Whole;
+use rowscan_study::areas::Rule;
+use rowscan_study::search::{self, PointReport, SearchReport, SearchStudy};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {

@@ -10,8 +10,8 @@ use serde::de::DeserializeOwned;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, progress};
-use crate::study::journal::{self, Journal};
-use crate::study::{self, Header, Shard, ShardFile, Study, Unit, Whole};
+use rowscan_study::journal::{self, Journal};
+use rowscan_study::{Header, Shard, ShardFile, Study, Unit, Whole};
 
 /// The flags of every study that can be cut in parts.
 #[derive(Clone, Debug, clap::Args)]
@@ -56,7 +56,7 @@ impl ShardArgs {
     fn work<S: Study>(&self, study: &S) -> Result<Vec<Unit<S::Result>>, Failure> {
         let Some(path) = &self.output else {
             let bar = Bar::new(study, self.shard, &[]);
-            let units = study::run(study, self.shard, Vec::new(), &|unit| {
+            let units = rowscan_study::run(study, self.shard, Vec::new(), &|unit| {
                 bar.done(study, unit.index);
                 Ok(())
             })?;
@@ -76,7 +76,7 @@ impl ShardArgs {
         let (journal, kept) = self.open_journal(study, &journal_path)?;
         let bar = Bar::new(study, self.shard, &kept);
         let journal = Mutex::new(journal);
-        let units = study::run(study, self.shard, kept, &|unit| {
+        let units = rowscan_study::run(study, self.shard, kept, &|unit| {
             journal.lock().map_err(|_| io::Error::other("the journal is gone"))?.keep(unit)?;
             bar.done(study, unit.index);
             Ok(())

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, Format};
-use crate::study::figure::DrawError;
+use rowscan_study::figure::DrawError;
 
 /// How a whole study is told.
 #[derive(Clone, Debug, clap::Args)]

@@ -8,9 +8,9 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rowscan::clock::{TimeScale, Timer};
-use rowscan::emulator::{Emulator, EmulatorConfig};
-use rowscan::stage::Stage;
+use rowscan_emulator::clock::{TimeScale, Timer};
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_protocol::model;
 use rowscan_protocol::time::SimTime;
 use rustix::process::{Resource, getrlimit, setrlimit};
@@ -40,7 +40,7 @@ const BUDGET: &str = "a thousandth of a core at 50 Hz";
 pub fn run(report: &mut Report, arguments: &[String]) {
     raise_descriptor_limit();
     let stage = |speed_m_s| {
-        let mut scene = rowscan::config::load_scene("spindle").expect("a built-in scene");
+        let mut scene = rowscan_study::config::load_scene("spindle").expect("a built-in scene");
         scene.rig.speed_m_s = speed_m_s;
         Stage::grow(scene, &|_, _| {}).expect("the built-in scene grows")
     };

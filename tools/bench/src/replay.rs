@@ -10,13 +10,13 @@ use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rowscan::bus::{Bus, BusAddress};
-use rowscan::clock::{SimClock, TimeScale, Timer};
-use rowscan::emulator::{Emulator, EmulatorConfig, Outlet, Player};
-use rowscan::nmea::{NmeaAddress, NmeaLine};
-use rowscan::offline::Offline;
-use rowscan::replay::{Played, Playhead, Stamps, Survey, Tape, device_of};
-use rowscan::stage::Stage;
+use rowscan_bus::nmea::{NmeaAddress, NmeaLine};
+use rowscan_bus::{Bus, BusAddress};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
+use rowscan_emulator::offline::Offline;
+use rowscan_emulator::replay::{Played, Playhead, Stamps, Survey, Tape, device_of};
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player};
 use rowscan_protocol::device::scan_event;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
@@ -62,7 +62,7 @@ const STREAMS: [Stream; 4] = [
 
 /// Writes the recording; when the first stream spoke, since its beginning.
 fn record(path: &Path, streams: &[Stream]) -> Vec<Duration> {
-    let scene = rowscan::config::load_scene("spindle").expect("a built-in scene");
+    let scene = rowscan_study::config::load_scene("spindle").expect("a built-in scene");
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     let mut packets = Vec::new();
     for (number, stream) in streams.iter().enumerate() {

@@ -1,0 +1,124 @@
+//! The cable: ports joined so that each hears what the others say.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rowscan_protocol::time::SimTime;
+use tokio::sync::mpsc;
+use tokio::task::JoinSet;
+
+use super::link::{self, Link};
+use super::{BusAddress, BusError, BusLoss, CanFrame};
+use rowscan_ports::Untaken;
+use rowscan_ports::in_flight::{Backlog, UnderWay};
+
+/// Frames a port may be behind.
+const QUEUE: usize = 4096;
+
+/// A frame with the simulated instant it was sent at.
+pub type Stamped = (SimTime, CanFrame);
+
+/// What a port tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// Someone is there who was not: an adapter was opened, a client connected, the interface came up.
+    Opened,
+    /// A frame was received.
+    Frame(CanFrame),
+    /// The port is off its bus until it is [`Heard::Opened`] again.
+    Lost(BusLoss),
+}
+
+/// A frame on its way out of a port.
+#[derive(Debug)]
+pub(super) struct Leaving {
+    pub(super) at: SimTime,
+    pub(super) frame: CanFrame,
+    /// Kept until the frame is written, or has gone where nobody hears it.
+    pub(super) slip: UnderWay,
+}
+
+/// A bus with all its ports. Dropping it closes them.
+#[derive(Debug)]
+pub struct Bus {
+    ports: Vec<mpsc::Sender<Leaving>>,
+    open_from_the_start: bool,
+    untaken: Vec<Untaken>,
+    backlog: Backlog,
+    dropped: AtomicU64,
+    _tasks: JoinSet<()>,
+}
+
+/// What is heard, with the number of the port.
+pub type Inbox = mpsc::Receiver<(usize, Heard)>;
+
+impl Bus {
+    /// Opens every port; `tell` hears of each where it is.
+    ///
+    /// # Errors
+    /// The first port that cannot be opened, with the remedy.
+    pub async fn open(
+        addresses: &[BusAddress],
+        tell: &mut dyn FnMut(&Link),
+    ) -> Result<(Self, Inbox), BusError> {
+        let (heard, inbox) = mpsc::channel(QUEUE);
+        let (mut ports, mut tasks) = (Vec::new(), JoinSet::new());
+        let (mut open_from_the_start, mut untaken) = (false, Vec::new());
+        for (number, address) in addresses.iter().enumerate() {
+            let link = Link::open(address).await?;
+            tell(&link);
+            open_from_the_start |= link.is_open_from_the_start();
+            untaken.extend(link.untaken()?);
+            let (outbox, queue) = mpsc::channel(QUEUE);
+            ports.push(outbox);
+            tasks.spawn(link.run(queue, link::Ear { number, heard: heard.clone() }));
+        }
+        let bus = Self {
+            ports,
+            open_from_the_start,
+            untaken,
+            backlog: Backlog::default(),
+            dropped: AtomicU64::new(0),
+            _tasks: tasks,
+        };
+        Ok((bus, inbox))
+    }
+
+    /// Puts a frame on every port but the one it came from. Patient, it waits for ports that are behind; else those lose it.
+    pub async fn send(&self, (at, frame): Stamped, from: Option<usize>, patient: bool) {
+        for (number, port) in self.ports.iter().enumerate() {
+            if Some(number) == from {
+                continue;
+            }
+            let leaving = Leaving { at, frame, slip: self.backlog.enter() };
+            // A port that is gone needs nothing.
+            if patient {
+                let _ = port.send(leaving).await;
+            } else if let Err(mpsc::error::TrySendError::Full(_)) = port.try_send(leaving) {
+                self.dropped.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// Waits until the ports have written everything sent so far. Cancel safe.
+    pub async fn written(&self) {
+        self.backlog.clear().await;
+    }
+
+    /// Waits until whoever listens has everything sent so far. Cancel safe.
+    pub async fn taken(&self) {
+        self.written().await;
+        for untaken in &self.untaken {
+            untaken.taken().await;
+        }
+    }
+
+    /// Whether a port is open without anyone opening it.
+    pub fn is_open_from_the_start(&self) -> bool {
+        self.open_from_the_start
+    }
+
+    /// Frames that a port was too slow to take.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,109 @@
+//! A log in candump's format (`candump -L`): `(1436509052.249713) can0 18FE4980#0011223344556677`.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::can::LogLine;
+use tokio::sync::mpsc;
+
+use super::BusError;
+use crate::CanFrame;
+use crate::join::Leaving;
+
+/// The interface name that stands in the lines.
+const INTERFACE: &str = "can0";
+
+/// Appends one line, its end included.
+pub fn write_line(text: &mut String, at: SimTime, frame: &CanFrame) {
+    let (seconds, micros) = (at.0 / 1_000_000_000, at.0 / 1000 % 1_000_000);
+    let _ = write!(text, "({seconds:010}.{micros:06}) {INTERFACE} {}", frame.to_text());
+    text.push('\n');
+}
+
+/// Reads one line; `None` if it is none.
+pub fn read_line(line: &str) -> Option<(SimTime, CanFrame)> {
+    let LogLine { at_ns, frame, .. } = LogLine::parse(line)?;
+    Some((SimTime(at_ns), CanFrame::from_text(frame)?))
+}
+
+/// A log being written.
+#[derive(Debug)]
+pub struct CandumpLink {
+    file: BufWriter<File>,
+    path: PathBuf,
+}
+
+impl CandumpLink {
+    pub(super) fn open(path: &Path) -> Result<Self, BusError> {
+        let file = File::create(path).map_err(|cause| BusError::Log { path: path.to_owned(), cause })?;
+        Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(super) async fn run(mut self, mut queue: mpsc::Receiver<Leaving>) {
+        let (mut batch, mut text) = (Vec::new(), String::new());
+        // Whatever has gathered meanwhile is written at once, so that the file is whole whenever it is looked at.
+        while queue.recv_many(&mut batch, 256).await > 0 {
+            text.clear();
+            for leaving in &batch {
+                write_line(&mut text, leaving.at, &leaving.frame);
+            }
+            let written: io::Result<()> =
+                self.file.write_all(text.as_bytes()).and_then(|()| self.file.flush());
+            if let Err(cause) = written {
+                tracing::warn!(%cause, path = %self.path.display(), "the log ends here");
+                return;
+            }
+            batch.clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CanId;
+
+    #[test]
+    fn lines_come_back_as_they_went() {
+        let extended = CanId::new(0x18FE_4980, true).unwrap();
+        let frames = [
+            CanFrame::new(extended, &[0, 0x11, 0xFF]).unwrap(),
+            CanFrame::new(CanId::new(0x123, false).unwrap(), &[]).unwrap(),
+            CanFrame::remote(extended, 8).unwrap(),
+        ];
+        let mut text = String::new();
+        for frame in &frames {
+            write_line(&mut text, SimTime(1_500_001_000), frame);
+        }
+        assert!(text.starts_with("(0000000001.500001) can0 18FE4980#0011FF\n"), "{text}");
+        for (line, frame) in text.lines().zip(&frames) {
+            assert_eq!(read_line(line), Some((SimTime(1_500_001_000), *frame)));
+            assert_eq!(
+                read_line(&format!("{line} R")),
+                Some((SimTime(1_500_001_000), *frame)),
+                "python-can's"
+            );
+        }
+    }
+
+    #[test]
+    fn other_lines_are_none() {
+        for line in [
+            "",
+            "(1.0) can0",
+            "(1.0) can0 123#1",
+            "(1.0) can0 FFFFFFFFF#",
+            "x",
+            "(1.0) can0 123#001122334455667788",
+        ] {
+            assert_eq!(read_line(line), None, "{line}");
+        }
+    }
+}

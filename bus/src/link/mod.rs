@@ -1,0 +1,153 @@
+//! Ports of the bus: one file a kind. Frames in, frames out; nothing of what they mean.
+
+pub mod candump;
+pub mod slcan;
+pub mod socketcan;
+pub mod socketcand;
+pub mod udp;
+
+use std::io;
+use std::path::PathBuf;
+
+use tokio::sync::mpsc;
+
+use super::BusAddress;
+pub use super::join::Heard;
+use super::join::Leaving;
+use rowscan_ports::Untaken;
+
+/// Why a port could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// No pseudo-terminal.
+    #[error(transparent)]
+    Line(#[from] rowscan_ports::PortError),
+    /// A log that cannot be written.
+    #[error("cannot write the candump log {}: {cause}", path.display())]
+    Log {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// A network address.
+    #[error("cannot open {what} at {address}: {cause}")]
+    Network {
+        /// What was to be there.
+        what: &'static str,
+        /// Where.
+        address: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// No CAN interface.
+    #[error(
+        "no CAN carrier on `{interface}`: {cause}; bring it up (`ip link set {interface} up type can bitrate 250000`, or \
+         `ip link add dev {interface} type vcan`), or use a bus without it: --can udp:239.74.163.2:43113 or --can slcan:./can"
+    )]
+    Carrier {
+        /// The interface.
+        interface: String,
+        /// What the system said.
+        cause: String,
+    },
+}
+
+/// Where a link hands what it hears.
+#[derive(Clone, Debug)]
+pub struct Ear {
+    pub(super) number: usize,
+    pub(super) heard: mpsc::Sender<(usize, Heard)>,
+}
+
+impl Ear {
+    async fn hear(&self, heard: Heard) {
+        // Nobody listening any more means that the bus is closing.
+        let _ = self.heard.send((self.number, heard)).await;
+    }
+}
+
+/// An open port.
+#[derive(Debug)]
+pub enum Link {
+    /// A Lawicel adapter on a pseudo-terminal.
+    Slcan(Box<slcan::SlcanLink>),
+    /// A CAN interface.
+    Socketcan(socketcan::SocketcanLink),
+    /// A socketcand server.
+    Socketcand(socketcand::SocketcandLink),
+    /// UDP multicast.
+    Udp(udp::UdpLink),
+    /// A log file.
+    Candump(candump::CandumpLink),
+}
+
+/// Where an open port is found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// At a network address.
+    Address(std::net::SocketAddr),
+    /// Under a path.
+    Path(PathBuf),
+    /// By its name.
+    Name(String),
+}
+
+impl Link {
+    /// Opens a port.
+    pub(super) async fn open(address: &BusAddress) -> Result<Self, BusError> {
+        Ok(match address {
+            BusAddress::Slcan(link) => Self::Slcan(Box::new(slcan::SlcanLink::open(link)?)),
+            BusAddress::Socketcan(interface) => Self::Socketcan(socketcan::SocketcanLink::open(interface)?),
+            BusAddress::Socketcand(place) => Self::Socketcand(socketcand::SocketcandLink::open(place).await?),
+            BusAddress::Udp(group) => Self::Udp(udp::UdpLink::open(*group)?),
+            BusAddress::Candump(path) => Self::Candump(candump::CandumpLink::open(path)?),
+        })
+    }
+
+    /// Carries frames until the bus closes.
+    pub(super) async fn run(self, queue: mpsc::Receiver<Leaving>, ear: Ear) {
+        match self {
+            Self::Slcan(link) => link.run(queue, ear).await,
+            Self::Socketcan(link) => link.run(queue, ear).await,
+            Self::Socketcand(link) => link.run(queue, ear).await,
+            Self::Udp(link) => link.run(queue, ear).await,
+            Self::Candump(link) => link.run(queue).await,
+        }
+    }
+
+    /// Whether frames can be heard there without anyone opening it first.
+    pub fn is_open_from_the_start(&self) -> bool {
+        matches!(self, Self::Socketcan(_) | Self::Udp(_) | Self::Candump(_))
+    }
+
+    /// What its client has not read yet, where that can be told.
+    pub(super) fn untaken(&self) -> Result<Option<Untaken>, BusError> {
+        match self {
+            Self::Slcan(link) => Ok(Some(link.untaken()?)),
+            Self::Socketcan(_) | Self::Socketcand(_) | Self::Udp(_) | Self::Candump(_) => Ok(None),
+        }
+    }
+
+    /// Its kind, as the command line names it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Slcan(_) => "slcan",
+            Self::Socketcan(_) => "socketcan",
+            Self::Socketcand(_) => "socketcand",
+            Self::Udp(_) => "udp",
+            Self::Candump(_) => "candump",
+        }
+    }
+
+    /// Where it is found.
+    pub fn found(&self) -> Found {
+        match self {
+            Self::Slcan(link) => Found::Path(link.path().to_owned()),
+            Self::Socketcan(link) => Found::Name(link.interface().to_owned()),
+            Self::Socketcand(link) => Found::Address(link.address()),
+            Self::Udp(link) => Found::Address(link.group()),
+            Self::Candump(link) => Found::Path(link.path().to_owned()),
+        }
+    }
+}

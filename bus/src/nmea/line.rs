@@ -1,0 +1,307 @@
+//! Where NMEA goes out: TCP to whoever connects, UDP, a pseudo-terminal, a serial port.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use bytes::Bytes;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream, UdpSocket};
+use tokio::sync::{broadcast, mpsc};
+use tokio::task::JoinSet;
+
+use super::sentence::SENTENCES;
+use rowscan_ports::in_flight::{Backlog, UnderWay};
+use rowscan_ports::{Port, PortError, Pty, Untaken};
+
+/// Epochs a client may be behind before it loses some.
+const QUEUE: usize = 256;
+/// TCP clients at once.
+const MAX_CLIENTS: usize = 32;
+
+/// A place for sentences.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NmeaAddress {
+    /// `tcp:HOST:PORT`: a server.
+    Tcp(String),
+    /// `udp:HOST:PORT`: datagrams to there.
+    Udp(String),
+    /// `pty:LINK`: a pseudo-terminal; `pty:LINK@4800` at the pace of such a line.
+    Pty(PathBuf, Option<u32>),
+    /// `serial:DEV@RATE`: a serial port at that rate.
+    Serial(PathBuf, u32),
+}
+
+/// `LINE@RATE`, with a rate that serial lines have.
+pub(super) fn rated(place: &str) -> Option<(PathBuf, u32)> {
+    let (line, rate) = place.rsplit_once('@').filter(|(line, _)| !line.is_empty())?;
+    let rate = rate.parse().ok().filter(|rate| (300..=4_000_000).contains(rate))?;
+    Some((line.into(), rate))
+}
+
+/// What a network address was refused with.
+pub(super) fn refused(address: &str) -> impl FnOnce(std::io::Error) -> NmeaError + use<> {
+    let address = address.to_owned();
+    |cause| NmeaError::Network { address, cause }
+}
+
+/// A name that is no place.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected tcp:HOST:PORT, udp:HOST:PORT, pty:LINK (pty:LINK@4800 for a line of that rate) or serial:DEV@RATE, found `{0}`"
+)]
+pub struct NmeaAddressError(String);
+
+impl FromStr for NmeaAddress {
+    type Err = NmeaAddressError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let wrong = || NmeaAddressError(text.to_owned());
+        let (kind, place) = text.split_once(':').filter(|(_, place)| !place.is_empty()).ok_or_else(wrong)?;
+        match kind {
+            "tcp" if place.contains(':') => Ok(Self::Tcp(place.to_owned())),
+            "udp" if place.contains(':') => Ok(Self::Udp(place.to_owned())),
+            "pty" if !place.contains('@') => Ok(Self::Pty(place.into(), None)),
+            "pty" => rated(place).map(|(link, rate)| Self::Pty(link, Some(rate))).ok_or_else(wrong),
+            "serial" => rated(place).map(|(device, rate)| Self::Serial(device, rate)).ok_or_else(wrong),
+            _ => Err(wrong()),
+        }
+    }
+}
+
+/// Why a place cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum NmeaError {
+    /// A network address.
+    #[error("cannot open NMEA at {address}: {cause}")]
+    Network {
+        /// Where.
+        address: String,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A pseudo-terminal or a serial port.
+    #[error(transparent)]
+    Line(#[from] PortError),
+    /// Too much for the line.
+    #[error(
+        "{found} bit/s carry {:.1} epochs a second of {bytes} bytes, fewer than gnss.rate_hz = {rate_hz}; lower gnss.rate_hz or take a line of \
+         {} bit/s or more", f64::from(*.found) / 10.0 / *.bytes as f64, faster(*.bytes, *.rate_hz)
+    )]
+    TooSlow {
+        /// Bits a second.
+        found: u32,
+        /// Bytes an epoch.
+        bytes: usize,
+        /// Epochs a second.
+        rate_hz: f64,
+    },
+}
+
+/// Whether a line of so many bits a second carries so many epochs a second.
+fn carries(found: u32, rate_hz: f64) -> Result<(), NmeaError> {
+    let bytes = SENTENCES.iter().map(|sentence| sentence.longest).sum();
+    match f64::from(found) < bytes as f64 * 10.0 * rate_hz {
+        true => Err(NmeaError::TooSlow { found, bytes, rate_hz }),
+        false => Ok(()),
+    }
+}
+
+/// The next usual rate that carries it.
+fn faster(bytes: usize, rate_hz: f64) -> u32 {
+    let needed = bytes as f64 * 10.0 * rate_hz;
+    let usual = [4800, 9600, 19_200, 38_400, 57_600, 115_200, 230_400, 460_800];
+    usual.into_iter().find(|rate| f64::from(*rate) >= needed).unwrap_or(460_800)
+}
+
+/// Where an open line is found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NmeaPlace {
+    /// At a network address.
+    Address(SocketAddr),
+    /// Under a path.
+    Path(PathBuf),
+}
+
+/// Sentences on their way out, and what tells that they are.
+type Epoch = (Bytes, UnderWay);
+
+/// An open line.
+#[derive(Debug)]
+pub struct NmeaLine {
+    outbox: mpsc::Sender<Epoch>,
+    backlog: Backlog,
+    untaken: Option<Untaken>,
+    place: NmeaPlace,
+    _tasks: JoinSet<()>,
+}
+
+impl NmeaLine {
+    /// Opens a place for a receiver of this rate.
+    ///
+    /// # Errors
+    /// What the system refuses, or a rate the line cannot carry.
+    pub async fn open(address: &NmeaAddress, rate_hz: f64) -> Result<Self, NmeaError> {
+        let (outbox, queue) = mpsc::channel(QUEUE);
+        let (mut tasks, mut untaken) = (JoinSet::new(), None);
+        let place = match address {
+            NmeaAddress::Tcp(place) => {
+                let listener = TcpListener::bind(place).await.map_err(refused(place))?;
+                let address = listener.local_addr().map_err(refused(place))?;
+                tasks.spawn(serve(listener, queue));
+                NmeaPlace::Address(address)
+            }
+            NmeaAddress::Udp(place) => {
+                let socket = UdpSocket::bind("0.0.0.0:0").await.map_err(refused(place))?;
+                socket.connect(place).await.map_err(refused(place))?;
+                let address = socket.peer_addr().map_err(refused(place))?;
+                tasks.spawn(send_datagrams(socket, queue));
+                NmeaPlace::Address(address)
+            }
+            NmeaAddress::Serial(device, rate) => {
+                carries(*rate, rate_hz)?;
+                let port = Port::open(device, *rate)?;
+                tasks.spawn(write_line(port, queue));
+                NmeaPlace::Path(device.clone())
+            }
+            NmeaAddress::Pty(link, rate) => {
+                rate.map_or(Ok(()), |rate| carries(rate, rate_hz))?;
+                let pty = Pty::open(link)?;
+                let path = pty.path().to_owned();
+                untaken = Some(pty.untaken()?);
+                tasks.spawn(write_line(pty, queue));
+                NmeaPlace::Path(path)
+            }
+        };
+        Ok(Self { outbox, backlog: Backlog::default(), untaken, place, _tasks: tasks })
+    }
+
+    /// Where it is found.
+    pub fn place(&self) -> &NmeaPlace {
+        &self.place
+    }
+
+    /// Waits until whoever listens has everything. Cancel safe.
+    pub async fn taken(&self) {
+        self.backlog.clear().await;
+        if let Some(untaken) = &self.untaken {
+            untaken.taken().await;
+        }
+    }
+
+    /// Hands out an epoch. Patient, it waits for a line that is behind; else the line loses it.
+    pub async fn send(&self, epoch: Bytes, patient: bool) {
+        let epoch = (epoch, self.backlog.enter());
+        if patient {
+            let _ = self.outbox.send(epoch).await;
+        } else {
+            let _ = self.outbox.try_send(epoch);
+        }
+    }
+}
+
+/// A client gone takes nothing with it; one that is behind loses epochs, alone.
+async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>) {
+    let (spread, _) = broadcast::channel(QUEUE);
+    let mut clients = JoinSet::new();
+    loop {
+        tokio::select! {
+            accepted = listener.accept() => match accepted {
+                Ok((stream, _)) if clients.len() < MAX_CLIENTS => {
+                    clients.spawn(serve_client(stream, spread.subscribe()));
+                }
+                Ok(_) => {}
+                Err(_) => rowscan_ports::clock::retry_pause().await,
+            },
+            epoch = queue.recv() => {
+                let Some(epoch) = epoch else { return };
+                // Nobody there is nothing wrong.
+                let _ = spread.send(epoch);
+            }
+            Some(_) = clients.join_next() => {}
+        }
+    }
+}
+
+async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Epoch>) {
+    let _ = stream.set_nodelay(true);
+    let (mut reader, mut writer) = stream.split();
+    let mut ignored = [0; 256];
+    loop {
+        tokio::select! {
+            // What a client says (an NTRIP line, perhaps) is not for us; that it goes is.
+            read = reader.read(&mut ignored) => if !matches!(read, Ok(1..)) { return },
+            epoch = epochs.recv() => match epoch {
+                Ok((epoch, _slip)) => if writer.write_all(&epoch).await.is_err() { return },
+                Err(broadcast::error::RecvError::Lagged(_)) => {}
+                Err(broadcast::error::RecvError::Closed) => return,
+            },
+        }
+    }
+}
+
+async fn send_datagrams(socket: UdpSocket, mut queue: mpsc::Receiver<Epoch>) {
+    while let Some((epoch, _slip)) = queue.recv().await {
+        // Nobody listening there is nothing wrong.
+        let _ = socket.send(&epoch).await;
+    }
+}
+
+async fn write_line(wire: impl AsyncRead + AsyncWrite, mut queue: mpsc::Receiver<Epoch>) {
+    let (mut reader, mut writer) = tokio::io::split(wire);
+    let mut ignored = [0; 256];
+    loop {
+        tokio::select! {
+            read = reader.read(&mut ignored) => if read.is_err() { return },
+            epoch = queue.recv() => {
+                let Some((epoch, _slip)) = epoch else { return };
+                if writer.write_all(&epoch).await.is_err() { return }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_named() {
+        assert_eq!("tcp:127.0.0.1:0".parse(), Ok(NmeaAddress::Tcp("127.0.0.1:0".into())));
+        assert_eq!("pty:/tmp/gps@4800".parse(), Ok(NmeaAddress::Pty("/tmp/gps".into(), Some(4800))));
+        assert_eq!("serial:/dev/ttyS0@38400".parse(), Ok(NmeaAddress::Serial("/dev/ttyS0".into(), 38_400)));
+        for wrong in ["tcp:5", "gps", "pty:x@fast", "serial:", "serial:/dev/ttyS0", "serial:@4800", ""] {
+            assert!(wrong.parse::<NmeaAddress>().is_err(), "{wrong}");
+        }
+    }
+
+    #[tokio::test]
+    async fn a_line_that_cannot_carry_the_rate_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let address = NmeaAddress::Pty(folder.path().join("gps"), Some(4800));
+        let error = NmeaLine::open(&address, 10.0).await.unwrap_err().to_string();
+        assert!(
+            error.contains("fewer than gnss.rate_hz = 10") && error.contains("38400 bit/s or more"),
+            "{error}"
+        );
+        assert!(NmeaLine::open(&address, 1.0).await.is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_serial_port_gets_its_epochs_at_its_rate() {
+        let folder = tempfile::tempdir().unwrap();
+        // The far end of the port is a pseudo-terminal here.
+        let mut far = Pty::open(&folder.path().join("port")).unwrap();
+        let device = std::fs::canonicalize(far.path()).unwrap();
+        let slow = NmeaLine::open(&NmeaAddress::Serial(device.clone(), 4800), 10.0).await;
+        assert!(matches!(slow, Err(NmeaError::TooSlow { found: 4800, .. })));
+        let line = NmeaLine::open(&NmeaAddress::Serial(device.clone(), 38_400), 10.0).await.unwrap();
+        assert_eq!(line.place(), &NmeaPlace::Path(device));
+        line.send(Bytes::from_static(b"$GNHDT,0.00,T*00\r\n"), true).await;
+        let mut heard = [0; 18];
+        let read = tokio::time::timeout(std::time::Duration::from_secs(10), far.read_exact(&mut heard)).await;
+        assert_eq!(read.expect("in time").expect("it is read"), 18);
+        assert_eq!(&heard, b"$GNHDT,0.00,T*00\r\n");
+        assert_eq!(rowscan_ports::Wire::client_rate(&far).unwrap(), Some(38_400));
+    }
+}

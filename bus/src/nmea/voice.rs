@@ -1,0 +1,39 @@
+//! When the receiver speaks: every so many milliseconds of simulated time, all its sentences one behind the other.
+
+use rowscan_protocol::time::SimTime;
+use rowscan_scenes::gnss::Receiver;
+
+use super::sentence::SENTENCES;
+use crate::ride::Tractor;
+
+/// A speaking receiver.
+#[derive(Debug)]
+pub struct NmeaVoice {
+    tractor: Tractor,
+    receiver: Receiver,
+    epochs: u64,
+}
+
+impl NmeaVoice {
+    /// The receiver on `tractor`.
+    pub fn new(tractor: Tractor, receiver: Receiver) -> Self {
+        Self { tractor, receiver, epochs: 0 }
+    }
+
+    /// When it speaks next: epoch n at n / rate, never a sum of periods.
+    pub fn next(&self) -> SimTime {
+        SimTime((self.epochs as f64 * 1e9 / self.receiver.rate_hz()).round() as u64)
+    }
+
+    /// What it says then.
+    pub fn speak(&mut self) -> String {
+        let at = self.next();
+        self.epochs += 1;
+        let fix = self.receiver.fix(at, &self.tractor.motion(at));
+        let mut text = String::new();
+        for sentence in SENTENCES {
+            sentence.write(&fix, &mut text);
+        }
+        text
+    }
+}

@@ -1,0 +1,99 @@
+//! The virtual tractor's control function: its NAME and address, what it sends, what it obeys.
+
+use rowscan_protocol::time::SimTime;
+use rowscan_scenes::gnss::Receiver;
+
+use super::frame::{CanFrame, EVERYONE, J1939Id};
+use super::message::{Message, Payload};
+use super::name::Name;
+use super::node::{Node, Standing};
+use super::pgn::{TRACTOR_ADDRESS, gnss, tractor};
+use crate::ride::Tractor;
+
+const MESSAGES: &[&Message] = &[
+    &tractor::WHEEL_SPEED,
+    &tractor::GROUND_SPEED,
+    &tractor::SELECTED_SPEED,
+    &gnss::POSITION_RAPID,
+    &gnss::COURSE_RAPID,
+    &gnss::POSITION,
+    &tractor::FACILITIES,
+];
+
+/// A tractor ECU: everything it says is a function of simulated time and of what it was told.
+#[derive(Debug)]
+pub struct TractorEcu {
+    node: Node,
+    voice: Voice,
+}
+
+#[derive(Debug)]
+struct Voice {
+    tractor: Tractor,
+    receiver: Receiver,
+    commanded_m_s: Option<f64>,
+}
+
+impl Voice {
+    fn compose(&self, message: &'static Message, at: SimTime) -> Option<Payload> {
+        let motion = self.tractor.motion(at);
+        let fix = || self.receiver.fix(at, &motion);
+        // NMEA 2000 numbers what belongs together: everything of one second.
+        let sequence = (at.0 / 1_000_000_000 % 251) as u8;
+        Some(match message.pgn {
+            pgn if pgn == tractor::WHEEL_SPEED.pgn => tractor::wheel_speed(&motion),
+            pgn if pgn == tractor::GROUND_SPEED.pgn => tractor::ground_speed(&motion),
+            pgn if pgn == tractor::SELECTED_SPEED.pgn => tractor::selected_speed(&motion),
+            pgn if pgn == tractor::FACILITIES.pgn => tractor::facilities(),
+            pgn if pgn == gnss::POSITION_RAPID.pgn => gnss::position_rapid(&fix()),
+            pgn if pgn == gnss::COURSE_RAPID.pgn => gnss::course_rapid(&fix(), sequence),
+            pgn if pgn == gnss::POSITION.pgn => gnss::position(&fix(), sequence),
+            _ => return None,
+        })
+    }
+}
+
+impl TractorEcu {
+    /// The control function of `tractor`, whose antenna is `receiver`'s.
+    pub fn new(tractor: Tractor, receiver: Receiver) -> Self {
+        let node = Node::new(Name::tractor(), TRACTOR_ADDRESS, MESSAGES, &[&tractor::FACILITIES]);
+        Self { node, voice: Voice { tractor, receiver, commanded_m_s: None } }
+    }
+
+    /// A bus, or another port of it, opens.
+    pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        self.node.open(at, out);
+    }
+
+    /// A frame was received: answers, and obeys speed commands.
+    pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
+        let Self { node, voice } = self;
+        node.handle(at, frame, &mut |message, at| voice.compose(message, at), out);
+        let Some(id) = J1939Id::of(frame.id).filter(|id| id.pgn == tractor::SPEED_COMMAND.pgn) else {
+            return;
+        };
+        let here = matches!(node.standing(), Standing::Claimed(_)) && id.destination == EVERYONE;
+        let speed_m_s = tractor::commanded_m_s(frame.data()).filter(|_| here);
+        // A command is repeated as long as it holds; only a new one changes anything.
+        if let Some(speed_m_s) = speed_m_s.filter(|speed_m_s| voice.commanded_m_s != Some(*speed_m_s)) {
+            voice.commanded_m_s = Some(speed_m_s);
+            voice.tractor.command(at, speed_m_s);
+        }
+    }
+
+    /// When [`TractorEcu::poll`] has something to do.
+    pub fn next(&self) -> Option<SimTime> {
+        self.node.next()
+    }
+
+    /// Sends what is due.
+    pub fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        let Self { node, voice } = self;
+        node.poll(at, &mut |message, at| voice.compose(message, at), out);
+    }
+
+    /// How it stands on the bus.
+    pub fn standing(&self) -> Standing {
+        self.node.standing()
+    }
+}

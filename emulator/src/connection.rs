@@ -1,0 +1,145 @@
+//! One client: its requests to the device, the device's replies and scans back to it. All bytes to a client pass here.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use rowscan_protocol::device::{AfterReply, Reply, Session};
+use rowscan_recording::{Side, StreamKind, Tap};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::sync::mpsc;
+
+use super::roster::{Member, Queued, Wants};
+use super::{Program, Shared};
+use crate::replay::Prompter;
+
+/// Bytes taken from a client at a time.
+const READ_CHUNK: usize = 4096;
+
+/// Serves one client until it leaves, is turned out, or the device drops it. A house full of speakers refuses it.
+pub(crate) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, stream: S) {
+    let Some((member, scans)) = shared.roster.join() else {
+        shared.counts.refused.fetch_add(1, Ordering::Relaxed);
+        return;
+    };
+    let seat = Seat { shared: &shared, member };
+    let ended = tokio::select! {
+        ended = converse(&shared, &seat.member, scans, stream) => ended,
+        () = seat.member.turned_out() => Ok(()),
+    };
+    if let Err(cause) = ended {
+        tracing::debug!(%cause, "client gone");
+    }
+}
+
+/// A client's place among the others, given up however its task ends: a client that is gone must not keep the mirror turning.
+struct Seat<'a> {
+    shared: &'a Shared,
+    member: Arc<Member>,
+}
+
+impl Drop for Seat<'_> {
+    fn drop(&mut self) {
+        self.shared.roster.leave(&self.member);
+        self.member.set_wants(None);
+        // A mirror that waits for this client's room must look again.
+        self.shared.interest.notify_one();
+    }
+}
+
+async fn converse<S: AsyncRead + AsyncWrite>(
+    shared: &Shared,
+    member: &Member,
+    mut telegrams: mpsc::Receiver<Queued>,
+    stream: S,
+) -> io::Result<()> {
+    let (mut reader, mut writer) = tokio::io::split(stream);
+    let tap = match &shared.program {
+        Program::Device => {
+            let stream = shared.config.stream.as_deref();
+            shared.config.taps.open(stream.unwrap_or(shared.device().model().name), StreamKind::Cola)
+        }
+        Program::Script(name, _) => shared.config.taps.open(name, StreamKind::Cola),
+        Program::Verbatim(name, kind) => shared.config.taps.open(name, *kind),
+    };
+    let mut prompter = match &shared.program {
+        Program::Script(_, script) => Some(Prompter::new(Arc::clone(script))),
+        Program::Device | Program::Verbatim(..) => None,
+    };
+    let verbatim = shared.is_verbatim();
+    if verbatim {
+        member.set_wants(Some(Wants::everything()));
+        shared.interest.notify_one();
+    }
+    let mut session = Session::new(shared.config.dialects);
+    let mut news = shared.news.subscribe();
+    let reboots = shared.device().reboots();
+    let mut chunk = vec![0; READ_CHUNK];
+    let mut replies: Vec<Reply> = Vec::new();
+    loop {
+        tokio::select! {
+            read = reader.read(&mut chunk) => {
+                let read = read?;
+                if read == 0 {
+                    return Ok(());
+                }
+                tap.record(Side::Host, &chunk[..read]);
+                if verbatim {
+                    continue;
+                }
+                let saved = shared.converse(&mut session, prompter.as_mut(), &chunk[..read], &mut replies);
+                if session.counts().frames > 0 {
+                    member.has_spoken();
+                }
+                // Before the reply that says so. If it cannot be kept the client gets no answer, rather than a wrong one.
+                if let (Some(settings), Some(file)) = (saved, &shared.config.state) {
+                    file.keep(settings).await?;
+                }
+                if send(shared, &mut writer, &mut replies, &tap).await? {
+                    return writer.shutdown().await;
+                }
+                // Only now: no scan may overtake the reply to its subscription.
+                member.set_wants(Wants::of(&session));
+                shared.interest.notify_one();
+            }
+            telegram = telegrams.recv() => match telegram {
+                // What was queued when the client unsubscribed is not sent any more.
+                Some(Queued { event, frame, slip: _slip }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
+                    writer.write_all(&frame).await?;
+                    tap.record(Side::Device, &frame);
+                }
+                Some(_) => {}
+                None => return Ok(()),
+            },
+            Ok(()) = news.changed() => {
+                {
+                    let mut device = shared.device();
+                    if device.reboots() != reboots {
+                        return Ok(());
+                    }
+                    session.poll_events(&mut device, shared.clock.now(), &mut replies);
+                }
+                send(shared, &mut writer, &mut replies, &tap).await?;
+            }
+        }
+    }
+}
+
+/// Sends replies and events, each when the device is done with it; true if the connection ends with them.
+async fn send<W: AsyncWrite + Unpin>(
+    shared: &Shared,
+    writer: &mut W,
+    replies: &mut Vec<Reply>,
+    tap: &Tap,
+) -> io::Result<bool> {
+    for reply in replies.drain(..) {
+        shared.clock.rest(reply.delay).await;
+        // One write a reply: many clients take whatever one read gives as the whole reply.
+        writer.write_all(&reply.bytes).await?;
+        tap.record(Side::Device, &reply.bytes);
+        if let Some(AfterReply::Close) = reply.after {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}

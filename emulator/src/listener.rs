@@ -1,0 +1,79 @@
+//! TCP endpoints of the virtual scanner.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+use socket2::{SockRef, TcpKeepalive};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::JoinSet;
+
+use super::{Shared, connection};
+use crate::clock;
+
+/// A listening endpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bound {
+    /// The address, with the real port where 0 was asked for.
+    pub address: SocketAddr,
+}
+
+/// Why an endpoint could not listen.
+#[derive(Debug, thiserror::Error)]
+pub enum ListenError {
+    /// Another program has the port.
+    #[error(
+        "cannot listen on {address}: the port is in use; end the other program, or choose another port (`--tcp 127.0.0.1:0` takes a free one)"
+    )]
+    Busy {
+        /// What was asked for.
+        address: String,
+    },
+    /// Anything else.
+    #[error("cannot listen on {address}: {cause}; expected HOST:PORT such as 127.0.0.1:2111")]
+    Other {
+        /// What was asked for.
+        address: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+}
+
+pub(crate) async fn bind(address: &str) -> Result<(TcpListener, Bound), ListenError> {
+    let fail = |cause: io::Error| match cause.kind() {
+        io::ErrorKind::AddrInUse => ListenError::Busy { address: address.to_owned() },
+        _ => ListenError::Other { address: address.to_owned(), cause },
+    };
+    let listener = TcpListener::bind(address).await.map_err(fail)?;
+    let bound = Bound { address: listener.local_addr().map_err(fail)? };
+    Ok((listener, bound))
+}
+
+/// Takes clients in for as long as the scanner runs.
+pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
+    let mut clients = JoinSet::new();
+    loop {
+        tokio::select! {
+            accepted = listener.accept() => match accepted {
+                Ok((stream, _)) => {
+                    if let Err(cause) = prepare(&stream) {
+                        tracing::debug!(%cause, "socket options refused");
+                    }
+                    clients.spawn(connection::serve(Arc::clone(&shared), stream));
+                }
+                Err(cause) => {
+                    // Out of descriptors, most likely: the clients already here must not suffer for it.
+                    tracing::warn!(%cause, "cannot accept");
+                    clock::breathe().await;
+                }
+            },
+            Some(_) = clients.join_next() => {}
+        }
+    }
+}
+
+fn prepare(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    SockRef::from(stream)
+        .set_tcp_keepalive(&TcpKeepalive::new().with_time(std::time::Duration::from_secs(30)))
+}

@@ -1,0 +1,210 @@
+//! Where a recorded stream goes: to a scanner's clients, out on GNSS lines, onto a bus.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use rowscan_protocol::device::Event;
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::{Side, StreamKind, Tap, Taps};
+use tokio::sync::Mutex;
+use tokio::task::JoinSet;
+
+use super::mirror::hand_over;
+use super::roster::{Member, Wants};
+use super::serial_tape::SerialTape;
+use super::{Emulator, SerialEmulator, Shared};
+use crate::clock::{SimClock, TimeScale};
+use crate::replay::TapeEvent;
+use rowscan_bus::link::Heard;
+use rowscan_bus::nmea::NmeaLine;
+use rowscan_bus::{Bus, CanFrame, Inbox};
+use rowscan_ports::Untaken;
+
+/// Where one stream of a tape goes.
+#[derive(Debug)]
+pub struct Outlet {
+    kind: Kind,
+    /// Of its pseudo-terminals.
+    untaken: Vec<Untaken>,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Scanner(ScannerOutlet),
+    Lms2xx(SerialTape),
+    Nmea(NmeaOutlet),
+    Can(CanOutlet),
+}
+
+/// A scanner's clients.
+#[derive(Debug)]
+struct ScannerOutlet {
+    shared: Arc<Shared>,
+    /// Whoever is connected takes it; else who wants scans.
+    anyone: bool,
+    audience: Vec<(Arc<Member>, Wants)>,
+}
+
+/// Lines that carry sentences, whoever listens.
+#[derive(Debug)]
+struct NmeaOutlet {
+    lines: Vec<NmeaLine>,
+    patient: bool,
+    tap: Tap,
+}
+
+/// A bus, whoever listens.
+#[derive(Debug)]
+struct CanOutlet {
+    bus: Arc<Bus>,
+    /// Until someone listens to it.
+    inbox: Mutex<Option<Inbox>>,
+    patient: bool,
+    tap: Tap,
+}
+
+impl Outlet {
+    /// The clients of a replayed scanner. With `scans` on the tape it waits for somebody who wants them, else for anybody.
+    pub fn scanner(emulator: &Emulator, scans: bool) -> Self {
+        let shared = Arc::clone(&emulator.shared);
+        let anyone = !scans || shared.is_verbatim();
+        Self::of(Kind::Scanner(ScannerOutlet { shared, anyone, audience: Vec::new() }))
+    }
+
+    /// The line of a replayed LMS2xx; none if it is not replayed.
+    pub fn lms2xx(emulator: &SerialEmulator) -> Option<Self> {
+        emulator.tape().map(|tape| Self::of(Kind::Lms2xx(tape.clone())))
+    }
+
+    /// GNSS lines; the stream is recorded again as `name`.
+    pub fn nmea(name: &str, lines: Vec<NmeaLine>, scale: TimeScale, taps: &Taps) -> Self {
+        let tap = taps.open(name, StreamKind::Nmea);
+        Self::of(Kind::Nmea(NmeaOutlet { lines, patient: scale == TimeScale::Max, tap }))
+    }
+
+    /// A bus; the stream is recorded again as `name`, with what others say on the bus.
+    pub fn can(name: &str, (bus, inbox): (Bus, Inbox), scale: TimeScale, taps: &Taps) -> Self {
+        let tap = taps.open(name, StreamKind::Can);
+        let (bus, inbox) = (Arc::new(bus), Mutex::new(Some(inbox)));
+        Self::of(Kind::Can(CanOutlet { bus, inbox, patient: scale == TimeScale::Max, tap }))
+    }
+
+    fn of(kind: Kind) -> Self {
+        Self { kind, untaken: Vec::new() }
+    }
+
+    /// The same, which is played to its end only once the clients of these pseudo-terminals have read it.
+    pub fn read_by(self, untaken: Vec<Untaken>) -> Self {
+        Self { untaken, ..self }
+    }
+
+    /// Starts what must hear, too.
+    pub(crate) fn listen(&self, clock: &Arc<SimClock>, tasks: &mut JoinSet<()>) {
+        if let Kind::Can(outlet) = &self.kind
+            && let Ok(Some(inbox)) = outlet.inbox.try_lock().map(|mut inbox| inbox.take())
+        {
+            let (bus, tap, clock) = (Arc::clone(&outlet.bus), outlet.tap.clone(), Arc::clone(clock));
+            tasks.spawn(carry(bus, inbox, tap, clock, outlet.patient));
+        }
+    }
+
+    /// Waits until somebody wants what is on the tape. Lines and buses speak whether anybody listens or not.
+    pub(crate) async fn taker(&self) {
+        match &self.kind {
+            Kind::Scanner(outlet) => outlet.taker().await,
+            Kind::Lms2xx(tape) => tape.taker().await,
+            Kind::Nmea(_) | Kind::Can(_) => {}
+        }
+    }
+
+    /// Sends an event that is due; false if it goes unheard because a client has stopped the scanner.
+    pub(crate) async fn put(&mut self, event: &TapeEvent, due: SimTime) -> bool {
+        match &mut self.kind {
+            Kind::Scanner(outlet) => return outlet.put(event).await,
+            Kind::Lms2xx(tape) => return tape.put(event).await,
+            Kind::Nmea(outlet) => {
+                let bytes = event.bytes();
+                outlet.tap.record(Side::Device, &bytes);
+                for line in &outlet.lines {
+                    line.send(bytes.clone(), outlet.patient).await;
+                }
+            }
+            Kind::Can(outlet) => {
+                let bytes = event.bytes();
+                outlet.tap.record(Side::Device, &bytes);
+                match std::str::from_utf8(&bytes).ok().and_then(CanFrame::from_text) {
+                    Some(frame) => outlet.bus.send((due, frame), None, outlet.patient).await,
+                    None => tracing::debug!("no classic CAN frame: passed over"),
+                }
+            }
+        }
+        true
+    }
+
+    /// Waits until everything put has gone, and has been read where that can be told.
+    pub(crate) async fn drain(&self) {
+        match &self.kind {
+            Kind::Scanner(outlet) => outlet.shared.backlog.clear().await,
+            Kind::Lms2xx(tape) => tape.drain().await,
+            Kind::Nmea(outlet) => {
+                for line in &outlet.lines {
+                    line.taken().await;
+                }
+            }
+            Kind::Can(outlet) => outlet.bus.taken().await,
+        }
+        for untaken in &self.untaken {
+            untaken.taken().await;
+        }
+    }
+}
+
+impl ScannerOutlet {
+    async fn taker(&self) {
+        let mut audience = Vec::new();
+        loop {
+            let interest = self.shared.interest.notified();
+            self.shared.roster.listeners(&mut audience);
+            let polled = self.shared.polled.load(Ordering::Relaxed);
+            let taken = polled || audience.iter().any(|(_, wants)| self.anyone || wants.takes_scans());
+            let waits = self.shared.clock.scale() == TimeScale::Max && !self.anyone;
+            if taken && (!waits || self.shared.device().is_measuring()) {
+                return;
+            }
+            interest.await;
+        }
+    }
+
+    async fn put(&mut self, event: &TapeEvent) -> bool {
+        let Self { shared, audience, .. } = self;
+        let is_scan = matches!(event.event, Some(Event::ScanData | Event::Monitor));
+        // Stopped by a client: what is recorded goes on unheard.
+        if is_scan && !shared.device().is_measuring() {
+            return false;
+        }
+        if is_scan
+            && shared.polled.load(Ordering::Relaxed)
+            && let Some(scan) = event.scan()
+        {
+            shared.device().show_scan(scan);
+        }
+        shared.roster.listeners(audience);
+        for (member, wants) in audience.iter() {
+            let wanted = event.event.is_none_or(|event| wants.subscriptions.has(event));
+            if let Some(frame) = wanted.then(|| event.in_dialect(wants.dialect)).flatten() {
+                hand_over(shared, member, event.event, frame).await;
+            }
+        }
+        true
+    }
+}
+
+/// Carries what others say on a bus from port to port.
+async fn carry(bus: Arc<Bus>, mut inbox: Inbox, tap: Tap, clock: Arc<SimClock>, patient: bool) {
+    while let Some((port, heard)) = inbox.recv().await {
+        if let Heard::Frame(frame) = heard {
+            tap.record(Side::Host, frame.to_text().as_bytes());
+            bus.send((clock.now(), frame), Some(port), patient).await;
+        }
+    }
+}

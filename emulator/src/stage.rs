@@ -1,0 +1,155 @@
+//! A scene made ready to be scanned: orchard grown, caster built, devices set up as the rig says.
+
+use std::sync::Arc;
+
+use rowscan_protocol::device::{Device, Identity, ModeError};
+use rowscan_protocol::lms2xx;
+use rowscan_protocol::model::{Model, ScanMode};
+use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_scenes::gnss::Receiver;
+use rowscan_scenes::optics::RangeLimits;
+use rowscan_scenes::trajectory::Drive;
+use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
+
+use crate::{Tractor, World, WorldError};
+
+/// A grown scene with its rig.
+#[derive(Debug)]
+pub struct Stage {
+    /// The scene as it was handed in.
+    pub scene: Scene,
+    /// The rig, with what the scene knows filled in.
+    pub rig: Rig,
+    /// The grown orchard.
+    pub orchard: Orchard,
+    caster: Arc<Caster>,
+}
+
+/// Why a scanner could not be put on the stage.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StageError {
+    /// The rig lacks it.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The model has no such scan mode.
+    #[error(transparent)]
+    Mode(#[from] ModeError),
+}
+
+impl Stage {
+    /// Grows the scene's orchard; `progress` hears of trees done and trees in all.
+    pub fn grow(scene: Scene, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<Self, GrowError> {
+        let orchard = Orchard::grow(&scene.orchard, scene.seed, progress)?;
+        let caster = Arc::new(Caster::new(&orchard));
+        Ok(Self { rig: scene.resolved_rig(), scene, orchard, caster })
+    }
+
+    /// A tractor at its start, for the rig's scanners to ride on.
+    pub fn tractor(&self) -> Tractor {
+        Tractor::new(self.scene.trajectory(self.orchard.length_m()))
+    }
+
+    /// The GNSS receiver on its roof.
+    pub fn receiver(&self) -> Receiver {
+        Receiver::new(self.scene.gnss.clone(), self.scene.seed)
+    }
+
+    /// The rig's scanner number `index` as a device of `model`, with its view, on a tractor of its own.
+    pub fn scanner(&self, index: usize, model: &'static Model) -> Result<(Device, World), StageError> {
+        self.scanner_on(&self.tractor(), index, model)
+    }
+
+    /// The same on a tractor that carries other things too.
+    pub fn scanner_on(
+        &self,
+        tractor: &Tractor,
+        index: usize,
+        model: &'static Model,
+    ) -> Result<(Device, World), StageError> {
+        let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
+        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
+            .with_encoder(self.scene.encoder);
+        let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
+        let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
+        if let Some(mount) = self.rig.scanners.get(index) {
+            let mode = scan_mode(model, mount)?;
+            device.set_scan_mode(mode.frequency_centihz, mode.step)?;
+        }
+        Ok((device, world))
+    }
+
+    /// The rig's scanner number `index` as an LMS2xx, with its view, on a tractor of its own. Its variant has the mount's resolution, where the
+    /// model has one that does.
+    pub fn serial_scanner(
+        &self,
+        index: usize,
+        model: &'static lms2xx::model::Model,
+        options: lms2xx::device::Options,
+    ) -> Result<(lms2xx::device::Device, World), StageError> {
+        self.serial_scanner_on(&self.tractor(), index, model, options)
+    }
+
+    /// The same on a tractor that carries other things too.
+    pub fn serial_scanner_on(
+        &self,
+        tractor: &Tractor,
+        index: usize,
+        model: &'static lms2xx::model::Model,
+        options: lms2xx::device::Options,
+    ) -> Result<(lms2xx::device::Device, World), StageError> {
+        let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
+        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?;
+        let mut device = lms2xx::device::Device::new(model, options);
+        let asked = self.rig.scanners.get(index).and_then(asked_step);
+        let fits = |variant: &&lms2xx::Variant| asked == Some(variant.step_centideg.saturating_mul(100));
+        if let Some(variant) = model.variants.iter().find(fits) {
+            device.set_variant(*variant);
+        }
+        Ok((device, world))
+    }
+
+    /// What the beams meet.
+    pub fn caster(&self) -> &Caster {
+        &self.caster
+    }
+
+    /// Scans a client receives while the tractor drives past the whole row once, at most an hour's; at constant speed exactly the row's.
+    pub fn scans_per_row(&self, device: &Device) -> u64 {
+        let hertz = f64::from(device.mirror().frequency_centihz) / 100.0;
+        let length_m = self.orchard.length_m();
+        if self.scene.drive == Drive::default() {
+            return (length_m / self.rig.speed_m_s * hertz).round() as u64;
+        }
+        let trajectory = self.scene.trajectory(length_m);
+        let scans = 0..(LONGEST_PASS_S * hertz) as u64;
+        scans.clone().find(|scan| trajectory.at(*scan as f64 / hertz).way_m >= length_m).unwrap_or(scans.end)
+    }
+}
+
+/// How long a pass of a row may take, simulated seconds.
+const LONGEST_PASS_S: f64 = 3600.0;
+
+/// The scan frequency a mount asks for, in the wire's 1/100 Hz.
+pub fn asked_frequency_centihz(mount: &Mount) -> Option<u32> {
+    mount.frequency_hz.map(|hertz| (hertz * 100.0).round() as u32)
+}
+
+/// The angle between beams a mount asks for, in the wire's 1/10000°.
+pub fn asked_step(mount: &Mount) -> Option<u16> {
+    mount.resolution_deg.map(|degrees| (degrees * 10_000.0).round() as u16)
+}
+
+/// The model's scan mode that fits what the mount asks for; its default where the mount leaves it open.
+fn scan_mode(model: &Model, mount: &Mount) -> Result<ScanMode, ModeError> {
+    let (frequency_centihz, step) = (asked_frequency_centihz(mount), asked_step(mount));
+    let fits = |mode: &&ScanMode| {
+        frequency_centihz.is_none_or(|asked| mode.frequency_centihz == asked)
+            && step.is_none_or(|asked| mode.step == asked)
+    };
+    let refused = ModeError {
+        model: model.title,
+        frequency_centihz: frequency_centihz.unwrap_or(model.default_mode.frequency_centihz),
+        step: step.unwrap_or(model.default_mode.step),
+    };
+    std::iter::once(&model.default_mode).chain(model.modes).find(fits).copied().ok_or(refused)
+}

@@ -1,0 +1,159 @@
+//! What the scanner sees: the orchard through the caster and the optics, from where the tractor stands.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
+use rowscan_protocol::rig::{Mount, Rig, RowSide};
+use rowscan_protocol::scan::Pose;
+use rowscan_protocol::time::SimTime;
+use rowscan_scenes::encoder::Encoder;
+use rowscan_scenes::optics::{self, RangeLimits};
+use rowscan_scenes::trajectory::{Alley, Course};
+use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
+
+use rowscan_bus::ride::Tractor;
+
+/// One scanner's view of an orchard.
+#[derive(Debug)]
+pub struct World {
+    caster: Arc<Caster>,
+    /// What there is where no rows are: bare ground.
+    headland: Caster,
+    tractor: Tractor,
+    encoder: Encoder,
+    mount: Mount,
+    row_spacing_m: f64,
+    limits: RangeLimits,
+    fan: BeamFan,
+    returns: Vec<Return>,
+    scratch: Scratch,
+    echoes: [MeasuredEcho; 1],
+    seen: Option<(Mirror, View)>,
+}
+
+/// From where a line is cast, and which way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct View {
+    pose: Pose,
+    towards_x: bool,
+    /// Metres along +Y from beam to beam.
+    advance_m: f64,
+    headland: bool,
+}
+
+/// Why a rig cannot carry this scanner.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WorldError {
+    /// The rig has fewer scanners.
+    #[error("the rig has {found} scanner(s); there is no scanner number {index}")]
+    NoSuchScanner {
+        /// The scanner asked for, from 0.
+        index: usize,
+        /// How many there are.
+        found: usize,
+    },
+}
+
+impl World {
+    /// The view of the rig's scanner number `index`, a device that reports these distances.
+    pub fn new(
+        caster: Arc<Caster>,
+        tractor: Tractor,
+        rig: &Rig,
+        index: usize,
+        limits: RangeLimits,
+    ) -> Result<Self, WorldError> {
+        let mount = rig
+            .scanners
+            .get(index)
+            .cloned()
+            .ok_or(WorldError::NoSuchScanner { index, found: rig.scanners.len() })?;
+        Ok(Self {
+            caster,
+            headland: Caster::new(&Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY)),
+            tractor,
+            encoder: Encoder::default(),
+            mount,
+            row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
+            limits,
+            fan: BeamFan::from_degrees(0.0, 0.0, 0),
+            returns: Vec::new(),
+            scratch: Scratch::default(),
+            echoes: [MeasuredEcho::default()],
+            seen: None,
+        })
+    }
+
+    /// The same with this encoder on the wheel.
+    #[must_use]
+    pub fn with_encoder(self, encoder: Encoder) -> Self {
+        Self { encoder, ..self }
+    }
+
+    /// Casts one line: the mirror's full grid, its first beam at `at`, each beam from where the tractor then is.
+    pub fn look(&mut self, mirror: Mirror, at: SimTime) {
+        let view = self.view(mirror, at);
+        if self.seen == Some((mirror, view)) {
+            return;
+        }
+        let stale =
+            |(before, from): (Mirror, View)| before.beams != mirror.beams || from.towards_x != view.towards_x;
+        if self.seen.is_none_or(stale) {
+            self.fan = BeamFan::looking(&self.mount, mirror.beams, view.towards_x);
+            self.returns.resize(mirror.beams.len(), Return::MISS);
+        }
+        self.fan.advance(view.advance_m);
+        let caster = if view.headland { &self.headland } else { &*self.caster };
+        caster.cast(view.pose, &self.fan, &mut self.scratch, &mut self.returns);
+        let [echo] = &mut self.echoes;
+        optics::measure(&self.returns, self.limits, &mut echo.range_mm, &mut echo.remission);
+        self.seen = Some((mirror, view));
+    }
+
+    fn view(&self, mirror: Mirror, at: SimTime) -> View {
+        let grid = mirror.beams;
+        let beams = grid.len().saturating_sub(1) as f64;
+        let turn_s =
+            100.0 / f64::from(mirror.frequency_centihz.max(1)) * (1.0 + f64::from(mirror.period_ppm) * 1e-6);
+        let sweep_s = beams * grid.step_deg().abs() / 360.0 * turn_s;
+        let motion = self.tractor.motion(at);
+        // By the chord, so that first and last beam start exactly where the tractor was.
+        let swept_m = self.tractor.motion(at + Duration::from_secs_f64(sweep_s)).way_m - motion.way_m;
+        let headland = motion.place.alley.is_none();
+        let alley = motion.place.alley.unwrap_or(Alley { number: 0, backwards: false });
+        let (row, towards_x) = alley.row_beside(self.mount.row == RowSide::Right);
+        let row_m = f64::from(row) * self.row_spacing_m;
+        let Pose { x_m, y_m, z_m } = self.mount.pose(motion.place.y_m);
+        let x_m = if towards_x { row_m + x_m } else { row_m - x_m };
+        let along_y_m = if alley.backwards { -swept_m } else { swept_m };
+        let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
+        View { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland }
+    }
+
+    /// The way an encoder on this tractor's wheel has counted at `at`.
+    pub fn travelled_mm(&self, at: SimTime) -> f64 {
+        self.encoder.counted_mm(self.tractor.motion(at).wheel_m)
+    }
+
+    /// The tractor it rides on.
+    pub fn tractor(&self) -> &Tractor {
+        &self.tractor
+    }
+
+    /// The line last cast, in the device's raw units.
+    pub fn line(&self) -> MeasuredLine<'_> {
+        MeasuredLine { echoes: &self.echoes }
+    }
+
+    /// Ranges and remissions of the line last cast, first echo.
+    pub fn echo(&self) -> &MeasuredEcho {
+        let [echo] = &self.echoes;
+        echo
+    }
+
+    /// The line last cast, beam by beam, with what each beam met.
+    pub fn returns(&self) -> &[Return] {
+        &self.returns
+    }
+}

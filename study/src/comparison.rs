@@ -1,0 +1,240 @@
+//! Every estimator against the truth, over many rows: bias, spread, and what someone who does not scan would say.
+
+use rayon::prelude::*;
+use rowscan_canopy::estimator::{TABLE, by_name};
+use rowscan_canopy::{Calibration, CutMethod, Measure, Pipeline, PipelineError, Quantity};
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::model::Model;
+use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
+use rowscan_scenes::caster::Class;
+use rowscan_scenes::{BeamFan, Return, Scene, Scratch};
+use serde::Serialize;
+
+use crate::appraisal::Appraisal;
+use crate::trial::{Trial, TrialError};
+use rowscan_emulator::stage::Stage;
+
+/// What numbers are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// The whole row.
+    Row,
+    /// Single trees, cut at the spacing.
+    Tree,
+}
+
+/// One estimator's quantity over all rows or trees.
+#[derive(Clone, Debug, Serialize)]
+pub struct Compared {
+    /// The scene.
+    pub scene: String,
+    /// Rows or trees.
+    pub scope: Scope,
+    /// The estimator.
+    pub estimator: &'static str,
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Rows or trees with a value and a truth that is not zero.
+    pub n: usize,
+    /// Mean of the truths.
+    pub truth_mean: f64,
+    /// Mean of value / truth − 1.
+    pub bias: f64,
+    /// Standard deviation of value / truth over its mean.
+    pub cv: f64,
+    /// The same of the mean of all *other* rows' truths, taken for each: the estimate of someone who does not scan.
+    pub null_cv: f64,
+    /// Share of the 95 % intervals that hold the truth, where there is one.
+    pub covered: Option<f64>,
+}
+
+/// How well trees are found in the data.
+#[derive(Clone, Debug, Serialize)]
+pub struct CutCompared {
+    /// The scene.
+    pub scene: String,
+    /// How.
+    pub method: CutMethod,
+    /// Rows.
+    pub rows: usize,
+    /// Trees planted, a row.
+    pub planted: f64,
+    /// Mean of trees found − planted, a row.
+    pub count_error: f64,
+    /// Rows with as many trees found as planted.
+    pub rows_right: usize,
+    /// Mean distance from a found border to the nearest true one, metres.
+    pub border_error_m: Option<f64>,
+}
+
+/// A row's numbers.
+struct Row {
+    pairs: Vec<(Scope, Measure, f64)>,
+    cuts: Vec<(CutMethod, i64, Vec<f64>)>,
+    planted: usize,
+}
+
+/// Steps of the finer scan: lines, metres, and beams, 1/10000°.
+const FINER: (f64, u16) = (0.01, 1000);
+
+/// Tries a scene's rows of these seeds, and compares.
+pub fn compare(
+    scene: &Scene,
+    seeds: &[u64],
+    model: &'static Model,
+    calibration: Option<&Calibration>,
+    done: &(dyn Fn() + Sync),
+) -> Result<(Vec<Compared>, Vec<CutCompared>), TrialError> {
+    let rows: Vec<Row> = seeds
+        .par_iter()
+        .map(|&seed| {
+            let row = Row::try_one(Scene { seed, ..scene.clone() }, model, calibration.cloned());
+            done();
+            row
+        })
+        .collect::<Result<_, _>>()?;
+    Ok((compared(&scene.name, &rows), cuts_compared(&scene.name, &rows)))
+}
+
+impl Row {
+    fn try_one(
+        scene: Scene,
+        model: &'static Model,
+        calibration: Option<Calibration>,
+    ) -> Result<Self, TrialError> {
+        let stage = Stage::grow(scene, &|_, _| {})?;
+        let all: Vec<_> = TABLE.iter().collect();
+        let trial = Trial::drive_past(&stage, model, calibration, &all)?;
+        let mount = stage.rig.scanners.first().cloned().unwrap_or_default();
+        let appraisal = Appraisal::of(&stage.orchard, &mount, stage.rig.ground_clearance_m)
+            .with_finer_scan(finer_scan(&stage)?);
+        let start_m = stage.rig.start_m;
+        let whole = appraisal.stretch(start_m, start_m + trial.length_m);
+        let mut pairs = Vec::new();
+        for measure in trial.estimate.side_by_side() {
+            let truth = whole.value(measure.quantity, measure.band_m());
+            pairs.extend(truth.map(|truth| (Scope::Row, measure, truth)));
+        }
+        let spacing_m = stage.rig.tree_spacing_m.unwrap_or(1.0);
+        for tree in trial.estimate.trees.iter().filter(|tree| tree.complete) {
+            let cell = appraisal.stretch(tree.y_m - spacing_m / 2.0, tree.y_m + spacing_m / 2.0);
+            for measure in tree.side_by_side() {
+                let truth = cell.value(measure.quantity, measure.band_m());
+                pairs.extend(truth.map(|truth| (Scope::Tree, measure, truth)));
+            }
+        }
+        let standing = trial.truth.trees.iter().filter(|tree| tree.height_m > 0.0);
+        let planted: Vec<f64> = standing.filter_map(|tree| tree.y_m).collect();
+        let cuts = trial.estimate.trees_found.iter().map(|found| {
+            // A border between two planted neighbours lies half way; at the row's ends it lies beyond what was scanned.
+            let borders = found.trees.iter().skip(1).map(|tree| {
+                let off = planted.iter().map(|y_m| (tree.y_from_m - (y_m - spacing_m / 2.0)).abs());
+                off.fold(f64::INFINITY, f64::min)
+            });
+            let count = found.trees.len() as i64 - planted.len() as i64;
+            (found.method, count, borders.filter(|off| off.is_finite()).collect())
+        });
+        Ok(Self { cuts: cuts.collect(), planted: planted.len(), pairs })
+    }
+}
+
+/// Gaps and porosity of the row by beams and lines so fine that finer ones change nothing, unquantised.
+fn finer_scan(stage: &Stage) -> Result<Vec<Measure>, PipelineError> {
+    let (dy_m, step) = FINER;
+    let Some(mount) = stage.rig.scanners.first() else { return Ok(Vec::new()) };
+    let frequency_hz = 100.0;
+    let rig = rowscan_protocol::rig::Rig { speed_m_s: dy_m * frequency_hz, ..stage.rig.clone() };
+    let wanted: Vec<_> = ["gap", "porosity"].into_iter().filter_map(by_name).collect();
+    let mut pipeline = Pipeline::new(Some(&rig), 0, None)?.with_estimators(&wanted);
+    let grid = BeamGrid::spanning(0, 1_800_000, step);
+    let fan = BeamFan::of_mount(mount, grid);
+    let mut returns = vec![Return::MISS; grid.len()];
+    let (mut scratch, mut scan) = (Scratch::default(), Scan::default());
+    scan.beams = grid;
+    scan.scan_frequency_hz = frequency_hz;
+    scan.echoes = vec![Echo { range_m: vec![NO_ECHO; grid.len()], remission: Vec::new() }];
+    let lines = (stage.orchard.length_m() / dy_m).round() as u32;
+    for line in 0..lines {
+        let y_m = rig.y_m(f64::from(line) / frequency_hz);
+        stage.caster().cast(mount.pose(y_m), &fan, &mut scratch, &mut returns);
+        scan.telegram_counter = line as u16;
+        scan.scan_time_us = line.wrapping_mul(10_000);
+        for (range_m, found) in scan.echoes.iter_mut().flat_map(|echo| &mut echo.range_m).zip(&returns) {
+            *range_m = if found.class == Class::None { NO_ECHO } else { found.range_m };
+        }
+        pipeline.push(&scan);
+    }
+    Ok(pipeline.finish().measures)
+}
+
+fn compared(scene: &str, rows: &[Row]) -> Vec<Compared> {
+    // In the order in which the first row lists them.
+    let mut kinds: Vec<(Scope, &'static str, Quantity)> = Vec::new();
+    for (scope, measure, _) in rows.iter().flat_map(|row| &row.pairs) {
+        let kind = (*scope, measure.estimator, measure.quantity);
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    kinds
+        .into_iter()
+        .filter_map(|(scope, estimator, quantity)| {
+            let of = |(own, m, _): &&(Scope, Measure, f64)| {
+                *own == scope && m.estimator == estimator && m.quantity == quantity && m.band_m().is_none()
+            };
+            let pairs: Vec<_> = rows.iter().flat_map(|row| &row.pairs).filter(of).collect();
+            let known: Vec<(f64, f64)> = pairs
+                .iter()
+                .filter_map(|(_, measure, truth)| Some((measure.value?, *truth)))
+                .filter(|(_, truth)| *truth > 0.0)
+                .collect();
+            let ratios: Vec<f64> = known.iter().map(|(value, truth)| value / truth).collect();
+            let (total, n) = (known.iter().map(|(_, truth)| truth).sum::<f64>(), known.len());
+            let others = |truth: f64| (total - truth) / (n as f64 - 1.0);
+            let null: Vec<f64> = known.iter().map(|(_, truth)| others(*truth) / truth).collect();
+            let held = pairs.iter().filter_map(|(_, m, truth)| Some((m.low?..=m.high?).contains(truth)));
+            let held: Vec<bool> = held.collect();
+            (n > 0).then(|| Compared {
+                scene: scene.to_owned(),
+                scope,
+                estimator,
+                quantity,
+                n,
+                truth_mean: total / n as f64,
+                bias: mean(&ratios) - 1.0,
+                cv: cv(&ratios),
+                null_cv: cv(&null),
+                covered: (!held.is_empty())
+                    .then(|| held.iter().filter(|held| **held).count() as f64 / held.len() as f64),
+            })
+        })
+        .collect()
+}
+
+fn cuts_compared(scene: &str, rows: &[Row]) -> Vec<CutCompared> {
+    let of = |method: CutMethod| {
+        let cuts: Vec<_> = rows.iter().flat_map(|row| &row.cuts).filter(|cut| cut.0 == method).collect();
+        let off: Vec<f64> = cuts.iter().flat_map(|cut| cut.2.iter().copied()).collect();
+        CutCompared {
+            scene: scene.to_owned(),
+            method,
+            rows: rows.len(),
+            planted: mean(&rows.iter().map(|row| row.planted as f64).collect::<Vec<_>>()),
+            count_error: mean(&cuts.iter().map(|cut| cut.1 as f64).collect::<Vec<_>>()),
+            rows_right: cuts.iter().filter(|cut| cut.1 == 0).count(),
+            border_error_m: (!off.is_empty()).then(|| mean(&off)),
+        }
+    };
+    CutMethod::ALL.into_iter().map(of).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    rowscan_canopy::regression::mean(values)
+}
+
+fn cv(values: &[f64]) -> f64 {
+    let middle = mean(values);
+    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
+    (squares / (values.len() as f64 - 1.0).max(1.0)).sqrt() / middle
+}

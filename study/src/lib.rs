@@ -1,0 +1,172 @@
+//! Studies: many orchards, one result each, one report over all.
+//!
+//! A [`Study`] is a set of settings that says how many units (orchards) it has and what one gives. [`run`] works through a
+//! [`Shard`] of them on all cores; a [`journal`] keeps every finished unit, so that an interrupted run goes on where it was; a
+//! [`ShardFile`] holds a finished shard, and [`merge`] joins shards. The report is made from the merged units alone, so that its
+//! numbers are the same however the work was cut. Seeds follow from (study, seed, unit) and from nothing else.
+
+pub mod appraisal;
+pub mod areas;
+pub mod comparison;
+pub mod config;
+mod document;
+pub mod figure;
+pub mod fingerprint;
+pub mod journal;
+pub mod resolution;
+pub mod search;
+mod settings;
+mod shard;
+pub mod sweep;
+pub mod trial;
+
+use rayon::prelude::*;
+use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
+use rowscan_scenes::scan::ScanSettings;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+pub use document::StudyFileError;
+pub use settings::Setting;
+pub use shard::{Header, MergeError, Shard, ShardError, ShardFile, Whole, merge};
+
+/// A study: its settings are all that its results depend on.
+pub trait Study: Clone + PartialEq + Serialize + DeserializeOwned + Sync {
+    /// Its name on the command line and in files.
+    const NAME: &'static str;
+    /// What one unit gives.
+    type Result: Clone + PartialEq + Serialize + DeserializeOwned + Send + Sync;
+
+    /// How many units there are.
+    fn units(&self) -> usize;
+
+    /// The scene its orchards come from, and the seed.
+    fn scene(&self) -> &Scene;
+
+    /// The files that its scenes name.
+    fn files(&self) -> Vec<SceneFile> {
+        self.scene().clone().files_mut().into_iter().map(|file| file.clone()).collect()
+    }
+
+    /// How long a unit takes, in any measure: what makes the remaining time honest where units differ.
+    fn effort(&self, index: usize) -> f64;
+
+    /// Does one unit.
+    fn unit(&self, index: usize) -> Result<Self::Result, UnitError>;
+}
+
+/// A unit with its result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Unit<R> {
+    /// Number of the unit, from 0.
+    pub index: usize,
+    /// What it gave.
+    pub result: R,
+}
+
+/// Why a unit gave no result.
+#[derive(Debug, thiserror::Error)]
+pub enum UnitError {
+    /// The orchard did not grow.
+    #[error(transparent)]
+    Grow(#[from] rowscan_scenes::GrowError),
+    /// The scan could not be laid out.
+    #[error(transparent)]
+    Scan(#[from] rowscan_scenes::scan::ScanError),
+    /// The wood test cannot be.
+    #[error(transparent)]
+    Mesh(#[from] rowscan_scenes::scan::MeshError),
+    /// No beam met a leaf or a branch.
+    #[error("the {kind} scan sees nothing: no beam met a leaf or a branch")]
+    SeesNothing {
+        /// The type of scan.
+        kind: rowscan_scenes::scan::ScanKind,
+    },
+    /// The row is too short for its coarsest advance.
+    #[error(
+        "a row of {length_m} m is too short: the advances to compare repeat together every {needed_m} m only"
+    )]
+    TooShort {
+        /// Metres of row.
+        length_m: f64,
+        /// Metres needed.
+        needed_m: f64,
+    },
+    /// A scanner model that is none.
+    #[error("unknown scanner model `{found}`; see `rowscan models`")]
+    UnknownModel {
+        /// What was asked for.
+        found: String,
+    },
+    /// The row could not be driven past by the emulated scanner.
+    #[error(transparent)]
+    Trial(#[from] crate::trial::TrialError),
+}
+
+/// Why a shard did not finish.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A unit failed.
+    #[error("orchard {index}: {cause}")]
+    Unit {
+        /// Which, from 0.
+        index: usize,
+        /// Why.
+        cause: UnitError,
+    },
+    /// A result could not be kept.
+    #[error("cannot keep the result of orchard {index}: {cause}; make room and go on with --resume")]
+    Keep {
+        /// Which, from 0.
+        index: usize,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+}
+
+/// The paper's lateral scan from where the scene's first scanner sits.
+fn lateral_of(scene: &Scene) -> ScanSettings {
+    let settings = ScanSettings::default();
+    match scene.resolved_rig().scanners.first() {
+        Some(mount) => ScanSettings { distance_m: mount.distance_m, height_m: mount.height_m, ..settings },
+        None => settings,
+    }
+}
+
+/// The middle value, or the mean of the two in the middle; None of nothing.
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    let upper = *values.get(values.len() / 2)?;
+    let lower = *values.get((values.len() - 1) / 2)?;
+    Some((lower + upper) / 2.0)
+}
+
+/// Works through the units of `shard` that `done` does not hold, on all cores, and gives all of them in order.
+///
+/// `keep` hears of every unit as soon as it is there (from several threads); its first failure ends the run.
+pub fn run<S: Study>(
+    study: &S,
+    shard: Shard,
+    done: Vec<Unit<S::Result>>,
+    keep: &(dyn Fn(&Unit<S::Result>) -> std::io::Result<()> + Sync),
+) -> Result<Vec<Unit<S::Result>>, RunError> {
+    let mut open: Vec<usize> =
+        shard.units(study.units()).filter(|index| done.iter().all(|unit| unit.index != *index)).collect();
+    // The long ones first, so that no core waits for one at the end.
+    open.sort_by(|a, b| study.effort(*b).total_cmp(&study.effort(*a)));
+    let fresh: Result<Vec<_>, RunError> = open
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|index| {
+            let result = study.unit(index).map_err(|cause| RunError::Unit { index, cause })?;
+            let unit = Unit { index, result };
+            keep(&unit).map_err(|cause| RunError::Keep { index, cause })?;
+            Ok(unit)
+        })
+        .collect();
+    let mut units = done;
+    units.extend(fresh?);
+    units.sort_by_key(|unit| unit.index);
+    Ok(units)
+}

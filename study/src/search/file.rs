@@ -1,0 +1,116 @@
+//! The search's file.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use super::{AreasStudy, Knob, SearchStudy, with};
+use crate::document::{Complaint, Document};
+use crate::settings::{Shelf, tuples};
+use crate::{Setting, StudyFileError};
+
+/// Format of the file.
+const VERSION: u32 = 1;
+/// Units one search may hold.
+const MOST_UNITS: usize = 1_000_000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SearchFile {
+    version: u32,
+    #[serde(default)]
+    name: String,
+    scene: String,
+    seeds: Vec<u64>,
+    #[serde(default)]
+    one_at_a_time: bool,
+    #[serde(default)]
+    joint: usize,
+    /// What the base sets over the areas study on the scene: keys, in quotes, with their values.
+    #[serde(default)]
+    base: Table,
+    #[serde(default)]
+    knob: Vec<KnobFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KnobFile {
+    #[serde(default)]
+    key: Option<String>,
+    #[serde(default)]
+    keys: Vec<String>,
+    values: Vec<Value>,
+}
+
+/// Reads a search. A scene that is a file is looked for beside it.
+///
+/// # Errors
+/// A file that cannot be read, is no search, or names keys or values that an areas study does not have.
+pub fn read(path: &Path) -> Result<SearchStudy, StudyFileError> {
+    let document = Document::open(path)?;
+    let file: SearchFile = document.parse()?;
+    let (scene, mut files) = document.scene(&file.scene)?;
+    files.stock(&mut scene.clone())?;
+    let mut search = file.search(AreasStudy::new(scene)).map_err(|complaint| document.refuse(complaint))?;
+    // Every value of every knob must be one, tried alone; what does not go together shows in the search.
+    for knob in &search.knobs {
+        for value in &knob.values {
+            let about = knob.keys.first().cloned().unwrap_or_default();
+            let mut tried = with(&search.base, &knob.set_to(value).collect::<Vec<_>>())
+                .map_err(|why| document.refuse(Complaint::new(about, why)))?;
+            files.stock(&mut tried.scene)?;
+        }
+    }
+    search.files = files;
+    Ok(search)
+}
+
+impl SearchFile {
+    fn search(self, base: AreasStudy) -> Result<SearchStudy, Complaint> {
+        if self.version != VERSION {
+            let message = format!("version must be {VERSION}, found {}", self.version);
+            return Err(Complaint::new("version", message));
+        }
+        if self.seeds.is_empty() {
+            return Err(Complaint::new(
+                "seeds",
+                "expected `seeds`, the list that every point sees, found none",
+            ));
+        }
+        let settings: Vec<Setting<'_>> =
+            self.base.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
+        let base = with(&base, &settings).map_err(|why| {
+            let alone = settings.iter().find(|one| with(&base, std::slice::from_ref(one)).is_err());
+            Complaint::new(alone.map_or("[base]", |(key, _)| key), why)
+        })?;
+        let search = SearchStudy {
+            name: self.name,
+            base,
+            knobs: self.knob.into_iter().map(KnobFile::checked).collect::<Result<_, _>>()?,
+            one_at_a_time: self.one_at_a_time,
+            joint: self.joint,
+            seeds: self.seeds,
+            files: Shelf::default(),
+        };
+        if search.points().saturating_mul(search.seeds.len()) > MOST_UNITS {
+            let message = format!("more than {MOST_UNITS} points × seeds; lower `joint`");
+            return Err(Complaint::new("joint", message));
+        }
+        Ok(search)
+    }
+}
+
+impl KnobFile {
+    fn checked(self) -> Result<Knob, Complaint> {
+        let keys: Vec<String> = self.key.into_iter().chain(self.keys).collect();
+        if keys.is_empty() || self.values.is_empty() {
+            let name = keys.join("`, `");
+            let message =
+                format!("a [[knob]] needs a `key`, or `keys` that go together, and `values`, found `{name}`");
+            return Err(Complaint::new(keys.first().map_or("[[knob]]", String::as_str), message));
+        }
+        Ok(Knob { values: tuples(&keys, self.values)?, keys })
+    }
+}

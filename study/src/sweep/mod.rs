@@ -1,0 +1,150 @@
+//! Studies of anything: a file names keys of a scene or its rig to sweep, and the outputs to keep.
+//!
+//! Every point of the design is tried on the same `repeats` orchards (seeds hash(study, seed, repeat)), so that points differ by their
+//! settings and not by their trees. A point that no scanner or orchard allows is kept as refused, with the reason.
+
+mod design;
+mod file;
+mod outputs;
+mod report;
+
+use rowscan_canopy::Calibration;
+use rowscan_protocol::model;
+use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
+use serde::{Deserialize, Serialize};
+
+pub use design::{Axis, Design};
+pub use file::read;
+pub use outputs::{Output, OutputError};
+pub use report::{Effect, SweepReport, report};
+
+use super::settings::{self, Shelf};
+use super::{Setting, Study, UnitError, fingerprint};
+use crate::appraisal::Appraisal;
+use crate::config;
+use crate::trial::{Trial, TrialError};
+use rowscan_emulator::stage::Stage;
+
+/// A sweep: all that its results depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SweepStudy {
+    /// What to call it.
+    pub name: String,
+    /// The scene that the points depart from; its seed is the study's.
+    pub scene: Scene,
+    /// Orchards a point.
+    pub repeats: usize,
+    /// How the axes are combined.
+    pub design: Design,
+    /// What is swept.
+    pub sweep: Vec<Axis>,
+    /// What is kept.
+    pub keep: Vec<Output>,
+    /// What its scenes name.
+    #[serde(skip)]
+    files: Shelf,
+}
+
+/// One orchard at one point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tried {
+    /// The orchard's seed.
+    pub seed: u64,
+    /// The outputs, in the order of `keep`; null where one has no value.
+    pub kept: Vec<Option<f64>>,
+    /// Why the point cannot be tried, if it cannot.
+    pub refused: Option<String>,
+}
+
+impl SweepStudy {
+    /// Points of the design.
+    pub fn points(&self) -> usize {
+        self.design.points(&self.sweep)
+    }
+
+    /// Point and repeat of a unit.
+    pub fn case(&self, index: usize) -> (usize, usize) {
+        (index / self.repeats.max(1), index % self.repeats.max(1))
+    }
+
+    /// The keys set at a point, with their values.
+    pub fn settings(&self, point: usize) -> Vec<Setting<'_>> {
+        self.design.settings(&self.sweep, point, self.scene.seed)
+    }
+
+    /// The scene at a point.
+    fn scene_at(&self, point: usize, repeat: usize) -> Result<Scene, String> {
+        let settings = self.settings(point);
+        let mut scene = settings::set(&self.scene, &settings, config::scene_from_text)?;
+        self.files.serve(&mut scene)?;
+        if settings.iter().any(|(key, _)| *key == "seed") {
+            return Ok(scene);
+        }
+        Ok(Scene { seed: fingerprint::seed(Self::NAME, self.scene.seed, repeat), ..scene })
+    }
+
+    fn try_scene(&self, scene: Scene) -> Result<Vec<Option<f64>>, UnitError> {
+        let rig = scene.resolved_rig();
+        let mount = rig.scanners.first().cloned().unwrap_or_default();
+        let Some(scanner) = model::by_name(&mount.model) else {
+            return Err(UnitError::UnknownModel { found: mount.model });
+        };
+        let stage = Stage::grow(scene, &|_, _| {})?;
+        let trial =
+            Trial::drive_past(&stage, scanner, calibration(&stage), &outputs::estimators(&self.keep))?;
+        let appraisal = Appraisal::of(&stage.orchard, &mount, rig.ground_clearance_m);
+        let truth = appraisal.stretch(rig.start_m, rig.start_m + trial.length_m);
+        Ok(self.keep.iter().map(|output| output.value(&trial.estimate, &truth)).collect())
+    }
+}
+
+/// The calibration the scene's rig names, if it is shipped for the scanner or is a file.
+fn calibration(stage: &Stage) -> Option<Calibration> {
+    let mount = stage.rig.scanners.first()?;
+    config::load_calibration_for(stage.rig.calibration.as_deref()?, &mount.model).ok().flatten()
+}
+
+impl Study for SweepStudy {
+    const NAME: &'static str = "sweep";
+    type Result = Tried;
+
+    fn units(&self) -> usize {
+        self.points() * self.repeats
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn files(&self) -> Vec<SceneFile> {
+        self.files.files()
+    }
+
+    fn effort(&self, _index: usize) -> f64 {
+        1.0
+    }
+
+    fn unit(&self, index: usize) -> Result<Tried, UnitError> {
+        let (point, repeat) = self.case(index);
+        let refused =
+            |seed, why: String| Tried { seed, kept: vec![None; self.keep.len()], refused: Some(why) };
+        let scene = match self.scene_at(point, repeat) {
+            Ok(scene) => scene,
+            Err(why) => return Ok(refused(self.scene.seed, why)),
+        };
+        let seed = scene.seed;
+        match self.try_scene(scene) {
+            Ok(kept) => Ok(Tried { seed, kept, refused: None }),
+            // A combination that cannot be is a finding of the sweep, not its end.
+            Err(
+                why @ (UnitError::Grow(_)
+                | UnitError::UnknownModel { .. }
+                | UnitError::Trial(TrialError::Stage(_) | TrialError::Pipeline(_))),
+            ) => Ok(refused(seed, why.to_string())),
+            Err(failure) => Err(failure),
+        }
+    }
+}

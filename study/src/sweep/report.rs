@@ -1,0 +1,175 @@
+//! What a sweep found: every unit as a row, and each axis' effect on each output.
+
+use serde::Serialize;
+use serde_json::{Map, Value as Json, json};
+use toml::Value;
+
+use super::design::{Axis, Span};
+use super::{SweepStudy, Tried};
+use crate::{Header, Unit};
+
+/// Parts a range is cut in for its effect.
+const PARTS: usize = 5;
+
+/// What the study found.
+#[derive(Clone, Debug, Serialize)]
+pub struct SweepReport {
+    /// Version, seed, scene, settings.
+    pub provenance: Header<SweepStudy>,
+    /// Units that could not be tried.
+    pub refused: usize,
+    /// One object a unit: point, repeat, seed, the swept keys, the outputs, and where it comes from.
+    pub rows: Vec<Map<String, Json>>,
+    /// Each axis' effect on each output, all other axes at whatever they were.
+    pub effects: Vec<Effect>,
+}
+
+/// An output at one value (or part of the range) of one axis, over all else.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Effect {
+    /// The axis.
+    pub axis: String,
+    /// The value, or the part of the range.
+    pub at: String,
+    /// The middle of the part, or the value, if it is a number.
+    pub x: Option<f64>,
+    /// The output.
+    pub output: String,
+    /// Units with a value.
+    pub n: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sd: f64,
+    /// Mean of the absolute values.
+    pub mean_abs: f64,
+    /// Standard error of the mean of the absolute values.
+    pub mean_abs_se: f64,
+}
+
+/// Sums a whole study up.
+pub fn report(provenance: Header<SweepStudy>, units: &[Unit<Tried>]) -> SweepReport {
+    let study = &provenance.settings;
+    let points: Vec<Settings<'_>> = (0..study.points()).map(|point| study.settings(point)).collect();
+    let of = |unit: &Unit<Tried>| points.get(study.case(unit.index).0).map_or(&[][..], Vec::as_slice);
+    let rows = units.iter().map(|unit| row(&provenance, unit, of(unit))).collect();
+    let refused = units.iter().filter(|unit| unit.result.refused.is_some()).count();
+    let mut effects = Vec::new();
+    let mut first = 0;
+    for axis in &study.sweep {
+        let own = |unit: &Unit<Tried>| -> Vec<&Value> {
+            of(unit).iter().skip(first).take(axis.keys.len()).map(|(_, value)| value).collect()
+        };
+        for (column, output) in study.keep.iter().enumerate() {
+            for part in &parts(axis) {
+                let values: Vec<f64> = units
+                    .iter()
+                    .filter(|unit| part.holds(&own(unit)))
+                    .filter_map(|unit| unit.result.kept.get(column).copied().flatten())
+                    .collect();
+                effects.push(Effect::of(axis, part, output.name(), &values));
+            }
+        }
+        first += axis.keys.len();
+    }
+    SweepReport { refused, rows, effects, provenance }
+}
+
+/// The keys set at a point.
+type Settings<'a> = Vec<(&'a str, Value)>;
+
+fn row(provenance: &Header<SweepStudy>, unit: &Unit<Tried>, settings: &[(&str, Value)]) -> Map<String, Json> {
+    let study = &provenance.settings;
+    let (point, repeat) = study.case(unit.index);
+    let mut row = Map::new();
+    row.insert("point".to_owned(), json!(point));
+    row.insert("repeat".to_owned(), json!(repeat));
+    row.insert("orchard_seed".to_owned(), json!(unit.result.seed));
+    for (key, value) in settings {
+        row.insert((*key).to_owned(), json!(value));
+    }
+    for (output, value) in study.keep.iter().zip(&unit.result.kept) {
+        row.insert(output.name().to_owned(), json!(value));
+    }
+    row.insert("refused".to_owned(), json!(unit.result.refused));
+    row.insert("study".to_owned(), json!(study.name));
+    row.insert("study_seed".to_owned(), json!(provenance.seed));
+    row.insert("scene_hash".to_owned(), json!(provenance.scene_hash));
+    row.insert("rowscan".to_owned(), json!(provenance.rowscan));
+    row
+}
+
+/// One value of an axis, or one part of its range.
+enum Part {
+    Value(Vec<Value>),
+    Range { from: f64, to: f64, last: bool },
+}
+
+fn parts(axis: &Axis) -> Vec<Part> {
+    match &axis.span {
+        Span::Values(values) => values.iter().cloned().map(Part::Value).collect(),
+        Span::Range { from, to, .. } => {
+            let edge = |k: usize| from + (to - from) * k as f64 / PARTS as f64;
+            (0..PARTS).map(|k| Part::Range { from: edge(k), to: edge(k + 1), last: k + 1 == PARTS }).collect()
+        }
+    }
+}
+
+impl Part {
+    fn holds(&self, own: &[&Value]) -> bool {
+        match self {
+            Self::Value(values) => values.iter().eq(own.iter().copied()),
+            Self::Range { from, to, last } => own
+                .first()
+                .and_then(|value| value.as_float())
+                .is_some_and(|value| value >= *from && (value < *to || (*last && value <= *to))),
+        }
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::Value(values) => {
+                let text = |value: &Value| match value {
+                    Value::String(text) => text.clone(),
+                    other => other.to_string(),
+                };
+                values.iter().map(text).collect::<Vec<_>>().join(" ")
+            }
+            Self::Range { from, to, .. } => format!("{from:.3} to {to:.3}"),
+        }
+    }
+
+    fn x(&self) -> Option<f64> {
+        match self {
+            Self::Value(values) => match values.as_slice() {
+                [Value::Float(value)] => Some(*value),
+                [Value::Integer(value)] => Some(*value as f64),
+                _ => None,
+            },
+            Self::Range { from, to, .. } => Some((from + to) / 2.0),
+        }
+    }
+}
+
+impl Effect {
+    fn of(axis: &Axis, part: &Part, output: &str, values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / n;
+        let middle = mean(&mut values.iter().copied());
+        let middle_abs = mean(&mut values.iter().map(|value| value.abs()));
+        let spread = |about: f64, values: &mut dyn Iterator<Item = f64>| {
+            (values.map(|value| (value - about).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt()
+        };
+        Self {
+            axis: axis.name(),
+            at: part.name(),
+            x: part.x(),
+            output: output.to_owned(),
+            n: values.len(),
+            mean: middle,
+            sd: spread(middle, &mut values.iter().copied()),
+            mean_abs: middle_abs,
+            mean_abs_se: spread(middle_abs, &mut values.iter().map(|value| value.abs())) / n.sqrt(),
+        }
+    }
+}

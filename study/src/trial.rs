@@ -1,0 +1,108 @@
+//! One row, scanned in memory and estimated, beside its truth: what calibrations and accuracy tables are made of.
+
+use rayon::prelude::*;
+use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo, Pipeline, PipelineError};
+use rowscan_protocol::model::Model;
+use rowscan_protocol::scan::Scan;
+use rowscan_protocol::telegram::NoDistance;
+use rowscan_scenes::{GrowError, Scene, Truth};
+
+use rowscan_emulator::offline::Offline;
+use rowscan_emulator::stage::{Stage, StageError};
+
+/// What came out of one row.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// The row's seed.
+    pub seed: u64,
+    /// Metres of row.
+    pub length_m: f64,
+    /// What the scans say.
+    pub estimate: Estimate,
+    /// What is there.
+    pub truth: Truth,
+}
+
+/// Why a row could not be tried.
+#[derive(Debug, thiserror::Error)]
+pub enum TrialError {
+    /// The orchard did not grow.
+    #[error(transparent)]
+    Grow(#[from] GrowError),
+    /// The scanner does not fit the rig.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// The rig allows no estimate.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The device made a telegram that holds no scan.
+    #[error("the device made a telegram without a scan: {0}")]
+    Scan(#[from] NoDistance),
+}
+
+impl Trial {
+    /// Grows the scene's row, drives past it once, and estimates.
+    pub fn run(
+        scene: Scene,
+        model: &'static Model,
+        calibration: Option<Calibration>,
+    ) -> Result<Self, TrialError> {
+        Self::drive_past(&Stage::grow(scene, &|_, _| {})?, model, calibration, &[])
+    }
+
+    /// Drives past a grown row once, and estimates; with estimators, by these as well, and the trees found in the data.
+    pub fn drive_past(
+        stage: &Stage,
+        model: &'static Model,
+        calibration: Option<Calibration>,
+        estimators: &[&'static EstimatorInfo],
+    ) -> Result<Self, TrialError> {
+        let (device, world) = stage.scanner(0, model)?;
+        let scans = stage.scans_per_row(&device);
+        let pipeline = Pipeline::new(Some(&rig_of(stage, device.model().name)), 0, calibration)?;
+        let mut pipeline = pipeline.with_estimators(estimators);
+        if !estimators.is_empty() {
+            pipeline = pipeline.with_trees_found(&CutMethod::ALL);
+        }
+        let mut offline = Offline::new(device, world);
+        let mut scan = Scan::default();
+        for _ in 0..scans {
+            if offline.scan_into(&mut scan)? {
+                pipeline.push(&scan);
+            }
+        }
+        Ok(Self {
+            seed: stage.scene.seed,
+            length_m: stage.orchard.length_m(),
+            estimate: pipeline.finish(),
+            truth: stage.orchard.truth(),
+        })
+    }
+
+    /// Tries one row a seed, on all cores; the order of the seeds is the order of the results.
+    pub fn run_seeds(
+        scene: &Scene,
+        seeds: &[u64],
+        model: &'static Model,
+        calibration: Option<&Calibration>,
+        done: &(dyn Fn() + Sync),
+    ) -> Result<Vec<Self>, TrialError> {
+        seeds
+            .par_iter()
+            .map(|&seed| {
+                let trial = Self::run(Scene { seed, ..scene.clone() }, model, calibration.cloned());
+                done();
+                trial
+            })
+            .collect()
+    }
+}
+
+/// The stage's rig, with the mount naming the model that really sits there.
+pub fn rig_of(stage: &Stage, model: &str) -> rowscan_protocol::rig::Rig {
+    let mut rig = stage.rig.clone();
+    if let Some(mount) = rig.scanners.first_mut() {
+        model.clone_into(&mut mount.model);
+    }
+    rig
+}
