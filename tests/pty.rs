@@ -8,7 +8,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::Duration;
 
-use rowscan_ports::{LineError, Pty};
+use rowscan_ports::{PortError, Pty};
 use rustix::fs::OFlags;
 use rustix::termios::{OptionalActions, ioctl_tiocexcl, tcgetattr, tcsetattr};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -128,7 +128,7 @@ async fn the_link_goes_with_the_line_and_names_in_use_are_refused() {
     assert!(std::fs::symlink_metadata(&path).is_err());
     std::fs::write(&path, "mine").unwrap();
     let refused = Pty::open(&path).expect_err("a file is there");
-    assert!(matches!(refused, LineError::Link(_)), "{refused}");
+    assert!(matches!(refused, PortError::Link(_)), "{refused}");
     assert!(refused.to_string().contains("choose another name"), "{refused}");
     let refused = Pty::open(&folder.path().join("no/such/folder")).expect_err("no folder");
     assert!(refused.to_string().contains("expected a name in a folder"), "{refused}");
