@@ -6,6 +6,7 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
+#[path = "it/common/mod.rs"]
 mod common;
 
 use std::time::Duration;

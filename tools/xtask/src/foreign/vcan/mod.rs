@@ -119,17 +119,16 @@ fn judge(workspace: &Workspace, debian: PathBuf, binary: &Path, counts: &mut Cou
     Ok(())
 }
 
-/// The SocketCAN tests as a program, built like the binary.
+/// The end-to-end tests, of which the machine runs those of SocketCAN, built like the binary.
 fn test_binary(workspace: &Workspace) -> Result<PathBuf, String> {
-    let mut build =
-        workspace.cargo(&["test", "--release", "-p", "rowscan", "--test", "socketcan", "--no-run"]);
+    let mut build = workspace.cargo(&["test", "--release", "-p", "rowscan", "--test", "it", "--no-run"]);
     let messages = shell::capture(build.args(["--message-format", "json"]))?;
     let executable = |line: &str| {
         let message: Value = serde_json::from_str(line).ok()?;
-        let ours = message["target"]["name"] == "socketcan";
+        let ours = message["target"]["name"] == "it";
         ours.then(|| message["executable"].as_str().map(PathBuf::from)).flatten()
     };
-    messages.lines().find_map(executable).ok_or_else(|| "cargo built no SocketCAN tests".to_owned())
+    messages.lines().find_map(executable).ok_or_else(|| "cargo built no end-to-end tests".to_owned())
 }
 
 /// What the machine showed under a name.

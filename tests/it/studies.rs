@@ -6,7 +6,7 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
-mod common;
+use crate::common;
 
 use common::binary::{Emulator, assert_says, refused, run, text};
 use common::studies::{SMALL, quick_areas, small, whole};

@@ -8,7 +8,7 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -162,7 +162,7 @@ fn the_emulated_scanner_answers_a_recorded_client_as_the_real_one_did() {
 
 #[test]
 fn the_document_lists_every_difference() {
-    let document = include_str!("../docs/replay-differences.md");
+    let document = include_str!("../../docs/replay-differences.md");
     for (model, command, why) in DIFFERENCES {
         let row = format!("| {model} | `{command}` | {why} |");
         assert!(document.contains(&row), "docs/replay-differences.md lacks: {row}");

@@ -1,5 +1,5 @@
 //! The start-up sequences of public clients, byte for byte, against the emulator under frozen time: every request gets the reply its client
-//! waits for, in one write, in time. The sequences are files in `tests/transcripts/`; `script.rs` there says how they are written.
+//! waits for, in one write, in time. The sequences are files in `tests/it/transcripts/`; `script.rs` there says how they are written.
 #![allow(
     clippy::expect_used,
     clippy::panic,
@@ -7,9 +7,9 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
-mod common;
-#[path = "transcripts/script.rs"]
 mod script;
+
+use crate::common;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -33,7 +33,7 @@ const MAX_PAYLOAD: usize = 64 * 1024;
 const SCAN_LIMIT: Duration = Duration::from_secs(1);
 
 fn scripts() -> Vec<(String, Script)> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/transcripts");
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/it/transcripts");
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
         .expect("the folder")
         .map(|entry| entry.expect("an entry").path())

@@ -6,7 +6,7 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Stdio;

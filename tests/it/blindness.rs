@@ -6,7 +6,7 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
-mod common;
+use crate::common;
 
 use common::small_scene;
 use rowscan_protocol::model;

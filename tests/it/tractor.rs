@@ -7,7 +7,7 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
-mod common;
+use crate::common;
 
 use common::small_scene;
 use rowscan_bus::nmea::NmeaVoice;

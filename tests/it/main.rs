@@ -1,0 +1,39 @@
+//! The end-to-end tests of the whole program in one binary, one module a subject. A test that watches its whole process
+//! (allocations, memory) has a binary of its own beside this folder.
+
+mod common;
+
+mod bad_input;
+mod blindness;
+mod calibrations;
+mod decode;
+mod determinism;
+mod documents;
+mod emulated_device;
+mod exports;
+mod frozen_clock;
+mod hostile;
+mod interrupted;
+mod links;
+mod nmea;
+mod online_offline;
+mod orchards;
+mod pty;
+mod record;
+mod record_lms2xx;
+mod recordings;
+mod replay;
+mod replay_lines;
+mod replayed_requests;
+mod scans;
+mod searches;
+mod several_scanners;
+mod socketcan;
+mod streams;
+mod studies;
+mod study_parts;
+mod sweeps;
+mod together;
+mod tractor;
+mod tractor_faults;
+mod transcripts;
