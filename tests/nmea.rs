@@ -4,11 +4,11 @@
 use nmea::ParseResult;
 use nmea::sentences::rmc::RmcStatusOfFix;
 use nmea::sentences::{FaaMode, FixType};
-use rowscan::emulator::Tractor;
 use rowscan::nmea::{NmeaVoice, SENTENCES};
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::gnss::{Gnss, GnssEvent, Quality, Receiver};
-use rowscan_scenes::trajectory::{Motion, Trajectory};
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::gnss::{Gnss, GnssEvent, Quality, Receiver};
+use rowscan_vehicle::trajectory::{Motion, Trajectory};
 
 /// Knots a metre a second.
 const KNOTS: f64 = 3600.0 / 1852.0;

@@ -10,10 +10,10 @@ mod common;
 
 use common::binary::{Emulator, assert_says, refused, run, text};
 use common::studies::{SMALL, quick_areas, small, whole};
-use rowscan::config::load_scene;
 use rowscan::study::Header;
 use rowscan::study::areas::{self, AreasReport, AreasStudy, Gate, Rule};
 use rowscan::study::resolution::{self, ResolutionStudy};
+use rowscan_scenes::files::load_scene;
 
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);

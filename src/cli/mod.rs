@@ -100,7 +100,10 @@ pub enum Outcome {
 /// Why a command could not do its work.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// A scene, rig or calibration.
+    /// A scene or rig.
+    #[error(transparent)]
+    Load(#[from] rowscan_scenes::files::LoadError),
+    /// A calibration.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A name that is no scanner model.

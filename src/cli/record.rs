@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{About, CopyError, Recording, Side, StreamKind, Taps, account, copy};
+use rowscan_scenes::files;
 use serde::Serialize;
 use tokio::task::JoinSet;
 
@@ -22,7 +23,6 @@ use super::{Failure, Format, Outcome};
 use crate::bus::link::Heard;
 use crate::bus::{Bus, BusAddress, Inbox};
 use crate::clock::{SimClock, Stopwatch, TimeScale};
-use crate::config;
 use crate::nmea::{NmeaEar, NmeaSource};
 
 #[derive(Debug, clap::Args)]
@@ -75,7 +75,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         rig: args
             .rig
             .as_deref()
-            .map(config::load_rig)
+            .map(files::load_rig)
             .transpose()?
             .and_then(|(rig, _)| recorder::rig_text(&rig)),
         program: Some(recorder::program()),

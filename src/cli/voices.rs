@@ -1,5 +1,6 @@
 //! Flags for what else on the tractor speaks, and for the canopy sensor's own bus.
 
+use rowscan_vehicle::Tractor;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
@@ -10,7 +11,7 @@ use crate::bus::link::{Found, Link};
 use crate::bus::tractor::TractorEcu;
 use crate::bus::{Bus, BusAddress, BusNews, Inbox};
 use crate::clock::TimeScale;
-use crate::emulator::{Tractor, Voices};
+use crate::emulator::Voices;
 use crate::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
 use crate::stage::Stage;
 

@@ -14,7 +14,6 @@ mod roster;
 mod serial;
 mod serial_tape;
 mod state_file;
-mod tractor;
 mod voices;
 mod world;
 
@@ -33,7 +32,6 @@ pub use outlet::Outlet;
 pub use player::Player;
 pub use serial::{SerialConfig, SerialCounts, SerialEmulator};
 pub use state_file::{StateFile, StateFileError};
-pub use tractor::Tractor;
 pub use voices::Voices;
 pub use world::{World, WorldError};
 

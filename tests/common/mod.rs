@@ -8,7 +8,6 @@ pub mod studies;
 
 use std::path::PathBuf;
 
-use rowscan::config::load_scene;
 use rowscan::emulator::{Emulator, World};
 use rowscan::stage::Stage;
 use rowscan_driver::{Connection, Happened};
@@ -20,6 +19,7 @@ use rowscan_protocol::model;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{Echo, Scan};
 use rowscan_scenes::Scene;
+use rowscan_scenes::files::load_scene;
 use tokio::io::DuplexStream;
 
 /// A row of three small trees: quick to grow in a test.

@@ -1,8 +1,8 @@
 //! Studies quick enough for a test.
 
-use rowscan::config::load_scene;
 use rowscan::study::areas::AreasStudy;
 use rowscan::study::{self, Shard, Study, Unit};
+use rowscan_scenes::files::load_scene;
 use rowscan_scenes::scan::ScanSettings;
 
 use super::binary::{Ended, run};

@@ -7,6 +7,7 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
+use rowscan_scenes::files;
 
 use super::super::{Failure, models};
 use crate::{config, stage};
@@ -47,7 +48,7 @@ pub(super) fn load(
     model: Option<&str>,
     scanners: &[usize],
 ) -> Result<(Rig, Option<Scene>), Failure> {
-    let (mut rig, scene) = config::load_rig(name)?;
+    let (mut rig, scene) = files::load_rig(name)?;
     if let Some(model) = model.map(models::find).transpose()? {
         for scanner in scanners {
             if let Some(mount) = rig.scanners.get_mut(*scanner) {

@@ -3,9 +3,9 @@
 use std::str::FromStr;
 
 use rowscan_protocol::rig::Rig;
+use rowscan_scenes::files;
 
 use super::super::Failure;
-use crate::config;
 use crate::replay::{Part, ReplayError, Survey};
 
 /// A place in a recording.
@@ -69,7 +69,7 @@ impl Places<'_> {
 
     fn rig(&self) -> Result<Option<Rig>, Failure> {
         if let Some(name) = self.rig {
-            return Ok(Some(config::load_rig(name)?.0));
+            return Ok(Some(files::load_rig(name)?.0));
         }
         Ok(self.survey.about.rig.as_deref().and_then(|text| toml::from_str(text).ok()))
     }

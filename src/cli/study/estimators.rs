@@ -2,6 +2,7 @@
 
 use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
+use rowscan_scenes::files;
 use serde::Serialize;
 
 use super::rows::Seeds;
@@ -39,7 +40,7 @@ struct Comparison {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut comparison = Comparison::default();
     for name in &args.scenes {
-        let scene = config::load_scene(name)?;
+        let scene = files::load_scene(name)?;
         let rig = scene.resolved_rig();
         let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
         let model = match models::find(args.model.as_deref().or(mounted).unwrap_or_default())? {
