@@ -16,7 +16,6 @@ mod news;
 pub mod nmea;
 pub mod node;
 pub mod pgn;
-pub mod ride;
 pub mod sensors;
 pub mod tractor;
 

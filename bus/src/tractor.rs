@@ -1,14 +1,14 @@
 //! The virtual tractor's control function: its NAME and address, what it sends, what it obeys.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::gnss::Receiver;
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::gnss::Receiver;
 
 use super::frame::{CanFrame, EVERYONE, J1939Id};
 use super::message::{Message, Payload};
 use super::name::Name;
 use super::node::{Node, Standing};
 use super::pgn::{TRACTOR_ADDRESS, gnss, tractor};
-use crate::ride::Tractor;
 
 const MESSAGES: &[&Message] = &[
     &tractor::WHEEL_SPEED,

@@ -22,7 +22,7 @@ pub use listener::{Bound, ListenError};
 pub(crate) use mirror::Turns;
 pub use outlet::Outlet;
 pub use player::Player;
-pub use rowscan_bus::ride::Tractor;
+pub use rowscan_vehicle::Tractor;
 pub use scanner::{Emulator, EmulatorConfig, EmulatorCounts, LineChange, MAX_CLIENTS};
 pub(crate) use scanner::{Program, Shared};
 pub use serial::{SerialConfig, SerialCounts, SerialEmulator};

@@ -6,12 +6,13 @@ use rowscan_protocol::device::{Device, Identity, ModeError};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
-use rowscan_scenes::gnss::Receiver;
 use rowscan_scenes::optics::RangeLimits;
-use rowscan_scenes::trajectory::Drive;
 use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::gnss::Receiver;
+use rowscan_vehicle::trajectory::Drive;
 
-use crate::{Tractor, World, WorldError};
+use crate::{World, WorldError};
 
 /// A grown scene with its rig.
 #[derive(Debug)]

@@ -7,12 +7,11 @@ use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::Pose;
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::encoder::Encoder;
 use rowscan_scenes::optics::{self, RangeLimits};
-use rowscan_scenes::trajectory::{Alley, Course};
 use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
-
-use rowscan_bus::ride::Tractor;
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::encoder::Encoder;
+use rowscan_vehicle::trajectory::{Alley, Course};
 
 /// One scanner's view of an orchard.
 #[derive(Debug)]

@@ -4,7 +4,7 @@
 //! a *frame* is bytes that passed the checksum, a *telegram* is a command with typed fields, a [`scan::Scan`] is
 //! what one mirror turn means in SI units.
 //!
-//! Without the default feature `telegrams` only the meaning is left ([`scan`], [`angle`], [`rig`], [`time`]): all that
+//! Without the default feature `telegrams` only the meaning is left ([`scan`], [`angle`], [`random`], [`rig`], [`time`]): all that
 //! canopy estimators and scene simulators need to know of a scanner.
 #![no_std]
 
@@ -13,6 +13,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod angle;
+pub mod random;
 pub mod rig;
 pub mod scan;
 pub mod time;

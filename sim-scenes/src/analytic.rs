@@ -11,7 +11,7 @@ use crate::growth::rotation::square_to;
 use crate::orchard::OrchardParameters;
 use crate::organ::{Cylinder, Leaf, OrganError};
 use crate::parameters::{ParameterError, choices, parameters, require};
-use crate::seed::{Stage, Stream};
+use crate::seed::{Purpose, Stream};
 use crate::support::{Support, SupportKind};
 use glam::DVec3;
 
@@ -157,7 +157,7 @@ impl Analytic {
     /// Leaves whose middles are uniform in the box.
     fn slab(&self, planting: &Planting) -> Result<Vec<Blade>, OrganError> {
         let &AnalyticParameters { from_m, to_m, depth_m, leaf_m, .. } = &self.parameters;
-        let mut stream = Stream::new(self.seed, Stage::Foliage, planting.row, planting.tree);
+        let mut stream = Purpose::Foliage.stream(self.seed, planting.row, planting.tree);
         let count = poisson(self.parameters.leaves_expected(self.cell_m), &mut stream);
         (0..count)
             .map(|_| {

@@ -16,10 +16,10 @@ mod angle;
 pub mod builtin;
 pub mod caster;
 pub mod drawing;
-pub mod encoder;
 pub mod exchange;
+#[cfg(feature = "files")]
+pub mod files;
 pub mod generator;
-pub mod gnss;
 pub mod growth;
 pub mod import;
 mod lanes;
@@ -36,7 +36,6 @@ pub mod season;
 pub mod seed;
 mod support;
 mod target;
-pub mod trajectory;
 mod truth;
 
 pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};

@@ -1,13 +1,13 @@
 //! A scene: an orchard and the rig that drives past it.
 
 use rowscan_protocol::rig::{Rig, RigError};
+use rowscan_vehicle::Encoder;
+use rowscan_vehicle::gnss::Gnss;
+use rowscan_vehicle::trajectory::{Drive, DriveError, Trajectory};
 use serde::{Deserialize, Serialize};
 
-use crate::encoder::Encoder;
-use crate::gnss::Gnss;
 use crate::orchard::OrchardParameters;
 use crate::parameters::{ParameterError, SceneFile};
-use crate::trajectory::{Drive, DriveError, Trajectory};
 
 /// The scene file format this crate reads.
 pub const VERSION: u32 = 1;

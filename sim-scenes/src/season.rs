@@ -84,13 +84,13 @@ pub(crate) fn dress(blades: &mut Vec<Blade>, season: Season, stream: &mut Stream
 mod tests {
     use super::*;
     use crate::organ::Leaf;
-    use crate::seed::Stage;
+    use crate::seed::Purpose;
 
     fn dressed(season: Season) -> Vec<Blade> {
         let leaf = |i: f64| Leaf::new([[i, 0.0, 0.0], [i + 0.1, 0.0, 0.0], [i, 0.1, 0.0]]).unwrap();
         let blade = |i: u32| Blade { segment: 0, along_m: 0.0, leaf: leaf(f64::from(i)), petiole: None };
         let mut blades: Vec<Blade> = (0..2000).map(blade).collect();
-        dress(&mut blades, season, &mut Stream::new(1, Stage::Season, 0, 0));
+        dress(&mut blades, season, &mut Purpose::Season.stream(1, 0, 0));
         blades
     }
 

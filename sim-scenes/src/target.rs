@@ -6,7 +6,7 @@ use crate::generator::draft::{Blade, Draft};
 use crate::growth::prune::Envelope;
 use crate::organ::Leaf;
 use crate::placement::Placement;
-use crate::seed::{Stage, Stream};
+use crate::seed::{Purpose, Stream};
 
 /// How far from the target is good enough, relative.
 pub(crate) const TOLERANCE: f64 = 0.01;
@@ -112,7 +112,7 @@ pub(crate) fn reach(
 fn thin(drafts: &mut [Draft], keys: &[(u32, u32)], copies: &[usize], seed: u64, surplus_m2: f64) -> usize {
     let mut lots: Vec<(f64, usize, usize)> = Vec::new();
     for (number, (draft, (row, tree))) in drafts.iter().zip(keys).enumerate() {
-        let mut stream = Stream::new(seed, Stage::Thinning, *row, *tree);
+        let mut stream = Purpose::Thinning.stream(seed, *row, *tree);
         lots.extend((0..draft.blades.len()).map(|leaf| (stream.unit(), number, leaf)));
     }
     lots.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
@@ -152,7 +152,7 @@ fn sow(
     }
     let mut sowers: Vec<Sower> = Vec::new();
     for (number, (draft, (row, tree))) in drafts.iter().zip(keys).enumerate() {
-        let stream = Stream::new(goal.seed, Stage::Seeding, *row, *tree);
+        let stream = Purpose::Seeding.stream(goal.seed, *row, *tree);
         sowers.extend(Sower::new(number, draft, stream));
     }
     if sowers.is_empty() {

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use rowscan_protocol::scan::Pose;
 use rowscan_scenes::caster::brute;
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
-use rowscan_scenes::seed::{Stage, Stream};
+use rowscan_scenes::seed::{Purpose, Stream};
 use rowscan_scenes::{
     BeamFan, Beams, Caster, Class, Cylinder, Layers, Leaf, Orchard, ParallelBeams, Registers, Return, Scratch,
 };
@@ -16,7 +16,7 @@ struct Dice(Stream);
 
 impl Dice {
     fn new(seed: u64) -> Self {
-        Self(Stream::new(seed, Stage::Growth, 77, 77))
+        Self(Purpose::Growth.stream(seed, 77, 77))
     }
 
     fn between(&mut self, low: f64, high: f64) -> f64 {

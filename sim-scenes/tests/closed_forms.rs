@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use rowscan_protocol::scan::Pose;
 use rowscan_scenes::caster::brute;
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
-use rowscan_scenes::seed::{Stage, Stream};
+use rowscan_scenes::seed::Purpose;
 use rowscan_scenes::{BeamFan, Caster, Class, Cylinder, Leaf, Orchard, Return, Scratch};
 
 /// Forward form of a beam's impacted area over the advance: l · (sin(θ + Δ) − sin θ).
@@ -74,7 +74,7 @@ fn a_wall_gives_both_forms_of_equation_3_exactly() {
 #[test]
 fn walls_of_touching_panels_have_neither_gaps_nor_doubles() {
     // A hundred random panels that tile x = 0.4: every beam that the whole wall stops is stopped by exactly one.
-    let mut stream = Stream::new(3, Stage::Growth, 1, 1);
+    let mut stream = Purpose::Growth.stream(3, 1, 1);
     let mut cuts = |n: usize, length: f64| {
         let mut at: Vec<f64> = (0..n).map(|_| stream.unit() * length).chain([0.0, length]).collect();
         at.sort_by(f64::total_cmp);
@@ -183,7 +183,7 @@ fn a_leafs_mean_over_start_offsets_is_its_projected_area() {
 
 /// Horizontal leaf squares strewn in a slab above the ground, as many as a Poisson variable says, seen from below through it.
 fn random_slab(scene: u32, lai: f64, side_m: f64, half_width_m: f64, length_m: f64) -> Orchard {
-    let mut stream = Stream::new(41, Stage::Growth, 9, scene);
+    let mut stream = Purpose::Growth.stream(41, 9, scene);
     let mean = lai * 2.0 * half_width_m * length_m / (side_m * side_m);
     // Knuth's product of uniforms, taken in parts that do not underflow.
     let mut count = 0;

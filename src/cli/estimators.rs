@@ -3,12 +3,12 @@
 use comfy_table::Cell;
 use rowscan_canopy::estimator::{REPORTED, TABLE, by_name};
 use rowscan_canopy::{Estimate, EstimatorInfo, Measure, Quantity};
+use rowscan_scenes::files;
 use serde::Serialize;
 
 use super::Failure;
 use super::output::{self, number, percent};
 use rowscan_study::appraisal::{Appraisal, Stretch};
-use rowscan_study::config;
 
 /// Which estimators measure besides.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -26,7 +26,7 @@ impl EstimatorArgs {
         }
         if let Some(unknown) = self.estimators.iter().find(|name| by_name(name).is_none()) {
             let names: Vec<&str> = TABLE.iter().map(|info| info.name).collect();
-            let nearest = config::nearest(unknown, &names);
+            let nearest = files::nearest(unknown, &names);
             return Err(Failure::Usage(format!(
                 "there is no estimator `{unknown}`{nearest}; there are all, {}",
                 names.join(", ")

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::rig::Rig;
+use rowscan_scenes::files;
 
 use super::output::{say, write_file};
 use super::{Failure, Outcome};
 use crate::export::{Placing, ScanTable, TableFormat, encode, points};
-use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -64,7 +64,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         return Err(Failure::Usage(format!("{} is live: `rowscan record` it first", args.file)));
     }
     let rig: Option<Rig> =
-        args.rig.as_deref().map(|name| config::load_rig(name).map(|(rig, _)| rig)).transpose()?;
+        args.rig.as_deref().map(|name| files::load_rig(name).map(|(rig, _)| rig)).transpose()?;
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;
     let mut table = ScanTable::default();
     while let Some(record) = scanner.next().await? {

@@ -32,7 +32,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-use rowscan_study::config::ConfigError;
+use rowscan_study::calibrations::ConfigError;
 
 /// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
 #[derive(Debug, Parser)]
@@ -100,7 +100,10 @@ pub enum Outcome {
 /// Why a command could not do its work.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// A scene, rig or calibration.
+    /// A scene or rig.
+    #[error(transparent)]
+    Load(#[from] rowscan_scenes::files::LoadError),
+    /// A calibration.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A name that is no scanner model.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{About, CopyError, Recording, Side, StreamKind, Taps, account, copy};
+use rowscan_scenes::files;
 use serde::Serialize;
 use tokio::task::JoinSet;
 
@@ -23,7 +24,6 @@ use rowscan_bus::link::Heard;
 use rowscan_bus::nmea::{NmeaEar, NmeaSource};
 use rowscan_bus::{Bus, BusAddress, Inbox};
 use rowscan_emulator::clock::{SimClock, Stopwatch, TimeScale};
-use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -75,7 +75,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         rig: args
             .rig
             .as_deref()
-            .map(config::load_rig)
+            .map(files::load_rig)
             .transpose()?
             .and_then(|(rig, _)| recorder::rig_text(&rig)),
         program: Some(recorder::program()),

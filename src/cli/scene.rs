@@ -2,13 +2,13 @@
 
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::rig::Rig;
+use rowscan_scenes::files;
 use rowscan_scenes::{GrowError, Scene};
 
 use super::blocking::off_runtime;
 use super::output::say;
 use super::{Failure, models, progress};
 use rowscan_emulator::stage::Stage;
-use rowscan_study::config;
 
 /// Which scene, which seed, which scanner.
 #[derive(Clone, Debug, clap::Args)]
@@ -29,7 +29,7 @@ impl SceneArgs {
     pub(super) fn scene(&self) -> Result<Scene, Failure> {
         // A model that does not exist is told before an orchard has been grown for it.
         self.model.as_deref().map(models::find).transpose()?;
-        let mut scene = config::load_scene(&self.name)?;
+        let mut scene = files::load_scene(&self.name)?;
         scene.seed = self.seed.unwrap_or(scene.seed);
         Ok(scene)
     }

@@ -1,5 +1,6 @@
 //! Flags for what else on the tractor speaks, and for the canopy sensor's own bus.
 
+use rowscan_vehicle::Tractor;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
@@ -10,9 +11,9 @@ use rowscan_bus::link::{Found, Link};
 use rowscan_bus::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusAddress, BusNews, Inbox};
+use rowscan_emulator::Voices;
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Tractor, Voices};
 
 /// News of the bus that may wait to be told; a bus that flaps faster loses some.
 const NEWS: usize = 16;

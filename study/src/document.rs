@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use rowscan_scenes::Scene;
+use rowscan_scenes::files::{self, LoadError, TomlError};
 use serde::de::DeserializeOwned;
 
 use super::settings::Shelf;
-use crate::config::{self, ConfigError, Trouble};
 
 /// Why a file is no study.
 #[derive(Debug, thiserror::Error)]
@@ -25,11 +25,11 @@ pub enum StudyFileError {
         /// The file.
         path: String,
         /// What is wrong, and where.
-        trouble: Trouble,
+        trouble: TomlError,
     },
     /// Its scene, or a file that the scene names, cannot be used.
     #[error("the study's scene: {0}")]
-    Scene(#[from] ConfigError),
+    Scene(#[from] LoadError),
 }
 
 /// What is wrong with the meaning of a file that can be read.
@@ -61,14 +61,14 @@ impl<'a> Document<'a> {
     }
 
     pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, StudyFileError> {
-        config::from_toml(&self.text).map_err(|trouble| self.content(trouble))
+        files::from_toml(&self.text).map_err(|trouble| self.content(trouble))
     }
 
     /// The scene it departs from, a file beside it or a built-in, and the shelf of that scene's files.
     pub(super) fn scene(&self, name: &str) -> Result<(Scene, Shelf), StudyFileError> {
         let beside = self.path.parent().map(|folder| folder.join(name)).filter(|beside| beside.is_file());
         let place = beside.unwrap_or_else(|| PathBuf::from(name));
-        let scene = config::load_scene(place.to_str().unwrap_or(name))?;
+        let scene = files::load_scene(place.to_str().unwrap_or(name))?;
         let folder = place.parent().unwrap_or(Path::new("")).to_owned();
         Ok((scene, Shelf::in_folder(folder)))
     }
@@ -78,10 +78,10 @@ impl<'a> Document<'a> {
         let quoted = format!("\"{about}\"");
         let holds = |line: &str| line.contains(&quoted) || line.trim_start().starts_with(about.as_str());
         let line = self.text.lines().position(holds).map_or(0, |index| index + 1);
-        self.content(Trouble { line, message })
+        self.content(TomlError { line, message })
     }
 
-    fn content(&self, trouble: Trouble) -> StudyFileError {
+    fn content(&self, trouble: TomlError) -> StudyFileError {
         StudyFileError::Content { path: self.path.display().to_string(), trouble }
     }
 }

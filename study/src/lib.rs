@@ -7,8 +7,8 @@
 
 pub mod appraisal;
 pub mod areas;
+pub mod calibrations;
 pub mod comparison;
-pub mod config;
 mod document;
 pub mod figure;
 pub mod fingerprint;

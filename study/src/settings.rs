@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rowscan_scenes::Scene;
+use rowscan_scenes::files::{self, LoadError};
 use rowscan_scenes::parameters::SceneFile;
 use serde::Serialize;
 use toml::{Table, Value};
 
 use super::document::Complaint;
-use crate::config::{self, ConfigError};
 
 /// A key with its value.
 pub type Setting<'a> = (&'a str, Value);
@@ -110,11 +110,11 @@ impl Shelf {
     }
 
     /// Reads what this scene names and the shelf lacks.
-    pub(super) fn stock(&mut self, scene: &mut Scene) -> Result<(), ConfigError> {
+    pub(super) fn stock(&mut self, scene: &mut Scene) -> Result<(), LoadError> {
         for file in scene.files_mut() {
             if !self.files.contains_key(file.path()) {
                 if !file.is_filled() {
-                    config::fill(file, &self.folder)?;
+                    files::fill(file, &self.folder)?;
                 }
                 self.files.insert(file.path().to_owned(), file.clone());
             }
@@ -143,11 +143,11 @@ mod tests {
     use super::*;
 
     fn spindle() -> Scene {
-        crate::config::load_scene("spindle").expect("built in")
+        files::load_scene("spindle").expect("built in")
     }
 
     fn set(settings: &[Setting<'_>]) -> Result<Scene, String> {
-        super::set(&spindle(), settings, config::scene_from_text)
+        super::set(&spindle(), settings, files::scene_from_text)
     }
 
     #[test]

@@ -5,10 +5,10 @@ use nmea::ParseResult;
 use nmea::sentences::rmc::RmcStatusOfFix;
 use nmea::sentences::{FaaMode, FixType};
 use rowscan_bus::nmea::{NmeaVoice, SENTENCES};
-use rowscan_emulator::Tractor;
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::gnss::{Gnss, GnssEvent, Quality, Receiver};
-use rowscan_scenes::trajectory::{Motion, Trajectory};
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::gnss::{Gnss, GnssEvent, Quality, Receiver};
+use rowscan_vehicle::trajectory::{Motion, Trajectory};
 
 /// Knots a metre a second.
 const KNOTS: f64 = 3600.0 / 1852.0;

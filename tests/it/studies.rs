@@ -10,9 +10,9 @@ use crate::common;
 
 use common::binary::{Emulator, assert_says, refused, run, text};
 use common::studies::{SMALL, quick_areas, small, whole};
+use rowscan_scenes::files::load_scene;
 use rowscan_study::Header;
 use rowscan_study::areas::{self, AreasReport, AreasStudy, Gate, Rule};
-use rowscan_study::config::load_scene;
 use rowscan_study::resolution::{self, ResolutionStudy};
 
 fn median(mut values: Vec<f64>) -> f64 {

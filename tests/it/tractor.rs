@@ -21,8 +21,8 @@ use rowscan_protocol::rig::{Mount, Orientation, RowSide};
 use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::Scene;
-use rowscan_scenes::trajectory::{Drive, StopAndGo};
-use rowscan_study::config::load_scene;
+use rowscan_scenes::files::load_scene;
+use rowscan_vehicle::trajectory::{Drive, StopAndGo};
 
 const MS: u64 = 1_000_000;
 
@@ -154,7 +154,7 @@ fn with_an_encoder_impacted_area_does_not_depend_on_how_fast_it_is_driven() {
 
 #[test]
 fn a_tree_driven_over_twice_is_one_tree() {
-    let leg = |seconds, speed_m_s| rowscan_scenes::trajectory::Leg { seconds, speed_m_s, slip: None };
+    let leg = |seconds, speed_m_s| rowscan_vehicle::trajectory::Leg { seconds, speed_m_s, slip: None };
     let there_and_back = vec![leg(0.0, 1.0), leg(2.5, 1.0), leg(0.0, -1.0), leg(1.5, -1.0), leg(0.0, 1.0)];
     let once = pass(driven(1.0, Drive::default()), true);
     let twice = pass(driven(1.0, Drive { legs: there_and_back, ..Drive::default() }), true);

@@ -24,8 +24,8 @@ use rowscan_protocol::model;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::gnss::{GnssEvent, Quality};
-use rowscan_scenes::trajectory::{Drive, Leg};
+use rowscan_vehicle::gnss::{GnssEvent, Quality};
+use rowscan_vehicle::trajectory::{Drive, Leg};
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::net::TcpStream;
 

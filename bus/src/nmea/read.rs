@@ -39,8 +39,8 @@ mod tests {
     use super::*;
     use crate::nmea::SENTENCES;
     use rowscan_protocol::time::SimTime;
-    use rowscan_scenes::gnss::{Gnss, Quality, Receiver};
-    use rowscan_scenes::trajectory::Trajectory;
+    use rowscan_vehicle::gnss::{Gnss, Quality, Receiver};
+    use rowscan_vehicle::trajectory::Trajectory;
 
     fn heard(gnss: Gnss, speed_m_s: f64) -> Vec<Option<f64>> {
         let motion = Trajectory::straight(0.0, speed_m_s).at(3.0);

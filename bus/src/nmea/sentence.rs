@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use rowscan_recording::nmea::checksum;
-use rowscan_scenes::gnss::{Fix, Quality};
+use rowscan_vehicle::gnss::{Fix, Quality};
 
 /// A sentence: its name and what it says of a fix, without `$`, talker and checksum.
 #[derive(Clone, Copy, Debug)]
@@ -166,8 +166,8 @@ fn hdt(fix: &Fix) -> String {
 mod tests {
     use super::*;
     use rowscan_protocol::time::SimTime;
-    use rowscan_scenes::gnss::{Gnss, Receiver};
-    use rowscan_scenes::trajectory::Trajectory;
+    use rowscan_vehicle::gnss::{Gnss, Receiver};
+    use rowscan_vehicle::trajectory::Trajectory;
 
     fn fix(gnss: Gnss) -> Fix {
         Receiver::new(gnss, 1).fix(SimTime(1_500_000_000), &Trajectory::straight(0.0, 2.0).at(1.5))

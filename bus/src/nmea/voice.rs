@@ -1,10 +1,10 @@
 //! When the receiver speaks: every so many milliseconds of simulated time, all its sentences one behind the other.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::gnss::Receiver;
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::gnss::Receiver;
 
 use super::sentence::SENTENCES;
-use crate::ride::Tractor;
 
 /// A speaking receiver.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! Position on NMEA 2000: rapid position, rapid course and speed, and the full GNSS fix as a fast packet. Layouts as public
 //! implementations of NMEA 2000 have them.
 
-use rowscan_scenes::gnss::{Fix, Quality};
+use rowscan_vehicle::gnss::{Fix, Quality};
 
 use super::TRACTOR_ADDRESS;
 use crate::message::{Message, Payload, Signal};

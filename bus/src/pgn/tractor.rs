@@ -3,7 +3,7 @@
 //! Layouts as AgIsoStack++ sends and reads them; the bits of the facilities after another public implementation, not verified against
 //! the standard's text.
 
-use rowscan_scenes::trajectory::Motion;
+use rowscan_vehicle::trajectory::Motion;
 
 use super::TRACTOR_ADDRESS;
 use crate::message::{Message, Payload, Signal};
@@ -231,7 +231,7 @@ pub fn commanded_m_s(data: &[u8]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rowscan_scenes::trajectory::Trajectory;
+    use rowscan_vehicle::trajectory::Trajectory;
 
     #[test]
     fn speed_and_distance_stand_where_agisostack_reads_them() {

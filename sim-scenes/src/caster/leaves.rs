@@ -221,7 +221,7 @@ mod tests {
     use crate::caster::shapes::Entry;
     use crate::caster::template::Template;
     use crate::lanes::WIDTH;
-    use crate::seed::{Stage, Stream};
+    use crate::seed::Purpose;
 
     /// A crossing of a leaf as a fan sees it from the origin: X and Z of both ends.
     fn crossings(shapes: &impl Shapes, eight: usize, y_m: f64) -> [[f64; 4]; WIDTH] {
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn leaves_of_a_template_are_cut_where_their_own_vertices_have_it() {
-        let mut stream = Stream::new(3, Stage::Growth, 0, 0);
+        let mut stream = Purpose::Growth.stream(3, 0, 0);
         let mut unit = || 2.0 * stream.unit() - 1.0;
         let blade: [[f64; 2]; 8] = [
             [0.0, 0.0],

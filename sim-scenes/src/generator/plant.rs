@@ -13,7 +13,7 @@ use crate::growth::shade::{self, ShadeScope};
 use crate::orchard::OrchardParameters;
 use crate::organ::{Cylinder, Leaf, Tree};
 use crate::season;
-use crate::seed::{Stage, Stream};
+use crate::seed::Purpose;
 use crate::support::Support;
 use crate::target::{self, Adjustment};
 
@@ -55,7 +55,7 @@ pub(crate) fn plant(
     let envelope = if generator.is_pruned() { Envelope::of(&tree) } else { None };
     drafts.par_iter_mut().zip(plantings).for_each(|(draft, planting)| {
         prune::cut(draft, envelope.as_ref());
-        let mut stream = Stream::new(seed, Stage::Season, planting.row, planting.tree);
+        let mut stream = Purpose::Season.stream(seed, planting.row, planting.tree);
         season::dress(&mut draft.blades, parameters.season, &mut stream);
     });
     let adjustment = match parameters.target_lai {

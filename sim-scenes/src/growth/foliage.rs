@@ -151,7 +151,7 @@ fn linear_scale(rank: u32, parameters: &TreeParameters) -> f64 {
 mod tests {
     use super::*;
     use crate::growth::State;
-    use crate::seed::Stage;
+    use crate::seed::Purpose;
 
     fn upright(internodes: u32) -> GrowthUnit {
         GrowthUnit {
@@ -168,7 +168,7 @@ mod tests {
     }
 
     fn leaves(parameters: &TreeParameters) -> Vec<Blade> {
-        clothe(&[upright(10)], parameters, &mut Stream::new(1, Stage::Foliage, 0, 0))
+        clothe(&[upright(10)], parameters, &mut Purpose::Foliage.stream(1, 0, 0))
     }
 
     #[test]

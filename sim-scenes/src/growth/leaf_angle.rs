@@ -108,11 +108,11 @@ fn exponents(parameters: &TreeParameters) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seed::Stage;
+    use crate::seed::Purpose;
 
     fn drawn(leaf_angle: LeafAngle, parameters: &TreeParameters) -> Vec<f64> {
         let law = LeafAngles::of(&TreeParameters { leaf_angle, ..parameters.clone() });
-        let mut stream = Stream::new(3, Stage::Foliage, 0, 0);
+        let mut stream = Purpose::Foliage.stream(3, 0, 0);
         (0..4000)
             .map(|_| {
                 let (midrib, across) = law.turn(DVec3::X, DVec3::new(0.0, 0.6, 0.8), &mut stream);

@@ -26,7 +26,7 @@ pub use rules::RuleSource;
 use crate::generator::draft::{Draft, Segment};
 use crate::generator::{Generator, GrowError, Planting, Remark};
 use crate::parameters::ParameterError;
-use crate::seed::{Stage, Stream};
+use crate::seed::Purpose;
 use skeleton::Grower;
 
 /// Hidden Markov trees.
@@ -44,7 +44,7 @@ impl Hmt {
 impl Generator for Hmt {
     fn draft(&self, &Planting { row, tree, .. }: &Planting) -> Result<Draft, GrowError> {
         let parameters = self.grower.parameters();
-        let mut stream = Stream::new(self.seed, Stage::Growth, row, tree);
+        let mut stream = Purpose::Growth.stream(self.seed, row, tree);
         let units = self.grower.grow(&mut stream).map_err(|exploded| GrowError::Exploded {
             row,
             tree,
@@ -52,7 +52,7 @@ impl Generator for Hmt {
             limit: parameters.max_metamers,
         })?;
         let radii = wood::radii(&units, parameters);
-        let mut stream = Stream::new(self.seed, Stage::Foliage, row, tree);
+        let mut stream = Purpose::Foliage.stream(self.seed, row, tree);
         let blades = foliage::clothe(&units, parameters, &mut stream);
         let segments = units.iter().zip(radii).map(|(unit, radius_m)| Segment {
             bearer: unit.bearer,

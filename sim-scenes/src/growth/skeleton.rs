@@ -236,7 +236,7 @@ impl Grower {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seed::Stage;
+    use crate::seed::Purpose;
 
     /// A chain that always turns into `child`, so that growth has no chance in it.
     fn always(child: usize, rules: &str) -> TreeParameters {
@@ -251,7 +251,7 @@ mod tests {
     }
 
     fn grow(parameters: &TreeParameters) -> Vec<GrowthUnit> {
-        let mut stream = Stream::new(1, Stage::Growth, 0, 0);
+        let mut stream = Purpose::Growth.stream(1, 0, 0);
         Grower::new(parameters.clone()).unwrap().grow(&mut stream).unwrap()
     }
 
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn explosive_growth_stops_at_its_bound() {
         let parameters = TreeParameters { iterations: 40, max_metamers: 5_000, ..always(3, "++++") };
-        let mut stream = Stream::new(1, Stage::Growth, 0, 0);
+        let mut stream = Purpose::Growth.stream(1, 0, 0);
         let result = Grower::new(parameters).unwrap().grow(&mut stream);
         // 20 + 9 (3^(s-1) - 1) / 2 metamers after season s pass 5000 in season 8.
         assert_eq!(result, Err(Exploded { season: 8 }));

@@ -16,7 +16,7 @@ use crate::generator::{Generator, GrowError, Planting};
 use crate::growth::TreeParameters;
 use crate::orchard::OrchardParameters;
 use crate::parameters::{ParameterError, Source, parameters, require};
-use crate::seed::{Stage, Stream};
+use crate::seed::Purpose;
 
 /// Where a grammar comes from: a name of [`NAMED_GRAMMARS`], or lines of text here or in a file.
 pub type GrammarSource = Source<String>;
@@ -87,10 +87,10 @@ impl Sprouting {
 
 impl Generator for Sprouting {
     fn draft(&self, &Planting { row, tree, .. }: &Planting) -> Result<Draft, GrowError> {
-        let mut stream = Stream::new(self.seed, Stage::Rewriting, row, tree);
+        let mut stream = Purpose::Rewriting.stream(self.seed, row, tree);
         let letters = rewrite::rewrite(&self.grammar, self.iterations, self.max_symbols, &mut stream)
             .map_err(|cause| GrowError::Overgrown { row, tree, cause })?;
-        let mut stream = Stream::new(self.seed, Stage::Foliage, row, tree);
+        let mut stream = Purpose::Foliage.stream(self.seed, row, tree);
         Ok(turtle::draw(&letters, &self.grammar, &self.leaves, &mut stream))
     }
 

@@ -51,10 +51,10 @@ pub(super) fn rewrite(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seed::Stage;
+    use crate::seed::Purpose;
 
     fn stream(tree: u32) -> Stream {
-        Stream::new(1, Stage::Rewriting, 0, tree)
+        Purpose::Rewriting.stream(1, 0, tree)
     }
 
     fn written(letters: &[Letter]) -> String {

@@ -136,13 +136,13 @@ pub(super) fn draw(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seed::Stage;
+    use crate::seed::Purpose;
 
     fn drawn(axiom: &str) -> Draft {
         let settings = ["angle: 90", "step: 1", "diameter: 0.1", "taper: 0.5", "contraction: 0.5"];
         let axiom = format!("axiom: {axiom}");
         let grammar = Grammar::read(settings.into_iter().chain([axiom.as_str()])).unwrap();
-        let mut stream = Stream::new(1, Stage::Foliage, 0, 0);
+        let mut stream = Purpose::Foliage.stream(1, 0, 0);
         draw(&grammar.axiom, &grammar, &TreeParameters::default(), &mut stream)
     }
 

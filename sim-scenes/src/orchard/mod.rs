@@ -10,7 +10,7 @@ use crate::generator::plant::{Planted, plant};
 use crate::generator::{GrowError, Planting, Remark};
 use crate::organ::{Cylinder, Leaf, Tree};
 use crate::placement::Placement;
-use crate::seed::{Stage, Stream};
+use crate::seed::Purpose;
 use crate::support::Support;
 use crate::target::Adjustment;
 use crate::truth::{Truth, TruthGrid};
@@ -250,7 +250,7 @@ fn few(
         if stand.gap {
             return (distinct as usize, Placement::HERE);
         }
-        let mut stream = Stream::new(seed, Stage::Placing, stand.row, stand.tree);
+        let mut stream = Purpose::Placing.stream(seed, stand.row, stand.tree);
         let mut draw = |of: u32| (stream.unit() * f64::from(of)).floor();
         let (tree, direction) = (draw(distinct) as usize, draw(directions));
         (tree, Placement::at(stand.base).turned(direction * 360.0 / f64::from(directions)))

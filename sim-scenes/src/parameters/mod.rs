@@ -1,9 +1,9 @@
 //! How parameters are declared: once, in a table that gives the struct, its overrides, and the documentation.
 
-mod file;
 mod source;
 
-pub use file::{FileError, SceneFile};
+pub(crate) use rowscan_vehicle::parameter::require;
+pub use rowscan_vehicle::{FileError, ParameterError, SceneFile};
 pub use source::{RowsError, Source, TextRow};
 pub(crate) use source::{fields, lines};
 
@@ -20,35 +20,6 @@ pub struct ParameterDoc {
     pub unit: &'static str,
     /// Where the default comes from, and the alternatives.
     pub reason: &'static str,
-}
-
-/// A parameter that cannot be what it is.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key} must be {expected}, found {found}")]
-pub struct ParameterError {
-    /// Full key, such as `orchard.tree.iterations`.
-    pub key: String,
-    /// What may stand there.
-    pub expected: String,
-    /// What stands there.
-    pub found: String,
-}
-
-impl ParameterError {
-    /// Key, what was expected, what was found.
-    pub fn new(key: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
-        Self { key: key.into(), expected: expected.into(), found: found.to_string() }
-    }
-}
-
-/// `Ok` if `holds`, else the error.
-pub(crate) fn require(
-    holds: bool,
-    key: &str,
-    expected: &str,
-    found: impl ToString,
-) -> Result<(), ParameterError> {
-    if holds { Ok(()) } else { Err(ParameterError::new(key, expected, found)) }
 }
 
 /// Declares a table of parameters. Gives the struct with all values (`Default` = the table), the struct of overrides

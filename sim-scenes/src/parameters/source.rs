@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use super::file::{FileError, SceneFile};
+use rowscan_vehicle::{FileError, SceneFile};
 
 /// A name, or rows written out here or in a file. Names are looked up and files read when the table is used, so that a wrong one is an
 /// error of validation, with the key it stands at.

@@ -7,10 +7,11 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
+use rowscan_scenes::files;
 
 use super::super::{Failure, models};
 use rowscan_emulator::stage;
-use rowscan_study::config;
+use rowscan_study::calibrations;
 
 /// What the rig asks of an LMS2xx: the widest variant with its resolution; the device keeps its own where the rig leaves that open.
 fn lms2xx_config(rig: Option<&Rig>, scanner: usize) -> lms2xx::client::ClientConfig {
@@ -48,7 +49,7 @@ pub(super) fn load(
     model: Option<&str>,
     scanners: &[usize],
 ) -> Result<(Rig, Option<Scene>), Failure> {
-    let (mut rig, scene) = config::load_rig(name)?;
+    let (mut rig, scene) = files::load_rig(name)?;
     if let Some(model) = model.map(models::find).transpose()? {
         for scanner in scanners {
             if let Some(mount) = rig.scanners.get_mut(*scanner) {
@@ -67,8 +68,8 @@ pub(crate) fn pipeline(
 ) -> Result<Pipeline, Failure> {
     let mount = rig.and_then(|rig| rig.scanners.get(scanner));
     let calibration = match (calibration, rig.and_then(|rig| rig.calibration.as_deref()), mount) {
-        (Some(name), ..) => Some(config::load_calibration(name)?),
-        (None, Some(name), Some(mount)) => config::load_calibration_for(name, &mount.model)?,
+        (Some(name), ..) => Some(calibrations::load_calibration(name)?),
+        (None, Some(name), Some(mount)) => calibrations::load_calibration_for(name, &mount.model)?,
         _ => None,
     };
     Ok(Pipeline::new(rig, scanner, calibration)?)

@@ -1,11 +1,11 @@
 //! `rowscan orchard parameters`
 
 use rowscan_scenes::Scene;
+use rowscan_scenes::files;
 use rowscan_scenes::parameters::ParameterDoc;
 use serde::Serialize;
 
 use crate::cli::{Failure, Format, Outcome, output};
-use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -30,7 +30,7 @@ struct Row {
 }
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let scene = config::load_scene(&args.scene)?;
+    let scene = files::load_scene(&args.scene)?;
     let tables = tables(&scene);
     if args.markdown {
         output::print(&markdown(&args.scene, &tables))?;

@@ -1,13 +1,13 @@
 //! `rowscan orchard statistics`
 
 use rayon::prelude::*;
+use rowscan_scenes::files;
 use rowscan_scenes::{GrowError, Orchard, Scene, TreeTruth, builtin};
 use serde::Serialize;
 
 use crate::cli::blocking::off_runtime;
 use crate::cli::study::rows::Seeds;
 use crate::cli::{Failure, Format, Outcome, output, progress};
-use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -47,7 +47,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         true => builtin::names().map(str::to_owned).collect(),
         false => args.scenes,
     };
-    let scenes = names.into_iter().map(|name| Ok((config::load_scene(&name)?, name)));
+    let scenes = names.into_iter().map(|name| Ok((files::load_scene(&name)?, name)));
     let scenes = scenes.collect::<Result<Vec<(Scene, String)>, Failure>>()?;
     let seeds = args.seeds.0;
     let bar = progress::bar("growing", "orchards", (scenes.len() * seeds.len()) as u64);

@@ -3,10 +3,10 @@
 use std::str::FromStr;
 
 use rowscan_protocol::rig::Rig;
+use rowscan_scenes::files;
 
 use super::super::Failure;
 use rowscan_emulator::replay::{Part, ReplayError, Survey};
-use rowscan_study::config;
 
 /// A place in a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ impl Places<'_> {
 
     fn rig(&self) -> Result<Option<Rig>, Failure> {
         if let Some(name) = self.rig {
-            return Ok(Some(config::load_rig(name)?.0));
+            return Ok(Some(files::load_rig(name)?.0));
         }
         Ok(self.survey.about.rig.as_deref().and_then(|text| toml::from_str(text).ok()))
     }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use rowscan_scenes::caster::Class;
+use rowscan_scenes::files;
 use rowscan_scenes::scan::{Casts, LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target};
 use rowscan_scenes::{Scene, TruthGrid};
 use serde::Serialize;
@@ -17,7 +18,6 @@ use super::interrupt::Interrupt;
 use super::output::{self, say};
 use super::{Failure, Format, Outcome, progress};
 use rowscan_emulator::stage::Stage;
-use rowscan_study::config;
 
 pub(super) use layout::ScanArgs;
 use points::Point;
@@ -125,7 +125,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 fn scan(args: &Args) -> Result<Outcome, Failure> {
-    let mut scene = config::load_scene(&args.scene)?;
+    let mut scene = files::load_scene(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     if args.two_rows {
         scene.orchard.rows = Some(scene.orchard.layout().rows.max(2));

@@ -8,7 +8,7 @@ use super::rows::{Seeds, tries};
 use crate::cli::output::{self, number, percent, say, share};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome};
-use rowscan_study::config;
+use rowscan_study::calibrations;
 use rowscan_study::trial::Trial;
 
 #[derive(Debug, clap::Args)]
@@ -108,8 +108,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let rig = scene.resolved_rig();
     let model = args.scene.model(&rig, 0)?;
     let calibration = match (&args.calibration, &rig.calibration) {
-        (Some(name), _) => Some(config::load_calibration(name)?),
-        (None, Some(name)) => config::load_calibration_for(name, model.name)?,
+        (Some(name), _) => Some(calibrations::load_calibration(name)?),
+        (None, Some(name)) => calibrations::load_calibration_for(name, model.name)?,
         (None, None) => None,
     };
     if let Some(seed) =

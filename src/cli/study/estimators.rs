@@ -2,14 +2,15 @@
 
 use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
+use rowscan_scenes::files;
 use serde::Serialize;
 
 use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, number, percent, share};
 use crate::cli::{Failure, Format, Outcome, models, progress};
+use rowscan_study::calibrations;
 use rowscan_study::comparison::{Compared, CutCompared, Scope, compare};
-use rowscan_study::config;
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
@@ -39,7 +40,7 @@ struct Comparison {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut comparison = Comparison::default();
     for name in &args.scenes {
-        let scene = config::load_scene(name)?;
+        let scene = files::load_scene(name)?;
         let rig = scene.resolved_rig();
         let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
         let model = match models::find(args.model.as_deref().or(mounted).unwrap_or_default())? {
@@ -52,7 +53,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             }
         };
         let calibration = match &rig.calibration {
-            Some(name) => config::load_calibration_for(name, model.name)?,
+            Some(name) => calibrations::load_calibration_for(name, model.name)?,
             None => None,
         };
         let seeds = args.seeds.0.clone();

@@ -10,6 +10,7 @@ mod report;
 
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
+use rowscan_scenes::files;
 use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 use toml::Value;
@@ -20,7 +21,6 @@ pub use report::{PointReport, Regression, SearchReport, report};
 use super::areas::{AreasStudy, Orchard};
 use super::settings::{self, Shelf};
 use super::{Setting, Study, UnitError, fingerprint};
-use crate::config;
 
 /// A search: all that its results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,7 @@ pub struct Tried {
 /// An areas study with these keys set.
 fn with(base: &AreasStudy, settings: &[Setting<'_>]) -> Result<AreasStudy, String> {
     settings::set(base, settings, |text| {
-        let study: AreasStudy = config::from_toml(text).map_err(|trouble| trouble.message)?;
+        let study: AreasStudy = files::from_toml(text).map_err(|trouble| trouble.message)?;
         study.scene.validate().map_err(|why| why.to_string())?;
         Ok(study)
     })
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     fn search() -> SearchStudy {
-        let scene = crate::config::load_scene("paper").expect("built in");
+        let scene = files::load_scene("paper").expect("built in");
         let knob = |key: &str, values: &[Value]| Knob {
             keys: vec![key.to_owned()],
             values: values.iter().map(|value| vec![value.clone()]).collect(),

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use rowscan_scenes::Scene;
+use rowscan_scenes::files::{self, LoadError};
 use serde::Deserialize;
 use toml::Value;
 
 use super::design::{Axis, Design, Span};
 use super::{Output, SweepStudy};
 use crate::StudyFileError;
-use crate::config::{self, ConfigError};
 use crate::document::{Complaint, Document};
 use crate::settings::{self, Shelf};
 
@@ -135,11 +135,11 @@ impl SweepStudy {
     /// The scene with one axis at one of its values.
     fn scene_with(&self, axis: &Axis, value: usize) -> Result<Scene, String> {
         let settings = Design::Grid.settings(std::slice::from_ref(axis), value, 0);
-        settings::set(&self.scene, &settings, config::scene_from_text)
+        settings::set(&self.scene, &settings, files::scene_from_text)
     }
 
     /// The shelf with every file that the scene, or a value of an axis, names.
-    fn stocked(&self, mut files: Shelf) -> Result<Shelf, ConfigError> {
+    fn stocked(&self, mut files: Shelf) -> Result<Shelf, LoadError> {
         files.stock(&mut self.scene.clone())?;
         for axis in &self.sweep {
             // A value that cannot be is found out where it is tried, and told there.

@@ -11,6 +11,7 @@ mod report;
 use rowscan_canopy::Calibration;
 use rowscan_protocol::model;
 use rowscan_scenes::Scene;
+use rowscan_scenes::files;
 use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +23,7 @@ pub use report::{Effect, SweepReport, report};
 use super::settings::{self, Shelf};
 use super::{Setting, Study, UnitError, fingerprint};
 use crate::appraisal::Appraisal;
-use crate::config;
+use crate::calibrations;
 use crate::trial::{Trial, TrialError};
 use rowscan_emulator::stage::Stage;
 
@@ -78,7 +79,7 @@ impl SweepStudy {
     /// The scene at a point.
     fn scene_at(&self, point: usize, repeat: usize) -> Result<Scene, String> {
         let settings = self.settings(point);
-        let mut scene = settings::set(&self.scene, &settings, config::scene_from_text)?;
+        let mut scene = settings::set(&self.scene, &settings, files::scene_from_text)?;
         self.files.serve(&mut scene)?;
         if settings.iter().any(|(key, _)| *key == "seed") {
             return Ok(scene);
@@ -104,7 +105,7 @@ impl SweepStudy {
 /// The calibration the scene's rig names, if it is shipped for the scanner or is a file.
 fn calibration(stage: &Stage) -> Option<Calibration> {
     let mount = stage.rig.scanners.first()?;
-    config::load_calibration_for(stage.rig.calibration.as_deref()?, &mount.model).ok().flatten()
+    calibrations::load_calibration_for(stage.rig.calibration.as_deref()?, &mount.model).ok().flatten()
 }
 
 impl Study for SweepStudy {

@@ -5,10 +5,10 @@
 
 use rowscan_canopy::estimator::{REPORTED, TABLE};
 use rowscan_canopy::{Estimate, EstimatorInfo, Measure, Quantity};
+use rowscan_scenes::files;
 use serde::{Deserialize, Serialize};
 
 use crate::appraisal::Stretch;
-use crate::config;
 
 /// One number to keep.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,7 +78,7 @@ impl TryFrom<String> for Output {
         }
         let names: Vec<String> = all().map(|output| output.name).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let nearest = config::nearest(&name, &names);
+        let nearest = files::nearest(&name, &names);
         Err(OutputError { found: name, nearest })
     }
 }

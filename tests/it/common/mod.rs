@@ -19,7 +19,7 @@ use rowscan_protocol::model;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{Echo, Scan};
 use rowscan_scenes::Scene;
-use rowscan_study::config::load_scene;
+use rowscan_scenes::files::load_scene;
 use tokio::io::DuplexStream;
 
 /// A row of three small trees: quick to grow in a test.

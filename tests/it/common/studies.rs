@@ -1,8 +1,8 @@
 //! Studies quick enough for a test.
 
+use rowscan_scenes::files::load_scene;
 use rowscan_scenes::scan::ScanSettings;
 use rowscan_study::areas::AreasStudy;
-use rowscan_study::config::load_scene;
 use rowscan_study::{Shard, Study, Unit};
 
 use super::binary::{Ended, run};

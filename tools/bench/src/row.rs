@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use rowscan_scenes::seed::{Stage, Stream};
+use rowscan_scenes::seed::{Purpose, Stream};
 use rowscan_scenes::{Cylinder, Leaf, Orchard, Tree};
 
 /// Distance between trees, metres.
@@ -35,14 +35,14 @@ impl Planting {
         let trees = (0..self.rows * self.trees).map(|number| {
             let (row, place) = (number / self.trees, number % self.trees);
             let foot = [row as f64 * ROWS_M, (place as f64 + 0.5) * SPACING_M];
-            self.tree(foot, &mut Stream::new(1, Stage::Growth, row as u32, place as u32))
+            self.tree(foot, &mut Purpose::Growth.stream(1, row as u32, place as u32))
         });
         Orchard::from_trees(trees.collect(), self.trees as f64 * SPACING_M, None, None)
     }
 
     /// One tree that stands at the origin; `number` tells it from others.
     pub fn tree_at_origin(self, number: u32) -> Tree {
-        self.tree([0.0; 2], &mut Stream::new(1, Stage::Growth, 0, number))
+        self.tree([0.0; 2], &mut Purpose::Growth.stream(1, 0, number))
     }
 
     /// Rays can go round a crown of 1.6 by 1.6 by 3 m, from 0.5 m up.

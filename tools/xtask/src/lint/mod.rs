@@ -164,7 +164,8 @@ mod tests {
             "sleep(d)",
             "rand::thread_rng()",
         ] {
-            for path in ["protocol/src/x.rs", "canopy/src/a/b.rs", "sim-scenes/src/x.rs"] {
+            for path in ["protocol/src/x.rs", "canopy/src/a/b.rs", "vehicle/src/x.rs", "sim-scenes/src/x.rs"]
+            {
                 assert_eq!(violations(path, &format!("fn f() {{ {word}; }}")).len(), 1, "{word} in {path}");
                 assert!(
                     violations(path, &format!("// {word}\n/* {word} */ const A: &str = \"sleep(x)\";"))

@@ -22,7 +22,8 @@ impl Rule {
     }
 }
 
-const SANS_IO: &[&str] = &["protocol/src/", "recording/src/", "canopy/src/", "sim-scenes/src/"];
+const SANS_IO: &[&str] =
+    &["protocol/src/", "recording/src/", "canopy/src/", "vehicle/src/", "sim-scenes/src/"];
 
 /// Every rule on words.
 pub const ALL: &[Rule] = &[

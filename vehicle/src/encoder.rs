@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{ParameterError, require};
+use crate::parameter::{ParameterError, require_within as within};
 
 /// The `[encoder]` table of a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,9 +32,6 @@ impl Encoder {
     /// # Errors
     /// The first key without meaning.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let within = |key: &str, value: f64, low: f64, high: f64| {
-            require((low..=high).contains(&value), key, &format!("from {low} to {high}"), value)
-        };
         within("encoder.ticks_per_m", self.ticks_per_m, 1.0, 1e6)?;
         within("encoder.missed", self.missed, 0.0, 1.0)?;
         within("encoder.extra", self.extra, 0.0, 1.0)

@@ -11,7 +11,6 @@ mod track;
 pub use course::{Alley, Course, Place};
 pub use drive::{Drive, DriveError, Leg, StopAndGo};
 pub use profile::{Profile, Run};
-pub(crate) use track::utc_seconds;
 pub use track::{Known, Track, TrackError, TrackPoint};
 
 /// The tractor at one instant. Scene frame; the reference point is the middle of the alley, abreast of the scanners.

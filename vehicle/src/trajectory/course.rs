@@ -1,4 +1,4 @@
-//! Way makes place: along a row, round the headland, back along the next alley.
+//! From distance to place: along a row, round the headland, back along the next alley.
 //!
 //! Alley `a` lies between row `a − 1` and row `a`; its middle is X = (a − ½) · row spacing. The tractor drives +Y in its first alley,
 //! −Y in the next, and so on: so the same scanner sees a row from one side and, an alley later, from the other.
@@ -35,16 +35,16 @@ impl Alley {
     }
 }
 
-/// The way through the orchard.
+/// The way through the orchard. Rows begin at Y = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course {
-    /// Y of the start, metres.
+    /// Y of the start, metres; negative for a lead-in before the row.
     pub start_m: f64,
     /// The alley of the start.
     pub alley: i32,
     /// Distance between rows, metres.
     pub row_spacing_m: f64,
-    /// Alleys driven one after the other, and metres of row in each; none: straight on for ever.
+    /// Alleys driven one after the other, and the length of a row, metres: turns are where the rows end. None: straight on for ever.
     pub turns: Option<(u32, f64)>,
 }
 
@@ -63,6 +63,10 @@ impl Course {
     /// The place after `way_m` metres. Past the last alley's end it goes straight on; before the start, straight back.
     pub fn at(&self, way_m: f64) -> Place {
         let (passes, row_m) = self.turns.unwrap_or((1, f64::INFINITY));
+        // A start beyond the rows turns at once.
+        let row_m = row_m.max(self.start_m);
+        // Counted from where the rows begin, so that every pass has the same length whatever the lead-in.
+        let way_m = self.start_m + way_m;
         let last = passes.saturating_sub(1);
         let pass = if row_m.is_finite() {
             (way_m / (row_m + self.turn_m())).floor().clamp(0.0, f64::from(last)) as u32
@@ -74,14 +78,14 @@ impl Course {
         let backwards = pass % 2 == 1;
         let middle_m = (f64::from(number) - 0.5) * self.row_spacing_m;
         if into_m <= row_m || pass == last {
-            let y_m = if backwards { self.start_m + row_m - into_m } else { self.start_m + into_m };
+            let y_m = if backwards { row_m - into_m } else { into_m };
             let heading_rad = if backwards { PI } else { 0.0 };
             return Place { x_m: middle_m, y_m, heading_rad, alley: Some(Alley { number, backwards }) };
         }
         let radius_m = self.row_spacing_m / 2.0;
         let angle = (into_m - row_m) / radius_m;
         let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-        let end_m = if backwards { self.start_m } else { self.start_m + row_m };
+        let end_m = if backwards { 0.0 } else { row_m };
         Place {
             x_m: middle_m + radius_m * (1.0 - cos),
             y_m: if backwards { end_m - radius_m * sin } else { end_m + radius_m * sin },
@@ -97,9 +101,9 @@ mod tests {
 
     #[test]
     fn three_rows_are_driven_to_and_fro_without_a_jump() {
-        let course = Course { start_m: 1.0, alley: 0, row_spacing_m: 4.0, turns: Some((3, 20.0)) };
+        let course = Course { start_m: -5.0, alley: 0, row_spacing_m: 4.0, turns: Some((3, 20.0)) };
         let mut before = course.at(-1.0);
-        assert_eq!((before.x_m, before.y_m), (-2.0, 0.0));
+        assert_eq!((before.x_m, before.y_m), (-2.0, -6.0));
         for step in -99..9000 {
             let here = course.at(f64::from(step) * 0.01);
             let moved_m = (here.x_m - before.x_m).hypot(here.y_m - before.y_m);
@@ -110,9 +114,32 @@ mod tests {
             assert!(ahead_m > 0.0099, "step {step}");
             before = here;
         }
-        let second = course.at(20.0 + course.turn_m() + 5.0);
+        let second = course.at(25.0 + course.turn_m() + 5.0);
         assert_eq!(second.alley, Some(Alley { number: 1, backwards: true }));
-        assert!((second.y_m - 16.0).abs() < 1e-9 && (second.x_m - 2.0).abs() < 1e-9, "{second:?}");
+        assert!((second.y_m - 15.0).abs() < 1e-9 && (second.x_m - 2.0).abs() < 1e-9, "{second:?}");
+    }
+
+    #[test]
+    fn turns_are_where_the_rows_end_wherever_the_start_is() {
+        for start_m in [-5.0, 0.0, 3.0] {
+            let course = Course { start_m, alley: 0, row_spacing_m: 4.0, turns: Some((3, 20.0)) };
+            let way = |from_row_m: f64| course.at(from_row_m - start_m);
+            assert!(way(19.99).alley.is_some_and(|alley| !alley.backwards), "{start_m}: before the end");
+            let turning = way(20.0 + course.turn_m() / 2.0);
+            assert!(turning.alley.is_none() && turning.y_m > 20.0, "{start_m}: {turning:?}");
+            // The second turn is at the rows' other end, not at the end of the lead-in.
+            let back = way(40.0 + course.turn_m() * 1.5);
+            assert!(back.alley.is_none() && back.y_m < 0.0, "{start_m}: {back:?}");
+            assert!((back.y_m + 2.0).abs() < 1e-9, "{start_m}: {back:?}");
+        }
+    }
+
+    #[test]
+    fn a_start_beyond_the_rows_turns_at_once() {
+        let course = Course { start_m: 25.0, alley: 0, row_spacing_m: 4.0, turns: Some((2, 20.0)) };
+        assert_eq!((course.at(0.0).y_m, course.at(1.0).alley), (25.0, None));
+        let back = course.at(course.turn_m() + 1.0);
+        assert!((back.y_m - 24.0).abs() < 1e-9 && back.heading_rad == PI, "{back:?}");
     }
 
     #[test]

@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::trajectory::{Motion, Trajectory};
+
+use crate::trajectory::{Motion, Trajectory};
 
 /// A shared tractor. It stands at its start until something sets it going; from there on it is a function of simulated time and of the
 /// commands it was given.

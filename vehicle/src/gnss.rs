@@ -5,27 +5,31 @@
 
 use std::f64::consts::TAU;
 
+use rowscan_protocol::random::Stream;
 use rowscan_protocol::time::SimTime;
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{ParameterError, choices, require};
-use crate::seed::{Stage, Stream};
-use crate::trajectory::{Motion, utc_seconds};
+use crate::parameter::{ParameterError, require, require_within as within};
+use crate::trajectory::Motion;
+use crate::utc::utc_seconds;
 
-choices! {
-    /// How a fix was made.
-    pub enum Quality {
-        /// Nobody knows where it is.
-        None = "none",
-        /// By satellites alone.
-        Gps = "gps",
-        /// With corrections.
-        Differential = "differential",
-        /// With carrier phases, ambiguities fixed: centimetres.
-        RtkFixed = "rtk_fixed",
-        /// With carrier phases, ambiguities not fixed yet: decimetres.
-        RtkFloat = "rtk_float",
-    }
+/// What a receiver's random streams are keyed by, before the millisecond. Part of the scene format.
+pub const STREAM: u64 = 3;
+
+/// How a fix was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quality {
+    /// No position.
+    None,
+    /// By satellites alone.
+    Gps,
+    /// With corrections.
+    Differential,
+    /// With carrier phases, ambiguities fixed: centimetres.
+    RtkFixed,
+    /// With carrier phases, ambiguities not fixed yet: decimetres.
+    RtkFloat,
 }
 
 impl Quality {
@@ -115,9 +119,6 @@ impl Gnss {
     /// # Errors
     /// The first key without meaning.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let within = |key: &str, value: f64, low: f64, high: f64| {
-            require((low..=high).contains(&value), key, &format!("from {low} to {high}"), value)
-        };
         // Beyond 80 degrees a flat piece of Earth is not flat.
         within("gnss.latitude_deg", self.latitude_deg, -80.0, 80.0)?;
         within("gnss.longitude_deg", self.longitude_deg, -180.0, 180.0)?;
@@ -231,7 +232,7 @@ impl Receiver {
     /// Three standard normal numbers of this millisecond (Box and Muller).
     fn noise(&self, at: SimTime) -> [f64; 3] {
         let ms = at.0 / 1_000_000;
-        let mut stream = Stream::new(self.seed, Stage::Gnss, (ms >> 32) as u32, ms as u32);
+        let mut stream = Stream::keyed(self.seed, &[STREAM, ms >> 32, ms & u64::from(u32::MAX)]);
         std::array::from_fn(|_| {
             let radius = libm::sqrt(-2.0 * libm::log(1.0 - stream.unit()));
             radius * libm::cos(TAU * stream.unit())

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::profile::ProfileBuilder;
 use super::track::Known;
 use super::{Course, Profile, Track, TrackError, Trajectory};
-use crate::parameters::{FileError, SceneFile};
+use crate::scene_file::{FileError, SceneFile};
 
 /// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

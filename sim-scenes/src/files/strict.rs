@@ -14,9 +14,9 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What is wrong with a document, and where.
+/// A document that is refused, with the line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Trouble {
+pub struct TomlError {
     /// Line of the offending key or value, from 1; 0 if it concerns the whole document.
     pub line: usize,
     /// What is wrong, with the remedy.
@@ -24,14 +24,14 @@ pub struct Trouble {
 }
 
 /// Reads a document strictly: unknown keys are refused.
-pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, Trouble> {
-    let document = DeTable::parse(text).map_err(|error| Trouble {
+pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
+    let document = DeTable::parse(text).map_err(|error| TomlError {
         line: error.span().map_or(0, |span| line_of(text, &span)),
         message: error.message().to_owned(),
     })?;
     let span = document.span();
     let value = Spanned::new(span, DeValue::Table(document.into_inner()));
-    T::deserialize(Value(value)).map_err(|complaint| Trouble {
+    T::deserialize(Value(value)).map_err(|complaint| TomlError {
         line: complaint.span.as_ref().map_or(0, |span| line_of(text, span)),
         message: complaint.kind.to_string(),
     })
@@ -310,7 +310,7 @@ mod tests {
         Cylinder { radius_m: f64 },
     }
 
-    fn trouble(text: &str) -> Trouble {
+    fn refusal(text: &str) -> TomlError {
         from_toml::<Orchard>(text).expect_err(text)
     }
 
@@ -333,39 +333,39 @@ mod tests {
 
     #[test]
     fn an_unknown_key_names_its_line_and_the_nearest_key() {
-        let found = trouble("trees = 1\ntree_spacing = 1.5\nshape = \"spindle\"\n");
+        let found = refusal("trees = 1\ntree_spacing = 1.5\nshape = \"spindle\"\n");
         assert_eq!(found.line, 2);
         assert_eq!(found.message, "unknown key `tree_spacing`; did you mean `tree_spacing_m`?");
     }
 
     #[test]
     fn a_key_like_no_other_lists_what_is_valid() {
-        let found = trouble("xyz = 1\n");
+        let found = refusal("xyz = 1\n");
         assert_eq!(found.line, 1);
         assert_eq!(found.message, "unknown key `xyz`; valid here: trees, tree_spacing_m, shape, rows");
     }
 
     #[test]
     fn wrong_types_and_choices_name_what_was_found_and_expected() {
-        let found = trouble("trees = 1\ntree_spacing_m = \"wide\"\n");
+        let found = refusal("trees = 1\ntree_spacing_m = \"wide\"\n");
         assert_eq!((found.line, found.message.as_str()), (2, "expected f64, found string \"wide\""));
         let found =
             from_toml::<std::collections::BTreeMap<String, Orchard>>("orchard = 3\n").expect_err("a number");
         assert_eq!((found.line, found.message.as_str()), (1, "expected a table, found integer `3`"));
-        let found = trouble("trees = -1\n");
+        let found = refusal("trees = -1\n");
         assert_eq!((found.line, found.message.as_str()), (1, "expected u32, found integer `-1`"));
-        let found = trouble("shape = \"spindel\"\n");
+        let found = refusal("shape = \"spindel\"\n");
         assert_eq!(
             (found.line, found.message.as_str()),
             (1, "unknown value `spindel`; did you mean `spindle`?")
         );
-        let found = trouble("trees = 1\ntree_spacing_m = 1\n");
+        let found = refusal("trees = 1\ntree_spacing_m = 1\n");
         assert_eq!(found.message, "the key `shape` is missing; add it");
     }
 
     #[test]
     fn what_is_not_toml_says_where() {
-        let found = trouble("trees = 1\ntrees = = 2\n");
+        let found = refusal("trees = 1\ntrees = = 2\n");
         assert_eq!(found.line, 2, "{found:?}");
     }
 }

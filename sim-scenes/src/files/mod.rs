@@ -1,0 +1,21 @@
+//! Scene and rig files: strict TOML, by path or by the name of a built-in scene.
+//!
+//! This is the only part of the crate that reads files. It needs the feature `files`.
+//!
+//! ```
+//! let scene = rowscan_scenes::files::load_scene("spindle")?;
+//! assert_eq!(scene.name, "spindle");
+//! let error = rowscan_scenes::files::load_scene("spindel").unwrap_err();
+//! assert!(error.to_string().ends_with("did you mean `spindle`?"));
+//! # Ok::<(), rowscan_scenes::files::LoadError>(())
+//! ```
+
+mod error;
+mod scene;
+mod source_text;
+mod strict;
+
+pub use error::{LoadError, nearest};
+pub use scene::{fill, load_rig, load_scene, scene_from_text};
+pub use source_text::SourceText;
+pub use strict::{TomlError, from_toml};
