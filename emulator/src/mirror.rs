@@ -93,7 +93,7 @@ pub(crate) async fn turn(shared: Arc<Shared>, mut world: World, mut voices: Spea
         }
         if !patience.bears(shared.clock.lateness(at)) {
             switch_lines(&shared, at, &mut line_changes);
-            turns.advance(leave_out(&shared, at, world.travelled_mm(at)));
+            turns.advance(leave_out(&shared, at, world.encoder_ticks(at)));
             clock::step_aside().await;
             continue;
         }
@@ -107,7 +107,7 @@ pub(crate) async fn turn(shared: Arc<Shared>, mut world: World, mut voices: Spea
         let mirror = shared.device().mirror();
         world.look(mirror, at);
         switch_lines(&shared, at, &mut line_changes);
-        shared.device().set_travelled_mm(world.travelled_mm(at));
+        shared.device().set_encoder_ticks(world.encoder_ticks(at));
         // The turn at time zero is nobody's, however quick a client was: so every run begins alike.
         if at > SimTime::ZERO {
             shared.roster.audience(&mut audience);
@@ -125,9 +125,9 @@ pub(crate) async fn turn(shared: Arc<Shared>, mut world: World, mut voices: Spea
 }
 
 /// Passes a turn over that there is no time for; what the mirror does then.
-fn leave_out(shared: &Shared, at: SimTime, travelled_mm: f64) -> Mirror {
+fn leave_out(shared: &Shared, at: SimTime, encoder_ticks: f64) -> Mirror {
     let mut device = shared.device();
-    device.set_travelled_mm(travelled_mm);
+    device.set_encoder_ticks(encoder_ticks);
     let missed = device.miss(at);
     shared.counts.missed.fetch_add(missed.into(), Ordering::Relaxed);
     shared.clock.reached(at);

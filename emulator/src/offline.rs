@@ -38,7 +38,7 @@ impl Offline {
         let at = self.turns.next();
         let mirror = self.device.mirror();
         self.world.look(mirror, at);
-        self.device.set_travelled_mm(self.world.travelled_mm(at));
+        self.device.set_encoder_ticks(self.world.encoder_ticks(at));
         self.turns.advance(mirror);
         let telegram = self.device.measure(at, &self.world.line());
         if self.begins && telegram.is_some() {

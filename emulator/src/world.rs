@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::Pose;
@@ -130,9 +131,9 @@ impl World {
         View { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland }
     }
 
-    /// The way an encoder on this tractor's wheel has counted at `at`.
-    pub fn travelled_mm(&self, at: SimTime) -> f64 {
-        self.encoder.counted_mm(self.tractor.motion(at).wheel_m)
+    /// The ticks that the encoder on this tractor's wheel has given by `at`.
+    pub fn encoder_ticks(&self, at: SimTime) -> f64 {
+        self.encoder.ticks(self.tractor.motion(at).wheel_m)
     }
 
     /// The tractor it rides on.
@@ -142,7 +143,8 @@ impl World {
 
     /// The line last cast, in the device's raw units.
     pub fn line(&self) -> MeasuredLine<'_> {
-        MeasuredLine { echoes: &self.echoes }
+        let grid = self.seen.map_or_else(BeamGrid::default, |(mirror, _)| mirror.beams);
+        MeasuredLine { grid, echoes: &self.echoes }
     }
 
     /// Ranges and remissions of the line last cast, first echo.

@@ -33,7 +33,7 @@ static DEVICES: LazyLock<Vec<Device>> = LazyLock::new(|| {
         NARROW.iter().for_each(|command| encode(Dialect::A, command.as_bytes(), &mut frames));
         session.handle_bytes(&mut device, SimTime(0), &frames, &mut Vec::new());
         assert_eq!(device.saves(), 1);
-        let scan = device.measure(SimTime(0), &MeasuredLine { echoes: &[] }).expect("a scan");
+        let scan = device.measure(SimTime(0), &MeasuredLine { grid: device.mirror().beams, echoes: &[] }).expect("a scan");
         assert!(scan.channels16[0].values.len() < 20);
         device
     };
@@ -51,7 +51,7 @@ fuzz_target!(|data: &[u8]| {
     for piece in bytes.split_inclusive(|byte| *byte == TURN) {
         session.handle_bytes(&mut device, now, piece, &mut replies);
         now = SimTime(now.0 + 20_000_000);
-        if let Some(scan) = device.measure(now, &MeasuredLine { echoes: &[] }) {
+        if let Some(scan) = device.measure(now, &MeasuredLine { grid: device.mirror().beams, echoes: &[] }) {
             event.clear();
             scan_event(session.dialect(), scan, &mut event);
         }

@@ -13,6 +13,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod angle;
+pub mod calendar;
 pub mod random;
 pub mod rig;
 pub mod scan;

@@ -27,7 +27,10 @@ fn state(bench: &mut Bench) -> (char, char) {
 
 fn turn(bench: &mut Bench) -> bool {
     bench.now = bench.now + Duration::from_millis(20);
-    bench.device.measure(bench.now, &MeasuredLine { echoes: &[] }).is_some()
+    bench
+        .device
+        .measure(bench.now, &MeasuredLine { grid: bench.device.mirror().beams, echoes: &[] })
+        .is_some()
 }
 
 fn text(reply: &Reply) -> String {
@@ -233,7 +236,7 @@ fn the_field_is_evaluated_and_its_results_are_told() {
     let mut results = Vec::new();
     for range_mm in [2000, 1400, 1400, 0, 1500] {
         let echoes = [MeasuredEcho { range_mm: vec![range_mm; 811], remission: Vec::new() }];
-        bench.device.measure(bench.now, &MeasuredLine { echoes: &echoes });
+        bench.device.measure(bench.now, &MeasuredLine { grid: bench.device.mirror().beams, echoes: &echoes });
         for event in events(&mut bench) {
             assert!(event.starts_with("sSN LFErec 1 1 1 0 3F800000 00000000 D05 FFF92230 "), "{event}");
             results.push(event.split(' ').nth(10).unwrap().to_owned());
@@ -268,4 +271,30 @@ fn scan_times_begin_again_after_seventy_one_minutes() {
         .collect();
     assert!(times[1] > u32::MAX - 20_000 && times[2] < 20_000, "{times:?}");
     assert!(times.windows(2).all(|pair| pair[1].wrapping_sub(pair[0]) == 20_000), "{times:?}");
+}
+
+/// Two scanners of one rig share its seed, and nothing random.
+#[test]
+fn scanners_of_one_rig_have_different_stamps() {
+    let stamps = |scanner| {
+        let mut bench = Bench::new("lms111");
+        let options = Options {
+            profile: Profile::Field,
+            start: Start::Streaming,
+            seed: 1,
+            scanner,
+            ..Options::default()
+        };
+        bench.device = bench.device.with_options(options);
+        let stamp = |_| {
+            assert!(turn(&mut bench));
+            bench.device.last_scan().unwrap().scan_time_us
+        };
+        (0..150).map(stamp).collect::<Vec<u32>>()
+    };
+    let (first, second) = (stamps(0), stamps(1));
+    let equal = first.iter().zip(&second).filter(|(a, b)| a == b).count();
+    // Uniform over 101 values: 1.5 of 150 are equal by chance.
+    assert!(equal < 10, "{equal} of 150");
+    assert_eq!(first, stamps(0));
 }

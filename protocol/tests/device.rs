@@ -213,6 +213,40 @@ fn the_calendar_starts_in_1970_and_can_be_set() {
     assert_eq!((time.year, time.month, time.day, time.hour), (2024, 2, 29, 0));
 }
 
+/// A client sets another scan mode after the line was cast and before the device has it.
+#[test]
+fn a_line_keeps_the_beams_it_was_cast_with() {
+    use rowscan_protocol::device::MeasuredEcho;
+    let mut bench = Bench::logged_in("lms111");
+    let grid = bench.device.mirror().beams;
+    let echoes = [MeasuredEcho { range_mm: (1000..).take(grid.len()).collect(), ..MeasuredEcho::default() }];
+    let set = bench.ask("sMN mLMPsetscancfg +2500 +1 +2500 -450000 +2250000");
+    assert!(set.starts_with("sAN mLMPsetscancfg 0 "), "{set}");
+    assert_ne!(bench.device.mirror().beams, grid);
+    let scan = bench.device.measure(bench.now, &MeasuredLine { grid, echoes: &echoes }).unwrap();
+    let channel = &scan.channels16[0];
+    assert_eq!((channel.start_angle, channel.step), (grid.start, grid.step));
+    assert_eq!(channel.values, echoes[0].range_mm);
+    // 50 Hz with 0.5 degrees is 360; the mirror turns at 25 Hz already.
+    assert_eq!((scan.scan_frequency, scan.measurement_frequency), (2500, 180));
+}
+
+#[test]
+fn a_mean_is_not_made_of_lines_with_different_beams() {
+    use rowscan_protocol::angle::BeamGrid;
+    use rowscan_protocol::device::MeasuredEcho;
+    let mut bench = Bench::logged_in("lms111");
+    bench.ask("sWN LFPmeanfilter 1 +2 0");
+    let grid = bench.device.mirror().beams;
+    let moved = BeamGrid { start: grid.start + 2500, ..grid };
+    let mut measure = |grid: BeamGrid, mm: u16| {
+        let echoes = [MeasuredEcho { range_mm: vec![mm; grid.len()], ..MeasuredEcho::default() }];
+        let scan = bench.device.measure(bench.now, &MeasuredLine { grid, echoes: &echoes });
+        scan.map(|scan| scan.channels16[0].values[1])
+    };
+    assert_eq!([measure(grid, 1000), measure(moved, 2000), measure(moved, 3000)], [None, None, Some(2500)]);
+}
+
 #[test]
 fn the_echo_filter_picks_the_last_echo_of_each_beam() {
     use rowscan_protocol::device::MeasuredEcho;
@@ -228,7 +262,10 @@ fn the_echo_filter_picks_the_last_echo_of_each_beam() {
         [(0, 1, [1000, 2000, 0]), (1, 5, [1000, 2000, 0]), (2, 1, [1500, 2000, 0])]
     {
         assert_eq!(bench.ask(&format!("sWN FREchoFilter {filter}")), "sWA FREchoFilter");
-        let scan = bench.device.measure(bench.now, &MeasuredLine { echoes: &echoes }).unwrap();
+        let scan = bench
+            .device
+            .measure(bench.now, &MeasuredLine { grid: bench.device.mirror().beams, echoes: &echoes })
+            .unwrap();
         assert_eq!(scan.channels16.len(), channels);
         assert_eq!(scan.channels16[0].values[..3], expected);
     }

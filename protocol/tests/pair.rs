@@ -78,7 +78,10 @@ impl Pair {
         self.now +=
             Duration::from_micros(1_000_000 * 100 / u64::from(self.device.mirror().frequency_centihz));
         let at = self.sim_time();
-        let Some(scan) = self.device.measure(at, &MeasuredLine { echoes }) else { return false };
+        let Some(scan) = self.device.measure(at, &MeasuredLine { grid: self.device.mirror().beams, echoes })
+        else {
+            return false;
+        };
         let mut bytes = Vec::new();
         if self.session.subscribed() {
             scan_event(self.session.dialect(), scan, &mut bytes);

@@ -8,10 +8,11 @@ use std::time::Duration;
 
 use bench::Bench;
 use rowscan_protocol::device::{DialectPolicy, Options, Session, writable};
-use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, SavedError, Start};
+use rowscan_protocol::device::{EncoderSpeed, MeasuredEcho, MeasuredLine, SavedError, Start};
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model::{MODELS, by_name};
-use rowscan_protocol::telegram::LmdScandata;
+use rowscan_protocol::telegram::{Encoder, LmdScandata};
+use rowscan_protocol::time::SimTime;
 
 /// Beams see 1000, 2000 and 0 mm in turn; remission 0x1200 and up.
 fn line(beams: usize) -> [MeasuredEcho; 1] {
@@ -28,8 +29,11 @@ fn next_scan(bench: &mut Bench) -> Option<LmdScandata> {
 fn turn(bench: &mut Bench) -> Option<LmdScandata> {
     let echoes = line(bench.device.mirror().beams.len());
     bench.now = bench.now + Duration::from_millis(20);
-    bench.device.set_travelled_mm(bench.now.as_secs_f64() * 1000.0);
-    bench.device.measure(bench.now, &MeasuredLine { echoes: &echoes }).cloned()
+    bench.device.set_encoder_ticks(bench.now.as_secs_f64() * 1000.0);
+    bench
+        .device
+        .measure(bench.now, &MeasuredLine { grid: bench.device.mirror().beams, echoes: &echoes })
+        .cloned()
 }
 
 fn scan_with(model: &str, writes: &[&str]) -> LmdScandata {
@@ -105,11 +109,41 @@ fn the_encoder_counts_when_it_is_set_up_and_only_then() {
         turn(&mut bench);
         let encoder = turn(&mut bench).unwrap().encoders[0];
         assert_eq!((encoder.position, encoder.speed), (40, 1));
-        bench.ask("sWN LICencres 41200000");
-        let encoder = turn(&mut bench).unwrap().encoders[0];
-        assert_eq!((encoder.position, encoder.speed), (600, 10));
     }
     assert_eq!(Bench::logged_in("tim781").ask("sWN LICencset 1"), "sFA 3");
+}
+
+/// The wheel gives 500 ticks a metre and rolls a metre a second.
+#[test]
+fn the_encoder_counts_the_wheels_ticks_whatever_the_client_says_of_them() {
+    let speeds = |encoder_speed| {
+        ["3F000000", "3F800000", "40000000"].map(|ticks_per_mm| {
+            let mut bench = Bench::new("lms111");
+            bench.device = bench.device.with_options(Options { encoder_speed, ..Options::default() });
+            bench.log_in();
+            for write in [
+                "LMDscandatacfg 01 00 0 0 0 01 00 0 0 0 0 +1",
+                "LICsrc 1",
+                "LICencset 1",
+                &format!("LICencres {ticks_per_mm}"),
+            ] {
+                assert!(bench.ask(&format!("sWN {write}")).starts_with("sWA"), "{write}");
+            }
+            let mut last = Encoder::default();
+            for turn in 0..=50 {
+                bench.now = SimTime(turn * 20_000_000);
+                bench.device.set_encoder_ticks((turn * 10) as f64);
+                let line = MeasuredLine { grid: bench.device.mirror().beams, echoes: &[] };
+                last = bench.device.measure(bench.now, &line).unwrap().encoders[0];
+                assert_eq!(u64::from(last.position), turn * 10, "LICencres {ticks_per_mm}");
+            }
+            last.speed
+        })
+    };
+    // A client that says 0.5 ticks a millimetre is right. Halves are rounded up.
+    assert_eq!(speeds(EncoderSpeed::MmPerMs), [1, 1, 0]);
+    assert_eq!(speeds(EncoderSpeed::MmPerS), [1000, 500, 250]);
+    assert_eq!(speeds(EncoderSpeed::TicksPerMs), [1, 1, 1]);
 }
 
 #[test]
@@ -155,7 +189,7 @@ const EFFECTS: &[(&str, &[&str], &str)] = &[
     ("LFPmeanfilter", &[PLAIN], "1 +4 0"),
     ("LFPmedianfilter", &[PLAIN], "1 +3"),
     ("LFPparticle", &[PLAIN], "1 +500"),
-    ("LICencres", ENCODER, "41200000"),
+    ("LICencres", ENCODER, "3F000000"),
     ("LICencset", ENCODER, "0"),
     ("LICsrc", ENCODER, "0"),
     ("DO3And4Fnc", ENCODER, "0"),

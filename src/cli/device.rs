@@ -190,11 +190,12 @@ impl DeviceArgs {
         self.state.is_some()
     }
 
-    /// The device as these flags have it, its settings file, and what happens to its lines on the way.
+    /// The rig's scanner number `scanner` as these flags have it, its settings file, and what happens to its lines on the way.
     pub(super) fn set_up(
         &self,
         device: Device,
         seed: u64,
+        scanner: usize,
     ) -> Result<(Device, Option<StateFile>, Vec<LineChange>), Failure> {
         let profile = self.profile();
         let start = match (self.start, profile) {
@@ -209,6 +210,8 @@ impl DeviceArgs {
             power_up_before: Duration::from_secs_f64(self.uptime),
             clock_ppm: self.clock_ppm,
             seed,
+            scanner: u32::try_from(scanner).unwrap_or(u32::MAX),
+            ..Options::default()
         });
         let state =
             self.state.as_ref().map(|path| StateFile::open(path, |text| device.restore(text))).transpose()?;

@@ -248,7 +248,7 @@ impl Args {
         let mut set_up = Vec::new();
         for fitted in scanners {
             let (device, world) = stage.scanner_on(&tractor, fitted.index, fitted.model)?;
-            let (device, state, line_changes) = self.device.set_up(device, stage.scene.seed)?;
+            let (device, state, line_changes) = self.device.set_up(device, stage.scene.seed, fitted.index)?;
             let config = EmulatorConfig {
                 taps: taps.clone(),
                 time_scale: self.time_scale,

@@ -16,6 +16,8 @@ use rowscan_bus::{CanFrame, J1939Id, dbc, link::candump::write_line, markdown, p
 use rowscan_canopy::{AdvanceSource, Estimate, Pipeline};
 use rowscan_emulator::offline::Offline;
 use rowscan_emulator::stage::Stage;
+use rowscan_protocol::device::{DialectPolicy, Session};
+use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model;
 use rowscan_protocol::rig::{Mount, Orientation, RowSide};
 use rowscan_protocol::scan::{EncoderReading, Scan};
@@ -149,6 +151,53 @@ fn with_an_encoder_impacted_area_does_not_depend_on_how_fast_it_is_driven() {
         let without = (without - reference_m2) / reference_m2;
         eprintln!("{name}: {:+.2} % with the encoder, {:+.1} % without", off * 100.0, without * 100.0);
         assert!(without.abs() > 0.2, "{name}: {without:+.3} without it");
+    }
+}
+
+/// A pass with the scanner's own encoder of 500 ticks a metre, set up by a client that says `ticks_per_mm`: ticks in the second second, and
+/// the estimate of a rig that knows the wheel.
+fn pass_by_ticks(ticks_per_mm: f32) -> (u32, Estimate) {
+    let mut scene = small_scene();
+    scene.encoder.ticks_per_m = 500.0;
+    let stage = stage(scene);
+    let (mut device, world) = stage.scanner(0, model::by_name("lms111").unwrap()).unwrap();
+    let scans = stage.scans_per_row(&device);
+    let (mut session, mut replies) = (Session::new(DialectPolicy::Auto), Vec::new());
+    for request in [
+        "sMN SetAccessMode 3 F4724744",
+        "sWN LICsrc 1",
+        "sWN LICencset 1",
+        &format!("sWN LICencres {:08X}", ticks_per_mm.to_bits()),
+        "sWN LMDscandatacfg 01 00 0 0 0 01 00 0 0 0 0 +1",
+        "sMN Run",
+    ] {
+        let mut frame = Vec::new();
+        encode(Dialect::A, request.as_bytes(), &mut frame);
+        session.handle_bytes(&mut device, SimTime::ZERO, &frame, &mut replies);
+    }
+    assert!(replies.iter().all(|reply| !reply.bytes.starts_with(b"\x02sFA")), "{replies:?}");
+    let mut pipeline = Pipeline::new(Some(&stage.rig), 0, None).unwrap();
+    let (mut offline, mut scan) = (Offline::new(device, world), Scan::default());
+    let mut positions = Vec::new();
+    for _ in 1..=scans {
+        assert!(offline.scan_into(&mut scan).unwrap());
+        positions.push(scan.encoders[0].position_ticks);
+        pipeline.push(&scan);
+    }
+    (positions[100] - positions[50], pipeline.finish())
+}
+
+#[test]
+fn the_wheel_gives_its_ticks_whatever_resolution_a_client_sets() {
+    let (ticks, right) = pass_by_ticks(0.5);
+    assert_eq!((ticks, right.advance_source), (500, Some(AdvanceSource::Encoder)));
+    let by_speed = pass(small_scene(), false).impacted_total_area_m2.unwrap();
+    let by_ticks = right.impacted_total_area_m2.unwrap();
+    assert!(((by_ticks - by_speed) / by_speed).abs() < 0.01, "{by_ticks} {by_speed}");
+    for ticks_per_mm in [1.0, 2.0] {
+        let (ticks, estimate) = pass_by_ticks(ticks_per_mm);
+        assert_eq!(ticks, 500, "LICencres {ticks_per_mm}");
+        assert_eq!(estimate.impacted_total_area_m2, right.impacted_total_area_m2);
     }
 }
 

@@ -1,4 +1,4 @@
-//! The wheel encoder: what it makes of the way the wheel has rolled.
+//! The wheel encoder: the ticks it gives as the wheel rolls.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::parameter::{ParameterError, require_within as within};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Encoder {
-    /// Ticks a metre that the wheel rolls; what clients set with LICencres.
+    /// Ticks a metre that the wheel rolls. A client that derives metres from ticks must know this number; LICencres does not change it.
     pub ticks_per_m: f64,
     /// Counts down while the tractor drives forward.
     pub reversed: bool,
@@ -42,11 +42,10 @@ impl Encoder {
         if self.reversed { -self.ticks_per_m } else { self.ticks_per_m }
     }
 
-    /// The way it makes of `wheel_m` rolled, millimetres, its first count included: what the scanner multiplies by its resolution.
-    pub fn counted_mm(&self, wheel_m: f64) -> f64 {
+    /// Ticks given once the wheel has rolled `wheel_m` metres, those at the start included. Fractions are those of the next tick.
+    pub fn ticks(&self, wheel_m: f64) -> f64 {
         let counted_m = wheel_m * (1.0 - self.missed + self.extra);
-        let along_m = if self.reversed { -counted_m } else { counted_m };
-        (along_m + f64::from(self.start_ticks) / self.ticks_per_m) * 1000.0
+        counted_m * self.ticks_a_metre_ahead() + f64::from(self.start_ticks)
     }
 }
 
@@ -57,9 +56,9 @@ mod tests {
     #[test]
     fn it_counts_what_it_catches_from_where_it_starts() {
         let encoder = Encoder { missed: 0.02, start_ticks: 500, ..Encoder::default() };
-        assert!((encoder.counted_mm(10.0) - 10_300.0).abs() < 1e-9);
-        let back = Encoder { reversed: true, ..Encoder::default() };
-        assert_eq!(back.counted_mm(2.0), -2000.0);
+        assert!((encoder.ticks(10.0) - 10_300.0).abs() < 1e-9);
+        let back = Encoder { reversed: true, ticks_per_m: 500.0, ..Encoder::default() };
+        assert_eq!(back.ticks(2.0), -1000.0);
         assert!(Encoder { missed: 1.5, ..Encoder::default() }.validate().is_err());
     }
 }

@@ -1,10 +1,13 @@
 //! Instants of UTC as GPX files and scene files write them.
 
+use rowscan_protocol::calendar::Date;
+
 /// Seconds since 1970 of `2026-05-01T06:00:00.5Z`, UTC.
 pub(crate) fn utc_seconds(text: &str) -> Option<f64> {
     let (date, time) = text.strip_suffix('Z')?.split_once('T')?;
-    let mut date = date.splitn(3, '-').map(|part| part.parse::<i64>().ok());
-    let (year, month, day) = (date.next()??, date.next()??, date.next()??);
+    let mut date = date.splitn(3, '-');
+    let (year, month, day): (i64, u8, u8) =
+        (date.next()?.parse().ok()?, date.next()?.parse().ok()?, date.next()?.parse().ok()?);
     let mut time = time.splitn(3, ':');
     let (hour, minute): (i64, i64) = (time.next()?.parse().ok()?, time.next()?.parse().ok()?);
     let second: f64 = time.next()?.parse().ok()?;
@@ -17,9 +20,7 @@ pub(crate) fn utc_seconds(text: &str) -> Option<f64> {
     if !sound {
         return None;
     }
-    // Days by the calendar that begins its year in March, so that the leap day comes last.
-    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let days = 365 * y + y / 4 - y / 100 + y / 400 + (153 * m + 2) / 5 + day - 1 - 719_468;
+    let days = Date { year, month, day }.days();
     Some((days * 86_400 + hour * 3600 + minute * 60) as f64 + second)
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use rowscan_protocol::calendar::Date;
 use rowscan_recording::nmea::checksum;
 use rowscan_vehicle::gnss::{Fix, Quality};
 
@@ -40,18 +41,8 @@ fn known(fix: &Fix) -> bool {
     fix.quality != Quality::None
 }
 
-/// Year, month, day.
-fn date(fix: &Fix) -> (i64, i64, i64) {
-    let days = (centiseconds(fix) / 8_640_000) + 719_468;
-    // The calendar that begins its year in March, counted in its cycles of 400 years.
-    let era = days.div_euclid(146_097);
-    let day = days.rem_euclid(146_097);
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let of_year = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    (year + era * 400 + i64::from(month <= 2), month, day)
+fn date(fix: &Fix) -> Date {
+    Date::of_day(centiseconds(fix).div_euclid(8_640_000))
 }
 
 fn centiseconds(fix: &Fix) -> i64 {
@@ -129,7 +120,7 @@ fn mode(fix: &Fix) -> char {
 const KNOTS: f64 = 3600.0 / 1852.0;
 
 fn rmc(fix: &Fix) -> String {
-    let (year, month, day) = date(fix);
+    let Date { year, month, day } = date(fix);
     format!(
         "{},{},{},{},{},{},{day:02}{month:02}{:02},,,{}",
         time(fix),
@@ -154,7 +145,7 @@ fn vtg(fix: &Fix) -> String {
 }
 
 fn zda(fix: &Fix) -> String {
-    let (year, month, day) = date(fix);
+    let Date { year, month, day } = date(fix);
     format!("{},{day:02},{month:02},{year:04},00,00", time(fix))
 }
 

@@ -1,20 +1,17 @@
 //! The device's calendar: µs since 1970 to year, month, day, and back.
 
+use crate::calendar::{Date, SECONDS_PER_DAY};
 use crate::telegram::DateTime;
 
 const US_PER_SECOND: u64 = 1_000_000;
-const SECONDS_PER_DAY: u64 = 86_400;
-const DAYS_PER_400_YEARS: u64 = 146_097;
-/// Days from 0000-03-01 to 1970-01-01.
-const EPOCH_DAY: u64 = 719_468;
 
 /// The date and time `us` microseconds after 1970-01-01 00:00.
 pub(super) fn date_time(us: u64) -> DateTime {
     let seconds = us / US_PER_SECOND;
-    let (year, month, day) = date(seconds / SECONDS_PER_DAY);
+    let Date { year, month, day } = Date::of_day((seconds / SECONDS_PER_DAY) as i64);
     let second = seconds % SECONDS_PER_DAY;
     DateTime {
-        year,
+        year: year as u16,
         month,
         day,
         hour: (second / 3600) as u8,
@@ -27,9 +24,9 @@ pub(super) fn date_time(us: u64) -> DateTime {
 
 /// µs since 1970-01-01 00:00; none for a date that does not exist or lies before.
 pub(super) fn microseconds(t: &DateTime) -> Option<u64> {
+    let date = Date { year: i64::from(t.year), month: t.month, day: t.day };
     let in_range = (1970..=9999).contains(&t.year)
-        && (1..=12).contains(&t.month)
-        && t.day >= 1
+        && date.exists()
         && t.hour < 24
         && t.minute < 60
         && t.second < 60
@@ -37,37 +34,9 @@ pub(super) fn microseconds(t: &DateTime) -> Option<u64> {
     if !in_range {
         return None;
     }
-    let day = days(t.year, t.month, t.day);
-    // The 31st of a month with 30 days comes back as the 1st of the next.
-    if date(day) != (t.year, t.month, t.day) {
-        return None;
-    }
+    let day = u64::try_from(date.days()).ok()?;
     let second = u64::from(t.hour) * 3600 + u64::from(t.minute) * 60 + u64::from(t.second);
     Some((day * SECONDS_PER_DAY + second) * US_PER_SECOND + u64::from(t.microsecond))
-}
-
-/// Year, month and day of a day since 1970 (H. Hinnant, "chrono-compatible low-level date algorithms"): the
-/// year begins with March, so that the leap day comes last.
-fn date(day: u64) -> (u16, u8, u8) {
-    let day = day + EPOCH_DAY;
-    let era = day / DAYS_PER_400_YEARS;
-    let of_era = day % DAYS_PER_400_YEARS;
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let march_month = (5 * of_year + 2) / 153;
-    let day_of_month = of_year - (153 * march_month + 2) / 5 + 1;
-    let month = if march_month < 10 { march_month + 3 } else { march_month - 9 };
-    let year = era * 400 + year_of_era + u64::from(month <= 2);
-    (year as u16, month as u8, day_of_month as u8)
-}
-
-/// Days from 1970-01-01; the inverse of [`date`] for dates that exist.
-fn days(year: u16, month: u8, day: u8) -> u64 {
-    let year = u64::from(year) - u64::from(month <= 2);
-    let march_month = (u64::from(month) + 9) % 12;
-    let of_year = (153 * march_month + 2) / 5 + u64::from(day) - 1;
-    let of_era = year % 400 * 365 + year % 400 / 4 - year % 400 / 100 + of_year;
-    year / 400 * DAYS_PER_400_YEARS + of_era - EPOCH_DAY
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::calendar;
 use super::options::{Options, Profile};
-use super::state::Device;
+use super::random::{Random, Stage};
 use crate::telegram::DateTime;
 use crate::time::SimTime;
 
@@ -18,7 +18,7 @@ pub(super) struct Clock {
     ppm: i32,
     /// Largest deviation of a scan's time, µs.
     jitter_us: u32,
-    seed: u64,
+    random: Random,
     /// Calendar = power-up time + this, µs; wraps. Zero until LSPsetdatetime: the calendar starts at 1970 with power-up.
     calendar_offset_us: u64,
 }
@@ -34,7 +34,7 @@ impl Clock {
             power_up_ns: -before,
             ppm: options.clock_ppm,
             jitter_us,
-            seed: options.seed,
+            random: Random::new(options.seed, options.scanner),
             calendar_offset_us: 0,
         }
     }
@@ -50,13 +50,20 @@ impl Clock {
         (ns * (MILLION + i128::from(self.ppm)) / MILLION / 1000) as u64
     }
 
-    /// What a scan's time deviates by, µs: uniform, and keyed by seed and turn, so that it does not depend on what was asked before.
+    /// What a scan's time deviates by, µs: uniform, keyed by seed, scanner and turn.
     pub(super) fn jitter_us(&self, turn: u64) -> i64 {
         if self.jitter_us == 0 {
             return 0;
         }
         let width = 2 * u64::from(self.jitter_us) + 1;
-        (mix(self.seed ^ mix(turn)) % width) as i64 - i64::from(self.jitter_us)
+        (self.random.bits(Stage::Jitter, turn) % width) as i64 - i64::from(self.jitter_us)
+    }
+
+    /// Sets the calendar at `now`; false for a date that does not exist.
+    pub(super) fn set_date_time(&mut self, now: SimTime, date_time: &DateTime) -> bool {
+        let Some(us) = calendar::microseconds(date_time) else { return false };
+        self.calendar_offset_us = us.wrapping_sub(self.uptime_us(now));
+        true
     }
 
     pub(super) fn date_time_at(&self, uptime_us: u64) -> DateTime {
@@ -64,26 +71,12 @@ impl Clock {
     }
 }
 
-/// The finaliser of splitmix64 (Steele, Lea, Flood 2014).
-fn mix(key: u64) -> u64 {
-    let key = key.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let key = (key ^ key >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let key = (key ^ key >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-    key ^ key >> 31
-}
-
-impl Device {
-    /// False for a date that does not exist.
-    pub(super) fn set_date_time(&mut self, now: SimTime, date_time: &DateTime) -> bool {
-        let Some(us) = calendar::microseconds(date_time) else { return false };
-        self.clock.calendar_offset_us = us.wrapping_sub(self.uptime_us(now));
-        true
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Turns 0 to 3, 1000 and 1 000 000, µs: recorded before scanners had numbers.
+    const JITTER_OF_SEED_7: [i64; 6] = [-37, 14, 47, -38, -32, 49];
 
     #[test]
     fn a_clock_a_hundred_ppm_fast_gains_six_milliseconds_a_minute() {
@@ -105,6 +98,14 @@ mod tests {
         assert!(values.iter().sum::<i64>().abs() < 4 * 2_900);
         assert_eq!(values, jitter(&clock));
         assert_ne!(values, jitter(&Clock::new(&Options { seed: 8, ..options }, 50)));
+        assert_ne!(values, jitter(&Clock::new(&Options { scanner: 1, ..options }, 50)));
+    }
+
+    #[test]
+    fn the_first_scanner_has_the_jitter_of_its_seed() {
+        let options = Options { profile: Profile::Field, seed: 7, ..Options::default() };
+        let clock = Clock::new(&options, 50);
+        assert_eq!([0, 1, 2, 3, 1000, 1_000_000].map(|turn| clock.jitter_us(turn)), JITTER_OF_SEED_7);
     }
 
     #[test]

@@ -3,7 +3,8 @@
 
 use alloc::vec::Vec;
 
-use super::measure::{MeasuredEcho, MeasuredLine};
+use super::measured::{MeasuredEcho, MeasuredLine};
+use crate::angle::BeamGrid;
 use crate::telegram::lfp_filter::{MeanFilter, MedianFilter, ParticleFilter};
 
 /// Neighbours a median is made of.
@@ -19,6 +20,8 @@ pub(super) struct Filters {
     sums: Vec<Sum>,
     /// Scans in the sums.
     summed: u16,
+    /// The beams of those scans.
+    grid: BeamGrid,
 }
 
 /// One echo's sums over scans.
@@ -60,22 +63,23 @@ impl Filters {
         }
         if !mean.active {
             self.summed = 0;
-            return Some(MeasuredLine { echoes: &self.line });
+            return Some(MeasuredLine { grid: line.grid, echoes: &self.line });
         }
-        self.add();
+        self.add(line.grid);
         if self.summed < mean.scans {
             return None;
         }
         self.means();
-        Some(MeasuredLine { echoes: &self.line })
+        Some(MeasuredLine { grid: line.grid, echoes: &self.line })
     }
 
-    fn add(&mut self) {
+    fn add(&mut self, grid: BeamGrid) {
         self.sums.resize_with(self.line.len(), Sum::default);
         // Another scan mode: the scans so far do not fit.
         let fits = |(sum, echo): (&Sum, &MeasuredEcho)| sum.beams.len() == echo.range_mm.len();
-        if self.summed == 0 || !self.sums.iter().zip(&self.line).all(fits) {
+        if self.summed == 0 || self.grid != grid || !self.sums.iter().zip(&self.line).all(fits) {
             self.summed = 0;
+            self.grid = grid;
             for (sum, echo) in self.sums.iter_mut().zip(&self.line) {
                 sum.beams.clear();
                 sum.beams.resize(echo.range_mm.len(), (0, 0, 0));
@@ -164,6 +168,10 @@ mod tests {
         MeasuredEcho { range_mm: range_mm.into(), remission: vec![100; range_mm.len()] }
     }
 
+    fn grid(count: u16) -> BeamGrid {
+        BeamGrid { start: 0, step: 5000, count }
+    }
+
     fn off() -> Active {
         Active {
             mean: MeanFilter::default(),
@@ -202,7 +210,7 @@ mod tests {
         let mut means = Vec::new();
         for turn in 0..9u16 {
             let echoes = [echo(&[1000 + 30 * (turn % 3), if turn % 3 == 0 { 600 } else { 0 }, 0])];
-            if let Some(line) = filters.apply(active, &MeasuredLine { echoes: &echoes }) {
+            if let Some(line) = filters.apply(active, &MeasuredLine { grid: grid(3), echoes: &echoes }) {
                 means.push(line.echoes[0].range_mm.clone());
             }
         }
@@ -212,7 +220,7 @@ mod tests {
     #[test]
     fn without_filters_the_line_passes_untouched() {
         let echoes = [echo(&[1, 2, 0])];
-        let line = MeasuredLine { echoes: &echoes };
+        let line = MeasuredLine { grid: grid(3), echoes: &echoes };
         assert!(core::ptr::eq(Filters::default().apply(off(), &line).unwrap().echoes, line.echoes));
     }
 }

@@ -2,7 +2,8 @@
 
 use alloc::vec::Vec;
 
-use super::{Device, MeasuredLine};
+use super::measured::MeasuredLine;
+use super::state::Device;
 use crate::model::Model;
 use crate::telegram::lfe_rec;
 use crate::telegram::lid_outputstate::OutputState;

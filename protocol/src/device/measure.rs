@@ -3,38 +3,16 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::Device;
+use super::measured::{MeasuredEcho, MeasuredLine};
+use super::state::Device;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::telegram::lmd_scandatacfg::REMISSION_16_BIT;
 use crate::telegram::wire::{FixedText, ShortString, Word};
 use crate::telegram::{
-    Channel, Encoder, Kind, LmdScandata, Position, Variable, encode_frame, fr_echo_filter, lmd_scandata,
+    Channel, Kind, LmdScandata, Position, Variable, encode_frame, fr_echo_filter, lmd_scandata,
 };
 use crate::time::SimTime;
-
-/// One mirror turn's raw measurement on the mirror's full grid.
-#[derive(Clone, Copy, Debug)]
-pub struct MeasuredLine<'a> {
-    /// First echo first.
-    pub echoes: &'a [MeasuredEcho],
-}
-
-/// One echo of every beam.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct MeasuredEcho {
-    /// Millimetres, 0 where there was none.
-    pub range_mm: Vec<u16>,
-    /// Remission, 16-bit scale; 8-bit telegrams carry the upper byte.
-    pub remission: Vec<u16>,
-}
-
-impl MeasuredLine<'_> {
-    /// The nearest of all first echoes.
-    pub(super) fn nearest_mm(&self) -> Option<u16> {
-        self.echoes.first()?.range_mm.iter().copied().filter(|&range_mm| range_mm > 0).min()
-    }
-}
 
 /// Appends the whole frame `sSN LMDscandatamon …`: the same scan under the monitor's name.
 pub fn monitor_event(dialect: Dialect, scan: &LmdScandata, out: &mut Vec<u8>) {
@@ -61,6 +39,7 @@ impl Device {
             let mut scan = core::mem::take(&mut self.last_scan);
             self.evaluate_field(at, &line);
             self.fill_header(&mut scan, at, turn, scan_counter);
+            scan.measurement_frequency = measurement_frequency(scan.scan_frequency, line.grid.step);
             self.fill_channels(&mut scan, &line);
             self.last_scan = scan;
             self.has_scan = true;
@@ -82,7 +61,7 @@ impl Device {
     fn count_turn(&mut self, at: SimTime) -> Option<(u64, u16)> {
         let turn = self.counters.turns;
         self.counters.turns += 1;
-        self.travel.turn(at);
+        self.ticks.turn(at);
         let makes_scans = self.makes_scans(at);
         // A counter that restarts with LMCstartmeas waits for the first scan.
         if !makes_scans && self.is_measuring() && self.model.scan_counter_restart.is_some() {
@@ -112,10 +91,8 @@ impl Device {
         scan.scan_counter = scan_counter;
         let Self { settings, identity, .. } = &*self;
         scan.scan_frequency = settings.mode.frequency_centihz;
-        scan.measurement_frequency =
-            measurement_frequency(settings.mode.frequency_centihz, settings.mode.step);
         scan.encoders.clear();
-        scan.encoders.extend((0..settings.scan_data.encoders.0.count_ones()).map(|_| self.encoder()));
+        scan.encoders.extend((0..settings.scan_data.encoders.0.count_ones()).map(|_| self.encoder_reading()));
         scan.position = settings.scan_data.position.then(Position::default);
         set_text(&mut scan.name, settings.scan_data.device_name, &settings.location_name);
         set_text(&mut scan.comment, settings.scan_data.comment, &identity.comment);
@@ -126,22 +103,9 @@ impl Device {
         scan.time = settings.scan_data.time.then(|| self.date_time_at(us));
     }
 
-    /// Position in ticks, which wraps at 32 bits, and speed in ticks a millisecond. The listing says ticks a millimetre, which is
-    /// no speed; not verified.
-    fn encoder(&self) -> Encoder {
-        let encoder = &self.settings.encoder;
-        if !encoder.counts(self.model) {
-            return Encoder::default();
-        }
-        let ticks_per_mm = f64::from(encoder.resolution.ticks_per_mm);
-        let position = (self.travel.mm * ticks_per_mm) as i64 as u32;
-        let speed = (self.travel.mm_per_ms.abs() * ticks_per_mm + 0.5) as u16;
-        Encoder { position, speed }
-    }
-
     fn fill_channels(&self, scan: &mut LmdScandata, line: &MeasuredLine<'_>) {
         let config = &self.settings.scan_data;
-        let (first, beams) = self.settings.output_range.beams(self.mirror().beams);
+        let (first, beams) = self.settings.output_range.beams(line.grid);
         let echoes = || self.delivered_echoes();
         let remission = config.remission & 1 == 1;
         let wide = config.resolution == REMISSION_16_BIT;
@@ -232,24 +196,6 @@ impl Quantity {
         let at = |values: &[u16]| values.get(beam).copied().unwrap_or_default();
         let last = line.echoes.iter().rev().find(|echo| at(&echo.range_mm) > 0);
         last.map_or(0, |echo| at(self.of(echo)))
-    }
-}
-
-/// What the encoder has seen.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Travel {
-    /// Way travelled.
-    pub(super) mm: f64,
-    mm_per_ms: f64,
-    last: Option<(SimTime, f64)>,
-}
-
-impl Travel {
-    fn turn(&mut self, at: SimTime) {
-        if let Some((before, mm)) = self.last.filter(|(before, _)| *before < at) {
-            self.mm_per_ms = (self.mm - mm) * 1e6 / (at.0 - before.0) as f64;
-        }
-        self.last = Some((at, self.mm));
     }
 }
 

@@ -18,8 +18,26 @@ pub struct Options {
     pub power_up_before: Duration,
     /// How fast the device's clock runs, parts per million too fast.
     pub clock_ppm: i32,
-    /// Seed of the jitter.
+    /// Seed of the device's random numbers.
     pub seed: u64,
+    /// Which of the rig's scanners this is, from 0: scanners of one seed have different random numbers.
+    pub scanner: u32,
+    /// Unit of the encoder speed in scan telegrams.
+    pub encoder_speed: EncoderSpeed,
+}
+
+/// Unit of the encoder speed in scan telegrams. All of them are assumed: the telegram listing says ticks per millimetre, which is no
+/// speed, and no recording holds a moving encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EncoderSpeed {
+    /// Millimetres per millisecond: ticks per millisecond divided by LICencres.
+    #[default]
+    MmPerMs,
+    /// Millimetres per second: ticks per second divided by LICencres.
+    MmPerS,
+    /// Ticks per millisecond, whatever LICencres says.
+    TicksPerMs,
 }
 
 /// Whether the scanner takes the time a real one takes.

@@ -6,9 +6,9 @@ use super::clock::Clock;
 use super::condition::Condition;
 use super::filter::Filters;
 use super::lines::Lines;
-use super::measure::Travel;
 use super::options::{Options, Profile};
 use super::settings::Settings;
+use super::ticks::TickCounter;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::model::{Model, ScanMode};
@@ -84,7 +84,7 @@ pub struct Device {
     pub(super) clock: Clock,
     pub(super) lines: Lines,
     pub(super) filters: Filters,
-    pub(super) travel: Travel,
+    pub(super) ticks: TickCounter,
     /// How often mEEwriteall has saved.
     pub(super) saves: u32,
     pub(super) counters: Counters,
@@ -125,7 +125,7 @@ impl Device {
             clock: Clock::default(),
             lines: Lines::new(model),
             filters: Filters::default(),
-            travel: Travel::default(),
+            ticks: TickCounter::default(),
             saves: 0,
             counters,
             last_scan: LmdScandata::default(),
@@ -188,11 +188,6 @@ impl Device {
         if self.plays_back { core::slice::from_ref(&self.settings.mode) } else { self.model.modes }
     }
 
-    /// How far the scanner has travelled: what its encoder counts.
-    pub fn set_travelled_mm(&mut self, travelled_mm: f64) {
-        self.travel.mm = travelled_mm;
-    }
-
     /// How often mEEwriteall has been called: when this number changes, [`Self::saved_settings`] are others.
     pub fn saves(&self) -> u32 {
         self.saves
@@ -216,7 +211,7 @@ impl Device {
             saves: self.saves,
             host_dialect: self.host_dialect,
             clock: self.clock.restarted(now),
-            travel: self.travel,
+            ticks: self.ticks,
             plays_back: self.plays_back,
             ..fresh
         };

@@ -58,7 +58,8 @@ pub const NONE_EMULATE: &[&str] = &[
 pub const ALL_EVIDENCE: &[&str] = &[
     "FREchoFilter and SetActiveApplications replies without a trailing blank: recorded on an MRS1104 only",
     "DeviceIdent: shape as recorded on other models; DItype and OrdNum: not verified",
-    "rules of the filters, unit of LICencres and of the encoder's speed: not verified",
+    "rules of the filters: not verified",
+    "encoder: position in the wheel's ticks, LICencres in ticks/mm, speed in mm/ms: assumed; the listing gives the speed in ticks/mm, which is no speed",
 ];
 
 /// Models that are left out, and why.

@@ -61,7 +61,8 @@ fields! {
     pub struct Encoder {
         /// Ticks; wraps.
         pub position: u32,
-        /// Ticks a millimetre.
+        /// Speed; the listing says ticks a millimetre, which is no speed. The unit is not verified; see
+        /// [`EncoderSpeed`](crate::device::EncoderSpeed).
         pub speed: u16,
     }
 

@@ -54,6 +54,12 @@ impl Bench {
     }
 
     pub fn scans(&mut self, turns: usize) -> usize {
-        (0..turns).filter(|_| self.device.measure(self.now, &MeasuredLine { echoes: &[] }).is_some()).count()
+        (0..turns)
+            .filter(|_| {
+                self.device
+                    .measure(self.now, &MeasuredLine { grid: self.device.mirror().beams, echoes: &[] })
+                    .is_some()
+            })
+            .count()
     }
 }

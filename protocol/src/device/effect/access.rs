@@ -75,7 +75,7 @@ impl Readable for CurrentDateTime {
 
 impl Callable for SetDateTime {
     fn call(self, context: &mut Context<'_>) -> Result<bool, SopasError> {
-        match context.device.set_date_time(context.now, &self.now) {
+        match context.device.clock.set_date_time(context.now, &self.now) {
             true => Ok(true),
             false => Err(Fault::NoDate.into()),
         }

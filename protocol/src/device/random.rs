@@ -1,0 +1,39 @@
+//! Random numbers keyed by what they are for, so that none depends on another or on what was asked before.
+
+/// What a random number is drawn for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stage {
+    /// Deviation of a scan's time.
+    Jitter = 0,
+}
+
+/// The random numbers of one scanner.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Random {
+    seed: u64,
+    scanner: u32,
+}
+
+impl Random {
+    /// Those of the rig's scanner number `scanner`, from 0.
+    pub(super) fn new(seed: u64, scanner: u32) -> Self {
+        Self { seed, scanner }
+    }
+
+    /// 64 random bits for mirror turn `turn`. Part of the seed's contract: scanner 0 and stage 0 leave the seed as it is.
+    pub(super) fn bits(self, stage: Stage, turn: u64) -> u64 {
+        let key = match (u64::from(self.scanner), stage as u64) {
+            (0, 0) => self.seed,
+            (scanner, stage) => mix(self.seed ^ mix(stage << 32 | scanner)),
+        };
+        mix(key ^ mix(turn))
+    }
+}
+
+/// The finaliser of splitmix64 (Steele, Lea, Flood 2014).
+fn mix(key: u64) -> u64 {
+    let key = key.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let key = (key ^ key >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let key = (key ^ key >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    key ^ key >> 31
+}
