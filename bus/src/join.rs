@@ -8,11 +8,14 @@ use tokio::task::JoinSet;
 
 use super::link::{self, Link};
 use super::{BusAddress, BusError, BusLoss, CanFrame};
-use rowscan_ports::Untaken;
-use rowscan_ports::in_flight::{Backlog, UnderWay};
+use rowscan_ports::in_flight::{InFlight, Pending};
+use rowscan_ports::{Delivered, Delivery, Untaken};
 
 /// Frames a port may be behind.
 const QUEUE: usize = 4096;
+
+/// Frames that may be pending where nothing is lost: fewer than any queue behind a port holds.
+const MOST_PENDING: u64 = 256;
 
 /// A frame with the simulated instant it was sent at.
 pub type Stamped = (SimTime, CanFrame);
@@ -29,12 +32,12 @@ pub enum Heard {
 }
 
 /// A frame on its way out of a port.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Leaving {
     pub(super) at: SimTime,
     pub(super) frame: CanFrame,
     /// Kept until the frame is written, or has gone where nobody hears it.
-    pub(super) slip: UnderWay,
+    pub(super) pending: Pending,
 }
 
 /// A bus with all its ports. Dropping it closes them.
@@ -43,7 +46,7 @@ pub struct Bus {
     ports: Vec<mpsc::Sender<Leaving>>,
     open_from_the_start: bool,
     untaken: Vec<Untaken>,
-    backlog: Backlog,
+    in_flight: InFlight,
     dropped: AtomicU64,
     _tasks: JoinSet<()>,
 }
@@ -76,7 +79,7 @@ impl Bus {
             ports,
             open_from_the_start,
             untaken,
-            backlog: Backlog::default(),
+            in_flight: InFlight::default(),
             dropped: AtomicU64::new(0),
             _tasks: tasks,
         };
@@ -84,24 +87,25 @@ impl Bus {
     }
 
     /// Puts a frame on every port but the one it came from. Patient, it waits for ports that are behind; else those lose it.
-    pub async fn send(&self, (at, frame): Stamped, from: Option<usize>, patient: bool) {
+    pub async fn send(&self, (at, frame): Stamped, from: Option<usize>, delivery: Delivery) {
         for (number, port) in self.ports.iter().enumerate() {
             if Some(number) == from {
                 continue;
             }
-            let leaving = Leaving { at, frame, slip: self.backlog.enter() };
+            let leaving = Leaving { at, frame, pending: self.in_flight.enter() };
             // A port that is gone needs nothing.
-            if patient {
-                let _ = port.send(leaving).await;
-            } else if let Err(mpsc::error::TrySendError::Full(_)) = port.try_send(leaving) {
+            if delivery.put(port, leaving).await == Delivered::Lost {
                 self.dropped.fetch_add(1, Ordering::Relaxed);
             }
+        }
+        if delivery.is_patient() {
+            self.in_flight.below(MOST_PENDING).await;
         }
     }
 
     /// Waits until the ports have written everything sent so far. Cancel safe.
     pub async fn written(&self) {
-        self.backlog.clear().await;
+        self.in_flight.flushed().await;
     }
 
     /// Waits until whoever listens has everything sent so far. Cancel safe.

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::Pipeline;
+use rowscan_ports::Delivery;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc;
 
@@ -16,8 +17,8 @@ use crate::link::Heard;
 pub struct CanopySensors {
     bus: Bus,
     speakers: Vec<Mutex<Speaker>>,
-    /// Waits for a port that is behind.
-    patient: bool,
+    /// What happens to frames that a port is too slow for.
+    delivery: Delivery,
 }
 
 /// One sensor, and the time of its scanner.
@@ -30,13 +31,13 @@ struct Speaker {
 }
 
 impl CanopySensors {
-    /// So many sensors on `bus`. `patient`: what a port does not take is waited for, not lost. Someone must [`listen`](Self::listen).
-    pub async fn join(bus: Bus, count: usize, patient: bool) -> Arc<Self> {
+    /// So many sensors on `bus`. Someone must [`listen`](Self::listen).
+    pub async fn join(bus: Bus, count: usize, delivery: Delivery) -> Arc<Self> {
         let speaker = |instance: usize| {
             let ecu = CanopyEcu::new(u8::try_from(instance).unwrap_or(u8::MAX));
             Mutex::new(Speaker { ecu, ..Speaker::default() })
         };
-        let sensors = Self { bus, speakers: (0..count).map(speaker).collect(), patient };
+        let sensors = Self { bus, speakers: (0..count).map(speaker).collect(), delivery };
         if sensors.bus.is_open_from_the_start() {
             for number in 0..count {
                 sensors.with(number, |speaker| speaker.ecu.open(speaker.now, &mut speaker.frames)).await;
@@ -105,7 +106,7 @@ impl CanopySensors {
         let mut answers = Vec::new();
         for frame in frames.drain(..) {
             self.overhear(number, &frame, &mut answers);
-            self.bus.send((at, frame), None, self.patient).await;
+            self.bus.send((at, frame), None, self.delivery).await;
         }
         if let Some(mut speaker) = self.speaker(number)
             && speaker.frames.is_empty()
@@ -114,7 +115,7 @@ impl CanopySensors {
         }
         while let Some((from, at, frame)) = answers.pop() {
             self.overhear(from, &frame, &mut answers);
-            self.bus.send((at, frame), None, self.patient).await;
+            self.bus.send((at, frame), None, self.delivery).await;
         }
         Some(done)
     }
@@ -150,7 +151,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("bus.log");
         let (bus, inbox) = Bus::open(&[BusAddress::Candump(log.clone())], &mut |_| {}).await.unwrap();
-        (folder, log, CanopySensors::join(bus, count, true).await, inbox)
+        (folder, log, CanopySensors::join(bus, count, Delivery::Patient).await, inbox)
     }
 
     #[tokio::test]

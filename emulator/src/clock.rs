@@ -10,6 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use std::task::Poll;
 use std::time::{Duration, SystemTime};
 
+use rowscan_ports::Delivery;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::WallClock;
 use tokio::time::{Instant, sleep_until};
@@ -27,6 +28,16 @@ pub enum TimeScale {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a positive number (1 = real time, 10 = ten times faster) or `max`, found `{0}`")]
 pub struct TimeScaleError(String);
+
+impl TimeScale {
+    /// What happens to data that somebody is too slow for.
+    pub fn delivery(self) -> Delivery {
+        match self {
+            Self::Paced(_) => Delivery::Paced,
+            Self::Max => Delivery::Patient,
+        }
+    }
+}
 
 impl FromStr for TimeScale {
     type Err = TimeScaleError;
@@ -92,6 +103,11 @@ impl SimClock {
     /// The scale.
     pub fn scale(&self) -> TimeScale {
         self.scale
+    }
+
+    /// What happens to data that somebody is too slow for.
+    pub fn delivery(&self) -> Delivery {
+        self.scale.delivery()
     }
 
     /// Simulated time now.

@@ -9,9 +9,9 @@ use rowscan_recording::{Side, StreamKind, Tap};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 
-use super::roster::{Member, Queued, Wants};
-use super::{Program, Shared};
 use crate::replay::Prompter;
+use crate::roster::{Member, Queued, Wants};
+use crate::scanner::{Program, Shared};
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 4096;
@@ -68,7 +68,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
     };
     let verbatim = shared.is_verbatim();
     if verbatim {
-        member.set_wants(Some(Wants::everything()));
+        member.set_wants(Some(Wants::no_events()));
         shared.interest.notify_one();
     }
     let mut session = Session::new(shared.config.dialects);
@@ -101,10 +101,14 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 // Only now: no scan may overtake the reply to its subscription.
                 member.set_wants(Wants::of(&session));
                 shared.interest.notify_one();
+                // Where time waits for its clients, each poll takes the next scan: this client's next one comes after the mirror's turn.
+                if shared.clock.delivery().is_patient() && !shared.is_replayed() {
+                    shared.polls_answered().await;
+                }
             }
             telegram = telegrams.recv() => match telegram {
                 // What was queued when the client unsubscribed is not sent any more.
-                Some(Queued { event, frame, slip: _slip }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
+                Some(Queued { event, frame, pending: _pending }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
                     writer.write_all(&frame).await?;
                     tap.record(Side::Device, &frame);
                 }

@@ -8,8 +8,9 @@ use socket2::{SockRef, TcpKeepalive};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
 
-use super::{Shared, connection};
 use crate::clock;
+use crate::connection;
+use crate::scanner::Shared;
 
 /// A listening endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

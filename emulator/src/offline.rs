@@ -5,7 +5,8 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::{LmdScandata, NoDistance};
 use rowscan_protocol::time::SimTime;
 
-use crate::{Turns, World};
+use crate::World;
+use crate::turns::Turns;
 
 /// A device driven past a scene in memory. Its scans equal, bit for bit, those a client of the emulator receives.
 #[derive(Debug)]

@@ -1,7 +1,6 @@
 //! Where a recorded stream goes: to a scanner's clients, out on GNSS lines, onto a bus.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use rowscan_protocol::device::Event;
 use rowscan_protocol::time::SimTime;
@@ -9,16 +8,17 @@ use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::Mutex;
 use tokio::task::JoinSet;
 
-use super::mirror::hand_over;
-use super::roster::{Member, Wants};
-use super::serial_tape::SerialTape;
-use super::{Emulator, SerialEmulator, Shared};
+use super::playback_queue::PlaybackQueue;
+use super::telegram::hand_over;
 use crate::clock::{SimClock, TimeScale};
 use crate::replay::TapeEvent;
+use crate::roster::{Member, Wants};
+use crate::scanner::Shared;
+use crate::{Emulator, SerialEmulator};
 use rowscan_bus::link::Heard;
 use rowscan_bus::nmea::NmeaLine;
 use rowscan_bus::{Bus, CanFrame, Inbox};
-use rowscan_ports::Untaken;
+use rowscan_ports::{Delivery, Untaken};
 
 /// Where one stream of a tape goes.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ pub struct Outlet {
 #[derive(Debug)]
 enum Kind {
     Scanner(ScannerOutlet),
-    Lms2xx(SerialTape),
+    Lms2xx(PlaybackQueue),
     Nmea(NmeaOutlet),
     Can(CanOutlet),
 }
@@ -49,7 +49,7 @@ struct ScannerOutlet {
 #[derive(Debug)]
 struct NmeaOutlet {
     lines: Vec<NmeaLine>,
-    patient: bool,
+    delivery: Delivery,
     tap: Tap,
 }
 
@@ -59,7 +59,7 @@ struct CanOutlet {
     bus: Arc<Bus>,
     /// Until someone listens to it.
     inbox: Mutex<Option<Inbox>>,
-    patient: bool,
+    delivery: Delivery,
     tap: Tap,
 }
 
@@ -73,20 +73,20 @@ impl Outlet {
 
     /// The line of a replayed LMS2xx; none if it is not replayed.
     pub fn lms2xx(emulator: &SerialEmulator) -> Option<Self> {
-        emulator.tape().map(|tape| Self::of(Kind::Lms2xx(tape.clone())))
+        emulator.playback_queue().map(|queue| Self::of(Kind::Lms2xx(queue.clone())))
     }
 
     /// GNSS lines; the stream is recorded again as `name`.
     pub fn nmea(name: &str, lines: Vec<NmeaLine>, scale: TimeScale, taps: &Taps) -> Self {
         let tap = taps.open(name, StreamKind::Nmea);
-        Self::of(Kind::Nmea(NmeaOutlet { lines, patient: scale == TimeScale::Max, tap }))
+        Self::of(Kind::Nmea(NmeaOutlet { lines, delivery: scale.delivery(), tap }))
     }
 
     /// A bus; the stream is recorded again as `name`, with what others say on the bus.
     pub fn can(name: &str, (bus, inbox): (Bus, Inbox), scale: TimeScale, taps: &Taps) -> Self {
         let tap = taps.open(name, StreamKind::Can);
         let (bus, inbox) = (Arc::new(bus), Mutex::new(Some(inbox)));
-        Self::of(Kind::Can(CanOutlet { bus, inbox, patient: scale == TimeScale::Max, tap }))
+        Self::of(Kind::Can(CanOutlet { bus, inbox, delivery: scale.delivery(), tap }))
     }
 
     fn of(kind: Kind) -> Self {
@@ -104,7 +104,7 @@ impl Outlet {
             && let Ok(Some(inbox)) = outlet.inbox.try_lock().map(|mut inbox| inbox.take())
         {
             let (bus, tap, clock) = (Arc::clone(&outlet.bus), outlet.tap.clone(), Arc::clone(clock));
-            tasks.spawn(carry(bus, inbox, tap, clock, outlet.patient));
+            tasks.spawn(carry(bus, inbox, tap, clock, outlet.delivery));
         }
     }
 
@@ -112,7 +112,7 @@ impl Outlet {
     pub(crate) async fn taker(&self) {
         match &self.kind {
             Kind::Scanner(outlet) => outlet.taker().await,
-            Kind::Lms2xx(tape) => tape.taker().await,
+            Kind::Lms2xx(queue) => queue.taker().await,
             Kind::Nmea(_) | Kind::Can(_) => {}
         }
     }
@@ -121,19 +121,19 @@ impl Outlet {
     pub(crate) async fn put(&mut self, event: &TapeEvent, due: SimTime) -> bool {
         match &mut self.kind {
             Kind::Scanner(outlet) => return outlet.put(event).await,
-            Kind::Lms2xx(tape) => return tape.put(event).await,
+            Kind::Lms2xx(queue) => return queue.put(event).await,
             Kind::Nmea(outlet) => {
                 let bytes = event.bytes();
                 outlet.tap.record(Side::Device, &bytes);
                 for line in &outlet.lines {
-                    line.send(bytes.clone(), outlet.patient).await;
+                    line.send(bytes.clone(), outlet.delivery).await;
                 }
             }
             Kind::Can(outlet) => {
                 let bytes = event.bytes();
                 outlet.tap.record(Side::Device, &bytes);
                 match std::str::from_utf8(&bytes).ok().and_then(CanFrame::from_text) {
-                    Some(frame) => outlet.bus.send((due, frame), None, outlet.patient).await,
+                    Some(frame) => outlet.bus.send((due, frame), None, outlet.delivery).await,
                     None => tracing::debug!("no classic CAN frame: passed over"),
                 }
             }
@@ -144,8 +144,8 @@ impl Outlet {
     /// Waits until everything put has gone, and has been read where that can be told.
     pub(crate) async fn drain(&self) {
         match &self.kind {
-            Kind::Scanner(outlet) => outlet.shared.backlog.clear().await,
-            Kind::Lms2xx(tape) => tape.drain().await,
+            Kind::Scanner(outlet) => outlet.shared.in_flight.flushed().await,
+            Kind::Lms2xx(queue) => queue.flushed().await,
             Kind::Nmea(outlet) => {
                 for line in &outlet.lines {
                     line.taken().await;
@@ -165,9 +165,9 @@ impl ScannerOutlet {
         loop {
             let interest = self.shared.interest.notified();
             self.shared.roster.listeners(&mut audience);
-            let polled = self.shared.polled.load(Ordering::Relaxed);
+            let polled = self.shared.was_polled();
             let taken = polled || audience.iter().any(|(_, wants)| self.anyone || wants.takes_scans());
-            let waits = self.shared.clock.scale() == TimeScale::Max && !self.anyone;
+            let waits = self.shared.clock.delivery().is_patient() && !self.anyone;
             if taken && (!waits || self.shared.device().is_measuring()) {
                 return;
             }
@@ -183,7 +183,7 @@ impl ScannerOutlet {
             return false;
         }
         if is_scan
-            && shared.polled.load(Ordering::Relaxed)
+            && shared.was_polled()
             && let Some(scan) = event.scan()
         {
             shared.device().show_scan(scan);
@@ -192,7 +192,7 @@ impl ScannerOutlet {
         for (member, wants) in audience.iter() {
             let wanted = event.event.is_none_or(|event| wants.subscriptions.has(event));
             if let Some(frame) = wanted.then(|| event.in_dialect(wants.dialect)).flatten() {
-                hand_over(shared, member, event.event, frame).await;
+                hand_over(shared, member, event.event, frame, shared.clock.delivery()).await;
             }
         }
         true
@@ -200,11 +200,11 @@ impl ScannerOutlet {
 }
 
 /// Carries what others say on a bus from port to port.
-async fn carry(bus: Arc<Bus>, mut inbox: Inbox, tap: Tap, clock: Arc<SimClock>, patient: bool) {
+async fn carry(bus: Arc<Bus>, mut inbox: Inbox, tap: Tap, clock: Arc<SimClock>, delivery: Delivery) {
     while let Some((port, heard)) = inbox.recv().await {
         if let Heard::Frame(frame) = heard {
             tap.record(Side::Host, frame.to_text().as_bytes());
-            bus.send((clock.now(), frame), Some(port), patient).await;
+            bus.send((clock.now(), frame), Some(port), delivery).await;
         }
     }
 }

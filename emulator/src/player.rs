@@ -8,12 +8,12 @@ use std::time::Duration;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
-use tokio::time::timeout;
 
 use super::lateness::Lateness;
 use super::outlet::Outlet;
-use crate::clock::{Pacer, SimClock, TimeScale, Timer};
+use crate::clock::{Pacer, SimClock, Timer};
 use crate::replay::{Playhead, Tape, TapeEvent};
+use rowscan_ports::{Delivery, clock};
 
 /// How long a tape on a paced clock stays for clients that have not read its end, host time.
 const PARTING: Duration = Duration::from_secs(2);
@@ -132,17 +132,17 @@ impl Reel {
             }
         };
         // On a paced clock nobody is waited for who does not read.
-        match self.clock.scale() {
-            TimeScale::Max => drained.await,
-            TimeScale::Paced(_) => {
-                let _ = timeout(PARTING, drained).await;
+        match self.clock.delivery() {
+            Delivery::Patient => drained.await,
+            Delivery::Paced => {
+                let _ = clock::within(PARTING, drained).await;
             }
         }
     }
 
     async fn put(&mut self, event: &TapeEvent, due: SimTime) {
         // A clock that waits for its clients waits for one that has stopped the scanner, or comes back, too.
-        if self.clock.scale() == TimeScale::Max
+        if self.clock.delivery().is_patient()
             && let Some(outlet) = self.outlets.get(event.track)
         {
             outlet.taker().await;

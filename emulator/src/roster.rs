@@ -8,7 +8,7 @@ use rowscan_protocol::device::{Event, Session, Subscriptions};
 use rowscan_protocol::frame::Dialect;
 use tokio::sync::{Notify, mpsc};
 
-use rowscan_ports::in_flight::UnderWay;
+use rowscan_ports::in_flight::Pending;
 
 /// Scan telegrams a client may lag behind; at 50 Hz a little over a second.
 pub(crate) const QUEUE: usize = 64;
@@ -48,7 +48,7 @@ pub(crate) struct Queued {
     pub(crate) event: Option<Event>,
     pub(crate) frame: Bytes,
     /// Kept until it is written, or is not wanted any more.
-    pub(crate) slip: UnderWay,
+    pub(crate) pending: Pending,
 }
 
 impl Wants {
@@ -58,8 +58,8 @@ impl Wants {
         (!subscriptions.is_empty()).then(|| Self { dialect: session.dialect(), subscriptions })
     }
 
-    /// What a client gets that nobody listens to.
-    pub(crate) fn everything() -> Self {
+    /// No event by name: what a client of a verbatim replay wants.
+    pub(crate) fn no_events() -> Self {
         Self { dialect: Dialect::B, subscriptions: Subscriptions::default() }
     }
 
@@ -112,6 +112,11 @@ impl Roster {
     pub(crate) fn audience(&self, out: &mut Vec<(Arc<Member>, Wants)>) {
         self.listeners(out);
         out.retain(|(_, wants)| wants.takes_scans());
+    }
+
+    /// Whether anybody wants scans now.
+    pub(crate) fn has_audience(&self) -> bool {
+        self.lock().iter().any(|member| member.wants().is_some_and(|wants| wants.takes_scans()))
     }
 
     /// The clients that want anything, with what each wants.

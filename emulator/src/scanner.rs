@@ -4,24 +4,24 @@
 //! One task turns the mirror (`mirror`), one task serves each client (`connection`); they share the device behind a lock
 //! and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rowscan_protocol::device::{Device, DialectPolicy, LineError, Reply, Session};
-use rowscan_protocol::time::SimTime;
+use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
 use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinSet;
 
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
+use crate::connection;
+use crate::line_changes::LineChange;
 use crate::listener::{self, Bound, ListenError};
 use crate::replay::{self, Part, Prompter, Script};
+use crate::rig::{Rig, Running};
 use crate::roster::Roster;
 use crate::state_file::StateFile;
-use crate::voices::{self, Voices};
 use crate::world::World;
-use crate::{connection, mirror};
-use rowscan_ports::in_flight::Backlog;
+use rowscan_ports::in_flight::InFlight;
 
 /// Clients served at once, unless told otherwise.
 pub const MAX_CLIENTS: usize = 32;
@@ -49,29 +49,6 @@ pub struct EmulatorConfig {
     pub stream: Option<String>,
 }
 
-/// A digital line that is switched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LineChange {
-    /// When.
-    pub at: SimTime,
-    /// An output; else an input.
-    pub output: bool,
-    /// Which, from 1.
-    pub number: u8,
-    /// On; else off.
-    pub on: bool,
-}
-
-impl LineChange {
-    /// Switches it on `device`.
-    pub fn apply(&self, device: &mut Device) -> Result<(), LineError> {
-        match self.output {
-            true => device.set_output(self.at, self.number, self.on),
-            false => device.set_input(self.at, self.number, self.on),
-        }
-    }
-}
-
 impl Default for EmulatorConfig {
     fn default() -> Self {
         Self {
@@ -95,16 +72,24 @@ pub(crate) struct Shared {
     pub(crate) clock: Arc<SimClock>,
     pub(crate) program: Program,
     pub(crate) roster: Roster,
-    /// Rung when a client's interest changes, so that a waiting mirror looks again.
-    pub(crate) interest: Notify,
-    /// A client of a replayed device has polled for scans: it takes them without a subscription.
-    pub(crate) polled: AtomicBool,
+    /// Notified when a client's interest changes, so that whoever waits for a taker looks again.
+    pub(crate) interest: Arc<Notify>,
+    /// Polls for scans: they take scans without a subscription.
+    polls: watch::Sender<Polls>,
     /// How often the device's lines have changed and it has restarted: connections look when this changes.
     pub(crate) news: watch::Sender<(u32, u32)>,
     /// Telegrams on their way to clients.
-    pub(crate) backlog: Backlog,
+    pub(crate) in_flight: InFlight,
     pub(crate) config: EmulatorConfig,
     pub(crate) counts: Counts,
+}
+
+/// How many polls for scans there were.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Polls {
+    asked: u64,
+    /// Of these, answered with the scan after the one they found.
+    served: u64,
 }
 
 /// Who answers.
@@ -144,6 +129,7 @@ impl Shared {
         device: Device,
         program: Program,
         clock: Arc<SimClock>,
+        interest: Arc<Notify>,
         config: EmulatorConfig,
     ) -> Arc<Self> {
         Arc::new(Self {
@@ -151,10 +137,10 @@ impl Shared {
             clock,
             program,
             roster: Roster::new(config.max_clients),
-            interest: Notify::new(),
-            polled: AtomicBool::new(false),
+            interest,
+            polls: watch::Sender::default(),
             news: watch::Sender::default(),
-            backlog: Backlog::default(),
+            in_flight: InFlight::default(),
             config,
             counts: Counts::default(),
         })
@@ -165,6 +151,11 @@ impl Shared {
         matches!(self.program, Program::Verbatim(..))
     }
 
+    /// What it sends by itself comes from a recording.
+    pub(crate) fn is_replayed(&self) -> bool {
+        !matches!(self.program, Program::Device)
+    }
+
     pub(crate) fn device(&self) -> MutexGuard<'_, Device> {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -173,29 +164,50 @@ impl Shared {
     pub(crate) fn converse(
         &self,
         session: &mut Session,
-        prompter: Option<&mut Prompter>,
+        mut prompter: Option<&mut Prompter>,
         bytes: &[u8],
         replies: &mut Vec<Reply>,
     ) -> Option<String> {
         let mut device = self.device();
         let saves = device.saves();
         let now = self.clock.now();
-        match prompter {
-            Some(prompter) => {
-                session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
-                    prompter.amend(frame, reply);
-                    if replay::polls(frame) {
-                        self.polled.store(true, Ordering::Relaxed);
-                    }
-                })
+        let mut polls = 0;
+        session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
+            polls += u64::from(replay::polls(frame));
+            if let Some(prompter) = &mut prompter {
+                prompter.amend(frame, reply);
             }
-            None => session.handle_bytes(&mut device, now, bytes, replies),
+        });
+        if polls > 0 {
+            self.polls.send_modify(|known| known.asked += polls);
         }
         self.spread(&device);
         (device.saves() != saves).then(|| device.saved_settings())
     }
 
-    /// Rings every connection if there is anything new about the device.
+    /// Whether anybody has ever polled for scans.
+    pub(crate) fn was_polled(&self) -> bool {
+        self.polls.borrow().asked > 0
+    }
+
+    /// Whether polls wait for the mirror's next turn.
+    pub(crate) fn polls_wait(&self) -> bool {
+        let polls = *self.polls.borrow();
+        polls.served < polls.asked
+    }
+
+    /// The mirror has turned for the polls that wait; false if there were none.
+    pub(crate) fn answer_polls(&self) -> bool {
+        self.polls.send_if_modified(|polls| std::mem::replace(&mut polls.served, polls.asked) != polls.asked)
+    }
+
+    /// Waits until the mirror has turned for all polls so far. Cancel safe.
+    pub(crate) async fn polls_answered(&self) {
+        // The sender is part of this.
+        let _ = self.polls.subscribe().wait_for(|polls| polls.served == polls.asked).await;
+    }
+
+    /// Notifies every connection if there is anything new about the device.
     pub(crate) fn spread(&self, device: &Device) {
         let news = (device.changes(), device.reboots());
         self.news.send_if_modified(|known| std::mem::replace(known, news) != news);
@@ -207,37 +219,20 @@ impl Shared {
 pub struct Emulator {
     pub(crate) shared: Arc<Shared>,
     tasks: JoinSet<()>,
+    /// Where it does not run with the rig it belongs to.
+    _running: Option<Running>,
 }
 
 impl Emulator {
-    /// Starts the mirror of `device` in `world`. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
+    /// Starts `device` in `world`, alone on its tractor. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
     pub fn start(device: Device, world: World, config: EmulatorConfig) -> Self {
-        Self::start_with(device, world, Voices::default(), config)
+        let mut rig = Rig::new(world.tractor().clone(), config.time_scale).with_timer(config.timer.clone());
+        let emulator = rig.scanner(device, world, config);
+        Self { _running: Some(rig.run()), ..emulator }
     }
 
-    /// The same with what else speaks on its tractor.
-    pub fn start_with(device: Device, world: World, voices: Voices, config: EmulatorConfig) -> Self {
-        let clock = Arc::new(SimClock::start(config.time_scale));
-        Self::start_on(clock, device, world, voices, config)
-    }
-
-    /// The same by a clock that other scanners of the tractor turn by too. Each of them keeps its own time where the clock waits for its
-    /// clients, so let them share a paced one.
-    pub fn start_on(
-        clock: Arc<SimClock>,
-        device: Device,
-        world: World,
-        voices: Voices,
-        config: EmulatorConfig,
-    ) -> Self {
-        let (speaking, listening) = voices.start(clock.scale(), &config.taps);
-        let shared = Shared::new(device, Program::Device, clock, config);
-        let mut tasks = JoinSet::new();
-        if let Some((can, inbox)) = listening {
-            tasks.spawn(voices::listen(Arc::clone(&shared.clock), can, inbox));
-        }
-        tasks.spawn(mirror::turn(Arc::clone(&shared), world, speaking));
-        Self { shared, tasks }
+    pub(crate) fn of(shared: Arc<Shared>) -> Self {
+        Self { shared, tasks: JoinSet::new(), _running: None }
     }
 
     /// A recorded scanner, or any recorded stream: its script comes before `device`'s own answers; `verbatim`, nobody is answered. A
@@ -254,7 +249,7 @@ impl Emulator {
             true => Program::Verbatim(name, part.kind),
             false => Program::Script(name, Arc::clone(&part.script)),
         };
-        Self { shared: Shared::new(device, program, clock, config), tasks: JoinSet::new() }
+        Self::of(Shared::new(device, program, clock, Arc::new(Notify::new()), config))
     }
 
     /// Listens on `address` (port 0 takes a free one) and serves whoever connects.

@@ -1,85 +1,90 @@
-//! What has been handed to the tasks that write, and is not out yet.
+//! What has been handed to the tasks that write, and is not written yet.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use tokio::sync::Notify;
 
-/// Counts what is under way; for who wants it out before he goes on, or goes.
+/// Counts pending output, for a command that must flush it before it goes on or exits.
 #[derive(Clone, Debug, Default)]
-pub struct Backlog(Arc<Counted>);
+pub struct InFlight(Arc<Counted>);
 
 #[derive(Debug, Default)]
 struct Counted {
-    under_way: AtomicU64,
-    clear: Notify,
+    pending: AtomicU64,
+    fewer: Notify,
 }
 
-/// Goes along with what is under way and is dropped once that is out, or lost with the queue it was in.
+/// Travels with one item of pending output; dropped once the item is written, or lost with the queue it was in.
 #[derive(Debug)]
-pub struct UnderWay(Backlog);
+pub struct Pending(InFlight);
 
-impl Backlog {
-    /// One thing more is under way.
-    pub fn enter(&self) -> UnderWay {
-        self.0.under_way.fetch_add(1, Ordering::Relaxed);
-        UnderWay(self.clone())
+impl InFlight {
+    /// One more item is pending.
+    pub fn enter(&self) -> Pending {
+        self.0.pending.fetch_add(1, Ordering::Relaxed);
+        Pending(self.clone())
     }
 
-    /// Waits until nothing is under way. Cancel safe.
-    pub async fn clear(&self) {
+    /// Waits until nothing is pending. Cancel safe.
+    pub async fn flushed(&self) {
+        self.below(1).await;
+    }
+
+    /// Waits until fewer than `limit` items are pending. Cancel safe.
+    pub async fn below(&self, limit: u64) {
         loop {
-            let clear = self.0.clear.notified();
-            if self.0.under_way.load(Ordering::Acquire) == 0 {
+            let fewer = self.0.fewer.notified();
+            if self.0.pending.load(Ordering::Acquire) < limit {
                 return;
             }
-            clear.await;
+            fewer.await;
         }
     }
 }
 
-impl Clone for UnderWay {
+impl Clone for Pending {
     fn clone(&self) -> Self {
         self.0.enter()
     }
 }
 
-impl Drop for UnderWay {
+impl Drop for Pending {
     fn drop(&mut self) {
-        if self.0.0.under_way.fetch_sub(1, Ordering::AcqRel) == 1 {
-            self.0.0.clear.notify_waiters();
-        }
+        self.0.0.pending.fetch_sub(1, Ordering::AcqRel);
+        self.0.0.fewer.notify_waiters();
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::pin::Pin;
+    use std::task::{Context, Poll, Waker};
+
     use super::*;
 
-    #[tokio::test]
-    async fn it_is_clear_once_all_copies_are_gone_however_they_went() {
-        let backlog = Backlog::default();
-        backlog.clear().await;
-        let (queue, queued) = tokio::sync::mpsc::channel(4);
-        let written = backlog.enter();
-        for slip in [written.clone(), written.clone()] {
-            queue.send(slip).await.unwrap();
-        }
-        let mut clear = std::pin::pin!(backlog.clear());
-        assert!(poll_once(&mut clear).is_none(), "three are under way");
-        drop(written);
-        assert!(poll_once(&mut clear).is_none(), "two are in the queue");
-        // A writer that ends takes its queue along.
-        drop(queued);
-        clear.await;
+    fn poll_once(future: Pin<&mut impl Future<Output = ()>>) -> Poll<()> {
+        future.poll(&mut Context::from_waker(Waker::noop()))
     }
 
-    /// Polls once.
-    fn poll_once<F: Future>(future: &mut std::pin::Pin<&mut F>) -> Option<F::Output> {
-        let mut cx = std::task::Context::from_waker(std::task::Waker::noop());
-        match future.as_mut().poll(&mut cx) {
-            std::task::Poll::Ready(output) => Some(output),
-            std::task::Poll::Pending => None,
+    #[tokio::test]
+    async fn output_is_flushed_once_all_copies_are_dropped() {
+        let in_flight = InFlight::default();
+        in_flight.flushed().await;
+        let (queue, queued) = tokio::sync::mpsc::channel(4);
+        let written = in_flight.enter();
+        for pending in [written.clone(), written.clone()] {
+            queue.send(pending).await.unwrap();
         }
+        let mut flushed = std::pin::pin!(in_flight.flushed());
+        let mut below = std::pin::pin!(in_flight.below(3));
+        assert!(poll_once(flushed.as_mut()).is_pending(), "three are pending");
+        assert!(poll_once(below.as_mut()).is_pending(), "three are not fewer than three");
+        drop(written);
+        assert!(poll_once(flushed.as_mut()).is_pending(), "two are in the queue");
+        assert!(poll_once(below.as_mut()).is_ready());
+        // A writer that ends drops its queue.
+        drop(queued);
+        assert!(poll_once(flushed.as_mut()).is_ready());
     }
 }

@@ -1,6 +1,7 @@
 //! Serial ports, the device's end: what a client opens as its serial port, and what is written there and not out yet.
 
 pub mod clock;
+mod delivery;
 pub mod in_flight;
 mod link;
 mod net;
@@ -15,6 +16,7 @@ mod wire;
 use std::io;
 use std::path::PathBuf;
 
+pub use delivery::{Delivered, Delivery};
 pub use link::LinkError;
 pub use net::NetLine;
 pub use port::Port;

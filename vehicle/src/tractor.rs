@@ -37,6 +37,11 @@ impl Tractor {
         self.lock().began.get_or_insert(at);
     }
 
+    /// When it was set going; none while it stands at its start.
+    pub fn began(&self) -> Option<SimTime> {
+        self.lock().began
+    }
+
     /// Where it is at `at`, and how fast.
     pub fn motion(&self, at: SimTime) -> Motion {
         let driven = self.lock();

@@ -201,7 +201,7 @@ impl SlcanLink {
         let Self { pty, mut adapter } = self;
         let (mut reader, mut writer) = split(pty);
         let (mut bytes, mut answers, mut heard) = ([0; 512], Vec::new(), Vec::new());
-        let mut slips = Vec::new();
+        let mut pending = Vec::new();
         loop {
             tokio::select! {
                 read = reader.read(&mut bytes) => match read {
@@ -213,19 +213,19 @@ impl SlcanLink {
                 frame = queue.recv() => {
                     // What has gathered meanwhile goes in the same write.
                     let mut next = frame;
-                    while let Some(Leaving { at, frame, slip }) = next {
+                    while let Some(Leaving { at, frame, pending: written }) = next {
                         adapter.frame(at, &frame, &mut answers);
-                        slips.push(slip);
+                        pending.push(written);
                         next = if answers.len() < 4096 { queue.try_recv().ok() } else { None };
                     }
-                    if slips.is_empty() { return }
+                    if pending.is_empty() { return }
                 }
             }
             if writer.write_all(&answers).await.is_err() {
                 return;
             }
             answers.clear();
-            slips.clear();
+            pending.clear();
             for heard in heard.drain(..) {
                 ear.hear(heard).await;
             }

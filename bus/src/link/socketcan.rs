@@ -57,7 +57,7 @@ mod linux {
                         Err(cause) => Err(cause),
                     },
                     frame = queue.recv() => {
-                        let Some(Leaving { frame, slip: _slip, .. }) = frame else { return };
+                        let Some(Leaving { frame, pending: _pending, .. }) = frame else { return };
                         match to_socket(&frame) {
                             Some(frame) => self.socket.write_frame(frame).await,
                             None => Ok(()),

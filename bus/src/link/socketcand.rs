@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::net::SocketAddr;
 
+use rowscan_ports::in_flight::Pending;
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
@@ -10,7 +11,7 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
 use super::{BusError, Ear};
-use crate::join::{Heard, Leaving, Stamped};
+use crate::join::{Heard, Leaving};
 use crate::{CanFrame, CanId};
 
 /// Clients served at once.
@@ -129,7 +130,7 @@ impl SocketcandLink {
     }
 
     pub(super) async fn run(self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
-        let mut clients: Vec<mpsc::Sender<Stamped>> = Vec::new();
+        let mut clients: Vec<mpsc::Sender<Leaving>> = Vec::new();
         let mut tasks = JoinSet::new();
         loop {
             tokio::select! {
@@ -146,10 +147,10 @@ impl SocketcandLink {
                     }
                 }
                 frame = queue.recv() => {
-                    let Some(Leaving { at, frame, slip: _slip }) = frame else { return };
+                    let Some(leaving) = frame else { return };
                     // A client that is behind loses frames, alone, and holds nobody up.
                     clients.retain(|client| {
-                        !matches!(client.try_send((at, frame)), Err(mpsc::error::TrySendError::Closed(_)))
+                        !matches!(client.try_send(leaving.clone()), Err(mpsc::error::TrySendError::Closed(_)))
                     });
                 }
                 Some(_) = tasks.join_next() => {}
@@ -158,16 +159,19 @@ impl SocketcandLink {
     }
 }
 
-async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<Stamped>, ear: Ear) {
+async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
     let _ = stream.set_nodelay(true);
     let (mut reader, mut writer) = stream.split();
     let mut conversation = Conversation::default();
     let (mut bytes, mut answers, mut heard) = ([0; 512], String::from(Conversation::GREETING), Vec::new());
+    // The frame in `answers`, until it is written.
+    let mut written: Option<Pending> = None;
     loop {
         if writer.write_all(answers.as_bytes()).await.is_err() {
             return;
         }
         answers.clear();
+        drop(written.take());
         for heard in heard.drain(..) {
             if heard == Heard::Opened {
                 // python-can takes whatever comes with the answer for a part of it.
@@ -184,7 +188,8 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<Stamped>, ear: E
                 }
             },
             frame = queue.recv() => {
-                let Some((at, frame)) = frame else { return };
+                let Some(Leaving { at, frame, pending }) = frame else { return };
+                written = Some(pending);
                 conversation.frame(at, &frame, &mut answers);
             }
         }

@@ -164,7 +164,7 @@ impl UdpLink {
                     }
                 }
                 frame = queue.recv() => {
-                    let Some(Leaving { at, frame, slip: _slip }) = frame else { return };
+                    let Some(Leaving { at, frame, pending: _pending }) = frame else { return };
                     if let Err(cause) = self.sending.send_to(&encode(at, &frame), self.group).await {
                         tracing::debug!(%cause, "a datagram was not sent");
                     }

@@ -3,19 +3,23 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
-use tokio::sync::{broadcast, mpsc};
+use tokio::sync::{Notify, broadcast, mpsc};
 use tokio::task::JoinSet;
 
 use super::sentence::SENTENCES;
-use rowscan_ports::in_flight::{Backlog, UnderWay};
-use rowscan_ports::{Port, PortError, Pty, Untaken};
+use rowscan_ports::in_flight::{InFlight, Pending};
+use rowscan_ports::{Delivery, Port, PortError, Pty, Untaken};
 
 /// Epochs a client may be behind before it loses some.
 const QUEUE: usize = 256;
+/// Epochs that may be pending where nothing is lost: fewer than a client's queue holds.
+const MOST_PENDING: u64 = 128;
 /// TCP clients at once.
 const MAX_CLIENTS: usize = 32;
 
@@ -124,14 +128,15 @@ pub enum NmeaPlace {
 }
 
 /// Sentences on their way out, and what tells that they are.
-type Epoch = (Bytes, UnderWay);
+type Epoch = (Bytes, Pending);
 
 /// An open line.
 #[derive(Debug)]
 pub struct NmeaLine {
     outbox: mpsc::Sender<Epoch>,
-    backlog: Backlog,
+    in_flight: InFlight,
     untaken: Option<Untaken>,
+    takers: Arc<Takers>,
     place: NmeaPlace,
     _tasks: JoinSet<()>,
 }
@@ -142,38 +147,56 @@ impl NmeaLine {
     /// # Errors
     /// What the system refuses, or a rate the line cannot carry.
     pub async fn open(address: &NmeaAddress, rate_hz: f64) -> Result<Self, NmeaError> {
-        let (outbox, queue) = mpsc::channel(QUEUE);
+        let (outbox, mut queue) = mpsc::channel(QUEUE);
         let (mut tasks, mut untaken) = (JoinSet::new(), None);
+        let takers = Arc::<Takers>::default();
         let place = match address {
             NmeaAddress::Tcp(place) => {
                 let listener = TcpListener::bind(place).await.map_err(refused(place))?;
                 let address = listener.local_addr().map_err(refused(place))?;
-                tasks.spawn(serve(listener, queue));
+                tasks.spawn(serve(listener, queue, Arc::clone(&takers)));
                 NmeaPlace::Address(address)
             }
             NmeaAddress::Udp(place) => {
                 let socket = UdpSocket::bind("0.0.0.0:0").await.map_err(refused(place))?;
                 socket.connect(place).await.map_err(refused(place))?;
                 let address = socket.peer_addr().map_err(refused(place))?;
-                tasks.spawn(send_datagrams(socket, queue));
+                tasks.spawn(send_datagrams(socket, queue, takers.enter()));
                 NmeaPlace::Address(address)
             }
             NmeaAddress::Serial(device, rate) => {
                 carries(*rate, rate_hz)?;
                 let port = Port::open(device, *rate)?;
-                tasks.spawn(write_line(port, queue));
+                let taker = takers.enter();
+                tasks.spawn(async move {
+                    let _taker = taker;
+                    write_line(port, queue).await;
+                });
                 NmeaPlace::Path(device.clone())
             }
             NmeaAddress::Pty(link, rate) => {
                 rate.map_or(Ok(()), |rate| carries(rate, rate_hz))?;
-                let pty = Pty::open(link)?;
+                let mut pty = Pty::open(link)?;
                 let path = pty.path().to_owned();
                 untaken = Some(pty.untaken()?);
-                tasks.spawn(write_line(pty, queue));
+                let takers = Arc::clone(&takers);
+                tasks.spawn(async move {
+                    // What nobody reads is dropped, as on a cable without a receiver.
+                    let opened = loop {
+                        tokio::select! {
+                            opened = pty.opened() => break opened,
+                            epoch = queue.recv() => if epoch.is_none() { return },
+                        }
+                    };
+                    if opened.is_ok() {
+                        let _taker = takers.enter();
+                        write_line(pty, queue).await;
+                    }
+                });
                 NmeaPlace::Path(path)
             }
         };
-        Ok(Self { outbox, backlog: Backlog::default(), untaken, place, _tasks: tasks })
+        Ok(Self { outbox, in_flight: InFlight::default(), untaken, takers, place, _tasks: tasks })
     }
 
     /// Where it is found.
@@ -183,32 +206,71 @@ impl NmeaLine {
 
     /// Waits until whoever listens has everything. Cancel safe.
     pub async fn taken(&self) {
-        self.backlog.clear().await;
+        self.in_flight.flushed().await;
         if let Some(untaken) = &self.untaken {
             untaken.taken().await;
         }
     }
 
     /// Hands out an epoch. Patient, it waits for a line that is behind; else the line loses it.
-    pub async fn send(&self, epoch: Bytes, patient: bool) {
-        let epoch = (epoch, self.backlog.enter());
-        if patient {
-            let _ = self.outbox.send(epoch).await;
-        } else {
-            let _ = self.outbox.try_send(epoch);
+    pub async fn send(&self, epoch: Bytes, delivery: Delivery) {
+        delivery.put(&self.outbox, (epoch, self.in_flight.enter())).await;
+        if delivery.is_patient() {
+            self.in_flight.below(MOST_PENDING).await;
         }
+    }
+
+    /// Whether somebody takes what is sent here. A real port and a datagram's receiver count as takers: nobody can tell.
+    pub fn has_taker(&self) -> bool {
+        self.takers.count.load(Ordering::Relaxed) > 0
+    }
+
+    /// Has `changed` notified when a taker comes.
+    pub fn notify_of_takers(&self, changed: &Arc<Notify>) {
+        let _ = self.takers.changed.set(Arc::clone(changed));
+    }
+}
+
+/// Who takes what a line sends.
+#[derive(Debug, Default)]
+struct Takers {
+    count: AtomicUsize,
+    /// Who wants to know when one comes.
+    changed: OnceLock<Arc<Notify>>,
+}
+
+/// One taker; dropped when it is gone.
+struct Taker(Arc<Takers>);
+
+impl Takers {
+    fn enter(self: &Arc<Self>) -> Taker {
+        self.count.fetch_add(1, Ordering::Relaxed);
+        if let Some(changed) = self.changed.get() {
+            changed.notify_one();
+        }
+        Taker(Arc::clone(self))
+    }
+}
+
+impl Drop for Taker {
+    fn drop(&mut self) {
+        self.0.count.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
 /// A client gone takes nothing with it; one that is behind loses epochs, alone.
-async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>) {
+async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>, takers: Arc<Takers>) {
     let (spread, _) = broadcast::channel(QUEUE);
     let mut clients = JoinSet::new();
     loop {
         tokio::select! {
             accepted = listener.accept() => match accepted {
                 Ok((stream, _)) if clients.len() < MAX_CLIENTS => {
-                    clients.spawn(serve_client(stream, spread.subscribe()));
+                    let (epochs, taker) = (spread.subscribe(), takers.enter());
+                    clients.spawn(async move {
+                        let _taker = taker;
+                        serve_client(stream, epochs).await;
+                    });
                 }
                 Ok(_) => {}
                 Err(_) => rowscan_ports::clock::retry_pause().await,
@@ -232,7 +294,7 @@ async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Epo
             // What a client says (an NTRIP line, perhaps) is not for us; that it goes is.
             read = reader.read(&mut ignored) => if !matches!(read, Ok(1..)) { return },
             epoch = epochs.recv() => match epoch {
-                Ok((epoch, _slip)) => if writer.write_all(&epoch).await.is_err() { return },
+                Ok((epoch, _pending)) => if writer.write_all(&epoch).await.is_err() { return },
                 Err(broadcast::error::RecvError::Lagged(_)) => {}
                 Err(broadcast::error::RecvError::Closed) => return,
             },
@@ -240,8 +302,8 @@ async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Epo
     }
 }
 
-async fn send_datagrams(socket: UdpSocket, mut queue: mpsc::Receiver<Epoch>) {
-    while let Some((epoch, _slip)) = queue.recv().await {
+async fn send_datagrams(socket: UdpSocket, mut queue: mpsc::Receiver<Epoch>, _taker: Taker) {
+    while let Some((epoch, _pending)) = queue.recv().await {
         // Nobody listening there is nothing wrong.
         let _ = socket.send(&epoch).await;
     }
@@ -254,7 +316,7 @@ async fn write_line(wire: impl AsyncRead + AsyncWrite, mut queue: mpsc::Receiver
         tokio::select! {
             read = reader.read(&mut ignored) => if read.is_err() { return },
             epoch = queue.recv() => {
-                let Some((epoch, _slip)) = epoch else { return };
+                let Some((epoch, _pending)) = epoch else { return };
                 if writer.write_all(&epoch).await.is_err() { return }
             }
         }
@@ -297,7 +359,7 @@ mod tests {
         assert!(matches!(slow, Err(NmeaError::TooSlow { found: 4800, .. })));
         let line = NmeaLine::open(&NmeaAddress::Serial(device.clone(), 38_400), 10.0).await.unwrap();
         assert_eq!(line.place(), &NmeaPlace::Path(device));
-        line.send(Bytes::from_static(b"$GNHDT,0.00,T*00\r\n"), true).await;
+        line.send(Bytes::from_static(b"$GNHDT,0.00,T*00\r\n"), Delivery::Patient).await;
         let mut heard = [0; 18];
         let read = tokio::time::timeout(std::time::Duration::from_secs(10), far.read_exact(&mut heard)).await;
         assert_eq!(read.expect("in time").expect("it is read"), 18);

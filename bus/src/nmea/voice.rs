@@ -25,6 +25,15 @@ impl NmeaVoice {
         SimTime((self.epochs as f64 * 1e9 / self.receiver.rate_hz()).round() as u64)
     }
 
+    /// Skips what was due before `at`.
+    pub fn skip_to(&mut self, at: SimTime) {
+        let epochs = (at.0 as f64 * self.receiver.rate_hz() / 1e9).floor() as u64;
+        self.epochs = self.epochs.max(epochs.saturating_sub(1));
+        while self.next() < at {
+            self.epochs += 1;
+        }
+    }
+
     /// What it says then.
     pub fn speak(&mut self) -> String {
         let at = self.next();

@@ -1,14 +1,15 @@
-//! The virtual LMS2xx: one task with the device, its view and its line. All bytes of the line pass here, at the pace of the line.
+//! The virtual LMS2xx on the timeline: a device, its view and its serial line. All bytes of the line pass here, at the pace of the line.
 
 use std::collections::VecDeque;
-use std::future::{pending, poll_fn};
 use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::task::Poll;
+use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_ports::in_flight::Pending;
+use rowscan_ports::{Delivery, Wire, uart};
 use rowscan_protocol::device::Mirror;
 use rowscan_protocol::lms2xx::Rate;
 use rowscan_protocol::lms2xx::device::{Beams, Device, Sweep};
@@ -16,16 +17,13 @@ use rowscan_protocol::lms2xx::model::TURNS_PER_SECOND;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::io::{AsyncWriteExt, ReadBuf};
-use tokio::task::JoinSet;
 
-use super::serial_tape::{self, Eye, SerialTape, Telegram};
-use super::state_file::StateFile;
-use super::voices::{self, Can, Speaking, Voices};
-use super::world::World;
 use crate::clock::{SimClock, TimeScale};
-use rowscan_bus::Inbox;
-use rowscan_ports::in_flight::UnderWay;
-use rowscan_ports::{Wire, uart};
+use crate::playback_queue::{self, PlaybackQueue, Recorded, Values};
+use crate::rig::{Rig, Running};
+use crate::state_file::StateFile;
+use crate::timeline::{Claim, Firing};
+use crate::world::World;
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 512;
@@ -43,6 +41,8 @@ pub struct SerialConfig {
     pub state: Option<StateFile>,
     /// Who records the line.
     pub taps: Taps,
+    /// What its stream is called; as the model is, where absent.
+    pub stream: Option<String>,
 }
 
 /// What a virtual LMS2xx has done.
@@ -60,38 +60,25 @@ struct Counts {
     lost: AtomicU64,
 }
 
-/// A running virtual LMS2xx. Dropping it ends it, and its line goes.
+/// A running virtual LMS2xx.
 #[derive(Debug)]
 pub struct SerialEmulator {
     counts: Arc<Counts>,
-    /// What it plays, if it is a recorded one.
-    tape: Option<SerialTape>,
-    _tasks: JoinSet<()>,
+    /// Where its recorded telegrams go, if it is a recorded one.
+    queue: Option<PlaybackQueue>,
+    /// Where it does not run with the rig it belongs to.
+    _running: Option<Running>,
 }
 
 impl SerialEmulator {
-    /// Puts `device` in `world` on `wire`.
+    /// Puts `device` in `world` on `wire`; dropping it ends it, and its line goes.
     pub fn start(device: Device, world: World, wire: Box<dyn Wire>, config: SerialConfig) -> Self {
-        Self::start_with(device, world, wire, Voices::default(), config)
+        let mut rig = Rig::new(world.tractor().clone(), config.time_scale);
+        let emulator = rig.lms2xx(device, world, wire, config);
+        Self { _running: Some(rig.run()), ..emulator }
     }
 
-    /// The same with what else speaks on its tractor, which wants a paced clock: one that waits for a client on the line would not wait for
-    /// theirs.
-    pub fn start_with(
-        device: Device,
-        world: World,
-        wire: Box<dyn Wire>,
-        voices: Voices,
-        config: SerialConfig,
-    ) -> Self {
-        let (voices, listening) = voices.start(config.time_scale, &config.taps);
-        let clock = Arc::new(SimClock::start(config.time_scale));
-        let tap = config.taps.open(device.model().name, StreamKind::Lms2xx);
-        let eye = Eye::World(Box::new(world));
-        Self::run(device, eye, wire, (voices, listening), (clock, config.state, tap), None)
-    }
-
-    /// A recorded LMS2xx on `wire`, whose values come from a [`Player`](super::Player); it is recorded again as `name`.
+    /// A recorded LMS2xx on `wire`, whose values come from a [`Player`](crate::Player); it is recorded again as `name`.
     pub fn replay(
         device: Device,
         name: &str,
@@ -99,51 +86,22 @@ impl SerialEmulator {
         clock: Arc<SimClock>,
         config: SerialConfig,
     ) -> Self {
-        let (tape, eye) = serial_tape::tape(clock.scale());
+        let (queue, values) = playback_queue::queue(clock.delivery());
         let tap = config.taps.open(name, StreamKind::Lms2xx);
-        let silent = (Speaking::default(), None);
-        Self::run(device, eye, wire, silent, (clock, config.state, tap), Some(tape))
+        let mut rig = Rig::playback(Arc::clone(&clock));
+        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
+        let emulator = Self::of(&scanner);
+        rig.add_lms2xx(scanner);
+        Self { queue: Some(queue), _running: Some(rig.run()), ..emulator }
     }
 
-    fn run(
-        device: Device,
-        eye: Eye,
-        wire: Box<dyn Wire>,
-        (voices, listening): (Speaking, Option<(Arc<Can>, Inbox)>),
-        (clock, state, tap): (Arc<SimClock>, Option<StateFile>, Tap),
-        tape: Option<SerialTape>,
-    ) -> Self {
-        let counts = Arc::new(Counts::default());
-        let scanner = Scanner {
-            clock: Arc::clone(&clock),
-            state,
-            saves: device.saves(),
-            device,
-            eye,
-            voices,
-            wire,
-            tap,
-            arriving: VecDeque::new(),
-            sending: None,
-            playing: None,
-            free: SimTime::ZERO,
-            counts: Arc::clone(&counts),
-        };
-        let mut tasks = JoinSet::new();
-        if let Some((can, inbox)) = listening {
-            tasks.spawn(voices::listen(clock, can, inbox));
-        }
-        tasks.spawn(async move {
-            if let Err(cause) = scanner.run().await {
-                tracing::error!(%cause, "the line is gone");
-            }
-        });
-        Self { counts, tape, _tasks: tasks }
+    pub(crate) fn of(scanner: &Lms2xxScanner) -> Self {
+        Self { counts: Arc::clone(&scanner.counts), queue: None, _running: None }
     }
 
     /// The way to play to it; none if it looks by itself.
-    pub(crate) fn tape(&self) -> Option<&SerialTape> {
-        self.tape.as_ref()
+    pub(crate) fn playback_queue(&self) -> Option<&PlaybackQueue> {
+        self.queue.as_ref()
     }
 
     /// What it has done so far.
@@ -155,13 +113,14 @@ impl SerialEmulator {
     }
 }
 
+/// A virtual LMS2xx with its line, as a source of the timeline.
 #[derive(Debug)]
-struct Scanner {
+pub(crate) struct Lms2xxScanner {
     clock: Arc<SimClock>,
     device: Device,
-    eye: Eye,
-    voices: Speaking,
+    values: Values,
     wire: Box<dyn Wire>,
+    chunk: Box<[u8; READ_CHUNK]>,
     state: Option<StateFile>,
     saves: u32,
     tap: Tap,
@@ -169,7 +128,9 @@ struct Scanner {
     arriving: VecDeque<Arriving>,
     sending: Option<Sending>,
     /// Of the recorded telegram that the line is busy with.
-    playing: Option<UnderWay>,
+    playing: Option<Pending>,
+    /// The next scan telegram's turns.
+    sweep: Option<Sweep>,
     /// When the line was, or will be, free of what the device sends.
     free: SimTime,
     counts: Arc<Counts>,
@@ -206,50 +167,112 @@ impl Sending {
     }
 }
 
-impl Scanner {
-    async fn run(mut self) -> io::Result<()> {
-        let mut chunk = vec![0; READ_CHUNK];
-        loop {
-            self.device.handle_timeout(self.clock.now());
-            self.begin_sending();
-            let sweep = self.sweep();
-            let due = self.due(sweep);
-            let line_is_free = self.sending.is_none() && self.device.is_silent();
-            if line_is_free {
-                self.playing = None;
-            }
-            self.eye.tell(self.device.wants_values());
-            tokio::select! {
-                telegram = self.eye.next_telegram(), if line_is_free => self.play(telegram),
-                heard = listen(&mut *self.wire, &mut chunk) => if let Some(read) = heard? {
-                    self.receive(chunk.get(..read).unwrap_or_default())?;
-                },
-                reached = reach(&self.clock, due) => {
-                    while let Some(due) = self.voices.next().filter(|due| *due <= reached) {
-                        self.voices.speak(due).await;
-                    }
-                    self.deliver(reached).await?;
-                    self.hand_on(reached).await?;
-                    if let Some(sweep) = sweep.filter(|sweep| sweep.done() <= reached) {
-                        self.measure(sweep);
-                    }
-                }
-            }
+impl Lms2xxScanner {
+    pub(crate) fn new(
+        device: Device,
+        values: Values,
+        wire: Box<dyn Wire>,
+        clock: Arc<SimClock>,
+        state: Option<StateFile>,
+        tap: Tap,
+    ) -> Self {
+        Self {
+            clock,
+            state,
+            saves: device.saves(),
+            device,
+            values,
+            wire,
+            chunk: Box::new([0; READ_CHUNK]),
+            tap,
+            arriving: VecDeque::new(),
+            sending: None,
+            playing: None,
+            sweep: None,
+            free: SimTime::ZERO,
+            counts: Arc::default(),
         }
     }
 
+    /// When there is something to do next. What the device has to say now sets out.
+    pub(crate) fn next(&mut self) -> Option<SimTime> {
+        self.device.handle_timeout(self.clock.now());
+        self.begin_sending();
+        self.sweep = self.plan();
+        if self.line_is_free() {
+            self.playing = None;
+        }
+        self.values.tell(self.device.wants_values());
+        self.due()
+    }
+
+    /// What the client has sent, or the next recorded telegram.
+    pub(crate) fn poll_input(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        let was_open = self.wire.is_open();
+        let mut room = ReadBuf::new(&mut self.chunk[..]);
+        let read = Pin::new(&mut *self.wire).poll_read(cx, &mut room)?;
+        let read = read.map(|()| room.filled().len());
+        match read {
+            Poll::Ready(read) => {
+                let bytes: Vec<u8> = self.chunk.get(..read).unwrap_or_default().to_vec();
+                return Poll::Ready(self.receive(&bytes));
+            }
+            Poll::Pending if self.wire.is_open() != was_open => return Poll::Ready(Ok(())),
+            Poll::Pending => {}
+        }
+        if self.line_is_free()
+            && let Poll::Ready(Some(telegram)) = self.values.poll_recorded(cx)
+        {
+            self.play(telegram);
+            return Poll::Ready(Ok(()));
+        }
+        Poll::Pending
+    }
+
+    /// Acts on everything due; true if a scan has been made for the client.
+    pub(crate) async fn fire(&mut self, firing: Firing) -> io::Result<bool> {
+        // A line that is written late hands on what has left by now.
+        let now = self.clock.now().max(firing.at);
+        self.deliver(now).await?;
+        self.hand_on(now, firing.delivery).await?;
+        match self.sweep.take_if(|sweep| sweep.done() <= now) {
+            Some(sweep) => Ok(self.measure(sweep)),
+            None => Ok(false),
+        }
+    }
+
+    /// What it needs time for: its line is at work, or a client takes its scans.
+    pub(crate) fn claim(&self) -> Claim {
+        let at_work =
+            self.sending.is_some() || !self.arriving.is_empty() || self.device.poll_timeout().is_some();
+        match (at_work, self.sweep) {
+            (true, _) => Claim::Busy,
+            (false, Some(_)) => Claim::Taker,
+            (false, None) => Claim::Idle,
+        }
+    }
+
+    /// Whether a client has it stream.
+    pub(crate) fn has_taker(&self) -> bool {
+        self.wire.is_open() && self.device.wants_values()
+    }
+
+    fn line_is_free(&self) -> bool {
+        self.sending.is_none() && self.device.is_silent()
+    }
+
     /// Puts a recorded telegram on the line; nobody wants it: it goes by.
-    fn play(&mut self, telegram: Telegram) {
+    fn play(&mut self, telegram: Recorded) {
         if self.device.wants_values() {
             self.device.play(self.clock.now(), telegram.bytes.to_vec());
-            self.playing = Some(telegram.slip);
+            self.playing = Some(telegram.pending);
             self.counts.sent.fetch_add(1, Ordering::Relaxed);
         }
     }
 
     /// The next scan telegram's turns; none while the line is in use or nobody is there to take it.
-    fn sweep(&mut self) -> Option<Sweep> {
-        if self.sending.is_some() || matches!(self.eye, Eye::Tape(..)) {
+    fn plan(&mut self) -> Option<Sweep> {
+        if self.sending.is_some() || self.values.are_recorded() {
             return None;
         }
         let sweep = self.device.plan(self.free).filter(|_| self.wire.is_open());
@@ -261,7 +284,7 @@ impl Scanner {
     }
 
     /// When there is something to do next.
-    fn due(&self, sweep: Option<Sweep>) -> Option<SimTime> {
+    fn due(&self) -> Option<SimTime> {
         let piece = self.sending.as_ref().map(|sending| {
             let pace = match self.clock.scale() {
                 TimeScale::Paced(scale) => PIECE.mul_f64(scale),
@@ -273,8 +296,8 @@ impl Scanner {
         // While something is being sent the device's next bytes wait for its end.
         let device = self.device.poll_timeout().filter(|_| self.sending.is_none());
         let arriving = self.arriving.front().map(|arriving| arriving.last);
-        let sweep = sweep.map(|sweep| sweep.done());
-        [piece, device, arriving, sweep, self.voices.next()].into_iter().flatten().min()
+        let sweep = self.sweep.map(|sweep| sweep.done());
+        [piece, device, arriving, sweep].into_iter().flatten().min()
     }
 
     fn begin_sending(&mut self) {
@@ -329,7 +352,7 @@ impl Scanner {
     }
 
     /// Hands the client what has left.
-    async fn hand_on(&mut self, now: SimTime) -> io::Result<()> {
+    async fn hand_on(&mut self, now: SimTime, delivery: Delivery) -> io::Result<()> {
         let Some(mut sending) = self.sending.take() else { return Ok(()) };
         let left = sending.left(now);
         let piece = sending.bytes.get(sending.handed_on..left).unwrap_or_default();
@@ -337,7 +360,7 @@ impl Scanner {
             let own = sending.rate.bits_per_second();
             let rate = self.wire.client_rate()?.unwrap_or(own);
             let heard = uart::hear(piece, own, rate);
-            self.write(&heard).await?;
+            self.write(&heard, delivery).await?;
         }
         sending.handed_on = left;
         if left < sending.bytes.len() {
@@ -353,8 +376,8 @@ impl Scanner {
     }
 
     /// A line does not wait: what the client does not take is lost. Only the clock that waits for its clients waits here.
-    async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        if self.clock.scale() == TimeScale::Max {
+    async fn write(&mut self, bytes: &[u8], delivery: Delivery) -> io::Result<()> {
+        if delivery.is_patient() {
             return self.wire.write_all(bytes).await;
         }
         let mut rest = bytes;
@@ -373,8 +396,8 @@ impl Scanner {
     }
 
     /// Looks once a mirror turn, each from where the tractor then was, and has the telegram made.
-    fn measure(&mut self, sweep: Sweep) {
-        let Eye::World(world) = &mut self.eye else { return };
+    fn measure(&mut self, sweep: Sweep) -> bool {
+        let Values::Seen(world) = &mut self.values else { return false };
         for turn in sweep.turns() {
             let beams = self.device.turn_beams(turn);
             let mirror = Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams };
@@ -384,31 +407,7 @@ impl Scanner {
             self.device.measure(sweep, turn, seen);
         }
         self.device.finish(sweep.done(), sweep);
-        // The first scan that someone takes sets the tractor going.
-        world.tractor().begin(sweep.done());
         self.counts.sent.fetch_add(1, Ordering::Relaxed);
+        true
     }
-}
-
-/// The next bytes from the client; none where it has only come or gone. Cancel safe.
-async fn listen(wire: &mut dyn Wire, chunk: &mut [u8]) -> io::Result<Option<usize>> {
-    let was_open = wire.is_open();
-    poll_fn(|cx| {
-        let mut room = ReadBuf::new(chunk);
-        match Pin::new(&mut *wire).poll_read(cx, &mut room)? {
-            Poll::Ready(()) => Poll::Ready(Ok(Some(room.filled().len()))),
-            Poll::Pending if wire.is_open() != was_open => Poll::Ready(Ok(None)),
-            Poll::Pending => Poll::Pending,
-        }
-    })
-    .await
-}
-
-/// Waits for `due`, for ever without one; gives the time it is then.
-async fn reach(clock: &SimClock, due: Option<SimTime>) -> SimTime {
-    match due {
-        Some(due) => clock.reach(due).await,
-        None => pending().await,
-    }
-    clock.now()
 }

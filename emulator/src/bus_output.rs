@@ -1,0 +1,131 @@
+//! The tractor's control function on its CAN bus, and what the ports of the bus hear.
+
+use std::collections::VecDeque;
+use std::task::{Context, Poll};
+
+use rowscan_bus::link::Heard;
+use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::{Bus, BusNews, BusWatch, CanFrame, Inbox};
+use rowscan_ports::Delivery;
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::{Side, StreamKind, Tap, Taps};
+use tokio::sync::mpsc;
+
+use crate::timeline::Firing;
+
+/// Name of the recorded stream.
+const STREAM: &str = "can";
+
+/// The control function with its bus.
+#[derive(Debug)]
+pub(crate) struct BusOutput {
+    ecu: TractorEcu,
+    bus: Bus,
+    inbox: Inbox,
+    /// What the ports have heard and is not answered yet.
+    heard: VecDeque<(usize, Heard)>,
+    watch: BusWatch,
+    /// Where news of the bus go; nobody is waited for.
+    news: Option<mpsc::Sender<BusNews>>,
+    tap: Tap,
+    /// A port is open.
+    open: bool,
+    /// Nothing is sent before the drive starts.
+    held: bool,
+    /// To be sent at the next instant.
+    first: Vec<CanFrame>,
+}
+
+impl BusOutput {
+    pub(crate) fn new(
+        mut ecu: TractorEcu,
+        (bus, inbox): (Bus, Inbox),
+        news: Option<mpsc::Sender<BusNews>>,
+        delivery: Delivery,
+        taps: &Taps,
+    ) -> Self {
+        let (open, held) = (bus.is_open_from_the_start(), delivery.is_patient());
+        let mut first = Vec::new();
+        if open && !held {
+            ecu.open(SimTime::ZERO, &mut first);
+        }
+        Self {
+            ecu,
+            bus,
+            inbox,
+            heard: VecDeque::new(),
+            watch: BusWatch::default(),
+            news,
+            tap: taps.open(STREAM, StreamKind::Can),
+            open,
+            held,
+            first,
+        }
+    }
+
+    pub(crate) fn next(&self) -> Option<SimTime> {
+        match (self.held, self.first.is_empty()) {
+            (true, _) => None,
+            (false, false) => Some(SimTime::ZERO),
+            (false, true) => self.ecu.next(),
+        }
+    }
+
+    pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
+        let mut frames = std::mem::take(&mut self.first);
+        self.ecu.poll(firing.at, &mut frames);
+        self.send(firing.at, frames, firing.delivery).await;
+        false
+    }
+
+    /// Takes what the ports hear.
+    pub(crate) fn poll_input(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        while let Poll::Ready(Some(heard)) = self.inbox.poll_recv(cx) {
+            self.heard.push_back(heard);
+        }
+        if self.heard.is_empty() { Poll::Pending } else { Poll::Ready(()) }
+    }
+
+    /// Answers what was heard, and passes frames on from port to port.
+    pub(crate) async fn respond(&mut self, at: SimTime, delivery: Delivery) {
+        while let Some((port, heard)) = self.heard.pop_front() {
+            let mut replies = Vec::new();
+            match heard {
+                Heard::Opened => {
+                    self.open = true;
+                    if !self.held {
+                        self.ecu.open(at, &mut replies);
+                    }
+                }
+                Heard::Frame(frame) => {
+                    self.tap.record(Side::Host, frame.to_text().as_bytes());
+                    self.bus.send((at, frame), Some(port), delivery).await;
+                    self.ecu.handle(at, &frame, &mut replies);
+                }
+                Heard::Lost(_) => {}
+            }
+            if let (Some(news), Some(told)) = (self.watch.news(port, heard, self.ecu.standing()), &self.news)
+            {
+                let _ = told.try_send(news);
+            }
+            self.send(at, replies, delivery).await;
+        }
+    }
+
+    pub(crate) fn has_taker(&self) -> bool {
+        self.open
+    }
+
+    pub(crate) fn begin(&mut self, at: SimTime) {
+        if std::mem::take(&mut self.held) && self.open {
+            self.ecu.open(at, &mut self.first);
+        }
+    }
+
+    async fn send(&self, at: SimTime, frames: Vec<CanFrame>, delivery: Delivery) {
+        for frame in frames {
+            self.tap.record(Side::Device, frame.to_text().as_bytes());
+            self.bus.send((at, frame), None, delivery).await;
+        }
+    }
+}

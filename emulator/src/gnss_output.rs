@@ -1,0 +1,63 @@
+//! The tractor's GNSS receiver: its sentences, and the lines they go out on.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use rowscan_bus::nmea::{NmeaLine, NmeaVoice};
+use rowscan_ports::Delivery;
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::{Side, StreamKind, Tap, Taps};
+use tokio::sync::Notify;
+
+use crate::timeline::Firing;
+
+/// Name of the recorded stream.
+const STREAM: &str = "gnss";
+
+/// A receiver with its lines.
+#[derive(Debug)]
+pub(crate) struct GnssOutput {
+    voice: NmeaVoice,
+    lines: Vec<NmeaLine>,
+    tap: Tap,
+    /// Nothing is sent before the drive starts.
+    held: bool,
+}
+
+impl GnssOutput {
+    pub(crate) fn new(
+        voice: NmeaVoice,
+        lines: Vec<NmeaLine>,
+        delivery: Delivery,
+        changed: &Arc<Notify>,
+        taps: &Taps,
+    ) -> Self {
+        lines.iter().for_each(|line| line.notify_of_takers(changed));
+        Self { voice, lines, tap: taps.open(STREAM, StreamKind::Nmea), held: delivery.is_patient() }
+    }
+
+    pub(crate) fn next(&self) -> Option<SimTime> {
+        (!self.held).then(|| self.voice.next())
+    }
+
+    pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
+        while self.voice.next() <= firing.at {
+            let epoch = Bytes::from(self.voice.speak());
+            self.tap.record(Side::Device, &epoch);
+            for line in &self.lines {
+                line.send(epoch.clone(), firing.delivery).await;
+            }
+        }
+        false
+    }
+
+    pub(crate) fn has_taker(&self) -> bool {
+        self.lines.iter().any(NmeaLine::has_taker)
+    }
+
+    pub(crate) fn begin(&mut self, at: SimTime) {
+        if std::mem::take(&mut self.held) {
+            self.voice.skip_to(at);
+        }
+    }
+}

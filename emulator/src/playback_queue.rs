@@ -1,0 +1,92 @@
+//! The way of recorded telegrams to a replayed LMS2xx: a short queue before its line, and whether anybody wants them.
+
+use std::task::{Context, Poll};
+
+use bytes::Bytes;
+use rowscan_ports::in_flight::{InFlight, Pending};
+use rowscan_ports::{Delivered, Delivery};
+use tokio::sync::{mpsc, watch};
+
+use crate::replay::TapeEvent;
+use crate::world::World;
+
+/// Recorded telegrams that may wait for the line.
+const QUEUE: usize = 16;
+
+/// The player's end.
+#[derive(Clone, Debug)]
+pub(crate) struct PlaybackQueue {
+    telegrams: mpsc::Sender<Recorded>,
+    in_flight: InFlight,
+    /// Somebody wants values.
+    wanted: watch::Receiver<bool>,
+    delivery: Delivery,
+}
+
+/// A recorded telegram on its way to the client.
+#[derive(Debug)]
+pub(crate) struct Recorded {
+    pub(crate) bytes: Bytes,
+    /// Kept until it has left the line, or is not wanted any more.
+    pub(crate) pending: Pending,
+}
+
+/// Where an LMS2xx has its values from.
+#[derive(Debug)]
+pub(crate) enum Values {
+    /// It measures them.
+    Seen(Box<World>),
+    /// They come from a recording; the player is told whether anybody wants them.
+    Recorded(mpsc::Receiver<Recorded>, watch::Sender<bool>),
+}
+
+/// Both ends.
+pub(crate) fn queue(delivery: Delivery) -> (PlaybackQueue, Values) {
+    let (telegrams, queued) = mpsc::channel(QUEUE);
+    let (tell, wanted) = watch::channel(false);
+    let queue = PlaybackQueue { telegrams, in_flight: InFlight::default(), wanted, delivery };
+    (queue, Values::Recorded(queued, tell))
+}
+
+impl PlaybackQueue {
+    /// Waits until somebody wants values. A line that is gone has no taker: what else is played goes on.
+    pub(crate) async fn taker(&self) {
+        let _ = self.wanted.clone().wait_for(|wanted| *wanted).await;
+    }
+
+    /// Hands a telegram over; false if it goes unheard because the client has stopped the scanner. A line that is slower than the recorded
+    /// one loses some; at `--time-scale max` the player waits for it.
+    pub(crate) async fn put(&self, event: &TapeEvent) -> bool {
+        if !*self.wanted.borrow() {
+            return false;
+        }
+        let telegram = Recorded { bytes: event.bytes(), pending: self.in_flight.enter() };
+        self.delivery.put(&self.telegrams, telegram).await == Delivered::Taken
+    }
+
+    /// Waits until everything handed over has left the line.
+    pub(crate) async fn flushed(&self) {
+        self.in_flight.flushed().await;
+    }
+}
+
+impl Values {
+    pub(crate) fn are_recorded(&self) -> bool {
+        matches!(self, Self::Recorded(..))
+    }
+
+    /// The next recorded telegram; never, where the device measures.
+    pub(crate) fn poll_recorded(&mut self, cx: &mut Context<'_>) -> Poll<Option<Recorded>> {
+        match self {
+            Self::Seen(_) => Poll::Pending,
+            Self::Recorded(telegrams, _) => telegrams.poll_recv(cx),
+        }
+    }
+
+    /// Tells the player whether anybody wants values.
+    pub(crate) fn tell(&self, wanted: bool) {
+        if let Self::Recorded(_, told) = self {
+            told.send_if_modified(|told| std::mem::replace(told, wanted) != wanted);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! A rig that is emulated: scanners, GNSS and CAN of one tractor, on one timeline.
+
+use std::sync::Arc;
+
+use rowscan_bus::nmea::{NmeaLine, NmeaVoice};
+use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::{Bus, BusNews, Inbox};
+use rowscan_ports::Wire;
+use rowscan_protocol::device::Device;
+use rowscan_protocol::lms2xx;
+use rowscan_recording::{StreamKind, Taps};
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::trajectory::Trajectory;
+use tokio::sync::{Notify, mpsc};
+use tokio::task::JoinSet;
+
+use crate::bus_output::BusOutput;
+use crate::clock::{SimClock, TimeScale, Timer};
+use crate::gnss_output::GnssOutput;
+use crate::line_changes::LineChanges;
+use crate::lms2xx::{Lms2xxScanner, SerialConfig, SerialEmulator};
+use crate::mirror::MirrorSource;
+use crate::playback_queue::Values;
+use crate::scanner::{Emulator, EmulatorConfig, Program, Shared};
+use crate::start::StartWhen;
+use crate::timeline::{Source, Timeline};
+use crate::world::World;
+
+/// What rides on one tractor. Its parts are added one by one; [`Rig::run`] starts them together, from one origin of time.
+#[derive(Debug)]
+pub struct Rig {
+    timeline: Timeline,
+}
+
+/// A rig that runs. Dropping it ends its timeline, with its serial lines, GNSS lines and bus.
+#[derive(Debug)]
+pub struct Running {
+    _timeline: JoinSet<()>,
+}
+
+impl Rig {
+    /// An empty rig on `tractor`; called within the runtime it will run in.
+    pub fn new(tractor: Tractor, time_scale: TimeScale) -> Self {
+        Self::on(Arc::new(SimClock::start(time_scale)), tractor, StartWhen::default_at(time_scale))
+    }
+
+    /// A rig whose scanners get their values from a recording, by the recording's clock.
+    pub(crate) fn playback(clock: Arc<SimClock>) -> Self {
+        Self::on(clock, Tractor::new(Trajectory::straight(0.0, 0.0)), StartWhen::Now)
+    }
+
+    fn on(clock: Arc<SimClock>, tractor: Tractor, start: StartWhen) -> Self {
+        let timeline = Timeline {
+            clock,
+            timer: Timer::default(),
+            sources: Vec::new(),
+            start,
+            tractor,
+            changed: Arc::new(Notify::new()),
+            begun: false,
+        };
+        Self { timeline }
+    }
+
+    /// The same with this timer.
+    #[must_use]
+    pub fn with_timer(mut self, timer: Timer) -> Self {
+        self.timeline.timer = timer;
+        self
+    }
+
+    /// The same with this start of the drive.
+    #[must_use]
+    pub fn with_start(mut self, start: StartWhen) -> Self {
+        self.timeline.start = start;
+        self
+    }
+
+    /// Adds a CoLa scanner. No one can connect until [`Emulator::listen`] or [`Emulator::attach`]. The rig's clock and timer count, not the
+    /// configuration's.
+    pub fn scanner(&mut self, device: Device, world: World, mut config: EmulatorConfig) -> Emulator {
+        let timeline = &mut self.timeline;
+        let changes = std::mem::take(&mut config.line_changes);
+        let clock = Arc::clone(&timeline.clock);
+        let shared = Shared::new(device, Program::Device, clock, Arc::clone(&timeline.changed), config);
+        if !changes.is_empty() {
+            let changes = LineChanges::new(Arc::clone(&shared), changes);
+            timeline.sources.push(Source::LineChanges(changes));
+        }
+        let mirror = MirrorSource::new(Arc::clone(&shared), world);
+        timeline.sources.push(Source::Mirror(Box::new(mirror)));
+        Emulator::of(shared)
+    }
+
+    /// Adds an LMS2xx on `wire`.
+    pub fn lms2xx(
+        &mut self,
+        device: lms2xx::device::Device,
+        world: World,
+        wire: Box<dyn Wire>,
+        config: SerialConfig,
+    ) -> SerialEmulator {
+        let stream = config.stream.as_deref().unwrap_or(device.model().name);
+        let tap = config.taps.open(stream, StreamKind::Lms2xx);
+        let values = Values::Seen(Box::new(world));
+        let clock = Arc::clone(&self.timeline.clock);
+        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
+        let emulator = SerialEmulator::of(&scanner);
+        self.add_lms2xx(scanner);
+        emulator
+    }
+
+    pub(crate) fn add_lms2xx(&mut self, scanner: Lms2xxScanner) {
+        self.timeline.sources.push(Source::Lms2xx(Box::new(scanner)));
+    }
+
+    /// Adds the tractor's control function on its bus; what happens on the bus goes to `news`, if anyone wants it.
+    pub fn bus(
+        &mut self,
+        ecu: TractorEcu,
+        bus: (Bus, Inbox),
+        news: Option<mpsc::Sender<BusNews>>,
+        taps: &Taps,
+    ) {
+        let output = BusOutput::new(ecu, bus, news, self.timeline.clock.delivery(), taps);
+        self.timeline.sources.push(Source::Bus(Box::new(output)));
+    }
+
+    /// Adds the tractor's GNSS receiver with its lines.
+    pub fn gnss(&mut self, voice: NmeaVoice, lines: Vec<NmeaLine>, taps: &Taps) {
+        let timeline = &mut self.timeline;
+        let output = GnssOutput::new(voice, lines, timeline.clock.delivery(), &timeline.changed, taps);
+        timeline.sources.push(Source::Gnss(output));
+    }
+
+    /// Starts time.
+    pub fn run(mut self) -> Running {
+        // Sources due at one instant fire in this order, however they were added.
+        self.timeline.sources.sort_by_key(Source::rank);
+        let mut tasks = JoinSet::new();
+        tasks.spawn(self.timeline.run());
+        Running { _timeline: tasks }
+    }
+}

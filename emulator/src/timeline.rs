@@ -1,0 +1,326 @@
+//! The timeline: everything of one rig that acts at instants of simulated time, on one queue with one pacer.
+//!
+//! Calling order of a [`Source`]: [`Source::next`] says when it acts next; [`Source::prepare`] may be called any number of times with that
+//! instant while the pacer still waits; [`Source::fire`] acts. [`Source::poll_input`] takes what its peers send and, once it is ready,
+//! [`Source::respond`] answers. Sources due at the same instant fire in the order of the rig: line changes, scanners, CAN, GNSS.
+
+use std::io;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+use rowscan_ports::Delivery;
+use rowscan_protocol::time::SimTime;
+use rowscan_vehicle::Tractor;
+use tokio::sync::Notify;
+
+use crate::bus_output::BusOutput;
+use crate::clock::{self, Pacer, SimClock, Timer};
+use crate::gnss_output::GnssOutput;
+use crate::line_changes::LineChanges;
+use crate::lms2xx::Lms2xxScanner;
+use crate::mirror::MirrorSource;
+use crate::start::StartWhen;
+
+/// One thing that acts in simulated time.
+#[derive(Debug)]
+pub(crate) enum Source {
+    /// A CoLa scanner's mirror.
+    Mirror(Box<MirrorSource>),
+    /// An LMS2xx with its serial line.
+    Lms2xx(Box<Lms2xxScanner>),
+    /// A scanner's digital lines.
+    LineChanges(LineChanges),
+    /// The tractor's control function on its bus.
+    Bus(Box<BusOutput>),
+    /// The tractor's GNSS receiver.
+    Gnss(GnssOutput),
+}
+
+/// Why time may go on, where it waits for its takers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Claim {
+    /// The source needs no time.
+    Idle,
+    /// Somebody takes what the source sends.
+    Taker,
+    /// The source is at work on something a peer waits for: it starts up, or answers.
+    Busy,
+}
+
+/// How a source acts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Firing {
+    pub(crate) at: SimTime,
+    /// What is sent may be heard; else time has not started for the takers.
+    pub(crate) heard: bool,
+    pub(crate) delivery: Delivery,
+}
+
+impl Source {
+    fn next(&mut self) -> Option<SimTime> {
+        match self {
+            Self::Mirror(mirror) => Some(mirror.next()),
+            Self::Lms2xx(scanner) => scanner.next(),
+            Self::LineChanges(changes) => changes.next(),
+            Self::Bus(bus) => bus.next(),
+            Self::Gnss(gnss) => gnss.next(),
+        }
+    }
+
+    fn prepare(&mut self, at: SimTime) {
+        if let Self::Mirror(mirror) = self {
+            mirror.prepare(at);
+        }
+    }
+
+    /// True if a scan, a sentence or a frame went to a taker.
+    async fn fire(&mut self, firing: Firing) -> io::Result<bool> {
+        match self {
+            Self::Mirror(mirror) => Ok(mirror.fire(firing).await),
+            Self::Lms2xx(scanner) => scanner.fire(firing).await,
+            Self::LineChanges(changes) => Ok(changes.fire(firing.at)),
+            Self::Bus(bus) => Ok(bus.fire(firing).await),
+            Self::Gnss(gnss) => Ok(gnss.fire(firing).await),
+        }
+    }
+
+    fn poll_input(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        match self {
+            Self::Lms2xx(scanner) => scanner.poll_input(cx),
+            Self::Bus(bus) => bus.poll_input(cx).map(Ok),
+            Self::Mirror(_) | Self::LineChanges(_) | Self::Gnss(_) => Poll::Pending,
+        }
+    }
+
+    async fn respond(&mut self, now: SimTime, delivery: Delivery) {
+        if let Self::Bus(bus) = self {
+            bus.respond(now, delivery).await;
+        }
+    }
+
+    fn claim(&self, at: SimTime) -> Claim {
+        match self {
+            Self::Mirror(mirror) => mirror.claim(at),
+            Self::Lms2xx(scanner) => scanner.claim(),
+            Self::LineChanges(_) => Claim::Idle,
+            Self::Bus(bus) => {
+                if bus.has_taker() {
+                    Claim::Taker
+                } else {
+                    Claim::Idle
+                }
+            }
+            Self::Gnss(gnss) => {
+                if gnss.has_taker() {
+                    Claim::Taker
+                } else {
+                    Claim::Idle
+                }
+            }
+        }
+    }
+
+    /// Whether the drive may wait for somebody to take what it sends.
+    fn has_taker(&self) -> bool {
+        match self {
+            Self::Mirror(mirror) => mirror.has_taker(),
+            Self::Lms2xx(scanner) => scanner.has_taker(),
+            Self::LineChanges(_) => false,
+            Self::Bus(bus) => bus.has_taker(),
+            Self::Gnss(gnss) => gnss.has_taker(),
+        }
+    }
+
+    /// Its place among those due at the same instant.
+    pub(crate) fn rank(&self) -> u8 {
+        match self {
+            Self::LineChanges(_) => 0,
+            Self::Mirror(_) | Self::Lms2xx(_) => 1,
+            Self::Bus(_) => 2,
+            Self::Gnss(_) => 3,
+        }
+    }
+
+    fn is_scanner(&self) -> bool {
+        matches!(self, Self::Mirror(_) | Self::Lms2xx(_))
+    }
+
+    /// The drive has started.
+    fn begin(&mut self, at: SimTime) {
+        match self {
+            Self::Bus(bus) => bus.begin(at),
+            Self::Gnss(gnss) => gnss.begin(at),
+            Self::Mirror(_) | Self::Lms2xx(_) | Self::LineChanges(_) => {}
+        }
+    }
+
+    /// Time waits for others: whoever waits for this source's next act is answered without it.
+    fn release(&self) {
+        if let Self::Mirror(mirror) = self {
+            mirror.release_polls();
+        }
+    }
+}
+
+/// All sources of one rig.
+#[derive(Debug)]
+pub(crate) struct Timeline {
+    pub(crate) clock: Arc<SimClock>,
+    pub(crate) timer: Timer,
+    pub(crate) sources: Vec<Source>,
+    pub(crate) start: StartWhen,
+    pub(crate) tractor: Tractor,
+    /// Notified when a peer's interest changes, so that waiting time looks again.
+    pub(crate) changed: Arc<Notify>,
+    /// Sources know that the drive has started.
+    pub(crate) begun: bool,
+}
+
+impl Timeline {
+    /// Runs for as long as the rig is emulated.
+    pub(crate) async fn run(mut self) {
+        let (clock, changed) = (Arc::clone(&self.clock), Arc::clone(&self.changed));
+        let mut pacer = Pacer::new(&clock, &self.timer);
+        if self.start == StartWhen::Now {
+            self.tractor.begin(SimTime::ZERO);
+        }
+        loop {
+            self.follow_start();
+            let due = self.due();
+            if let Some(at) = due {
+                self.prepare(at);
+            }
+            tokio::select! {
+                biased;
+                () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
+                () = changed.notified() => {}
+                () = reach(&clock, &mut pacer, due) => self.fire(due.unwrap_or_default()).await,
+            }
+        }
+    }
+
+    /// The next instant that something acts at; none while time waits.
+    fn due(&mut self) -> Option<SimTime> {
+        let next = self.sources.iter_mut().filter_map(Source::next).min()?;
+        if !self.clock.delivery().is_patient() || self.may_go_on(next) {
+            return Some(next);
+        }
+        self.sources.iter().for_each(Source::release);
+        None
+    }
+
+    /// Where nothing may be lost, time stands still while nobody takes anything, except while a device is at work.
+    fn may_go_on(&self, at: SimTime) -> bool {
+        // Before anyone can have connected.
+        if at == SimTime::ZERO {
+            return true;
+        }
+        let wanted = if self.begun || self.is_ready() { Claim::Taker } else { Claim::Busy };
+        self.takers().any(|source| source.claim(at) >= wanted)
+    }
+
+    /// The sources whose takers count: the scanners, or all that speak where there is none.
+    fn takers(&self) -> impl Iterator<Item = &Source> {
+        let scanners = self.sources.iter().any(Source::is_scanner);
+        let counts = move |source: &&Source| match scanners {
+            true => source.is_scanner(),
+            false => matches!(source, Source::Bus(_) | Source::Gnss(_)),
+        };
+        self.sources.iter().filter(counts)
+    }
+
+    /// The drive may start.
+    fn is_ready(&self) -> bool {
+        match self.start {
+            StartWhen::Now => true,
+            StartWhen::First => self.takers().any(Source::has_taker),
+            StartWhen::All if !self.sources.iter().any(Source::is_scanner) => {
+                self.takers().any(Source::has_taker)
+            }
+            StartWhen::All => self.takers().all(Source::has_taker),
+        }
+    }
+
+    /// Tells the sources once that the tractor has been set going, by whomever.
+    fn follow_start(&mut self) {
+        let speaks_alone = !self.begun && !self.sources.iter().any(Source::is_scanner);
+        if speaks_alone && self.is_ready() {
+            self.tractor.begin(self.clock.now());
+        }
+        if let Some(at) = self.tractor.began().filter(|_| !self.begun) {
+            self.begun = true;
+            self.sources.iter_mut().for_each(|source| source.begin(at));
+        }
+    }
+
+    fn prepare(&mut self, at: SimTime) {
+        for source in &mut self.sources {
+            if source.next() == Some(at) {
+                source.prepare(at);
+            }
+        }
+    }
+
+    async fn fire(&mut self, at: SimTime) {
+        let delivery = self.clock.delivery();
+        let ready = self.begun || self.is_ready();
+        let firing = Firing { at, heard: ready || !delivery.is_patient(), delivery };
+        let (mut taken, mut gone) = (false, None);
+        for (number, source) in self.sources.iter_mut().enumerate() {
+            if source.next().is_none_or(|next| next > at) {
+                continue;
+            }
+            match source.fire(firing).await {
+                Ok(took) => taken |= took,
+                Err(cause) => {
+                    tracing::error!(%cause, "the line is gone");
+                    gone = Some(number);
+                }
+            }
+        }
+        if let Some(number) = gone {
+            self.sources.remove(number);
+        }
+        if ready && taken {
+            self.tractor.begin(at);
+        }
+        if taken {
+            // What was sent leaves before the next line is cast on the same thread.
+            clock::step_aside().await;
+        }
+    }
+
+    /// Ready once any source has taken something from its peers.
+    fn poll_inputs(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        let (mut ready, mut gone) = (false, None);
+        for (number, source) in self.sources.iter_mut().enumerate() {
+            match source.poll_input(cx) {
+                Poll::Ready(Ok(())) => ready = true,
+                Poll::Ready(Err(cause)) => {
+                    tracing::error!(%cause, "the line is gone");
+                    (ready, gone) = (true, Some(number));
+                }
+                Poll::Pending => {}
+            }
+        }
+        if let Some(number) = gone {
+            self.sources.remove(number);
+        }
+        if ready { Poll::Ready(()) } else { Poll::Pending }
+    }
+
+    async fn respond(&mut self) {
+        let (now, delivery) = (self.clock.now(), self.clock.delivery());
+        for source in &mut self.sources {
+            source.respond(now, delivery).await;
+        }
+    }
+}
+
+/// Waits for `due`; for ever without one.
+async fn reach(clock: &SimClock, pacer: &mut Pacer, due: Option<SimTime>) {
+    match due {
+        Some(due) => pacer.reach(clock, due).await,
+        None => std::future::pending().await,
+    }
+}
