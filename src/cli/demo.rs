@@ -159,7 +159,8 @@ impl Args {
                 (Box::new(pty), Source::Serial { path: link, rate })
             }
         };
-        let config = SerialConfig { time_scale: self.time_scale, state: None, taps: Taps::default() };
+        let config =
+            SerialConfig { time_scale: self.time_scale, state: None, taps: Taps::default(), stream: None };
         let scanner = Virtual::Lms2xx(SerialEmulator::start(device, world, wire, config));
         Ok(Set { scanner, source, pipeline, scans, model: model.name })
     }

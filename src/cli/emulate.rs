@@ -1,26 +1,27 @@
 //! `rowscan emulate`
 
-use std::sync::Arc;
-
-use rowscan_protocol::device::DialectPolicy;
+use rowscan_emulator::clock::{TimeScale, Timer};
+use rowscan_emulator::stage::{Stage, StageError};
+use rowscan_emulator::{
+    Bound, Emulator, EmulatorConfig, MAX_CLIENTS, Rig, SerialConfig, SerialEmulator, StartWhen, World,
+    WorldError,
+};
+use rowscan_protocol::device::{Device, DialectPolicy};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_recording::{About, Taps};
-use tokio::task::JoinSet;
+use rowscan_vehicle::Tractor;
 
 use super::device::DeviceArgs;
 use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
 use super::interrupt::Interrupt;
-use super::line::{self, Asked, LineArgs};
+use super::line::{self, LineArgs, Opened};
 use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
 use super::voices::VoiceArgs;
 use super::{Failure, Format, Outcome};
-use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
-use rowscan_emulator::stage::{Stage, StageError};
-use rowscan_emulator::{Bound, Emulator, EmulatorConfig, MAX_CLIENTS, WorldError};
 
 /// How far apart the ports of several scanners are.
 const PORTS_APART: u16 = 10;
@@ -38,10 +39,13 @@ pub(super) struct Args {
     /// Simulated seconds a second, or `max`: as fast as the clients take it
     #[arg(long, value_name = "K", default_value = "1")]
     time_scale: TimeScale,
+    /// What sets the tractor going: the first scanner with a taker, all scanners with takers, or the start of the process [default: first; at --time-scale max: all]
+    #[arg(long, value_name = "first|all|now")]
+    start_when: Option<StartWhen>,
     /// Dialects answered
     #[arg(long, value_enum, default_value_t)]
     dialect: DialectArg,
-    /// The rig's scanner to be, from 0; repeated, several scanners of one tractor, each with its own --tcp, in the same order [default: 0]
+    /// The rig's scanner to be, from 0; repeated, several scanners of one tractor, each with its own --tcp, in the same order; one of them may be an LMS2xx on a serial line [default: 0; in a rig without scanners, none]
     #[arg(long, value_name = "N")]
     scanner: Vec<usize>,
     /// Clients served at once
@@ -82,21 +86,13 @@ impl From<DialectArg> for DialectPolicy {
     }
 }
 
-/// Which of the rig's scanners to be.
-enum Chosen {
-    /// An LMS2xx on its line.
-    Line(usize, &'static lms2xx::model::Model),
-    /// Scanners on the network, all on one tractor.
-    Network(Vec<Fitted>),
-}
-
 /// The flags that tell an estimate which scanners these are; models that differ are the rig's own.
 fn which(scanners: &[Fitted]) -> String {
     let mut flags = String::new();
     if let Some(first) = scanners.first()
-        && scanners.iter().all(|fitted| fitted.model.name == first.model.name)
+        && scanners.iter().all(|fitted| fitted.model.name() == first.model.name())
     {
-        flags += &format!(" --model {}", first.model.name);
+        flags += &format!(" --model {}", first.model.name());
     }
     if scanners.iter().enumerate().any(|(place, fitted)| fitted.index != place) {
         scanners.iter().for_each(|fitted| flags += &format!(" --scanner {}", fitted.index));
@@ -108,7 +104,7 @@ fn which(scanners: &[Fitted]) -> String {
 struct Fitted {
     /// Number in the rig, from 0.
     index: usize,
-    model: &'static Model,
+    model: AnyModel,
 }
 
 impl Fitted {
@@ -118,37 +114,91 @@ impl Fitted {
     }
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
-    let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
-    match args.chosen(&stage)? {
-        Chosen::Line(scanner, model) => args.on_a_line(&stage, scanner, model, interrupt).await,
-        Chosen::Network(scanners) => args.on_the_network(&stage, &scanners, interrupt).await,
+/// A scanner that is set up, and where clients find it.
+enum Running {
+    Cola(Emulator),
+    Lms2xx(SerialEmulator),
+}
+
+impl Running {
+    /// One line for people on what it has done.
+    fn summary(&self) -> String {
+        match self {
+            Self::Cola(emulator) => {
+                let counts = emulator.counts();
+                format!(
+                    "{} scans sent, {} dropped for slow clients, {} missed by a slow host, {} connections refused",
+                    counts.scans_sent, counts.scans_dropped, counts.scans_missed, counts.connections_refused
+                )
+            }
+            Self::Lms2xx(emulator) => {
+                let counts = emulator.counts();
+                format!("{} scans sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost)
+            }
+        }
     }
 }
 
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    let mut interrupt = Interrupt::watch()?;
+    let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
+    let fitted = args.fitted(&stage)?;
+    let models: Vec<&str> = fitted.iter().map(|fitted| fitted.model.name()).collect();
+    let taping = args.tape(&stage, &models.join(", "))?;
+    let tractor = stage.tractor();
+    let mut rig = Rig::new(tractor.clone(), args.time_scale).with_timer(Timer::system());
+    if let Some(start) = args.start_when {
+        rig = rig.with_start(start);
+    }
+    let (mut running, mut sources) = (Vec::new(), Vec::new());
+    for (place, scanner) in fitted.iter().enumerate() {
+        let stream = scanner.stream(fitted.len());
+        let (emulator, source) = match scanner.model {
+            AnyModel::Cola(model) => {
+                let set_up =
+                    args.cola(&stage, &tractor, (scanner.index, model), stream.clone(), taping.taps())?;
+                let mut emulator = rig.scanner(set_up.0, set_up.1, set_up.2);
+                let source = args.listen(&mut emulator, &fitted, place, stream.as_deref()).await?;
+                (Running::Cola(emulator), source)
+            }
+            AnyModel::Lms2xx(model) => {
+                let set_up =
+                    args.lms2xx(&stage, &tractor, (scanner.index, model), stream, taping.taps()).await?;
+                let (device, world, line, config) = set_up;
+                (Running::Lms2xx(rig.lms2xx(device, world, line.wire, config)), line.source)
+            }
+        };
+        running.push(emulator);
+        sources.extend(source.map(|source| format!(" {source}")));
+    }
+    let _telling = args.voices.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
+    args.tell(&stage, &fitted, &sources);
+    let timeline = rig.run();
+    interrupt.wait().await;
+    running.iter().for_each(|scanner| say(scanner.summary()));
+    drop((running, timeline));
+    Ok(taping.finish())
+}
+
 impl Args {
-    fn chosen(&self, stage: &Stage) -> Result<Chosen, Failure> {
-        let asked = if self.scanner.is_empty() { &[0][..] } else { &self.scanner };
-        self.check(asked.len())?;
+    /// The scanners asked for, with their models.
+    fn fitted(&self, stage: &Stage) -> Result<Vec<Fitted>, Failure> {
+        let none = self.scanner.is_empty() && stage.rig.scanners.is_empty();
+        let asked = match (none, self.scanner.is_empty()) {
+            (true, _) => &[][..],
+            (false, true) => &[0][..],
+            (false, false) => &self.scanner,
+        };
         let mut fitted = Vec::new();
         for &index in asked {
             if stage.rig.scanners.get(index).is_none() {
                 let found = stage.rig.scanners.len();
                 return Err(StageError::from(WorldError::NoSuchScanner { index, found }).into());
             }
-            match self.scene.any_model(&stage.rig, index)? {
-                AnyModel::Cola(model) => fitted.push(Fitted { index, model }),
-                AnyModel::Lms2xx(model) if asked.len() == 1 => return Ok(Chosen::Line(index, model)),
-                AnyModel::Lms2xx(model) => {
-                    return Err(Failure::Usage(format!(
-                        "{} speaks on a serial line of its own: give it an `emulate` of its own",
-                        model.title
-                    )));
-                }
-            }
+            fitted.push(Fitted { index, model: self.scene.any_model(&stage.rig, index)? });
         }
-        Ok(Chosen::Network(fitted))
+        self.check(&fitted)?;
+        Ok(fitted)
     }
 
     /// Starts the recording that is asked for, of scanners of these models.
@@ -161,151 +211,131 @@ impl Args {
             ..About::default()
         };
         // A clock that waits for its clients can wait for the disk too.
-        self.record.start(about, self.time_scale == TimeScale::Max)
+        self.record.start(about, self.time_scale.delivery().is_patient())
     }
 
-    async fn on_a_line(
+    /// A CoLa scanner as the flags have it.
+    fn cola(
         &self,
         stage: &Stage,
-        scanner: usize,
-        model: &'static lms2xx::model::Model,
-        interrupt: Interrupt,
-    ) -> Result<Outcome, Failure> {
-        self.line.check(model, &self.tcp)?;
-        self.voices.check_beside_a_line(self.time_scale)?;
-        let taping = self.tape(stage, model.name)?;
-        let asked = Asked {
-            line: &self.line,
-            tcp: &self.tcp,
-            device: &self.device,
-            voices: &self.voices,
-            scanner,
+        tractor: &Tractor,
+        (index, model): (usize, &'static Model),
+        stream: Option<String>,
+        taps: Taps,
+    ) -> Result<(Device, World, EmulatorConfig), Failure> {
+        let (device, world) = stage.scanner_on(tractor, index, model)?;
+        let (device, state, line_changes) = self.device.set_up(device, stage.scene.seed, index)?;
+        let config = EmulatorConfig {
+            taps,
             time_scale: self.time_scale,
-            format: self.format,
-            scene: &self.scene.name,
-            taps: taping.taps(),
+            dialects: self.dialect.into(),
+            max_clients: self.max_clients,
+            state,
+            line_changes,
+            stream,
+            ..EmulatorConfig::default()
         };
-        line::emulate(asked, stage, model, interrupt).await?;
-        Ok(taping.finish())
+        Ok((device, world, config))
     }
 
-    async fn on_the_network(
+    /// An LMS2xx as the flags have it, with its line.
+    async fn lms2xx(
         &self,
         stage: &Stage,
-        scanners: &[Fitted],
-        mut interrupt: Interrupt,
-    ) -> Result<Outcome, Failure> {
-        let list = |name: fn(&Model) -> &str, by: &str| {
-            scanners.iter().map(|fitted| name(fitted.model)).collect::<Vec<_>>().join(by)
-        };
-        let taping = self.tape(stage, &list(|model| model.name, ", "))?;
-        let (mut emulators, _telling) = self.start(stage, scanners, taping.taps()).await?;
-        let mut sources = Vec::new();
-        for (place, (fitted, emulator)) in scanners.iter().zip(&mut emulators).enumerate() {
-            let stream = fitted.stream(scanners.len());
-            let mut first = None;
-            for address in self.addresses(place, scanners.len() > 1) {
-                let Bound { address } = emulator.listen(&address).await?;
-                announce_stream(self.format, stream.as_deref(), "tcp", Place::Address(&address))?;
-                first.get_or_insert(address);
-            }
-            sources.extend(first.map(|address| format!(" tcp://{address}")));
+        tractor: &Tractor,
+        (index, model): (usize, &'static lms2xx::model::Model),
+        stream: Option<String>,
+        taps: Taps,
+    ) -> Result<(lms2xx::device::Device, World, Opened, SerialConfig), Failure> {
+        let options = line::options(&self.device, &self.line, self.time_scale)?;
+        let (mut device, world) = stage.serial_scanner_on(tractor, index, model, options)?;
+        let state = self.device.lms2xx_state(&mut device)?;
+        let rate = device.rate().bits_per_second();
+        let line = self.line.open_one(&self.tcp, rate, self.format).await?;
+        let config = SerialConfig { time_scale: self.time_scale, state, taps, stream };
+        Ok((device, world, line, config))
+    }
+
+    /// Has a CoLa scanner listen where the flags say; the source that reads it.
+    async fn listen(
+        &self,
+        emulator: &mut Emulator,
+        fitted: &[Fitted],
+        place: usize,
+        stream: Option<&str>,
+    ) -> Result<Option<String>, Failure> {
+        let mut source = None;
+        for address in self.addresses(fitted, place) {
+            let Bound { address } = emulator.listen(&address).await?;
+            announce_stream(self.format, stream, "tcp", Place::Address(&address))?;
+            source.get_or_insert_with(|| format!("tcp://{address}"));
         }
-        if let Some(emulator) = emulators.first_mut() {
+        if fitted.len() == 1 {
             for line in self.line.open(self.format, COLA_RATE).await? {
                 emulator.attach(line.wire);
             }
         }
-        say(format_args!(
-            "{} on {}, seed {}; the tractor starts with the first scan sent",
-            list(|model| model.title, " and "),
-            self.scene.name,
-            stage.scene.seed
-        ));
-        if !sources.is_empty() {
-            let (sources, scene) = (sources.concat(), &self.scene.name);
-            say(format_args!("estimate with: rowscan estimate{sources} --rig {scene}{}", which(scanners)));
-        }
-        interrupt.wait().await;
-        for counts in emulators.iter().map(Emulator::counts) {
-            say(format_args!(
-                "{} scans sent, {} dropped for slow clients, {} missed by a slow host, {} connections refused",
-                counts.scans_sent, counts.scans_dropped, counts.scans_missed, counts.connections_refused
-            ));
-        }
-        drop(emulators);
-        Ok(taping.finish())
+        Ok(source)
     }
 
-    /// Starts the scanners, on one tractor and one clock, and what else speaks there.
-    async fn start(
-        &self,
-        stage: &Stage,
-        scanners: &[Fitted],
-        taps: Taps,
-    ) -> Result<(Vec<Emulator>, JoinSet<()>), Failure> {
-        let (tractor, timer) = (stage.tractor(), Timer::system());
-        let mut set_up = Vec::new();
-        for fitted in scanners {
-            let (device, world) = stage.scanner_on(&tractor, fitted.index, fitted.model)?;
-            let (device, state, line_changes) = self.device.set_up(device, stage.scene.seed, fitted.index)?;
-            let config = EmulatorConfig {
-                taps: taps.clone(),
-                time_scale: self.time_scale,
-                timer: timer.clone(),
-                dialects: self.dialect.into(),
-                max_clients: self.max_clients,
-                state,
-                line_changes,
-                latency: None,
-                stream: fitted.stream(scanners.len()),
-            };
-            set_up.push((device, world, config));
-        }
-        let (voices, telling) = self.voices.open(stage, &tractor, self.format).await?;
-        // They speak once, beside the first scanner.
-        let (mut voices, clock) = (Some(voices), Arc::new(SimClock::start(self.time_scale)));
-        let start = |(device, world, config)| {
-            let voices = voices.take().unwrap_or_default();
-            Emulator::start_on(Arc::clone(&clock), device, world, voices, config)
+    /// Says what runs where, and how to read it.
+    fn tell(&self, stage: &Stage, fitted: &[Fitted], sources: &[String]) {
+        let titles: Vec<&str> = fitted.iter().map(|fitted| fitted.model.title()).collect();
+        let titles = if titles.is_empty() { "no scanner".to_owned() } else { titles.join(" and ") };
+        let (scene, seed) = (&self.scene.name, stage.scene.seed);
+        let start = self.start_when.unwrap_or(StartWhen::default_at(self.time_scale));
+        let starts = match (start, fitted.len()) {
+            (StartWhen::Now, _) => "the tractor starts now",
+            (_, 0) => "the tractor starts with the first client",
+            (StartWhen::All, 2..) => "the tractor starts when every scanner has a client",
+            _ => "the tractor starts with the first scan sent",
         };
-        Ok((set_up.into_iter().map(start).collect(), telling))
+        say(format_args!("{titles} on {scene}, seed {seed}; {starts}"));
+        if !sources.is_empty() && sources.len() == fitted.len() {
+            let sources = sources.concat();
+            say(format_args!("estimate with: rowscan estimate{sources} --rig {scene}{}", which(fitted)));
+        }
     }
 
-    /// Refuses what several scanners cannot share.
-    fn check(&self, scanners: usize) -> Result<(), Failure> {
-        let refused = |why: &str| Err(Failure::Usage(why.to_owned()));
-        if scanners < 2 {
-            return Ok(());
-        }
-        if self.time_scale == TimeScale::Max {
-            return refused(
-                "several scanners on one tractor want a paced clock: --time-scale 1, or any other number",
-            );
-        }
-        if self.line.count() > 0 || self.device.keeps_state() {
-            return refused(
-                "--pty, --serial, --rfc2217 and --state are one scanner's: leave them out, or give one --scanner",
-            );
-        }
-        if !self.tcp.is_empty() && self.tcp.len() != scanners {
-            return Err(Failure::Usage(format!(
-                "expected one --tcp for each of the {} scanners, in their order, found {}",
-                scanners,
+    /// Refuses what the scanners cannot share.
+    fn check(&self, fitted: &[Fitted]) -> Result<(), Failure> {
+        let refused = |why: String| Err(Failure::Usage(why));
+        let serial: Vec<_> = fitted.iter().filter_map(|fitted| fitted.model.lms2xx()).collect();
+        let network = fitted.len() - serial.len();
+        match (serial.as_slice(), fitted.len()) {
+            (_, 0) if self.voices.is_empty() => refused(
+                "the rig has no scanner and nothing else is asked for: add a [[rig.scanner]] to the scene, or --can or --nmea".to_owned(),
+            ),
+            ([model], 1) => self.line.check(model, &self.tcp),
+            ([], 0 | 1) => Ok(()),
+            ([_, _, ..], _) => refused("only one LMS2xx can be emulated at a time: give the others an `emulate` of their own".to_owned()),
+            ([model], _) if self.line.count() != 1 => refused(format!(
+                "{} has one serial line: give one of --pty LINK, --serial DEV, --rfc2217 ADDR",
+                model.title
+            )),
+            ([], _) if self.line.count() > 0 => refused(
+                "--pty, --serial and --rfc2217 are one scanner's: leave them out, or give one --scanner".to_owned(),
+            ),
+            _ if self.device.keeps_state() => {
+                refused("--state is one scanner's: leave it out, or give one --scanner".to_owned())
+            }
+            _ if !self.tcp.is_empty() && self.tcp.len() != network => refused(format!(
+                "expected one --tcp for each of the {network} scanners, in their order, found {}",
                 self.tcp.len()
-            )));
+            )),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Where the scanner at this place of those asked for listens.
-    fn addresses(&self, place: usize, several: bool) -> Vec<String> {
-        match (self.tcp.get(place), several) {
-            (Some(address), true) => vec![address.clone()],
-            (Some(_), false) => self.tcp.clone(),
-            (None, _) if self.line.count() > 0 => Vec::new(),
-            (None, _) => {
-                let further = PORTS_APART.saturating_mul(u16::try_from(place).unwrap_or(u16::MAX));
+    fn addresses(&self, fitted: &[Fitted], place: usize) -> Vec<String> {
+        let before = fitted.iter().take(place).filter(|fitted| fitted.model.lms2xx().is_none()).count();
+        match self.tcp.get(before) {
+            Some(address) if fitted.len() > 1 => vec![address.clone()],
+            Some(_) => self.tcp.clone(),
+            None if fitted.len() == 1 && self.line.count() > 0 => Vec::new(),
+            None => {
+                let further = PORTS_APART.saturating_mul(u16::try_from(before).unwrap_or(u16::MAX));
                 DEFAULT_PORTS.map(|port| format!("127.0.0.1:{}", port.saturating_add(further))).to_vec()
             }
         }

@@ -6,17 +6,11 @@ use std::time::Duration;
 use rowscan_protocol::device::Profile;
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::lms2xx::{Rate, model::Model};
-use rowscan_recording::Taps;
 
 use super::device::DeviceArgs;
 use super::endpoint::{Place, announce};
-use super::interrupt::Interrupt;
-use super::output::say;
-use super::voices::VoiceArgs;
 use super::{Failure, Format};
 use rowscan_emulator::clock::TimeScale;
-use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{SerialConfig, SerialEmulator};
 use rowscan_ports::{NetLine, Port, Pty, Wire};
 
 /// What the host's scheduling adds to a pause inside a telegram.
@@ -77,6 +71,22 @@ impl LineArgs {
         Ok(lines)
     }
 
+    /// Opens the one line of an LMS2xx: of these flags, or bare bytes over TCP.
+    pub(super) async fn open_one(
+        &self,
+        tcp: &[String],
+        rate: u32,
+        format: Format,
+    ) -> Result<Opened, Failure> {
+        if let (0, Some(address)) = (self.count(), tcp.first()) {
+            let line = NetLine::bare(address).await?;
+            announce(format, "tcp", Place::Address(&line.address()))?;
+            return Ok(Opened { wire: Box::new(line), source: None });
+        }
+        let line = self.open(format, rate).await?.pop();
+        line.ok_or_else(|| Failure::Usage("no serial line is asked for".to_owned()))
+    }
+
     /// Refuses what is not one line for one LMS2xx.
     pub(super) fn check(&self, model: &Model, tcp: &[String]) -> Result<(), Failure> {
         if self.count() + tcp.len() == 1 {
@@ -97,59 +107,6 @@ impl LineArgs {
     }
 }
 
-/// What the flags say of an LMS2xx, beside its line.
-pub(super) struct Asked<'a> {
-    pub(super) line: &'a LineArgs,
-    pub(super) tcp: &'a [String],
-    pub(super) device: &'a DeviceArgs,
-    pub(super) voices: &'a VoiceArgs,
-    pub(super) scanner: usize,
-    pub(super) time_scale: TimeScale,
-    pub(super) format: Format,
-    pub(super) scene: &'a str,
-    pub(super) taps: Taps,
-}
-
-/// Is a virtual LMS2xx until interrupted.
-pub(super) async fn emulate(
-    asked: Asked<'_>,
-    stage: &Stage,
-    model: &'static Model,
-    mut interrupt: Interrupt,
-) -> Result<(), Failure> {
-    let options = options(asked.device, asked.line, asked.time_scale)?;
-    let tractor = stage.tractor();
-    let (mut device, world) = stage.serial_scanner_on(&tractor, asked.scanner, model, options)?;
-    let state = asked.device.lms2xx_state(&mut device)?;
-    let mut lines = asked.line.open(asked.format, device.rate().bits_per_second()).await?;
-    for address in asked.tcp {
-        let line = NetLine::bare(address).await?;
-        announce(asked.format, "tcp", Place::Address(&line.address()))?;
-        lines.push(Opened { wire: Box::new(line), source: None });
-    }
-    let config = SerialConfig { time_scale: asked.time_scale, state, taps: asked.taps };
-    say(format_args!(
-        "{} on {}, seed {}, at {} bits a second; the tractor starts with the first scan sent",
-        model.title,
-        asked.scene,
-        stage.scene.seed,
-        device.rate()
-    ));
-    let Some(Opened { wire, source }) = lines.pop() else { return Ok(()) };
-    if let Some(source) = source {
-        say(format_args!(
-            "estimate with: rowscan estimate {source} --rig {} --model {}",
-            asked.scene, model.name
-        ));
-    }
-    let (voices, _telling) = asked.voices.open(stage, &tractor, asked.format).await?;
-    let emulator = SerialEmulator::start_with(device, world, wire, voices, config);
-    interrupt.wait().await;
-    let counts = emulator.counts();
-    say(format_args!("{} scans sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost));
-    Ok(())
-}
-
 /// How much longer than real a pause inside a telegram may be.
 pub(super) fn pause_slack(scale: TimeScale) -> Duration {
     match scale {
@@ -159,7 +116,7 @@ pub(super) fn pause_slack(scale: TimeScale) -> Duration {
     }
 }
 
-fn options(device: &DeviceArgs, line: &LineArgs, scale: TimeScale) -> Result<Options, Failure> {
+pub(super) fn options(device: &DeviceArgs, line: &LineArgs, scale: TimeScale) -> Result<Options, Failure> {
     let pause_slack = pause_slack(scale);
     let profile: Profile = device.profile();
     Ok(Options { profile, start: device.lms2xx_start()?, stored_rate: line.stored_rate()?, pause_slack })

@@ -172,7 +172,7 @@ impl Beside {
                     if let Heard::Frame(frame) = heard {
                         tap.record(Side::Device, frame.to_text().as_bytes());
                         // Several ports are one bus: each hears the others.
-                        bus.send((clock.now(), frame), Some(port), false).await;
+                        bus.send((clock.now(), frame), Some(port), rowscan_ports::Delivery::Paced).await;
                     }
                 }
             });

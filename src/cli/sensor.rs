@@ -17,6 +17,7 @@ use super::{Failure, Format};
 use rowscan_bus::nmea::{NmeaSource, SpeedReader};
 use rowscan_bus::sensors::CanopySensors;
 use rowscan_emulator::clock::{Lateness, quantile};
+use rowscan_ports::Delivery;
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]
@@ -89,12 +90,12 @@ impl SensorArgs {
         matches!(self.advance, AdvanceArg::Auto | AdvanceArg::Encoder)
     }
 
-    /// Opens what so many scanners need. `patient`: a bus that is behind is waited for, as a recording can and a live scanner cannot.
+    /// Opens what so many scanners need. A recording waits for a bus that is behind, a live scanner cannot.
     pub(super) async fn open(
         &self,
         format: Format,
         scanners: usize,
-        patient: bool,
+        delivery: Delivery,
     ) -> Result<Sensors, Failure> {
         let mut tasks = JoinSet::new();
         let gnss = match (&self.gnss, self.advance) {
@@ -108,7 +109,7 @@ impl SensorArgs {
         };
         let can = match self.bus.open(format).await? {
             Some((bus, inbox)) => {
-                let can = CanopySensors::join(bus, scanners, patient).await;
+                let can = CanopySensors::join(bus, scanners, delivery).await;
                 let news = tell_news(&mut tasks);
                 tasks.spawn(Arc::clone(&can).listen(inbox, news));
                 Some(can)

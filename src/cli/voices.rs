@@ -1,5 +1,6 @@
 //! Flags for what else on the tractor speaks, and for the canopy sensor's own bus.
 
+use rowscan_recording::Taps;
 use rowscan_vehicle::Tractor;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
@@ -11,8 +12,7 @@ use rowscan_bus::link::{Found, Link};
 use rowscan_bus::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusAddress, BusNews, Inbox};
-use rowscan_emulator::Voices;
-use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::Rig;
 use rowscan_emulator::stage::Stage;
 
 /// News of the bus that may wait to be told; a bus that flaps faster loses some.
@@ -97,37 +97,32 @@ pub(super) struct VoiceArgs {
 }
 
 impl VoiceArgs {
-    /// Refuses voices beside a scanner whose clock waits for one client on a line, and not for theirs.
-    pub(super) fn check_beside_a_line(&self, scale: TimeScale) -> Result<(), Failure> {
-        if scale != TimeScale::Max || self.nmea.is_empty() && self.bus.can.is_empty() {
-            return Ok(());
-        }
-        Err(Failure::Usage(
-            "--can and --nmea beside an LMS2xx want a paced clock: --time-scale 1, or any other number"
-                .to_owned(),
-        ))
+    /// Whether nothing is asked for.
+    pub(super) fn is_empty(&self) -> bool {
+        self.nmea.is_empty() && self.bus.can.is_empty()
     }
 
-    /// Opens what is asked for and says where it is; the tasks tell what happens on the bus.
+    /// Opens what is asked for, adds it to the rig and says where it is; the tasks tell what happens on the bus.
     pub(super) async fn open(
         &self,
         stage: &Stage,
         tractor: &Tractor,
+        rig: &mut Rig,
+        taps: &Taps,
         format: Format,
-    ) -> Result<(Voices, JoinSet<()>), Failure> {
+    ) -> Result<JoinSet<()>, Failure> {
         let mut telling = JoinSet::new();
-        let mut voices = Voices::default();
         let mut lines = Vec::new();
         for address in &self.nmea {
             lines.push(open_nmea(address, stage.scene.gnss.rate_hz, None, format).await?);
         }
         if !lines.is_empty() {
-            voices.nmea = Some((NmeaVoice::new(tractor.clone(), stage.receiver()), lines));
+            rig.gnss(NmeaVoice::new(tractor.clone(), stage.receiver()), lines, taps);
         }
-        if let Some((bus, inbox)) = self.bus.open(format).await? {
-            voices.can = Some((TractorEcu::new(tractor.clone(), stage.receiver()), bus, inbox));
-            voices.news = Some(tell_news(&mut telling));
+        if let Some(bus) = self.bus.open(format).await? {
+            let ecu = TractorEcu::new(tractor.clone(), stage.receiver());
+            rig.bus(ecu, bus, Some(tell_news(&mut telling)), taps);
         }
-        Ok((voices, telling))
+        Ok(telling)
     }
 }

@@ -58,7 +58,7 @@ async fn frames_of_every_kind_arrive_in_order_at_whoever_is_on_the_interface() {
     }
     assert_eq!(sent.len(), 72);
     for frame in &sent {
-        here.send((SimTime::ZERO, *frame), None, true).await;
+        here.send((SimTime::ZERO, *frame), None, rowscan_ports::Delivery::Patient).await;
     }
     here.written().await;
     for frame in sent {
@@ -85,10 +85,10 @@ async fn an_interface_that_goes_down_is_told_refused_and_taken_again_when_it_is_
         (open(&interface).await, CanFrame::new(CanId::Standard(1), &[1]).unwrap());
     set(&interface, "down");
     // The next frame finds it down.
-    bus.send((SimTime::ZERO, frame), None, true).await;
+    bus.send((SimTime::ZERO, frame), None, rowscan_ports::Delivery::Patient).await;
     assert_eq!(next(&mut inbox).await, Heard::Lost(BusLoss::Down));
     // Frames sent meanwhile are lost and hold nobody up.
-    bus.send((SimTime::ZERO, frame), None, true).await;
+    bus.send((SimTime::ZERO, frame), None, rowscan_ports::Delivery::Patient).await;
     tokio::time::timeout(Duration::from_secs(10), bus.written()).await.expect("not held up");
     let refused = Bus::open(&[BusAddress::Socketcan(interface.clone())], &mut |_| {}).await;
     let message = refused.expect_err("it is down").to_string();
@@ -96,6 +96,6 @@ async fn an_interface_that_goes_down_is_told_refused_and_taken_again_when_it_is_
     set(&interface, "up");
     assert_eq!(next(&mut inbox).await, Heard::Opened);
     let (_there, mut theirs) = open(&interface).await;
-    bus.send((SimTime::ZERO, frame), None, true).await;
+    bus.send((SimTime::ZERO, frame), None, rowscan_ports::Delivery::Patient).await;
     assert_eq!(next(&mut theirs).await, Heard::Frame(frame));
 }

@@ -20,7 +20,7 @@ use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
 use rowscan_emulator::replay::{Played, Playhead, Survey, Tape, device_of, model_of};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, Voices};
+use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, Rig};
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model;
 use rowscan_protocol::rig::Mount;
@@ -69,23 +69,22 @@ async fn record(folder: &Path, path: &Path, long: Duration) {
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     let tractor = stage.tractor();
     let recorder = recorder(path);
-    let (bus, inbox) = bus(folder, "recorded.log").await;
-    let mut voices = Voices {
-        nmea: Some((NmeaVoice::new(tractor.clone(), stage.receiver()), vec![nmea_line().await])),
-        can: Some((TractorEcu::new(tractor.clone(), stage.receiver()), bus, inbox)),
-        ..Voices::default()
-    };
+    let bus = bus(folder, "recorded.log").await;
+    let mut rig = Rig::new(tractor.clone(), TimeScale::Paced(1.0));
+    rig.gnss(NmeaVoice::new(tractor.clone(), stage.receiver()), vec![nmea_line().await], &recorder.taps());
+    rig.bus(TractorEcu::new(tractor.clone(), stage.receiver()), bus, None, &recorder.taps());
     let mut emulators = Vec::new();
     for (number, name) in ["lms111", "lms511"].into_iter().enumerate() {
         let model = model::by_name(name).expect("known");
         let (device, world) = stage.scanner_on(&tractor, number, model).expect("it fits");
         let config = EmulatorConfig { taps: recorder.taps(), ..EmulatorConfig::default() };
-        let mut emulator = Emulator::start_with(device, world, std::mem::take(&mut voices), config);
+        let mut emulator = rig.scanner(device, world, config);
         take(&mut emulator).await;
         emulators.push(emulator);
     }
+    let running = rig.run();
     tokio::time::sleep(long).await;
-    drop(emulators);
+    drop((emulators, running));
     recorder.finish().expect("kept");
 }
 

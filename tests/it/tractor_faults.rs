@@ -161,7 +161,7 @@ async fn a_reader_of_nmea_that_goes_takes_nothing_with_it_and_may_come_back() {
         let server = &server;
         async move {
             loop {
-                server.send(Bytes::from_static(epoch.as_bytes()), false).await;
+                server.send(Bytes::from_static(epoch.as_bytes()), rowscan_ports::Delivery::Paced).await;
                 let heard = tokio::time::timeout(Duration::from_millis(20), line(&mut client)).await;
                 if heard.is_ok_and(|line| line == epoch) {
                     return client;
@@ -176,5 +176,5 @@ async fn a_reader_of_nmea_that_goes_takes_nothing_with_it_and_may_come_back() {
     let back = hears("$four\r\n", connect().await).await;
     drop((hears("$five\r\n", stays).await, back));
     // Nobody there: what is said waits for nobody.
-    server.send(Bytes::from_static(b"$six\r\n"), true).await;
+    server.send(Bytes::from_static(b"$six\r\n"), rowscan_ports::Delivery::Patient).await;
 }

@@ -45,4 +45,12 @@ impl AnyModel {
             Self::Lms2xx(model) => model.title,
         }
     }
+
+    /// The model of the LMS2xx family; none if it speaks CoLa.
+    pub fn lms2xx(self) -> Option<&'static lms2xx::model::Model> {
+        match self {
+            Self::Cola(_) => None,
+            Self::Lms2xx(model) => Some(model),
+        }
+    }
 }

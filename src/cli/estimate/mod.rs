@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use rowscan_canopy::CutMethod;
 use rowscan_driver::Source;
+use rowscan_ports::Delivery;
 use rowscan_protocol::frame::Dialect;
 use rowscan_recording::About;
 use rowscan_scenes::Scene;
@@ -159,7 +160,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
     let recorded = args.sources.iter().all(|source| matches!(source, Source::Recording { .. }));
-    let sensors = args.sensor.open(args.format, scanners.len(), recorded).await?;
+    let delivery = if recorded { Delivery::Patient } else { Delivery::Paced };
+    let sensors = args.sensor.open(args.format, scanners.len(), delivery).await?;
     let sources: Vec<String> = args.sources.iter().map(Source::to_string).collect();
     let about = About {
         model: args.model.clone(),

@@ -109,7 +109,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let clock = Arc::new(SimClock::start(args.time_scale));
     let playhead = Arc::new(Playhead::new(start_ns));
-    let taping = args.record.start(survey.about.clone(), args.time_scale == TimeScale::Max)?;
+    let taping = args.record.start(survey.about.clone(), args.time_scale.delivery().is_patient())?;
     let tape = Tape::open(survey.path.clone(), &parts, played)?;
     let stand = Stand { args: &args, survey: &survey, asked, clock: Arc::clone(&clock), taps: taping.taps() };
     let (mut lives, mut outlets) = (Vec::new(), Vec::new());

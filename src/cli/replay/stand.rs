@@ -92,7 +92,8 @@ impl Stand<'_> {
         };
         let options = Options { pause_slack: pause_slack(args.time_scale), ..Options::default() };
         let device = lms2xx_device_of(part, model, options);
-        let config = SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone() };
+        let config =
+            SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone(), stream: None };
         let emulator = SerialEmulator::replay(device, &part.name, wire, Arc::clone(&self.clock), config);
         let outlet = Outlet::lms2xx(&emulator).ok_or_else(one_line)?;
         Ok((Live::Lms2xx(emulator), outlet.read_by(untaken)))
