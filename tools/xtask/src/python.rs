@@ -6,12 +6,12 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::counts::Counts;
-use crate::shell;
+use crate::shell::{self, Limit};
 use crate::steps::Outcome;
 use crate::workspace::Workspace;
 
 /// Every test has a time-out of its own; this one is for a pytest that hangs.
-const LIMIT: Duration = Duration::from_secs(10 * 60);
+const LIMIT: Limit = Limit::InAll(Duration::from_secs(10 * 60));
 
 /// Installs the pinned packages (once) and runs the tests.
 pub fn run(workspace: &Workspace) -> Outcome {

@@ -29,26 +29,51 @@ pub fn capture(command: &mut Command) -> Result<String, String> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Runs a program and hands over its stdout line by line while it runs; stderr is ours. The program and its children are
-/// killed after `limit`.
-pub fn run_lines(command: &mut Command, limit: Duration, mut each: impl FnMut(&str)) -> Result<(), String> {
+/// When a program that is still running is killed.
+#[derive(Clone, Copy, Debug)]
+pub enum Limit {
+    /// After so long in all.
+    InAll(Duration),
+    /// After so long without a line on stdout or stderr, however long it runs: a loaded machine is slow, a hanging one is silent.
+    Silent(Duration),
+}
+
+/// Runs a program and hands over its stdout line by line while it runs; stderr goes to ours. The program and its children are
+/// killed at the `limit`.
+pub fn run_lines(command: &mut Command, limit: Limit, mut each: impl FnMut(&str)) -> Result<(), String> {
     let line = describe(command);
+    let stderr = if matches!(limit, Limit::Silent(_)) { Stdio::piped() } else { Stdio::inherit() };
     let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
+        .stderr(stderr)
         .process_group(0)
         .spawn()
         .map_err(|error| format!("{line}: {error}"))?;
-    let lines = stdout_lines(&mut child)?;
-    let end = Instant::now() + limit;
+    let (sender, lines) = mpsc::channel();
+    if let Some(stderr) = child.stderr.take() {
+        send_lines(stderr, sender.clone(), |text| {
+            eprintln!("{text}");
+            None
+        });
+    }
+    send_lines(child.stdout.take().ok_or("stdout is not piped")?, sender, Some);
+    let start = Instant::now();
     loop {
-        match lines.recv_timeout(end.saturating_duration_since(Instant::now())) {
-            Ok(text) => each(&text),
+        let (patience, why) = match limit {
+            Limit::InAll(limit) => {
+                (limit.saturating_sub(start.elapsed()), format!("still running after {} s", limit.as_secs()))
+            }
+            Limit::Silent(limit) => (limit, format!("printed nothing for {} s", limit.as_secs())),
+        };
+        match lines.recv_timeout(patience) {
+            Ok(Some(text)) => each(&text),
+            Ok(None) => {}
             Err(mpsc::RecvTimeoutError::Disconnected) => break,
             Err(mpsc::RecvTimeoutError::Timeout) => {
                 signal(&child, "KILL");
                 let _ = child.wait();
-                return Err(format!("{line}: still running after {} s", limit.as_secs()));
+                return Err(format!("{line}: {why}"));
             }
         }
     }
@@ -61,18 +86,27 @@ pub fn run_lines(command: &mut Command, limit: Duration, mut each: impl FnMut(&s
 pub fn stdout_lines(child: &mut Child) -> Result<mpsc::Receiver<String>, String> {
     let stdout = child.stdout.take().ok_or("stdout is not piped")?;
     let (sender, receiver) = mpsc::channel();
+    send_lines(stdout, sender, |text| text);
+    Ok(receiver)
+}
+
+/// Reads lines in a thread of its own and sends what `make` makes of each, until the pipe or the receiver ends.
+fn send_lines<T: Send + 'static>(
+    pipe: impl Read + Send + 'static,
+    sender: mpsc::Sender<T>,
+    make: impl Fn(String) -> T + Send + 'static,
+) {
     thread::spawn(move || {
-        let mut reader = BufReader::new(stdout);
+        let mut reader = BufReader::new(pipe);
         let mut line = Vec::new();
         while matches!(reader.read_until(b'\n', &mut line), Ok(n) if n > 0) {
             let text = String::from_utf8_lossy(&line).trim_end_matches(['\r', '\n']).to_owned();
-            if sender.send(text).is_err() {
+            if sender.send(make(text)).is_err() {
                 break;
             }
             line.clear();
         }
     });
-    Ok(receiver)
 }
 
 /// The bytes a child prints on stdout, in the pieces they come in.
@@ -126,4 +160,33 @@ fn describe(command: &Command) -> String {
     let name = program.file_name().unwrap_or(command.get_program()).to_string_lossy().into_owned();
     let arguments = command.get_args().map(|argument| argument.to_string_lossy().into_owned());
     std::iter::once(name).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(script: &str, limit: Limit) -> (Vec<String>, Result<(), String>) {
+        let mut lines = Vec::new();
+        let result =
+            run_lines(Command::new("sh").args(["-c", script]), limit, |line| lines.push(line.to_owned()));
+        (lines, result)
+    }
+
+    #[test]
+    fn a_program_that_goes_on_talking_may_take_long_and_a_silent_one_is_killed() {
+        let silence = Limit::Silent(Duration::from_millis(500));
+        let talks = "for n in 1 2 3 4 5 6 7 8; do echo $n >&2; sleep 0.1; done; echo end";
+        assert_eq!(run(talks, silence), (vec!["end".to_owned()], Ok(())));
+        let (lines, result) = run("echo begin; sleep 30", silence);
+        assert_eq!(lines, ["begin"]);
+        assert!(result.is_err_and(|why| why.ends_with("printed nothing for 0 s")));
+    }
+
+    #[test]
+    fn a_limit_in_all_counts_whatever_is_said() {
+        let talks = "while true; do echo on; sleep 0.05; done";
+        let (lines, result) = run(talks, Limit::InAll(Duration::from_millis(300)));
+        assert!(!lines.is_empty() && result.is_err_and(|why| why.contains("still running")));
+    }
 }

@@ -13,9 +13,12 @@ use std::time::Duration;
 use super::debian;
 use crate::counts::Counts;
 use crate::emulator::Emulator;
-use crate::shell;
+use crate::shell::{self, Limit};
 use crate::steps::Outcome;
 use crate::workspace::Workspace;
+
+/// Longest run of a driver, its start-up included.
+const LIMIT: Limit = Limit::InAll(Duration::from_secs(90));
 
 /// Where Debian puts MRPT's headers, a folder a module.
 const HEADERS: &str = "/usr/include/mrpt";
@@ -109,7 +112,7 @@ fn check(workspace: &Workspace, program: &Path, case: &Case) -> Result<(), Strin
     let mut scans = Vec::new();
     let mut command = Command::new(program);
     command.args([case.class, host, port, &SCANS.to_string()]);
-    shell::run_lines(&mut command, Duration::from_secs(90), |line| scans.extend(scan(line)))?;
+    shell::run_lines(&mut command, LIMIT, |line| scans.extend(scan(line)))?;
     if scans.len() != SCANS {
         return Err(format!("{} of {SCANS} scans", scans.len()));
     }
@@ -150,7 +153,7 @@ fn check_replay(workspace: &Workspace, program: &Path, recorded: &Path) -> Resul
     let mut scans = Vec::new();
     let mut command = Command::new(program);
     command.args(["CLMS100Eth", host, port, &SCANS.to_string()]);
-    shell::run_lines(&mut command, Duration::from_secs(90), |line| scans.extend(scan(line)))?;
+    shell::run_lines(&mut command, LIMIT, |line| scans.extend(scan(line)))?;
     let seen = witness.seen();
     match scans.iter().position(|(_, ranges_mm)| ranges_mm.len() != 541 || !seen.contains(ranges_mm)) {
         None if scans.len() == SCANS => {}
@@ -169,7 +172,7 @@ fn check_serial(workspace: &Workspace, program: &Path, rate: &str) -> Result<(),
     let mut scans = Vec::new();
     let mut command = Command::new(program);
     command.args([&emulator.place, rate, &SCANS.to_string()]);
-    shell::run_lines(&mut command, Duration::from_secs(90), |line| scans.extend(scan(line)))?;
+    shell::run_lines(&mut command, LIMIT, |line| scans.extend(scan(line)))?;
     if scans.len() != SCANS {
         return Err(format!("{} of {SCANS} scans", scans.len()));
     }

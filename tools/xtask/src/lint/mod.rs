@@ -1,15 +1,22 @@
 //! `cargo xtask lint`: the invariants that neither rustc nor clippy holds. Each violation names file, line and rule.
 
+mod circles;
+mod clocks;
 mod documents;
+mod facts;
+mod modules;
 mod rules;
 mod source;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
 use crate::workspace::Workspace;
+use clocks::CLOCKS;
+use facts::Facts;
+use modules::Crate;
 use rules::Rule;
 use source::Source;
 
@@ -19,11 +26,11 @@ const MOST_LINES: usize = 600;
 /// From here on a file is worth a look.
 const MANY_LINES: usize = 400;
 
-/// Folders whose `src` may read the clock in one file each.
-const ONE_CLOCK: &[(&str, &str)] = &[("driver", "driver/src/"), ("rowscan", "src/")];
+/// A function longer than this does not fit a screen.
+const SCREEN: usize = 60;
 
-/// What counts as reading the clock or waiting for it.
-const CLOCK: &[&str] = &["sleep", "sleep_until", "Instant::now", "SystemTime"];
+/// Circles of files that are still there. More than these fail the lint; whoever breaks one lowers the number.
+const KNOWN_CIRCLES: usize = 14;
 
 /// What the lint found.
 #[derive(Default)]
@@ -65,8 +72,8 @@ pub fn check(workspace: &Workspace) -> Result<(), String> {
 
 fn inspect(files: &[(String, String)], checkout: &str) -> Findings {
     let mut findings = Findings::default();
-    let mut clocks: Vec<BTreeSet<String>> = vec![BTreeSet::new(); ONE_CLOCK.len()];
     let paths: BTreeSet<&str> = files.iter().map(|(path, _)| path.as_str()).collect();
+    let mut facts = BTreeMap::new();
     for (path, text) in files {
         if path.ends_with(".md") {
             for (line, dead) in documents::dead_paths(path, text, &paths) {
@@ -85,24 +92,71 @@ fn inspect(files: &[(String, String)], checkout: &str) -> Findings {
         for rule in rules::ALL.iter().filter(|rule| rule.covers(path)) {
             check_rule(rule, path, &source, &mut findings);
         }
-        for ((_, folder), clocks) in ONE_CLOCK.iter().zip(&mut clocks) {
-            if path.starts_with(folder)
-                && let Some((line, word)) =
-                    CLOCK.iter().find_map(|word| Some((*source.product_lines(word).first()?, word)))
-            {
-                clocks.insert(format!("{path}:{line} ({word})"));
+        // Tests and examples are no part of a crate's modules.
+        if path.starts_with("src/") || path.contains("/src/") {
+            match Facts::read(text) {
+                Ok(read) => drop(facts.insert(path.clone(), read)),
+                Err(error) => {
+                    let line = error.span().start().line;
+                    findings.violations.push(format!("{path}:{line}: not Rust: {error}"));
+                }
             }
         }
     }
-    for ((name, _), clocks) in ONE_CLOCK.iter().zip(clocks) {
-        let list = clocks.iter().cloned().collect::<Vec<_>>().join(", ");
-        match clocks.len() {
-            0 => findings.notes.push(format!("{name} has no clock")),
-            1 => findings.notes.push(format!("{name} has its clock in {list}")),
-            n => findings.violations.push(format!("{list}: {name} reads the clock in {n} files; one may")),
+    check_circles(&facts, &mut findings);
+    check_clocks(&facts, &mut findings);
+    note_sizes(files, &facts, &mut findings);
+    findings
+}
+
+/// Circles of files in every crate; few may be left from before.
+fn check_circles(facts: &BTreeMap<String, Facts>, findings: &mut Findings) {
+    let is_root = |path: &&String| {
+        ["src/lib.rs", "src/main.rs"].iter().any(|root| {
+            path.strip_suffix(root).is_some_and(|folder| folder.is_empty() || folder.ends_with('/'))
+        })
+    };
+    let mut described = Vec::new();
+    for root in facts.keys().filter(is_root) {
+        let edges = Crate::read(root, facts).map(|read| read.edges()).unwrap_or_default();
+        described.extend(circles::circles(&edges).iter().map(|circle| circles::describe(circle, &edges)));
+    }
+    let count = described.len();
+    if count > KNOWN_CIRCLES {
+        let more = format!("circles: {count}, {KNOWN_CIRCLES} may be");
+        findings.violations.extend(described.into_iter().chain([more]));
+    } else {
+        findings.notes.extend(described);
+        findings.notes.push(format!("circles: {count}"));
+    }
+}
+
+fn check_clocks(facts: &BTreeMap<String, Facts>, findings: &mut Findings) {
+    for clock in CLOCKS {
+        let found = clocks::find(clock, facts);
+        findings.violations.extend(found.violations);
+        let list = found.places.join(", ");
+        match found.places.len() {
+            0 => findings.notes.push(format!("places that sleep: {} 0", clock.name)),
+            n => findings.notes.push(format!("places that sleep: {} {n}: {list}", clock.name)),
         }
     }
-    findings
+}
+
+/// The largest file and the functions that do not fit a screen; told, not judged.
+fn note_sizes(files: &[(String, String)], facts: &BTreeMap<String, Facts>, findings: &mut Findings) {
+    let sources = files.iter().filter(|(path, _)| facts.contains_key(path));
+    if let Some((lines, path)) = sources.map(|(path, text)| (text.lines().count(), path)).max() {
+        findings.notes.push(format!("largest file: {path}, {lines} lines"));
+    }
+    let functions =
+        facts.iter().flat_map(|(path, facts)| facts.functions.iter().map(move |f| (f.lines, path, f)));
+    let mut long: Vec<_> = functions.filter(|(lines, ..)| *lines > SCREEN).collect();
+    long.sort_by_key(|(lines, path, _)| (std::cmp::Reverse(*lines), *path));
+    findings.notes.push(format!("functions over {SCREEN} lines: {}", long.len()));
+    for (lines, path, function) in long {
+        findings.notes.push(format!("  {path}:{}: {}, {lines} lines", function.line, function.name));
+    }
 }
 
 fn check_rule(rule: &Rule, path: &str, source: &Source, findings: &mut Findings) {
@@ -172,31 +226,38 @@ mod tests {
                         .is_empty()
                 );
             }
-            assert!(violations("driver/src/x.rs", &format!("fn f() {{ {word}; }}")).is_empty());
+            assert!(violations("driver/src/clock.rs", &format!("fn f() {{ {word}; }}")).is_empty());
         }
     }
 
     #[test]
-    fn an_async_crate_has_one_clock() {
-        let file = |path: &str| (path.to_owned(), "fn f() { sleep_until(t) }".to_owned());
-        assert!(
-            inspect(&[file("driver/src/a.rs"), file("src/a.rs"), file("tests/a.rs")], CHECKOUT)
-                .violations
-                .is_empty()
-        );
-        let two = inspect(&[file("driver/src/a.rs"), file("driver/src/b.rs")], CHECKOUT).violations;
-        assert_eq!(
-            two,
+    fn a_circle_more_than_the_known_ones_fails() {
+        let circle = |n: usize| {
+            let (a, b) = (format!("src/a{n}.rs"), format!("src/b{n}.rs"));
             [
-                "driver/src/a.rs:1 (sleep_until), driver/src/b.rs:1 (sleep_until): driver reads the clock in 2 files; one may"
+                (a, format!("use crate::b{n}::B; pub struct A;")),
+                (b, format!("use crate::a{n}::A; pub struct B;")),
             ]
-        );
-        let in_tests = "fn f() {}\n#[cfg(test)]\nmod tests { fn g() { sleep(t) } }\n";
-        assert!(
-            inspect(&[file("src/a.rs"), ("src/b.rs".into(), in_tests.into())], CHECKOUT)
-                .violations
-                .is_empty()
-        );
+        };
+        let files = |count: usize| -> Vec<(String, String)> {
+            let modules: String = (0..count).map(|n| format!("mod a{n}; mod b{n};")).collect();
+            (0..count).flat_map(circle).chain([("src/lib.rs".to_owned(), modules)]).collect()
+        };
+        let within = inspect(&files(KNOWN_CIRCLES), CHECKOUT);
+        assert!(within.violations.is_empty(), "{:?}", within.violations);
+        assert!(within.notes.contains(&format!("circles: {KNOWN_CIRCLES}")));
+        let beyond = inspect(&files(KNOWN_CIRCLES + 1), CHECKOUT).violations;
+        assert_eq!(beyond.len(), KNOWN_CIRCLES + 2);
+        assert!(beyond[0].contains("src/a0.rs -> src/b0.rs: B"), "{}", beyond[0]);
+    }
+
+    #[test]
+    fn sizes_are_told() {
+        let text = format!("fn long() {{\n{}}}\nfn short() {{}}\n", "\n".repeat(SCREEN));
+        let notes = inspect(&[("src/a.rs".to_owned(), text)], CHECKOUT).notes;
+        assert!(notes.contains(&"largest file: src/a.rs, 63 lines".to_owned()), "{notes:?}");
+        assert!(notes.contains(&"functions over 60 lines: 1".to_owned()), "{notes:?}");
+        assert!(notes.contains(&"  src/a.rs:1: long, 62 lines".to_owned()), "{notes:?}");
     }
 
     #[test]
@@ -219,7 +280,7 @@ mod tests {
         let temporary = format!("const A: &str = \"{}x\";", rules::TEMPORARY);
         assert_eq!(violations("src/x.rs", &temporary).len(), 1);
         assert!(violations("tests/x.rs", &temporary).is_empty());
-        assert!(violations("src/x.rs", &format!("/// `--pty {}lms`\n", rules::TEMPORARY)).is_empty());
+        assert!(violations("src/x.rs", &format!("//! `--pty {}lms`\n", rules::TEMPORARY)).is_empty());
         assert!(violations("README.md", &temporary).is_empty());
         assert_eq!(violations("README.md", &format!("cd {CHECKOUT}src")).len(), 1);
     }

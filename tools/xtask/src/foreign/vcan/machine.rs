@@ -7,11 +7,11 @@ use std::time::Duration;
 
 use super::archive::Archive;
 use crate::foreign::debian;
-use crate::shell;
+use crate::shell::{self, Limit};
 use crate::workspace::Workspace;
 
 /// A run takes some ten seconds; a machine that hangs is stopped.
-const LIMIT: Duration = Duration::from_secs(180);
+const LIMIT: Limit = Limit::InAll(Duration::from_secs(180));
 
 /// Kernel modules, without dependencies of their own that are not here.
 const MODULES: &[&str] = &["can", "can-raw", "can-dev", "vcan", "slcan"];

@@ -1,0 +1,23 @@
+//! `cargo xtask full`: what takes longer than `ci` may. A step that cannot run on a machine is skipped visibly.
+
+mod demo;
+mod fuzz;
+mod publish;
+
+use std::process::ExitCode;
+
+use crate::steps::{self, Outcome, Step};
+use crate::workspace::Workspace;
+
+/// Every step. A new one is a file beside these and a line here.
+const STEPS: &[Step] = &[
+    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
+    Step::new("demo", demo::run),
+    Step::new("publish", publish::run),
+    Step::new("fuzz", fuzz::run),
+];
+
+/// Runs every step, or those named in `arguments`.
+pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
+    steps::run(workspace, STEPS, arguments)
+}
