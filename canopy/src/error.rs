@@ -2,7 +2,7 @@
 
 use rowscan_protocol::rig::RigError;
 
-use crate::calibration::CalibrationError;
+use crate::calibration::model::CalibrationError;
 
 /// Why a pipeline cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

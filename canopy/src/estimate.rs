@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::calibration::{Class, RegressionKind};
+use crate::calibration::model::{Class, RegressionKind};
 use crate::cut::{CutMethod, FoundTree};
-use crate::estimator::Measure;
+use crate::estimator::measure::Measure;
 use crate::odometry::AdvanceSource;
 use crate::warning::Warning;
 

@@ -31,6 +31,7 @@ pub mod reference;
 pub mod regression;
 mod report;
 mod row;
+mod row_pass;
 pub mod shipped;
 mod stream;
 mod trees;

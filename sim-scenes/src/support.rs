@@ -1,6 +1,6 @@
 //! What is built in an orchard and does not grow: posts and wires.
 
-use crate::orchard::Layout;
+use crate::orchard::layout::Layout;
 use crate::organ::Cylinder;
 use crate::parameters::{ParameterError, parameters, require};
 

@@ -3,7 +3,7 @@
 use crate::estimate::Estimate;
 use crate::regression::{Goodness, Line, mean, spread};
 
-use super::{Calibration, Class, Contact, Linear, Power, Provenance, Quality, Training, Units};
+use super::model::{Calibration, Class, Contact, Linear, Power, Provenance, Quality, Training, Units};
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
 #[derive(Clone, Copy, Debug, PartialEq)]

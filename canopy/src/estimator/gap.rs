@@ -5,7 +5,8 @@
 //! The interval is Wilson's, on beams divided by hits a patch.
 
 use super::bands::{Bands, wilson};
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Line, Setting, Stretch};
+use super::measure::{Measure, Quantity};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "gap",

@@ -1,7 +1,8 @@
 //! Height percentiles of the canopy returns.
 
+use super::contract::{Estimator, EstimatorInfo, Line, Stretch};
+use super::measure::{Measure, Quantity};
 use super::porosity::BASE_SHARE;
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Stretch};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

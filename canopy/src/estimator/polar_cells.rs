@@ -4,7 +4,7 @@
 //! does (above the ground clearance, below the region's top, before the far gate). A beam enters a cell if the canopy did not stop it
 //! before, and ends there if it did within.
 
-use super::{Line, Setting};
+use super::contract::{Line, Setting};
 use crate::geometry::Frame;
 
 /// Length of a cell along the beam, metres.

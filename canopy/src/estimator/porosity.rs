@@ -1,7 +1,8 @@
 //! Optical porosity: the share of beams that pass through the crown between its base and its top, as seen from the scanner.
 
 use super::bands::{Band, Bands, wilson};
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Line, Setting, Stretch};
+use super::measure::{Measure, Quantity};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

@@ -1,6 +1,6 @@
 //! What the row reports anyway, in the form of measures: for tables that set the estimators side by side.
 
-use super::{Measure, Quantity};
+use super::measure::{Measure, Quantity};
 use crate::estimate::{Estimate, TreeEstimate};
 
 /// Names of the estimators that every estimate holds, and what they are.

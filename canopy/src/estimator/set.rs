@@ -1,6 +1,7 @@
 //! The estimators in use: one set for the row, one for the tree being passed.
 
-use super::{Estimator, EstimatorInfo, Line, Measure, Setting, Slice, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Line, Setting, Slice, Stretch};
+use super::measure::Measure;
 use crate::profile::Section;
 
 /// The estimators asked for. Empty by default: nothing is kept then.

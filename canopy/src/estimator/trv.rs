@@ -1,7 +1,8 @@
 //! Tree row volume: height × width × 10⁴ / row spacing, m³/ha, as growers reckon doses.
 
+use super::contract::{Estimator, EstimatorInfo, Line, Setting, Stretch};
+use super::measure::{Measure, Quantity};
 use super::width::HalfWidths;
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

@@ -1,6 +1,7 @@
 //! Width percentiles: twice the half width of the side that was scanned.
 
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Line, Setting, Stretch};
+use super::measure::{Measure, Quantity};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

@@ -8,8 +8,8 @@ use glam::DVec3;
 use pulp::Simd;
 
 use super::nearest::Nearest;
+use super::rectangle::Rectangle;
 use super::spans::Spans;
-use super::standing::Rectangle;
 use crate::lanes::{Lanes, Mask, Row};
 
 /// Points or vectors of the scan plane, (X, Z).
@@ -59,7 +59,7 @@ pub(super) struct Segments {
 impl Segments {
     pub(super) fn of(sight: &impl Sight) -> Self {
         let rows = [Row::splat(0.0); 2];
-        Self { key: rows, from: rows, to: rows, spans: Spans::of(sight) }
+        Self { key: rows, from: rows, to: rows, spans: Spans::of(sight.turn(), sight.count()) }
     }
 }
 

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use super::mesh::{self, Face, Material, RawFace};
 use super::{ExchangeError, MOST_TREES, RecordError};
-use crate::orchard::Orchard;
+use crate::orchard::grown::Orchard;
 use crate::parameters::{SceneFile, lines};
 
 /// How the objects of a tree are named: this and the tree's number.

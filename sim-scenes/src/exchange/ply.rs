@@ -11,7 +11,7 @@ use ply_rs_bw::ply::{DefaultElement, Header, Property};
 
 use super::mesh::{self, Face, Material, RawFace};
 use super::{ExchangeError, MOST_TREES, RecordError};
-use crate::orchard::Orchard;
+use crate::orchard::grown::Orchard;
 use crate::parameters::SceneFile;
 
 /// Reads the faces of a file, ASCII or binary.

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::{ExchangeError, MOST_TREES, RecordError};
-use crate::orchard::Orchard;
+use crate::orchard::grown::Orchard;
 use crate::organ::{Cylinder, Leaf};
 use crate::parameters::{SceneFile, fields, lines};
 

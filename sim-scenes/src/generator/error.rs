@@ -1,7 +1,7 @@
 //! Why an orchard cannot be grown.
 
-use crate::import::ImportError;
-use crate::lsystem::Overgrown;
+use crate::import::error::ImportError;
+use crate::lsystem::rewrite::Overgrown;
 use crate::parameters::ParameterError;
 use crate::target::TargetError;
 

@@ -1,15 +1,19 @@
 //! Trees from files: branches and leaves as text, or a mesh.
 
-mod parameters;
+pub(crate) mod error;
+pub(crate) mod parameters;
 
+pub use error::ImportError;
 pub use parameters::{ImportParameters, NotPlane, PLANE_TOLERANCE, Stands, UpAxis};
 
 use crate::exchange::mesh::RawFace;
 use crate::exchange::text::Record;
 use crate::exchange::{ExchangeError, RecordError, obj, ply, text};
 use crate::generator::draft::{Blade, Draft};
-use crate::generator::{Generator, GrowError, Planting, Remark};
-use crate::orchard::OrchardParameters;
+use crate::generator::error::GrowError;
+use crate::generator::planting::{Generator, Planting};
+use crate::generator::remark::Remark;
+use crate::orchard::layout::Layout;
 use crate::organ::{Facet, Leaf, OrganError};
 use crate::parameters::SceneFile;
 use parameters::MeshFormat;
@@ -27,24 +31,6 @@ impl ImportParameters {
     }
 }
 
-/// Why files hold no orchard.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ImportError {
-    /// A file.
-    #[error(transparent)]
-    Exchange(#[from] ExchangeError),
-    /// More trees than places.
-    #[error(
-        "the files hold a tree number {found}, the orchard has {places} places; raise orchard.trees or orchard.rows"
-    )]
-    Places {
-        /// Greatest number in the files.
-        found: u32,
-        /// Places of the orchard.
-        places: u32,
-    },
-}
-
 /// Trees read from files.
 pub(crate) struct Imported {
     trees: Vec<Draft>,
@@ -54,12 +40,10 @@ pub(crate) struct Imported {
 }
 
 impl Imported {
-    pub(crate) fn new(orchard: &OrchardParameters) -> Result<Self, GrowError> {
-        let parameters = &orchard.import;
+    pub(crate) fn new(parameters: &ImportParameters, layout: &Layout) -> Result<Self, GrowError> {
         parameters.validate()?;
         let mut reading = Reading { parameters, trees: Vec::new(), remarks: Vec::new() };
         reading.read().map_err(ImportError::from)?;
-        let layout = orchard.layout();
         let places = layout.rows.saturating_mul(layout.trees);
         let is_placed = parameters.stands == Stands::InPlace;
         let found = u32::try_from(reading.trees.len()).unwrap_or(u32::MAX).saturating_sub(1);
@@ -256,7 +240,7 @@ mod tests {
     use super::*;
     use crate::exchange::mesh::Material;
     use crate::generator::GeneratorKind;
-    use crate::orchard::Orchard;
+    use crate::orchard::{Orchard, OrchardParameters};
 
     fn orchard(import: ImportParameters, trees: u32) -> Result<Orchard, GrowError> {
         let parameters = OrchardParameters {

@@ -5,16 +5,16 @@
 //! letters that draw.
 
 pub mod grammar;
-mod rewrite;
+pub(crate) mod rewrite;
 pub mod turtle;
 
 pub use grammar::{Grammar, GrammarError, NAMED_GRAMMARS};
 pub use rewrite::Overgrown;
 
 use crate::generator::draft::Draft;
-use crate::generator::{Generator, GrowError, Planting};
+use crate::generator::error::GrowError;
+use crate::generator::planting::{Generator, Planting};
 use crate::growth::TreeParameters;
-use crate::orchard::OrchardParameters;
 use crate::parameters::{ParameterError, Source, parameters, require};
 use crate::seed::Purpose;
 
@@ -75,12 +75,15 @@ pub(crate) struct Sprouting {
 }
 
 impl Sprouting {
-    pub(crate) fn new(parameters: &OrchardParameters, seed: u64) -> Result<Self, ParameterError> {
-        let lsystem = parameters.lsystem_parameters();
+    pub(crate) fn new(
+        lsystem: &LSystemParameters,
+        leaves: TreeParameters,
+        seed: u64,
+    ) -> Result<Self, ParameterError> {
         lsystem.validate()?;
         let grammar = lsystem.grammar()?;
         let iterations = if lsystem.iterations > 0 { lsystem.iterations } else { grammar.iterations };
-        let (max_symbols, leaves) = (lsystem.max_symbols as usize, parameters.tree_parameters());
+        let max_symbols = lsystem.max_symbols as usize;
         Ok(Self { grammar, iterations, max_symbols, leaves, seed })
     }
 }
@@ -106,10 +109,9 @@ mod tests {
     #[test]
     fn every_named_grammar_is_one_and_grows_a_tree() {
         for (name, _) in NAMED_GRAMMARS {
-            let overrides =
-                LSystemOverrides { rules: Some(GrammarSource::named(name)), ..LSystemOverrides::default() };
-            let parameters = OrchardParameters { lsystem: overrides, ..OrchardParameters::default() };
-            let sprouting = Sprouting::new(&parameters, 1).unwrap();
+            let parameters =
+                LSystemParameters { rules: GrammarSource::named(name), ..LSystemParameters::default() };
+            let sprouting = Sprouting::new(&parameters, TreeParameters::default(), 1).unwrap();
             let planting = |tree| Planting { row: 0, tree, gap: false, base: [0.0; 3] };
             let (one, other) =
                 (sprouting.draft(&planting(0)).unwrap(), sprouting.draft(&planting(1)).unwrap());

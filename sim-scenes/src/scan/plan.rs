@@ -4,8 +4,6 @@ use rayon::prelude::*;
 use rowscan_protocol::scan::Pose;
 use serde::{Deserialize, Serialize};
 
-use super::LAYERS;
-use super::areas::ScanAreas;
 use super::kind::{Sampling, ScanKind};
 use super::target::{Extent, Target};
 use super::wood::{Casts, WoodTest};
@@ -274,16 +272,6 @@ impl ScanPlan {
                 measure(Line { index, origin, layers: found })
             })
             .collect()
-    }
-
-    /// The areas of one line.
-    pub fn line_areas(&self, layers: &Layers) -> ScanAreas {
-        ScanAreas::of_line(self, layers)
-    }
-
-    /// Casts the whole scan and adds it up, in the order of the lines: the same bits on any number of threads.
-    pub fn areas(&self, caster: &dyn Casts) -> ScanAreas {
-        self.lines(caster, LAYERS, |line| self.line_areas(line.layers)).into_iter().sum()
     }
 }
 

@@ -3,9 +3,10 @@
 use rowscan_protocol::rig::{Rig, RowSide};
 use serde::{Deserialize, Serialize};
 
-use super::profile::ProfileBuilder;
-use super::track::Known;
-use super::{Course, Profile, Track, TrackError, Trajectory};
+use super::course::Course;
+use super::motion::{DEFAULT_ACCELERATION_M_S2, Trajectory};
+use super::profile::{Profile, ProfileBuilder};
+use super::track::{Known, Track, TrackError};
 use crate::scene_file::{FileError, SceneFile};
 
 /// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
@@ -43,7 +44,7 @@ impl Default for Drive {
             stop_and_go: None,
             track: None,
             slip: 0.0,
-            acceleration_m_s2: 0.5,
+            acceleration_m_s2: DEFAULT_ACCELERATION_M_S2,
             alley: None,
             alleys: None,
         }
