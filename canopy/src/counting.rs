@@ -231,6 +231,25 @@ mod tests {
     }
 
     #[test]
+    fn half_a_turn_of_the_counter_is_the_longest_gap() {
+        // 32 767 telegrams ahead is a gap; 32 768 is as far back as ahead, and counts as a restart, whatever the clock says.
+        let (c, _) = count([(0, 0), (1, 20_000), (32_768, 20_000 + 32_767 * 20_000)]);
+        assert_eq!((c.lost, c.restarts), (32_766, 0));
+        let (c, turns) = count([(0, 0), (1, 20_000), (32_769, 20_000 + 32_768 * 20_000)]);
+        assert_eq!((c.lost, c.restarts), (0, 1));
+        assert!((travel_s(&turns[2]) - 0.04).abs() < 1e-9);
+        // Without a device clock as well.
+        let (c, _) = count([(0, 0), (1, 0), (40_000, 0)]);
+        assert_eq!((c.lost, c.restarts), (0, 1));
+    }
+
+    #[test]
+    fn a_counter_that_stands_while_the_clock_runs_back_is_a_restart() {
+        let (c, _) = count([(5, 80_000), (6, 100_000), (6, 60_000), (7, 80_000)]);
+        assert_eq!((c.repeated, c.lost, c.restarts), (0, 0, 1));
+    }
+
+    #[test]
     fn an_output_interval_gives_the_telegrams_own_frequency() {
         let (c, _) = count((0..5u16).map(|i| (i, u32::from(i) * 100_000)));
         assert_eq!((c.lost, c.restarts), (0, 0));

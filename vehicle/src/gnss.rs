@@ -254,7 +254,7 @@ fn metres_per_degree(latitude_deg: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trajectory::Trajectory;
+    use crate::trajectory::{Place, Trajectory};
 
     const SECOND: u64 = 1_000_000_000;
 
@@ -274,6 +274,69 @@ mod tests {
         // One degree of latitude at 41.6 degrees, by the tables of WGS 84.
         assert!((north - 111_080.0).abs() < 20.0, "{north}");
         assert!((east - 83_360.0).abs() < 30.0, "{east}");
+    }
+
+    /// A tractor at (3, 5), looking 60 degrees right of the rows, at this speed.
+    fn askew(speed_m_s: f64) -> Motion {
+        let place = Place { x_m: 3.0, y_m: 5.0, heading_rad: 60f64.to_radians(), alley: None };
+        Motion { place, speed_m_s, ..Trajectory::straight(0.0, 0.0).at(0.0) }
+    }
+
+    #[test]
+    fn lever_arm_and_rows_are_turned_by_their_own_angles() {
+        let gnss = Gnss {
+            azimuth_deg: 30.0,
+            antenna_forward_m: 2.0,
+            antenna_right_m: 1.0,
+            ..Gnss::default()
+        };
+        let receiver = Receiver::new(gnss, 1);
+        let fix = receiver.fix(SimTime::ZERO, &askew(1.0));
+        let (north_m, east_m) = (
+            (fix.latitude_deg - 41.6) * receiver.m_per_deg.0,
+            (fix.longitude_deg - 0.87) * receiver.m_per_deg.1,
+        );
+        // By compass: 5 m at 30 degrees along the rows, 3 m at 120 across them, 2 m ahead to the east, 1 m right to the south.
+        let root3 = 3f64.sqrt();
+        assert!((north_m - (2.5 * root3 - 1.5 - 1.0)).abs() < 1e-6, "{north_m}");
+        assert!((east_m - (2.5 + 1.5 * root3 + 2.0)).abs() < 1e-6, "{east_m}");
+        assert!((fix.heading_deg - 90.0).abs() < 1e-9);
+        assert_eq!((fix.altitude_m, fix.geoid_m), (202.5, 50.0));
+    }
+
+    #[test]
+    fn in_reverse_it_goes_against_its_heading_and_angles_stay_below_360() {
+        let towards = |azimuth_deg: f64, speed_m_s: f64| {
+            let fix = Receiver::new(Gnss { azimuth_deg, ..Gnss::default() }, 1)
+                .fix(SimTime::ZERO, &askew(speed_m_s));
+            (fix.heading_deg.round(), fix.course_deg.round(), fix.speed_m_s)
+        };
+        assert_eq!(towards(30.0, -1.5), (90.0, 270.0, 1.5));
+        assert_eq!(towards(30.0, 0.0), (90.0, 90.0, 0.0));
+        assert_eq!(towards(200.0, -0.5), (260.0, 80.0, 0.5));
+        assert_eq!(towards(330.0, 1.0), (30.0, 30.0, 1.0));
+        // A hair below zero is rounded up to a whole turn, which is north again.
+        let north = Receiver::new(Gnss { azimuth_deg: -1e-17, ..Gnss::default() }, 1);
+        let fix = north.fix(SimTime::ZERO, &Trajectory::straight(0.0, 1.0).at(0.0));
+        assert_eq!((fix.heading_deg, fix.course_deg), (0.0, 0.0));
+    }
+
+    #[test]
+    fn noise_upwards_is_twice_as_large_and_of_its_own() {
+        let receiver = Receiver::new(Gnss { noise_m: 0.5, ..Gnss::default() }, 7);
+        let motion = Trajectory::straight(0.0, 0.0).at(0.0);
+        let fixes: Vec<Fix> =
+            (0..4000).map(|k| receiver.fix(SimTime(k * SECOND / 10), &motion)).collect();
+        let up_m: Vec<f64> = fixes.iter().map(|fix| fix.altitude_m - 202.5).collect();
+        let east_m: Vec<f64> = fixes
+            .iter()
+            .map(|fix| (fix.longitude_deg - 0.87) * receiver.m_per_deg.1 + 2.0)
+            .collect();
+        let spread = |values: &[f64]| (values.iter().map(|m| m * m).sum::<f64>() / 4000.0).sqrt();
+        assert!((spread(&up_m) - 1.0).abs() < 0.04, "{}", spread(&up_m));
+        assert!((spread(&east_m) - 0.5).abs() < 0.02, "{}", spread(&east_m));
+        let together = up_m.iter().zip(&east_m).map(|(u, e)| u * e).sum::<f64>() / 4000.0;
+        assert!(together.abs() < 0.03, "{together}");
     }
 
     #[test]
