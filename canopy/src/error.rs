@@ -6,6 +6,7 @@ use crate::calibration::model::CalibrationError;
 
 /// Why a pipeline cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PipelineError {
     /// The rig holds values no estimate could be made with.
     #[error(transparent)]

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::calibration::model::{Class, RegressionKind};
+use crate::calibration::model::{CalibrationClass, RegressionKind};
 use crate::cut::{CutMethod, FoundTree};
 use crate::estimator::measure::Measure;
 use crate::odometry::AdvanceSource;
@@ -58,7 +58,7 @@ pub struct Estimate {
     /// Returns by where they were put.
     pub returns: Option<ReturnCounts>,
     /// The calibration's class.
-    pub calibration: Option<Class>,
+    pub calibration: Option<CalibrationClass>,
     /// What a reader must know beside the numbers.
     pub warnings: Vec<Warning>,
     /// By tree, in the order of travel; empty without a tree spacing.

@@ -1,6 +1,6 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
-use crate::calibration::{Calibration, Fitted, Optics, RegressionKind};
+use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
 use crate::counting::Counting;
 use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
 use crate::row_pass::{LatestScan, RowPass};
@@ -166,7 +166,7 @@ struct LeafArea<'a> {
 struct Ranged {
     leaf_m2: f64,
     per_metre: f64,
-    fitted: Fitted,
+    fitted: FittedRange,
 }
 
 impl Ranged {
@@ -175,7 +175,7 @@ impl Ranged {
     }
 
     fn refused(self) -> bool {
-        self.fitted == Fitted::FarOutside
+        self.fitted == FittedRange::FarOutside
     }
 }
 
@@ -192,16 +192,16 @@ impl LeafArea<'_> {
     /// Leaf area of `length_m` of row. Without a canopy return it is a gap: 0, never the line's intercept.
     fn of(&self, length_m: f64, impacted_m2: f64, contact_m2: f64, returns: u64) -> CellLeafArea {
         let gap = returns == 0 || length_m <= 0.0;
-        let ranged = |leaf_m2, value_m2: f64, range: &dyn Fn(f64) -> Fitted| {
+        let ranged = |leaf_m2, value_m2: f64, range: &dyn Fn(f64) -> FittedRange| {
             if gap {
-                return Ranged { leaf_m2: 0.0, per_metre: 0.0, fitted: Fitted::Inside };
+                return Ranged { leaf_m2: 0.0, per_metre: 0.0, fitted: FittedRange::Inside };
             }
             let per_metre = value_m2 / length_m;
             Ranged { leaf_m2, per_metre, fitted: range(per_metre) }
         };
         let Some(calibration) = self.calibration else {
             return CellLeafArea {
-                contact: ranged(contact_m2, contact_m2, &|_| Fitted::Inside),
+                contact: ranged(contact_m2, contact_m2, &|_| FittedRange::Inside),
                 regression: None,
             };
         };
@@ -211,7 +211,9 @@ impl LeafArea<'_> {
             contact: ranged(calibration.contact.k * contact_m2, contact_m2, &|value| {
                 // A proportion holds down to nothing: thin trees are outside the range, but never far outside.
                 match calibration.contact.quality.range(value) {
-                    Fitted::FarOutside if value < calibration.contact.quality.low_m2_per_m => Fitted::Outside,
+                    FittedRange::FarOutside if value < calibration.contact.quality.low_m2_per_m => {
+                        FittedRange::Outside
+                    }
                     fitted => fitted,
                 }
             }),
@@ -231,7 +233,7 @@ impl CellLeafArea {
             (kind.name(), self.regression, calibration.quality(kind)),
         ];
         for (estimator, ranged, quality) in both {
-            let Some(ranged) = ranged.filter(|ranged| ranged.fitted != Fitted::Inside) else { continue };
+            let Some(ranged) = ranged.filter(|ranged| ranged.fitted != FittedRange::Inside) else { continue };
             estimate.warnings.push(Warning::OutsideFittedRange {
                 estimator,
                 value_m2_per_m: ranged.per_metre,

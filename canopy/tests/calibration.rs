@@ -6,14 +6,14 @@ mod common;
 
 use common::*;
 use rowscan_canopy::calibration::{
-    CalibrationError, Class, EchoRule, Fitted, Optics, Provenance, RegressionKind,
+    CalibrationClass, CalibrationError, EchoRule, FittedRange, Optics, Provenance, RegressionKind,
 };
 use rowscan_canopy::{Calibration, Estimate, FitError, Pipeline, Sample, fit};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
-fn class() -> Class {
-    Class {
+fn class() -> CalibrationClass {
+    CalibrationClass {
         preset: "spindle".into(),
         shady_threshold_percent: 101.0,
         growth_stage: "10 iterations".into(),
@@ -163,7 +163,7 @@ fn a_file_without_units_or_class_is_refused_by_key() {
     assert!(refusal(text.replace("scanner_model", "scaner_model")).contains("scaner_model"));
 
     let endless = Calibration {
-        contact: rowscan_canopy::calibration::Contact { k: f64::NAN, ..calibration.contact },
+        contact: rowscan_canopy::calibration::ContactScale { k: f64::NAN, ..calibration.contact },
         ..calibration
     };
     let message = Pipeline::new(None, 0, Some(endless)).unwrap_err().to_string();
@@ -281,14 +281,14 @@ fn a_regressor_is_inside_outside_or_far_outside_the_fitted_range() {
     let calibration = line_on(&rows(|i| 3.7 * i.powf(1.5)));
     assert_eq!(fitted_range(&calibration), (0.4, 2.2));
     let places = [
-        (0.19, Fitted::FarOutside),
-        (0.2, Fitted::Outside),
-        (0.39, Fitted::Outside),
-        (0.4, Fitted::Inside),
-        (2.2, Fitted::Inside),
-        (2.3, Fitted::Outside),
-        (4.4, Fitted::Outside),
-        (4.5, Fitted::FarOutside),
+        (0.19, FittedRange::FarOutside),
+        (0.2, FittedRange::Outside),
+        (0.39, FittedRange::Outside),
+        (0.4, FittedRange::Inside),
+        (2.2, FittedRange::Inside),
+        (2.3, FittedRange::Outside),
+        (4.4, FittedRange::Outside),
+        (4.5, FittedRange::FarOutside),
     ];
     for (value, expected) in places {
         assert_eq!(calibration.power.quality.range(value), expected, "{value}");

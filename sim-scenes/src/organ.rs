@@ -239,6 +239,7 @@ impl Tree {
 
 /// Why an outline is no leaf, or two points and a radius no branch.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OrganError {
     /// A polygon has three vertices or more.
     #[error("a leaf outline needs 3 vertices or more, found {found}")]

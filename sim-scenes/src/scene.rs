@@ -94,6 +94,7 @@ impl Scene {
 
 /// Why a scene cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A format that this program does not know.
     #[error("version must be {VERSION}, found {found}")]

@@ -47,6 +47,7 @@ pub(crate) struct Goal<'a> {
 
 /// Why a leaf area cannot be reached.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TargetError {
     /// There is nothing to copy, or nothing to put a copy on.
     #[error(

@@ -47,7 +47,10 @@ fn one_leaf_over_the_border_by_hand() {
         assert!((band.wood_area_m2 - truth.wood_area_m2 / 8.0).abs() < 1e-12, "{band:?}");
     }
     let tree = &truth.trees[0];
-    assert_eq!((tree.cell_ground_m2, tree.cell_lai()), (Some(8.0), tree.cell_leaf_area_m2.map(|m2| m2 / 8.0)));
+    assert_eq!(
+        (tree.cell_ground_m2, tree.cell_lai()),
+        (Some(8.0), tree.cell_leaf_area_m2.map(|m2| m2 / 8.0))
+    );
     assert!((tree.cell_lai().unwrap() - 0.15 / 8.0).abs() < 1e-12);
     assert_eq!((tree.leaves, tree.y_m, tree.height_m), (1, Some(1.0), 2.0));
 }

@@ -19,7 +19,7 @@ pub const STREAM: u64 = 3;
 /// How a fix was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Quality {
+pub enum FixQuality {
     /// No position.
     None,
     /// By satellites alone.
@@ -32,7 +32,7 @@ pub enum Quality {
     RtkFloat,
 }
 
-impl Quality {
+impl FixQuality {
     /// The digit in GGA, and the method in NMEA 2000.
     pub fn code(self) -> u8 {
         match self {
@@ -69,8 +69,8 @@ pub struct Gnss {
     pub utc: String,
     /// Sentences of one kind a second, 1 to 20.
     pub rate_hz: f64,
-    /// Quality outside the events.
-    pub quality: Quality,
+    /// FixQuality outside the events.
+    pub quality: FixQuality,
     /// Standard deviation of north and of east each, metres; up has twice as much.
     pub noise_m: f64,
     /// What happens to the fix, in simulated time; of several at once the last counts.
@@ -86,8 +86,8 @@ pub struct GnssEvent {
     pub from_s: f64,
     /// Ends, seconds.
     pub to_s: f64,
-    /// Quality meanwhile.
-    pub quality: Quality,
+    /// FixQuality meanwhile.
+    pub quality: FixQuality,
     /// Noise meanwhile, metres; else as ever.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_m: Option<f64>,
@@ -106,7 +106,7 @@ impl Default for Gnss {
             antenna_up_m: 2.5,
             utc: "2026-05-01T06:00:00Z".to_owned(),
             rate_hz: 10.0,
-            quality: Quality::RtkFixed,
+            quality: FixQuality::RtkFixed,
             noise_m: 0.0,
             events: Vec::new(),
         }
@@ -143,7 +143,7 @@ impl Gnss {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
     /// How it was made.
-    pub quality: Quality,
+    pub quality: FixQuality,
     /// Seconds since 1970, UTC.
     pub unix_s: f64,
     /// Degrees north.
@@ -213,7 +213,7 @@ impl Receiver {
         };
         let heading_deg = turned(gnss.azimuth_deg + place.heading_rad.to_degrees());
         let back = if motion.speed_m_s < 0.0 { 180.0 } else { 0.0 };
-        let (satellites, hdop) = if quality == Quality::None { (0, 99.9) } else { (14, 0.7) };
+        let (satellites, hdop) = if quality == FixQuality::None { (0, 99.9) } else { (14, 0.7) };
         Fix {
             quality,
             unix_s: self.start_s + t_s,
@@ -284,12 +284,8 @@ mod tests {
 
     #[test]
     fn lever_arm_and_rows_are_turned_by_their_own_angles() {
-        let gnss = Gnss {
-            azimuth_deg: 30.0,
-            antenna_forward_m: 2.0,
-            antenna_right_m: 1.0,
-            ..Gnss::default()
-        };
+        let gnss =
+            Gnss { azimuth_deg: 30.0, antenna_forward_m: 2.0, antenna_right_m: 1.0, ..Gnss::default() };
         let receiver = Receiver::new(gnss, 1);
         let fix = receiver.fix(SimTime::ZERO, &askew(1.0));
         let (north_m, east_m) = (
@@ -325,13 +321,10 @@ mod tests {
     fn noise_upwards_is_twice_as_large_and_of_its_own() {
         let receiver = Receiver::new(Gnss { noise_m: 0.5, ..Gnss::default() }, 7);
         let motion = Trajectory::straight(0.0, 0.0).at(0.0);
-        let fixes: Vec<Fix> =
-            (0..4000).map(|k| receiver.fix(SimTime(k * SECOND / 10), &motion)).collect();
+        let fixes: Vec<Fix> = (0..4000).map(|k| receiver.fix(SimTime(k * SECOND / 10), &motion)).collect();
         let up_m: Vec<f64> = fixes.iter().map(|fix| fix.altitude_m - 202.5).collect();
-        let east_m: Vec<f64> = fixes
-            .iter()
-            .map(|fix| (fix.longitude_deg - 0.87) * receiver.m_per_deg.1 + 2.0)
-            .collect();
+        let east_m: Vec<f64> =
+            fixes.iter().map(|fix| (fix.longitude_deg - 0.87) * receiver.m_per_deg.1 + 2.0).collect();
         let spread = |values: &[f64]| (values.iter().map(|m| m * m).sum::<f64>() / 4000.0).sqrt();
         assert!((spread(&up_m) - 1.0).abs() < 0.04, "{}", spread(&up_m));
         assert!((spread(&east_m) - 0.5).abs() < 0.02, "{}", spread(&east_m));
@@ -355,13 +348,13 @@ mod tests {
 
     #[test]
     fn events_change_the_fix_and_pass() {
-        let event = GnssEvent { from_s: 5.0, to_s: 15.0, quality: Quality::None, noise_m: None };
+        let event = GnssEvent { from_s: 5.0, to_s: 15.0, quality: FixQuality::None, noise_m: None };
         let receiver = Receiver::new(Gnss { events: vec![event], ..Gnss::default() }, 1);
         let motion = Trajectory::straight(0.0, 1.0).at(0.0);
         let quality = |s| receiver.fix(SimTime(s * SECOND), &motion).quality;
         assert_eq!(
             [quality(4), quality(5), quality(14), quality(15)],
-            [Quality::RtkFixed, Quality::None, Quality::None, Quality::RtkFixed]
+            [FixQuality::RtkFixed, FixQuality::None, FixQuality::None, FixQuality::RtkFixed]
         );
     }
 

@@ -61,6 +61,7 @@ impl SceneFile {
 
 /// Why a file named in a scene says nothing.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FileError {
     /// Nobody handed its content in.
     #[error("{path} has not been read")]

@@ -5,7 +5,7 @@
 //! - power: L / length = c · (I_T / length)^p.
 //! - contact: L = k · (raw contact-frequency leaf area); k holds wood, clumping and the leaves' true projection.
 //!
-//! A calibration is valid for its [`Class`] only. Within it, an estimate outside the fitted range carries a warning, and
+//! A calibration is valid for its [`CalibrationClass`] only. Within it, an estimate outside the fitted range carries a warning, and
 //! one far outside (a factor [`FAR`] beyond either end) is withheld.
 
 mod fit;
@@ -13,6 +13,6 @@ pub(crate) mod model;
 
 pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
 pub use model::{
-    Calibration, CalibrationError, Class, Contact, EchoRule, FAR, Fitted, Linear, Optics, Power, Provenance,
-    Quality, RegressionKind, Training, Units,
+    Calibration, CalibrationClass, CalibrationError, ContactScale, EchoRule, FAR, FitQuality, FittedRange,
+    Linear, Optics, Power, Provenance, RegressionKind, Training, Units,
 };

@@ -1,6 +1,6 @@
 //! Beams by the height at which they pass the row plane: fired, and let through.
 
-use super::contract::{Line, Setting};
+use super::contract::{Setting, SightedLine};
 
 /// Beams of one band.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,7 +39,7 @@ impl Bands {
         }
     }
 
-    pub(super) fn line(&mut self, line: &Line<'_>) {
+    pub(super) fn line(&mut self, line: &SightedLine<'_>) {
         for sighting in line.sightings {
             let z_m = self.height_m + self.distance_m * sighting.beam.sin / sighting.beam.cos;
             // A beam into the ground before the row tells nothing of the row.

@@ -37,7 +37,7 @@ pub(crate) struct Setting {
 
 /// One scan line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Line<'a> {
+pub(crate) struct SightedLine<'a> {
     /// Metres of row it stands for.
     pub(crate) weight_m: f64,
     /// The beams that look ahead and gave a range or a miss.
@@ -87,7 +87,7 @@ impl Stretch {
 /// Sums over a stretch of row, and the formula over them.
 pub(crate) trait Estimator: fmt::Debug + Send + Sync {
     /// A line passes.
-    fn line(&mut self, _line: &Line<'_>) {}
+    fn line(&mut self, _line: &SightedLine<'_>) {}
 
     /// A section of the outline ends.
     fn section(&mut self, _section: &Section<'_>) {}

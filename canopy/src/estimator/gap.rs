@@ -5,7 +5,7 @@
 //! The interval is Wilson's, on beams divided by hits a patch.
 
 use super::bands::{Bands, wilson};
-use super::contract::{Estimator, EstimatorInfo, Line, Setting, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
 use super::measure::{Measure, Quantity};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
@@ -32,7 +32,7 @@ impl GapFraction {
 }
 
 impl Estimator for GapFraction {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         self.bands.line(line);
     }
 

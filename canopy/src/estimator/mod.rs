@@ -25,7 +25,7 @@ mod voxel;
 mod width;
 
 pub use contract::EstimatorInfo;
-pub(crate) use contract::{Contact, Line, Setting, Sighting, Slice, Stretch};
+pub(crate) use contract::{Contact, Setting, SightedLine, Sighting, Slice, Stretch};
 pub use measure::{Measure, Quantity};
 pub use reported::REPORTED;
 pub(crate) use set::Estimators;

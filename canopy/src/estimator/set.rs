@@ -1,6 +1,6 @@
 //! The estimators in use: one set for the row, one for the tree being passed.
 
-use super::contract::{Estimator, EstimatorInfo, Line, Setting, Slice, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Slice, Stretch};
 use super::measure::Measure;
 use crate::profile::Section;
 
@@ -44,7 +44,7 @@ impl Estimators {
         }
     }
 
-    pub(crate) fn line(&mut self, line: &Line<'_>) {
+    pub(crate) fn line(&mut self, line: &SightedLine<'_>) {
         self.each().for_each(|estimator| estimator.line(line));
     }
 

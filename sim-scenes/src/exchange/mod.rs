@@ -18,6 +18,7 @@ use crate::parameters::FileError;
 
 /// Why a file holds no orchard.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExchangeError {
     /// It says nothing.
     #[error(transparent)]
@@ -30,7 +31,7 @@ pub enum ExchangeError {
         /// The line, or the number of the face in a binary file; from 1.
         line: usize,
         /// What is wrong with it.
-        cause: RecordError,
+        cause: OrganRecordError,
     },
     /// It is not in the format that its name says.
     #[error("{path}: {cause}")]
@@ -44,7 +45,8 @@ pub enum ExchangeError {
 
 /// What is wrong with one record.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RecordError {
+#[non_exhaustive]
+pub enum OrganRecordError {
     /// A field is no number.
     #[error("a number expected, found `{found}`")]
     NotANumber {

@@ -10,7 +10,7 @@ use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Header, Property};
 
 use super::mesh::{self, Face, Material, RawFace};
-use super::{ExchangeError, MOST_TREES, RecordError};
+use super::{ExchangeError, MOST_TREES, OrganRecordError};
 use crate::orchard::grown::Orchard;
 use crate::parameters::SceneFile;
 
@@ -57,9 +57,9 @@ fn raw_face(
     face: &DefaultElement,
     vertices: &[[f64; 3]],
     names: &BTreeMap<i64, String>,
-) -> Result<RawFace, RecordError> {
+) -> Result<RawFace, OrganRecordError> {
     let list = face.get("vertex_indices").or_else(|| face.get("vertex_index"));
-    let wrong = |found: String| RecordError::Index { vertices: vertices.len(), found };
+    let wrong = |found: String| OrganRecordError::Index { vertices: vertices.len(), found };
     let indices = list.and_then(Property::to_u32_list).ok_or_else(|| wrong(format!("{list:?}")))?;
     let outline = indices
         .iter()

@@ -7,6 +7,7 @@ use crate::target::TargetError;
 
 /// Why an orchard cannot be grown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GrowError {
     /// A parameter without meaning.
     #[error(transparent)]

@@ -4,6 +4,7 @@ use crate::exchange::ExchangeError;
 
 /// Why files hold no orchard.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImportError {
     /// A file.
     #[error(transparent)]

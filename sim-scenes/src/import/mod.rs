@@ -8,7 +8,7 @@ pub use parameters::{ImportParameters, NotPlane, PLANE_TOLERANCE, Stands, UpAxis
 
 use crate::exchange::mesh::RawFace;
 use crate::exchange::text::Record;
-use crate::exchange::{ExchangeError, RecordError, obj, ply, text};
+use crate::exchange::{ExchangeError, OrganRecordError, obj, ply, text};
 use crate::generator::draft::{Blade, Draft};
 use crate::generator::error::GrowError;
 use crate::generator::planting::{Generator, Planting};
@@ -129,12 +129,12 @@ impl Reading<'_> {
                 Some(Some(material)) => material,
                 Some(None) => return Ok(()),
                 None => {
-                    let cause = RecordError::Material { found: name.clone(), known: names.known() };
+                    let cause = OrganRecordError::Material { found: name.clone(), known: names.known() };
                     return Err(at(file, *line)(cause));
                 }
             },
             (None, Some(material)) => material,
-            (None, None) => return Err(at(file, *line)(RecordError::NoMaterial)),
+            (None, None) => return Err(at(file, *line)(OrganRecordError::NoMaterial)),
         };
         let Some(surface) = material.surface() else { return self.leaf(file, *tree, *line, outline) };
         let outline: Vec<[f64; 3]> = outline.iter().map(|vertex| self.parameters.point(*vertex)).collect();
@@ -206,19 +206,19 @@ impl Reading<'_> {
     }
 }
 
-fn at(file: &SceneFile, line: usize) -> impl Fn(RecordError) -> ExchangeError + '_ {
+fn at(file: &SceneFile, line: usize) -> impl Fn(OrganRecordError) -> ExchangeError + '_ {
     move |cause| ExchangeError::Record { path: file.path().to_owned(), line, cause }
 }
 
 /// The polygon where it is plane; what stands for it where it is not.
-fn plane_parts(polygon: Leaf, not_plane: NotPlane) -> Result<Vec<Leaf>, RecordError> {
+fn plane_parts(polygon: Leaf, not_plane: NotPlane) -> Result<Vec<Leaf>, OrganRecordError> {
     let warp = polygon.warp();
     if warp <= PLANE_TOLERANCE {
         return Ok(vec![polygon]);
     }
     let outline = polygon.outline();
     match not_plane {
-        NotPlane::Refuse => Err(RecordError::NotPlane { warp }),
+        NotPlane::Refuse => Err(OrganRecordError::NotPlane { warp }),
         NotPlane::Flatten => {
             let (middle, normal) = (polygon.centroid(), polygon.normal());
             let pressed = outline.iter().map(|vertex| {

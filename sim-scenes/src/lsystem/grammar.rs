@@ -173,6 +173,7 @@ fn letters(line: &str, text: &str) -> Result<Vec<Letter>, GrammarError> {
 
 /// Why text is no L-system. Each message quotes the line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GrammarError {
     /// The file that should hold it.
     #[error(transparent)]

@@ -15,11 +15,11 @@ use crate::generator::draft::Draft;
 use crate::generator::error::GrowError;
 use crate::generator::planting::{Generator, Planting};
 use crate::growth::TreeParameters;
-use crate::parameters::{ParameterError, Source, parameters, require};
+use crate::parameters::{ParameterError, TableSource, parameters, require};
 use crate::seed::Purpose;
 
 /// Where a grammar comes from: a name of [`NAMED_GRAMMARS`], or lines of text here or in a file.
-pub type GrammarSource = Source<String>;
+pub type GrammarSource = TableSource<String>;
 
 parameters! {
     /// How an L-system grows a tree.

@@ -14,6 +14,6 @@ mod wood;
 
 pub use areas::{LAYERS, LEAST_INCIDENCE, ScanAreas};
 pub use kind::{Sampling, ScanKind};
-pub use plan::{Line, ScanError, ScanPlan, ScanSettings};
+pub use plan::{CastLine, ScanError, ScanPlan, ScanSettings};
 pub use target::{Extent, Target};
 pub use wood::{Casts, Mesh, MeshError, WoodTest};

@@ -61,6 +61,7 @@ impl Default for ScanSettings {
 
 /// Why a scan cannot be laid out.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ScanError {
     /// A number that must be positive is not.
     #[error("{key} must be a positive number, found {found}")]
@@ -114,7 +115,7 @@ pub enum ScanError {
 
 /// One cast line, as [`ScanPlan::lines`] hands it out.
 #[derive(Clone, Copy, Debug)]
-pub struct Line<'a> {
+pub struct CastLine<'a> {
     /// Number of the line, from 0.
     pub index: usize,
     /// Where it was cast from.
@@ -261,7 +262,7 @@ impl ScanPlan {
         &self,
         caster: &dyn Casts,
         layers: usize,
-        measure: impl Fn(Line<'_>) -> T + Sync,
+        measure: impl Fn(CastLine<'_>) -> T + Sync,
     ) -> Vec<T> {
         (0..self.lines)
             .into_par_iter()
@@ -269,7 +270,7 @@ impl ScanPlan {
             .map_init(<(Scratch, Layers)>::default, |(scratch, found), index| {
                 let origin = self.origin(index);
                 caster.cast_layers(origin, &self.beams, layers, scratch, found);
-                measure(Line { index, origin, layers: found })
+                measure(CastLine { index, origin, layers: found })
             })
             .collect()
     }

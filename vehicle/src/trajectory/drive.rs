@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::course::Course;
 use super::motion::{DEFAULT_ACCELERATION_M_S2, Trajectory};
-use super::profile::{Profile, ProfileBuilder};
-use super::track::{Known, Track, TrackError};
+use super::profile::{SpeedProfile, SpeedProfileBuilder};
+use super::track::{Track, TrackError, TrackValue};
 use crate::scene_file::{FileError, SceneFile};
 
 /// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
@@ -79,6 +79,7 @@ pub struct StopAndGo {
 
 /// A drive that cannot be driven.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DriveError {
     /// A value without meaning.
     #[error("drive.{key} must be {expected}, found {found}")]
@@ -168,21 +169,21 @@ impl Drive {
         Trajectory::new(self.profile(rig.speed_m_s), course, self.acceleration_m_s2)
     }
 
-    fn profile(&self, speed_m_s: f64) -> Profile {
+    fn profile(&self, speed_m_s: f64) -> SpeedProfile {
         let slip = self.slip;
         if let Some(file) = &self.track {
             // A drive of which nothing is known stands.
             return follow(&recorded(file).unwrap_or_default(), slip);
         }
         if let Some(StopAndGo { go_s, stop_s, ramp_s }) = self.stop_and_go {
-            let standing = Profile::builder(0.0, slip);
+            let standing = SpeedProfile::builder(0.0, slip);
             let going = standing.leg(ramp_s, speed_m_s, slip).steady(go_s, speed_m_s, slip);
             return going.leg(ramp_s, 0.0, slip).steady(stop_s, 0.0, slip).again();
         }
         if self.legs.is_empty() {
-            return Profile::builder(speed_m_s, slip).hold();
+            return SpeedProfile::builder(speed_m_s, slip).hold();
         }
-        let legs = self.legs.iter().fold(Profile::builder(0.0, slip), |made, leg| {
+        let legs = self.legs.iter().fold(SpeedProfile::builder(0.0, slip), |made, leg| {
             made.leg(leg.seconds, leg.speed_m_s, leg.slip.unwrap_or(slip))
         });
         if self.repeat { legs.again() } else { legs.hold() }
@@ -195,20 +196,20 @@ fn recorded(file: &SceneFile) -> Result<Track, DriveError> {
 }
 
 /// A recorded drive as legs; it stands after the last point.
-fn follow(track: &Track, slip: f64) -> Profile {
+fn follow(track: &Track, slip: f64) -> SpeedProfile {
     let first = match track.points.first().map(|point| point.known) {
-        Some(Known::Speed(speed_m_s)) => speed_m_s,
+        Some(TrackValue::Speed(speed_m_s)) => speed_m_s,
         _ => 0.0,
     };
     let pairs = track.points.iter().zip(track.points.iter().skip(1));
-    let legs: ProfileBuilder = pairs.fold(Profile::builder(first, slip), |legs, (from, to)| {
+    let legs: SpeedProfileBuilder = pairs.fold(SpeedProfile::builder(first, slip), |legs, (from, to)| {
         let seconds = to.t_s - from.t_s;
         match (from.known, to.known) {
-            (Known::Way(here_m), Known::Way(there_m)) => {
+            (TrackValue::Way(here_m), TrackValue::Way(there_m)) => {
                 legs.steady(seconds, (there_m - here_m) / seconds, slip)
             }
-            (_, Known::Speed(speed_m_s)) => legs.leg(seconds, speed_m_s, slip),
-            (_, Known::Way(_)) => legs,
+            (_, TrackValue::Speed(speed_m_s)) => legs.leg(seconds, speed_m_s, slip),
+            (_, TrackValue::Way(_)) => legs,
         }
     });
     legs.leg(0.0, 0.0, slip).hold()

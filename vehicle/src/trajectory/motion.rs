@@ -1,7 +1,7 @@
 //! The tractor's motion: profile and course joined.
 
 use super::course::{Course, Place};
-use super::profile::{Profile, Run};
+use super::profile::{ProfileState, SpeedProfile};
 
 /// Acceleration towards a commanded speed where nothing else is set, m/s².
 pub(super) const DEFAULT_ACCELERATION_M_S2: f64 = 0.5;
@@ -24,27 +24,27 @@ pub struct Motion {
 /// How the tractor drives: place and speed at any time of driving.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
-    profile: Profile,
+    profile: SpeedProfile,
     course: Course,
     acceleration_m_s2: f64,
 }
 
 impl Trajectory {
     /// Driven as `profile` says, along `course`; commands are obeyed with this acceleration, m/s².
-    pub fn new(profile: Profile, course: Course, acceleration_m_s2: f64) -> Self {
+    pub fn new(profile: SpeedProfile, course: Course, acceleration_m_s2: f64) -> Self {
         Self { profile, course, acceleration_m_s2 }
     }
 
     /// Straight ahead at constant speed: y(t) = start + speed · t.
     pub fn straight(start_m: f64, speed_m_s: f64) -> Self {
         let course = Course { start_m, ..Course::default() };
-        Self::new(Profile::constant(speed_m_s), course, DEFAULT_ACCELERATION_M_S2)
+        Self::new(SpeedProfile::constant(speed_m_s), course, DEFAULT_ACCELERATION_M_S2)
     }
 
     /// The tractor after `t_s` seconds of driving (before 0 it stands at its start).
     pub fn at(&self, t_s: f64) -> Motion {
         let run = self.profile.at(t_s);
-        let Run { way_m, speed_m_s, wheel_m, wheel_speed_m_s } = run;
+        let ProfileState { way_m, speed_m_s, wheel_m, wheel_speed_m_s } = run;
         Motion { place: self.course.at(way_m), speed_m_s, way_m, wheel_m, wheel_speed_m_s }
     }
 

@@ -7,7 +7,7 @@ const COMMANDS: usize = 4096;
 
 /// Way and speed at an instant, over ground and of the wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Run {
+pub struct ProfileState {
     /// Way over ground since the start, metres.
     pub way_m: f64,
     /// Ground speed, m/s; negative in reverse.
@@ -22,18 +22,18 @@ pub struct Run {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Span {
     from_s: f64,
-    start: Run,
+    start: ProfileState,
     acceleration_m_s2: f64,
     /// Ground way per wheel way: 1 − slip.
     grip: f64,
 }
 
 impl Span {
-    fn at(&self, t_s: f64) -> Run {
+    fn at(&self, t_s: f64) -> ProfileState {
         let t = t_s - self.from_s;
         let speed_m_s = self.start.speed_m_s + self.acceleration_m_s2 * t;
         let way_m = self.start.speed_m_s * t + 0.5 * self.acceleration_m_s2 * t * t;
-        Run {
+        ProfileState {
             way_m: self.start.way_m + way_m,
             speed_m_s,
             wheel_m: self.start.wheel_m + way_m / self.grip,
@@ -44,31 +44,31 @@ impl Span {
 
 /// Speed as a function of time, in closed form.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Profile {
+pub struct SpeedProfile {
     /// In the order of time, the first at 0.
     spans: Vec<Span>,
     /// Where the spans begin again, seconds, and what a round makes.
-    round: Option<(f64, Run)>,
+    round: Option<(f64, ProfileState)>,
     commanded: VecDeque<Span>,
     grip: f64,
 }
 
-impl Profile {
+impl SpeedProfile {
     /// The same speed for ever.
     pub fn constant(speed_m_s: f64) -> Self {
         Self::builder(speed_m_s, 0.0).hold()
     }
 
     /// Starts at `speed_m_s` with wheels that slip by this share of their way.
-    pub fn builder(speed_m_s: f64, slip: f64) -> ProfileBuilder {
-        let start = Run { speed_m_s, ..Run::default() };
-        ProfileBuilder { spans: Vec::new(), end_s: 0.0, end: start, grip: 1.0 - slip }
+    pub fn builder(speed_m_s: f64, slip: f64) -> SpeedProfileBuilder {
+        let start = ProfileState { speed_m_s, ..ProfileState::default() };
+        SpeedProfileBuilder { spans: Vec::new(), end_s: 0.0, end: start, grip: 1.0 - slip }
     }
 
     /// Way and speed after `t_s` seconds; before 0, the start at rest.
-    pub fn at(&self, t_s: f64) -> Run {
+    pub fn at(&self, t_s: f64) -> ProfileState {
         if t_s < 0.0 {
-            return Run::default();
+            return ProfileState::default();
         }
         if let Some(span) = self.commanded.iter().rev().find(|span| span.from_s <= t_s) {
             return span.at(t_s);
@@ -76,7 +76,11 @@ impl Profile {
         let Some((period_s, made)) = self.round else { return within(&self.spans, t_s) };
         let rounds = (t_s / period_s).floor();
         let run = within(&self.spans, t_s - rounds * period_s);
-        Run { way_m: run.way_m + rounds * made.way_m, wheel_m: run.wheel_m + rounds * made.wheel_m, ..run }
+        ProfileState {
+            way_m: run.way_m + rounds * made.way_m,
+            wheel_m: run.wheel_m + rounds * made.wheel_m,
+            ..run
+        }
     }
 
     /// From `t_s` on, makes for `target_m_s` with this acceleration and holds it.
@@ -91,7 +95,7 @@ impl Profile {
             grip: self.grip,
         };
         let reached_s = t_s + change_m_s.abs() / acceleration_m_s2;
-        let reached = Run { speed_m_s: target_m_s, ..ramp.at(reached_s) };
+        let reached = ProfileState { speed_m_s: target_m_s, ..ramp.at(reached_s) };
         self.commanded.push_back(ramp);
         self.commanded.push_back(Span {
             from_s: reached_s,
@@ -106,7 +110,7 @@ impl Profile {
 
     /// From `t_s` on, stands.
     pub(super) fn halt(&mut self, t_s: f64) {
-        let start = Run { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..self.at(t_s) };
+        let start = ProfileState { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..self.at(t_s) };
         self.forget_from(t_s);
         self.commanded.push_back(Span { from_s: t_s, start, acceleration_m_s2: 0.0, grip: self.grip });
     }
@@ -119,21 +123,21 @@ impl Profile {
 }
 
 /// The last span's state where the time lies beyond it, which goes on for ever.
-fn within(spans: &[Span], t_s: f64) -> Run {
+fn within(spans: &[Span], t_s: f64) -> ProfileState {
     let index = spans.partition_point(|span| span.from_s <= t_s).saturating_sub(1);
-    spans.get(index).map_or_else(Run::default, |span| span.at(t_s))
+    spans.get(index).map_or_else(ProfileState::default, |span| span.at(t_s))
 }
 
 /// Puts spans one behind the other.
 #[derive(Clone, Debug)]
-pub struct ProfileBuilder {
+pub struct SpeedProfileBuilder {
     spans: Vec<Span>,
     end_s: f64,
-    end: Run,
+    end: ProfileState,
     grip: f64,
 }
 
-impl ProfileBuilder {
+impl SpeedProfileBuilder {
     /// For so many seconds, speed changes steadily to `speed_m_s`; wheels slip by `slip`. No time at all changes it at once.
     #[must_use]
     pub fn leg(mut self, seconds: f64, speed_m_s: f64, slip: f64) -> Self {
@@ -160,19 +164,19 @@ impl ProfileBuilder {
     }
 
     /// The last speed for ever after.
-    pub fn hold(mut self) -> Profile {
+    pub fn hold(mut self) -> SpeedProfile {
         let (from_s, start) = (self.end_s, self.end);
         self.spans.push(Span { from_s, start, acceleration_m_s2: 0.0, grip: self.grip });
-        Profile { spans: self.spans, round: None, commanded: VecDeque::new(), grip: self.grip }
+        SpeedProfile { spans: self.spans, round: None, commanded: VecDeque::new(), grip: self.grip }
     }
 
     /// All legs again and again; without any, the starting speed for ever.
-    pub fn again(self) -> Profile {
+    pub fn again(self) -> SpeedProfile {
         if self.spans.is_empty() {
             return self.hold();
         }
         let round = Some((self.end_s, self.end));
-        Profile { spans: self.spans, round, commanded: VecDeque::new(), grip: self.grip }
+        SpeedProfile { spans: self.spans, round, commanded: VecDeque::new(), grip: self.grip }
     }
 }
 
@@ -181,7 +185,7 @@ mod tests {
     use super::*;
 
     /// The way by small steps, as nobody here makes it.
-    fn way_by_steps(profile: &Profile, until_s: f64) -> f64 {
+    fn way_by_steps(profile: &SpeedProfile, until_s: f64) -> f64 {
         let step_s = 1e-4;
         (0..(until_s / step_s).round() as u64)
             .map(|step| profile.at((step as f64 + 0.5) * step_s).speed_m_s * step_s)
@@ -191,7 +195,7 @@ mod tests {
     #[test]
     fn way_is_the_sum_of_speed() {
         let ramp =
-            Profile::builder(0.0, 0.0).leg(2.0, 1.5, 0.0).leg(3.0, 1.5, 0.0).leg(4.0, -0.5, 0.0).hold();
+            SpeedProfile::builder(0.0, 0.0).leg(2.0, 1.5, 0.0).leg(3.0, 1.5, 0.0).leg(4.0, -0.5, 0.0).hold();
         for until_s in [0.5, 2.0, 4.0, 6.5, 9.0, 12.0] {
             assert!((ramp.at(until_s).way_m - way_by_steps(&ramp, until_s)).abs() < 1e-6, "{until_s}");
         }
@@ -199,7 +203,7 @@ mod tests {
 
     #[test]
     fn rounds_repeat_without_drift() {
-        let stop_and_go = Profile::builder(0.0, 0.0)
+        let stop_and_go = SpeedProfile::builder(0.0, 0.0)
             .leg(1.0, 1.0, 0.0)
             .leg(3.0, 1.0, 0.0)
             .leg(1.0, 0.0, 0.0)
@@ -214,7 +218,7 @@ mod tests {
 
     #[test]
     fn wheels_that_slip_roll_farther_than_the_tractor_drives() {
-        let slipping = Profile::builder(1.0, 0.0).leg(10.0, 1.0, 0.2).hold();
+        let slipping = SpeedProfile::builder(1.0, 0.0).leg(10.0, 1.0, 0.2).hold();
         let run = slipping.at(20.0);
         assert!((run.way_m - 20.0).abs() < 1e-12);
         assert!((run.wheel_m - (10.0 / 0.8 + 10.0)).abs() < 1e-12, "{run:?}");
@@ -222,7 +226,7 @@ mod tests {
 
     #[test]
     fn many_commands_take_no_more_room() {
-        let mut profile = Profile::constant(1.0);
+        let mut profile = SpeedProfile::constant(1.0);
         for k in 0..100_000 {
             profile.command(f64::from(k) * 0.1, f64::from(k % 3), 0.5);
         }

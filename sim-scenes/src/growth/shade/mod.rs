@@ -14,7 +14,7 @@ use crate::organ::Leaf;
 
 /// A line through every leaf's middle, with the weights of its two half-lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Line {
+struct RayPair {
     direction: DVec3,
     ahead: f64,
     behind: f64,
@@ -49,13 +49,13 @@ pub fn shaded_percent(leaves: &[&Leaf], rays: RaySet, weight: RayWeight) -> Vec<
 }
 
 /// The half-lines of a set, opposite ones joined: 45 lines.
-fn lines(rays: RaySet, weight: RayWeight) -> Vec<Line> {
+fn lines(rays: RaySet, weight: RayWeight) -> Vec<RayPair> {
     let mut lines = Vec::with_capacity(45);
     let mut push = |elevation_deg: i32, bearing_deg: i32, ahead: f64, behind: f64| {
         let (cos_e, sin_e) = cos_sin_deg(f64::from(elevation_deg));
         let (cos_b, sin_b) = cos_sin_deg(f64::from(bearing_deg));
         let direction = DVec3::new(cos_e * cos_b, cos_e * sin_b, sin_e);
-        lines.push(Line { direction, ahead, behind });
+        lines.push(RayPair { direction, ahead, behind });
     };
     // How often the literal loops meet a direction. Both loop ends count 0° and 360° as two bearings.
     let seam =

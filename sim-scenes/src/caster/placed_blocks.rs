@@ -3,7 +3,7 @@
 
 use super::block::Block;
 use super::rectangle::Rectangle;
-use super::row_index::{Extent, RowIndex};
+use super::row_index::{RowIndex, YExtent};
 use super::sight::Part;
 use crate::lanes::WIDTH;
 use crate::orchard::Orchard;
@@ -86,7 +86,7 @@ struct Copy {
 
 /// All trees of an orchard: rows of those that stand where they were made, and copies, sorted along the row.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Standing {
+pub(super) struct PlacedBlocks {
     /// Rows from one end of the period to the other, then distinct trees as they are turned.
     blocks: Vec<Block>,
     bounds: Vec<Bounds>,
@@ -115,7 +115,7 @@ pub(super) struct View {
 /// How far a window is widened, metres: far above rounding.
 const SPARE_M: f64 = 1e-6;
 
-impl Standing {
+impl PlacedBlocks {
     pub(super) fn new(orchard: &Orchard) -> Self {
         let mut standing = Self::default();
         for row in rows(orchard) {
@@ -156,14 +156,14 @@ impl Standing {
         for copy in copies {
             let Some(bounds) = self.bounds.get(copy.block) else { continue };
             let [x, y, z] = copy.base_m;
-            let extent = Extent { from_m: bounds.low[1] + y - SPARE_M, to_m: bounds.high[1] + y + SPARE_M };
+            let extent = YExtent { from_m: bounds.low[1] + y - SPARE_M, to_m: bounds.high[1] + y + SPARE_M };
             // A tree without organs reaches nowhere.
             if extent.from_m > extent.to_m {
                 continue;
             }
             for shift in extent.images(period_m) {
                 images.push(Copy { base_m: [x, y + shift, z], ..*copy });
-                extents.push(Extent { from_m: extent.from_m + shift, to_m: extent.to_m + shift });
+                extents.push(YExtent { from_m: extent.from_m + shift, to_m: extent.to_m + shift });
             }
         }
         let (index, order) = RowIndex::new(&extents);
