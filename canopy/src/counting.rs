@@ -57,7 +57,7 @@ pub(crate) enum Link {
     First,
     /// By so many telegrams: 1, or more where some were lost.
     Steps(u32),
-    /// After a pause or a restart: nobody knows how many.
+    /// After a pause or a restart: the number is unknown.
     Broken,
 }
 
@@ -127,7 +127,7 @@ impl Counting {
         self.line(counter, time_us, travel_s, Link::Broken)
     }
 
-    /// Starts the clock anew: `time_us` is `travel_s`.
+    /// Restarts the clock: `time_us` is `travel_s`.
     fn rebase(&mut self, time_us: u32, travel_s: f64) {
         self.clock = DeviceClock::default();
         self.clock.seconds(time_us);

@@ -112,7 +112,7 @@ mod tests {
     const X: [f64; 5] = [1.0, 2.0, 4.0, 7.0, 11.0];
     const Y: [f64; 5] = [1.5, 4.0, 9.0, 13.0, 24.0];
 
-    /// Leaves out one point after the other and fits anew.
+    /// Leaves out one point after the other and fits again.
     fn refitted(fit: fn(&[f64], &[f64]) -> Option<FittedLine>) -> Vec<f64> {
         (0..X.len())
             .map(|skip| {

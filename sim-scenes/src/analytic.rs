@@ -63,7 +63,7 @@ impl AnalyticParameters {
     /// Refuses what no scene can be made of. `cell_m` is the tree spacing.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self, cell_m: f64) -> Result<(), ParameterError> {
         let within = |name: &str, value: f64, low: f64, high: f64| {
             let expected = format!("a number from {low} to {high}");

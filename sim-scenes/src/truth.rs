@@ -43,9 +43,9 @@ pub struct Truth {
     pub fruit_area_m2: f64,
     /// Inclination of the leaves from the horizontal, degrees: mean weighted by area; None without leaves.
     pub leaf_angle_mean_deg: Option<f64>,
-    /// Its standard deviation, weighted likewise.
+    /// Its standard deviation, weighted by area too.
     pub leaf_angle_sd_deg: Option<f64>,
-    /// What was done to reach a leaf area index that was asked for; left out where none was.
+    /// How the target leaf area index was reached; left out without a target.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub adjustment: Option<Adjustment>,
     /// Leaf area over ground area (row spacing × places × tree spacing, gaps included); None where a spacing is unknown.

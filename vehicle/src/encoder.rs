@@ -1,4 +1,4 @@
-//! The wheel encoder: what it makes of the way the wheel has rolled.
+//! The wheel encoder: from the distance that the wheel has rolled to ticks.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::parameter::{ParameterError, require_within as within};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Encoder {
-    /// Ticks a metre that the wheel rolls; what clients set with LICencres.
+    /// Ticks per metre that the wheel rolls; clients set the same with LICencres.
     pub ticks_per_m: f64,
     /// Counts down while the tractor drives forward.
     pub reversed: bool,
@@ -16,7 +16,7 @@ pub struct Encoder {
     pub missed: f64,
     /// Share of ticks counted twice.
     pub extra: f64,
-    /// What it has counted when the tractor starts; near 2^32 it soon wraps.
+    /// Count at the start of the drive; near 2^32 it soon wraps.
     pub start_ticks: u32,
 }
 
@@ -27,22 +27,22 @@ impl Default for Encoder {
 }
 
 impl Encoder {
-    /// Refuses what is no encoder.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning.
+    /// The first key with an invalid value.
     pub fn validate(&self) -> Result<(), ParameterError> {
         within("encoder.ticks_per_m", self.ticks_per_m, 1.0, 1e6)?;
         within("encoder.missed", self.missed, 0.0, 1.0)?;
         within("encoder.extra", self.extra, 0.0, 1.0)
     }
 
-    /// Ticks a metre driven forward; negative where it counts down.
+    /// Ticks per metre driven forward; negative where it counts down.
     pub fn ticks_a_metre_ahead(&self) -> f64 {
         if self.reversed { -self.ticks_per_m } else { self.ticks_per_m }
     }
 
-    /// The way it makes of `wheel_m` rolled, millimetres, its first count included: what the scanner multiplies by its resolution.
+    /// The distance it reports for `wheel_m` rolled, millimetres, the initial count included; the scanner multiplies it by its resolution.
     pub fn counted_mm(&self, wheel_m: f64) -> f64 {
         let counted_m = wheel_m * (1.0 - self.missed + self.extra);
         let along_m = if self.reversed { -counted_m } else { counted_m };

@@ -16,7 +16,7 @@ use crate::utc::utc_seconds;
 /// What a receiver's random streams are keyed by, before the millisecond. Part of the scene format.
 pub const STREAM: u64 = 3;
 
-/// How a fix was made.
+/// How a position was determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FixQuality {
@@ -73,12 +73,12 @@ pub struct Gnss {
     pub quality: FixQuality,
     /// Standard deviation of north and of east each, metres; up has twice as much.
     pub noise_m: f64,
-    /// What happens to the fix, in simulated time; of several at once the last counts.
+    /// Changes of the fix, in simulated time; where several overlap the last one counts.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<GnssEvent>,
 }
 
-/// From one second of simulated time to another, the fix is different.
+/// A change of the fix for a span of simulated time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GnssEvent {
@@ -86,9 +86,9 @@ pub struct GnssEvent {
     pub from_s: f64,
     /// Ends, seconds.
     pub to_s: f64,
-    /// FixQuality meanwhile.
+    /// FixQuality during the event.
     pub quality: FixQuality,
-    /// Noise meanwhile, metres; else as ever.
+    /// Noise during the event, metres; otherwise unchanged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_m: Option<f64>,
 }
@@ -114,10 +114,10 @@ impl Default for Gnss {
 }
 
 impl Gnss {
-    /// Refuses what no receiver could be made of.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning.
+    /// The first key with an invalid value.
     pub fn validate(&self) -> Result<(), ParameterError> {
         // Beyond 80 degrees a flat piece of Earth is not flat.
         within("gnss.latitude_deg", self.latitude_deg, -80.0, 80.0)?;
@@ -139,10 +139,10 @@ impl Gnss {
     }
 }
 
-/// What a receiver says at one instant. Position and speed are the antenna's; without a fix they are what they would be.
+/// A receiver's output at one instant. Position and speed are the antenna's; without a fix they are what they would be with one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
-    /// How it was made.
+    /// How the position was determined.
     pub quality: FixQuality,
     /// Seconds since 1970, UTC.
     pub unix_s: f64,
@@ -154,9 +154,9 @@ pub struct Fix {
     pub altitude_m: f64,
     /// Mean sea level above the ellipsoid, metres.
     pub geoid_m: f64,
-    /// Where the tractor looks, degrees clockwise from north, [0, 360).
+    /// Where the tractor points, degrees clockwise from north, [0, 360).
     pub heading_deg: f64,
-    /// Where it goes: the heading, or its opposite in reverse.
+    /// Course over ground: the heading, or its opposite in reverse.
     pub course_deg: f64,
     /// Speed over ground, m/s, never negative.
     pub speed_m_s: f64,
@@ -166,13 +166,13 @@ pub struct Fix {
     pub hdop: f64,
 }
 
-/// A receiver: the table made ready.
+/// A receiver built from the table.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     gnss: Gnss,
     seed: u64,
     start_s: f64,
-    /// Metres a degree of latitude and of longitude at the origin.
+    /// Metres per degree of latitude and of longitude at the origin.
     m_per_deg: (f64, f64),
 }
 
@@ -189,7 +189,7 @@ impl Receiver {
         self.gnss.rate_hz
     }
 
-    /// What it says at `at` of a tractor in `motion`.
+    /// Its output at `at` for a tractor in `motion`.
     pub fn fix(&self, at: SimTime, motion: &Motion) -> Fix {
         let gnss = &self.gnss;
         let t_s = at.as_secs_f64();
@@ -240,7 +240,7 @@ impl Receiver {
     }
 }
 
-/// Metres a degree of latitude and of longitude, from the radii of curvature of the WGS 84 ellipsoid.
+/// Metres per degree of latitude and of longitude, from the radii of curvature of the WGS 84 ellipsoid.
 fn metres_per_degree(latitude_deg: f64) -> (f64, f64) {
     let (a, e2) = (6_378_137.0, 6.694_379_990_14e-3);
     let latitude = latitude_deg.to_radians();

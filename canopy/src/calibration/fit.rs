@@ -54,7 +54,7 @@ pub enum FitError {
         index: usize,
         /// Which value.
         key: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
     },
     /// All rows agree in a value that the fit needs to differ, with any one row left out.

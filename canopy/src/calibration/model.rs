@@ -13,7 +13,7 @@ pub struct Calibration {
     pub units: Units,
     /// What it is valid for.
     pub class: CalibrationClass,
-    /// How it was made.
+    /// How the position was determined.
     pub provenance: Provenance,
     /// The rows it was fitted on.
     pub training: Training,
@@ -165,12 +165,12 @@ pub enum RegressionKind {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrationError {
-    /// A coefficient is no finite number.
+    /// A coefficient is not a finite number.
     #[error("calibration: {key} must be a finite number, found {value}")]
     NotFinite {
         /// The key, with its table.
         key: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
     },
     /// A range or scale that must be positive is not.
@@ -178,7 +178,7 @@ pub enum CalibrationError {
     NotPositive {
         /// The key, with its table.
         key: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
     },
     /// A text of the class is empty.

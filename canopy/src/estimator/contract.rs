@@ -68,7 +68,7 @@ pub(crate) struct Slice<'a> {
     pub(crate) voxels: &'a Voxels,
 }
 
-/// The piece of row that numbers are asked for.
+/// The piece of row that measures are requested for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     /// Metres of it that were scanned.

@@ -4,7 +4,7 @@ use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Slice, Str
 use super::measure::Measure;
 use crate::profile::Section;
 
-/// The estimators asked for. Empty by default: nothing is kept then.
+/// The requested estimators. Empty by default: nothing is kept then.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Estimators {
     row: Vec<Box<dyn Estimator>>,

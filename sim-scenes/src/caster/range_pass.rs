@@ -8,7 +8,7 @@ use super::nearest::Nearest;
 use super::sight::Sight;
 use crate::lanes::Lanes;
 
-/// Turns the depth keys of a line into ranges: what it met is told, and nothing more is entered.
+/// Turns the depth keys of a line into ranges: after this pass nothing more is entered.
 pub(super) struct RangePass<'a, T>(&'a mut Nearest, PhantomData<T>);
 
 impl<'a, T: Sight> RangePass<'a, T> {

@@ -101,7 +101,7 @@ pub(super) trait Sight: Sync {
     fn rays<S: Simd>(&self, simd: S, p: Lanes<S>, q: Lanes<S>) -> Rays<S>;
     /// Depth keys of ranges, and ranges of keys: each is the other's inverse.
     fn key<S: Simd>(simd: S, range_m: Lanes<S>) -> Lanes<S>;
-    /// True if whatever lies within the rectangle is known to lie behind what all beams have met; false where that is not worked out.
+    /// True if everything within the rectangle is known to lie behind what all beams have met; false where that is not computed.
     fn is_hidden(&self, _: Rectangle, _: &Nearest) -> bool {
         false
     }

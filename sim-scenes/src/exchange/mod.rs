@@ -20,7 +20,7 @@ use crate::parameters::FileError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExchangeError {
-    /// It says nothing.
+    /// The file was not read, or is not text.
     #[error(transparent)]
     File(#[from] FileError),
     /// A record of it cannot be used.
@@ -47,7 +47,7 @@ pub enum ExchangeError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OrganRecordError {
-    /// A field is no number.
+    /// A field is not a number.
     #[error("a number expected, found `{found}`")]
     NotANumber {
         /// The field.

@@ -24,7 +24,7 @@ pub fn read(file: &SceneFile) -> Result<Vec<RawFace>, ExchangeError> {
     let parser = Parser::<DefaultElement>::new();
     let header = parser.read_ply_header(&mut &*bytes).map_err(|error| format(error.to_string()))?;
     for (name, element) in &header.elements {
-        // Every element takes a byte or more: a header that promises more would keep the reader busy for ever.
+        // Every element takes a byte or more: a header that promises more would keep the reader busy forever.
         if element.count > bytes.len() || (element.properties.is_empty() && element.count > 0) {
             return Err(format(format!("{} {name}s promised in {} bytes", element.count, bytes.len())));
         }

@@ -9,7 +9,7 @@ use crate::target::TargetError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GrowError {
-    /// A parameter without meaning.
+    /// A parameter out of range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A tree outgrew its bound.

@@ -49,7 +49,7 @@ pub(crate) fn plant(
             draft
         })
         .collect();
-    // In order, so that of several errors it is always the same one that is told.
+    // In order, so that the same one of several errors is always reported.
     let mut drafts: Vec<Draft> = drafts.into_iter().collect::<Result<_, _>>()?;
     let is_placed = generator.is_placed();
     if tree.shady_scope == ShadeScope::Orchard {

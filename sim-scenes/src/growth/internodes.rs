@@ -4,7 +4,7 @@ use super::markov::State;
 use crate::parameters::{ParameterError, RowsError, TableSource};
 
 /// Where the internodes of long growth units come from: a name of [`NAMED_INTERNODES`], or two rows of whole numbers (trunk; other
-/// axes), one number a year from Ta = 1, of which the last goes on for ever.
+/// axes), one number a year from Ta = 1, of which the last goes on forever.
 pub type InternodeSource = TableSource<Vec<u32>>;
 
 /// The tables known by name, with where they come from.
@@ -73,7 +73,7 @@ impl InternodeTable {
     }
 }
 
-/// Why numbers are no table of internodes.
+/// Why numbers do not form a table of internodes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InternodeError {

@@ -219,7 +219,7 @@ impl<'de> Deserialize<'de> for BranchingSource {
     }
 }
 
-/// Why numbers are no transition matrix.
+/// Why numbers do not form a transition matrix.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MatrixError {
@@ -246,7 +246,7 @@ pub enum MatrixError {
         /// Numbers given.
         found: usize,
     },
-    /// An entry is no probability.
+    /// An entry is not a probability.
     #[error("probabilities from 0 to 1 expected in row {row}, found {found}")]
     Entry {
         /// Parent state of the row.

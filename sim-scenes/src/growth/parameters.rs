@@ -162,10 +162,10 @@ impl TreeParameters {
         rows.flat_map(|(key, off)| off.into_iter().map(move |(state, sum)| (key, state, sum))).collect()
     }
 
-    /// Refuses what no tree can grow from.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let key = |name: &str| format!("orchard.tree.{name}");
         let within = |name: &str, value: f64, low: f64, high: f64| {

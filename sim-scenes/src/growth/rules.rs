@@ -114,7 +114,7 @@ impl RuleSource {
     }
 }
 
-/// Why signs are no rule table.
+/// Why signs do not form a rule table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RuleError {

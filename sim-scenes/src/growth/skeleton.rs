@@ -191,7 +191,7 @@ impl Grower {
         self.draw(powers, axis, stream, |child| self.rules.step(axis.state, child) == RuleStep::Branching)
     }
 
-    /// With a branching matrix of its own the state of new axes is drawn anew; None without.
+    /// With a branching matrix of its own the state of new axes is drawn again; None without.
     fn redraw_for_branching(&self, axis: Axis, stream: &mut Stream) -> Option<State> {
         self.branching_powers.as_ref()?;
         self.draw_branch(axis, stream)
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn the_power_rules_differ_where_they_should() {
-        // A chain that swaps M and F for ever: P² is the identity on both, so the three readings part at k = 2.
+        // A chain that swaps M and F forever: P² is the identity on both, so the three readings part at k = 2.
         let swap = vec![
             vec![0.0, 1.0, 0.0, 0.0],
             vec![0.0, 0.0, 0.0, 1.0],

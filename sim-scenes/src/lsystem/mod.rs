@@ -36,10 +36,10 @@ parameters! {
 }
 
 impl LSystemParameters {
-    /// Refuses what no tree can grow from.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         require(self.iterations <= 100, "orchard.lsystem.iterations", "0 to 100", self.iterations)?;
         require(self.max_symbols > 0, "orchard.lsystem.max_symbols", "1 or more", self.max_symbols)?;
@@ -49,7 +49,7 @@ impl LSystemParameters {
     /// The grammar, read.
     ///
     /// # Errors
-    /// Unknown name, unreadable file, or a line without meaning.
+    /// Unknown name, unreadable file, or a line that cannot be read.
     pub fn grammar(&self) -> Result<Grammar, ParameterError> {
         let grammar = match self.rules.rows() {
             Ok(Ok(lines)) => Grammar::read(lines.iter().map(String::as_str)),

@@ -14,7 +14,7 @@ impl Orchard {
     /// `progress(done, of)` is called after every tree, from the thread that grew it.
     ///
     /// # Errors
-    /// A parameter without meaning, or a tree that explodes ([`GrowError`]).
+    /// A parameter out of range, or a tree that explodes ([`GrowError`]).
     pub fn grow(
         parameters: &OrchardParameters,
         seed: u64,

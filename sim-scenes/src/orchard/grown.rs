@@ -11,7 +11,7 @@ use crate::target::Adjustment;
 /// A grown (or handmade) orchard. Trees are numbered row by row: tree `i` of row `r` is number `r · trees per row + i`.
 ///
 /// Row `r` stands at X = r · row spacing; tree `i` of a row stands at y = (i + ½) · spacing and owns the ground y ∈
-/// [i, i + 1) · spacing. Every row repeats for ever with period [`Orchard::length_m`].
+/// [i, i + 1) · spacing. Every row repeats forever with period [`Orchard::length_m`].
 ///
 /// A large orchard is made of few distinct trees ([`Layout::distinct_trees`]): each place then names one of them and how it
 /// is turned, and memory grows with the distinct trees only.
@@ -122,7 +122,7 @@ impl Orchard {
         })
     }
 
-    /// What was done to reach a leaf area that was asked for; None where none was.
+    /// How the target leaf area was reached; None without a target.
     pub fn adjustment(&self) -> Option<&Adjustment> {
         self.adjustment.as_ref()
     }

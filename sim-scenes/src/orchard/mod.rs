@@ -1,4 +1,4 @@
-//! The orchard: rows of trees that repeat for ever along Y.
+//! The orchard: rows of trees that repeat forever along Y.
 
 mod grow;
 pub(crate) mod grown;

@@ -222,10 +222,10 @@ impl OrchardParameters {
         self.tree.over(self.preset.tree())
     }
 
-    /// Refuses what no orchard can be grown from.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let layout = self.layout();
         let positive = |key, value: f64| {

@@ -26,7 +26,7 @@ pub trait TextRow: Clone {
     /// What a line should be, for messages.
     const EXPECTED: &'static str;
 
-    /// Reads a line without comment and outer blanks. None if it is no such row.
+    /// Reads a line without comment and outer blanks. None if it is not a row of the table.
     fn read(line: &str) -> Option<Self>;
 }
 
@@ -87,7 +87,7 @@ impl<Row: TextRow> TableSource<Row> {
     /// The rows where they are written out here or in a file; the name where the table has one.
     ///
     /// # Errors
-    /// A file that was not read, or a line of it that is no row.
+    /// A file that was not read, or a line that is not a row of the table.
     pub fn rows(&self) -> Result<Result<Cow<'_, [Row]>, &str>, RowsError> {
         match self {
             Self::Named(name) => Ok(Err(name)),
@@ -111,10 +111,10 @@ impl<Row: TextRow> TableSource<Row> {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RowsError {
-    /// It says nothing.
+    /// The file was not read, or is not text.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A line is no row.
+    /// A line is not a row of the table.
     #[error("{path}:{line}: {expected} expected, found `{found}`")]
     Line {
         /// The file.
@@ -123,7 +123,7 @@ pub enum RowsError {
         line: usize,
         /// What a row is made of.
         expected: &'static str,
-        /// What stands there.
+        /// The value found.
         found: String,
     },
 }

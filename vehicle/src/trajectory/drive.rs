@@ -1,4 +1,4 @@
-//! The `[drive]` table of a scene file: how the tractor really drives.
+//! The `[drive]` table of a scene file: how the tractor drives.
 
 use rowscan_protocol::rig::{Rig, RowSide};
 use serde::{Deserialize, Serialize};
@@ -18,20 +18,20 @@ pub struct Drive {
     pub legs: Vec<Leg>,
     /// After the last leg the first comes again.
     pub repeat: bool,
-    /// Drives and stands by turns, for ever.
+    /// Alternates between driving and standing, forever.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_and_go: Option<StopAndGo>,
     /// A recorded drive, CSV or GPX, beside the scene file; after its end the tractor stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub track: Option<SceneFile>,
-    /// Share of the wheels' way that is slip, outside legs that state their own.
+    /// Share of the wheels' distance that is slip, for legs that do not state their own.
     pub slip: f64,
-    /// How fast a commanded speed is made for, m/s².
+    /// Acceleration towards a commanded speed, m/s².
     pub acceleration_m_s2: f64,
     /// The alley of the start: its number is that of the row on its right; 1 with a scanner that looks left, else 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alley: Option<i32>,
-    /// Alleys driven one after the other with turns between; absent: one, without end.
+    /// Alleys driven one after the other; it turns where the rows end. Absent: one alley without end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alleys: Option<u32>,
 }
@@ -51,15 +51,15 @@ impl Default for Drive {
     }
 }
 
-/// Speed changes steadily to `speed_m_s` for so long.
+/// The speed changes linearly to `speed_m_s`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
-    /// How long, seconds; 0 changes speed at once.
+    /// Duration, seconds; 0 changes the speed at once.
     pub seconds: f64,
     /// Speed at its end, m/s; negative in reverse.
     pub speed_m_s: f64,
-    /// Share of the wheels' way that is slip; the drive's where absent.
+    /// Share of the wheels' distance that is slip; the drive's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slip: Option<f64>,
 }
@@ -77,29 +77,29 @@ pub struct StopAndGo {
     pub ramp_s: f64,
 }
 
-/// A drive that cannot be driven.
+/// An invalid `[drive]` table.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DriveError {
-    /// A value without meaning.
+    /// A value out of range.
     #[error("drive.{key} must be {expected}, found {found}")]
     Value {
         /// The key, below `drive`.
         key: &'static str,
-        /// What may stand there.
+        /// The values allowed.
         expected: &'static str,
-        /// What stands there.
+        /// The value found.
         found: f64,
     },
     /// More than one way to drive.
     #[error("drive.{one} and drive.{other} both say how to drive; leave one of them out")]
     Both {
-        /// The one.
+        /// One key.
         one: &'static str,
-        /// The other.
+        /// The other key.
         other: &'static str,
     },
-    /// A recorded drive that is no text.
+    /// A recorded drive that was not read, or is not text.
     #[error(transparent)]
     File(#[from] FileError),
     /// A recorded drive that cannot be driven.
@@ -113,10 +113,10 @@ pub enum DriveError {
 }
 
 impl Drive {
-    /// Refuses values that no drive could be made with.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning.
+    /// The first key with an invalid value.
     pub fn validate(&self) -> Result<(), DriveError> {
         let check = |key, value: f64, expected, sound: bool| match sound && value.is_finite() {
             true => Ok(()),
@@ -157,7 +157,7 @@ impl Drive {
         check("alleys", alleys, "1 to 1000", (1.0..=1000.0).contains(&alleys))
     }
 
-    /// The drive of `rig` past rows of this length, metres (the way before a turn).
+    /// The drive of `rig` past rows of this length, metres.
     pub fn trajectory(&self, rig: &Rig, row_m: f64) -> Trajectory {
         let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
         let course = Course {
@@ -190,7 +190,7 @@ impl Drive {
     }
 }
 
-/// What the file of `track` holds.
+/// Parses the file of `track`.
 fn recorded(file: &SceneFile) -> Result<Track, DriveError> {
     Track::parse(file.text()?).map_err(|cause| DriveError::Track { path: file.path().to_owned(), cause })
 }

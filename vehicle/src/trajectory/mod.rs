@@ -1,7 +1,8 @@
 //! Where the tractor is: one function of the time it has driven, which scans, encoder, GNSS and CAN all read.
 //!
-//! Time makes way ([`SpeedProfile`]: legs of steady acceleration), way makes place ([`Course`]: along the row, round the headland, along the
-//! next). Both are closed forms: asking for an instant costs the same early and late, in any order, and no step accumulates.
+//! A [`SpeedProfile`] gives the distance driven at a time (legs of steady acceleration), a [`Course`] the place at a distance (along
+//! the row, round the headland, along the next). Both are closed forms: an instant costs the same early and late, in any order, and
+//! no step accumulates.
 
 mod course;
 mod drive;

@@ -13,9 +13,9 @@ pub struct Motion {
     pub place: Place,
     /// Ground speed along the heading, m/s; negative in reverse.
     pub speed_m_s: f64,
-    /// Way over ground since the start, metres; less again in reverse.
+    /// Distance over ground since the start, metres; it decreases in reverse.
     pub way_m: f64,
-    /// Way the wheels have rolled, slip included, metres.
+    /// Distance that the wheels have rolled, slip included, metres.
     pub wheel_m: f64,
     /// Speed of the wheels' rims, m/s.
     pub wheel_speed_m_s: f64,

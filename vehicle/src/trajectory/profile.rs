@@ -1,18 +1,18 @@
-//! Time makes way: legs of steady acceleration, each with its own wheel slip.
+//! From time to distance: legs of steady acceleration, each with its own wheel slip.
 
 use std::collections::VecDeque;
 
-/// How many commanded legs are remembered. The oldest is forgotten first; who asks about the present never notices.
+/// How many commanded legs are remembered. The oldest is dropped first; the present never depends on it.
 const COMMANDS: usize = 4096;
 
-/// Way and speed at an instant, over ground and of the wheels.
+/// Distance and speed at an instant, over ground and of the wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ProfileState {
-    /// Way over ground since the start, metres.
+    /// Distance over ground since the start, metres.
     pub way_m: f64,
     /// Ground speed, m/s; negative in reverse.
     pub speed_m_s: f64,
-    /// Way of the wheels' rims, metres.
+    /// Distance that the wheels have rolled, metres.
     pub wheel_m: f64,
     /// Speed of the wheels' rims, m/s.
     pub wheel_speed_m_s: f64,
@@ -24,7 +24,7 @@ struct Span {
     from_s: f64,
     start: ProfileState,
     acceleration_m_s2: f64,
-    /// Ground way per wheel way: 1 − slip.
+    /// Ground distance per wheel distance: 1 − slip.
     grip: f64,
 }
 
@@ -47,25 +47,25 @@ impl Span {
 pub struct SpeedProfile {
     /// In the order of time, the first at 0.
     spans: Vec<Span>,
-    /// Where the spans begin again, seconds, and what a round makes.
+    /// When the spans repeat, seconds, and the state after one round.
     round: Option<(f64, ProfileState)>,
     commanded: VecDeque<Span>,
     grip: f64,
 }
 
 impl SpeedProfile {
-    /// The same speed for ever.
+    /// The same speed forever.
     pub fn constant(speed_m_s: f64) -> Self {
         Self::builder(speed_m_s, 0.0).hold()
     }
 
-    /// Starts at `speed_m_s` with wheels that slip by this share of their way.
+    /// Starts at `speed_m_s` with wheels that slip by this share of the distance they roll.
     pub fn builder(speed_m_s: f64, slip: f64) -> SpeedProfileBuilder {
         let start = ProfileState { speed_m_s, ..ProfileState::default() };
         SpeedProfileBuilder { spans: Vec::new(), end_s: 0.0, end: start, grip: 1.0 - slip }
     }
 
-    /// Way and speed after `t_s` seconds; before 0, the start at rest.
+    /// Distance and speed after `t_s` seconds; before 0, the start at rest.
     pub fn at(&self, t_s: f64) -> ProfileState {
         if t_s < 0.0 {
             return ProfileState::default();
@@ -83,7 +83,7 @@ impl SpeedProfile {
         }
     }
 
-    /// From `t_s` on, makes for `target_m_s` with this acceleration and holds it.
+    /// From `t_s` on, accelerates to `target_m_s` and holds it.
     pub(super) fn command(&mut self, t_s: f64, target_m_s: f64, acceleration_m_s2: f64) {
         let start = self.at(t_s);
         self.forget_from(t_s);
@@ -108,7 +108,7 @@ impl SpeedProfile {
         }
     }
 
-    /// From `t_s` on, stands.
+    /// From `t_s` on, stands still.
     pub(super) fn halt(&mut self, t_s: f64) {
         let start = ProfileState { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..self.at(t_s) };
         self.forget_from(t_s);
@@ -122,13 +122,13 @@ impl SpeedProfile {
     }
 }
 
-/// The last span's state where the time lies beyond it, which goes on for ever.
+/// The last span continues forever beyond its start.
 fn within(spans: &[Span], t_s: f64) -> ProfileState {
     let index = spans.partition_point(|span| span.from_s <= t_s).saturating_sub(1);
     spans.get(index).map_or_else(ProfileState::default, |span| span.at(t_s))
 }
 
-/// Puts spans one behind the other.
+/// Builds a profile span by span.
 #[derive(Clone, Debug)]
 pub struct SpeedProfileBuilder {
     spans: Vec<Span>,
@@ -138,7 +138,7 @@ pub struct SpeedProfileBuilder {
 }
 
 impl SpeedProfileBuilder {
-    /// For so many seconds, speed changes steadily to `speed_m_s`; wheels slip by `slip`. No time at all changes it at once.
+    /// For `seconds`, the speed changes linearly to `speed_m_s`; wheels slip by `slip`. With 0 seconds it changes at once.
     #[must_use]
     pub fn leg(mut self, seconds: f64, speed_m_s: f64, slip: f64) -> Self {
         if seconds > 0.0 {
@@ -156,21 +156,21 @@ impl SpeedProfileBuilder {
         self
     }
 
-    /// For so many seconds, the same speed at once.
+    /// For `seconds`, this speed, reached at once.
     #[must_use]
     pub fn steady(mut self, seconds: f64, speed_m_s: f64, slip: f64) -> Self {
         self.end.speed_m_s = speed_m_s;
         self.leg(seconds, speed_m_s, slip)
     }
 
-    /// The last speed for ever after.
+    /// Keeps the last speed forever.
     pub fn hold(mut self) -> SpeedProfile {
         let (from_s, start) = (self.end_s, self.end);
         self.spans.push(Span { from_s, start, acceleration_m_s2: 0.0, grip: self.grip });
         SpeedProfile { spans: self.spans, round: None, commanded: VecDeque::new(), grip: self.grip }
     }
 
-    /// All legs again and again; without any, the starting speed for ever.
+    /// Repeats all legs; without any, keeps the starting speed.
     pub fn again(self) -> SpeedProfile {
         if self.spans.is_empty() {
             return self.hold();
@@ -184,7 +184,7 @@ impl SpeedProfileBuilder {
 mod tests {
     use super::*;
 
-    /// The way by small steps, as nobody here makes it.
+    /// The distance by small steps: an independent check of the closed form.
     fn way_by_steps(profile: &SpeedProfile, until_s: f64) -> f64 {
         let step_s = 1e-4;
         (0..(until_s / step_s).round() as u64)

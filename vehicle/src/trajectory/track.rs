@@ -1,18 +1,18 @@
-//! Recorded drives: CSV and GPX text to way over time. Reading the file is the caller's.
+//! Recorded drives: CSV and GPX text to distance over time. The caller reads the file.
 
 use std::f64::consts::PI;
 
 use crate::utc::utc_seconds;
 
-/// Points of one track, at most.
+/// Maximum number of points of a track.
 const MAX_POINTS: usize = 1_000_000;
-/// Metres a degree of latitude, on a sphere of the WGS 84 ellipsoid's mean radius, 6 371 008.8 m.
+/// Metres per degree of latitude, on a sphere of the WGS 84 ellipsoid's mean radius, 6 371 008.8 m.
 const M_PER_DEG: f64 = PI / 180.0 * 6_371_008.8;
 
-/// A drive as it was recorded. Times begin at 0 and never run backwards.
+/// A recorded drive. Times start at 0 and increase.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {
-    /// What the values between two points are.
+    /// The points, by time.
     pub points: Vec<TrackPoint>,
 }
 
@@ -21,20 +21,20 @@ pub struct Track {
 pub struct TrackPoint {
     /// Seconds since the first point.
     pub t_s: f64,
-    /// What is known there.
+    /// What the file states for this instant.
     pub known: TrackValue,
 }
 
 /// What a point states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrackValue {
-    /// Speed, m/s: changes steadily to the next point's.
+    /// Speed, m/s; it changes linearly to the next point's.
     Speed(f64),
-    /// Way since the first point, metres: speed is constant up to the next point.
+    /// Distance since the first point, metres; the speed is constant up to the next point.
     Way(f64),
 }
 
-/// Why a text is no track.
+/// Why a text is not a track.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrackError {
@@ -46,14 +46,14 @@ pub enum TrackError {
         /// The first line.
         found: String,
     },
-    /// A value that is no number.
+    /// A value that is not a number.
     #[error("line {line}: expected {expected}, found `{found}`")]
     Value {
         /// Line, from 1.
         line: usize,
-        /// What should stand there.
+        /// The value expected.
         expected: &'static str,
-        /// What stands there.
+        /// The value found.
         found: String,
     },
     /// A point that is not later than the one before.
@@ -68,13 +68,13 @@ pub enum TrackError {
         /// The time before.
         before_s: f64,
     },
-    /// Nothing to drive.
+    /// Too few points.
     #[error("a track needs at least 2 points, found {found}")]
     TooFew {
         /// Points found.
         found: usize,
     },
-    /// More than anybody drives.
+    /// Too many points.
     #[error("a track may have {MAX_POINTS} points at most; thin it out")]
     TooMany,
 }
@@ -83,13 +83,13 @@ impl Track {
     /// Reads either form, told apart by content.
     ///
     /// # Errors
-    /// The first line that is not as it should be, and how.
+    /// The first invalid line, with the reason.
     pub fn parse(text: &str) -> Result<Self, TrackError> {
         if text.contains("<trkpt") { gpx(text) } else { csv(text) }
     }
 }
 
-/// Collects points and refuses what cannot be driven.
+/// Collects points and checks their order and number.
 #[derive(Default)]
 struct Points {
     list: Vec<TrackPoint>,
