@@ -57,7 +57,7 @@ pub(crate) enum Link {
     First,
     /// By so many telegrams: 1, or more where some were lost.
     Steps(u32),
-    /// After a pause or a restart: nobody knows how many.
+    /// After a pause or a restart: the number is unknown.
     Broken,
 }
 
@@ -127,7 +127,7 @@ impl Counting {
         self.line(counter, time_us, travel_s, Link::Broken)
     }
 
-    /// Starts the clock anew: `time_us` is `travel_s`.
+    /// Restarts the clock: `time_us` is `travel_s`.
     fn rebase(&mut self, time_us: u32, travel_s: f64) {
         self.clock = DeviceClock::default();
         self.clock.seconds(time_us);
@@ -228,6 +228,25 @@ mod tests {
         let (c, turns) = count([(0, 0), (1, 20_000), (30_001, 600_020_000)]);
         assert_eq!((c.lost, c.restarts), (29_999, 0));
         assert!((travel_s(&turns[2]) - 600.02).abs() < 1e-6);
+    }
+
+    #[test]
+    fn half_a_turn_of_the_counter_is_the_longest_gap() {
+        // 32 767 telegrams ahead is a gap; 32 768 is as far back as ahead, and counts as a restart, whatever the clock says.
+        let (c, _) = count([(0, 0), (1, 20_000), (32_768, 20_000 + 32_767 * 20_000)]);
+        assert_eq!((c.lost, c.restarts), (32_766, 0));
+        let (c, turns) = count([(0, 0), (1, 20_000), (32_769, 20_000 + 32_768 * 20_000)]);
+        assert_eq!((c.lost, c.restarts), (0, 1));
+        assert!((travel_s(&turns[2]) - 0.04).abs() < 1e-9);
+        // Without a device clock as well.
+        let (c, _) = count([(0, 0), (1, 0), (40_000, 0)]);
+        assert_eq!((c.lost, c.restarts), (0, 1));
+    }
+
+    #[test]
+    fn a_counter_that_stands_while_the_clock_runs_back_is_a_restart() {
+        let (c, _) = count([(5, 80_000), (6, 100_000), (6, 60_000), (7, 80_000)]);
+        assert_eq!((c.repeated, c.lost, c.restarts), (0, 0, 1));
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 use rowscan_protocol::rig::RigError;
 
-use crate::calibration::CalibrationError;
+use crate::calibration::model::CalibrationError;
 
 /// Why a pipeline cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PipelineError {
     /// The rig holds values no estimate could be made with.
     #[error(transparent)]
@@ -13,7 +14,7 @@ pub enum PipelineError {
     /// The rig has no such scanner.
     #[error("the rig has {mounts} scanners, there is no scanner {index} (the first is 0)")]
     NoSuchMount {
-        /// Asked for.
+        /// The value requested.
         index: usize,
         /// Scanners in the rig.
         mounts: usize,
@@ -23,7 +24,7 @@ pub enum PipelineError {
     OutOfRange {
         /// The rig's or parameter's key.
         key: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
         /// Smallest value taken.
         low: f64,

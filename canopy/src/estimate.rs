@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::calibration::{Class, RegressionKind};
+use crate::calibration::model::{CalibrationClass, RegressionKind};
 use crate::cut::{CutMethod, FoundTree};
-use crate::estimator::Measure;
+use crate::estimator::measure::Measure;
 use crate::odometry::AdvanceSource;
 use crate::warning::Warning;
 
@@ -58,17 +58,17 @@ pub struct Estimate {
     /// Returns by where they were put.
     pub returns: Option<ReturnCounts>,
     /// The calibration's class.
-    pub calibration: Option<Class>,
+    pub calibration: Option<CalibrationClass>,
     /// What a reader must know beside the numbers.
     pub warnings: Vec<Warning>,
     /// By tree, in the order of travel; empty without a tree spacing.
     pub trees: Vec<TreeEstimate>,
     /// By metre of row, in the order of travel.
     pub slices: Vec<SliceEstimate>,
-    /// Trees found in the data, by every way asked for.
+    /// Trees found in the data, by every requested method.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub trees_found: Vec<TreesFound>,
-    /// What each estimator asked for says of the row; empty if none was.
+    /// What each requested estimator reports for the row; empty if none was.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub measures: Vec<Measure>,
 }
@@ -80,7 +80,7 @@ pub struct RangeStatistics {
     pub returns: u64,
     /// Beams without one.
     pub misses: u64,
-    /// Beams whose range is no range: not a number, not positive, or beyond 1000 m.
+    /// Beams with an invalid range: not a number, not positive, or beyond 1000 m.
     pub invalid: u64,
     /// Nearest return, metres.
     pub min_m: Option<f64>,
@@ -157,7 +157,7 @@ pub struct TreeEstimate {
     pub volume_m3: f64,
     /// Canopy returns.
     pub returns: u64,
-    /// What each estimator asked for says of the tree; empty if none was.
+    /// What each requested estimator reports for the tree; empty if none was.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub measures: Vec<Measure>,
 }

@@ -4,6 +4,30 @@
 //! [`Rig`](rowscan_protocol::rig::Rig) (where the scanner sits, how fast the tractor drives) and nothing else: no scene,
 //! no truth, no clock, no I/O. Its result depends only on the sequence of scans, bit for bit.
 //!
+//! ```
+//! use rowscan_canopy::Pipeline;
+//! use rowscan_protocol::angle::BeamGrid;
+//! use rowscan_protocol::rig::Rig;
+//! use rowscan_protocol::scan::{Echo, Scan};
+//!
+//! let mut pipeline = Pipeline::new(Some(&Rig::default()), 0, None)?;
+//! for line in 0..100u16 {
+//!     pipeline.push(&Scan {
+//!         telegram_counter: line,
+//!         scan_time_us: 20_000 * u32::from(line),
+//!         scan_frequency_hz: 50.0,
+//!         beams: BeamGrid::spanning(-450_000, 2_250_000, 5000),
+//!         // Something stands 1.8 m away, whichever way a beam looks.
+//!         echoes: vec![Echo { range_m: vec![1.8; 541], remission: Vec::new() }],
+//!         ..Scan::default()
+//!     });
+//! }
+//! let estimate = pipeline.finish();
+//! assert_eq!((estimate.scans, estimate.scans_lost), (100, 0));
+//! assert!(estimate.impacted_total_area_m2 > Some(0.0));
+//! # Ok::<(), rowscan_canopy::PipelineError>(())
+//! ```
+//!
 //! ```text
 //! scan -> counting (lost, repeated, restarts; device time) -> advance (y, weight of the line)
 //!      -> row: geometry (x, z; ground and far row removed) -> impacted area, profile, voxels: contact frequency, estimators
@@ -31,6 +55,7 @@ pub mod reference;
 pub mod regression;
 mod report;
 mod row;
+mod row_pass;
 pub mod shipped;
 mod stream;
 mod trees;

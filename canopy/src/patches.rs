@@ -30,7 +30,7 @@ impl Patches {
         }
     }
 
-    /// One a beam of the latest line: true if its return begins a patch. Beams without a return begin one too; nobody asks them.
+    /// One a beam of the latest line: true if its return begins a patch. Beams without a return begin one too; they are never asked.
     pub(crate) fn fresh(&self) -> &[bool] {
         &self.fresh
     }

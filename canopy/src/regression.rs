@@ -2,7 +2,7 @@
 
 /// y = intercept + slope · x.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct FittedLine {
     /// y at x = 0; 0 for a line through the origin.
     pub intercept: f64,
     /// Rise of y a unit of x.
@@ -17,7 +17,7 @@ enum Form {
     Origin { sum_xx: f64 },
 }
 
-impl Line {
+impl FittedLine {
     /// Ordinary least squares. None where x does not spread, or where one point alone decides the line (without it the others' x are
     /// all the same).
     pub fn fit(x: &[f64], y: &[f64]) -> Option<Self> {
@@ -88,7 +88,7 @@ impl Goodness {
     }
 
     /// Of a line against the points it was fitted to.
-    pub fn of_line(line: &Line, x: &[f64], y: &[f64]) -> Self {
+    pub fn of_line(line: &FittedLine, x: &[f64], y: &[f64]) -> Self {
         Self::of(y, x.iter().map(|&x| line.at(x)), line.left_out(x, y))
     }
 }
@@ -112,8 +112,8 @@ mod tests {
     const X: [f64; 5] = [1.0, 2.0, 4.0, 7.0, 11.0];
     const Y: [f64; 5] = [1.5, 4.0, 9.0, 13.0, 24.0];
 
-    /// Leaves out one point after the other and fits anew.
-    fn refitted(fit: fn(&[f64], &[f64]) -> Option<Line>) -> Vec<f64> {
+    /// Leaves out one point after the other and fits again.
+    fn refitted(fit: fn(&[f64], &[f64]) -> Option<FittedLine>) -> Vec<f64> {
         (0..X.len())
             .map(|skip| {
                 let rest = |values: &[f64]| -> Vec<f64> {
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn leaving_one_out_in_closed_form_is_refitting_without_it() {
-        for fit in [Line::fit, Line::through_origin] {
+        for fit in [FittedLine::fit, FittedLine::through_origin] {
             let line = fit(&X, &Y).unwrap();
             for (closed, anew) in line.left_out(&X, &Y).zip(refitted(fit)) {
                 assert!((closed - anew).abs() < 1e-12, "{closed} {anew}");
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn a_line_is_found_again_and_its_goodness_is_whole() {
         let y: Vec<f64> = X.iter().map(|x| 3.0 - 0.5 * x).collect();
-        let line = Line::fit(&X, &y).unwrap();
+        let line = FittedLine::fit(&X, &y).unwrap();
         assert!((line.intercept - 3.0).abs() < 1e-12 && (line.slope + 0.5).abs() < 1e-12);
         let goodness = Goodness::of_line(&line, &X, &y);
         assert!((goodness.r2 - 1.0).abs() < 1e-12 && (goodness.r2_uncentred - 1.0).abs() < 1e-12);
@@ -146,9 +146,9 @@ mod tests {
 
     #[test]
     fn a_line_needs_spread() {
-        assert_eq!(Line::fit(&[2.0, 2.0, 2.0], &[1.0, 2.0, 3.0]), None);
-        assert_eq!(Line::fit(&[2.0, 2.0, 5.0], &[1.0, 2.0, 3.0]), None, "one point alone decides it");
-        assert_eq!(Line::through_origin(&[0.0, 0.0, 5.0], &[1.0, 2.0, 3.0]), None);
-        assert_eq!(Line::fit(&[], &[]), None);
+        assert_eq!(FittedLine::fit(&[2.0, 2.0, 2.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(FittedLine::fit(&[2.0, 2.0, 5.0], &[1.0, 2.0, 3.0]), None, "one point alone decides it");
+        assert_eq!(FittedLine::through_origin(&[0.0, 0.0, 5.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(FittedLine::fit(&[], &[]), None);
     }
 }

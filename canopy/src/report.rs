@@ -1,9 +1,9 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
-use crate::calibration::{Calibration, Fitted, Optics, RegressionKind};
+use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
 use crate::counting::Counting;
 use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
-use crate::stream::{Field, Latest};
+use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::warning::Warning;
 
@@ -13,8 +13,8 @@ const CLASS_TOLERANCE: f64 = 0.01;
 pub(crate) fn estimate(
     counting: &Counting,
     ranges: RangeStatistics,
-    latest: Option<Latest>,
-    field: Option<&Field>,
+    latest: Option<LatestScan>,
+    pass: Option<&RowPass>,
     calibration: Option<&Calibration>,
 ) -> Estimate {
     let mut estimate = Estimate {
@@ -33,35 +33,40 @@ pub(crate) fn estimate(
     if counting.untimed > 0 {
         estimate.warnings.push(Warning::NoDeviceClock { scans: counting.untimed });
     }
-    if let Some(field) = field {
-        row(&mut estimate, field, latest, calibration);
+    if let Some(pass) = pass {
+        row(&mut estimate, pass, latest, calibration);
     }
     estimate
 }
 
 /// Fills in everything that needs a rig.
-fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibration: Option<&Calibration>) {
-    let totals = field.row.totals();
-    let scanned_m = field.advance.scanned_m();
-    estimate.advance_m = Some(field.advance.advance_m().unwrap_or(0.0));
-    estimate.advance_source = field.odometry.source();
+fn row(
+    estimate: &mut Estimate,
+    pass: &RowPass,
+    latest: Option<LatestScan>,
+    calibration: Option<&Calibration>,
+) {
+    let totals = pass.row.totals();
+    let scanned_m = pass.advance.scanned_m();
+    estimate.advance_m = Some(pass.advance.advance_m().unwrap_or(0.0));
+    estimate.advance_source = pass.odometry.source();
     estimate.scanned_m = Some(scanned_m);
     estimate.canopy_m = Some(totals.canopy_m);
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
-    estimate.contact = Some(field.row.contact_report());
+    estimate.contact = Some(pass.row.contact_report());
     estimate.returns = Some(totals.returns);
     estimate.leaf_area_contact_raw_m2 = Some(totals.contact_m2);
-    let (gaps, length_m) = field.advance.unfilled();
+    let (gaps, length_m) = pass.advance.unfilled();
     if gaps > 0 {
         estimate.warnings.push(Warning::GapsNotFilled { gaps, length_m });
     }
-    if field.odometry.held_s() > 0.0 {
-        estimate.warnings.push(Warning::SpeedHeld { seconds: field.odometry.held_s() });
+    if pass.odometry.held_s() > 0.0 {
+        estimate.warnings.push(Warning::SpeedHeld { seconds: pass.odometry.held_s() });
     }
-    if !field.row.has_far_gate() {
+    if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);
     }
-    if let Some(kept) = field.row.trees.dropped().or(field.row.metres.dropped()) {
+    if let Some(kept) = pass.row.trees.dropped().or(pass.row.metres.dropped()) {
         estimate.warnings.push(Warning::TooManyCells { kept });
     }
 
@@ -80,21 +85,21 @@ fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibrati
             estimate.regression = Some(calibration.best_regression());
             estimate.calibration = Some(calibration.class.clone());
             estimate.leaf_area_null_m2 = Some(calibration.training.mean_leaf_area_m2_per_m * totals.canopy_m);
-            warn_of_class(estimate, calibration, field, latest);
+            warn_of_class(estimate, calibration, pass, latest);
             whole.warn(estimate, calibration);
         }
     }
-    let row_spacing_m = field.rig.row_spacing_m;
-    let tree_spacing_m = field.rig.tree_spacing_m;
+    let row_spacing_m = pass.rig.row_spacing_m;
+    let tree_spacing_m = pass.rig.tree_spacing_m;
     estimate.lai = tree_spacing_m.and(lai(estimate.leaf_area_m2, row_spacing_m, scanned_m));
 
     let mut refused = (0, 0);
-    for cell in field.row.trees.iter() {
+    for cell in pass.row.trees.iter() {
         let cell_leaf = leaf.of_cell(cell);
         refused.0 += u32::from(cell_leaf.contact.refused());
         refused.1 += u32::from(cell_leaf.regression.is_some_and(Ranged::refused));
-        let listed = tree(cell, &cell_leaf, row_spacing_m, field.row.cut().tree_spacing_m());
-        let measures = field.row.tree_measures(cell.index).to_vec();
+        let listed = tree(cell, &cell_leaf, row_spacing_m, pass.row.cut().tree_spacing_m());
+        let measures = pass.row.tree_measures(cell.index).to_vec();
         estimate.trees.extend(listed.map(|tree| TreeEstimate { measures, ..tree }));
     }
     let regression = calibration.map_or("none", |c| c.best_regression().name());
@@ -103,9 +108,9 @@ fn row(estimate: &mut Estimate, field: &Field, latest: Option<Latest>, calibrati
             estimate.warnings.push(Warning::TreesRefused { estimator, trees });
         }
     }
-    estimate.measures = field.row.measures(scanned_m);
-    estimate.trees_found = field.row.trees_found();
-    estimate.slices.extend(field.row.metres.iter().map(|cell| slice(cell, &leaf.of_cell(cell))));
+    estimate.measures = pass.row.measures(scanned_m);
+    estimate.trees_found = pass.row.trees_found();
+    estimate.slices.extend(pass.row.metres.iter().map(|cell| slice(cell, &leaf.of_cell(cell))));
 }
 
 fn tree(
@@ -161,7 +166,7 @@ struct LeafArea<'a> {
 struct Ranged {
     leaf_m2: f64,
     per_metre: f64,
-    fitted: Fitted,
+    fitted: FittedRange,
 }
 
 impl Ranged {
@@ -170,7 +175,7 @@ impl Ranged {
     }
 
     fn refused(self) -> bool {
-        self.fitted == Fitted::FarOutside
+        self.fitted == FittedRange::FarOutside
     }
 }
 
@@ -187,16 +192,16 @@ impl LeafArea<'_> {
     /// Leaf area of `length_m` of row. Without a canopy return it is a gap: 0, never the line's intercept.
     fn of(&self, length_m: f64, impacted_m2: f64, contact_m2: f64, returns: u64) -> CellLeafArea {
         let gap = returns == 0 || length_m <= 0.0;
-        let ranged = |leaf_m2, value_m2: f64, range: &dyn Fn(f64) -> Fitted| {
+        let ranged = |leaf_m2, value_m2: f64, range: &dyn Fn(f64) -> FittedRange| {
             if gap {
-                return Ranged { leaf_m2: 0.0, per_metre: 0.0, fitted: Fitted::Inside };
+                return Ranged { leaf_m2: 0.0, per_metre: 0.0, fitted: FittedRange::Inside };
             }
             let per_metre = value_m2 / length_m;
             Ranged { leaf_m2, per_metre, fitted: range(per_metre) }
         };
         let Some(calibration) = self.calibration else {
             return CellLeafArea {
-                contact: ranged(contact_m2, contact_m2, &|_| Fitted::Inside),
+                contact: ranged(contact_m2, contact_m2, &|_| FittedRange::Inside),
                 regression: None,
             };
         };
@@ -206,7 +211,9 @@ impl LeafArea<'_> {
             contact: ranged(calibration.contact.k * contact_m2, contact_m2, &|value| {
                 // A proportion holds down to nothing: thin trees are outside the range, but never far outside.
                 match calibration.contact.quality.range(value) {
-                    Fitted::FarOutside if value < calibration.contact.quality.low_m2_per_m => Fitted::Outside,
+                    FittedRange::FarOutside if value < calibration.contact.quality.low_m2_per_m => {
+                        FittedRange::Outside
+                    }
                     fitted => fitted,
                 }
             }),
@@ -226,7 +233,7 @@ impl CellLeafArea {
             (kind.name(), self.regression, calibration.quality(kind)),
         ];
         for (estimator, ranged, quality) in both {
-            let Some(ranged) = ranged.filter(|ranged| ranged.fitted != Fitted::Inside) else { continue };
+            let Some(ranged) = ranged.filter(|ranged| ranged.fitted != FittedRange::Inside) else { continue };
             estimate.warnings.push(Warning::OutsideFittedRange {
                 estimator,
                 value_m2_per_m: ranged.per_metre,
@@ -239,13 +246,18 @@ impl CellLeafArea {
 }
 
 /// Warns where the calibration was made for something else than what is scanned.
-fn warn_of_class(estimate: &mut Estimate, calibration: &Calibration, field: &Field, latest: Option<Latest>) {
+fn warn_of_class(
+    estimate: &mut Estimate,
+    calibration: &Calibration,
+    pass: &RowPass,
+    latest: Option<LatestScan>,
+) {
     let class = &calibration.class;
     let mut mismatch = |key, expected: String, found: String| {
         estimate.warnings.push(Warning::ClassMismatch { key, expected, found });
     };
-    if !class.scanner_model.eq_ignore_ascii_case(&field.mount.model) {
-        mismatch("scanner_model", class.scanner_model.clone(), field.mount.model.clone());
+    if !class.scanner_model.eq_ignore_ascii_case(&pass.mount.model) {
+        mismatch("scanner_model", class.scanner_model.clone(), pass.mount.model.clone());
     }
     let differs = |expected: f64, found: f64| (found - expected).abs() > CLASS_TOLERANCE * expected;
     if let Some(found) =
@@ -253,7 +265,7 @@ fn warn_of_class(estimate: &mut Estimate, calibration: &Calibration, field: &Fie
     {
         mismatch("resolution_deg", class.resolution_deg.to_string(), found.to_string());
     }
-    if let Some(found) = field.rig.tree_spacing_m.filter(|found| differs(class.tree_spacing_m, *found)) {
+    if let Some(found) = pass.rig.tree_spacing_m.filter(|found| differs(class.tree_spacing_m, *found)) {
         mismatch("tree_spacing_m", class.tree_spacing_m.to_string(), found.to_string());
     }
     if class.optics == Optics::Ideal {

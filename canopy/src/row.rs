@@ -9,7 +9,7 @@ use crate::cut::{CutMethod, Profile, TrunkZone};
 use crate::error::PipelineError;
 use crate::estimate::{ContactReport, ReturnCounts, TreesFound};
 use crate::estimator::{
-    Contact, EstimatorInfo, Estimators, Line, Measure, Setting, Sighting, Slice, Stretch,
+    Contact, EstimatorInfo, Estimators, Measure, Setting, SightedLine, Sighting, Slice, Stretch,
 };
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::parameters::Parameters;
@@ -136,7 +136,7 @@ impl Row {
         self.voxels.add_line(range_m, self.patches.fresh(), weight_m);
         let Placed { area_m, returns, trunk } = self.place_returns(range_m, weight_m);
         self.estimators.enter_tree(keys.tree);
-        self.estimators.line(&Line { weight_m, sightings: &self.sightings });
+        self.estimators.line(&SightedLine { weight_m, sightings: &self.sightings });
 
         // I_T of the line: its weight × Σ 2 l sin(Δθ/2) cos θ over canopy returns, leaf and wood alike (paper eq. 3).
         let impacted_m2 = weight_m * area_m;

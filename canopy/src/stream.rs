@@ -1,21 +1,20 @@
 //! The streaming pipeline: counting, advance and row, one line behind.
 
-use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 
-use crate::advance::{Advance, Step, Weighted};
+use crate::advance::Step;
 use crate::calibration::Calibration;
 use crate::counting::{Counting, Turn, nominal_period_s};
 use crate::cut::CutMethod;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
 use crate::estimator::EstimatorInfo;
-use crate::odometry::{GroundSpeed, Odometry};
+use crate::odometry::GroundSpeed;
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
 use crate::report;
-use crate::row::Row;
+use crate::row_pass::{LatestScan, RowPass};
 use crate::window::Window;
 
 /// Scans of one scanner in, an [`Estimate`] out, at any time.
@@ -39,36 +38,9 @@ use crate::window::Window;
 pub struct Pipeline {
     counting: Counting,
     ranges: Ranges,
-    latest: Option<Latest>,
-    field: Option<Field>,
+    latest: Option<LatestScan>,
+    pass: Option<RowPass>,
     calibration: Option<Calibration>,
-}
-
-/// What the latest telegram states.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Latest {
-    pub(crate) beams: BeamGrid,
-    pub(crate) frequency_hz: f64,
-}
-
-/// The part that needs a rig.
-#[derive(Clone, Debug)]
-pub(crate) struct Field {
-    pub(crate) rig: Rig,
-    pub(crate) mount: Mount,
-    pub(crate) advance: Advance,
-    pub(crate) odometry: Odometry,
-    pub(crate) row: Row,
-    open: OpenLine,
-}
-
-/// The line whose weight is not known yet.
-#[derive(Clone, Debug, Default)]
-struct OpenLine {
-    beams: BeamGrid,
-    range_m: Vec<f64>,
-    /// Way a telegram by the frequency its scan states.
-    nominal_step_m: f64,
 }
 
 impl Pipeline {
@@ -92,21 +64,15 @@ impl Pipeline {
         if let Some(calibration) = &calibration {
             calibration.validate()?;
         }
-        let field = rig.map(|rig| Field::new(rig, mount_index, parameters)).transpose()?;
-        Ok(Self {
-            counting: Counting::default(),
-            ranges: Ranges::default(),
-            latest: None,
-            field,
-            calibration,
-        })
+        let pass = rig.map(|rig| RowPass::new(rig, mount_index, parameters)).transpose()?;
+        Ok(Self { counting: Counting::default(), ranges: Ranges::default(), latest: None, pass, calibration })
     }
 
     /// Measures by these estimators as well, from the next scan on: [`Estimate::measures`]. Without a rig they have nothing to measure.
     #[must_use]
     pub fn with_estimators(mut self, estimators: &[&'static EstimatorInfo]) -> Self {
-        if let Some(field) = &mut self.field {
-            field.row.measure(estimators);
+        if let Some(pass) = &mut self.pass {
+            pass.row.measure(estimators);
         }
         self
     }
@@ -114,8 +80,8 @@ impl Pipeline {
     /// Looks for trees in the data as well, from the next scan on: [`Estimate::trees_found`].
     #[must_use]
     pub fn with_trees_found(mut self, methods: &[CutMethod]) -> Self {
-        if let Some(field) = &mut self.field {
-            field.row.find_trees(methods);
+        if let Some(pass) = &mut self.pass {
+            pass.row.find_trees(methods);
         }
         self
     }
@@ -133,21 +99,21 @@ impl Pipeline {
 
     fn take(&mut self, scan: &Scan, speed: Option<GroundSpeed>) {
         let turn = self.counting.observe(scan);
-        self.latest = Some(Latest { beams: scan.beams, frequency_hz: scan.scan_frequency_hz });
+        self.latest = Some(LatestScan { beams: scan.beams, frequency_hz: scan.scan_frequency_hz });
         let Turn::Line { travel_s, link } = turn else { return };
         let range_m = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
         // What stands beyond the grid has no angle.
         let range_m = range_m.get(..scan.beams.len()).unwrap_or(range_m);
         self.ranges.add(range_m);
-        if let Some(field) = &mut self.field {
-            let nominal_step_m = field.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
-            let y_m = field.odometry.y_m(&field.rig, scan, travel_s, speed);
-            let Step::Opened(closed) = field.advance.next(y_m, link, nominal_step_m) else { return };
-            field.add_open_line(closed);
-            field.open.beams = scan.beams;
-            field.open.range_m.clear();
-            field.open.range_m.extend_from_slice(range_m);
-            field.open.nominal_step_m = nominal_step_m;
+        if let Some(pass) = &mut self.pass {
+            let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
+            let y_m = pass.odometry.y_m(&pass.rig, scan, travel_s, speed);
+            let Step::Opened(closed) = pass.advance.next(y_m, link, nominal_step_m) else { return };
+            pass.add_open_line(closed);
+            pass.open.beams = scan.beams;
+            pass.open.range_m.clear();
+            pass.open.range_m.extend_from_slice(range_m);
+            pass.open.nominal_step_m = nominal_step_m;
         }
     }
 
@@ -158,16 +124,16 @@ impl Pipeline {
 
     /// Ends the stream: closes the last line and slice. Scans may still follow, as a new stretch of the same row.
     pub fn finish(&mut self) -> Estimate {
-        if let Some(field) = &mut self.field {
-            let closed = field.advance.close(field.open.nominal_step_m);
-            field.add_open_line(closed);
-            field.row.close();
+        if let Some(pass) = &mut self.pass {
+            let closed = pass.advance.close(pass.open.nominal_step_m);
+            pass.add_open_line(closed);
+            pass.row.close();
         }
         report::estimate(
             &self.counting,
             self.ranges(),
             self.latest,
-            self.field.as_ref(),
+            self.pass.as_ref(),
             self.calibration.as_ref(),
         )
     }
@@ -178,15 +144,15 @@ impl Pipeline {
             scans: self.counting.scans,
             scans_repeated: self.counting.repeated,
             scans_lost: self.counting.lost,
-            advance_m: self.field.as_ref().map(|field| field.advance.advance_m().unwrap_or(0.0)),
-            y_m: self.field.as_ref().and_then(|field| field.advance.y_m()),
-            impacted_total_area_m2: self.field.as_ref().map(|field| field.row.totals().impacted_m2),
+            advance_m: self.pass.as_ref().map(|pass| pass.advance.advance_m().unwrap_or(0.0)),
+            y_m: self.pass.as_ref().and_then(|pass| pass.advance.y_m()),
+            impacted_total_area_m2: self.pass.as_ref().map(|pass| pass.row.totals().impacted_m2),
         }
     }
 
     /// The canopy just driven past; `None` without a rig.
     pub fn window(&self) -> Option<Window> {
-        Some(self.field.as_ref()?.row.window())
+        Some(self.pass.as_ref()?.row.window())
     }
 
     /// One-sided leaf area per metre in a window, by the calibration's regression on impacted area; 0 where there is no canopy, `None`
@@ -203,7 +169,7 @@ impl Pipeline {
 
     /// What the advance is taken from, and the speed it has at the latest scan, m/s; `None` before the first one.
     pub fn ground_speed(&self) -> Option<GroundSpeed> {
-        let odometry = &self.field.as_ref()?.odometry;
+        let odometry = &self.pass.as_ref()?.odometry;
         Some(GroundSpeed { source: odometry.source()?, speed_m_s: Some(odometry.speed_m_s()) })
     }
 
@@ -212,33 +178,10 @@ impl Pipeline {
     }
 }
 
-impl Field {
-    fn new(rig: &Rig, mount_index: usize, parameters: Parameters) -> Result<Self, PipelineError> {
-        rig.validate()?;
-        let mount = rig
-            .scanners
-            .get(mount_index)
-            .ok_or(PipelineError::NoSuchMount { index: mount_index, mounts: rig.scanners.len() })?;
-        Ok(Self {
-            rig: rig.clone(),
-            mount: mount.clone(),
-            advance: Advance::new(parameters.max_gap_steps),
-            odometry: Odometry::default(),
-            row: Row::new(rig, mount, parameters)?,
-            open: OpenLine::default(),
-        })
-    }
-
-    fn add_open_line(&mut self, weighted: Option<Weighted>) {
-        if let Some(weighted) = weighted {
-            self.row.add(self.open.beams, &self.open.range_m, weighted);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rowscan_protocol::angle::BeamGrid;
     use rowscan_protocol::scan::Echo;
 
     #[test]
@@ -258,9 +201,9 @@ mod tests {
                 scan.scan_time_us = scan.scan_time_us.wrapping_add(20_000);
                 pipeline.push(&scan);
             }
-            let field = pipeline.field.as_ref().unwrap();
-            let mut capacities = field.row.capacities();
-            capacities.push(field.open.range_m.capacity());
+            let pass = pipeline.pass.as_ref().unwrap();
+            let mut capacities = pass.row.capacities();
+            capacities.push(pass.open.range_m.capacity());
             capacities
         };
         // Warm after the first slice that lies in two metres.

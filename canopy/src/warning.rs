@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 
 /// What a reader of an estimate must know beside its numbers. Serialises as its text, which begins with its [`code`](Warning::code).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Warning {
     /// No calibration gives the contact scale: the leaf area is the raw contact frequency, wood included.
     Uncalibrated,

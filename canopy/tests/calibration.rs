@@ -5,13 +5,15 @@
 mod common;
 
 use common::*;
-use rowscan_canopy::calibration::{Class, EchoRule, Optics, Provenance, RegressionKind};
+use rowscan_canopy::calibration::{
+    CalibrationClass, CalibrationError, EchoRule, FittedRange, Optics, Provenance, RegressionKind,
+};
 use rowscan_canopy::{Calibration, Estimate, FitError, Pipeline, Sample, fit};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
-fn class() -> Class {
-    Class {
+fn class() -> CalibrationClass {
+    CalibrationClass {
         preset: "spindle".into(),
         shady_threshold_percent: 101.0,
         growth_stage: "10 iterations".into(),
@@ -161,7 +163,7 @@ fn a_file_without_units_or_class_is_refused_by_key() {
     assert!(refusal(text.replace("scanner_model", "scaner_model")).contains("scaner_model"));
 
     let endless = Calibration {
-        contact: rowscan_canopy::calibration::Contact { k: f64::NAN, ..calibration.contact },
+        contact: rowscan_canopy::calibration::ContactScale { k: f64::NAN, ..calibration.contact },
         ..calibration
     };
     let message = Pipeline::new(None, 0, Some(endless)).unwrap_err().to_string();
@@ -240,6 +242,12 @@ fn a_gap_of_any_length_has_no_leaves_by_either_regression() {
     }
 }
 
+/// Smallest and largest impacted area a metre that the best regression was fitted on.
+fn fitted_range(calibration: &Calibration) -> (f64, f64) {
+    let quality = calibration.quality(calibration.best_regression());
+    (quality.low_m2_per_m, quality.high_m2_per_m)
+}
+
 #[test]
 fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
     let (impacted, contact) = hedge_per_metre();
@@ -248,10 +256,13 @@ fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
     let inside = calibrated(around(impacted * 0.9, contact * 0.9), &orchard_rig());
     assert!(!warnings(&inside).contains(&"refused") && !warnings(&inside).contains(&"outside_fitted_range"));
 
-    let outside = calibrated(around(impacted / 1.8, contact), &orchard_rig());
-    assert!(
-        warnings(&outside).contains(&"outside_fitted_range") || outside.leaf_area_regression_m2.is_some()
-    );
+    // The fitted range ends between the row's value and half of it: outside, and still told.
+    let (_, high) = fitted_range(&around(impacted / 2.0, contact));
+    assert!(high < impacted && impacted < 2.0 * high, "{high} {impacted}");
+    let outside = calibrated(around(impacted / 2.0, contact), &orchard_rig());
+    assert!(warnings(&outside).contains(&"outside_fitted_range"), "{:?}", warnings(&outside));
+    assert!(!warnings(&outside).contains(&"refused"));
+    assert!(outside.leaf_area_regression_m2.unwrap() > 0.0);
 
     let far = calibrated(around(impacted / 10.0, contact / 10.0), &orchard_rig());
     assert_eq!((far.leaf_area_regression_m2, far.leaf_area_m2, far.lai), (None, None, None));
@@ -263,6 +274,51 @@ fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
     let thin = calibrated(around(impacted * 10.0, contact * 10.0), &orchard_rig());
     assert_eq!(thin.leaf_area_regression_m2, None);
     assert!(thin.leaf_area_m2.unwrap() > 0.0);
+}
+
+#[test]
+fn a_regressor_is_inside_outside_or_far_outside_the_fitted_range() {
+    let calibration = line_on(&rows(|i| 3.7 * i.powf(1.5)));
+    assert_eq!(fitted_range(&calibration), (0.4, 2.2));
+    let places = [
+        (0.19, FittedRange::FarOutside),
+        (0.2, FittedRange::Outside),
+        (0.39, FittedRange::Outside),
+        (0.4, FittedRange::Inside),
+        (2.2, FittedRange::Inside),
+        (2.3, FittedRange::Outside),
+        (4.4, FittedRange::Outside),
+        (4.5, FittedRange::FarOutside),
+    ];
+    for (value, expected) in places {
+        assert_eq!(calibration.power.quality.range(value), expected, "{value}");
+    }
+}
+
+#[test]
+fn regressions_are_evaluated_per_metre_of_row() {
+    let mut calibration = line_on(&rows(|i| 3.7 * i.powf(1.5)));
+    (calibration.power.c, calibration.power.p) = (3.0, 2.0);
+    (calibration.linear.a_m2_per_m, calibration.linear.b) = (-1.0, 2.0);
+    // 12 m² on 4 m of row: 3 m²/m; the power law gives 4 · 3 · 3², the line -4 + 24.
+    assert!((calibration.regression_m2(RegressionKind::Power, 4.0, 12.0) - 108.0).abs() < 1e-12);
+    assert!((calibration.regression_m2(RegressionKind::Linear, 4.0, 12.0) - 20.0).abs() < 1e-12);
+    assert_eq!(calibration.regression_m2(RegressionKind::Linear, 4.0, 1.0), 0.0, "never negative");
+}
+
+#[test]
+fn coefficients_that_are_no_positive_numbers_are_refused() {
+    let sound = line_on(&rows(|i| 3.7 * i.powf(1.5)));
+    for value in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+        let mut unsound = sound.clone();
+        unsound.power.c = value;
+        let error = unsound.validate().unwrap_err();
+        assert!(matches!(error, CalibrationError::NotPositive { key: "power.c", .. }), "{error}");
+    }
+    let mut unsound = sound;
+    unsound.linear.b = f64::NAN;
+    let error = unsound.validate().unwrap_err();
+    assert!(matches!(error, CalibrationError::NotFinite { key: "linear.b", .. }), "{error}");
 }
 
 #[test]

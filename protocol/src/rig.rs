@@ -155,11 +155,6 @@ impl Rig {
         self.start_m + self.speed_m_s * travel_s
     }
 
-    /// Ground that one tree owns, m²: row spacing × tree spacing. None where either is unknown.
-    pub fn area_per_tree_m2(&self) -> Option<f64> {
-        Some(self.row_spacing_m? * self.tree_spacing_m?)
-    }
-
     /// Refuses values no estimate could be made with.
     pub fn validate(&self) -> Result<(), RigError> {
         let positive = |key, value: f64| {

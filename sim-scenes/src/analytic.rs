@@ -6,9 +6,9 @@
 use std::f64::consts::TAU;
 
 use crate::generator::draft::{Blade, Draft};
-use crate::generator::{Generator, GrowError, Planting};
+use crate::generator::error::GrowError;
+use crate::generator::planting::{Generator, Planting};
 use crate::growth::rotation::square_to;
-use crate::orchard::OrchardParameters;
 use crate::organ::{Cylinder, Leaf, OrganError};
 use crate::parameters::{ParameterError, choices, parameters, require};
 use crate::seed::{Purpose, Stream};
@@ -63,7 +63,7 @@ impl AnalyticParameters {
     /// Refuses what no scene can be made of. `cell_m` is the tree spacing.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self, cell_m: f64) -> Result<(), ParameterError> {
         let within = |name: &str, value: f64, low: f64, high: f64| {
             let expected = format!("a number from {low} to {high}");
@@ -111,8 +111,11 @@ pub(crate) struct Analytic {
 }
 
 impl Analytic {
-    pub(crate) fn new(orchard: &OrchardParameters, seed: u64) -> Result<Self, ParameterError> {
-        let (parameters, cell_m) = (orchard.analytic_parameters(), orchard.layout().tree_spacing_m);
+    pub(crate) fn new(
+        parameters: AnalyticParameters,
+        cell_m: f64,
+        seed: u64,
+    ) -> Result<Self, ParameterError> {
         parameters.validate(cell_m)?;
         Ok(Self { parameters, cell_m, seed })
     }
@@ -216,7 +219,7 @@ fn poisson(mean: f64, stream: &mut Stream) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::orchard::Orchard;
+    use crate::orchard::{Orchard, OrchardParameters};
 
     fn made(overrides: AnalyticOverrides) -> Orchard {
         let parameters = OrchardParameters {

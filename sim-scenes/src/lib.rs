@@ -8,8 +8,25 @@
 //! Scene frame: X across the row from the scanner into the vegetation, Y along the row (travel), Z up; metres. The axis
 //! of the first row is X = 0, the ground is Z = 0. θ is measured from +X, positive up.
 //!
-//! The crate does no I/O, reads no clock and keeps no global state. The same scene and seed give the same bytes on any
-//! machine and any number of threads: random streams are keyed ([`seed`]), elementary functions come from `libm`.
+//! ```
+//! use rowscan_scenes::orchard::{OrchardParameters, Preset};
+//! use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
+//!
+//! let parameters = OrchardParameters { trees: Some(1), ..OrchardParameters::of(Preset::Paper) };
+//! let orchard = Orchard::grow(&parameters, 1, &|_, _| {})?;
+//! let truth = orchard.truth();
+//! assert!(truth.leaf_area_m2 > 0.0);
+//!
+//! let pose = rowscan_protocol::scan::Pose { x_m: -1.9, y_m: 1.5, z_m: 1.6 };
+//! let fan = BeamFan::from_degrees(-45.0, 0.5, 181);
+//! let mut returns = vec![Return::MISS; 181];
+//! Caster::new(&orchard).cast(pose, &fan, &mut Scratch::default(), &mut returns);
+//! assert!(returns.iter().any(|met| met.range_m.is_finite()));
+//! # Ok::<(), rowscan_scenes::GrowError>(())
+//! ```
+//!
+//! Without the feature `files` the crate does no I/O. It reads no clock and keeps no global state. The same scene and seed give
+//! the same bytes on any machine and any number of threads: random streams are keyed ([`seed`]), elementary functions come from `libm`.
 
 pub mod analytic;
 mod angle;

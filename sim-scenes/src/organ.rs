@@ -174,7 +174,7 @@ pub enum Surface {
     Wire,
 }
 
-/// A plane polygon that stops beams and is no leaf.
+/// A plane polygon that stops beams and is not a leaf.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facet {
     /// What it is the surface of.
@@ -237,8 +237,9 @@ impl Tree {
     }
 }
 
-/// Why an outline is no leaf, or two points and a radius no branch.
+/// Why an outline cannot be a leaf, or two points and a radius a branch.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OrganError {
     /// A polygon has three vertices or more.
     #[error("a leaf outline needs 3 vertices or more, found {found}")]

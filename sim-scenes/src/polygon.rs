@@ -73,6 +73,33 @@ mod tests {
     }
 
     #[test]
+    fn vertices_on_the_level_belong_to_the_part_below_and_cost_no_area() {
+        let diamond: Vec<[f64; 3]> =
+            [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)].iter().map(|&(u, v)| [0.0, u, v]).collect();
+        let square: Vec<[f64; 3]> =
+            [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].iter().map(|&(u, v)| [0.0, u, v]).collect();
+        let mut scratch = Vec::new();
+        for turn in 0..4 {
+            for reversed in [false, true] {
+                let mut below = |outline: &[[f64; 3]], level: f64| {
+                    let mut outline = outline.to_vec();
+                    outline.rotate_left(turn);
+                    if reversed {
+                        outline.reverse();
+                    }
+                    area_below(&outline, 2, level, &mut scratch)
+                };
+                assert!((below(&diamond, 0.0) - 1.0).abs() < 1e-12, "half a diamond");
+                assert!((below(&diamond, 1.0) - 2.0).abs() < 1e-12, "all but its tip");
+                assert_eq!(below(&diamond, -1.0), 0.0);
+                assert!((below(&square, 1.0) - 1.0).abs() < 1e-12, "up to its upper edge");
+                assert_eq!(below(&square, 0.0), 0.0);
+                assert!((below(&square, 0.25) - 0.25).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
     fn a_notch_is_not_counted_below_a_level() {
         let outline = notched();
         let root2 = std::f64::consts::SQRT_2;

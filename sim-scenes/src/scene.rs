@@ -75,10 +75,10 @@ impl Scene {
         files
     }
 
-    /// Refuses values no scene could be made of.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what was expected and found.
+    /// The first key with an invalid value, with what was expected and found.
     pub fn validate(&self) -> Result<(), SceneError> {
         if self.version != VERSION {
             return Err(SceneError::Version { found: self.version });
@@ -94,11 +94,12 @@ impl Scene {
 
 /// Why a scene cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A format that this program does not know.
     #[error("version must be {VERSION}, found {found}")]
     Version {
-        /// What stands there.
+        /// The value found.
         found: u32,
     },
     /// A value in `[orchard]`, `[encoder]` or `[gnss]`.

@@ -49,19 +49,6 @@ impl Season {
             Self::FullLeaf | Self::LeafFall => 1.0,
         }
     }
-
-    /// Its code on the BBCH scale.
-    pub fn bbch(self) -> u8 {
-        match self {
-            Self::Dormant => 0,
-            Self::BudBurst => 9,
-            Self::Unfolding => 15,
-            Self::Bloom => 65,
-            Self::FruitSet => 72,
-            Self::FullLeaf => 79,
-            Self::LeafFall => 95,
-        }
-    }
 }
 
 /// Leaves only what is out, at its size. A leaf keeps its lot: what is out early is out later too, and falls last.

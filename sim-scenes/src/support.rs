@@ -1,6 +1,6 @@
 //! What is built in an orchard and does not grow: posts and wires.
 
-use crate::orchard::Layout;
+use crate::orchard::layout::Layout;
 use crate::organ::Cylinder;
 use crate::parameters::{ParameterError, parameters, require};
 
@@ -55,10 +55,10 @@ parameters! {
 }
 
 impl Trellis {
-    /// Refuses what cannot be built.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let within = |name: &str, value: f64, low: f64, high: f64| {
             let expected = format!("a number from {low} to {high}");

@@ -1,4 +1,4 @@
-//! A leaf area that is asked for: leaves are thinned out, or added, until it is reached.
+//! A target leaf area: leaves are thinned out or added until it is reached.
 
 use serde::Serialize;
 
@@ -23,7 +23,7 @@ const MOST_ADDED: usize = 50;
 /// What was done to reach a leaf area index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Adjustment {
-    /// Leaf area index asked for.
+    /// Leaf area index requested.
     pub target_lai: f64,
     /// Leaf area index of the orchard as it grew.
     pub grown_lai: f64,
@@ -35,7 +35,7 @@ pub struct Adjustment {
     pub leaves_seeded: usize,
 }
 
-/// What is asked for.
+/// The target.
 pub(crate) struct Goal<'a> {
     pub(crate) lai: f64,
     /// Ground of all places, m².
@@ -47,6 +47,7 @@ pub(crate) struct Goal<'a> {
 
 /// Why a leaf area cannot be reached.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TargetError {
     /// There is nothing to copy, or nothing to put a copy on.
     #[error(
@@ -54,7 +55,7 @@ pub enum TargetError {
          another season or generator"
     )]
     Nothing {
-        /// Asked for.
+        /// The value requested.
         target: f64,
         /// There.
         found: f64,
@@ -66,7 +67,7 @@ pub enum TargetError {
         "orchard.target_lai {target} cannot be reached within 1 %: {reached} is the nearest; allow larger trees or smaller leaves"
     )]
     Missed {
-        /// Asked for.
+        /// The value requested.
         target: f64,
         /// Reached.
         reached: f64,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::orchard::Orchard;
+use crate::orchard::grown::Orchard;
 use crate::organ::{Cylinder, Leaf, Surface, Tree};
 use crate::polygon;
 use crate::support::SupportKind;
@@ -43,9 +43,9 @@ pub struct Truth {
     pub fruit_area_m2: f64,
     /// Inclination of the leaves from the horizontal, degrees: mean weighted by area; None without leaves.
     pub leaf_angle_mean_deg: Option<f64>,
-    /// Its standard deviation, weighted likewise.
+    /// Its standard deviation, weighted by area too.
     pub leaf_angle_sd_deg: Option<f64>,
-    /// What was done to reach a leaf area index that was asked for; left out where none was.
+    /// How the target leaf area index was reached; left out without a target.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub adjustment: Option<Adjustment>,
     /// Leaf area over ground area (row spacing × places × tree spacing, gaps included); None where a spacing is unknown.
@@ -56,6 +56,20 @@ pub struct Truth {
     pub slabs: Vec<RowSlab>,
     /// By height band.
     pub bands: Vec<HeightBand>,
+}
+
+impl Orchard {
+    /// What is there: the exact areas of the first row, by tree, slab and height band of the default grid.
+    pub fn truth(&self) -> Truth {
+        self.truth_of_row(0, TruthGrid::default())
+    }
+
+    /// The exact areas of one row (an empty row where there is no such row).
+    pub fn truth_of_row(&self, row: usize, grid: TruthGrid) -> Truth {
+        let first = row.saturating_mul(self.trees_per_row());
+        let trees: Vec<Cow<'_, Tree>> = self.trees().skip(first).take(self.trees_per_row()).collect();
+        Truth::of_row(self, &trees, row, grid)
+    }
 }
 
 /// One place of the row.
@@ -72,6 +86,9 @@ pub struct TreeTruth {
     /// One-sided leaf area within the tree's cell of the row, neighbours' leaves included and its own beyond left out, m²: what an
     /// estimator that cuts the row at the spacing looks for. None where the spacing is unknown or the row does not repeat.
     pub cell_leaf_area_m2: Option<f64>,
+    /// Ground of the tree's cell, tree spacing × row spacing, m²; None where a spacing is unknown.
+    #[serde(skip)]
+    pub cell_ground_m2: Option<f64>,
     /// Lateral surface of its wood, m².
     pub wood_area_m2: f64,
     /// Leaf area over the ground it owns; None where a spacing is unknown.
@@ -165,6 +182,11 @@ fn leaf_angle(trees: &[Cow<'_, Tree>]) -> Option<(f64, f64)> {
 }
 
 impl TreeTruth {
+    /// Leaf area index of the tree's cell: the leaf area within it over its ground. None where either is unknown.
+    pub fn cell_lai(&self) -> Option<f64> {
+        Some(self.cell_leaf_area_m2? / self.cell_ground_m2?)
+    }
+
     fn of(tree: u32, organs: &Tree, spacing_m: Option<f64>, cell_m2: Option<f64>) -> Self {
         let leaf_area_m2 = organs.leaf_area_m2();
         let leaf_tops = organs.leaves.iter().flat_map(|leaf| leaf.outline().iter().map(|[_, _, z]| *z));
@@ -177,6 +199,7 @@ impl TreeTruth {
             leaves: organs.leaves.len(),
             leaf_area_m2,
             cell_leaf_area_m2: None,
+            cell_ground_m2: cell_m2,
             wood_area_m2: organs.wood_area_m2(),
             lai: cell_m2.map(|cell| leaf_area_m2 / cell),
             height_m: leaf_tops.chain(wood_tops).fold(0.0, f64::max),

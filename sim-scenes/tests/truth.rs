@@ -47,7 +47,29 @@ fn one_leaf_over_the_border_by_hand() {
         assert!((band.wood_area_m2 - truth.wood_area_m2 / 8.0).abs() < 1e-12, "{band:?}");
     }
     let tree = &truth.trees[0];
+    assert_eq!(
+        (tree.cell_ground_m2, tree.cell_lai()),
+        (Some(8.0), tree.cell_leaf_area_m2.map(|m2| m2 / 8.0))
+    );
+    assert!((tree.cell_lai().unwrap() - 0.15 / 8.0).abs() < 1e-12);
     assert_eq!((tree.leaves, tree.y_m, tree.height_m), (1, Some(1.0), 2.0));
+}
+
+#[test]
+fn leaf_inclinations_are_weighted_by_area() {
+    // 1 m² level, 3 m² upright, 2 m² at 45 degrees.
+    let level = Leaf::new(vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]).unwrap();
+    let rise = 2f64.sqrt();
+    let slant =
+        Leaf::new(vec![[0.0, 0.0, 0.0], [rise, 0.0, rise], [rise, 1.0, rise], [0.0, 1.0, 0.0]]).unwrap();
+    let leaves = vec![level, panel([0.0, 1.0], [0.0, 3.0]), slant];
+    let truth = Orchard::from_organs(leaves, vec![], 2.0).truth();
+    let (mean, sd) = (truth.leaf_angle_mean_deg.unwrap(), truth.leaf_angle_sd_deg.unwrap());
+    // (0 + 3 · 90 + 2 · 45) / 6 = 60; squares (3 · 8100 + 2 · 2025) / 6 = 4725.
+    assert!((mean - 60.0).abs() < 1e-9, "{mean}");
+    assert!((sd - 1125f64.sqrt()).abs() < 1e-9, "{sd}");
+    let bare = Orchard::from_organs(vec![], vec![], 2.0).truth();
+    assert_eq!((bare.leaf_angle_mean_deg, bare.leaf_angle_sd_deg), (None, None));
 }
 
 #[test]

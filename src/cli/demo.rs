@@ -286,7 +286,6 @@ fn trees(outcomes: &Outcomes) -> String {
             "truth",
         ],
     );
-    let places_per_ground_m2 = truth.lai.map(|lai| lai * truth.trees.len() as f64 / truth.leaf_area_m2);
     for (found, real) in estimate.trees.iter().zip(&truth.trees) {
         // What the estimator can know is the leaf area between a tree's borders, whoever's leaves they are.
         let leaf_area_m2 = real.cell_leaf_area_m2;
@@ -300,7 +299,7 @@ fn trees(outcomes: &Outcomes) -> String {
             number(leaf_area_m2, 2),
             percent(error),
             number(found.lai, 2),
-            number(leaf_area_m2.zip(places_per_ground_m2).map(|(area, places)| area * places), 2),
+            number(real.cell_lai(), 2),
             number(found.height_m, 2),
             number(Some(real.height_m), 2),
         ]);

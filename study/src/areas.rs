@@ -4,7 +4,7 @@ mod gates;
 mod report;
 
 use rowscan_canopy::Sample;
-use rowscan_canopy::calibration::{Class, EchoRule, Optics};
+use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model;
 use rowscan_scenes::Scene;
@@ -109,12 +109,12 @@ impl AreasStudy {
     }
 
     /// What a calibration made of the drives past these orchards is valid for.
-    pub fn class(&self) -> Class {
+    pub fn class(&self) -> CalibrationClass {
         let rig = self.scene.resolved_rig();
         let mount = rig.scanners.first();
         let scanner = mount.and_then(|mount| model::by_name(&mount.model));
         let list = |values: Vec<String>| values.join(", ");
-        Class {
+        CalibrationClass {
             preset: self.scene.orchard.preset.to_string(),
             shady_threshold_percent: self.shady_percent.iter().copied().fold(0.0, f64::max),
             growth_stage: format!(

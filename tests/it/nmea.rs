@@ -7,7 +7,7 @@ use nmea::sentences::{FaaMode, FixType};
 use rowscan_bus::nmea::{NmeaVoice, SENTENCES};
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
-use rowscan_vehicle::gnss::{Gnss, GnssEvent, Quality, Receiver};
+use rowscan_vehicle::gnss::{FixQuality, Gnss, GnssEvent, Receiver};
 use rowscan_vehicle::trajectory::{Motion, Trajectory};
 
 /// Knots a metre a second.
@@ -45,8 +45,8 @@ fn every_sentence_says_what_the_trajectory_does() {
         antenna_right_m: -0.2,
         noise_m: 0.0,
         rate_hz: 5.0,
-        quality: Quality::RtkFixed,
-        events: vec![event(4.0, 6.0, Quality::None), event(8.0, 10.0, Quality::RtkFloat)],
+        quality: FixQuality::RtkFixed,
+        events: vec![event(4.0, 6.0, FixQuality::None), event(8.0, 10.0, FixQuality::RtkFloat)],
         ..Gnss::default()
     };
     let tractor = Tractor::new(Trajectory::straight(2.0, 1.5));

@@ -24,7 +24,7 @@ use rowscan_protocol::model;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::time::SimTime;
-use rowscan_vehicle::gnss::{GnssEvent, Quality};
+use rowscan_vehicle::gnss::{FixQuality, GnssEvent};
 use rowscan_vehicle::trajectory::{Drive, Leg};
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::net::TcpStream;
@@ -36,7 +36,7 @@ const RATE: u64 = 50;
 #[test]
 fn a_fix_lost_for_ten_seconds_is_bridged_by_the_last_speed_and_told() {
     let mut scene = small_scene();
-    let event = GnssEvent { from_s: 3.0, to_s: 13.0, quality: Quality::None, noise_m: None };
+    let event = GnssEvent { from_s: 3.0, to_s: 13.0, quality: FixQuality::None, noise_m: None };
     scene.gnss.events = vec![event];
     scene.drive = Drive { legs: vec![leg(0.0, 0.8), leg(60.0, 0.8)], ..Drive::default() };
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");

@@ -16,7 +16,7 @@ pub struct Encoder {
     pub missed: f64,
     /// Share of ticks counted twice.
     pub extra: f64,
-    /// What it has counted when the tractor starts; near 2^32 it soon wraps.
+    /// Count at the start of the drive; near 2^32 it soon wraps.
     pub start_ticks: u32,
 }
 
@@ -27,17 +27,17 @@ impl Default for Encoder {
 }
 
 impl Encoder {
-    /// Refuses what is no encoder.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning.
+    /// The first key with an invalid value.
     pub fn validate(&self) -> Result<(), ParameterError> {
         within("encoder.ticks_per_m", self.ticks_per_m, 1.0, 1e6)?;
         within("encoder.missed", self.missed, 0.0, 1.0)?;
         within("encoder.extra", self.extra, 0.0, 1.0)
     }
 
-    /// Ticks a metre driven forward; negative where it counts down.
+    /// Ticks per metre driven forward; negative where it counts down.
     pub fn ticks_a_metre_ahead(&self) -> f64 {
         if self.reversed { -self.ticks_per_m } else { self.ticks_per_m }
     }

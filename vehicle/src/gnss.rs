@@ -16,10 +16,10 @@ use crate::utc::utc_seconds;
 /// What a receiver's random streams are keyed by, before the millisecond. Part of the scene format.
 pub const STREAM: u64 = 3;
 
-/// How a fix was made.
+/// How a position was determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Quality {
+pub enum FixQuality {
     /// No position.
     None,
     /// By satellites alone.
@@ -32,7 +32,7 @@ pub enum Quality {
     RtkFloat,
 }
 
-impl Quality {
+impl FixQuality {
     /// The digit in GGA, and the method in NMEA 2000.
     pub fn code(self) -> u8 {
         match self {
@@ -69,16 +69,16 @@ pub struct Gnss {
     pub utc: String,
     /// Sentences of one kind a second, 1 to 20.
     pub rate_hz: f64,
-    /// Quality outside the events.
-    pub quality: Quality,
+    /// FixQuality outside the events.
+    pub quality: FixQuality,
     /// Standard deviation of north and of east each, metres; up has twice as much.
     pub noise_m: f64,
-    /// What happens to the fix, in simulated time; of several at once the last counts.
+    /// Changes of the fix, in simulated time; where several overlap the last one counts.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<GnssEvent>,
 }
 
-/// From one second of simulated time to another, the fix is different.
+/// A change of the fix for a span of simulated time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GnssEvent {
@@ -86,9 +86,9 @@ pub struct GnssEvent {
     pub from_s: f64,
     /// Ends, seconds.
     pub to_s: f64,
-    /// Quality meanwhile.
-    pub quality: Quality,
-    /// Noise meanwhile, metres; else as ever.
+    /// FixQuality during the event.
+    pub quality: FixQuality,
+    /// Noise during the event, metres; otherwise unchanged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_m: Option<f64>,
 }
@@ -106,7 +106,7 @@ impl Default for Gnss {
             antenna_up_m: 2.5,
             utc: "2026-05-01T06:00:00Z".to_owned(),
             rate_hz: 10.0,
-            quality: Quality::RtkFixed,
+            quality: FixQuality::RtkFixed,
             noise_m: 0.0,
             events: Vec::new(),
         }
@@ -114,10 +114,10 @@ impl Default for Gnss {
 }
 
 impl Gnss {
-    /// Refuses what no receiver could be made of.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning.
+    /// The first key with an invalid value.
     pub fn validate(&self) -> Result<(), ParameterError> {
         // Beyond 80 degrees a flat piece of Earth is not flat.
         within("gnss.latitude_deg", self.latitude_deg, -80.0, 80.0)?;
@@ -139,11 +139,11 @@ impl Gnss {
     }
 }
 
-/// What a receiver says at one instant. Position and speed are the antenna's; without a fix they are what they would be.
+/// A receiver's output at one instant. Position and speed are the antenna's; without a fix they are what they would be with one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
-    /// How it was made.
-    pub quality: Quality,
+    /// How the position was determined.
+    pub quality: FixQuality,
     /// Seconds since 1970, UTC.
     pub unix_s: f64,
     /// Degrees north.
@@ -154,9 +154,9 @@ pub struct Fix {
     pub altitude_m: f64,
     /// Mean sea level above the ellipsoid, metres.
     pub geoid_m: f64,
-    /// Where the tractor looks, degrees clockwise from north, [0, 360).
+    /// Where the tractor points, degrees clockwise from north, [0, 360).
     pub heading_deg: f64,
-    /// Where it goes: the heading, or its opposite in reverse.
+    /// Course over ground: the heading, or its opposite in reverse.
     pub course_deg: f64,
     /// Speed over ground, m/s, never negative.
     pub speed_m_s: f64,
@@ -166,13 +166,13 @@ pub struct Fix {
     pub hdop: f64,
 }
 
-/// A receiver: the table made ready.
+/// A receiver built from the table.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     gnss: Gnss,
     seed: u64,
     start_s: f64,
-    /// Metres a degree of latitude and of longitude at the origin.
+    /// Metres per degree of latitude and of longitude at the origin.
     m_per_deg: (f64, f64),
 }
 
@@ -189,7 +189,7 @@ impl Receiver {
         self.gnss.rate_hz
     }
 
-    /// What it says at `at` of a tractor in `motion`.
+    /// Its output at `at` for a tractor in `motion`.
     pub fn fix(&self, at: SimTime, motion: &Motion) -> Fix {
         let gnss = &self.gnss;
         let t_s = at.as_secs_f64();
@@ -213,7 +213,7 @@ impl Receiver {
         };
         let heading_deg = turned(gnss.azimuth_deg + place.heading_rad.to_degrees());
         let back = if motion.speed_m_s < 0.0 { 180.0 } else { 0.0 };
-        let (satellites, hdop) = if quality == Quality::None { (0, 99.9) } else { (14, 0.7) };
+        let (satellites, hdop) = if quality == FixQuality::None { (0, 99.9) } else { (14, 0.7) };
         Fix {
             quality,
             unix_s: self.start_s + t_s,
@@ -240,7 +240,7 @@ impl Receiver {
     }
 }
 
-/// Metres a degree of latitude and of longitude, from the radii of curvature of the WGS 84 ellipsoid.
+/// Metres per degree of latitude and of longitude, from the radii of curvature of the WGS 84 ellipsoid.
 fn metres_per_degree(latitude_deg: f64) -> (f64, f64) {
     let (a, e2) = (6_378_137.0, 6.694_379_990_14e-3);
     let latitude = latitude_deg.to_radians();
@@ -254,7 +254,7 @@ fn metres_per_degree(latitude_deg: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trajectory::Trajectory;
+    use crate::trajectory::{Place, Trajectory};
 
     const SECOND: u64 = 1_000_000_000;
 
@@ -276,6 +276,62 @@ mod tests {
         assert!((east - 83_360.0).abs() < 30.0, "{east}");
     }
 
+    /// A tractor at (3, 5), looking 60 degrees right of the rows, at this speed.
+    fn askew(speed_m_s: f64) -> Motion {
+        let place = Place { x_m: 3.0, y_m: 5.0, heading_rad: 60f64.to_radians(), alley: None };
+        Motion { place, speed_m_s, ..Trajectory::straight(0.0, 0.0).at(0.0) }
+    }
+
+    #[test]
+    fn lever_arm_and_rows_are_turned_by_their_own_angles() {
+        let gnss =
+            Gnss { azimuth_deg: 30.0, antenna_forward_m: 2.0, antenna_right_m: 1.0, ..Gnss::default() };
+        let receiver = Receiver::new(gnss, 1);
+        let fix = receiver.fix(SimTime::ZERO, &askew(1.0));
+        let (north_m, east_m) = (
+            (fix.latitude_deg - 41.6) * receiver.m_per_deg.0,
+            (fix.longitude_deg - 0.87) * receiver.m_per_deg.1,
+        );
+        // By compass: 5 m at 30 degrees along the rows, 3 m at 120 across them, 2 m ahead to the east, 1 m right to the south.
+        let root3 = 3f64.sqrt();
+        assert!((north_m - (2.5 * root3 - 1.5 - 1.0)).abs() < 1e-6, "{north_m}");
+        assert!((east_m - (2.5 + 1.5 * root3 + 2.0)).abs() < 1e-6, "{east_m}");
+        assert!((fix.heading_deg - 90.0).abs() < 1e-9);
+        assert_eq!((fix.altitude_m, fix.geoid_m), (202.5, 50.0));
+    }
+
+    #[test]
+    fn in_reverse_it_goes_against_its_heading_and_angles_stay_below_360() {
+        let towards = |azimuth_deg: f64, speed_m_s: f64| {
+            let fix = Receiver::new(Gnss { azimuth_deg, ..Gnss::default() }, 1)
+                .fix(SimTime::ZERO, &askew(speed_m_s));
+            (fix.heading_deg.round(), fix.course_deg.round(), fix.speed_m_s)
+        };
+        assert_eq!(towards(30.0, -1.5), (90.0, 270.0, 1.5));
+        assert_eq!(towards(30.0, 0.0), (90.0, 90.0, 0.0));
+        assert_eq!(towards(200.0, -0.5), (260.0, 80.0, 0.5));
+        assert_eq!(towards(330.0, 1.0), (30.0, 30.0, 1.0));
+        // A hair below zero is rounded up to a whole turn, which is north again.
+        let north = Receiver::new(Gnss { azimuth_deg: -1e-17, ..Gnss::default() }, 1);
+        let fix = north.fix(SimTime::ZERO, &Trajectory::straight(0.0, 1.0).at(0.0));
+        assert_eq!((fix.heading_deg, fix.course_deg), (0.0, 0.0));
+    }
+
+    #[test]
+    fn noise_upwards_is_twice_as_large_and_of_its_own() {
+        let receiver = Receiver::new(Gnss { noise_m: 0.5, ..Gnss::default() }, 7);
+        let motion = Trajectory::straight(0.0, 0.0).at(0.0);
+        let fixes: Vec<Fix> = (0..4000).map(|k| receiver.fix(SimTime(k * SECOND / 10), &motion)).collect();
+        let up_m: Vec<f64> = fixes.iter().map(|fix| fix.altitude_m - 202.5).collect();
+        let east_m: Vec<f64> =
+            fixes.iter().map(|fix| (fix.longitude_deg - 0.87) * receiver.m_per_deg.1 + 2.0).collect();
+        let spread = |values: &[f64]| (values.iter().map(|m| m * m).sum::<f64>() / 4000.0).sqrt();
+        assert!((spread(&up_m) - 1.0).abs() < 0.04, "{}", spread(&up_m));
+        assert!((spread(&east_m) - 0.5).abs() < 0.02, "{}", spread(&east_m));
+        let together = up_m.iter().zip(&east_m).map(|(u, e)| u * e).sum::<f64>() / 4000.0;
+        assert!(together.abs() < 0.03, "{together}");
+    }
+
     #[test]
     fn noise_has_its_size_and_repeats() {
         let receiver = Receiver::new(Gnss { noise_m: 0.5, ..Gnss::default() }, 7);
@@ -292,13 +348,13 @@ mod tests {
 
     #[test]
     fn events_change_the_fix_and_pass() {
-        let event = GnssEvent { from_s: 5.0, to_s: 15.0, quality: Quality::None, noise_m: None };
+        let event = GnssEvent { from_s: 5.0, to_s: 15.0, quality: FixQuality::None, noise_m: None };
         let receiver = Receiver::new(Gnss { events: vec![event], ..Gnss::default() }, 1);
         let motion = Trajectory::straight(0.0, 1.0).at(0.0);
         let quality = |s| receiver.fix(SimTime(s * SECOND), &motion).quality;
         assert_eq!(
             [quality(4), quality(5), quality(14), quality(15)],
-            [Quality::RtkFixed, Quality::None, Quality::None, Quality::RtkFixed]
+            [FixQuality::RtkFixed, FixQuality::None, FixQuality::None, FixQuality::RtkFixed]
         );
     }
 

@@ -1,4 +1,4 @@
-//! Files that a scene names. This crate reads none: whoever may hands the content in.
+//! Files that a scene names. This crate reads no files: the caller passes the content in.
 
 use std::sync::Arc;
 
@@ -27,12 +27,12 @@ impl SceneFile {
         &self.path
     }
 
-    /// Hands its content in.
+    /// Passes its content in.
     pub fn fill(&mut self, content: impl Into<Arc<[u8]>>) {
         self.content = Some(content.into());
     }
 
-    /// True once its content was handed in.
+    /// True once its content has been passed in.
     pub fn is_filled(&self) -> bool {
         self.content.is_some()
     }
@@ -59,16 +59,17 @@ impl SceneFile {
     }
 }
 
-/// Why a file named in a scene says nothing.
+/// Why a file named in a scene has no usable content.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FileError {
-    /// Nobody handed its content in.
+    /// Its content was never passed in.
     #[error("{path} has not been read")]
     NotRead {
         /// The file.
         path: String,
     },
-    /// Bytes that are no UTF-8.
+    /// Bytes that are not UTF-8.
     #[error("{path}:{line}: text expected, found bytes that are not UTF-8")]
     NotText {
         /// The file.

@@ -1,4 +1,4 @@
-//! The tractor: what scanners, encoder, GNSS and CAN ride on, each asking it for the same simulated instants.
+//! The tractor: shared by scanners, encoder, GNSS and CAN, each of which samples it at its own simulated instants.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -7,8 +7,8 @@ use rowscan_protocol::time::SimTime;
 
 use crate::trajectory::{Motion, Trajectory};
 
-/// A shared tractor. It stands at its start until something sets it going; from there on it is a function of simulated time and of the
-/// commands it was given.
+/// A shared tractor. It stands at its start until something starts it; from then on it is a function of simulated time and of the
+/// commands it received.
 #[derive(Clone, Debug)]
 pub struct Tractor(Arc<Mutex<Driven>>);
 
@@ -32,7 +32,7 @@ impl Tractor {
         Self(Arc::new(Mutex::new(Driven { trajectory, began: None })))
     }
 
-    /// Sets it going at `at`, unless it already is.
+    /// Starts it at `at`, unless it has started.
     pub fn begin(&self, at: SimTime) {
         self.lock().began.get_or_insert(at);
     }
@@ -54,7 +54,7 @@ impl Tractor {
         }
     }
 
-    /// Makes for `speed_m_s` from `at` on; sets it going.
+    /// Accelerates to `speed_m_s` from `at` on; starts it if it stands.
     pub fn command(&self, at: SimTime, speed_m_s: f64) {
         let mut driven = self.lock();
         if driven.began.is_none() {

@@ -39,7 +39,7 @@ mod tests {
     use super::*;
     use crate::nmea::SENTENCES;
     use rowscan_protocol::time::SimTime;
-    use rowscan_vehicle::gnss::{Gnss, Quality, Receiver};
+    use rowscan_vehicle::gnss::{FixQuality, Gnss, Receiver};
     use rowscan_vehicle::trajectory::Trajectory;
 
     fn heard(gnss: Gnss, speed_m_s: f64) -> Vec<Option<f64>> {
@@ -59,7 +59,7 @@ mod tests {
         let last = |gnss, speed| heard(gnss, speed).last().copied().flatten();
         assert!((last(Gnss::default(), 1.25).unwrap() - 1.25).abs() < 2e-4);
         assert!((last(Gnss::default(), -0.5).unwrap() + 0.5).abs() < 2e-4);
-        let lost = Gnss { quality: Quality::None, ..Gnss::default() };
+        let lost = Gnss { quality: FixQuality::None, ..Gnss::default() };
         assert_eq!(heard(lost, 1.0), [None, None]);
     }
 

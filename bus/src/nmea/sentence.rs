@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rowscan_protocol::calendar::Date;
 use rowscan_recording::nmea::checksum;
-use rowscan_vehicle::gnss::{Fix, Quality};
+use rowscan_vehicle::gnss::{Fix, FixQuality};
 
 /// A sentence: its name and what it says of a fix, without `$`, talker and checksum.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ impl Sentence {
 const MINUTE_DIGITS: usize = 7;
 
 fn known(fix: &Fix) -> bool {
-    fix.quality != Quality::None
+    fix.quality != FixQuality::None
 }
 
 fn date(fix: &Fix) -> Date {
@@ -89,7 +89,8 @@ fn degrees(fix: &Fix, deg: f64) -> String {
 }
 
 fn gga(fix: &Fix) -> String {
-    let corrected = matches!(fix.quality, Quality::Differential | Quality::RtkFixed | Quality::RtkFloat);
+    let corrected =
+        matches!(fix.quality, FixQuality::Differential | FixQuality::RtkFixed | FixQuality::RtkFloat);
     format!(
         "{},{},{},{},{:02},{:.1},{},M,{},M,{},{}",
         time(fix),
@@ -108,11 +109,11 @@ fn gga(fix: &Fix) -> String {
 /// Positioning system mode indicator.
 fn mode(fix: &Fix) -> char {
     match fix.quality {
-        Quality::None => 'N',
-        Quality::Gps => 'A',
-        Quality::Differential => 'D',
-        Quality::RtkFixed => 'R',
-        Quality::RtkFloat => 'F',
+        FixQuality::None => 'N',
+        FixQuality::Gps => 'A',
+        FixQuality::Differential => 'D',
+        FixQuality::RtkFixed => 'R',
+        FixQuality::RtkFloat => 'F',
     }
 }
 
@@ -188,7 +189,7 @@ mod tests {
 
     #[test]
     fn without_a_fix_fields_are_empty() {
-        let fix = fix(Gnss { quality: Quality::None, ..Gnss::default() });
+        let fix = fix(Gnss { quality: FixQuality::None, ..Gnss::default() });
         assert!(told("GGA", &fix).starts_with("$GNGGA,060001.50,,,,,0,00,99.9,,M,,M,,*"));
         assert!(told("RMC", &fix).contains(",V,,,,,,,010526,,,N*"));
     }

@@ -1,7 +1,7 @@
 //! Position on NMEA 2000: rapid position, rapid course and speed, and the full GNSS fix as a fast packet. Layouts as public
 //! implementations of NMEA 2000 have them.
 
-use rowscan_vehicle::gnss::{Fix, Quality};
+use rowscan_vehicle::gnss::{Fix, FixQuality};
 
 use super::TRACTOR_ADDRESS;
 use crate::message::{Message, Payload, Signal};
@@ -72,20 +72,20 @@ pub const POSITION: Message = Message {
 
 /// [`POSITION_RAPID`] of a fix; not available without one.
 pub fn position_rapid(fix: &Fix) -> Payload {
-    let known = |value| (fix.quality != Quality::None).then_some(value);
+    let known = |value| (fix.quality != FixQuality::None).then_some(value);
     POSITION_RAPID.encode(&[known(fix.latitude_deg), known(fix.longitude_deg)])
 }
 
 /// [`COURSE_RAPID`] of a fix.
 pub fn course_rapid(fix: &Fix, sequence: u8) -> Payload {
-    let known = |value| (fix.quality != Quality::None).then_some(value);
+    let known = |value| (fix.quality != FixQuality::None).then_some(value);
     let course = known(fix.course_deg.to_radians());
     COURSE_RAPID.encode(&[Some(f64::from(sequence % 251)), Some(0.0), course, known(fix.speed_m_s.abs())])
 }
 
 /// [`POSITION`] of a fix.
 pub fn position(fix: &Fix, sequence: u8) -> Payload {
-    let known = |value| (fix.quality != Quality::None).then_some(value);
+    let known = |value| (fix.quality != FixQuality::None).then_some(value);
     let days = (fix.unix_s / 86_400.0).floor();
     POSITION.encode(&[
         Some(f64::from(sequence % 251)),

@@ -1,9 +1,11 @@
 //! Least squares on values per metre of row.
 
 use crate::estimate::Estimate;
-use crate::regression::{Goodness, Line, mean, spread};
+use crate::regression::{FittedLine, Goodness, mean, spread};
 
-use super::{Calibration, Class, Contact, Linear, Power, Provenance, Quality, Training, Units};
+use super::model::{
+    Calibration, CalibrationClass, ContactScale, FitQuality, Linear, Power, Provenance, Training, Units,
+};
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +37,7 @@ pub const MIN_SAMPLES: usize = 3;
 
 /// Why samples give no calibration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FitError {
     /// Too few rows.
     #[error("a calibration needs at least {expected} rows, found {found}")]
@@ -51,7 +54,7 @@ pub enum FitError {
         index: usize,
         /// Which value.
         key: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
     },
     /// All rows agree in a value that the fit needs to differ, with any one row left out.
@@ -67,7 +70,11 @@ pub enum FitError {
 /// All in values per metre of row: `linear` by ordinary least squares, `power` by ordinary least squares of ln L on ln I_T
 /// (so it gives the median, not the mean, of scattered rows), `contact` by least squares through the origin. Qualities
 /// are in leaf area per metre for all three.
-pub fn fit(samples: &[Sample], class: Class, provenance: Provenance) -> Result<Calibration, FitError> {
+pub fn fit(
+    samples: &[Sample],
+    class: CalibrationClass,
+    provenance: Provenance,
+) -> Result<Calibration, FitError> {
     if samples.len() < MIN_SAMPLES {
         return Err(FitError::TooFew { expected: MIN_SAMPLES, found: samples.len() });
     }
@@ -104,7 +111,7 @@ pub fn fit(samples: &[Sample], class: Class, provenance: Provenance) -> Result<C
 }
 
 fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
-    let line = Line::fit(x, y).ok_or(NO_SPREAD)?;
+    let line = FittedLine::fit(x, y).ok_or(NO_SPREAD)?;
     Ok(Linear {
         a_m2_per_m: line.intercept,
         b: line.slope,
@@ -115,22 +122,22 @@ fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
 fn power(x: &[f64], y: &[f64]) -> Result<Power, FitError> {
     let ln = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v.ln()).collect() };
     let (ln_x, ln_y) = (ln(x), ln(y));
-    let line = Line::fit(&ln_x, &ln_y).ok_or(NO_SPREAD)?;
+    let line = FittedLine::fit(&ln_x, &ln_y).ok_or(NO_SPREAD)?;
     let fitted = ln_x.iter().map(|&x| line.at(x).exp());
     let left_out = line.left_out(&ln_x, &ln_y).map(f64::exp);
     let goodness = Goodness::of(y, fitted, left_out);
     Ok(Power { c: line.intercept.exp(), p: line.slope, quality: quality(x, y, goodness) })
 }
 
-fn contact(x: &[f64], y: &[f64]) -> Result<Contact, FitError> {
-    let line = Line::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
-    Ok(Contact { k: line.slope, quality: quality(x, y, Goodness::of_line(&line, x, y)) })
+fn contact(x: &[f64], y: &[f64]) -> Result<ContactScale, FitError> {
+    let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
+    Ok(ContactScale { k: line.slope, quality: quality(x, y, Goodness::of_line(&line, x, y)) })
 }
 
 const NO_SPREAD: FitError = FitError::NoSpread { key: "impacted_total_area_m2" };
 
-fn quality(x: &[f64], y: &[f64], goodness: Goodness) -> Quality {
-    Quality {
+fn quality(x: &[f64], y: &[f64], goodness: Goodness) -> FitQuality {
+    FitQuality {
         n: u32::try_from(y.len()).unwrap_or(u32::MAX),
         r2: goodness.r2,
         r2_uncentred: goodness.r2_uncentred,

@@ -5,7 +5,8 @@
 //! The interval is Wilson's, on beams divided by hits a patch.
 
 use super::bands::{Bands, wilson};
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
+use super::measure::{Measure, Quantity};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "gap",
@@ -31,7 +32,7 @@ impl GapFraction {
 }
 
 impl Estimator for GapFraction {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         self.bands.line(line);
     }
 

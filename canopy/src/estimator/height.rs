@@ -1,7 +1,8 @@
 //! Height percentiles of the canopy returns.
 
+use super::contract::{Estimator, EstimatorInfo, SightedLine, Stretch};
+use super::measure::{Measure, Quantity};
 use super::porosity::BASE_SHARE;
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Stretch};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
@@ -16,7 +17,7 @@ pub(super) const INFO: EstimatorInfo = EstimatorInfo {
 struct Heights(Histogram);
 
 impl Estimator for Heights {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         for contact in line.sightings.iter().filter_map(|sighting| sighting.canopy) {
             self.0.add(contact.z_m, line.weight_m);
         }

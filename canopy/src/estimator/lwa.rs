@@ -1,8 +1,9 @@
 //! Leaf wall area: 2 × canopy height × 10⁴ / row spacing, m²/ha, both faces; canopy height is top less base, section by section, so that
 //! gaps in the row count as no wall.
 
+use super::contract::{Estimator, EstimatorInfo, Stretch};
+use super::measure::{Measure, Quantity};
 use super::trv::HECTARE_M2;
-use super::{Estimator, EstimatorInfo, Measure, Quantity, Stretch};
 use crate::profile::Section;
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

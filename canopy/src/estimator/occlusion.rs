@@ -1,6 +1,7 @@
 //! What was not seen: voxels hidden behind others, and voxels no beam leads to. Every density rests on the rest.
 
-use super::{Estimator, EstimatorInfo, Measure, Quantity, Slice, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Slice, Stretch};
+use super::measure::{Measure, Quantity};
 use crate::voxels::Unseen;
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

@@ -4,8 +4,9 @@
 //! half look is a half patch where leaves are wider than the beams are apart. Cells that too few beams entered hold nothing: behind
 //! a dense crown's near half the estimate is low, and `occlusion` says how much was not seen.
 
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Slice, Stretch};
+use super::measure::{Measure, Quantity};
 use super::polar_cells::{PolarCells, PolarSums};
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Slice, Stretch};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "polar",
@@ -33,7 +34,7 @@ impl PolarDensity {
 }
 
 impl Estimator for PolarDensity {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         self.cells.line(line);
     }
 

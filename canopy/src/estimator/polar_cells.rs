@@ -4,7 +4,7 @@
 //! does (above the ground clearance, below the region's top, before the far gate). A beam enters a cell if the canopy did not stop it
 //! before, and ends there if it did within.
 
-use super::{Line, Setting};
+use super::contract::{Setting, SightedLine};
 use crate::geometry::Frame;
 
 /// Length of a cell along the beam, metres.
@@ -67,7 +67,7 @@ impl PolarCells {
         }
     }
 
-    pub(super) fn line(&mut self, line: &Line<'_>) {
+    pub(super) fn line(&mut self, line: &SightedLine<'_>) {
         self.length_m += line.weight_m;
         for sighting in line.sightings {
             let sector = ((sighting.beam.theta_rad / std::f64::consts::PI + 0.5) * SECTORS as f64) as usize;

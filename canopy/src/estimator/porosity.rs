@@ -1,7 +1,8 @@
 //! Optical porosity: the share of beams that pass through the crown between its base and its top, as seen from the scanner.
 
 use super::bands::{Band, Bands, wilson};
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
+use super::measure::{Measure, Quantity};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
@@ -30,7 +31,7 @@ impl Porosity {
 }
 
 impl Estimator for Porosity {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         self.bands.line(line);
         for contact in line.sightings.iter().filter_map(|sighting| sighting.canopy) {
             self.heights.add(contact.z_m, line.weight_m);

@@ -1,6 +1,6 @@
 //! What the row reports anyway, in the form of measures: for tables that set the estimators side by side.
 
-use super::{Measure, Quantity};
+use super::measure::{Measure, Quantity};
 use crate::estimate::{Estimate, TreeEstimate};
 
 /// Names of the estimators that every estimate holds, and what they are.
@@ -16,7 +16,7 @@ fn leaf_area(estimator: &'static str, value: Option<f64>) -> Measure {
 }
 
 impl Estimate {
-    /// The leaf areas every estimate holds, then what the estimators asked for measured.
+    /// The leaf areas every estimate holds, then what the requested estimators measured.
     pub fn side_by_side(&self) -> Vec<Measure> {
         let calibrated = self.leaf_area_contact_m2.filter(|_| self.calibration.is_some());
         let mut all = vec![
@@ -31,7 +31,7 @@ impl Estimate {
 }
 
 impl TreeEstimate {
-    /// The leaf areas every tree's estimate holds, then what the estimators asked for measured.
+    /// The leaf areas every tree's estimate holds, then what the requested estimators measured.
     pub fn side_by_side(&self) -> Vec<Measure> {
         let mut all = vec![
             leaf_area("contact", self.leaf_area_contact_m2),

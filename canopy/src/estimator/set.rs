@@ -1,9 +1,10 @@
 //! The estimators in use: one set for the row, one for the tree being passed.
 
-use super::{Estimator, EstimatorInfo, Line, Measure, Setting, Slice, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Slice, Stretch};
+use super::measure::Measure;
 use crate::profile::Section;
 
-/// The estimators asked for. Empty by default: nothing is kept then.
+/// The requested estimators. Empty by default: nothing is kept then.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Estimators {
     row: Vec<Box<dyn Estimator>>,
@@ -43,7 +44,7 @@ impl Estimators {
         }
     }
 
-    pub(crate) fn line(&mut self, line: &Line<'_>) {
+    pub(crate) fn line(&mut self, line: &SightedLine<'_>) {
         self.each().for_each(|estimator| estimator.line(line));
     }
 

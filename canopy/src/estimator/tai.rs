@@ -1,8 +1,9 @@
 //! Tree area index: the area the canopy turns towards the beams over the ground it stands on, Σ a_jk r_k Δr Δθ / s with G = 1
 //! (Walklate et al. 2002). Half the leaf area index where leaves are turned any way.
 
+use super::contract::{Estimator, EstimatorInfo, SightedLine, Slice, Stretch};
+use super::measure::{Measure, Quantity};
 use super::polar_cells::{PolarCells, PolarSums};
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Slice, Stretch};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "tai",
@@ -19,7 +20,7 @@ struct TreeAreaIndex {
 }
 
 impl Estimator for TreeAreaIndex {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         self.cells.line(line);
     }
 

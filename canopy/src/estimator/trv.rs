@@ -1,7 +1,8 @@
 //! Tree row volume: height × width × 10⁴ / row spacing, m³/ha, as growers reckon doses.
 
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
+use super::measure::{Measure, Quantity};
 use super::width::HalfWidths;
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
@@ -33,7 +34,7 @@ impl TreeRowVolume {
 }
 
 impl Estimator for TreeRowVolume {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         self.widths.line(line);
         for contact in line.sightings.iter().filter_map(|sighting| sighting.canopy) {
             self.heights.add(contact.z_m, line.weight_m);

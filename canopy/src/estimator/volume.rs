@@ -1,6 +1,7 @@
 //! Crown volume: cross-sections filled from the outermost return to the row plane per 0.1 m of height, doubled, times their length.
 
-use super::{Estimator, EstimatorInfo, Measure, Quantity, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Stretch};
+use super::measure::{Measure, Quantity};
 use crate::profile::Section;
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

@@ -8,7 +8,8 @@
 //! (hits whose neighbours on the line and on the line before stand at another range), and correction and variance are multiplied by
 //! the slice's hits a patch. This factor is ours, not the paper's; `tests/estimators.rs` holds the interval's coverage.
 
-use super::{Estimator, EstimatorInfo, Measure, Quantity, Setting, Slice, Stretch, Z95};
+use super::contract::{Estimator, EstimatorInfo, Setting, Slice, Stretch, Z95};
+use super::measure::{Measure, Quantity};
 use crate::voxels::Voxel;
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

@@ -1,6 +1,7 @@
 //! Width percentiles: twice the half width of the side that was scanned.
 
-use super::{Estimator, EstimatorInfo, Line, Measure, Quantity, Setting, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
+use super::measure::{Measure, Quantity};
 use crate::profile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
@@ -32,7 +33,7 @@ impl HalfWidths {
         Self { histogram: Histogram::new(), distance_m: setting.frame.distance_m }
     }
 
-    pub(super) fn line(&mut self, line: &Line<'_>) {
+    pub(super) fn line(&mut self, line: &SightedLine<'_>) {
         for contact in line.sightings.iter().filter_map(|sighting| sighting.canopy) {
             if contact.x_m <= self.distance_m {
                 self.histogram.add(self.distance_m - contact.x_m, line.weight_m);
@@ -51,7 +52,7 @@ impl HalfWidths {
 }
 
 impl Estimator for Widths {
-    fn line(&mut self, line: &Line<'_>) {
+    fn line(&mut self, line: &SightedLine<'_>) {
         self.0.line(line);
     }
 

@@ -28,7 +28,7 @@ impl Region {
         let x_m = (frame.distance_m - half_m).max(0.0);
         let width_m = frame.distance_m + half_m - x_m;
         let height_m = (parameters.top_m - frame.ground_clearance_m).max(0.0);
-        // Whole voxels fill the region exactly: their edges are a little shorter than asked for.
+        // Whole voxels fill the region exactly: their edges are a little shorter than requested.
         let cells = |length_m: f64| (length_m / parameters.voxel_m - 1e-9).ceil().max(1.0);
         let (nx, nz) = (cells(width_m), cells(height_m));
         Self {

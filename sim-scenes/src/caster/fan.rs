@@ -8,8 +8,8 @@ use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::Mount;
 
 use super::nearest::Nearest;
+use super::rectangle::Rectangle;
 use super::sight::{Cut, Points, Rays, Segments, Sight};
-use super::standing::Rectangle;
 use crate::angle::cos_sin_deg;
 use crate::lanes::{ATAN2_ERROR, Lanes, Row, padded};
 

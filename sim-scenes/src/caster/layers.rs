@@ -28,7 +28,7 @@ impl Layers {
         &self.nearest
     }
 
-    /// The leaves along beam `j` before the first wood and the ground, nearest first: distinct ones, at most the k asked for.
+    /// The leaves along beam `j` before the first wood and the ground, nearest first: distinct ones, at most the k requested.
     pub fn leaves(&self, j: usize) -> &[Return] {
         let count = self.counts.get(j).copied().unwrap_or(0);
         let start = j.saturating_mul(self.depth);

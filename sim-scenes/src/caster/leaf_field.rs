@@ -3,7 +3,7 @@
 use super::alike::Alike;
 use super::convex;
 use super::outlined::Outlined;
-use super::row_index::{Extent, RowIndex};
+use super::row_index::{RowIndex, YExtent};
 use super::shapes::Entry;
 use super::tag::{Label, Tag};
 use super::template::Template;
@@ -58,12 +58,12 @@ impl LeafField {
     }
 
     fn of<'a>(kind: Kind, pieces: impl Iterator<Item = &'a Piece<'a>>, period_m: f64) -> Self {
-        let (mut images, mut extents): (Vec<(&Piece<'_>, f64)>, Vec<Extent>) = (Vec::new(), Vec::new());
+        let (mut images, mut extents): (Vec<(&Piece<'_>, f64)>, Vec<YExtent>) = (Vec::new(), Vec::new());
         for piece in pieces {
-            let extent = Extent::around(piece.outline.iter().map(|[_, y, _]| *y));
+            let extent = YExtent::around(piece.outline.iter().map(|[_, y, _]| *y));
             for shift in extent.images(period_m) {
                 images.push((piece, shift));
-                extents.push(Extent { from_m: extent.from_m + shift, to_m: extent.to_m + shift });
+                extents.push(YExtent { from_m: extent.from_m + shift, to_m: extent.to_m + shift });
             }
         }
         let (index, order) = RowIndex::new(&extents);

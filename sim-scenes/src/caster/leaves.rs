@@ -1,30 +1,19 @@
 //! The leaf kernel: polygon ∩ scan plane = a segment; a segment covers a run of beams. Eight leaves at a time are cut, eight beams at a
 //! time are covered.
 
-use std::hint::black_box;
-
 use pulp::{Simd, WithSimd};
 
-use super::leaf_field::{Kind, LeafField};
+use super::leaf_field::Kind;
+use super::leaf_pass::{BATCH, Edges, End, Form, LeafPass, edges, fetch};
 use super::moving;
-use super::nearest::{Nearest, Owners, marked};
+use super::nearest::marked;
 use super::shapes::{Leaves, Shapes};
-use super::sight::{Cut, Part, Points, Segments, Sight};
+use super::sight::{Cut, Points, Segments, Sight};
 use super::spans::for_beams;
-use crate::lanes::{Lanes, Mask, Row, WIDTH};
+use crate::lanes::{Lanes, Row, WIDTH};
 
 /// Leaves whose plane is nearer than this to the scan plane (sine of the angle) are edge-on and return nothing.
 const PARALLEL: f64 = 1e-12;
-
-/// Enters every leaf that the plane of a line cuts, or that a moving scanner's beams meet.
-pub(super) struct LeafPass<'a, T> {
-    pub(super) field: &'a LeafField,
-    pub(super) sight: &'a T,
-    pub(super) part: Part,
-    /// Whose the organs are, if a copy's.
-    pub(super) copy: Option<u32>,
-    pub(super) nearest: &'a mut Nearest,
-}
 
 impl<T: Sight> WithSimd for LeafPass<'_, T> {
     type Output = ();
@@ -89,28 +78,6 @@ impl<T: Sight> LeafPass<'_, T> {
     }
 }
 
-/// Eights that are read from memory at once.
-pub(super) const BATCH: usize = 16;
-
-/// Reads a batch of eights from memory before the first of it is looked at, and lists whose they are. Gives the first one's number.
-/// Eights lie scattered: one by one, each would be waited for.
-#[inline(always)]
-pub(super) fn fetch(
-    field: &LeafField,
-    shapes: &impl Shapes,
-    batch: &[u32],
-    copy: Option<u32>,
-    owners: &mut Owners,
-) -> usize {
-    let rows = batch.iter().flat_map(|eight| shapes.rows(*eight as usize));
-    black_box(rows.fold(0, |all, row| all | row.0[0].to_bits()));
-    let first = owners.next();
-    for eight in batch {
-        owners.list(field.tags(*eight as usize), copy);
-    }
-    first
-}
-
 /// Eight leaves cut by the plane y = `origin[1]`. False if it cuts none.
 #[inline(always)]
 fn cut<S: Simd, T: Sight>(
@@ -140,77 +107,11 @@ fn cut<S: Simd, T: Sight>(
     any
 }
 
-/// A register of vertices: where they come from, and how far beyond a plane along Y.
-#[derive(Clone, Copy)]
-pub(super) struct End<S: Simd, A> {
-    pub(super) at: A,
-    above: Lanes<S>,
-}
-
-impl<S: Simd, A: Copy> End<S, A> {
-    #[inline(always)]
-    fn of<L: Leaves<S, At = A>>(leaves: L, vertex: usize, y_m: Lanes<S>) -> Self {
-        let at = leaves.at(vertex);
-        Self { at, above: leaves.y(at) - y_m }
-    }
-
-    #[inline(always)]
-    fn select<L: Leaves<S, At = A>>(_: L, mask: Mask<S>, yes: Self, no: Self) -> Self {
-        Self { at: L::select(mask, yes.at, no.at), above: mask.select(yes.above, no.above) }
-    }
-}
-
-/// The edges of a register of leaves that cross planes of one Y each.
-pub(super) struct Edges<S: Simd, A> {
-    /// Lower and upper end of the edge that rises through the plane.
-    pub(super) rise: [End<S, A>; 2],
-    /// And of the one that falls.
-    pub(super) fall: [End<S, A>; 2],
-    /// Which leaves are cut at all.
-    pub(super) cut: Mask<S>,
-}
-
-/// Convex, so the outline rises through the plane once and falls through it once. A vertex on the plane counts as below it.
-#[inline(always)]
-pub(super) fn edges<S: Simd, L: Leaves<S>>(leaves: L, y_m: Lanes<S>) -> Edges<S, L::At> {
-    let zero = y_m.of(0.0);
-    let mut from = End::of(leaves, leaves.vertices() - 1, y_m);
-    let mut from_above = zero.lt(from.above);
-    let (mut rise, mut fall) = ([from, from], [from, from]);
-    let mut cut = zero.lt(zero);
-    for vertex in 0..leaves.vertices() {
-        let to = End::of(leaves, vertex, y_m);
-        let to_above = zero.lt(to.above);
-        let crosses = from_above.xor(to_above);
-        let (rises, falls) = (crosses.and(to_above), crosses.and(from_above));
-        rise = [End::select(leaves, rises, from, rise[0]), End::select(leaves, rises, to, rise[1])];
-        fall = [End::select(leaves, falls, to, fall[0]), End::select(leaves, falls, from, fall[1])];
-        cut = cut.or(rises);
-        (from, from_above) = (to, to_above);
-    }
-    Edges { rise, fall, cut }
-}
-
 /// Where edges cross the plane. Always from the lower end, so that two pieces that share an edge share the crossing to the last bit.
 #[inline(always)]
 fn crossing<S: Simd, L: Leaves<S>>(leaves: L, [low, high]: [End<S, L::At>; 2]) -> Points<S> {
     let at = leaves.placed(L::between(low.at, high.at, low.above / (low.above - high.above)));
     Points(at.x, at.z)
-}
-
-/// A linear form in (p, q).
-pub(super) struct Form<S: Simd>(Lanes<S>, Lanes<S>);
-
-impl<S: Simd> Form<S> {
-    #[inline(always)]
-    pub(super) fn of(simd: S, [a, b]: &[Row; 2], lane: usize) -> Self {
-        Self(a.everywhere(simd, lane), b.everywhere(simd, lane))
-    }
-
-    #[inline(always)]
-    pub(super) fn at(&self, p: Lanes<S>, q: Lanes<S>) -> Lanes<S> {
-        self.0 * p + self.1 * q
-    }
 }
 
 #[cfg(test)]

@@ -16,17 +16,20 @@ pub(crate) mod convex;
 mod fan;
 mod layers;
 mod leaf_field;
+mod leaf_pass;
 mod leaves;
 mod moving;
 mod nearest;
 mod outlined;
 mod parallel;
+mod placed_blocks;
+mod range_pass;
+mod rectangle;
 mod returns;
 mod row_index;
 mod shapes;
 mod sight;
 mod spans;
-mod standing;
 mod tag;
 mod template;
 mod wood;
@@ -44,10 +47,11 @@ use rowscan_protocol::scan::Pose;
 
 use crate::orchard::Orchard;
 use block::Block;
-use leaves::LeafPass;
-use nearest::{Nearest, RangePass};
+use leaf_pass::LeafPass;
+use nearest::Nearest;
+use placed_blocks::{PlacedBlocks, View};
+use range_pass::RangePass;
 use sight::{Part, Sight};
-use standing::{Standing, View};
 use wood::{FloorPass, GroundPass};
 
 /// An orchard made ready for scanning. Immutable and shared between threads; each thread has its own [`Scratch`].
@@ -56,7 +60,7 @@ pub struct Caster {
     /// Posts and wires.
     supports: Block,
     /// All trees.
-    standing: Standing,
+    trees: PlacedBlocks,
     period_m: f64,
     registers: Registers,
 }
@@ -88,7 +92,7 @@ impl Caster {
         let period_m = orchard.length_m();
         Self {
             supports: Block::new(std::iter::empty(), orchard.supports(), period_m),
-            standing: Standing::new(orchard),
+            trees: PlacedBlocks::new(orchard),
             period_m,
             registers: Registers::Widest,
         }
@@ -168,12 +172,12 @@ impl Caster {
         views.clear();
         for part in parts {
             self.floor(&self.supports, sight, part, None, nearest, facets);
-            self.standing.seen(part, views);
+            self.trees.seen(part, views);
         }
-        Standing::order(views);
+        PlacedBlocks::order(views);
         let mut first = true;
         for View { block, tree, part, window, beyond } in views.iter() {
-            let Some(block) = self.standing.block(*block) else { continue };
+            let Some(block) = self.trees.block(*block) else { continue };
             if first {
                 self.floor(block, sight, *part, *tree, nearest, facets);
                 nearest.close_floor();

@@ -6,7 +6,7 @@
 
 use pulp::Simd;
 
-use super::leaves::{BATCH, Edges, Form, LeafPass, edges, fetch};
+use super::leaf_pass::{BATCH, Edges, Form, LeafPass, edges, fetch};
 use super::nearest::marked;
 use super::shapes::{Leaves, Shapes, Vertex};
 use super::sight::{Part, Points, Sight};
@@ -44,7 +44,7 @@ pub(super) fn pass<S: Simd, T: Sight>(pass: LeafPass<'_, T>, simd: S, shapes: &i
         normal: [Row::splat(0.0); 3],
         distance: Row::splat(0.0),
         by_all: Row::splat(0.0),
-        spans: Spans::of(sight),
+        spans: Spans::of(sight.turn(), sight.count()),
     };
     let advance = Lanes::splat(simd, sight.advance_m());
     let (first, end) = part.beams;

@@ -1,10 +1,7 @@
 //! What every beam of a line has met nearest so far.
 
-use std::marker::PhantomData;
+use pulp::Simd;
 
-use pulp::{Simd, WithSimd};
-
-use super::sight::Sight;
 use super::tag::Tag;
 use crate::lanes::{Lanes, Mask, WIDTH};
 
@@ -140,6 +137,11 @@ impl Nearest {
     }
 
     /// Length of a list.
+    /// All depth keys, as the line is padded.
+    pub(super) fn keys_mut(&mut self) -> &mut [f64] {
+        if self.depth == 1 { &mut self.floor_key } else { &mut self.key }
+    }
+
     fn places(&self) -> usize {
         self.beams + WIDTH
     }
@@ -263,29 +265,6 @@ impl Slots<'_> {
             nearer.select(owner, old_owner).write(self.owners, place);
             key = nearer.select(old_key, key);
             owner = nearer.select(old_owner, owner);
-        }
-    }
-}
-
-/// Turns the depth keys of a line into ranges: what it met is told, and nothing more is entered.
-pub(super) struct RangePass<'a, T>(&'a mut Nearest, PhantomData<T>);
-
-impl<'a, T: Sight> RangePass<'a, T> {
-    pub(super) fn of(nearest: &'a mut Nearest) -> Self {
-        Self(nearest, PhantomData)
-    }
-}
-
-impl<T: Sight> WithSimd for RangePass<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let keys = if self.0.depth == 1 { &mut self.0.floor_key } else { &mut self.0.key };
-        for from in (0..keys.len()).step_by(S::F64_LANES) {
-            // The last beams of all, where they do not fill a register, are those that a line is padded with.
-            let Some(key) = Lanes::read(simd, keys, from) else { break };
-            T::key(simd, key).write(keys, from);
         }
     }
 }

@@ -5,12 +5,12 @@ use crate::lanes::WIDTH;
 
 /// What an organ takes up along Y, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Extent {
+pub(super) struct YExtent {
     pub(super) from_m: f64,
     pub(super) to_m: f64,
 }
 
-impl Extent {
+impl YExtent {
     /// The smallest extent that holds all values.
     pub(super) fn around(values: impl Iterator<Item = f64>) -> Self {
         values.fold(Self { from_m: f64::INFINITY, to_m: f64::NEG_INFINITY }, |extent, y| Self {
@@ -69,14 +69,14 @@ const RUN: usize = 32;
 
 /// Extents, sorted by their middles, in the order in which a line comes upon the fewest eights of them. Eights of neighbours are short if
 /// neighbours are of like length; where they are not, neighbours a little farther on are sorted by length first. How far, is tried.
-fn packed(run: &[usize], extent: impl Fn(&usize) -> Extent) -> Vec<usize> {
+fn packed(run: &[usize], extent: impl Fn(&usize) -> YExtent) -> Vec<usize> {
     let farther = (0..).map(|power| 1 << power).take_while(|eights| *eights <= RUN);
     let ways = farther.map(|eights| {
         let mut way = run.to_vec();
         for slab in way.chunks_mut(WIDTH * eights) {
             slab.sort_by(|a, b| extent(a).length_m().total_cmp(&extent(b).length_m()));
         }
-        let reaches = way.chunks(WIDTH).map(|eight| Extent::joined(eight.iter().map(&extent)).length_m());
+        let reaches = way.chunks(WIDTH).map(|eight| YExtent::joined(eight.iter().map(&extent)).length_m());
         let reach_m: f64 = reaches.sum();
         (reach_m, way)
     });
@@ -91,16 +91,16 @@ const MOST: f64 = 16.0;
 
 impl RowIndex {
     /// Sorts the extents into eights. Gives the index and, entry by entry, which extent it is; None fills up an eight.
-    pub(super) fn new(extents: &[Extent]) -> (Self, Vec<Option<usize>>) {
+    pub(super) fn new(extents: &[YExtent]) -> (Self, Vec<Option<usize>>) {
         let extent =
-            |number: &usize| extents.get(*number).copied().unwrap_or(Extent { from_m: 0.0, to_m: 0.0 });
+            |number: &usize| extents.get(*number).copied().unwrap_or(YExtent { from_m: 0.0, to_m: 0.0 });
         let mut order: Vec<usize> = (0..extents.len()).collect();
         order.sort_by(|a, b| extent(a).middle_m().total_cmp(&extent(b).middle_m()));
         let mut numbers = Vec::with_capacity(extents.len() + WIDTH);
         let mut reaches = Vec::with_capacity(extents.len() / WIDTH + 1);
         for run in order.chunks(WIDTH * RUN) {
             for eight in packed(run, extent).chunks(WIDTH) {
-                reaches.push(Extent::joined(eight.iter().map(extent)));
+                reaches.push(YExtent::joined(eight.iter().map(extent)));
                 numbers.extend(eight.iter().copied().map(Some));
                 numbers.resize(numbers.len().next_multiple_of(WIDTH), None);
             }
@@ -109,8 +109,8 @@ impl RowIndex {
     }
 
     /// Lists the eights in the stretches they reach into.
-    fn over(eights: &[Extent]) -> Self {
-        let whole = Extent::joined(eights.iter().copied());
+    fn over(eights: &[YExtent]) -> Self {
+        let whole = YExtent::joined(eights.iter().copied());
         let length_m = whole.length_m();
         if !length_m.is_finite() {
             return Self::default();
@@ -190,9 +190,9 @@ mod tests {
             spans in prop::collection::vec((-5.0..25.0f64, 0.0..3.0f64, 0..4), 0..80),
             y in -6.0..26.0f64, more in 0.0..2.0f64,
         ) {
-            let extents: Vec<Extent> = spans
+            let extents: Vec<YExtent> = spans
                 .iter()
-                .map(|&(from_m, length, scale)| Extent { from_m, to_m: from_m + length * 0.1f64.powi(scale) })
+                .map(|&(from_m, length, scale)| YExtent { from_m, to_m: from_m + length * 0.1f64.powi(scale) })
                 .collect();
             let (index, order) = RowIndex::new(&extents);
             for high in [y, y + more] {
@@ -210,7 +210,7 @@ mod tests {
         fn images_are_exactly_those_that_reach_into_the_period(
             from_m in -30.0..30.0f64, length in 0.0..12.0f64, period in 0.5..10.0f64,
         ) {
-            let extent = Extent { from_m, to_m: from_m + length };
+            let extent = YExtent { from_m, to_m: from_m + length };
             let images: Vec<f64> = extent.images(period).collect();
             for k in -100..=100 {
                 let shift = f64::from(k) * period;

@@ -8,8 +8,8 @@ use glam::DVec3;
 use pulp::Simd;
 
 use super::nearest::Nearest;
+use super::rectangle::Rectangle;
 use super::spans::Spans;
-use super::standing::Rectangle;
 use crate::lanes::{Lanes, Mask, Row};
 
 /// Points or vectors of the scan plane, (X, Z).
@@ -59,7 +59,7 @@ pub(super) struct Segments {
 impl Segments {
     pub(super) fn of(sight: &impl Sight) -> Self {
         let rows = [Row::splat(0.0); 2];
-        Self { key: rows, from: rows, to: rows, spans: Spans::of(sight) }
+        Self { key: rows, from: rows, to: rows, spans: Spans::of(sight.turn(), sight.count()) }
     }
 }
 
@@ -101,7 +101,7 @@ pub(super) trait Sight: Sync {
     fn rays<S: Simd>(&self, simd: S, p: Lanes<S>, q: Lanes<S>) -> Rays<S>;
     /// Depth keys of ranges, and ranges of keys: each is the other's inverse.
     fn key<S: Simd>(simd: S, range_m: Lanes<S>) -> Lanes<S>;
-    /// True if whatever lies within the rectangle is known to lie behind what all beams have met; false where that is not worked out.
+    /// True if everything within the rectangle is known to lie behind what all beams have met; false where that is not computed.
     fn is_hidden(&self, _: Rectangle, _: &Nearest) -> bool {
         false
     }

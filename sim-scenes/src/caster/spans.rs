@@ -2,7 +2,6 @@
 
 use pulp::Simd;
 
-use super::sight::Sight;
 use crate::lanes::{Lanes, Row, WIDTH};
 
 /// Added to a whole number of beams, this leaves the number in the low bits: the last place of what comes out is one.
@@ -26,8 +25,9 @@ pub(super) struct Spans {
 }
 
 impl Spans {
-    pub(super) fn of(sight: &impl Sight) -> Self {
-        let (turn, row) = (sight.turn(), Row::splat(f64::INFINITY));
+    /// Intervals of `count` beams that come round again after `turn` of them (infinite where they do not).
+    pub(super) fn of(turn: f64, count: usize) -> Self {
+        let row = Row::splat(f64::INFINITY);
         let coarse = turn < 2.0;
         Self {
             low: row,
@@ -35,7 +35,7 @@ impl Spans {
             first: row,
             last: row,
             again: false,
-            count: sight.count() as f64,
+            count: count as f64,
             turn: if coarse { f64::INFINITY } else { turn },
             coarse,
         }

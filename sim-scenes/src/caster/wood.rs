@@ -63,7 +63,7 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
         let Self { field, sight, part, copy, nearest } = self;
         let (p, q) = sight.parameters();
         let (Some(q), Some((mut floor, owners))) = (q.get(..p.len()), nearest.floor(p.len())) else { return };
-        let (mut aspects, mut spans) = (Aspects::NONE, Spans::of(sight));
+        let (mut aspects, mut spans) = (Aspects::NONE, Spans::of(sight.turn(), sight.count()));
         let advance = Lanes::splat(simd, sight.advance_m());
         let still = T::ONE_START && sight.advance_m() == 0.0;
         for eights in field.index.eights(part.y_m) {

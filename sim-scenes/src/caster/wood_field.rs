@@ -1,6 +1,6 @@
 //! Branches, posts and wires as the caster keeps them: cylinders, eight side by side.
 
-use super::row_index::{Extent, RowIndex};
+use super::row_index::{RowIndex, YExtent};
 use super::tag::{Label, Tag};
 use crate::lanes::{Row, WIDTH};
 use crate::organ::Cylinder;
@@ -67,9 +67,9 @@ fn reach_m(piece: &Cylinder) -> f64 {
     piece.radius_m() * flat / piece.length_m() * WIDER + 1e-12
 }
 
-fn extent(piece: &Cylinder) -> Extent {
+fn extent(piece: &Cylinder) -> YExtent {
     let reach = reach_m(piece);
-    Extent::around([piece.base()[1], piece.tip()[1]].into_iter().flat_map(|y| [y - reach, y + reach]))
+    YExtent::around([piece.base()[1], piece.tip()[1]].into_iter().flat_map(|y| [y - reach, y + reach]))
 }
 
 /// All wood of an orchard, images over the border of the period included, in the order of the row index.
@@ -86,11 +86,11 @@ impl WoodField {
         let images: Vec<(Label, &Cylinder, f64)> = wood
             .flat_map(|(label, piece)| extent(piece).images(period_m).map(move |shift| (label, piece, shift)))
             .collect();
-        let extents: Vec<Extent> = images
+        let extents: Vec<YExtent> = images
             .iter()
             .map(|(_, piece, shift)| {
-                let Extent { from_m, to_m } = extent(piece);
-                Extent { from_m: from_m + shift, to_m: to_m + shift }
+                let YExtent { from_m, to_m } = extent(piece);
+                YExtent { from_m: from_m + shift, to_m: to_m + shift }
             })
             .collect();
         let (index, order) = RowIndex::new(&extents);

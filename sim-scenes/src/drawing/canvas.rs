@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::Drawing;
-
 /// Leaf area behind a cell, over the cell's own area, from which each shade begins.
 const SHADES: [(f64, &str); 5] =
     [(0.05, "#e3f0d3"), (0.4, "#bfdd9c"), (1.0, "#8fc063"), (2.0, "#5f9a3c"), (4.0, "#376b22")];
@@ -32,7 +30,7 @@ impl Canvas {
     pub(super) fn around(
         points: impl Iterator<Item = [f64; 2]>,
         ground: bool,
-        drawing: &Drawing,
+        (cell_m, scale_px): (f64, f64),
     ) -> Option<Self> {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for point in points {
@@ -44,7 +42,7 @@ impl Canvas {
         if ground {
             (low[1], high[1]) = (low[1].min(0.0), high[1].max(0.0));
         }
-        let mut cell_m = drawing.cell_m.max(1e-3);
+        let mut cell_m = cell_m.max(1e-3);
         let size_m = [0, 1].map(|axis| high[axis] - low[axis]);
         let cells = |cell_m: f64| size_m.map(|length_m| (length_m / cell_m).floor() + 1.0);
         if !low.iter().chain(&high).all(|c| c.is_finite()) {
@@ -61,7 +59,7 @@ impl Canvas {
             columns,
             rows,
             cell_m,
-            scale_px: drawing.scale_px,
+            scale_px: scale_px,
             ground,
             area_m2: vec![0.0; columns * rows],
             dots: BTreeMap::new(),

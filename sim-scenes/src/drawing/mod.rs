@@ -101,7 +101,8 @@ fn paint(
         outlines.chain(tree.wood.iter().flat_map(|piece| [piece.base(), piece.tip()]))
     });
     let built = supports.iter().flat_map(|support| [support.shape.base(), cut(support.shape.tip())]);
-    let mut canvas = Canvas::around(organs.chain(built).map(on_paper), view.up == 2, drawing)?;
+    let mut canvas =
+        Canvas::around(organs.chain(built).map(on_paper), view.up == 2, (drawing.cell_m, drawing.scale_px))?;
     for tree in trees {
         for leaf in &tree.leaves {
             // A leaf's area as seen, spread over its vertices and its middle.

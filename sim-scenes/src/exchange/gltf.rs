@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::mesh::{self, Face, Material};
 use crate::caster::convex;
-use crate::orchard::Orchard;
+use crate::orchard::grown::Orchard;
 use crate::organ::Leaf;
 use crate::placement::Placement;
 

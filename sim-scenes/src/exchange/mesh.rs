@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::growth::rotation::square_to;
-use crate::orchard::Orchard;
+use crate::orchard::grown::Orchard;
 use crate::organ::{Cylinder, Surface, Tree};
 use crate::parameters::choices;
 use crate::support::SupportKind;

@@ -18,8 +18,9 @@ use crate::parameters::FileError;
 
 /// Why a file holds no orchard.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExchangeError {
-    /// It says nothing.
+    /// The file was not read, or is not text.
     #[error(transparent)]
     File(#[from] FileError),
     /// A record of it cannot be used.
@@ -30,7 +31,7 @@ pub enum ExchangeError {
         /// The line, or the number of the face in a binary file; from 1.
         line: usize,
         /// What is wrong with it.
-        cause: RecordError,
+        cause: OrganRecordError,
     },
     /// It is not in the format that its name says.
     #[error("{path}: {cause}")]
@@ -44,8 +45,9 @@ pub enum ExchangeError {
 
 /// What is wrong with one record.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RecordError {
-    /// A field is no number.
+#[non_exhaustive]
+pub enum OrganRecordError {
+    /// A field is not a number.
     #[error("a number expected, found `{found}`")]
     NotANumber {
         /// The field.

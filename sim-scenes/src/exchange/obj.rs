@@ -5,8 +5,8 @@
 use std::fmt::Write as _;
 
 use super::mesh::{self, Face, Material, RawFace};
-use super::{ExchangeError, MOST_TREES, RecordError};
-use crate::orchard::Orchard;
+use super::{ExchangeError, MOST_TREES, OrganRecordError};
+use crate::orchard::grown::Orchard;
 use crate::parameters::{SceneFile, lines};
 
 /// How the objects of a tree are named: this and the tree's number.
@@ -45,21 +45,21 @@ fn tree_number(name: &str) -> u32 {
     number.filter(|tree| *tree <= MOST_TREES).unwrap_or(0)
 }
 
-fn vertex(rest: &str) -> Result<[f64; 3], RecordError> {
+fn vertex(rest: &str) -> Result<[f64; 3], OrganRecordError> {
     let mut numbers = [0.0; 3];
     let fields: Vec<&str> = rest.split_whitespace().collect();
     // A weight, or a colour, may follow.
     let Some(coordinates) = fields.get(..3) else {
-        return Err(RecordError::Fields { expected: "x y z", found: fields.len() });
+        return Err(OrganRecordError::Fields { expected: "x y z", found: fields.len() });
     };
     for (number, field) in numbers.iter_mut().zip(coordinates) {
-        *number = field.parse().map_err(|_| RecordError::NotANumber { found: (*field).to_owned() })?;
+        *number = field.parse().map_err(|_| OrganRecordError::NotANumber { found: (*field).to_owned() })?;
     }
     Ok(numbers)
 }
 
 /// The vertex of a corner such as `7`, `7/1/3` or `-1`.
-fn index(field: &str, vertices: &[[f64; 3]]) -> Result<[f64; 3], RecordError> {
+fn index(field: &str, vertices: &[[f64; 3]]) -> Result<[f64; 3], OrganRecordError> {
     let number = field.split('/').next().and_then(|number| number.parse::<i64>().ok());
     let place = number.and_then(|number| match number {
         1.. => usize::try_from(number - 1).ok(),
@@ -67,7 +67,7 @@ fn index(field: &str, vertices: &[[f64; 3]]) -> Result<[f64; 3], RecordError> {
         _ => vertices.len().checked_sub(usize::try_from(number.unsigned_abs()).ok()?),
     });
     let found = place.and_then(|place| vertices.get(place)).copied();
-    found.ok_or_else(|| RecordError::Index { vertices: vertices.len(), found: field.to_owned() })
+    found.ok_or_else(|| OrganRecordError::Index { vertices: vertices.len(), found: field.to_owned() })
 }
 
 /// Writes an orchard, and the library of its materials that is named `library` in it.
@@ -137,7 +137,7 @@ mod tests {
     fn a_bad_index_is_refused_with_file_and_line() {
         for (corner, vertices) in [("4", 3), ("0", 3), ("-4", 3), ("two", 3), ("99999999999999999999", 3)] {
             let error = read_text(&format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 {corner}\n")).unwrap_err();
-            let cause = RecordError::Index { vertices, found: corner.to_owned() };
+            let cause = OrganRecordError::Index { vertices, found: corner.to_owned() };
             assert_eq!(error, ExchangeError::Record { path: "tree.obj".into(), line: 4, cause });
         }
         let error = read_text("v 0 zero 0\n").unwrap_err();

@@ -10,8 +10,8 @@ use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Header, Property};
 
 use super::mesh::{self, Face, Material, RawFace};
-use super::{ExchangeError, MOST_TREES, RecordError};
-use crate::orchard::Orchard;
+use super::{ExchangeError, MOST_TREES, OrganRecordError};
+use crate::orchard::grown::Orchard;
 use crate::parameters::SceneFile;
 
 /// Reads the faces of a file, ASCII or binary.
@@ -24,7 +24,7 @@ pub fn read(file: &SceneFile) -> Result<Vec<RawFace>, ExchangeError> {
     let parser = Parser::<DefaultElement>::new();
     let header = parser.read_ply_header(&mut &*bytes).map_err(|error| format(error.to_string()))?;
     for (name, element) in &header.elements {
-        // Every element takes a byte or more: a header that promises more would keep the reader busy for ever.
+        // Every element takes a byte or more: a header that promises more would keep the reader busy forever.
         if element.count > bytes.len() || (element.properties.is_empty() && element.count > 0) {
             return Err(format(format!("{} {name}s promised in {} bytes", element.count, bytes.len())));
         }
@@ -57,9 +57,9 @@ fn raw_face(
     face: &DefaultElement,
     vertices: &[[f64; 3]],
     names: &BTreeMap<i64, String>,
-) -> Result<RawFace, RecordError> {
+) -> Result<RawFace, OrganRecordError> {
     let list = face.get("vertex_indices").or_else(|| face.get("vertex_index"));
-    let wrong = |found: String| RecordError::Index { vertices: vertices.len(), found };
+    let wrong = |found: String| OrganRecordError::Index { vertices: vertices.len(), found };
     let indices = list.and_then(Property::to_u32_list).ok_or_else(|| wrong(format!("{list:?}")))?;
     let outline = indices
         .iter()

@@ -5,8 +5,8 @@
 
 use std::fmt::Write as _;
 
-use super::{ExchangeError, MOST_TREES, RecordError};
-use crate::orchard::Orchard;
+use super::{ExchangeError, MOST_TREES, OrganRecordError};
+use crate::orchard::grown::Orchard;
 use crate::organ::{Cylinder, Leaf};
 use crate::parameters::{SceneFile, fields, lines};
 
@@ -24,11 +24,14 @@ pub struct Record<T> {
 /// Reads branches.
 ///
 /// # Errors
-/// The first line that is none: see [`RecordError`].
+/// The first line that is none: see [`OrganRecordError`].
 pub fn read_branches(file: &SceneFile) -> Result<Vec<Record<Cylinder>>, ExchangeError> {
     read(file, |fields| {
         let &[x1, y1, z1, x2, y2, z2, diameter_m] = fields else {
-            return Err(RecordError::Fields { expected: "x1 y1 z1 x2 y2 z2 diameter", found: fields.len() });
+            return Err(OrganRecordError::Fields {
+                expected: "x1 y1 z1 x2 y2 z2 diameter",
+                found: fields.len(),
+            });
         };
         Ok(Cylinder::new([x1, y1, z1], [x2, y2, z2], diameter_m / 2.0)?)
     })
@@ -37,11 +40,11 @@ pub fn read_branches(file: &SceneFile) -> Result<Vec<Record<Cylinder>>, Exchange
 /// Reads the outlines of leaves.
 ///
 /// # Errors
-/// The first line that is none: see [`RecordError`].
+/// The first line that is none: see [`OrganRecordError`].
 pub fn read_leaves(file: &SceneFile) -> Result<Vec<Record<Leaf>>, ExchangeError> {
     read(file, |fields| {
         let expected = "n and three coordinates for each of n vertices";
-        let wrong = RecordError::Fields { expected, found: fields.len() };
+        let wrong = OrganRecordError::Fields { expected, found: fields.len() };
         let Some((count, coordinates)) = fields.split_first() else { return Err(wrong) };
         let (vertices, rest) = coordinates.as_chunks::<3>();
         if vertices.len() as f64 != *count || !rest.is_empty() {
@@ -53,7 +56,7 @@ pub fn read_leaves(file: &SceneFile) -> Result<Vec<Record<Leaf>>, ExchangeError>
 
 fn read<T>(
     file: &SceneFile,
-    record: impl Fn(&[f64]) -> Result<T, RecordError>,
+    record: impl Fn(&[f64]) -> Result<T, OrganRecordError>,
 ) -> Result<Vec<Record<T>>, ExchangeError> {
     let text = file.text()?;
     let numbered = text.lines().next().is_some_and(|first| {
@@ -67,7 +70,7 @@ fn read<T>(
                 let tree = if numbered { tree_number(rest.next().unwrap_or(""))? } else { 0 };
                 numbers.clear();
                 for field in rest.by_ref() {
-                    let not_a_number = |_| RecordError::NotANumber { found: field.to_owned() };
+                    let not_a_number = |_| OrganRecordError::NotANumber { found: field.to_owned() };
                     numbers.push(field.parse::<f64>().map_err(not_a_number)?);
                 }
                 Ok((tree, record(&numbers)?))
@@ -79,8 +82,8 @@ fn read<T>(
         .collect()
 }
 
-fn tree_number(field: &str) -> Result<u32, RecordError> {
-    let wrong = || RecordError::Tree { most: MOST_TREES, found: field.to_owned() };
+fn tree_number(field: &str) -> Result<u32, OrganRecordError> {
+    let wrong = || OrganRecordError::Tree { most: MOST_TREES, found: field.to_owned() };
     field.parse().ok().filter(|tree| *tree <= MOST_TREES).ok_or_else(wrong)
 }
 
@@ -169,13 +172,13 @@ mod tests {
         assert_eq!(cause(branch("0 0 0 0 0 NaN 0.1")), OrganError::NotFinite.into());
         assert_eq!(cause(branch("1 2 3 1 2 3 0.1")), OrganError::NoLength.into());
         assert_eq!(cause(branch("0 0 0 0 0 1 0")), OrganError::Radius { found: 0.0 }.into());
-        assert!(matches!(cause(branch("0 0 0 0 0 1")), RecordError::Fields { found: 6, .. }));
-        assert!(matches!(cause(branch("0 0 0 0 0 one 1")), RecordError::NotANumber { .. }));
+        assert!(matches!(cause(branch("0 0 0 0 0 1")), OrganRecordError::Fields { found: 6, .. }));
+        assert!(matches!(cause(branch("0 0 0 0 0 one 1")), OrganRecordError::NotANumber { .. }));
         assert_eq!(cause(leaf("2 0 0 0 1 0 0")), OrganError::TooFewVertices { found: 2 }.into());
         assert_eq!(cause(leaf("3 0 0 0 1 0 0 2 0 0")), OrganError::NoArea.into());
-        assert!(matches!(cause(leaf("4 0 0 0 1 0 0 0 1 0")), RecordError::Fields { found: 10, .. }));
+        assert!(matches!(cause(leaf("4 0 0 0 1 0 0 0 1 0")), OrganRecordError::Fields { found: 10, .. }));
         let tree = read_leaves(&file("# tree n\n-1 3 0 0 0 1 0 0 0 1 0\n")).unwrap_err();
-        assert!(matches!(cause(tree), RecordError::Tree { .. }));
+        assert!(matches!(cause(tree), OrganRecordError::Tree { .. }));
         assert!(
             branch("0 0 0 0 0 1 -1").to_string().starts_with("tree.txt:2: the radius of a branch must be")
         );

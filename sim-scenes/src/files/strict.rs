@@ -1,6 +1,6 @@
 //! TOML with errors a user can act on: the line, what was found, what was expected, and the nearest valid key.
 //!
-//! A deserializer of our own over the parsed, spanned document, because only so do serde's typed complaints (unknown field,
+//! A deserializer of our own over the parsed, spanned document, because only so do serde's typed errors (unknown field,
 //! unknown variant) reach us as data and not as a sentence to be searched.
 
 use std::fmt;
@@ -31,9 +31,9 @@ pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     })?;
     let span = document.span();
     let value = Spanned::new(span, DeValue::Table(document.into_inner()));
-    T::deserialize(Value(value)).map_err(|complaint| TomlError {
-        line: complaint.span.as_ref().map_or(0, |span| line_of(text, span)),
-        message: complaint.kind.to_string(),
+    T::deserialize(Value(value)).map_err(|error| TomlError {
+        line: error.span.as_ref().map_or(0, |span| line_of(text, span)),
+        message: error.kind.to_string(),
     })
 }
 
@@ -41,15 +41,15 @@ fn line_of(text: &str, span: &Range<usize>) -> usize {
     text.as_bytes().iter().take(span.start).filter(|byte| **byte == b'\n').count() + 1
 }
 
-/// A complaint of serde's, kept as data.
+/// A error of serde's, kept as data.
 #[derive(Debug)]
-struct Complaint {
+struct DocumentError {
     span: Option<Range<usize>>,
-    kind: Kind,
+    kind: Problem,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum Problem {
     UnknownKey { found: String, valid: &'static [&'static str] },
     UnknownChoice { found: String, valid: &'static [&'static str] },
     MissingKey(&'static str),
@@ -57,7 +57,7 @@ enum Kind {
     Other(String),
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownKey { found, valid } => {
@@ -90,8 +90,8 @@ fn suggest(f: &mut fmt::Formatter<'_>, found: &str, valid: &[&str]) -> fmt::Resu
     }
 }
 
-impl Complaint {
-    fn new(kind: Kind) -> Self {
+impl DocumentError {
+    fn new(kind: Problem) -> Self {
         Self { span: None, kind }
     }
 
@@ -102,36 +102,36 @@ impl Complaint {
     }
 }
 
-impl fmt::Display for Complaint {
+impl fmt::Display for DocumentError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.kind.fmt(f)
     }
 }
 
-impl std::error::Error for Complaint {}
+impl std::error::Error for DocumentError {}
 
-impl serde::de::Error for Complaint {
+impl serde::de::Error for DocumentError {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        Self::new(Kind::Other(message.to_string()))
+        Self::new(Problem::Other(message.to_string()))
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
-        Self::new(Kind::UnknownKey { found: field.to_owned(), valid: expected })
+        Self::new(Problem::UnknownKey { found: field.to_owned(), valid: expected })
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
-        Self::new(Kind::UnknownChoice { found: variant.to_owned(), valid: expected })
+        Self::new(Problem::UnknownChoice { found: variant.to_owned(), valid: expected })
     }
 
     fn missing_field(field: &'static str) -> Self {
-        Self::new(Kind::MissingKey(field))
+        Self::new(Problem::MissingKey(field))
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn serde::de::Expected) -> Self {
         let expected = expected.to_string();
         // A user's document holds tables; that they become structs here is our affair.
         let expected = if expected.starts_with("struct ") { "a table".to_owned() } else { expected };
-        Self::new(Kind::Mismatch { found: found.to_string(), expected })
+        Self::new(Problem::Mismatch { found: found.to_string(), expected })
     }
 
     fn invalid_value(found: Unexpected<'_>, expected: &dyn serde::de::Expected) -> Self {
@@ -143,9 +143,9 @@ impl serde::de::Error for Complaint {
 struct Value<'i>(Spanned<DeValue<'i>>);
 
 impl<'de> Deserializer<'de> for Value<'_> {
-    type Error = Complaint;
+    type Error = DocumentError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Complaint> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
         let span = self.0.span();
         let visited = match self.0.into_inner() {
             DeValue::String(text) => visitor.visit_str(&text),
@@ -154,22 +154,22 @@ impl<'de> Deserializer<'de> for Value<'_> {
                 // A seed may use all 64 bits.
                 Err(_) => match u64::from_str_radix(integer.as_str(), integer.radix()) {
                     Ok(integer) => visitor.visit_u64(integer),
-                    Err(_) => Err(Complaint::custom(format_args!("`{integer}` does not fit 64 bits"))),
+                    Err(_) => Err(DocumentError::custom(format_args!("`{integer}` does not fit 64 bits"))),
                 },
             },
             DeValue::Float(float) => match float.as_str().parse() {
                 Ok(float) => visitor.visit_f64(float),
-                Err(_) => Err(Complaint::custom(format_args!("`{}` is not a number", float.as_str()))),
+                Err(_) => Err(DocumentError::custom(format_args!("`{}` is not a number", float.as_str()))),
             },
             DeValue::Boolean(boolean) => visitor.visit_bool(boolean),
             DeValue::Datetime(datetime) => visitor.visit_string(datetime.to_string()),
             DeValue::Array(items) => visitor.visit_seq(Items(items.into_iter())),
             DeValue::Table(table) => visitor.visit_map(Entries { entries: table.into_iter(), pending: None }),
         };
-        visited.map_err(|complaint| complaint.at(&span))
+        visited.map_err(|error| error.at(&span))
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Complaint> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
         visitor.visit_some(self)
     }
 
@@ -177,7 +177,7 @@ impl<'de> Deserializer<'de> for Value<'_> {
         self,
         _: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Complaint> {
+    ) -> Result<V::Value, DocumentError> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -186,17 +186,17 @@ impl<'de> Deserializer<'de> for Value<'_> {
         _: &'static str,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Complaint> {
+    ) -> Result<V::Value, DocumentError> {
         let span = self.0.span();
         let visited = match self.0.into_inner() {
             DeValue::String(name) => visitor.visit_enum(name.into_deserializer()),
             DeValue::Table(table) => visitor.visit_enum(Choice(table)),
-            other => Err(Complaint::new(Kind::Mismatch {
+            other => Err(DocumentError::new(Problem::Mismatch {
                 found: other.type_str().to_owned(),
                 expected: "a name or a table".to_owned(),
             })),
         };
-        visited.map_err(|complaint| complaint.at(&span))
+        visited.map_err(|error| error.at(&span))
     }
 
     forward_to_deserialize_any! {
@@ -208,9 +208,12 @@ impl<'de> Deserializer<'de> for Value<'_> {
 struct Items<'i>(<toml::de::DeArray<'i> as IntoIterator>::IntoIter);
 
 impl<'de> SeqAccess<'de> for Items<'_> {
-    type Error = Complaint;
+    type Error = DocumentError;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Complaint> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, DocumentError> {
         self.0.next().map(|item| seed.deserialize(Value(item))).transpose()
     }
 }
@@ -221,22 +224,20 @@ struct Entries<'i> {
 }
 
 impl<'de> MapAccess<'de> for Entries<'_> {
-    type Error = Complaint;
+    type Error = DocumentError;
 
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Complaint> {
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, DocumentError> {
         let Some((key, value)) = self.entries.next() else { return Ok(None) };
         self.pending = Some(value);
         let span = key.span();
         let key: &str = key.get_ref();
-        seed.deserialize(key.into_deserializer())
-            .map(Some)
-            .map_err(|complaint: Complaint| complaint.at(&span))
+        seed.deserialize(key.into_deserializer()).map(Some).map_err(|error: DocumentError| error.at(&span))
     }
 
-    fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Complaint> {
+    fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, DocumentError> {
         match self.pending.take() {
             Some(value) => seed.deserialize(Value(value)),
-            None => Err(Complaint::custom("a value was asked for before its key")),
+            None => Err(DocumentError::custom("a value was asked for before its key")),
         }
     }
 }
@@ -245,10 +246,10 @@ impl<'de> MapAccess<'de> for Entries<'_> {
 struct Choice<'i>(DeTable<'i>);
 
 impl<'de, 'i> EnumAccess<'de> for Choice<'i> {
-    type Error = Complaint;
+    type Error = DocumentError;
     type Variant = Value<'i>;
 
-    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Value<'i>), Complaint> {
+    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Value<'i>), DocumentError> {
         let mut entries = self.0.into_iter();
         match (entries.next(), entries.next()) {
             (Some((key, value)), None) => {
@@ -256,26 +257,26 @@ impl<'de, 'i> EnumAccess<'de> for Choice<'i> {
                 let name: &str = key.get_ref();
                 let variant = seed
                     .deserialize(name.into_deserializer())
-                    .map_err(|complaint: Complaint| complaint.at(&span))?;
+                    .map_err(|error: DocumentError| error.at(&span))?;
                 Ok((variant, Value(value)))
             }
-            _ => Err(Complaint::custom("expected a table of exactly one key, the choice's name")),
+            _ => Err(DocumentError::custom("expected a table of exactly one key, the choice's name")),
         }
     }
 }
 
 impl<'de> VariantAccess<'de> for Value<'_> {
-    type Error = Complaint;
+    type Error = DocumentError;
 
-    fn unit_variant(self) -> Result<(), Complaint> {
+    fn unit_variant(self) -> Result<(), DocumentError> {
         Ok(())
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Complaint> {
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, DocumentError> {
         seed.deserialize(self)
     }
 
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, Complaint> {
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, DocumentError> {
         self.deserialize_any(visitor)
     }
 
@@ -283,7 +284,7 @@ impl<'de> VariantAccess<'de> for Value<'_> {
         self,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Complaint> {
+    ) -> Result<V::Value, DocumentError> {
         self.deserialize_any(visitor)
     }
 }

@@ -52,7 +52,7 @@ pub(crate) struct Draft {
     pub(crate) fruits: Vec<Fruit>,
     /// Wood without history: imported or analytic. No shears touch it.
     pub(crate) wood: Vec<Cylinder>,
-    /// Likewise.
+    /// Facets without history, as `wood`.
     pub(crate) facets: Vec<Facet>,
     /// What is built there and does not grow.
     pub(crate) supports: Vec<Support>,

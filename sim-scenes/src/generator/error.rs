@@ -1,14 +1,15 @@
 //! Why an orchard cannot be grown.
 
-use crate::import::ImportError;
-use crate::lsystem::Overgrown;
+use crate::import::error::ImportError;
+use crate::lsystem::rewrite::Overgrown;
 use crate::parameters::ParameterError;
 use crate::target::TargetError;
 
 /// Why an orchard cannot be grown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GrowError {
-    /// A parameter without meaning.
+    /// A parameter out of range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A tree outgrew its bound.

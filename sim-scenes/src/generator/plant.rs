@@ -5,12 +5,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::draft::{Blade, Draft};
-use super::{Generator, GrowError, Planting, Remark};
+use super::error::GrowError;
+use super::make::make;
+use super::planting::{Generator, Planting};
+use super::remark::Remark;
 use crate::growth::TreeParameters;
 use crate::growth::fruit;
 use crate::growth::prune::{self, Envelope};
 use crate::growth::shade::{self, ShadeScope};
-use crate::orchard::OrchardParameters;
+use crate::orchard::parameters::OrchardParameters;
 use crate::organ::{Cylinder, Leaf, Tree};
 use crate::season;
 use crate::seed::Purpose;
@@ -35,7 +38,7 @@ pub(crate) fn plant(
     copies: &[usize],
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Planted, GrowError> {
-    let generator = super::make(parameters, seed)?;
+    let generator = make(parameters, seed)?;
     let tree = parameters.tree_parameters();
     let done = AtomicUsize::new(0);
     let drafts: Vec<Result<Draft, GrowError>> = plantings
@@ -46,7 +49,7 @@ pub(crate) fn plant(
             draft
         })
         .collect();
-    // In order, so that of several errors it is always the same one that is told.
+    // In order, so that the same one of several errors is always reported.
     let mut drafts: Vec<Draft> = drafts.into_iter().collect::<Result<_, _>>()?;
     let is_placed = generator.is_placed();
     if tree.shady_scope == ShadeScope::Orchard {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::growth::State;
+use crate::growth::markov::State;
 
 /// Something to tell the user about an orchard.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,36 +3,14 @@
 use glam::DVec3;
 
 use super::leaf_angle::LeafAngles;
+use super::options::{LeafLifetime, RankScale};
 use super::parameters::TreeParameters;
 use super::rotation;
 use super::skeleton::GrowthUnit;
 use crate::angle::cos_sin_deg;
 use crate::generator::draft::Blade;
 use crate::organ::{Cylinder, Leaf};
-use crate::parameters::choices;
 use crate::seed::Stream;
-
-choices! {
-    /// Whether the first leaves of a growth unit are smaller.
-    pub enum RankScale {
-        /// All leaves alike.
-        Off = "off",
-        /// Area times rank / 8 for the first eight (MAppleT 2012).
-        Preformed = "preformed",
-        /// Area from 10 to 30 cm² over the first eight (MAppleT 2007), whatever the blade's own size.
-        Linear = "linear",
-    }
-}
-
-choices! {
-    /// How long leaves stay.
-    pub enum LeafLifetime {
-        /// Every metamer of every season keeps its leaf.
-        EveryYear = "every_year",
-        /// Only metamers of the last season have leaves.
-        CurrentSeason = "current_season",
-    }
-}
 
 /// Half of the ovate blade: (distance along the midrib / length, half width / width), from the base to the tip. With its
 /// mirror image an octagon of 0.687 length · width: 24.7 cm² at 8 × 4.5 cm.
@@ -46,7 +24,7 @@ const PREFORMED: u32 = 8;
 
 /// All leaves of a tree, unit by unit, from the base up.
 pub(crate) fn clothe(units: &[GrowthUnit], parameters: &TreeParameters, stream: &mut Stream) -> Vec<Blade> {
-    let angles = LeafAngles::of(parameters);
+    let angles = LeafAngles::of(parameters.leaf_angle_law());
     let clothed = |unit: &GrowthUnit| match parameters.leaf_lifetime {
         LeafLifetime::EveryYear => true,
         LeafLifetime::CurrentSeason => unit.season == parameters.iterations,

@@ -1,11 +1,11 @@
 //! Internodes of growth units, by state, order and the age of the tree.
 
 use super::markov::State;
-use crate::parameters::{ParameterError, RowsError, Source};
+use crate::parameters::{ParameterError, RowsError, TableSource};
 
 /// Where the internodes of long growth units come from: a name of [`NAMED_INTERNODES`], or two rows of whole numbers (trunk; other
-/// axes), one number a year from Ta = 1, of which the last goes on for ever.
-pub type InternodeSource = Source<Vec<u32>>;
+/// axes), one number a year from Ta = 1, of which the last goes on forever.
+pub type InternodeSource = TableSource<Vec<u32>>;
 
 /// The tables known by name, with where they come from.
 pub const NAMED_INTERNODES: &[(&str, &str)] = &[
@@ -73,8 +73,9 @@ impl InternodeTable {
     }
 }
 
-/// Why numbers are no table of internodes.
+/// Why numbers do not form a table of internodes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum InternodeError {
     /// The file that should hold it.
     #[error(transparent)]

@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::parameters::TreeParameters;
 use super::rotation;
 use crate::angle::cos_sin_deg;
 use crate::parameters::choices;
@@ -27,30 +26,49 @@ const STEPS: u32 = 900;
 
 const STEP_DEG: f64 = 0.1;
 
-impl LeafAngle {
+/// A law of inclination with its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeafAngleLaw {
+    /// Which law.
+    pub kind: LeafAngle,
+    /// Ratio of horizontal to vertical projections of the ellipsoidal law.
+    pub chi: f64,
+    /// Mean inclination of the beta law, degrees from the horizontal.
+    pub mean_deg: f64,
+    /// Standard deviation of the beta law, degrees.
+    pub sd_deg: f64,
+}
+
+impl LeafAngleLaw {
     /// Density of inclination `theta_deg` (0 = level), up to a factor.
-    pub fn density(self, theta_deg: f64, parameters: &TreeParameters) -> f64 {
+    pub fn density(&self, theta_deg: f64) -> f64 {
         let (cos, sin) = cos_sin_deg(theta_deg);
-        match self {
-            Self::AsInserted | Self::Spherical => sin,
-            Self::Ellipsoidal => {
-                let chi = parameters.leaf_angle_chi;
-                let square = cos * cos + chi * chi * sin * sin;
+        match self.kind {
+            LeafAngle::AsInserted | LeafAngle::Spherical => sin,
+            LeafAngle::Ellipsoidal => {
+                let square = cos * cos + self.chi * self.chi * sin * sin;
                 sin / (square * square)
             }
-            Self::Beta => {
-                let (mu, nu) = exponents(parameters);
+            LeafAngle::Beta => {
+                let (mu, nu) = self.exponents();
                 let t = theta_deg / 90.0;
                 libm::pow(1.0 - t, mu - 1.0) * libm::pow(t, nu - 1.0)
             }
         }
     }
 
-    /// The deviation in degrees, where no beta law has it.
-    pub(crate) fn check(self, parameters: &TreeParameters) -> Result<(), f64> {
-        let (mu, nu) = exponents(parameters);
-        let is_law = self != Self::Beta || (mu > 0.0 && nu > 0.0);
-        if is_law { Ok(()) } else { Err(parameters.leaf_angle_sd_deg) }
+    /// False for a mean and a deviation that no beta law has.
+    pub fn is_valid(&self) -> bool {
+        let (mu, nu) = self.exponents();
+        self.kind != LeafAngle::Beta || (mu > 0.0 && nu > 0.0)
+    }
+
+    /// μ and ν of the beta law from mean and deviation.
+    fn exponents(&self) -> (f64, f64) {
+        let t = self.mean_deg / 90.0;
+        let variance = (self.sd_deg / 90.0) * (self.sd_deg / 90.0);
+        let spread = t * (1.0 - t) / variance - 1.0;
+        ((1.0 - t) * spread, t * spread)
     }
 }
 
@@ -62,11 +80,10 @@ pub(crate) struct LeafAngles {
 }
 
 impl LeafAngles {
-    /// The law that the parameters name.
-    pub(crate) fn of(parameters: &TreeParameters) -> Self {
-        let law = parameters.leaf_angle;
-        let steps = if law == LeafAngle::AsInserted { 0 } else { STEPS };
-        let weight = |k: u32| law.density((f64::from(k) + 0.5) * STEP_DEG, parameters);
+    /// Sums the law up.
+    pub(crate) fn of(law: LeafAngleLaw) -> Self {
+        let steps = if law.kind == LeafAngle::AsInserted { 0 } else { STEPS };
+        let weight = |k: u32| law.density((f64::from(k) + 0.5) * STEP_DEG);
         let sums = (0..steps).scan(0.0, |sum, k| {
             *sum += weight(k);
             Some(*sum)
@@ -97,21 +114,16 @@ impl LeafAngles {
     }
 }
 
-/// μ and ν of the beta law from mean and deviation.
-fn exponents(parameters: &TreeParameters) -> (f64, f64) {
-    let t = parameters.leaf_angle_mean_deg / 90.0;
-    let variance = (parameters.leaf_angle_sd_deg / 90.0) * (parameters.leaf_angle_sd_deg / 90.0);
-    let spread = t * (1.0 - t) / variance - 1.0;
-    ((1.0 - t) * spread, t * spread)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::seed::Purpose;
 
-    fn drawn(leaf_angle: LeafAngle, parameters: &TreeParameters) -> Vec<f64> {
-        let law = LeafAngles::of(&TreeParameters { leaf_angle, ..parameters.clone() });
+    const DEFAULT: LeafAngleLaw =
+        LeafAngleLaw { kind: LeafAngle::AsInserted, chi: 1.0, mean_deg: 45.0, sd_deg: 20.0 };
+
+    fn drawn(kind: LeafAngle, law: LeafAngleLaw) -> Vec<f64> {
+        let law = LeafAngles::of(LeafAngleLaw { kind, ..law });
         let mut stream = Purpose::Foliage.stream(3, 0, 0);
         (0..4000)
             .map(|_| {
@@ -130,27 +142,22 @@ mod tests {
 
     #[test]
     fn a_spherical_law_has_a_mean_of_one_radian_and_its_ellipsoid_agrees() {
-        let default = TreeParameters::default();
         // ∫ θ sin θ over the quarter is 1.
-        let (mean, _) = mean_and_sd(&drawn(LeafAngle::Spherical, &default));
+        let (mean, _) = mean_and_sd(&drawn(LeafAngle::Spherical, DEFAULT));
         assert!((mean - 1f64.to_degrees()).abs() < 1.5, "{mean}");
-        let (same, _) = mean_and_sd(&drawn(LeafAngle::Ellipsoidal, &default));
+        let (same, _) = mean_and_sd(&drawn(LeafAngle::Ellipsoidal, DEFAULT));
         assert!((mean - same).abs() < 1e-6);
-        let flat = TreeParameters { leaf_angle_chi: 3.0, ..default };
-        assert!(mean_and_sd(&drawn(LeafAngle::Ellipsoidal, &flat)).0 < mean - 15.0);
+        let flat = LeafAngleLaw { chi: 3.0, ..DEFAULT };
+        assert!(mean_and_sd(&drawn(LeafAngle::Ellipsoidal, flat)).0 < mean - 15.0);
     }
 
     #[test]
     fn a_beta_law_has_the_mean_and_deviation_asked_for() {
-        let erect = TreeParameters {
-            leaf_angle_mean_deg: 60.0,
-            leaf_angle_sd_deg: 12.0,
-            ..TreeParameters::default()
-        };
-        let (mean, sd) = mean_and_sd(&drawn(LeafAngle::Beta, &erect));
+        let erect = LeafAngleLaw { kind: LeafAngle::Beta, mean_deg: 60.0, sd_deg: 12.0, ..DEFAULT };
+        let (mean, sd) = mean_and_sd(&drawn(LeafAngle::Beta, erect));
         assert!((mean - 60.0).abs() < 1.0 && (sd - 12.0).abs() < 0.6, "{mean} {sd}");
-        assert_eq!(LeafAngle::Beta.check(&erect), Ok(()));
-        let wild = TreeParameters { leaf_angle_mean_deg: 5.0, leaf_angle_sd_deg: 40.0, ..erect };
-        assert_eq!(LeafAngle::Beta.check(&wild), Err(40.0));
+        assert!(erect.is_valid());
+        let wild = LeafAngleLaw { mean_deg: 5.0, sd_deg: 40.0, ..erect };
+        assert!(!wild.is_valid());
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::parameters::{ParameterError, RowsError, SceneFile, Source, choices};
+use crate::parameters::{ParameterError, RowsError, SceneFile, TableSource, choices};
 
 choices! {
     /// What kind of growth unit a season makes.
@@ -120,7 +120,7 @@ pub const NAMED_MATRICES: &[(&str, &str, [[f64; 4]; 4])] = &[
 ];
 
 /// Where a matrix comes from: a name of [`NAMED_MATRICES`], or rows of numbers in the scene file.
-pub type MatrixSource = Source<Vec<f64>>;
+pub type MatrixSource = TableSource<Vec<f64>>;
 
 impl MatrixSource {
     /// The checked matrix.
@@ -219,8 +219,9 @@ impl<'de> Deserialize<'de> for BranchingSource {
     }
 }
 
-/// Why numbers are no transition matrix.
+/// Why numbers do not form a transition matrix.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MatrixError {
     /// The file that should hold it.
     #[error(transparent)]
@@ -245,7 +246,7 @@ pub enum MatrixError {
         /// Numbers given.
         found: usize,
     },
-    /// An entry is no probability.
+    /// An entry is not a probability.
     #[error("probabilities from 0 to 1 expected in row {row}, found {found}")]
     Entry {
         /// Parent state of the row.

@@ -7,9 +7,11 @@
 
 pub mod foliage;
 pub(crate) mod fruit;
+pub(crate) mod hmt;
 pub mod internodes;
 pub mod leaf_angle;
 pub mod markov;
+pub mod options;
 mod parameters;
 pub(crate) mod prune;
 pub(crate) mod rotation;
@@ -22,57 +24,3 @@ pub use internodes::InternodeSource;
 pub use markov::{BranchingSource, MatrixSource, State};
 pub use parameters::{TreeOverrides, TreeParameters};
 pub use rules::RuleSource;
-
-use crate::generator::draft::{Draft, Segment};
-use crate::generator::{Generator, GrowError, Planting, Remark};
-use crate::parameters::ParameterError;
-use crate::seed::Purpose;
-use skeleton::Grower;
-
-/// Hidden Markov trees.
-pub(crate) struct Hmt {
-    grower: Grower,
-    seed: u64,
-}
-
-impl Hmt {
-    pub(crate) fn new(parameters: TreeParameters, seed: u64) -> Result<Self, ParameterError> {
-        Ok(Self { grower: Grower::new(parameters)?, seed })
-    }
-}
-
-impl Generator for Hmt {
-    fn draft(&self, &Planting { row, tree, .. }: &Planting) -> Result<Draft, GrowError> {
-        let parameters = self.grower.parameters();
-        let mut stream = Purpose::Growth.stream(self.seed, row, tree);
-        let units = self.grower.grow(&mut stream).map_err(|exploded| GrowError::Exploded {
-            row,
-            tree,
-            season: exploded.season,
-            limit: parameters.max_metamers,
-        })?;
-        let radii = wood::radii(&units, parameters);
-        let mut stream = Purpose::Foliage.stream(self.seed, row, tree);
-        let blades = foliage::clothe(&units, parameters, &mut stream);
-        let segments = units.iter().zip(radii).map(|(unit, radius_m)| Segment {
-            bearer: unit.bearer,
-            bearer_m: f64::from(unit.bearer_node) * parameters.internode_m,
-            base: unit.base,
-            direction: unit.direction,
-            length_m: f64::from(unit.internodes) * parameters.internode_m,
-            radius_m,
-            is_trunk: unit.order == 0,
-        });
-        let fruits = fruit::hang(&units, parameters);
-        Ok(Draft { segments: segments.collect(), blades, fruits, ..Draft::default() })
-    }
-
-    fn is_pruned(&self) -> bool {
-        true
-    }
-
-    fn remarks(&self) -> Vec<Remark> {
-        let rows = self.grower.parameters().renormalised_rows();
-        rows.into_iter().map(|(key, row, sum)| Remark::Renormalised { key, row, sum }).collect()
-    }
-}

@@ -1,11 +1,10 @@
 //! Every parameter of a growing tree, its default and where that comes from.
 
-use super::foliage::{LeafLifetime, RankScale};
 use super::internodes::InternodeSource;
-use super::leaf_angle::LeafAngle;
+use super::leaf_angle::{LeafAngle, LeafAngleLaw};
 use super::markov::{BranchingSource, MatrixSource, State, TransitionMatrix};
+use super::options::{LeafLifetime, RankScale, RaySet, RayWeight, ShadeScope};
 use super::rules::{Attachment, AxesLimit, ChildDraw, PowerRule, RuleSource};
-use super::shade::{RaySet, RayWeight, ShadeScope};
 use crate::parameters::{ParameterError, parameters, require};
 
 parameters! {
@@ -123,6 +122,17 @@ parameters! {
 }
 
 impl TreeParameters {
+    /// The law of the blades' inclinations.
+    pub fn leaf_angle_law(&self) -> LeafAngleLaw {
+        let &Self { leaf_angle, leaf_angle_chi, leaf_angle_mean_deg, leaf_angle_sd_deg, .. } = self;
+        LeafAngleLaw {
+            kind: leaf_angle,
+            chi: leaf_angle_chi,
+            mean_deg: leaf_angle_mean_deg,
+            sd_deg: leaf_angle_sd_deg,
+        }
+    }
+
     /// The matrices of succession and, where it has one of its own, of branching.
     pub(crate) fn matrices(&self) -> Result<(TransitionMatrix, Option<TransitionMatrix>), ParameterError> {
         let read = |source: &MatrixSource, name| {
@@ -152,10 +162,10 @@ impl TreeParameters {
         rows.flat_map(|(key, off)| off.into_iter().map(move |(state, sum)| (key, state, sum))).collect()
     }
 
-    /// Refuses what no tree can grow from.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let key = |name: &str| format!("orchard.tree.{name}");
         let within = |name: &str, value: f64, low: f64, high: f64| {
@@ -185,10 +195,12 @@ impl TreeParameters {
         within("leaf_angle_chi", self.leaf_angle_chi, 0.05, 20.0)?;
         within("leaf_angle_mean_deg", self.leaf_angle_mean_deg, 1.0, 89.0)?;
         within("leaf_angle_sd_deg", self.leaf_angle_sd_deg, 0.1, 44.0)?;
-        self.leaf_angle.check(self).map_err(|found| {
-            let expected = "small enough for a beta law of that mean";
-            ParameterError::new(key("leaf_angle_sd_deg"), expected, found)
-        })?;
+        require(
+            self.leaf_angle_law().is_valid(),
+            &key("leaf_angle_sd_deg"),
+            "small enough for a beta law of that mean",
+            self.leaf_angle_sd_deg,
+        )?;
         require(
             self.fruits_per_cluster <= 20,
             &key("fruits_per_cluster"),

@@ -1,7 +1,7 @@
 //! What a drawn state does: continue the axis, or end it and branch.
 
 use super::markov::State;
-use crate::parameters::{ParameterError, RowsError, Source, choices};
+use crate::parameters::{ParameterError, RowsError, TableSource, choices};
 
 choices! {
     /// How the transitions `k` that an axis has made enter its next draw.
@@ -47,7 +47,7 @@ choices! {
 
 /// What becomes of an axis whose next state is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum RuleStep {
     /// `>`: the axis goes on in place.
     Succession,
     /// `+`: the axis ends (sympodial) and new axes start.
@@ -56,7 +56,7 @@ pub enum Step {
 
 /// A step for every (parent, child), both in the order L, M, S, F.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RuleTable([[Step; 4]; 4]);
+pub struct RuleTable([[RuleStep; 4]; 4]);
 
 impl RuleTable {
     /// Reads four rows (parent L, M, S, F) of four signs, `>` or `+` (child L, M, S, F).
@@ -64,17 +64,17 @@ impl RuleTable {
     /// # Errors
     /// [`RuleError`], which names the row.
     pub fn new<R: AsRef<str>>(rows: &[R]) -> Result<Self, RuleError> {
-        let mut table = [[Step::Succession; 4]; 4];
+        let mut table = [[RuleStep::Succession; 4]; 4];
         if rows.len() != 4 {
             return Err(RuleError::Rows { found: rows.len() });
         }
         for ((target, row), state) in table.iter_mut().zip(rows).zip(State::ALL) {
-            let steps: Option<Vec<Step>> = row
+            let steps: Option<Vec<RuleStep>> = row
                 .as_ref()
                 .chars()
                 .map(|sign| match sign {
-                    '>' => Some(Step::Succession),
-                    '+' => Some(Step::Branching),
+                    '>' => Some(RuleStep::Succession),
+                    '+' => Some(RuleStep::Branching),
                     _ => None,
                 })
                 .collect();
@@ -86,7 +86,7 @@ impl RuleTable {
     }
 
     /// What drawing `child` does to an axis in state `parent`.
-    pub fn step(&self, parent: State, child: State) -> Step {
+    pub fn step(&self, parent: State, child: State) -> RuleStep {
         self.0[parent.index()][child.index()]
     }
 }
@@ -96,7 +96,7 @@ pub const NAMED_RULES: &[(&str, [&str; 4])] =
     &[("vase", ["++>>", "++>>", "++>>", "++++"]), ("floral_only", [">>>>", ">>>>", ">>>>", "++++"])];
 
 /// Where a rule table comes from: a name of [`NAMED_RULES`], or rows of signs in the scene file.
-pub type RuleSource = Source<String>;
+pub type RuleSource = TableSource<String>;
 
 impl RuleSource {
     /// The checked table.
@@ -114,8 +114,9 @@ impl RuleSource {
     }
 }
 
-/// Why signs are no rule table.
+/// Why signs do not form a rule table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RuleError {
     /// The file that should hold it.
     #[error(transparent)]
@@ -160,11 +161,11 @@ mod tests {
     fn floral_shoots_always_branch_and_the_vase_forks_its_trunk() {
         for (name, _) in NAMED_RULES {
             let rules = RuleSource::named(name).rules().unwrap();
-            assert!(State::ALL.iter().all(|child| rules.step(State::Floral, *child) == Step::Branching));
+            assert!(State::ALL.iter().all(|child| rules.step(State::Floral, *child) == RuleStep::Branching));
         }
         let vase = RuleSource::named("vase").rules().unwrap();
-        assert_eq!(vase.step(State::Long, State::Long), Step::Branching);
-        assert_eq!(vase.step(State::Long, State::Short), Step::Succession);
+        assert_eq!(vase.step(State::Long, State::Long), RuleStep::Branching);
+        assert_eq!(vase.step(State::Long, State::Short), RuleStep::Succession);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::internodes::InternodeTable;
 use super::markov::{State, TransitionMatrix};
 use super::parameters::TreeParameters;
 use super::rotation;
-use super::rules::{Attachment, AxesLimit, ChildDraw, PowerRule, RuleTable, Step};
+use super::rules::{Attachment, AxesLimit, ChildDraw, PowerRule, RuleStep, RuleTable};
 use crate::parameters::ParameterError;
 use crate::seed::Stream;
 
@@ -121,7 +121,7 @@ impl Grower {
             (last.base, last.direction, last.internodes, last.first_node);
         let Some(child) = self.draw(&self.powers, axis, stream, |_| true) else { return };
         match self.rules.step(axis.state, child) {
-            Step::Succession => {
+            RuleStep::Succession => {
                 let tip = self.node(base, direction, nodes);
                 let nodes_below = first_node + nodes;
                 let (order, bearer) = (axis.order, Some(axis.last));
@@ -133,7 +133,7 @@ impl Grower {
                 });
                 units.push(self.unit(bearer, nodes, child, order, season, nodes_below, tip, direction));
             }
-            Step::Branching => {
+            RuleStep::Branching => {
                 let child = self.redraw_for_branching(axis, stream).unwrap_or(child);
                 let phi0_deg = stream.unit() * 360.0;
                 for j in 0..self.new_axes(axis, child, nodes, season) {
@@ -188,10 +188,10 @@ impl Grower {
     /// With equal matrices both are the same law, so a slot of its own changes nothing but what it changes.
     fn draw_branch(&self, axis: Axis, stream: &mut Stream) -> Option<State> {
         let powers = self.branching_powers.as_ref().unwrap_or(&self.powers);
-        self.draw(powers, axis, stream, |child| self.rules.step(axis.state, child) == Step::Branching)
+        self.draw(powers, axis, stream, |child| self.rules.step(axis.state, child) == RuleStep::Branching)
     }
 
-    /// With a branching matrix of its own the state of new axes is drawn anew; None without.
+    /// With a branching matrix of its own the state of new axes is drawn again; None without.
     fn redraw_for_branching(&self, axis: Axis, stream: &mut Stream) -> Option<State> {
         self.branching_powers.as_ref()?;
         self.draw_branch(axis, stream)
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn the_power_rules_differ_where_they_should() {
-        // A chain that swaps M and F for ever: P² is the identity on both, so the three readings part at k = 2.
+        // A chain that swaps M and F forever: P² is the identity on both, so the three readings part at k = 2.
         let swap = vec![
             vec![0.0, 1.0, 0.0, 0.0],
             vec![0.0, 0.0, 0.0, 1.0],

@@ -1,15 +1,19 @@
 //! Trees from files: branches and leaves as text, or a mesh.
 
-mod parameters;
+pub(crate) mod error;
+pub(crate) mod parameters;
 
+pub use error::ImportError;
 pub use parameters::{ImportParameters, NotPlane, PLANE_TOLERANCE, Stands, UpAxis};
 
 use crate::exchange::mesh::RawFace;
 use crate::exchange::text::Record;
-use crate::exchange::{ExchangeError, RecordError, obj, ply, text};
+use crate::exchange::{ExchangeError, OrganRecordError, obj, ply, text};
 use crate::generator::draft::{Blade, Draft};
-use crate::generator::{Generator, GrowError, Planting, Remark};
-use crate::orchard::OrchardParameters;
+use crate::generator::error::GrowError;
+use crate::generator::planting::{Generator, Planting};
+use crate::generator::remark::Remark;
+use crate::orchard::layout::Layout;
 use crate::organ::{Facet, Leaf, OrganError};
 use crate::parameters::SceneFile;
 use parameters::MeshFormat;
@@ -27,24 +31,6 @@ impl ImportParameters {
     }
 }
 
-/// Why files hold no orchard.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ImportError {
-    /// A file.
-    #[error(transparent)]
-    Exchange(#[from] ExchangeError),
-    /// More trees than places.
-    #[error(
-        "the files hold a tree number {found}, the orchard has {places} places; raise orchard.trees or orchard.rows"
-    )]
-    Places {
-        /// Greatest number in the files.
-        found: u32,
-        /// Places of the orchard.
-        places: u32,
-    },
-}
-
 /// Trees read from files.
 pub(crate) struct Imported {
     trees: Vec<Draft>,
@@ -54,12 +40,10 @@ pub(crate) struct Imported {
 }
 
 impl Imported {
-    pub(crate) fn new(orchard: &OrchardParameters) -> Result<Self, GrowError> {
-        let parameters = &orchard.import;
+    pub(crate) fn new(parameters: &ImportParameters, layout: &Layout) -> Result<Self, GrowError> {
         parameters.validate()?;
         let mut reading = Reading { parameters, trees: Vec::new(), remarks: Vec::new() };
         reading.read().map_err(ImportError::from)?;
-        let layout = orchard.layout();
         let places = layout.rows.saturating_mul(layout.trees);
         let is_placed = parameters.stands == Stands::InPlace;
         let found = u32::try_from(reading.trees.len()).unwrap_or(u32::MAX).saturating_sub(1);
@@ -145,12 +129,12 @@ impl Reading<'_> {
                 Some(Some(material)) => material,
                 Some(None) => return Ok(()),
                 None => {
-                    let cause = RecordError::Material { found: name.clone(), known: names.known() };
+                    let cause = OrganRecordError::Material { found: name.clone(), known: names.known() };
                     return Err(at(file, *line)(cause));
                 }
             },
             (None, Some(material)) => material,
-            (None, None) => return Err(at(file, *line)(RecordError::NoMaterial)),
+            (None, None) => return Err(at(file, *line)(OrganRecordError::NoMaterial)),
         };
         let Some(surface) = material.surface() else { return self.leaf(file, *tree, *line, outline) };
         let outline: Vec<[f64; 3]> = outline.iter().map(|vertex| self.parameters.point(*vertex)).collect();
@@ -222,19 +206,19 @@ impl Reading<'_> {
     }
 }
 
-fn at(file: &SceneFile, line: usize) -> impl Fn(RecordError) -> ExchangeError + '_ {
+fn at(file: &SceneFile, line: usize) -> impl Fn(OrganRecordError) -> ExchangeError + '_ {
     move |cause| ExchangeError::Record { path: file.path().to_owned(), line, cause }
 }
 
 /// The polygon where it is plane; what stands for it where it is not.
-fn plane_parts(polygon: Leaf, not_plane: NotPlane) -> Result<Vec<Leaf>, RecordError> {
+fn plane_parts(polygon: Leaf, not_plane: NotPlane) -> Result<Vec<Leaf>, OrganRecordError> {
     let warp = polygon.warp();
     if warp <= PLANE_TOLERANCE {
         return Ok(vec![polygon]);
     }
     let outline = polygon.outline();
     match not_plane {
-        NotPlane::Refuse => Err(RecordError::NotPlane { warp }),
+        NotPlane::Refuse => Err(OrganRecordError::NotPlane { warp }),
         NotPlane::Flatten => {
             let (middle, normal) = (polygon.centroid(), polygon.normal());
             let pressed = outline.iter().map(|vertex| {
@@ -256,7 +240,7 @@ mod tests {
     use super::*;
     use crate::exchange::mesh::Material;
     use crate::generator::GeneratorKind;
-    use crate::orchard::Orchard;
+    use crate::orchard::{Orchard, OrchardParameters};
 
     fn orchard(import: ImportParameters, trees: u32) -> Result<Orchard, GrowError> {
         let parameters = OrchardParameters {

@@ -88,7 +88,7 @@ impl ImportParameters {
     /// Refuses what names no trees.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let any = self.branches.is_some() || self.leaves.is_some() || self.mesh.is_some();
         let expected = "at least one of branches, leaves, mesh";

@@ -77,7 +77,7 @@ impl Grammar {
     /// Reads the lines of a grammar, without comments.
     ///
     /// # Errors
-    /// The first line without meaning, or a missing axiom.
+    /// The first line that cannot be read, or a missing axiom.
     pub fn read<'a>(lines: impl IntoIterator<Item = &'a str>) -> Result<Self, GrammarError> {
         let mut grammar = Self {
             iterations: 5,
@@ -171,8 +171,9 @@ fn letters(line: &str, text: &str) -> Result<Vec<Letter>, GrammarError> {
     Ok(letters)
 }
 
-/// Why text is no L-system. Each message quotes the line.
+/// Why a text is not an L-system. Each message quotes the line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GrammarError {
     /// The file that should hold it.
     #[error(transparent)]

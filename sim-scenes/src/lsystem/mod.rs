@@ -5,21 +5,21 @@
 //! letters that draw.
 
 pub mod grammar;
-mod rewrite;
+pub(crate) mod rewrite;
 pub mod turtle;
 
 pub use grammar::{Grammar, GrammarError, NAMED_GRAMMARS};
 pub use rewrite::Overgrown;
 
 use crate::generator::draft::Draft;
-use crate::generator::{Generator, GrowError, Planting};
+use crate::generator::error::GrowError;
+use crate::generator::planting::{Generator, Planting};
 use crate::growth::TreeParameters;
-use crate::orchard::OrchardParameters;
-use crate::parameters::{ParameterError, Source, parameters, require};
+use crate::parameters::{ParameterError, TableSource, parameters, require};
 use crate::seed::Purpose;
 
 /// Where a grammar comes from: a name of [`NAMED_GRAMMARS`], or lines of text here or in a file.
-pub type GrammarSource = Source<String>;
+pub type GrammarSource = TableSource<String>;
 
 parameters! {
     /// How an L-system grows a tree.
@@ -36,10 +36,10 @@ parameters! {
 }
 
 impl LSystemParameters {
-    /// Refuses what no tree can grow from.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         require(self.iterations <= 100, "orchard.lsystem.iterations", "0 to 100", self.iterations)?;
         require(self.max_symbols > 0, "orchard.lsystem.max_symbols", "1 or more", self.max_symbols)?;
@@ -49,7 +49,7 @@ impl LSystemParameters {
     /// The grammar, read.
     ///
     /// # Errors
-    /// Unknown name, unreadable file, or a line without meaning.
+    /// Unknown name, unreadable file, or a line that cannot be read.
     pub fn grammar(&self) -> Result<Grammar, ParameterError> {
         let grammar = match self.rules.rows() {
             Ok(Ok(lines)) => Grammar::read(lines.iter().map(String::as_str)),
@@ -75,12 +75,15 @@ pub(crate) struct Sprouting {
 }
 
 impl Sprouting {
-    pub(crate) fn new(parameters: &OrchardParameters, seed: u64) -> Result<Self, ParameterError> {
-        let lsystem = parameters.lsystem_parameters();
+    pub(crate) fn new(
+        lsystem: &LSystemParameters,
+        leaves: TreeParameters,
+        seed: u64,
+    ) -> Result<Self, ParameterError> {
         lsystem.validate()?;
         let grammar = lsystem.grammar()?;
         let iterations = if lsystem.iterations > 0 { lsystem.iterations } else { grammar.iterations };
-        let (max_symbols, leaves) = (lsystem.max_symbols as usize, parameters.tree_parameters());
+        let max_symbols = lsystem.max_symbols as usize;
         Ok(Self { grammar, iterations, max_symbols, leaves, seed })
     }
 }
@@ -106,10 +109,9 @@ mod tests {
     #[test]
     fn every_named_grammar_is_one_and_grows_a_tree() {
         for (name, _) in NAMED_GRAMMARS {
-            let overrides =
-                LSystemOverrides { rules: Some(GrammarSource::named(name)), ..LSystemOverrides::default() };
-            let parameters = OrchardParameters { lsystem: overrides, ..OrchardParameters::default() };
-            let sprouting = Sprouting::new(&parameters, 1).unwrap();
+            let parameters =
+                LSystemParameters { rules: GrammarSource::named(name), ..LSystemParameters::default() };
+            let sprouting = Sprouting::new(&parameters, TreeParameters::default(), 1).unwrap();
             let planting = |tree| Planting { row: 0, tree, gap: false, base: [0.0; 3] };
             let (one, other) =
                 (sprouting.draft(&planting(0)).unwrap(), sprouting.draft(&planting(1)).unwrap());

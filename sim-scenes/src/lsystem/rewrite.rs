@@ -12,7 +12,7 @@ use crate::seed::Stream;
 pub struct Overgrown {
     /// Season in which the bound was passed, from 1.
     pub season: u32,
-    /// Seasons asked for.
+    /// Seasons requested.
     pub seasons: u32,
     /// The bound.
     pub limit: usize,

@@ -72,7 +72,7 @@ pub(super) fn draw(
     parameters: &TreeParameters,
     stream: &mut Stream,
 ) -> Draft {
-    let angles = LeafAngles::of(parameters);
+    let angles = LeafAngles::of(parameters.leaf_angle_law());
     let mut draft = Draft::default();
     let mut waiting: Vec<Turtle> = Vec::new();
     let mut turtle = Turtle {

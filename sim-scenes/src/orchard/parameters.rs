@@ -2,14 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::layout::{Layout, LayoutOverrides};
 use crate::analytic::{AnalyticOverrides, AnalyticParameters};
-use crate::generator::GeneratorKind;
+use crate::generator::kind::GeneratorKind;
 use crate::growth::{
     BranchingSource, InternodeSource, MatrixSource, RuleSource, TreeOverrides, TreeParameters,
 };
 use crate::import::{ImportParameters, Stands};
 use crate::lsystem::{LSystemOverrides, LSystemParameters};
-use crate::parameters::{ParameterError, SceneFile, choices, parameters, require};
+use crate::parameters::{ParameterError, SceneFile, choices, require};
 use crate::season::Season;
 use crate::support::{Trellis, TrellisOverrides};
 
@@ -29,26 +30,6 @@ choices! {
         /// A hedge: low, dense and square: 12 trees at 0.8 m, rows 3 m apart.
         Hedge = "hedge",
     }
-}
-
-parameters! {
-    /// How trees stand.
-    pub struct Layout;
-    /// A layout of which every value may be left to the preset.
-    pub overrides LayoutOverrides;
-
-    /// Rows of different trees, one row spacing apart, from X = 0 away from the scanner.
-    rows: u32 = 1, "rows", "the scanner sees one row; a second is the background";
-    /// Places for trees in a row; after them the row repeats.
-    trees: u32 = 3, "trees", "three steady the regressions";
-    /// Distance between trees in the row.
-    tree_spacing_m: f64 = 3.0, "m", "free-standing apple 2 to 3.5 m";
-    /// Distance between rows.
-    row_spacing_m: f64 = 5.0, "m", "free-standing apple 4.5 to 6 m";
-    /// Trees that differ; every place gets a copy of one of them, drawn at random. 0: every place a tree of its own.
-    distinct_trees: u32 = 0, "trees", "memory grows with distinct trees, not with places";
-    /// Directions that copies may face, evenly spread about the vertical.
-    directions: u32 = 2, "directions", "front and back: a turned tree keeps to its envelope";
 }
 
 impl Preset {
@@ -241,10 +222,10 @@ impl OrchardParameters {
         self.tree.over(self.preset.tree())
     }
 
-    /// Refuses what no orchard can be grown from.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning, with what may stand there.
+    /// The first key with an invalid value, and the values allowed.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let layout = self.layout();
         let positive = |key, value: f64| {

@@ -4,7 +4,7 @@ mod source;
 
 pub(crate) use rowscan_vehicle::parameter::require;
 pub use rowscan_vehicle::{FileError, ParameterError, SceneFile};
-pub use source::{RowsError, Source, TextRow};
+pub use source::{RowsError, TableSource, TextRow};
 pub(crate) use source::{fields, lines};
 
 /// One line of a parameter table, for documentation and `--explain`.

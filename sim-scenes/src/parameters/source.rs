@@ -12,7 +12,7 @@ use rowscan_vehicle::{FileError, SceneFile};
 /// A name, or rows written out here or in a file. Names are looked up and files read when the table is used, so that a wrong one is an
 /// error of validation, with the key it stands at.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Source<Row> {
+pub enum TableSource<Row> {
     /// A table that the program knows.
     Named(String),
     /// Row by row, as given.
@@ -26,7 +26,7 @@ pub trait TextRow: Clone {
     /// What a line should be, for messages.
     const EXPECTED: &'static str;
 
-    /// Reads a line without comment and outer blanks. None if it is no such row.
+    /// Reads a line without comment and outer blanks. None if it is not a row of the table.
     fn read(line: &str) -> Option<Self>;
 }
 
@@ -68,7 +68,7 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| !line.is_empty())
 }
 
-impl<Row> Source<Row> {
+impl<Row> TableSource<Row> {
     /// The table with this name.
     pub fn named(name: &str) -> Self {
         Self::Named(name.to_owned())
@@ -83,11 +83,11 @@ impl<Row> Source<Row> {
     }
 }
 
-impl<Row: TextRow> Source<Row> {
+impl<Row: TextRow> TableSource<Row> {
     /// The rows where they are written out here or in a file; the name where the table has one.
     ///
     /// # Errors
-    /// A file that was not read, or a line of it that is no row.
+    /// A file that was not read, or a line that is not a row of the table.
     pub fn rows(&self) -> Result<Result<Cow<'_, [Row]>, &str>, RowsError> {
         match self {
             Self::Named(name) => Ok(Err(name)),
@@ -109,11 +109,12 @@ impl<Row: TextRow> Source<Row> {
 
 /// Why a file holds no table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RowsError {
-    /// It says nothing.
+    /// The file was not read, or is not text.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A line is no row.
+    /// A line is not a row of the table.
     #[error("{path}:{line}: {expected} expected, found `{found}`")]
     Line {
         /// The file.
@@ -122,12 +123,12 @@ pub enum RowsError {
         line: usize,
         /// What a row is made of.
         expected: &'static str,
-        /// What stands there.
+        /// The value found.
         found: String,
     },
 }
 
-impl<Row: fmt::Debug> fmt::Display for Source<Row> {
+impl<Row: fmt::Debug> fmt::Display for TableSource<Row> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Named(name) => f.write_str(name),
@@ -137,7 +138,7 @@ impl<Row: fmt::Debug> fmt::Display for Source<Row> {
     }
 }
 
-impl<Row: Serialize> Serialize for Source<Row> {
+impl<Row: Serialize> Serialize for TableSource<Row> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Named(name) => serializer.serialize_str(name),
@@ -153,7 +154,7 @@ impl<Row: Serialize> Serialize for Source<Row> {
 
 const FILE: &str = "file";
 
-impl<'de, Row: Deserialize<'de>> Deserialize<'de> for Source<Row> {
+impl<'de, Row: Deserialize<'de>> Deserialize<'de> for TableSource<Row> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(NameOrRows(PhantomData))
     }
@@ -162,18 +163,18 @@ impl<'de, Row: Deserialize<'de>> Deserialize<'de> for Source<Row> {
 struct NameOrRows<Row>(PhantomData<Row>);
 
 impl<'de, Row: Deserialize<'de>> de::Visitor<'de> for NameOrRows<Row> {
-    type Value = Source<Row>;
+    type Value = TableSource<Row>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the name of a table, its rows, or { file = \"PATH\" }")
     }
 
     fn visit_str<E: de::Error>(self, name: &str) -> Result<Self::Value, E> {
-        Ok(Source::named(name))
+        Ok(TableSource::named(name))
     }
 
     fn visit_seq<A: de::SeqAccess<'de>>(self, rows: A) -> Result<Self::Value, A::Error> {
-        Vec::deserialize(de::value::SeqAccessDeserializer::new(rows)).map(Source::Inline)
+        Vec::deserialize(de::value::SeqAccessDeserializer::new(rows)).map(TableSource::Inline)
     }
 
     fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
@@ -184,6 +185,6 @@ impl<'de, Row: Deserialize<'de>> de::Visitor<'de> for NameOrRows<Row> {
             }
             file = Some(map.next_value()?);
         }
-        file.map(Source::File).ok_or_else(|| de::Error::missing_field(FILE))
+        file.map(TableSource::File).ok_or_else(|| de::Error::missing_field(FILE))
     }
 }

@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::plan::ScanPlan;
-use super::{LAYERS, LEAST_INCIDENCE};
-use crate::caster::{Class, Layers};
+/// Leaves of a beam that I_3L counts (the paper's "three outer layers").
+pub const LAYERS: usize = 3;
+
+/// |beam · leaf normal| below which a leaf's visible area is counted as if it were this: a leaf seen edge-on would count without bound.
+pub const LEAST_INCIDENCE: f64 = 0.02;
 
 /// What a scan adds up to, m². I_T, I_L and I_3L are projections (paper eq. 3 and its counterparts): on the YZ plane for lateral scans,
 /// on the ground for zenith scans.
@@ -21,31 +23,6 @@ pub struct ScanAreas {
     pub three_leaves_m2: f64,
     /// One-sided leaf area in sight: I_L's beams, each divided by its incidence instead of projected. Needs normals, so simulation.
     pub visible_leaf_area_m2: f64,
-}
-
-impl ScanAreas {
-    /// The areas of one line, of the plan's target only.
-    pub(super) fn of_line(plan: &ScanPlan, layers: &Layers) -> Self {
-        let mut areas = Self::default();
-        for (beam, nearest) in layers.nearest().iter().enumerate() {
-            if !plan.counts(nearest) {
-                continue;
-            }
-            let patch = plan.patch_m2(beam, nearest.range_m);
-            areas.total_m2 += patch;
-            if nearest.class == Class::Leaf {
-                areas.leaf_m2 += patch;
-                let incidence = f64::from(nearest.cos_incidence).max(LEAST_INCIDENCE);
-                areas.visible_leaf_area_m2 += plan.square_patch_m2(nearest.range_m) / incidence;
-                // Every first leaf is counted, so that I_L never exceeds I_3L by rounding.
-                areas.three_leaves_m2 += patch;
-            }
-            for leaf in layers.leaves(beam).iter().take(LAYERS).skip(1).filter(|leaf| plan.counts(leaf)) {
-                areas.three_leaves_m2 += plan.patch_m2(beam, leaf.range_m);
-            }
-        }
-        areas
-    }
 }
 
 impl std::ops::AddAssign for ScanAreas {

@@ -7,18 +7,13 @@
 
 mod areas;
 mod kind;
+mod line_areas;
 mod plan;
 mod target;
 mod wood;
 
-pub use areas::ScanAreas;
+pub use areas::{LAYERS, LEAST_INCIDENCE, ScanAreas};
 pub use kind::{Sampling, ScanKind};
-pub use plan::{Line, ScanError, ScanPlan, ScanSettings};
+pub use plan::{CastLine, ScanError, ScanPlan, ScanSettings};
 pub use target::{Extent, Target};
 pub use wood::{Casts, Mesh, MeshError, WoodTest};
-
-/// Leaves of a beam that I_3L counts (the paper's "three outer layers").
-pub const LAYERS: usize = 3;
-
-/// |beam · leaf normal| below which a leaf's visible area is counted as if it were this: a leaf seen edge-on would count without bound.
-pub const LEAST_INCIDENCE: f64 = 0.02;

@@ -4,8 +4,6 @@ use rayon::prelude::*;
 use rowscan_protocol::scan::Pose;
 use serde::{Deserialize, Serialize};
 
-use super::LAYERS;
-use super::areas::ScanAreas;
 use super::kind::{Sampling, ScanKind};
 use super::target::{Extent, Target};
 use super::wood::{Casts, WoodTest};
@@ -63,6 +61,7 @@ impl Default for ScanSettings {
 
 /// Why a scan cannot be laid out.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ScanError {
     /// A number that must be positive is not.
     #[error("{key} must be a positive number, found {found}")]
@@ -116,7 +115,7 @@ pub enum ScanError {
 
 /// One cast line, as [`ScanPlan::lines`] hands it out.
 #[derive(Clone, Copy, Debug)]
-pub struct Line<'a> {
+pub struct CastLine<'a> {
     /// Number of the line, from 0.
     pub index: usize,
     /// Where it was cast from.
@@ -263,7 +262,7 @@ impl ScanPlan {
         &self,
         caster: &dyn Casts,
         layers: usize,
-        measure: impl Fn(Line<'_>) -> T + Sync,
+        measure: impl Fn(CastLine<'_>) -> T + Sync,
     ) -> Vec<T> {
         (0..self.lines)
             .into_par_iter()
@@ -271,19 +270,9 @@ impl ScanPlan {
             .map_init(<(Scratch, Layers)>::default, |(scratch, found), index| {
                 let origin = self.origin(index);
                 caster.cast_layers(origin, &self.beams, layers, scratch, found);
-                measure(Line { index, origin, layers: found })
+                measure(CastLine { index, origin, layers: found })
             })
             .collect()
-    }
-
-    /// The areas of one line.
-    pub fn line_areas(&self, layers: &Layers) -> ScanAreas {
-        ScanAreas::of_line(self, layers)
-    }
-
-    /// Casts the whole scan and adds it up, in the order of the lines: the same bits on any number of threads.
-    pub fn areas(&self, caster: &dyn Casts) -> ScanAreas {
-        self.lines(caster, LAYERS, |line| self.line_areas(line.layers)).into_iter().sum()
     }
 }
 

@@ -52,7 +52,7 @@ const MOST_POINTS: u32 = 31;
 pub struct MeshError(Mesh);
 
 impl Mesh {
-    /// Refuses what is no mesh.
+    /// Refuses faces that do not form a mesh.
     ///
     /// # Errors
     /// A half width, number of points or step out of its bounds.

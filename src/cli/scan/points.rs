@@ -10,7 +10,7 @@ use ply_rs_bw::ply::{
     PropertyType, ScalarType,
 };
 use rowscan_scenes::caster::{Class, Return};
-use rowscan_scenes::scan::{Line, ScanPlan};
+use rowscan_scenes::scan::{CastLine, ScanPlan};
 use serde::Serialize;
 
 /// One return.
@@ -33,7 +33,7 @@ pub(super) struct Point {
 
 /// The returns of one line: of every beam what it met first, and the leaves behind a first leaf. Escapes are no points; matrix L
 /// has them.
-pub(super) fn of_line(plan: &ScanPlan, line: &Line<'_>) -> Vec<Point> {
+pub(super) fn of_line(plan: &ScanPlan, line: &CastLine<'_>) -> Vec<Point> {
     let mut points = Vec::new();
     for (beam, (start, direction)) in plan.beams().rays(line.origin).enumerate() {
         let Some(nearest) = line.layers.nearest().get(beam).filter(|found| found.is_hit()) else { continue };

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use rowscan_canopy::Sample;
-use rowscan_canopy::calibration::{Class, EchoRule, Optics, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::Model;
 use rowscan_scenes::Scene;
@@ -54,9 +54,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 /// What a calibration made on this scene is valid for.
-fn class_of(scene: &Scene, model: &Model) -> Class {
+fn class_of(scene: &Scene, model: &Model) -> CalibrationClass {
     let tree = scene.orchard.tree_parameters();
-    Class {
+    CalibrationClass {
         preset: scene.orchard.preset.to_string(),
         shady_threshold_percent: tree.shady_percent,
         growth_stage: format!("{} iterations", tree.iterations),

@@ -1,7 +1,7 @@
 //! The six regressions, beside the paper's.
 
 use rowscan_canopy::reference::{ImpactedArea, PAPER, PaperRegression, View as Side};
-use rowscan_canopy::regression::{Goodness, Line};
+use rowscan_canopy::regression::{FittedLine, Goodness};
 use rowscan_scenes::scan::ScanAreas;
 use serde::Serialize;
 
@@ -143,8 +143,8 @@ pub fn impacted(areas: &ScanAreas, kind: ImpactedArea) -> f64 {
 impl Fit {
     /// None where the impacted areas do not spread enough for a line.
     fn of(x: &[f64], y: &[f64], side: Side, kind: ImpactedArea) -> Option<Self> {
-        let origin = Line::through_origin(x, y)?;
-        let free = Line::fit(x, y)?;
+        let origin = FittedLine::through_origin(x, y)?;
+        let free = FittedLine::fit(x, y)?;
         let line = if kind == ImpactedArea::Total { &free } else { &origin };
         let goodness = Goodness::of_line(line, x, y);
         let goodness_origin = Goodness::of_line(&origin, x, y);
@@ -176,7 +176,7 @@ impl PowerFit {
         }
         let ln = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value.ln()).collect() };
         let (ln_x, ln_y) = (ln(x), ln(y));
-        let line = Line::fit(&ln_x, &ln_y)?;
+        let line = FittedLine::fit(&ln_x, &ln_y)?;
         let fitted = ln_x.iter().map(|&x| line.at(x).exp());
         let goodness = Goodness::of(y, fitted, line.left_out(&ln_x, &ln_y).map(f64::exp));
         Some(Self {
@@ -193,7 +193,7 @@ impl PowerFit {
 fn bend_t(x: &[f64], y: &[f64]) -> Option<f64> {
     let square: Vec<f64> = x.iter().map(|x| x * x).collect();
     let rest = |values: &[f64]| -> Option<Vec<f64>> {
-        let line = Line::fit(x, values)?;
+        let line = FittedLine::fit(x, values)?;
         Some(x.iter().zip(values).map(|(&x, value)| value - line.at(x)).collect())
     };
     let (square, y) = (rest(&square)?, rest(y)?);

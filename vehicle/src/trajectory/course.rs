@@ -44,7 +44,7 @@ pub struct Course {
     pub alley: i32,
     /// Distance between rows, metres.
     pub row_spacing_m: f64,
-    /// Alleys driven one after the other, and the length of a row, metres: turns are where the rows end. None: straight on for ever.
+    /// Alleys driven one after the other, and the length of a row, metres: turns are where the rows end. None: straight on forever.
     pub turns: Option<(u32, f64)>,
 }
 

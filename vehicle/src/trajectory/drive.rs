@@ -1,11 +1,12 @@
-//! The `[drive]` table of a scene file: how the tractor really drives.
+//! The `[drive]` table of a scene file: how the tractor drives.
 
 use rowscan_protocol::rig::{Rig, RowSide};
 use serde::{Deserialize, Serialize};
 
-use super::profile::ProfileBuilder;
-use super::track::Known;
-use super::{Course, Profile, Track, TrackError, Trajectory};
+use super::course::Course;
+use super::motion::{DEFAULT_ACCELERATION_M_S2, Trajectory};
+use super::profile::{SpeedProfile, SpeedProfileBuilder};
+use super::track::{Track, TrackError, TrackValue};
 use crate::scene_file::{FileError, SceneFile};
 
 /// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
@@ -17,20 +18,20 @@ pub struct Drive {
     pub legs: Vec<Leg>,
     /// After the last leg the first comes again.
     pub repeat: bool,
-    /// Drives and stands by turns, for ever.
+    /// Alternates between driving and standing, forever.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_and_go: Option<StopAndGo>,
     /// A recorded drive, CSV or GPX, beside the scene file; after its end the tractor stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub track: Option<SceneFile>,
-    /// Share of the wheels' way that is slip, outside legs that state their own.
+    /// Share of the wheels' distance that is slip, for legs that do not state their own.
     pub slip: f64,
-    /// How fast a commanded speed is made for, m/s².
+    /// Acceleration towards a commanded speed, m/s².
     pub acceleration_m_s2: f64,
     /// The alley of the start: its number is that of the row on its right; 1 with a scanner that looks left, else 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alley: Option<i32>,
-    /// Alleys driven one after the other with turns between; absent: one, without end.
+    /// Alleys driven one after the other; it turns where the rows end. Absent: one alley without end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alleys: Option<u32>,
 }
@@ -43,22 +44,22 @@ impl Default for Drive {
             stop_and_go: None,
             track: None,
             slip: 0.0,
-            acceleration_m_s2: 0.5,
+            acceleration_m_s2: DEFAULT_ACCELERATION_M_S2,
             alley: None,
             alleys: None,
         }
     }
 }
 
-/// Speed changes steadily to `speed_m_s` for so long.
+/// The speed changes linearly to `speed_m_s`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
-    /// How long, seconds; 0 changes speed at once.
+    /// Duration, seconds; 0 changes the speed at once.
     pub seconds: f64,
     /// Speed at its end, m/s; negative in reverse.
     pub speed_m_s: f64,
-    /// Share of the wheels' way that is slip; the drive's where absent.
+    /// Share of the wheels' distance that is slip; the drive's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slip: Option<f64>,
 }
@@ -76,28 +77,29 @@ pub struct StopAndGo {
     pub ramp_s: f64,
 }
 
-/// A drive that cannot be driven.
+/// An invalid `[drive]` table.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DriveError {
-    /// A value without meaning.
+    /// A value out of range.
     #[error("drive.{key} must be {expected}, found {found}")]
     Value {
         /// The key, below `drive`.
         key: &'static str,
-        /// What may stand there.
+        /// The values allowed.
         expected: &'static str,
-        /// What stands there.
+        /// The value found.
         found: f64,
     },
     /// More than one way to drive.
     #[error("drive.{one} and drive.{other} both say how to drive; leave one of them out")]
     Both {
-        /// The one.
+        /// One key.
         one: &'static str,
-        /// The other.
+        /// The other key.
         other: &'static str,
     },
-    /// A recorded drive that is no text.
+    /// A recorded drive that was not read, or is not text.
     #[error(transparent)]
     File(#[from] FileError),
     /// A recorded drive that cannot be driven.
@@ -111,10 +113,10 @@ pub enum DriveError {
 }
 
 impl Drive {
-    /// Refuses values that no drive could be made with.
+    /// Checks all values.
     ///
     /// # Errors
-    /// The first key without meaning.
+    /// The first key with an invalid value.
     pub fn validate(&self) -> Result<(), DriveError> {
         let check = |key, value: f64, expected, sound: bool| match sound && value.is_finite() {
             true => Ok(()),
@@ -155,7 +157,7 @@ impl Drive {
         check("alleys", alleys, "1 to 1000", (1.0..=1000.0).contains(&alleys))
     }
 
-    /// The drive of `rig` past rows of this length, metres (the way before a turn).
+    /// The drive of `rig` past rows of this length, metres.
     pub fn trajectory(&self, rig: &Rig, row_m: f64) -> Trajectory {
         let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
         let course = Course {
@@ -167,47 +169,47 @@ impl Drive {
         Trajectory::new(self.profile(rig.speed_m_s), course, self.acceleration_m_s2)
     }
 
-    fn profile(&self, speed_m_s: f64) -> Profile {
+    fn profile(&self, speed_m_s: f64) -> SpeedProfile {
         let slip = self.slip;
         if let Some(file) = &self.track {
             // A drive of which nothing is known stands.
             return follow(&recorded(file).unwrap_or_default(), slip);
         }
         if let Some(StopAndGo { go_s, stop_s, ramp_s }) = self.stop_and_go {
-            let standing = Profile::builder(0.0, slip);
+            let standing = SpeedProfile::builder(0.0, slip);
             let going = standing.leg(ramp_s, speed_m_s, slip).steady(go_s, speed_m_s, slip);
             return going.leg(ramp_s, 0.0, slip).steady(stop_s, 0.0, slip).again();
         }
         if self.legs.is_empty() {
-            return Profile::builder(speed_m_s, slip).hold();
+            return SpeedProfile::builder(speed_m_s, slip).hold();
         }
-        let legs = self.legs.iter().fold(Profile::builder(0.0, slip), |made, leg| {
+        let legs = self.legs.iter().fold(SpeedProfile::builder(0.0, slip), |made, leg| {
             made.leg(leg.seconds, leg.speed_m_s, leg.slip.unwrap_or(slip))
         });
         if self.repeat { legs.again() } else { legs.hold() }
     }
 }
 
-/// What the file of `track` holds.
+/// Parses the file of `track`.
 fn recorded(file: &SceneFile) -> Result<Track, DriveError> {
     Track::parse(file.text()?).map_err(|cause| DriveError::Track { path: file.path().to_owned(), cause })
 }
 
 /// A recorded drive as legs; it stands after the last point.
-fn follow(track: &Track, slip: f64) -> Profile {
+fn follow(track: &Track, slip: f64) -> SpeedProfile {
     let first = match track.points.first().map(|point| point.known) {
-        Some(Known::Speed(speed_m_s)) => speed_m_s,
+        Some(TrackValue::Speed(speed_m_s)) => speed_m_s,
         _ => 0.0,
     };
     let pairs = track.points.iter().zip(track.points.iter().skip(1));
-    let legs: ProfileBuilder = pairs.fold(Profile::builder(first, slip), |legs, (from, to)| {
+    let legs: SpeedProfileBuilder = pairs.fold(SpeedProfile::builder(first, slip), |legs, (from, to)| {
         let seconds = to.t_s - from.t_s;
         match (from.known, to.known) {
-            (Known::Way(here_m), Known::Way(there_m)) => {
+            (TrackValue::Way(here_m), TrackValue::Way(there_m)) => {
                 legs.steady(seconds, (there_m - here_m) / seconds, slip)
             }
-            (_, Known::Speed(speed_m_s)) => legs.leg(seconds, speed_m_s, slip),
-            (_, Known::Way(_)) => legs,
+            (_, TrackValue::Speed(speed_m_s)) => legs.leg(seconds, speed_m_s, slip),
+            (_, TrackValue::Way(_)) => legs,
         }
     });
     legs.leg(0.0, 0.0, slip).hold()

@@ -1,18 +1,18 @@
-//! Time makes way: legs of steady acceleration, each with its own wheel slip.
+//! From time to distance: legs of steady acceleration, each with its own wheel slip.
 
 use std::collections::VecDeque;
 
-/// How many commanded legs are remembered. The oldest is forgotten first; who asks about the present never notices.
+/// How many commanded legs are remembered. The oldest is dropped first; the present never depends on it.
 const COMMANDS: usize = 4096;
 
-/// Way and speed at an instant, over ground and of the wheels.
+/// Distance and speed at an instant, over ground and of the wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Run {
-    /// Way over ground since the start, metres.
+pub struct ProfileState {
+    /// Distance over ground since the start, metres.
     pub way_m: f64,
     /// Ground speed, m/s; negative in reverse.
     pub speed_m_s: f64,
-    /// Way of the wheels' rims, metres.
+    /// Distance that the wheels have rolled, metres.
     pub wheel_m: f64,
     /// Speed of the wheels' rims, m/s.
     pub wheel_speed_m_s: f64,
@@ -22,18 +22,18 @@ pub struct Run {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Span {
     from_s: f64,
-    start: Run,
+    start: ProfileState,
     acceleration_m_s2: f64,
-    /// Ground way per wheel way: 1 − slip.
+    /// Ground distance per wheel distance: 1 − slip.
     grip: f64,
 }
 
 impl Span {
-    fn at(&self, t_s: f64) -> Run {
+    fn at(&self, t_s: f64) -> ProfileState {
         let t = t_s - self.from_s;
         let speed_m_s = self.start.speed_m_s + self.acceleration_m_s2 * t;
         let way_m = self.start.speed_m_s * t + 0.5 * self.acceleration_m_s2 * t * t;
-        Run {
+        ProfileState {
             way_m: self.start.way_m + way_m,
             speed_m_s,
             wheel_m: self.start.wheel_m + way_m / self.grip,
@@ -44,31 +44,31 @@ impl Span {
 
 /// Speed as a function of time, in closed form.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Profile {
+pub struct SpeedProfile {
     /// In the order of time, the first at 0.
     spans: Vec<Span>,
-    /// Where the spans begin again, seconds, and what a round makes.
-    round: Option<(f64, Run)>,
+    /// When the spans repeat, seconds, and the state after one round.
+    round: Option<(f64, ProfileState)>,
     commanded: VecDeque<Span>,
     grip: f64,
 }
 
-impl Profile {
-    /// The same speed for ever.
+impl SpeedProfile {
+    /// The same speed forever.
     pub fn constant(speed_m_s: f64) -> Self {
         Self::builder(speed_m_s, 0.0).hold()
     }
 
-    /// Starts at `speed_m_s` with wheels that slip by this share of their way.
-    pub fn builder(speed_m_s: f64, slip: f64) -> ProfileBuilder {
-        let start = Run { speed_m_s, ..Run::default() };
-        ProfileBuilder { spans: Vec::new(), end_s: 0.0, end: start, grip: 1.0 - slip }
+    /// Starts at `speed_m_s` with wheels that slip by this share of the distance they roll.
+    pub fn builder(speed_m_s: f64, slip: f64) -> SpeedProfileBuilder {
+        let start = ProfileState { speed_m_s, ..ProfileState::default() };
+        SpeedProfileBuilder { spans: Vec::new(), end_s: 0.0, end: start, grip: 1.0 - slip }
     }
 
-    /// Way and speed after `t_s` seconds; before 0, the start at rest.
-    pub fn at(&self, t_s: f64) -> Run {
+    /// Distance and speed after `t_s` seconds; before 0, the start at rest.
+    pub fn at(&self, t_s: f64) -> ProfileState {
         if t_s < 0.0 {
-            return Run::default();
+            return ProfileState::default();
         }
         if let Some(span) = self.commanded.iter().rev().find(|span| span.from_s <= t_s) {
             return span.at(t_s);
@@ -76,10 +76,14 @@ impl Profile {
         let Some((period_s, made)) = self.round else { return within(&self.spans, t_s) };
         let rounds = (t_s / period_s).floor();
         let run = within(&self.spans, t_s - rounds * period_s);
-        Run { way_m: run.way_m + rounds * made.way_m, wheel_m: run.wheel_m + rounds * made.wheel_m, ..run }
+        ProfileState {
+            way_m: run.way_m + rounds * made.way_m,
+            wheel_m: run.wheel_m + rounds * made.wheel_m,
+            ..run
+        }
     }
 
-    /// From `t_s` on, makes for `target_m_s` with this acceleration and holds it.
+    /// From `t_s` on, accelerates to `target_m_s` and holds it.
     pub(super) fn command(&mut self, t_s: f64, target_m_s: f64, acceleration_m_s2: f64) {
         let start = self.at(t_s);
         self.forget_from(t_s);
@@ -91,7 +95,7 @@ impl Profile {
             grip: self.grip,
         };
         let reached_s = t_s + change_m_s.abs() / acceleration_m_s2;
-        let reached = Run { speed_m_s: target_m_s, ..ramp.at(reached_s) };
+        let reached = ProfileState { speed_m_s: target_m_s, ..ramp.at(reached_s) };
         self.commanded.push_back(ramp);
         self.commanded.push_back(Span {
             from_s: reached_s,
@@ -104,9 +108,9 @@ impl Profile {
         }
     }
 
-    /// From `t_s` on, stands.
+    /// From `t_s` on, stands still.
     pub(super) fn halt(&mut self, t_s: f64) {
-        let start = Run { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..self.at(t_s) };
+        let start = ProfileState { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..self.at(t_s) };
         self.forget_from(t_s);
         self.commanded.push_back(Span { from_s: t_s, start, acceleration_m_s2: 0.0, grip: self.grip });
     }
@@ -118,23 +122,23 @@ impl Profile {
     }
 }
 
-/// The last span's state where the time lies beyond it, which goes on for ever.
-fn within(spans: &[Span], t_s: f64) -> Run {
+/// The last span continues forever beyond its start.
+fn within(spans: &[Span], t_s: f64) -> ProfileState {
     let index = spans.partition_point(|span| span.from_s <= t_s).saturating_sub(1);
-    spans.get(index).map_or_else(Run::default, |span| span.at(t_s))
+    spans.get(index).map_or_else(ProfileState::default, |span| span.at(t_s))
 }
 
-/// Puts spans one behind the other.
+/// Builds a profile span by span.
 #[derive(Clone, Debug)]
-pub struct ProfileBuilder {
+pub struct SpeedProfileBuilder {
     spans: Vec<Span>,
     end_s: f64,
-    end: Run,
+    end: ProfileState,
     grip: f64,
 }
 
-impl ProfileBuilder {
-    /// For so many seconds, speed changes steadily to `speed_m_s`; wheels slip by `slip`. No time at all changes it at once.
+impl SpeedProfileBuilder {
+    /// For `seconds`, the speed changes linearly to `speed_m_s`; wheels slip by `slip`. With 0 seconds it changes at once.
     #[must_use]
     pub fn leg(mut self, seconds: f64, speed_m_s: f64, slip: f64) -> Self {
         if seconds > 0.0 {
@@ -152,27 +156,27 @@ impl ProfileBuilder {
         self
     }
 
-    /// For so many seconds, the same speed at once.
+    /// For `seconds`, this speed, reached at once.
     #[must_use]
     pub fn steady(mut self, seconds: f64, speed_m_s: f64, slip: f64) -> Self {
         self.end.speed_m_s = speed_m_s;
         self.leg(seconds, speed_m_s, slip)
     }
 
-    /// The last speed for ever after.
-    pub fn hold(mut self) -> Profile {
+    /// Keeps the last speed forever.
+    pub fn hold(mut self) -> SpeedProfile {
         let (from_s, start) = (self.end_s, self.end);
         self.spans.push(Span { from_s, start, acceleration_m_s2: 0.0, grip: self.grip });
-        Profile { spans: self.spans, round: None, commanded: VecDeque::new(), grip: self.grip }
+        SpeedProfile { spans: self.spans, round: None, commanded: VecDeque::new(), grip: self.grip }
     }
 
-    /// All legs again and again; without any, the starting speed for ever.
-    pub fn again(self) -> Profile {
+    /// Repeats all legs; without any, keeps the starting speed.
+    pub fn again(self) -> SpeedProfile {
         if self.spans.is_empty() {
             return self.hold();
         }
         let round = Some((self.end_s, self.end));
-        Profile { spans: self.spans, round, commanded: VecDeque::new(), grip: self.grip }
+        SpeedProfile { spans: self.spans, round, commanded: VecDeque::new(), grip: self.grip }
     }
 }
 
@@ -180,8 +184,8 @@ impl ProfileBuilder {
 mod tests {
     use super::*;
 
-    /// The way by small steps, as nobody here makes it.
-    fn way_by_steps(profile: &Profile, until_s: f64) -> f64 {
+    /// The distance by small steps: an independent check of the closed form.
+    fn way_by_steps(profile: &SpeedProfile, until_s: f64) -> f64 {
         let step_s = 1e-4;
         (0..(until_s / step_s).round() as u64)
             .map(|step| profile.at((step as f64 + 0.5) * step_s).speed_m_s * step_s)
@@ -191,7 +195,7 @@ mod tests {
     #[test]
     fn way_is_the_sum_of_speed() {
         let ramp =
-            Profile::builder(0.0, 0.0).leg(2.0, 1.5, 0.0).leg(3.0, 1.5, 0.0).leg(4.0, -0.5, 0.0).hold();
+            SpeedProfile::builder(0.0, 0.0).leg(2.0, 1.5, 0.0).leg(3.0, 1.5, 0.0).leg(4.0, -0.5, 0.0).hold();
         for until_s in [0.5, 2.0, 4.0, 6.5, 9.0, 12.0] {
             assert!((ramp.at(until_s).way_m - way_by_steps(&ramp, until_s)).abs() < 1e-6, "{until_s}");
         }
@@ -199,7 +203,7 @@ mod tests {
 
     #[test]
     fn rounds_repeat_without_drift() {
-        let stop_and_go = Profile::builder(0.0, 0.0)
+        let stop_and_go = SpeedProfile::builder(0.0, 0.0)
             .leg(1.0, 1.0, 0.0)
             .leg(3.0, 1.0, 0.0)
             .leg(1.0, 0.0, 0.0)
@@ -214,7 +218,7 @@ mod tests {
 
     #[test]
     fn wheels_that_slip_roll_farther_than_the_tractor_drives() {
-        let slipping = Profile::builder(1.0, 0.0).leg(10.0, 1.0, 0.2).hold();
+        let slipping = SpeedProfile::builder(1.0, 0.0).leg(10.0, 1.0, 0.2).hold();
         let run = slipping.at(20.0);
         assert!((run.way_m - 20.0).abs() < 1e-12);
         assert!((run.wheel_m - (10.0 / 0.8 + 10.0)).abs() < 1e-12, "{run:?}");
@@ -222,7 +226,7 @@ mod tests {
 
     #[test]
     fn many_commands_take_no_more_room() {
-        let mut profile = Profile::constant(1.0);
+        let mut profile = SpeedProfile::constant(1.0);
         for k in 0..100_000 {
             profile.command(f64::from(k) * 0.1, f64::from(k % 3), 0.5);
         }

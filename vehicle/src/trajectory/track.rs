@@ -1,18 +1,18 @@
-//! Recorded drives: CSV and GPX text to way over time. Reading the file is the caller's.
+//! Recorded drives: CSV and GPX text to distance over time. The caller reads the file.
 
 use std::f64::consts::PI;
 
 use crate::utc::utc_seconds;
 
-/// Points of one track, at most.
+/// Maximum number of points of a track.
 const MAX_POINTS: usize = 1_000_000;
-/// Metres a degree of latitude, on a sphere of the WGS 84 ellipsoid's mean radius, 6 371 008.8 m.
+/// Metres per degree of latitude, on a sphere of the WGS 84 ellipsoid's mean radius, 6 371 008.8 m.
 const M_PER_DEG: f64 = PI / 180.0 * 6_371_008.8;
 
-/// A drive as it was recorded. Times begin at 0 and never run backwards.
+/// A recorded drive. Times start at 0 and increase.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {
-    /// What the values between two points are.
+    /// The points, by time.
     pub points: Vec<TrackPoint>,
 }
 
@@ -21,21 +21,22 @@ pub struct Track {
 pub struct TrackPoint {
     /// Seconds since the first point.
     pub t_s: f64,
-    /// What is known there.
-    pub known: Known,
+    /// What the file states for this instant.
+    pub known: TrackValue,
 }
 
 /// What a point states.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Known {
-    /// Speed, m/s: changes steadily to the next point's.
+pub enum TrackValue {
+    /// Speed, m/s; it changes linearly to the next point's.
     Speed(f64),
-    /// Way since the first point, metres: speed is constant up to the next point.
+    /// Distance since the first point, metres; the speed is constant up to the next point.
     Way(f64),
 }
 
-/// Why a text is no track.
+/// Why a text is not a track.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TrackError {
     /// Neither of the two forms.
     #[error(
@@ -45,14 +46,14 @@ pub enum TrackError {
         /// The first line.
         found: String,
     },
-    /// A value that is no number.
+    /// A value that is not a number.
     #[error("line {line}: expected {expected}, found `{found}`")]
     Value {
         /// Line, from 1.
         line: usize,
-        /// What should stand there.
+        /// The value expected.
         expected: &'static str,
-        /// What stands there.
+        /// The value found.
         found: String,
     },
     /// A point that is not later than the one before.
@@ -67,13 +68,13 @@ pub enum TrackError {
         /// The time before.
         before_s: f64,
     },
-    /// Nothing to drive.
+    /// Too few points.
     #[error("a track needs at least 2 points, found {found}")]
     TooFew {
         /// Points found.
         found: usize,
     },
-    /// More than anybody drives.
+    /// Too many points.
     #[error("a track may have {MAX_POINTS} points at most; thin it out")]
     TooMany,
 }
@@ -82,13 +83,13 @@ impl Track {
     /// Reads either form, told apart by content.
     ///
     /// # Errors
-    /// The first line that is not as it should be, and how.
+    /// The first invalid line, with the reason.
     pub fn parse(text: &str) -> Result<Self, TrackError> {
         if text.contains("<trkpt") { gpx(text) } else { csv(text) }
     }
 }
 
-/// Collects points and refuses what cannot be driven.
+/// Collects points and checks their order and number.
 #[derive(Default)]
 struct Points {
     list: Vec<TrackPoint>,
@@ -96,7 +97,7 @@ struct Points {
 }
 
 impl Points {
-    fn push(&mut self, line: usize, clock_s: f64, known: Known) -> Result<(), TrackError> {
+    fn push(&mut self, line: usize, clock_s: f64, known: TrackValue) -> Result<(), TrackError> {
         let t_s = clock_s - *self.first_s.get_or_insert(clock_s);
         if let Some(before) = self.list.last().filter(|before| t_s <= before.t_s) {
             return Err(TrackError::Backwards { line, t_s, before_s: before.t_s });
@@ -122,9 +123,9 @@ fn csv(text: &str) -> Result<Track, TrackError> {
         !line.is_empty() && !line.starts_with('#')
     });
     let header = lines.next().map_or("", |(_, line)| line.trim());
-    let known: fn(f64) -> Known = match header.replace(' ', "").as_str() {
-        "t_s,speed_m_s" => Known::Speed,
-        "t_s,way_m" => Known::Way,
+    let known: fn(f64) -> TrackValue = match header.replace(' ', "").as_str() {
+        "t_s,speed_m_s" => TrackValue::Speed,
+        "t_s,way_m" => TrackValue::Way,
         _ => return Err(TrackError::Form { found: header.chars().take(60).collect() }),
     };
     let mut points = Points::default();
@@ -164,7 +165,7 @@ fn gpx(text: &str) -> Result<Track, TrackError> {
             way_m += libm::hypot(lat - lat0, east) * M_PER_DEG;
         }
         last = Some((lat, lon));
-        points.push(line, clock_s, Known::Way(way_m))?;
+        points.push(line, clock_s, TrackValue::Way(way_m))?;
     }
     points.done()
 }
@@ -185,8 +186,8 @@ mod tests {
         let track = Track::parse("# a drive\nt_s, speed_m_s\n10,0\n12,1.5\n\n20,1.5\n").unwrap();
         let times: Vec<f64> = track.points.iter().map(|point| point.t_s).collect();
         assert_eq!(times, [0.0, 2.0, 10.0]);
-        assert_eq!(track.points[1].known, Known::Speed(1.5));
-        assert_eq!(Track::parse("t_s,way_m\n0,0\n1,2\n").unwrap().points[1].known, Known::Way(2.0));
+        assert_eq!(track.points[1].known, TrackValue::Speed(1.5));
+        assert_eq!(Track::parse("t_s,way_m\n0,0\n1,2\n").unwrap().points[1].known, TrackValue::Way(2.0));
     }
 
     #[test]
@@ -201,7 +202,7 @@ mod tests {
         let gpx = "<gpx><trk><trkseg>\n<trkpt lat=\"41.5\" lon=\"0.6\"><time>2026-05-01T06:00:00Z</time></trkpt>\n\
                    <trkpt lat='41.5001' lon='0.6'><ele>1</ele><time>2026-05-01T06:00:10.5Z</time></trkpt></trkseg>";
         let track = Track::parse(gpx).unwrap();
-        let Known::Way(way_m) = track.points[1].known else { panic!("GPX states places") };
+        let TrackValue::Way(way_m) = track.points[1].known else { panic!("GPX states places") };
         assert_eq!(track.points[1].t_s, 10.5);
         assert!((way_m - 11.1195).abs() < 1e-3, "{way_m}");
         let error = Track::parse("<trkpt lat=\"41\" lon=\"0\">\n</trkpt>").unwrap_err();

@@ -7,54 +7,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use self::pass::hidden;
+pub use super::options::{RaySet, RayWeight, ShadeScope};
 use super::parameters::TreeParameters;
 use crate::angle::cos_sin_deg;
 use crate::organ::Leaf;
-use crate::parameters::choices;
-
-choices! {
-    /// Half-lines that shade is counted on: bearing every 45°, elevation every 15°.
-    pub enum RaySet {
-        /// The 90 distinct directions of the whole sphere.
-        Distinct90 = "distinct90",
-        /// Both loops with both ends: 9 × 13, doubles counted.
-        Literal117 = "literal117",
-        /// Bearings distinct, 8 × 13: each pole eight times.
-        Literal104 = "literal104",
-        /// The 49 distinct directions at or above the horizon.
-        Upper49 = "upper49",
-    }
-}
-
-choices! {
-    /// Weight of a half-line.
-    pub enum RayWeight {
-        /// All alike.
-        Count = "count",
-        /// By the solid angle it stands for: the cosine of the elevation, at the poles the cap.
-        Cos = "cos",
-    }
-}
-
-choices! {
-    /// Whose leaves shade.
-    pub enum ShadeScope {
-        /// The tree's own.
-        Tree = "tree",
-        /// Those of all trees, each once (no repetition of the row).
-        Orchard = "orchard",
-    }
-}
-
-/// A half-line starts this far from the leaf, metres.
-const START_M: f64 = 1e-6;
-
-/// A leaf seen more edge-on than this hides nothing.
-const EDGE_ON: f64 = 1e-12;
 
 /// A line through every leaf's middle, with the weights of its two half-lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Line {
+struct RayPair {
     direction: DVec3,
     ahead: f64,
     behind: f64,
@@ -89,13 +49,13 @@ pub fn shaded_percent(leaves: &[&Leaf], rays: RaySet, weight: RayWeight) -> Vec<
 }
 
 /// The half-lines of a set, opposite ones joined: 45 lines.
-fn lines(rays: RaySet, weight: RayWeight) -> Vec<Line> {
+fn lines(rays: RaySet, weight: RayWeight) -> Vec<RayPair> {
     let mut lines = Vec::with_capacity(45);
     let mut push = |elevation_deg: i32, bearing_deg: i32, ahead: f64, behind: f64| {
         let (cos_e, sin_e) = cos_sin_deg(f64::from(elevation_deg));
         let (cos_b, sin_b) = cos_sin_deg(f64::from(bearing_deg));
         let direction = DVec3::new(cos_e * cos_b, cos_e * sin_b, sin_e);
-        lines.push(Line { direction, ahead, behind });
+        lines.push(RayPair { direction, ahead, behind });
     };
     // How often the literal loops meet a direction. Both loop ends count 0° and 360° as two bearings.
     let seam =
@@ -133,6 +93,7 @@ fn lines(rays: RaySet, weight: RayWeight) -> Vec<Line> {
 
 #[cfg(test)]
 mod tests {
+    use super::pass::{EDGE_ON, START_M};
     use super::*;
     use crate::generator::plant::grow_lone_tree;
 

@@ -4,10 +4,15 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::cells::{Bounds, Cells};
-use super::{EDGE_ON, START_M};
 use crate::growth::rotation::square_to;
 use crate::lanes::{Lanes, Mask, padded};
 use crate::organ::Leaf;
+
+/// A half-line starts this far from the leaf, metres.
+pub(super) const START_M: f64 = 1e-6;
+
+/// A leaf seen more edge-on than this hides nothing.
+pub(super) const EDGE_ON: f64 = 1e-12;
 
 /// For every leaf, whether another one lies ahead of and behind its centroid along `direction`.
 pub(super) fn hidden(direction: DVec3, leaves: &[&Leaf], centroids: &[DVec3]) -> Vec<[bool; 2]> {

@@ -2,7 +2,8 @@
 //! hidden behind nearer ones.
 
 use super::block::Block;
-use super::row_index::{Extent, RowIndex};
+use super::rectangle::Rectangle;
+use super::row_index::{RowIndex, YExtent};
 use super::sight::Part;
 use crate::lanes::WIDTH;
 use crate::orchard::Orchard;
@@ -85,7 +86,7 @@ struct Copy {
 
 /// All trees of an orchard: rows of those that stand where they were made, and copies, sorted along the row.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Standing {
+pub(super) struct PlacedBlocks {
     /// Rows from one end of the period to the other, then distinct trees as they are turned.
     blocks: Vec<Block>,
     bounds: Vec<Bounds>,
@@ -111,34 +112,10 @@ pub(super) struct View {
     pub(super) beyond: Rectangle,
 }
 
-/// A rectangle of the scan plane, metres from the line's origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rectangle {
-    /// Least X and Z.
-    pub(super) low: [f64; 2],
-    /// Greatest X and Z.
-    pub(super) high: [f64; 2],
-}
-
-impl Rectangle {
-    const NOTHING: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
-
-    /// How far its nearest point is; 0 from within.
-    pub(super) fn distance_m(&self) -> f64 {
-        let along = |axis: usize| self.low[axis].max(-self.high[axis]).max(0.0);
-        along(0).hypot(along(1))
-    }
-
-    fn and(self, other: Self) -> Self {
-        let pick = |of: fn(f64, f64) -> f64, a: [f64; 2], b: [f64; 2]| [of(a[0], b[0]), of(a[1], b[1])];
-        Self { low: pick(f64::min, self.low, other.low), high: pick(f64::max, self.high, other.high) }
-    }
-}
-
 /// How far a window is widened, metres: far above rounding.
 const SPARE_M: f64 = 1e-6;
 
-impl Standing {
+impl PlacedBlocks {
     pub(super) fn new(orchard: &Orchard) -> Self {
         let mut standing = Self::default();
         for row in rows(orchard) {
@@ -179,14 +156,14 @@ impl Standing {
         for copy in copies {
             let Some(bounds) = self.bounds.get(copy.block) else { continue };
             let [x, y, z] = copy.base_m;
-            let extent = Extent { from_m: bounds.low[1] + y - SPARE_M, to_m: bounds.high[1] + y + SPARE_M };
+            let extent = YExtent { from_m: bounds.low[1] + y - SPARE_M, to_m: bounds.high[1] + y + SPARE_M };
             // A tree without organs reaches nowhere.
             if extent.from_m > extent.to_m {
                 continue;
             }
             for shift in extent.images(period_m) {
                 images.push(Copy { base_m: [x, y + shift, z], ..*copy });
-                extents.push(Extent { from_m: extent.from_m + shift, to_m: extent.to_m + shift });
+                extents.push(YExtent { from_m: extent.from_m + shift, to_m: extent.to_m + shift });
             }
         }
         let (index, order) = RowIndex::new(&extents);

@@ -1,18 +1,6 @@
-//! A calibration: how impacted area, and contact frequency, become leaf area, for one class of orchard and scanner.
-//!
-//! The reference length is a metre of row: every fit is made on values per metre.
-//! - linear: L = a · length + b · I_T. A cell without returns is a gap and holds 0, never `a`.
-//! - power: L / length = c · (I_T / length)^p.
-//! - contact: L = k · (raw contact-frequency leaf area); k holds wood, clumping and the leaves' true projection.
-//!
-//! A calibration is valid for its [`Class`] only. Within it, an estimate outside the fitted range carries a warning, and
-//! one far outside (a factor [`FAR`] beyond either end) is withheld.
-
-mod fit;
+//! The parts of a calibration file, and the leaf area they give.
 
 use serde::{Deserialize, Serialize};
-
-pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
 
 /// How far beyond either end of the fitted range an estimate is withheld: a factor.
 pub const FAR: f64 = 2.0;
@@ -24,8 +12,8 @@ pub struct Calibration {
     /// The unit of every area in it; must be written, so that dm² are never taken for m².
     pub units: Units,
     /// What it is valid for.
-    pub class: Class,
-    /// How it was made.
+    pub class: CalibrationClass,
+    /// How the position was determined.
     pub provenance: Provenance,
     /// The rows it was fitted on.
     pub training: Training,
@@ -34,7 +22,7 @@ pub struct Calibration {
     /// The power law on I_T.
     pub power: Power,
     /// The scale of the contact frequency.
-    pub contact: Contact,
+    pub contact: ContactScale,
 }
 
 /// The unit of a calibration's areas.
@@ -48,7 +36,7 @@ pub enum Units {
 /// What a calibration is valid for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Class {
+pub struct CalibrationClass {
     /// Orchard preset: `spindle`, `mature`, `paper`, or a name of your own.
     pub preset: String,
     /// Shady threshold of the growth model, percent; over 100 keeps every leaf.
@@ -114,7 +102,7 @@ pub struct Training {
 /// How good a fit is, in leaf area per metre of row, whatever it was fitted in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Quality {
+pub struct FitQuality {
     /// Rows fitted.
     pub n: u32,
     /// 1 − SSE / Σ(L − mean)².
@@ -138,7 +126,7 @@ pub struct Linear {
     /// m² of leaf a m² impacted.
     pub b: f64,
     /// How good it is.
-    pub quality: Quality,
+    pub quality: FitQuality,
 }
 
 /// L / length = c · (I_T / length)^p.
@@ -150,17 +138,17 @@ pub struct Power {
     /// Exponent.
     pub p: f64,
     /// How good it is.
-    pub quality: Quality,
+    pub quality: FitQuality,
 }
 
 /// L = k · raw contact-frequency leaf area.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Contact {
+pub struct ContactScale {
     /// Scale.
     pub k: f64,
     /// How good it is.
-    pub quality: Quality,
+    pub quality: FitQuality,
 }
 
 /// The regressions on I_T.
@@ -175,13 +163,14 @@ pub enum RegressionKind {
 
 /// Why a calibration cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CalibrationError {
-    /// A coefficient is no finite number.
+    /// A coefficient is not a finite number.
     #[error("calibration: {key} must be a finite number, found {value}")]
     NotFinite {
         /// The key, with its table.
         key: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
     },
     /// A range or scale that must be positive is not.
@@ -189,7 +178,7 @@ pub enum CalibrationError {
     NotPositive {
         /// The key, with its table.
         key: &'static str,
-        /// What stands there.
+        /// The value found.
         value: f64,
     },
     /// A text of the class is empty.
@@ -202,7 +191,7 @@ pub enum CalibrationError {
 
 /// Where a value stands against the fitted range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fitted {
+pub enum FittedRange {
     /// In the fitted range.
     Inside,
     /// Outside it, by less than a factor [`FAR`].
@@ -275,7 +264,7 @@ impl Calibration {
     }
 
     /// The quality of a regression.
-    pub fn quality(&self, kind: RegressionKind) -> &Quality {
+    pub fn quality(&self, kind: RegressionKind) -> &FitQuality {
         match kind {
             RegressionKind::Linear => &self.linear.quality,
             RegressionKind::Power => &self.power.quality,
@@ -283,15 +272,15 @@ impl Calibration {
     }
 }
 
-impl Quality {
+impl FitQuality {
     /// Where a value per metre of row stands against the fitted range.
-    pub fn range(&self, value_m2_per_m: f64) -> Fitted {
+    pub fn range(&self, value_m2_per_m: f64) -> FittedRange {
         if value_m2_per_m > self.high_m2_per_m * FAR || value_m2_per_m < self.low_m2_per_m / FAR {
-            Fitted::FarOutside
+            FittedRange::FarOutside
         } else if value_m2_per_m > self.high_m2_per_m || value_m2_per_m < self.low_m2_per_m {
-            Fitted::Outside
+            FittedRange::Outside
         } else {
-            Fitted::Inside
+            FittedRange::Inside
         }
     }
 }

@@ -1,0 +1,18 @@
+//! A calibration: how impacted area, and contact frequency, become leaf area, for one class of orchard and scanner.
+//!
+//! The reference length is a metre of row: every fit is made on values per metre.
+//! - linear: L = a · length + b · I_T. A cell without returns is a gap and holds 0, never `a`.
+//! - power: L / length = c · (I_T / length)^p.
+//! - contact: L = k · (raw contact-frequency leaf area); k holds wood, clumping and the leaves' true projection.
+//!
+//! A calibration is valid for its [`CalibrationClass`] only. Within it, an estimate outside the fitted range carries a warning, and
+//! one far outside (a factor [`FAR`] beyond either end) is withheld.
+
+mod fit;
+pub(crate) mod model;
+
+pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
+pub use model::{
+    Calibration, CalibrationClass, CalibrationError, ContactScale, EchoRule, FAR, FitQuality, FittedRange,
+    Linear, Optics, Power, Provenance, RegressionKind, Training, Units,
+};

@@ -1,0 +1,61 @@
+//! A scanner's way along the row: advance, odometry and the row's sums, one line behind.
+
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::rig::{Mount, Rig};
+
+use crate::advance::{Advance, Weighted};
+use crate::error::PipelineError;
+use crate::odometry::Odometry;
+use crate::parameters::Parameters;
+use crate::row::Row;
+
+/// What the latest telegram states.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LatestScan {
+    pub(crate) beams: BeamGrid,
+    pub(crate) frequency_hz: f64,
+}
+
+/// One scanner's way along the row: the part of a pipeline that needs a rig.
+#[derive(Clone, Debug)]
+pub(crate) struct RowPass {
+    pub(crate) rig: Rig,
+    pub(crate) mount: Mount,
+    pub(crate) advance: Advance,
+    pub(crate) odometry: Odometry,
+    pub(crate) row: Row,
+    pub(crate) open: OpenLine,
+}
+
+/// The line whose weight is not known yet.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OpenLine {
+    pub(crate) beams: BeamGrid,
+    pub(crate) range_m: Vec<f64>,
+    /// Way a telegram by the frequency its scan states.
+    pub(crate) nominal_step_m: f64,
+}
+
+impl RowPass {
+    pub(crate) fn new(rig: &Rig, mount_index: usize, parameters: Parameters) -> Result<Self, PipelineError> {
+        rig.validate()?;
+        let mount = rig
+            .scanners
+            .get(mount_index)
+            .ok_or(PipelineError::NoSuchMount { index: mount_index, mounts: rig.scanners.len() })?;
+        Ok(Self {
+            rig: rig.clone(),
+            mount: mount.clone(),
+            advance: Advance::new(parameters.max_gap_steps),
+            odometry: Odometry::default(),
+            row: Row::new(rig, mount, parameters)?,
+            open: OpenLine::default(),
+        })
+    }
+
+    pub(crate) fn add_open_line(&mut self, weighted: Option<Weighted>) {
+        if let Some(weighted) = weighted {
+            self.row.add(self.open.beams, &self.open.range_m, weighted);
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! From parameters to an orchard.
+
+use super::grown::Orchard;
+use super::parameters::OrchardParameters;
+use crate::generator::error::GrowError;
+use crate::generator::plant::{Planted, plant};
+use crate::generator::planting::Planting;
+use crate::placement::Placement;
+use crate::seed::Purpose;
+
+impl Orchard {
+    /// Grows an orchard, one tree a task of the current rayon pool; the result is the same on any number of threads.
+    ///
+    /// `progress(done, of)` is called after every tree, from the thread that grew it.
+    ///
+    /// # Errors
+    /// A parameter out of range, or a tree that explodes ([`GrowError`]).
+    pub fn grow(
+        parameters: &OrchardParameters,
+        seed: u64,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, GrowError> {
+        parameters.validate()?;
+        let layout = parameters.layout();
+        let stands: Vec<Planting> = (0..layout.rows)
+            .flat_map(|row| (0..layout.trees).map(move |place| (row, place)))
+            .map(|(row, place)| Planting {
+                row,
+                tree: parameters.order.get(place as usize).copied().unwrap_or(place),
+                gap: parameters.missing.contains(&place),
+                base: [
+                    f64::from(row) * layout.row_spacing_m,
+                    (f64::from(place) + 0.5) * layout.tree_spacing_m,
+                    0.0,
+                ],
+            })
+            .collect();
+        let (plantings, places) = match layout.distinct_trees {
+            0 => {
+                let places = (0..stands.len()).map(|number| (number, Placement::HERE)).collect();
+                (stands, places)
+            }
+            distinct => few(distinct, layout.directions, seed, &stands),
+        };
+        let mut copies = vec![0usize; plantings.len()];
+        for (tree, _) in &places {
+            copies[*tree] += 1;
+        }
+        let Planted { trees, supports, adjustment, remarks } =
+            plant(parameters, seed, &plantings, &copies, progress)?;
+        let trellis = parameters.trellis_parameters().build(&layout);
+        Ok(Self {
+            distinct: trees,
+            places,
+            supports: supports.into_iter().chain(trellis).collect(),
+            trees_per_row: layout.trees as usize,
+            length_m: f64::from(layout.trees) * layout.tree_spacing_m,
+            seed: Some(seed),
+            tree_spacing_m: Some(layout.tree_spacing_m),
+            row_spacing_m: Some(layout.row_spacing_m),
+            adjustment,
+            remarks,
+        })
+    }
+}
+
+/// Plantings of a few distinct trees at the origin (the last one a gap), and which of them stands at each place: tree and direction
+/// drawn from the place's own random stream.
+fn few(
+    distinct: u32,
+    directions: u32,
+    seed: u64,
+    stands: &[Planting],
+) -> (Vec<Planting>, Vec<(usize, Placement)>) {
+    let at_origin = |tree, gap| Planting { row: 0, tree, gap, base: [0.0; 3] };
+    let plantings = (0..distinct).map(|tree| at_origin(tree, false)).chain([at_origin(distinct, true)]);
+    let places = stands.iter().map(|stand| {
+        if stand.gap {
+            return (distinct as usize, Placement::HERE);
+        }
+        let mut stream = Purpose::Placing.stream(seed, stand.row, stand.tree);
+        let mut draw = |of: u32| (stream.unit() * f64::from(of)).floor();
+        let (tree, direction) = (draw(distinct) as usize, draw(directions));
+        (tree, Placement::at(stand.base).turned(direction * 360.0 / f64::from(directions)))
+    });
+    (plantings.collect(), places.collect())
+}
