@@ -32,3 +32,5 @@ pub mod model;
 pub mod rfc2217;
 #[cfg(feature = "telegrams")]
 pub mod telegram;
+#[cfg(feature = "telegrams")]
+pub mod visit;

@@ -13,11 +13,14 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::command::{Context, read_saved, write_saved};
+use super::access::Access;
+use super::answer::{read_saved, write_saved};
+use super::command::{COMMANDS, by_name};
+use super::context::Context;
 use super::effect::scanning::set_mode;
-use super::session::Access;
 use super::state::Device;
 use crate::frame::Dialect;
+use crate::telegram::eihst_cola::HostDialect;
 use crate::telegram::lmp_scancfg::{self, ScanConfig};
 use crate::telegram::{Args, Kind, Telegram, Variable};
 use crate::time::SimTime;
@@ -26,24 +29,6 @@ use crate::time::SimTime;
 const MAGIC: &str = "rowscan settings 1 ";
 /// How its last line begins.
 const END: &str = "end ";
-
-/// Variables that are saved, in the order they are written back.
-const SAVED: [&str; 14] = [
-    ScanConfig::NAME,
-    "EIHstCola",
-    "LMDscandatacfg",
-    "LMPoutputRange",
-    "FREchoFilter",
-    "LFPmeanfilter",
-    "LFPmedianfilter",
-    "LFPparticle",
-    "DO3And4Fnc",
-    "LICsrc",
-    "LICencset",
-    "LICencres",
-    "LocationName",
-    "SetActiveApplications",
-];
 
 /// Saved settings that cannot be taken over.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -80,9 +65,9 @@ impl Device {
         let mut access = Access::new(Dialect::A);
         let context = Context { device: &mut device, access: &mut access, now: SimTime::ZERO };
         let mut text = format!("{MAGIC}{}\n", self.model.name);
-        for name in SAVED {
+        for name in COMMANDS.iter().filter(|command| command.is_saved).map(|command| command.name) {
             let mut line = Vec::new();
-            let is_set = name != "EIHstCola" || self.host_dialect.is_some();
+            let is_set = name != HostDialect::NAME || self.host_dialect.is_some();
             if is_set && read_saved(&context, name, &mut line).is_ok() {
                 // A line break within a name would tear the line.
                 text.extend(line.iter().map(|&byte| if byte < b' ' { '?' } else { char::from(byte) }));
@@ -126,7 +111,7 @@ impl Device {
         if name == ScanConfig::NAME {
             return (set_mode(self, &args.decode().ok()?) == lmp_scancfg::OK).then_some(());
         }
-        let known = SAVED.contains(&name);
+        let known = by_name(name).is_some_and(|command| command.is_saved);
         let mut access = Access::new(Dialect::A);
         let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
         let args = Args { dialect: Dialect::A, ..args };

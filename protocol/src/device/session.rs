@@ -3,9 +3,12 @@
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::Device;
-use super::command::{Context, Event, answer, refuse, write_event};
+use super::access::Access;
+use super::answer::{answer, refuse, write_event};
+use super::context::Context;
+use super::event::{Event, Subscriptions};
 use super::refusal::Fault;
+use super::state::Device;
 use crate::frame::{Accept, Dialect, Frame, FrameCounts, FrameDecoder, encode};
 use crate::telegram::Telegram;
 use crate::time::SimTime;
@@ -38,60 +41,6 @@ pub struct Reply {
 pub enum AfterReply {
     /// The device drops it, as a restart does.
     Close,
-}
-
-/// What commands know and change of their connection.
-#[derive(Clone, Debug)]
-pub(super) struct Access {
-    /// User level, 1 = nobody logged in.
-    pub(super) level: u8,
-    pub(super) dialect: Dialect,
-    /// Dialect after the reply that is being made.
-    pub(super) next_dialect: Option<Dialect>,
-    /// The connection is dropped after the reply that is being made.
-    pub(super) closing: bool,
-    /// How long the reply takes that is being made.
-    pub(super) delay: Duration,
-    subscriptions: u8,
-}
-
-impl Access {
-    /// Nobody logged in.
-    pub(super) fn new(dialect: Dialect) -> Self {
-        Self {
-            level: 1,
-            dialect,
-            next_dialect: None,
-            closing: false,
-            delay: Duration::ZERO,
-            subscriptions: 0,
-        }
-    }
-
-    pub(super) fn subscribe(&mut self, event: Event, on: bool) {
-        let bit = 1 << event as u8;
-        self.subscriptions = if on { self.subscriptions | bit } else { self.subscriptions & !bit };
-    }
-
-    fn subscribed(&self, event: Event) -> bool {
-        Subscriptions(self.subscriptions).has(event)
-    }
-}
-
-/// The events a session has subscribed to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Subscriptions(u8);
-
-impl Subscriptions {
-    /// To this one.
-    pub fn has(self, event: Event) -> bool {
-        self.0 & 1 << event as u8 != 0
-    }
-
-    /// To none.
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
 }
 
 /// One connection.
@@ -162,7 +111,7 @@ impl Session {
             let mut reply = Reply { bytes: reply, delay: self.access.delay, after };
             amend(&frame, &mut reply);
             out.push(reply);
-            self.begin_subscriptions(device, !subscribed & self.access.subscriptions);
+            self.begin_subscriptions(device, subscribed);
             self.settle_dialect();
         }
         self.poll_events(device, now, out);
@@ -178,7 +127,10 @@ impl Session {
             (Event::OutputState, &mut told.outputs, changes.outputs.count),
             (Event::FieldResult, &mut told.field, changes.field.count),
         ] {
-            if device.plays_back || !access.subscribed(event) || core::mem::replace(told, count) == count {
+            if device.plays_back
+                || !access.subscriptions.has(event)
+                || core::mem::replace(told, count) == count
+            {
                 continue;
             }
             let mut payload = Vec::new();
@@ -190,9 +142,10 @@ impl Session {
     }
 
     /// What has changed before a subscription is not told; except the outputs, where a model does.
-    fn begin_subscriptions(&mut self, device: &Device, begun: u8) {
+    fn begin_subscriptions(&mut self, device: &Device, before: Subscriptions) {
         let changes = device.lines.changes;
-        let began = |event: Event| begun & 1 << event as u8 != 0;
+        let now = self.access.subscriptions;
+        let began = |event: Event| now.has(event) && !before.has(event);
         if began(Event::InputState) {
             self.told.inputs = changes.inputs.count;
         }
@@ -207,17 +160,12 @@ impl Session {
 
     /// Subscribed to LMDscandata.
     pub fn subscribed(&self) -> bool {
-        self.access.subscribed(Event::ScanData)
-    }
-
-    /// Subscribed to LMDscandatamon, the same scans under the monitor's name.
-    pub fn monitors(&self) -> bool {
-        self.access.subscribed(Event::Monitor)
+        self.access.subscriptions.has(Event::ScanData)
     }
 
     /// All it has subscribed to.
     pub fn subscriptions(&self) -> Subscriptions {
-        Subscriptions(self.access.subscriptions)
+        self.access.subscriptions
     }
 
     /// The dialect to encode events in.

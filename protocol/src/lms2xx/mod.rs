@@ -5,6 +5,7 @@
 
 pub mod client;
 pub mod configuration;
+mod description;
 pub mod device;
 pub mod frame;
 pub mod model;

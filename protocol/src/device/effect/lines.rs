@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::device::command::{Context, Readable, Writable};
+use crate::device::context::{Context, Readable, Writable};
 use crate::device::refusal::Fault;
 use crate::telegram::SopasError;
 use crate::telegram::lfe_rec::{FieldResult, FieldResults};

@@ -5,7 +5,7 @@
 //! operations on all its digits at once. Whatever is not plain (signs, leading zeros, an error) ends the run, and the caller reads
 //! it the careful way.
 
-use super::array::Word;
+use super::word::Word;
 
 /// Text looked at in one go: long enough to be worth it, short enough that a caller who comes back after every token of a hostile text
 /// costs little.
