@@ -155,11 +155,6 @@ impl Rig {
         self.start_m + self.speed_m_s * travel_s
     }
 
-    /// Ground that one tree owns, m²: row spacing × tree spacing. None where either is unknown.
-    pub fn area_per_tree_m2(&self) -> Option<f64> {
-        Some(self.row_spacing_m? * self.tree_spacing_m?)
-    }
-
     /// Refuses values no estimate could be made with.
     pub fn validate(&self) -> Result<(), RigError> {
         let positive = |key, value: f64| {
@@ -196,6 +191,7 @@ impl Rig {
 
 /// Why a rig cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RigError {
     /// A length, speed or rate that must be a positive number is not.
     #[error("rig.{key} must be a positive number, found {value}")]

@@ -1,4 +1,4 @@
-//! What a telegram holds, told field by field: names, values and units, whatever the telegram is.
+//! The fields of any telegram, one by one: name, value and unit.
 //!
 //! Order of calls: a value is one [`value`](Visitor::value), or a [`begin`](Visitor::begin), its parts, and an [`end`](Visitor::end). Parts of a
 //! struct are a [`field`](Visitor::field) each, followed by that field's value; parts of a list are values.
@@ -30,19 +30,19 @@ pub enum Group {
     List,
 }
 
-/// Who is told.
+/// Receives the fields of a telegram.
 pub trait Visitor {
     /// A value without parts.
     fn value(&mut self, value: Value<'_>);
     /// A value with parts begins.
     fn begin(&mut self, group: Group);
-    /// The next value is this field of the struct. The unit is that of the number as it is told: `1/100 Hz` means hundredths of a hertz.
+    /// The next value is this field of the struct. The unit is that of the raw number: `1/100 Hz` means hundredths of a hertz.
     fn field(&mut self, name: &'static str, unit: Option<&'static str>);
     /// The value with parts ends.
     fn end(&mut self);
 }
 
-/// Nobody is told; the telegram is read all the same.
+/// Ignores everything.
 impl Visitor for () {
     fn value(&mut self, _: Value<'_>) {}
     fn begin(&mut self, _: Group) {}
@@ -50,7 +50,7 @@ impl Visitor for () {
     fn end(&mut self) {}
 }
 
-/// Tells a struct of one field.
+/// Visits a struct of one field.
 pub(crate) fn one_field(visitor: &mut dyn Visitor, name: &'static str, value: impl FnOnce(&mut dyn Visitor)) {
     visitor.begin(Group::Struct);
     visitor.field(name, None);

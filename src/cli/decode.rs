@@ -14,7 +14,7 @@ const STDIN: &str = "-";
 pub(super) struct Args {
     /// A recording: MCAP, pcap, pcapng, raw bytes, hex text (one frame a line, comments after `;`), candump log, CSV of ranges; `-` reads standard input to its end
     file: PathBuf,
-    /// Write every value out in words; else long lists are told by length and extremes
+    /// Write every value out in words; else long lists are shown by length and extremes
     #[arg(long)]
     values: bool,
     /// Show telegrams of this name alone, such as LMDscandata; repeatable
@@ -31,7 +31,7 @@ pub(super) struct Args {
     format: Format,
 }
 
-/// Tells every telegram. A finding is whatever is broken; a file without any telegram is bad input.
+/// Shows every telegram. Damage is a finding; a file without any telegram is bad input.
 pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     let name = if args.file == Path::new(STDIN) {
         "standard input".to_owned()

@@ -125,7 +125,7 @@ pub enum Failure {
     State(#[from] crate::emulator::StateFileError),
     /// A digital line the scanner does not have.
     #[error(transparent)]
-    Line(#[from] rowscan_protocol::device::LineError),
+    Line(#[from] rowscan_protocol::device::DigitalLineError),
     /// A serial line.
     #[error(transparent)]
     SerialLine(#[from] crate::line::LineError),

@@ -18,7 +18,7 @@ pub(super) fn opaque(bytes: usize) -> String {
 pub(super) struct Description {
     /// `name: value unit, …`
     pub(super) words: String,
-    /// A part of it is told by its length only.
+    /// A part of it is shown by its length only.
     pub(super) is_opaque: bool,
     groups: Vec<Level>,
     unit: Option<&'static str>,
@@ -54,7 +54,7 @@ impl Description {
         }
     }
 
-    /// The fields as a JSON object; null where nothing was told.
+    /// The fields as a JSON object; null where there are none.
     pub(super) fn into_json(self) -> Json {
         self.json
     }
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn long_lists_of_numbers_are_told_by_length_and_extremes() {
+    fn long_lists_of_numbers_are_shown_by_length_and_extremes() {
         let scan = |values: bool| {
             let numbers: String = (0..20).map(|n| format!(" {n:X}")).collect();
             described(
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_is_not_taken_apart_is_told_by_its_length() {
+    fn a_body_that_is_not_taken_apart_is_shown_by_its_length() {
         let field = described("sRA field003 1 A2", false);
         assert!(field.is_opaque);
         assert_eq!(field.words, "body: opaque, 4 bytes");

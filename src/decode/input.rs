@@ -10,7 +10,7 @@ pub struct Input {
     format: Format,
     /// Streams that belong together: both directions of a connection.
     connections: Vec<Vec<Stream>>,
-    /// Packets that are no telegrams, told one by one.
+    /// Packets that are no telegrams, one entry each.
     others: Vec<Entry>,
     torn: Option<Entry>,
 }
@@ -63,7 +63,7 @@ impl Input {
         &self.connections
     }
 
-    /// What rides beside the telegrams.
+    /// Packets of other streams.
     pub(super) fn others(&self) -> &[Entry] {
         &self.others
     }
@@ -74,7 +74,7 @@ impl Input {
     }
 }
 
-/// A CAN frame, a sentence, or bytes nobody here knows.
+/// A CAN frame, a sentence, or bytes of unknown kind.
 fn other(kind: StreamKind, number: u32, began_ns: Option<u64>, packet: &Packet) -> Entry {
     let text = String::from_utf8_lossy(&packet.bytes).trim().escape_default().to_string();
     let (dialect, words) = match kind {

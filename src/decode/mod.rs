@@ -1,4 +1,4 @@
-//! Recorded bytes told field by field: which telegrams a file holds, what they say, and where it is broken.
+//! Recorded bytes field by field: which telegrams a file holds, what is in them, and where it is damaged.
 //!
 //! A recording (`rowscan_recording`) becomes streams, a stream becomes entries. Nothing ends the work: what is no telegram is located
 //! and the search goes on behind it.
@@ -58,9 +58,9 @@ pub struct Entry {
     pub kind: Option<&'static str>,
     /// The command's name.
     pub name: Option<String>,
-    /// What it says, for people.
+    /// What it holds, for people.
     pub words: Option<String>,
-    /// What it says, field by field: an object with every value; none for what is not taken apart.
+    /// What it holds, as an object with every field and value; none for what is not taken apart.
     pub fields: Option<serde_json::Value>,
     /// Where it is wrong, counted as `offset`.
     pub error_offset: Option<u64>,
@@ -188,7 +188,7 @@ impl Stream {
                 lines.push(line);
                 skipped.start + len
             } else if fill > 0 {
-                // MRPT sends a NUL behind every frame; nobody minds.
+                // MRPT sends a NUL after every frame, which devices ignore.
                 let (offset, length) = place(&(skipped.start..skipped.start + fill));
                 lines.push(Entry::opaque(self, offset, length, format!("{fill} fill bytes")));
                 skipped.start + fill
@@ -254,7 +254,7 @@ impl Stream {
     }
 }
 
-/// How much is said.
+/// How much is shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
     /// Long lists of values are written out in words.

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use bytes::Bytes;
-use rowscan_protocol::device::{Event, Mirror, monitor_event, scan_event};
+use rowscan_protocol::device::{DeviceEvent as Event, Mirror, monitor_event, scan_event};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;

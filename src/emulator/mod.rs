@@ -21,7 +21,7 @@ mod world;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rowscan_protocol::device::{Device, DialectPolicy, LineError, Reply, Session};
+use rowscan_protocol::device::{Device, DialectPolicy, DigitalLineError, Reply, Session};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
@@ -83,7 +83,7 @@ pub struct LineChange {
 
 impl LineChange {
     /// Switches it on `device`.
-    pub fn apply(&self, device: &mut Device) -> Result<(), LineError> {
+    pub fn apply(&self, device: &mut Device) -> Result<(), DigitalLineError> {
         match self.output {
             true => device.set_output(self.at, self.number, self.on),
             false => device.set_input(self.at, self.number, self.on),

@@ -42,10 +42,10 @@ pub enum StateFileError {
 pub enum SettingsError {
     /// Not of a CoLa device.
     #[error(transparent)]
-    Cola(#[from] SavedError),
+    Cola(#[from] SavedSettingsError),
     /// Not of an LMS2xx.
     #[error(transparent)]
-    Lms2xx(#[from] lms2xx::device::SavedError),
+    Lms2xx(#[from] lms2xx::device::SavedBlockError),
 }
 
 impl StateFile {
@@ -62,7 +62,7 @@ impl StateFile {
             },
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(Self { path }),
             Err(cause) if cause.kind() == io::ErrorKind::InvalidData => {
-                Err(StateFileError::Settings { path, cause: SavedError::Foreign.into() })
+                Err(StateFileError::Settings { path, cause: SavedSettingsError::Foreign.into() })
             }
             Err(cause) => Err(StateFileError::Read { path, cause }),
         }

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::command::{Command, by_event, by_name};
 use super::context::{Context, Readable};
-use super::event::Event;
+use super::event::DeviceEvent;
 use super::refusal::Fault;
 use super::state::Device;
 use crate::frame::Dialect;
@@ -85,7 +85,7 @@ fn known(device: &Device, name: &str) -> Option<&'static Command> {
     by_name(name).filter(|_| !device.model.lacks.contains(&name))
 }
 
-/// Does what a line of saved settings says, as a logged-in client's write would.
+/// Applies one line of saved settings, as a write of a logged-in client would.
 pub(super) fn write_saved(context: &mut Context<'_>, name: &str, args: Args<'_>) -> Result<(), SopasError> {
     let write = known(context.device, name).and_then(|command| command.write);
     write.ok_or(Fault::NoVariable)?(context, args)
@@ -98,7 +98,7 @@ pub(super) fn read_saved(context: &Context<'_>, name: &str, out: &mut Vec<u8>) -
 }
 
 /// Appends the payload `sSN name value` of a variable that can be subscribed to.
-pub(super) fn write_event(event: Event, context: &Context<'_>, out: &mut Vec<u8>) {
+pub(super) fn write_event(event: DeviceEvent, context: &Context<'_>, out: &mut Vec<u8>) {
     if let Some(Command { name, read: Some(read), .. }) = by_event(event) {
         // No event is told before it has happened, so its value can be read.
         let _ = read(context, &mut Writer::begin(context.access.dialect, Kind::Sn, name, out));

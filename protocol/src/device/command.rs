@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::context::{Callable, Context, Readable, Writable};
-use super::event::Event;
+use super::event::DeviceEvent;
 use super::refusal::Fault;
 use crate::telegram::wire::{Fields, WireError, Writer};
 use crate::telegram::{Args, Kind, Method, SopasError, Telegram, Variable};
@@ -45,9 +45,9 @@ pub static COMMANDS: &[Command] = &[
     read_only::<device_ident::DeviceIdent>(),
     read_only::<firmware_version::FirmwareVersion>(),
     read_only::<lcm_state::Contamination>(),
-    read_only::<lfe_rec::FieldResults>().subscribable(Event::FieldResult),
-    read_only::<lid_inputstate::InputState>().subscribable(Event::InputState),
-    read_only::<lid_outputstate::OutputStates>().subscribable(Event::OutputState),
+    read_only::<lfe_rec::FieldResults>().subscribable(DeviceEvent::FieldResult),
+    read_only::<lid_inputstate::InputState>().subscribable(DeviceEvent::InputState),
+    read_only::<lid_outputstate::OutputStates>().subscribable(DeviceEvent::OutputState),
     read_only::<lsp_datetime::CurrentDateTime>().live(),
     read_only::<od_oprh::OperatingHours>(),
     read_only::<od_pwrc::PowerOnCount>(),
@@ -74,9 +74,9 @@ pub static COMMANDS: &[Command] = &[
     method::<set_access_mode::SetAccessMode>(EVERYBODY),
     named::<lmd_scandata::LmdScandata>(lmd_scandata::LmdScandata::NAME)
         .readable(read_last_scan)
-        .subscribable(Event::ScanData)
+        .subscribable(DeviceEvent::ScanData)
         .live(),
-    named::<lmd_scandata::LmdScandata>(lmd_scandata::MONITOR).subscribable(Event::Monitor),
+    named::<lmd_scandata::LmdScandata>(lmd_scandata::MONITOR).subscribable(DeviceEvent::Monitor),
 ];
 
 /// All evaluation fields share one line; see [`field_nnn::slot`].
@@ -84,6 +84,7 @@ static FIELD: Command = named::<field_nnn::Field>("fieldNNN");
 
 /// What a name stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Role {
     /// Read, written, subscribed to.
     Variable,
@@ -102,13 +103,13 @@ pub struct Command {
     pub name: &'static str,
     /// What it stands for.
     pub role: Role,
-    /// The event that is told under its name.
-    pub event: Option<Event>,
+    /// The event that is sent under its name.
+    pub event: Option<DeviceEvent>,
     /// mEEwriteall saves it.
     pub is_saved: bool,
-    /// A replayed device takes over its recorded value.
+    /// A replayed device starts with its recorded value.
     pub is_replayed: bool,
-    /// It changes by itself: once the recorded values are used up, a replayed device tells its own.
+    /// It changes by itself: after the last recorded value, a replayed device answers with its own.
     pub is_live: bool,
     pub(super) read: Option<Read>,
     pub(super) write: Option<Write>,
@@ -132,7 +133,7 @@ pub fn by_name(name: &str) -> Option<&'static Command> {
 }
 
 /// The command whose event this is.
-pub(super) fn by_event(event: Event) -> Option<&'static Command> {
+pub(super) fn by_event(event: DeviceEvent) -> Option<&'static Command> {
     COMMANDS.iter().find(|command| command.event == Some(event))
 }
 
@@ -141,15 +142,15 @@ pub fn writable() -> impl Iterator<Item = &'static str> {
     COMMANDS.iter().filter(|command| command.write.is_some()).map(|command| command.name)
 }
 
-impl Event {
-    /// The event that is told under `name`.
+impl DeviceEvent {
+    /// The event that is sent under `name`.
     pub fn by_name(name: &str) -> Option<Self> {
         by_name(name).and_then(|command| command.event)
     }
 }
 
-/// Tells `visitor` what a telegram's arguments hold: always one struct. `None` for a name that is not in the table; then, and after an error,
-/// nothing was told.
+/// Visits a telegram's arguments: always one struct. `None` for a name that is not in the table. Then, and after an error, the visitor was
+/// not called.
 pub fn visit(telegram: &Telegram<'_>, visitor: &mut dyn Visitor) -> Option<Result<(), WireError>> {
     if let Some(error) = telegram.refusal() {
         visitor.begin(Group::Struct);
@@ -231,7 +232,7 @@ impl Command {
         Self { read: Some(read), ..self }
     }
 
-    const fn subscribable(self, event: Event) -> Self {
+    const fn subscribable(self, event: DeviceEvent) -> Self {
         Self { event: Some(event), ..self }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::time::SimTime;
 
-/// What laser and motor are told to do.
+/// The commanded state of laser and motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Activity {
     #[default]
@@ -23,13 +23,13 @@ pub(super) struct Condition {
     pub(super) held_by_login: bool,
     /// Until then nothing is answered.
     pub(super) silent_until: SimTime,
-    /// Until then STlms tells initialisation.
+    /// Until then STlms reports initialisation.
     pub(super) initialising_until: SimTime,
     /// Until then the motor speeds up.
     pub(super) rotating_until: SimTime,
     /// From then on scans are made.
     pub(super) scans_from: SimTime,
-    /// Until then SCdevicestate tells busy.
+    /// Until then SCdevicestate reports busy.
     pub(super) busy_until: SimTime,
     /// The scan mode is another than the one last measured in.
     pub(super) mode_changed: bool,

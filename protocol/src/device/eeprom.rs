@@ -7,7 +7,7 @@
 //! …
 //! end 5A
 //! ```
-//! The last line holds the XOR of all bytes before it, so that a torn file is not taken for a short one.
+//! The last line holds the XOR of all bytes before it, so that a truncated file is detected.
 
 use alloc::format;
 use alloc::string::String;
@@ -30,9 +30,10 @@ const MAGIC: &str = "rowscan settings 1 ";
 /// How its last line begins.
 const END: &str = "end ";
 
-/// Saved settings that cannot be taken over.
+/// Saved settings that cannot be restored.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SavedError {
+#[non_exhaustive]
+pub enum SavedSettingsError {
     /// Not such a file.
     #[error("expected a first line `rowscan settings 1 MODEL`: not a file of scanner settings")]
     Foreign,
@@ -52,7 +53,7 @@ pub enum SavedError {
     Line {
         /// Counted from 1.
         line: usize,
-        /// What it says.
+        /// Its text.
         text: String,
     },
 }
@@ -79,22 +80,22 @@ impl Device {
         text
     }
 
-    /// Takes saved settings over, as they were before a restart. After an error nothing has changed.
-    pub fn restore(&mut self, text: &str) -> Result<(), SavedError> {
-        let model = text.strip_prefix(MAGIC).ok_or(SavedError::Foreign)?;
+    /// Restores saved settings, as after a restart. After an error nothing has changed.
+    pub fn restore(&mut self, text: &str) -> Result<(), SavedSettingsError> {
+        let model = text.strip_prefix(MAGIC).ok_or(SavedSettingsError::Foreign)?;
         let model = model.lines().next().unwrap_or_default();
         if model != self.model.name {
-            return Err(SavedError::OtherModel { expected: self.model.name, found: model.into() });
+            return Err(SavedSettingsError::OtherModel { expected: self.model.name, found: model.into() });
         }
-        let (body, end) = text.rsplit_once(END).ok_or(SavedError::Torn)?;
+        let (body, end) = text.rsplit_once(END).ok_or(SavedSettingsError::Torn)?;
         if end != format!("{:02X}\n", check(body)) {
-            return Err(SavedError::Torn);
+            return Err(SavedSettingsError::Torn);
         }
         let mut device = self.clone();
         for (index, line) in body.lines().enumerate().skip(1) {
             device
                 .restore_line(line)
-                .ok_or_else(|| SavedError::Line { line: index + 1, text: line.into() })?;
+                .ok_or_else(|| SavedSettingsError::Line { line: index + 1, text: line.into() })?;
         }
         device.saved = device.settings.clone();
         *self = device;

@@ -2,7 +2,8 @@
 
 /// What a session can subscribe to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+#[non_exhaustive]
+pub enum DeviceEvent {
     /// Every scan.
     ScanData,
     /// The same scans under the monitor's name.
@@ -21,7 +22,7 @@ pub struct Subscriptions(u8);
 
 impl Subscriptions {
     /// To this one.
-    pub fn has(self, event: Event) -> bool {
+    pub fn has(self, event: DeviceEvent) -> bool {
         self.0 & 1 << event as u8 != 0
     }
 
@@ -31,7 +32,7 @@ impl Subscriptions {
     }
 
     /// Subscribes, or unsubscribes.
-    pub(super) fn set(&mut self, event: Event, on: bool) {
+    pub(super) fn set(&mut self, event: DeviceEvent, on: bool) {
         let bit = 1 << event as u8;
         self.0 = if on { self.0 | bit } else { self.0 & !bit };
     }

@@ -1,4 +1,4 @@
-//! How a scanner changes from one condition to another, and what it tells of it.
+//! How a scanner changes from one condition to another, and how it reports that.
 
 use core::time::Duration;
 
@@ -87,7 +87,7 @@ impl Device {
         self.switch_outputs(now, false);
     }
 
-    /// `Run`: nobody is logged in any more.
+    /// `Run`: logs out.
     pub(super) fn release(&mut self) {
         self.condition.held_by_login = false;
     }

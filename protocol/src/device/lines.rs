@@ -1,4 +1,4 @@
-//! Digital inputs and outputs, the evaluation field, and how often each has changed: what event subscribers are told.
+//! State of the digital inputs, the outputs and the evaluation field, and how often each has changed.
 
 use alloc::vec::Vec;
 
@@ -6,10 +6,10 @@ use crate::model::Model;
 use crate::telegram::lfe_rec;
 use crate::telegram::lid_outputstate::OutputState;
 
-/// A line no connector leads to.
+/// A digital line that is not on any connector.
 pub(super) const UNUSED: u8 = 2;
 
-/// Lines as they are now.
+/// Digital lines as they are now.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
     pub(super) inputs: [u8; 4],
@@ -45,7 +45,7 @@ pub(super) struct Change {
 }
 
 impl Changes {
-    /// The same counts, as of a clock that begins anew.
+    /// The same counts for a clock that restarts at zero.
     pub(super) fn since_power_up(self) -> Self {
         let counted = |change: Change| Change { at_us: 0, ..change };
         Self { inputs: counted(self.inputs), outputs: counted(self.outputs), field: counted(self.field) }

@@ -32,12 +32,12 @@ mod switching;
 mod ticks;
 
 pub use command::writable;
-pub use eeprom::SavedError;
-pub use event::{Event, Subscriptions};
+pub use eeprom::SavedSettingsError;
+pub use event::{DeviceEvent, Subscriptions};
 pub use measure::{monitor_event, scan_event};
 pub use measured::{MeasuredEcho, MeasuredLine};
 pub use options::{EncoderSpeed, Options, Profile, Start};
 pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
 pub use session::{AfterReply, DialectPolicy, Reply, Session};
 pub use state::{Device, Identity, Mirror, ModeError};
-pub use switching::LineError;
+pub use switching::DigitalLineError;

@@ -19,8 +19,8 @@ impl Device {
     /// Becomes the device that sent `scan`: serial number, scan mode, range and contents are the scan's, other settings those of the recorded
     /// replies `values` (`sRA`), as far as this model takes them.
     ///
-    /// From here on its scans and events come from elsewhere: a setting that would make them others is refused
-    /// ([`Fault::FixedByRecording`]), and no event of its own is told.
+    /// Afterwards its scans and events come from the recording. A setting that would change them is refused
+    /// ([`Fault::FixedByRecording`]), and it sends no events of its own.
     pub fn play_back<'a>(&mut self, scan: &LmdScandata, values: impl IntoIterator<Item = Telegram<'a>>) {
         self.plays_back = false;
         for Telegram { kind, name, args } in values {
@@ -47,7 +47,7 @@ impl Device {
         self.plays_back = true;
     }
 
-    /// The scan that whoever polls (`sRN LMDscandata`) gets from here on.
+    /// Sets the scan that a poll (`sRN LMDscandata`) returns.
     pub fn show_scan(&mut self, scan: LmdScandata) {
         self.last_scan = scan;
         self.has_scan = true;

@@ -6,7 +6,7 @@ use core::time::Duration;
 use super::access::Access;
 use super::answer::{answer, refuse, write_event};
 use super::context::Context;
-use super::event::{Event, Subscriptions};
+use super::event::{DeviceEvent, Subscriptions};
 use super::refusal::Fault;
 use super::state::Device;
 use crate::frame::{Accept, Dialect, Frame, FrameCounts, FrameDecoder, encode};
@@ -38,6 +38,7 @@ pub struct Reply {
 
 /// What happens to a connection after a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AfterReply {
     /// The device drops it, as a restart does.
     Close,
@@ -51,12 +52,12 @@ pub struct Session {
     access: Access,
     /// The first bytes have come.
     begun: bool,
-    told: Told,
+    told: Reported,
 }
 
-/// Which changes of the device's lines this connection has been told: each kind's count.
+/// The changes of the device's digital lines that this connection has received: a count per kind.
 #[derive(Clone, Copy, Debug, Default)]
-struct Told {
+struct Reported {
     inputs: u32,
     outputs: u32,
     field: u32,
@@ -74,16 +75,16 @@ impl Session {
             decoder: FrameDecoder::new(accept, MAX_PAYLOAD),
             access: Access::new(dialect),
             begun: false,
-            told: Told::default(),
+            told: Reported::default(),
         }
     }
 
-    /// Takes the host's bytes and appends the replies, in order.
+    /// Handles bytes from the host and appends the replies, in order.
     pub fn handle_bytes(&mut self, device: &mut Device, now: SimTime, bytes: &[u8], out: &mut Vec<Reply>) {
         self.handle_bytes_with(device, now, bytes, out, &mut |_, _| {});
     }
 
-    /// The same; `amend` sees each request with the device's reply to it and may say something else.
+    /// The same; `amend` sees each request with the device's reply and may replace the reply.
     pub fn handle_bytes_with(
         &mut self,
         device: &mut Device,
@@ -95,7 +96,7 @@ impl Session {
         if !core::mem::replace(&mut self.begun, true) {
             self.begin(device);
         }
-        // While it starts up the connection is there, and nobody reads it.
+        // While the device starts up, connections are accepted and not read.
         if device.is_silent(now) {
             return;
         }
@@ -117,15 +118,15 @@ impl Session {
         self.poll_events(device, now, out);
     }
 
-    /// Appends the events this connection has subscribed to and not been told yet: inputs, outputs, fields. Scans come another
-    /// way, see [`Device::measure`]. To be called after [`Device::changes`] has changed.
+    /// Appends the pending events of this connection's subscriptions: inputs, outputs, fields. Scans are not among them, see
+    /// [`Device::measure`]. To be called after [`Device::changes`] has changed.
     pub fn poll_events(&mut self, device: &mut Device, now: SimTime, out: &mut Vec<Reply>) {
         let Self { access, told, .. } = self;
         let changes = device.lines.changes;
         for (event, told, count) in [
-            (Event::InputState, &mut told.inputs, changes.inputs.count),
-            (Event::OutputState, &mut told.outputs, changes.outputs.count),
-            (Event::FieldResult, &mut told.field, changes.field.count),
+            (DeviceEvent::InputState, &mut told.inputs, changes.inputs.count),
+            (DeviceEvent::OutputState, &mut told.outputs, changes.outputs.count),
+            (DeviceEvent::FieldResult, &mut told.field, changes.field.count),
         ] {
             if device.plays_back
                 || !access.subscriptions.has(event)
@@ -141,26 +142,26 @@ impl Session {
         }
     }
 
-    /// What has changed before a subscription is not told; except the outputs, where a model does.
+    /// Changes before the subscription are not sent; except those of the outputs, on models that do so.
     fn begin_subscriptions(&mut self, device: &Device, before: Subscriptions) {
         let changes = device.lines.changes;
         let now = self.access.subscriptions;
-        let began = |event: Event| now.has(event) && !before.has(event);
-        if began(Event::InputState) {
+        let began = |event: DeviceEvent| now.has(event) && !before.has(event);
+        if began(DeviceEvent::InputState) {
             self.told.inputs = changes.inputs.count;
         }
-        if began(Event::OutputState) {
+        if began(DeviceEvent::OutputState) {
             let owed = u32::from(device.model.lines.outputs_told_at_once);
             self.told.outputs = changes.outputs.count.wrapping_sub(owed);
         }
-        if began(Event::FieldResult) {
+        if began(DeviceEvent::FieldResult) {
             self.told.field = changes.field.count;
         }
     }
 
     /// Subscribed to LMDscandata.
     pub fn subscribed(&self) -> bool {
-        self.access.subscriptions.has(Event::ScanData)
+        self.access.subscriptions.has(DeviceEvent::ScanData)
     }
 
     /// All it has subscribed to.
@@ -185,7 +186,7 @@ impl Session {
         }
     }
 
-    /// Before the next frame: one connection, one dialect, unless EIHstCola says otherwise.
+    /// Before the next frame: a connection keeps its dialect, unless EIHstCola has changed it.
     fn settle_dialect(&mut self) {
         let current = self.access.dialect;
         match (self.access.next_dialect.take(), self.policy) {

@@ -9,7 +9,8 @@ use crate::time::SimTime;
 /// A digital line the model does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{model} has {lines} digital {kind}; there is no number {number}")]
-pub struct LineError {
+#[non_exhaustive]
+pub struct DigitalLineError {
     /// The model.
     pub model: &'static str,
     /// `inputs` or `outputs`.
@@ -22,10 +23,14 @@ pub struct LineError {
 
 impl Device {
     /// Switches digital input `number`, from 1.
-    pub fn set_input(&mut self, now: SimTime, number: u8, on: bool) -> Result<(), LineError> {
+    pub fn set_input(&mut self, now: SimTime, number: u8, on: bool) -> Result<(), DigitalLineError> {
         let uptime_us = self.uptime_us(now);
-        let error =
-            LineError { model: self.model.title, kind: "inputs", lines: self.lines.inputs.len(), number };
+        let error = DigitalLineError {
+            model: self.model.title,
+            kind: "inputs",
+            lines: self.lines.inputs.len(),
+            number,
+        };
         let input = index(number).and_then(|index| self.lines.inputs.get_mut(index)).ok_or(error)?;
         if core::mem::replace(input, on.into()) != u8::from(on) {
             self.lines.changes.inputs.now(uptime_us);
@@ -34,11 +39,11 @@ impl Device {
     }
 
     /// Switches digital output `number`, from 1.
-    pub fn set_output(&mut self, now: SimTime, number: u8, on: bool) -> Result<(), LineError> {
+    pub fn set_output(&mut self, now: SimTime, number: u8, on: bool) -> Result<(), DigitalLineError> {
         let uptime_us = self.uptime_us(now);
         let usable = |state: u8| state != UNUSED;
         let lines = self.lines.outputs.iter().filter(|output| usable(output.state)).count();
-        let error = LineError { model: self.model.title, kind: "outputs", lines, number };
+        let error = DigitalLineError { model: self.model.title, kind: "outputs", lines, number };
         let output = index(number).and_then(|index| self.lines.outputs.get_mut(index));
         let output = output.filter(|output| usable(output.state)).ok_or(error)?;
         if set(output, on.into()) {
@@ -55,7 +60,7 @@ impl Device {
         self.lines.field = Field { radius_mm, result: lfe_rec::INVALID };
     }
 
-    /// How often lines and fields have changed: when this number changes, subscribers have something to be told.
+    /// How often digital lines and fields have changed: when this number changes, there are events for subscribers.
     pub fn changes(&self) -> u32 {
         let Changes { inputs, outputs, field } = self.lines.changes;
         inputs.count.wrapping_add(outputs.count).wrapping_add(field.count)
@@ -66,7 +71,7 @@ impl Device {
         self.lines.switch_outputs(self.model, running, uptime_us);
     }
 
-    /// Looks whether anything is in the field; `nearest_mm` is the nearest echo of the turn.
+    /// Checks whether anything is in the field.
     pub(super) fn evaluate_field(&mut self, now: SimTime, line: &MeasuredLine<'_>) {
         let Some(radius_mm) = self.lines.field.radius_mm else { return };
         let result = match line.nearest_mm() {

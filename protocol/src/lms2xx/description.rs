@@ -1,11 +1,11 @@
-//! Requests and scans of the LMS2xx, told field by field.
+//! Requests and scans of the LMS2xx, visited field by field.
 
 use super::telegram::{Mode, Request};
 use super::values::{Output, Unit, Values};
 use crate::visit::{Group, Value, Visitor};
 
 impl Request<'_> {
-    /// Tells `visitor` what is asked.
+    /// Visits the request's fields.
     pub fn visit(&self, visitor: &mut dyn Visitor) {
         let name = match self {
             Self::Reset => "reset",
@@ -40,7 +40,7 @@ impl Request<'_> {
 }
 
 impl Values {
-    /// Tells `visitor` what was measured. Values are as sent, with the flag bits of the measuring mode, which a telegram does not name.
+    /// Visits the scan's fields. Values are as sent, with the flag bits of the measuring mode, which is not in the telegram.
     pub fn visit(&self, visitor: &mut dyn Visitor) {
         visitor.begin(Group::Struct);
         visit_output(self.output, visitor);

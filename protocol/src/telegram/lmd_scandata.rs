@@ -86,7 +86,7 @@ fields! {
         pub rotation_type: u8,
     }
 
-    /// The device's calendar; a clock nobody set starts at 1970-01-01 00:00 with power-up.
+    /// The device's calendar; a clock that was not set starts at 1970-01-01 00:00 with power-up.
     #[derive(Copy, Eq)]
     pub struct DateTime {
         /// Year.

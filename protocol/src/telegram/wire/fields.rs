@@ -13,14 +13,14 @@ use crate::visit::{Group, Value, Visitor};
 
 /// A wire form that serves both dialects and both directions.
 pub trait Fields {
-    /// Whether [`visit`](Self::visit) tells a struct.
+    /// Whether [`visit`](Self::visit) gives a struct.
     const IS_STRUCT: bool = false;
 
     /// Reads into `self`, so that its buffers are reused. After an error `self` holds what was read so far.
     fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), WireError>;
     /// Writes `self`.
     fn write(&self, writer: &mut Writer<'_>);
-    /// Tells `visitor` what `self` holds.
+    /// Hands the value, or its parts, to `visitor`.
     fn visit(&self, visitor: &mut dyn Visitor);
 }
 
