@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rowscan_protocol::device::SavedError;
+use rowscan_protocol::device::SavedSettingsError;
 use rowscan_protocol::lms2xx;
 
 /// No settings are longer.

@@ -60,7 +60,6 @@ pub struct Mirror {
     f64::from(*.frequency_centihz) / 100.0,
     f64::from(*.step) / 10_000.0
 )]
-#[non_exhaustive]
 pub struct ModeError {
     /// The model.
     pub model: &'static str,
