@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rowscan_protocol::device::{Device, LineError};
+use rowscan_protocol::device::{Device, DigitalLineError};
 use rowscan_protocol::time::SimTime;
 
 use crate::scanner::Shared;
@@ -22,7 +22,7 @@ pub struct LineChange {
 
 impl LineChange {
     /// Switches it on `device`.
-    pub fn apply(&self, device: &mut Device) -> Result<(), LineError> {
+    pub fn apply(&self, device: &mut Device) -> Result<(), DigitalLineError> {
         match self.output {
             true => device.set_output(self.at, self.number, self.on),
             false => device.set_input(self.at, self.number, self.on),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rowscan_protocol::device::Event;
+use rowscan_protocol::device::DeviceEvent as Event;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::Mutex;

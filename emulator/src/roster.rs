@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
-use rowscan_protocol::device::{Event, Session, Subscriptions};
+use rowscan_protocol::device::{DeviceEvent as Event, Session, Subscriptions};
 use rowscan_protocol::frame::Dialect;
 use tokio::sync::{Notify, mpsc};
 

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rowscan_protocol::device::SavedError;
+use rowscan_protocol::device::SavedSettingsError;
 use rowscan_protocol::lms2xx;
 
 /// No settings are longer.
@@ -42,10 +42,10 @@ pub enum StateFileError {
 pub enum SettingsError {
     /// Not of a CoLa device.
     #[error(transparent)]
-    Cola(#[from] SavedError),
+    Cola(#[from] SavedSettingsError),
     /// Not of an LMS2xx.
     #[error(transparent)]
-    Lms2xx(#[from] lms2xx::device::SavedError),
+    Lms2xx(#[from] lms2xx::device::SavedBlockError),
 }
 
 impl StateFile {
@@ -62,7 +62,7 @@ impl StateFile {
             },
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(Self { path }),
             Err(cause) if cause.kind() == io::ErrorKind::InvalidData => {
-                Err(StateFileError::Settings { path, cause: SavedError::Foreign.into() })
+                Err(StateFileError::Settings { path, cause: SavedSettingsError::Foreign.into() })
             }
             Err(cause) => Err(StateFileError::Read { path, cause }),
         }

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use bytes::Bytes;
 use rowscan_ports::{Delivered, Delivery};
-use rowscan_protocol::device::{Event, monitor_event, scan_event};
+use rowscan_protocol::device::{DeviceEvent as Event, monitor_event, scan_event};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;

@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use rowscan_protocol::device::Profile;
 use rowscan_protocol::lms2xx::client::{Client, ClientConfig};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Options};
-use rowscan_protocol::lms2xx::frame::{FrameDecoder, Heard, Listener};
+use rowscan_protocol::lms2xx::frame::{FrameDecoder, Received, Listener};
 use rowscan_protocol::lms2xx::model::MODELS;
 use rowscan_protocol::time::SimTime;
 
@@ -19,21 +19,21 @@ fuzz_target!(|data: &[u8]| {
     let (mut framed, mut marks) = (0, 0);
     for piece in pieces.clone() {
         decoder.push(piece);
-        while let Some(heard) = decoder.next_heard() {
+        while let Some(heard) = decoder.next_received() {
             match heard {
-                Heard::Frame(frame) => framed += frame.len as u64,
-                Heard::Ack | Heard::Nak => marks += 1,
-                Heard::Broken => {}
+                Received::Frame(frame) => framed += frame.len as u64,
+                Received::Ack | Received::Nak => marks += 1,
+                Received::Broken => {}
             }
         }
         assert!(decoder.pending() <= 818);
     }
     decoder.finish();
-    while let Some(heard) = decoder.next_heard() {
+    while let Some(heard) = decoder.next_received() {
         match heard {
-            Heard::Frame(frame) => framed += frame.len as u64,
-            Heard::Ack | Heard::Nak => marks += 1,
-            Heard::Broken => {}
+            Received::Frame(frame) => framed += frame.len as u64,
+            Received::Ack | Received::Nak => marks += 1,
+            Received::Broken => {}
         }
     }
     // Every byte is part of a good frame, an acknowledgement, or counted.

@@ -1,12 +1,13 @@
 //! Shared by the telegram targets: any payload is read or refused; a scan that is read is written and read again the same.
 
+use rowscan_protocol::device::command;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::scan::Scan;
-use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram, encode, in_words};
+use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram, encode};
 
 pub fn read(dialect: Dialect, payload: &[u8]) {
     let Ok(telegram) = Telegram::parse(dialect, payload) else { return };
-    let _ = in_words(&telegram);
+    let _ = command::visit(&telegram, &mut ());
     let _ = telegram.refusal();
     // Whatever the name says: as a scan, the telegram with the most structure.
     let mut scan = LmdScandata::default();

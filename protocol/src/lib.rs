@@ -1,11 +1,46 @@
-//! What a SICK LMS scanner says, and what it means: frames, telegrams, scanner models and both sides' sessions.
+//! What a SICK LMS scanner sends and what it means: frames, telegrams, scanner models and the sessions of both sides.
 //!
-//! The crate does no I/O, reads no clock and keeps no global state. Three layers, three types:
-//! a *frame* is bytes that passed the checksum, a *telegram* is a command with typed fields, a [`scan::Scan`] is
-//! what one mirror turn means in SI units.
+//! The crate does no I/O, reads no clock and keeps no global state; it is `no_std` with `alloc`. Three layers are three types: a *frame* is
+//! bytes that passed the checksum, a *telegram* is a command with typed fields, a [`scan::Scan`] is what one mirror turn means in SI units.
 //!
-//! Without the default feature `telegrams` only the meaning is left ([`scan`], [`angle`], [`random`], [`rig`], [`time`]): all that
-//! canopy estimators and scene simulators need to know of a scanner.
+//! # Example
+//! A virtual LMS111 measures one mirror turn, and a client reads it:
+//!
+//! ```
+//! use rowscan_protocol::device::{Device, Identity, MeasuredEcho, MeasuredLine, scan_event};
+//! use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder};
+//! use rowscan_protocol::model;
+//! use rowscan_protocol::scan::Scan;
+//! use rowscan_protocol::telegram::{LmdScandata, Telegram};
+//! use rowscan_protocol::time::SimTime;
+//!
+//! # fn main() -> Result<(), Box<dyn core::error::Error>> {
+//! // The scanner's side: a line of ranges becomes a telegram, a telegram becomes bytes.
+//! let mut device = Device::new(model::by_name("lms111").ok_or("no such model")?, Identity::default());
+//! let grid = device.mirror().beams;
+//! let echo = MeasuredEcho { range_mm: vec![2500; grid.len()], remission: vec![0; grid.len()] };
+//! let line = MeasuredLine { grid, echoes: &[echo] };
+//! let telegram = device.measure(SimTime::ZERO, &line).ok_or("it does not measure")?;
+//! let mut bytes = Vec::new();
+//! scan_event(Dialect::B, telegram, &mut bytes);
+//!
+//! // The client's side: bytes become a frame, a telegram, a scan in metres.
+//! let mut decoder = FrameDecoder::new(Accept::Either, 64 * 1024);
+//! decoder.push(&bytes);
+//! let frame = decoder.next_frame().ok_or("no frame")?;
+//! let telegram: LmdScandata = Telegram::parse(frame.dialect, frame.payload)?.args.decode()?;
+//! let mut scan = Scan::default();
+//! telegram.to_scan_into(&mut scan)?;
+//! assert_eq!(scan.beams.len(), 541);
+//! assert_eq!(scan.echoes[0].range_m[270], 2.5);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Features
+//! - `telegrams` (default): frames, telegrams, scanner models, sessions. Without it only the meaning is left ([`scan`], [`angle`], [`random`], [`rig`],
+//!   [`time`], [`calendar`]): all that canopy estimators and scene simulators need to know of a scanner.
+//! - `serde`: rigs and the types in them are read and written with serde.
 #![no_std]
 
 extern crate alloc;
@@ -33,3 +68,5 @@ pub mod model;
 pub mod rfc2217;
 #[cfg(feature = "telegrams")]
 pub mod telegram;
+#[cfg(feature = "telegrams")]
+pub mod visit;

@@ -191,6 +191,7 @@ impl Rig {
 
 /// Why a rig cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RigError {
     /// A length, speed or rate that must be a positive number is not.
     #[error("rig.{key} must be a positive number, found {value}")]

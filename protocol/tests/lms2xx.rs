@@ -9,7 +9,7 @@ use std::time::Duration;
 use proptest::prelude::*;
 use rowscan_protocol::lms2xx::client::{Client, ClientConfig, Event, Transmit};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Options, Start, Sweep};
-use rowscan_protocol::lms2xx::frame::{FrameDecoder, Heard, Listener, checksum, encode};
+use rowscan_protocol::lms2xx::frame::{FrameDecoder, Listener, Received, checksum, encode};
 use rowscan_protocol::lms2xx::telegram::Request;
 use rowscan_protocol::lms2xx::values::{MeasuringMode, Output, Span, Unit, Values};
 use rowscan_protocol::lms2xx::{Rate, Variant, model};
@@ -47,7 +47,7 @@ fn requests_are_the_published_bytes_both_ways() {
         let frame = bytes(hex);
         let mut decoder = FrameDecoder::new(Listener::Device);
         decoder.push(&frame);
-        let Some(Heard::Frame(heard)) = decoder.next_heard() else { panic!("{hex} is no frame") };
+        let Some(Received::Frame(heard)) = decoder.next_received() else { panic!("{hex} is no frame") };
         let request = Request::parse(heard.body);
         assert!(!matches!(request, Request::Unknown(_)), "{hex}: {request:?}");
         assert_eq!(request.to_frame(), frame, "{hex}: {request:?}");
@@ -71,7 +71,7 @@ fn every_line_of_the_telegram_list_is_a_frame() {
 fn a_published_scan_telegram_decodes() {
     let mut decoder = FrameDecoder::new(Listener::Host);
     decoder.push(&bytes("02 80 0A 00 B0 03 40 E8 03 E9 03 FF 1F 10 A3 EA"));
-    let Some(Heard::Frame(frame)) = decoder.next_heard() else { panic!("no frame") };
+    let Some(Received::Frame(frame)) = decoder.next_received() else { panic!("no frame") };
     let mut values = Values::default();
     values.decode_into(frame.body).unwrap();
     assert_eq!((values.word.unit, values.values.as_slice()), (Some(Unit::Mm), &[1000, 1001, 0x1FFF][..]));
@@ -151,13 +151,13 @@ proptest! {
         let mut good = 0;
         for piece in stream.chunks(13) {
             decoder.push(piece);
-            while let Some(heard) = decoder.next_heard() {
-                good += usize::from(matches!(heard, Heard::Frame(_)));
+            while let Some(heard) = decoder.next_received() {
+                good += usize::from(matches!(heard, Received::Frame(_)));
             }
         }
         decoder.finish();
-        while let Some(heard) = decoder.next_heard() {
-            good += usize::from(matches!(heard, Heard::Frame(_)));
+        while let Some(heard) = decoder.next_received() {
+            good += usize::from(matches!(heard, Received::Frame(_)));
         }
         // An insertion between two telegrams touches none.
         prop_assert!(good + 1 >= frames, "{good} of {frames}");
@@ -375,7 +375,7 @@ fn recorded_ranges_go_through_unchanged() {
             encode(0x80, &body, &mut line);
             let mut decoder = FrameDecoder::new(Listener::Host);
             decoder.push(&line);
-            let Some(Heard::Frame(frame)) = decoder.next_heard() else { panic!("no frame") };
+            let Some(Received::Frame(frame)) = decoder.next_received() else { panic!("no frame") };
             values.decode_into(frame.body).unwrap();
             assert_eq!(values.values, recorded);
             for value in recorded {

@@ -6,16 +6,44 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 use rowscan_protocol::client::{Client, ClientConfig, Event};
+use rowscan_protocol::device::command::{self, COMMANDS};
 use rowscan_protocol::device::{Device, DialectPolicy, Identity, Session};
 use rowscan_protocol::frame::{Dialect, encode as frame};
 use rowscan_protocol::model::MODELS;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use rowscan_protocol::telegram::wire::{FixedText, Reader, ShortString, WireError};
 use rowscan_protocol::telegram::{
-    Args, Channel, DateTime, Encoder, EventInfo, Kind, LmdScandata, Position, SopasError, TABLE, Telegram,
-    encode, in_words,
+    Args, Channel, DateTime, Encoder, EventInfo, Kind, LmdScandata, Position, SopasError, Telegram, encode,
 };
 use rowscan_protocol::time::SimTime;
+use rowscan_protocol::visit::{Group, Value, Visitor};
+
+/// Counts what a visitor is told: every telegram is one struct, and every begin has its end.
+#[derive(Default)]
+struct Balance {
+    open: i32,
+    roots: u32,
+}
+
+impl Visitor for Balance {
+    fn value(&mut self, _: Value<'_>) {
+        assert!(self.open > 0, "a value outside the struct");
+    }
+
+    fn begin(&mut self, group: Group) {
+        if self.open == 0 {
+            assert_eq!(group, Group::Struct);
+            self.roots += 1;
+        }
+        self.open += 1;
+    }
+
+    fn field(&mut self, _: &'static str, _: Option<&'static str>) {}
+
+    fn end(&mut self) {
+        self.open -= 1;
+    }
+}
 
 fn name<const N: usize>() -> impl Strategy<Value = FixedText<N>> {
     prop::collection::vec(prop::sample::select(b"ABCDISTRNGL12345".as_slice()), N)
@@ -174,9 +202,13 @@ proptest! {
         bytes in prop::collection::vec(prop_oneof![Just(0u8), Just(1), Just(b' '), Just(b'1'), any::<u8>()], 0..300),
         dialect in prop::sample::select(&[Dialect::A, Dialect::B]),
     ) {
-        for entry in TABLE {
+        for entry in COMMANDS {
             for kind in [Kind::Ra, Kind::An, Kind::Sn, Kind::Ea] {
-                let _ = in_words(&Telegram { kind, name: entry.name, args: Args { dialect, bytes: &bytes } });
+                let telegram = Telegram { kind, name: entry.name, args: Args { dialect, bytes: &bytes } };
+                let mut balance = Balance::default();
+                if let Some(Ok(())) = command::visit(&telegram, &mut balance) {
+                    prop_assert_eq!((balance.open, balance.roots), (0, 1), "{:?}", telegram);
+                }
             }
         }
         let mut scan = LmdScandata::default();
@@ -238,7 +270,7 @@ proptest! {
 
 /// Good frames with odd contents, and junk.
 fn hostile() -> impl Strategy<Value = Vec<u8>> {
-    let names: Vec<&str> = TABLE.iter().map(|entry| entry.name).chain(["field001", "0", "x"]).collect();
+    let names: Vec<&str> = COMMANDS.iter().map(|entry| entry.name).chain(["field001", "0", "x"]).collect();
     let kind = prop::sample::select(Kind::ALL.as_slice());
     let arguments = prop::collection::vec(
         prop_oneof![Just(0u8), Just(1), Just(b' '), Just(b'1'), Just(b'A'), any::<u8>()],

@@ -5,11 +5,12 @@
 mod facts;
 
 use facts::Recording;
+use rowscan_protocol::device::command;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use rowscan_protocol::telegram::lmd_scandata::MONITOR;
 use rowscan_protocol::telegram::wire::Word;
-use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Telegram, encode, in_words};
+use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Telegram, encode};
 use serde_json::Value;
 
 fn parse<'a>(recording: &Recording, payload: &'a [u8]) -> Telegram<'a> {
@@ -155,10 +156,10 @@ fn every_recorded_telegram_of_the_table_is_understood() {
         let mut understood = 0;
         for at in &recording.index {
             let telegram = parse(&recording, recording.payload(at));
-            match in_words(&telegram) {
-                Some(words) => {
+            match command::visit(&telegram, &mut ()) {
+                Some(told) => {
                     understood += 1;
-                    words.unwrap_or_else(|error| panic!("{} {telegram:?}: {error}", recording.name));
+                    told.unwrap_or_else(|error| panic!("{} {telegram:?}: {error}", recording.name));
                 }
                 None => assert_eq!(telegram.name, "InertialMeasurementUnit", "{}", recording.name),
             }

@@ -26,7 +26,7 @@ fn every_example_of_the_table_is_refused_with_the_code_of_its_line() {
 fn there_is_no_silence_whatever_is_asked() {
     for model in MODELS {
         let mut bench = Bench::logged_in(model.name);
-        for entry in rowscan_protocol::telegram::TABLE {
+        for entry in rowscan_protocol::device::command::COMMANDS {
             for kind in [Kind::Rn, Kind::Ri, Kind::Wn, Kind::Mn, Kind::En] {
                 let mut payload = Vec::new();
                 encode_empty(Dialect::A, kind, entry.name, false, &mut payload);

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use bench::Bench;
 use rowscan_protocol::device::{DialectPolicy, Options, Session, writable};
-use rowscan_protocol::device::{EncoderSpeed, MeasuredEcho, MeasuredLine, SavedError, Start};
+use rowscan_protocol::device::{EncoderSpeed, MeasuredEcho, MeasuredLine, SavedSettingsError, Start};
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model::{MODELS, by_name};
 use rowscan_protocol::telegram::{Encoder, LmdScandata};
@@ -317,13 +317,16 @@ fn a_torn_or_foreign_file_is_refused_and_changes_nothing() {
         assert!(bench.device.restore(&edited).is_err(), "{edited}");
     }
     let other = bench.device.saved_settings().replace("lms511", "lms111");
-    assert!(matches!(bench.device.restore(&other), Err(SavedError::OtherModel { .. })));
-    assert_eq!(bench.device.restore("[package]\nname = \"x\"\n"), Err(SavedError::Foreign));
-    assert_eq!(bench.device.restore(&good.replace("sWN LICsrc 0", "sWN LICsrc 1")), Err(SavedError::Torn));
+    assert!(matches!(bench.device.restore(&other), Err(SavedSettingsError::OtherModel { .. })));
+    assert_eq!(bench.device.restore("[package]\nname = \"x\"\n"), Err(SavedSettingsError::Foreign));
+    assert_eq!(
+        bench.device.restore(&good.replace("sWN LICsrc 0", "sWN LICsrc 1")),
+        Err(SavedSettingsError::Torn)
+    );
     let mut body = good[..good.rfind("end ").unwrap()].replace("sWN LICsrc 0", "sWN LICsrc 9");
     let check = body.bytes().fold(0, |check, byte| check ^ byte);
     body.push_str(&format!("end {check:02X}\n"));
-    assert!(matches!(bench.device.restore(&body), Err(SavedError::Line { .. })));
+    assert!(matches!(bench.device.restore(&body), Err(SavedSettingsError::Line { .. })));
     assert_eq!(bench.device.saved_settings(), good);
     bench.device.restore(&good).unwrap();
 }

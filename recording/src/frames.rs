@@ -133,7 +133,7 @@ impl Finder {
                 })
             }
             Self::Lms2xx(decoder) => loop {
-                if let lms2xx::frame::Heard::Frame(frame) = decoder.next_heard()? {
+                if let lms2xx::frame::Received::Frame(frame) = decoder.next_received()? {
                     let from = if frame.is_from_device() { Side::Device } else { Side::Host };
                     let (offset, len) = (frame.offset, frame.len);
                     return Some(Found { offset, len, dialect: None, from: Some(from), device_us: None });

@@ -128,7 +128,7 @@ pub enum Failure {
     State(#[from] rowscan_emulator::StateFileError),
     /// A digital line the scanner does not have.
     #[error(transparent)]
-    Line(#[from] rowscan_protocol::device::LineError),
+    Line(#[from] rowscan_protocol::device::DigitalLineError),
     /// A serial line.
     #[error(transparent)]
     SerialLine(#[from] rowscan_ports::PortError),

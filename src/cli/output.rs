@@ -35,6 +35,17 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(stdout_failure)
 }
 
+/// Characters a line of the terminal has that standard output goes to; none where it goes elsewhere.
+pub(super) fn terminal_columns() -> Option<usize> {
+    #[cfg(target_os = "linux")]
+    {
+        let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
+        (size.ws_col > 0).then(|| usize::from(size.ws_col))
+    }
+    #[cfg(not(target_os = "linux"))]
+    None
+}
+
 /// Writes one JSON document, on one line for jsonl.
 pub(super) fn print_json(format: Format, document: &impl Serialize) -> Result<(), Failure> {
     let text = match format {

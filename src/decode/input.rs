@@ -2,7 +2,7 @@
 
 use rowscan_recording::{Format, Joint, Packet, ReadError, Recording, Side, StreamKind};
 
-use super::{Line, Piece, Stream, Verdict};
+use super::{Entry, Piece, Stream, Verdict};
 
 /// Bytes to decode.
 #[derive(Debug)]
@@ -10,9 +10,9 @@ pub struct Input {
     format: Format,
     /// Streams that belong together: both directions of a connection.
     connections: Vec<Vec<Stream>>,
-    /// Packets that are no telegrams, told one by one.
-    others: Vec<Line>,
-    torn: Option<Line>,
+    /// Packets that are no telegrams, one entry each.
+    others: Vec<Entry>,
+    torn: Option<Entry>,
 }
 
 impl Input {
@@ -43,12 +43,12 @@ impl Input {
                 stream.push(packet, began_ns);
             }
         }
-        let torn = recording.torn().map(|torn| Line {
+        let torn = recording.torn().map(|torn| Entry {
             words: Some("the file is broken here".to_owned()),
             error_offset: Some(torn.offset),
             expected: Some(torn.expected.to_owned()),
             found: Some(torn.found.clone()),
-            ..Line::new(&Stream::default(), torn.offset, bytes.saturating_sub(torn.offset), Verdict::Bad)
+            ..Entry::new(&Stream::default(), torn.offset, bytes.saturating_sub(torn.offset), Verdict::Bad)
         });
         Ok(Self { format, connections, others, torn })
     }
@@ -63,34 +63,34 @@ impl Input {
         &self.connections
     }
 
-    /// What rides beside the telegrams.
-    pub(super) fn others(&self) -> &[Line] {
+    /// Packets of other streams.
+    pub(super) fn others(&self) -> &[Entry] {
         &self.others
     }
 
     /// Where the file breaks off.
-    pub(super) fn torn(&self) -> Option<Line> {
+    pub(super) fn torn(&self) -> Option<Entry> {
         self.torn.clone()
     }
 }
 
-/// A CAN frame, a sentence, or bytes nobody here knows.
-fn other(kind: StreamKind, number: u32, began_ns: Option<u64>, packet: &Packet) -> Line {
+/// A CAN frame, a sentence, or bytes of unknown kind.
+fn other(kind: StreamKind, number: u32, began_ns: Option<u64>, packet: &Packet) -> Entry {
     let text = String::from_utf8_lossy(&packet.bytes).trim().escape_default().to_string();
     let (dialect, words) = match kind {
         StreamKind::Can => ("CAN", text),
         StreamKind::Nmea => ("NMEA", text),
         StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Bytes => {
-            ("bytes", super::words::opaque(packet.bytes.len()))
+            ("bytes", super::description::opaque(packet.bytes.len()))
         }
     };
-    Line {
+    Entry {
         connection: Some(number),
         time_s: since(began_ns, packet.at_ns),
         from: packet.from,
         dialect: Some(dialect.to_owned()),
         words: Some(words),
-        ..Line::new(&Stream::default(), 0, packet.bytes.len() as u64, Verdict::Opaque)
+        ..Entry::new(&Stream::default(), 0, packet.bytes.len() as u64, Verdict::Opaque)
     }
 }
 

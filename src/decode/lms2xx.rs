@@ -1,4 +1,4 @@
-//! LMS2xx frames, as serial recordings have them: recognised by their CRC, requests and scans in words.
+//! LMS2xx frames, as serial recordings have them: recognised by their CRC, requests and scans field by field.
 
 use rowscan_recording::Side;
 
@@ -7,10 +7,11 @@ use rowscan_protocol::lms2xx::frame::{FROM_DEVICE, MAX_BODY, OVERHEAD, checksum}
 use rowscan_protocol::lms2xx::telegram::Request;
 use rowscan_protocol::lms2xx::values::Values;
 
-use super::{Line, Stream, Verdict, words};
+use super::description::{Description, opaque};
+use super::{Entry, Options, Stream, Verdict};
 
 /// The frame `bytes` begin with, and its length. Place and time are the caller's.
-pub(super) fn frame(bytes: &[u8]) -> Option<(usize, Line)> {
+pub(super) fn frame(bytes: &[u8], options: Options) -> Option<(usize, Entry)> {
     let &[STX, address, low, high, command, ..] = bytes else { return None };
     let length = usize::from(u16::from_le_bytes([low, high]));
     let frame = bytes.get(..length + OVERHEAD).filter(|_| (1..=MAX_BODY).contains(&length))?;
@@ -19,35 +20,29 @@ pub(super) fn frame(bytes: &[u8]) -> Option<(usize, Line)> {
         return None;
     }
     let from = if address & FROM_DEVICE == 0 { Side::Host } else { Side::Device };
-    let line = Line {
+    let (words, fields) = described(from, body.get(4..).unwrap_or_default(), options);
+    let entry = Entry {
         from: Some(from),
         dialect: Some("LMS2xx".to_owned()),
         name: Some(format!("{command:02X}")),
-        words: Some(wording(from, body.get(4..).unwrap_or_default())),
-        ..Line::new(&Stream::default(), 0, frame.len() as u64, Verdict::Opaque)
+        words: Some(words),
+        fields,
+        ..Entry::new(&Stream::default(), 0, frame.len() as u64, Verdict::Opaque)
     };
-    Some((frame.len(), line))
+    Some((frame.len(), entry))
 }
 
-/// What a frame's body says.
-fn wording(from: Side, body: &[u8]) -> String {
-    if from == Side::Host {
-        return match Request::parse(body) {
-            Request::Unknown(_) => words::opaque(body.len().saturating_sub(1)),
-            request => format!("{request:?}"),
-        };
-    }
+/// What a frame's body says, in words and as JSON.
+fn described(from: Side, body: &[u8], options: Options) -> (String, Option<serde_json::Value>) {
+    let mut description = Description::new(options.values);
     let mut values = Values::default();
-    match values.decode_into(body) {
-        Ok(()) => format!(
-            "{:?}: {} values, unit {:?}, status {:02X}",
-            values.output,
-            values.values.len(),
-            values.word.unit,
-            values.status
-        ),
-        Err(_) => words::opaque(body.len().saturating_sub(1)),
+    match (from, Request::parse(body)) {
+        (Side::Host, Request::Unknown(_)) => return (opaque(body.len().saturating_sub(1)), None),
+        (Side::Host, request) => request.visit(&mut description),
+        (Side::Device, _) if values.decode_into(body).is_ok() => values.visit(&mut description),
+        (Side::Device, _) => return (opaque(body.len().saturating_sub(1)), None),
     }
+    (std::mem::take(&mut description.words), Some(description.into_json()))
 }
 
 #[cfg(test)]
@@ -58,11 +53,11 @@ mod tests {
     fn published_frames_are_recognised_and_a_wrong_crc_is_not() {
         // Status request; mode change done (telegram listing of the LMS2xx).
         let request = [0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x12, 0xFF];
-        let (len, line) = frame(&request).unwrap();
-        assert_eq!((len, line.from, line.name.as_deref()), (7, Some(Side::Host), Some("31")));
+        let (len, entry) = frame(&request, Options::default()).unwrap();
+        assert_eq!((len, entry.from, entry.name.as_deref()), (7, Some(Side::Host), Some("31")));
         let reply = [0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A];
-        assert_eq!(frame(&reply).unwrap().1.from, Some(Side::Device));
-        assert_eq!(frame(&[0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x13]), None);
-        assert_eq!(frame(&request[..6]), None);
+        assert_eq!(frame(&reply, Options::default()).unwrap().1.from, Some(Side::Device));
+        assert_eq!(frame(&[0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x13], Options::default()), None);
+        assert_eq!(frame(&request[..6], Options::default()), None);
     }
 }

@@ -1,19 +1,23 @@
-//! Recorded bytes in words: which telegrams a file holds, what they say, and where it is broken.
+//! Recorded bytes field by field: which telegrams a file holds, what is in them, and where it is damaged.
 //!
-//! A recording (`rowscan_recording`) becomes streams, a stream becomes [`Line`]s. Nothing ends the work: what is no telegram is located
+//! A recording (`rowscan_recording`) becomes streams, a stream becomes entries. Nothing ends the work: what is no telegram is located
 //! and the search goes on behind it.
 
+mod description;
+mod filter;
 mod input;
 mod lms2xx;
-mod words;
 
 use std::ops::Range;
 
+use rowscan_protocol::device::command;
 use rowscan_protocol::frame::{Accept, Frame, FrameDecoder, fault};
-use rowscan_protocol::telegram::{Telegram, in_words};
+use rowscan_protocol::telegram::Telegram;
 use rowscan_recording::Side;
 use serde::Serialize;
 
+use description::Description;
+pub use filter::Filter;
 pub use input::Input;
 
 /// The largest payload that is taken for one: twice that of the largest scan telegram in text.
@@ -33,7 +37,7 @@ pub enum Verdict {
 
 /// One telegram, or one stretch of bytes that is none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Line {
+pub struct Entry {
     /// Which TCP connection of a capture or stream of a recording, from 1 on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub connection: Option<u32>,
@@ -54,8 +58,10 @@ pub struct Line {
     pub kind: Option<&'static str>,
     /// The command's name.
     pub name: Option<String>,
-    /// What it says.
+    /// What it holds, for people.
     pub words: Option<String>,
+    /// What it holds, as an object with every field and value; none for what is not taken apart.
+    pub fields: Option<serde_json::Value>,
     /// Where it is wrong, counted as `offset`.
     pub error_offset: Option<u64>,
     /// What should stand there.
@@ -64,7 +70,7 @@ pub struct Line {
     pub found: Option<String>,
 }
 
-impl Line {
+impl Entry {
     fn new(stream: &Stream, offset: u64, length: u64, is: Verdict) -> Self {
         Self {
             connection: stream.connection,
@@ -77,6 +83,7 @@ impl Line {
             kind: None,
             name: None,
             words: None,
+            fields: None,
             error_offset: None,
             expected: None,
             found: None,
@@ -126,7 +133,7 @@ impl Stream {
         self.times.get(packet).or(self.times.last()).map(|(_, time)| *time)
     }
 
-    fn lines(&self, options: Options) -> Vec<Line> {
+    fn lines(&self, options: Options) -> Vec<Entry> {
         let mut lines = Vec::new();
         for piece in &self.pieces {
             if piece.missing_before > 0 || piece.missing_packets > 0 {
@@ -135,7 +142,7 @@ impl Stream {
                     0 => format!("{} more packets", piece.missing_packets),
                     bytes => format!("{bytes} more bytes"),
                 };
-                lines.push(Line::bad(
+                lines.push(Entry::bad(
                     self,
                     at,
                     piece.missing_before,
@@ -154,46 +161,46 @@ impl Stream {
         lines
     }
 
-    fn piece_lines(&self, piece: &Piece, options: Options, lines: &mut Vec<Line>) {
+    fn piece_lines(&self, piece: &Piece, options: Options, lines: &mut Vec<Entry>) {
         let mut decoder = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
         decoder.push(&piece.bytes);
         decoder.finish();
         let mut done = 0;
         while let Some(frame) = decoder.next_frame() {
             let start = frame.offset as usize;
-            self.skipped(piece, done..start, lines);
+            self.skipped(piece, done..start, options, lines);
             lines.push(self.telegram(piece, &frame, options));
             done = start + frame.len;
         }
-        self.skipped(piece, done..piece.bytes.len(), lines);
+        self.skipped(piece, done..piece.bytes.len(), options, lines);
     }
 
     /// What no frame was found in.
-    fn skipped(&self, piece: &Piece, mut skipped: Range<usize>, lines: &mut Vec<Line>) {
+    fn skipped(&self, piece: &Piece, mut skipped: Range<usize>, options: Options, lines: &mut Vec<Entry>) {
         let place = |range: &Range<usize>| (piece.offset + range.start as u64, range.len() as u64);
         while !skipped.is_empty() {
             let bytes = piece.bytes.get(skipped.clone()).unwrap_or_default();
             let fill = bytes.iter().take_while(|&&b| b == 0).count();
             let inside = piece.begins_inside && skipped.start == 0;
-            let end = if let Some((len, mut line)) = lms2xx::frame(bytes) {
+            let end = if let Some((len, mut line)) = lms2xx::frame(bytes, options) {
                 let (offset, length) = place(&(skipped.start..skipped.start + len));
-                line = Line { offset, length, time_s: self.time_of(offset + length), ..line };
+                line = Entry { offset, length, time_s: self.time_of(offset + length), ..line };
                 lines.push(line);
                 skipped.start + len
             } else if fill > 0 {
-                // MRPT sends a NUL behind every frame; nobody minds.
+                // MRPT sends a NUL after every frame, which devices ignore.
                 let (offset, length) = place(&(skipped.start..skipped.start + fill));
-                lines.push(Line::opaque(self, offset, length, format!("{fill} fill bytes")));
+                lines.push(Entry::opaque(self, offset, length, format!("{fill} fill bytes")));
                 skipped.start + fill
             } else {
                 let Some(fault) = fault(&piece.bytes, skipped.clone(), MAX_PAYLOAD) else { return };
                 let (offset, length) = place(&fault.bytes);
                 lines.push(if inside {
                     let words = "the recording begins inside a telegram".to_owned();
-                    Line::opaque(self, offset, length, words)
+                    Entry::opaque(self, offset, length, words)
                 } else {
                     let at = piece.offset + fault.at as u64;
-                    Line::bad(self, offset, length, at, fault.kind.expected(), fault.kind.found())
+                    Entry::bad(self, offset, length, at, fault.kind.expected(), fault.kind.found())
                 });
                 fault.bytes.end
             };
@@ -201,15 +208,15 @@ impl Stream {
         }
     }
 
-    fn telegram(&self, piece: &Piece, frame: &Frame<'_>, options: Options) -> Line {
+    fn telegram(&self, piece: &Piece, frame: &Frame<'_>, options: Options) -> Entry {
         let offset = piece.offset + frame.offset;
-        let line = Line {
+        let line = Entry {
             dialect: Some(frame.dialect.to_string()),
-            ..Line::new(self, offset, frame.len as u64, Verdict::Telegram)
+            ..Entry::new(self, offset, frame.len as u64, Verdict::Telegram)
         };
         // A frame ends in one byte behind its payload, in either dialect.
         let payload_at = offset + (frame.len - 1 - frame.payload.len()) as u64;
-        let bad = |line: Line, at: u64, expected: String, found: String| Line {
+        let bad = |line: Entry, at: u64, expected: String, found: String| Entry {
             is: Verdict::Bad,
             error_offset: Some(at),
             expected: Some(expected),
@@ -223,33 +230,34 @@ impl Stream {
                 return bad(line, payload_at, expected, format!("\"{}\"", error.found));
             }
         };
-        let line = Line {
+        let line = Entry {
             from: Some(Side::of(telegram.kind)),
             kind: Some(telegram.kind.letters()),
             name: (!telegram.name.is_empty()).then(|| telegram.name.to_owned()),
             ..line
         };
         let args = telegram.args.bytes.len();
-        match in_words(&telegram) {
-            Some(Ok(debug)) => {
-                let words = words::plain(&debug, options.values);
-                let is = if words.opaque { Verdict::Opaque } else { Verdict::Telegram };
-                Line { is, words: Some(words.text), ..line }
+        let mut description = Description::new(options.values);
+        match command::visit(&telegram, &mut description) {
+            Some(Ok(())) => {
+                let is = if description.is_opaque { Verdict::Opaque } else { Verdict::Telegram };
+                let words = Some(std::mem::take(&mut description.words));
+                Entry { is, words, fields: Some(description.into_json()), ..line }
             }
             Some(Err(error)) => {
                 let at = payload_at + (frame.payload.len() - args + error.at) as u64;
                 bad(line, at, error.expected.to_owned(), error.found.to_string())
             }
-            None if args == 0 => Line { words: Some(String::new()), ..line },
-            None => Line { is: Verdict::Opaque, words: Some(words::opaque(args)), ..line },
+            None if args == 0 => Entry { words: Some(String::new()), ..line },
+            None => Entry { is: Verdict::Opaque, words: Some(description::opaque(args)), ..line },
         }
     }
 }
 
-/// How much is said.
+/// How much is shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// Long lists of values are written out.
+    /// Long lists of values are written out in words.
     pub values: bool,
 }
 
@@ -257,7 +265,7 @@ pub struct Options {
 #[derive(Clone, Debug, Default)]
 pub struct Transcript {
     /// In the order the bytes came.
-    pub lines: Vec<Line>,
+    pub lines: Vec<Entry>,
     /// TCP connections of a capture that carry no telegram at all, which are left out.
     pub other_connections: usize,
 }
@@ -267,7 +275,7 @@ impl Transcript {
     pub fn of(input: &Input, options: Options) -> Self {
         let mut transcript = Self::default();
         for streams in input.connections() {
-            let lines: Vec<Line> = streams.iter().flat_map(|stream| stream.lines(options)).collect();
+            let lines: Vec<Entry> = streams.iter().flat_map(|stream| stream.lines(options)).collect();
             if input.is_capture() && !lines.iter().any(|line| line.dialect.is_some()) {
                 transcript.other_connections += 1;
                 continue;
@@ -277,7 +285,7 @@ impl Transcript {
         transcript.lines.extend_from_slice(input.others());
         // Stable: without times the file's order stays.
         transcript.lines.sort_by(|a, b| {
-            let time = |line: &Line| line.time_s.unwrap_or_default();
+            let time = |line: &Entry| line.time_s.unwrap_or_default();
             time(a).total_cmp(&time(b))
         });
         transcript.lines.extend(input.torn());

@@ -73,6 +73,7 @@ fn every_recorded_frame_is_named_or_opaque_with_its_length() {
                 assert_eq!((&line["offset"], &line["length"]), (&at[2], &at[3]), "{name}: {line}");
                 assert_eq!(line["from"], side, "{name}: {line}");
                 let words = line["words"].as_str().expect("words");
+                assert!(line["fields"].is_object() || line["is"] == "opaque", "{line}");
                 match line["is"].as_str() {
                     Some("telegram") => assert!(!words.contains("opaque"), "{line}"),
                     Some("opaque") => {
@@ -88,6 +89,7 @@ fn every_recorded_frame_is_named_or_opaque_with_its_length() {
         }
     }
     let lines = decode_file(&folder.join("lms2xx_commands.hex"));
+    assert!(lines.iter().any(|line| line["fields"]["request"] == "mode"));
     assert!(lines.iter().all(|line| line["dialect"] == "LMS2xx" && line["is"] == "opaque"));
     assert!(lines.len() > 15);
 }
@@ -98,9 +100,57 @@ fn a_scan_is_told_by_the_names_of_its_fields() {
     let (ended, lines) = decode(&frame(Dialect::A, scan.as_bytes()));
     assert_eq!(ended.code, Some(0));
     let words = lines[0]["words"].as_str().expect("words");
-    for part in ["scan_counter: 9", "scan_time_us: 1000", "start_angle: -450000", "values: [1000, 0, 2000]"] {
+    for part in [
+        "scan_counter: 9",
+        "scan_time_us: 1000 µs",
+        "start_angle: -450000 × 1/10000°",
+        "values: [1000, 0, 2000]",
+    ] {
         assert!(words.contains(part), "{words}");
     }
+    let fields = &lines[0]["fields"];
+    assert_eq!((&fields["scan_counter"], &fields["scan_time_us"]), (&9.into(), &1000.into()));
+    assert_eq!(fields["channels16"][0]["name"], "DIST1");
+    assert_eq!(fields["channels16"][0]["start_angle"], -450_000);
+    assert_eq!(fields["channels16"][0]["values"], serde_json::json!([1000, 0, 2000]));
+    assert!(fields["position"].is_null() && fields["encoders"] == serde_json::json!([]));
+}
+
+/// A start-up, two scans, damage between them.
+fn start_up() -> Vec<u8> {
+    let scan = b"sSN LMDscandata 1 1 1 0 0 7 9 3E8 4B0 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 1 3E8 0 0 0 0 0 0";
+    let payloads: [&[u8]; 5] = [b"sMN Run", b"sAN Run 1", b"sEN LMDscandata 1", b"sEA LMDscandata 1", scan];
+    let mut bytes = payloads.map(|payload| frame(Dialect::A, payload)).concat();
+    bytes.extend(b"junk");
+    bytes.extend(frame(Dialect::A, scan));
+    bytes
+}
+
+#[test]
+fn telegrams_are_chosen_by_name_and_kind() {
+    let kinds = |flags: &[&str]| {
+        let mut child = rowscan()
+            .args([&["decode", "-", "--format", "jsonl"], flags].concat())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary runs");
+        child.stdin.take().expect("piped").write_all(&start_up()).expect("it reads");
+        let ended = finish(child);
+        assert_eq!(ended.code, Some(1), "damage is a finding, shown or not: {}", ended.stderr);
+        let line = |line: &str| {
+            let line: Value = serde_json::from_str(line).expect("json");
+            line["kind"].as_str().unwrap_or("bad").to_owned()
+        };
+        ended.stdout.lines().map(line).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(kinds(&[]), "sMN sAN sEN sEA sSN bad sSN");
+    assert_eq!(kinds(&["--only", "Run"]), "sMN sAN bad");
+    assert_eq!(kinds(&["--only", "Run", "--only", "LMDscandata"]), "sMN sAN sEN sEA sSN bad sSN");
+    assert_eq!(kinds(&["--not", "Run"]), "sEN sEA sSN bad sSN");
+    assert_eq!(kinds(&["--events"]), "sSN bad sSN");
+    assert_eq!(kinds(&["--events", "--not", "LMDscandata"]), "bad");
 }
 
 #[test]

@@ -3,13 +3,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use rowscan_protocol::device::Reply;
+use rowscan_protocol::device::{Reply, command};
 use rowscan_protocol::frame::{Dialect, Frame, encode};
 use rowscan_protocol::telegram::{Kind, LmdScandata, SopasError, Telegram, Variable};
 use rowscan_recording::{RecordedFrame, Side};
-
-/// Variables that change by themselves: once the recorded answers are used up, the device's own state is the truth.
-const LIVE: [&str; 4] = ["SCdevicestate", "STlms", "LMDscandata", "LSPdatetime"];
 
 /// Requests that are kept; no start-up has more.
 const MOST: usize = 4096;
@@ -120,7 +117,8 @@ impl Prompter {
             return;
         }
         let name = Telegram::parse(request.dialect, request.payload).map_or("", |telegram| telegram.name);
-        let is_live = LIVE.contains(&name);
+        // Once the recorded answers are used up, the device's own state is the truth of what changes by itself.
+        let is_live = command::by_name(name).is_some_and(|command| command.is_live);
         let said = self.said.entry(key).or_default();
         let answer = match answers.get(*said) {
             None if is_live => return,

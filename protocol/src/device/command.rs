@@ -1,15 +1,17 @@
-//! The commands a device knows: one line each, and the rules they share.
+//! All commands: one line each, with everything that is a fact about the command.
 //!
-//! A command is its telegram (a file in [`crate::telegram`]), its effect (a trait of this file, implemented in [`super::effect`])
+//! A command is its telegram (a file in [`crate::telegram`]), its effect (a trait of [`super::context`], implemented in [`super::effect`])
 //! and a line in [`COMMANDS`].
 
+use alloc::format;
 use alloc::vec::Vec;
+use core::fmt;
 
-use super::Device;
+use super::context::{Callable, Context, Readable, Writable};
+use super::event::DeviceEvent;
 use super::refusal::Fault;
-use super::session::Access;
-use crate::telegram::wire::{Fields, Writer};
-use crate::telegram::{Args, Kind, Method, SopasError, Telegram, Variable, encode, encode_empty};
+use crate::telegram::wire::{Fields, WireError, Writer};
+use crate::telegram::{Args, Kind, Method, SopasError, Telegram, Variable};
 use crate::telegram::{
     device_ident, ee_writeall, ei_address, eihst_cola, field_nnn, firmware_version, fr_echo_filter,
     lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata,
@@ -17,43 +19,43 @@ use crate::telegram::{
     run, sc_reboot, scdevicestate, serial_number, set_access_mode, set_active_applications, stlms,
     tsc_time_client,
 };
-use crate::time::SimTime;
+use crate::visit::{Group, Value, Visitor, one_field};
 
-/// The user level writes and most methods need.
+/// The user level most methods need.
 const CLIENT: u8 = 3;
 /// The user level everybody has.
 const EVERYBODY: u8 = 1;
 
-/// One line a command.
-static COMMANDS: &[Command] = &[
+/// One line a command. Saved variables stand in the order in which they are written back.
+pub static COMMANDS: &[Command] = &[
+    read_only::<lmp_scancfg::ScanConfig>().saved(),
+    variable::<eihst_cola::HostDialect>().saved(),
+    variable::<lmd_scandatacfg::ScanDataConfig>().saved().replayed(),
+    variable::<lmp_output_range::OutputRange>().saved(),
+    variable::<fr_echo_filter::EchoFilter>().saved().replayed(),
+    variable::<lfp_filter::MeanFilter>().saved().replayed(),
+    variable::<lfp_filter::MedianFilter>().saved().replayed(),
+    variable::<lfp_filter::ParticleFilter>().saved().replayed(),
+    variable::<lic_encoder::InputsThreeAndFour>().saved().replayed(),
+    variable::<lic_encoder::IncrementSource>().saved().replayed(),
+    variable::<lic_encoder::EncoderSetting>().saved().replayed(),
+    variable::<lic_encoder::EncoderResolution>().saved().replayed(),
+    variable::<location_name::LocationName>().saved().replayed(),
+    variable::<set_active_applications::ActiveApplications>().saved(),
     read_only::<device_ident::DeviceIdent>(),
     read_only::<firmware_version::FirmwareVersion>(),
     read_only::<lcm_state::Contamination>(),
-    read_only::<lfe_rec::FieldResults>().subscribable(Event::FieldResult),
-    read_only::<lid_inputstate::InputState>().subscribable(Event::InputState),
-    read_only::<lid_outputstate::OutputStates>().subscribable(Event::OutputState),
-    read_only::<lmp_scancfg::ScanConfig>(),
-    read_only::<lsp_datetime::CurrentDateTime>(),
+    read_only::<lfe_rec::FieldResults>().subscribable(DeviceEvent::FieldResult),
+    read_only::<lid_inputstate::InputState>().subscribable(DeviceEvent::InputState),
+    read_only::<lid_outputstate::OutputStates>().subscribable(DeviceEvent::OutputState),
+    read_only::<lsp_datetime::CurrentDateTime>().live(),
     read_only::<od_oprh::OperatingHours>(),
     read_only::<od_pwrc::PowerOnCount>(),
     read_only::<ord_num::OrderNumber>(),
     read_only::<ord_num::TypeCode>(),
-    read_only::<scdevicestate::DeviceState>(),
+    read_only::<scdevicestate::DeviceState>().live(),
     read_only::<serial_number::SerialNumber>(),
-    read_only::<stlms::Status>(),
-    variable::<eihst_cola::HostDialect>(),
-    variable::<fr_echo_filter::EchoFilter>(),
-    variable::<lfp_filter::MeanFilter>(),
-    variable::<lfp_filter::MedianFilter>(),
-    variable::<lfp_filter::ParticleFilter>(),
-    variable::<lic_encoder::EncoderResolution>(),
-    variable::<lic_encoder::EncoderSetting>(),
-    variable::<lic_encoder::IncrementSource>(),
-    variable::<lic_encoder::InputsThreeAndFour>(),
-    variable::<lmd_scandatacfg::ScanDataConfig>(),
-    variable::<lmp_output_range::OutputRange>(),
-    variable::<location_name::LocationName>(),
-    variable::<set_active_applications::ActiveApplications>(),
+    read_only::<stlms::Status>().live(),
     fixed::<ei_address::Gateway>(),
     fixed::<ei_address::IpAddress>(),
     fixed::<ei_address::NetworkMask>(),
@@ -70,77 +72,132 @@ static COMMANDS: &[Command] = &[
     method::<run::Run>(EVERYBODY),
     method::<sc_reboot::Reboot>(CLIENT),
     method::<set_access_mode::SetAccessMode>(EVERYBODY),
-    named(lmd_scandata::LmdScandata::NAME).readable(read_last_scan).subscribable(Event::ScanData),
-    named(lmd_scandata::MONITOR).subscribable(Event::Monitor),
+    named::<lmd_scandata::LmdScandata>(lmd_scandata::LmdScandata::NAME)
+        .readable(read_last_scan)
+        .subscribable(DeviceEvent::ScanData)
+        .live(),
+    named::<lmd_scandata::LmdScandata>(lmd_scandata::MONITOR).subscribable(DeviceEvent::Monitor),
 ];
+
+/// All evaluation fields share one line; see [`field_nnn::slot`].
+static FIELD: Command = named::<field_nnn::Field>("fieldNNN");
+
+/// What a name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Role {
+    /// Read, written, subscribed to.
+    Variable,
+    /// Called.
+    Method,
+}
+
+pub(super) type Read = fn(&Context<'_>, &mut Writer<'_>) -> Result<(), SopasError>;
+pub(super) type Write = fn(&mut Context<'_>, Args<'_>) -> Result<(), SopasError>;
+pub(super) type Call = fn(&mut Context<'_>, Args<'_>, &mut Vec<u8>) -> Result<(), SopasError>;
+type Visit = fn(Args<'_>, &mut dyn Visitor) -> Result<(), WireError>;
+
+/// One command.
+pub struct Command {
+    /// The manual's name.
+    pub name: &'static str,
+    /// What it stands for.
+    pub role: Role,
+    /// The event that is sent under its name.
+    pub event: Option<DeviceEvent>,
+    /// mEEwriteall saves it.
+    pub is_saved: bool,
+    /// A replayed device starts with its recorded value.
+    pub is_replayed: bool,
+    /// It changes by itself: after the last recorded value, a replayed device answers with its own.
+    pub is_live: bool,
+    pub(super) read: Option<Read>,
+    pub(super) write: Option<Write>,
+    /// The user level it needs, and what it does.
+    pub(super) call: Option<(u8, Call)>,
+    /// The variable's value, or the method's arguments.
+    arguments: Visit,
+    /// The method's result.
+    result: Visit,
+}
+
+impl fmt::Debug for Command {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Command").field("name", &self.name).field("role", &self.role).finish_non_exhaustive()
+    }
+}
+
+/// The command called `name`.
+pub fn by_name(name: &str) -> Option<&'static Command> {
+    COMMANDS.iter().find(|command| command.name == name)
+}
+
+/// The command whose event this is.
+pub(super) fn by_event(event: DeviceEvent) -> Option<&'static Command> {
+    COMMANDS.iter().find(|command| command.event == Some(event))
+}
 
 /// The variables that a client may write. Those that nothing could change here take the value in force only.
 pub fn writable() -> impl Iterator<Item = &'static str> {
     COMMANDS.iter().filter(|command| command.write.is_some()).map(|command| command.name)
 }
 
-/// What a session can subscribe to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// Every scan.
-    ScanData,
-    /// The same scans under the monitor's name.
-    Monitor,
-    /// The result of an evaluation field.
-    FieldResult,
-    /// A digital input has changed.
-    InputState,
-    /// A digital output has changed.
-    OutputState,
-}
-
-impl Event {
-    /// The event that is told under `name`.
+impl DeviceEvent {
+    /// The event that is sent under `name`.
     pub fn by_name(name: &str) -> Option<Self> {
-        COMMANDS.iter().find(|command| command.name == name).and_then(|command| command.event)
+        by_name(name).and_then(|command| command.event)
     }
 }
 
-/// All a command may read and change.
-pub(super) struct Context<'a> {
-    pub(super) device: &'a mut Device,
-    pub(super) access: &'a mut Access,
-    pub(super) now: SimTime,
+/// Visits a telegram's arguments: always one struct. `None` for a name that is not in the table. Then, and after an error, the visitor was
+/// not called.
+pub fn visit(telegram: &Telegram<'_>, visitor: &mut dyn Visitor) -> Option<Result<(), WireError>> {
+    if let Some(error) = telegram.refusal() {
+        visitor.begin(Group::Struct);
+        visitor.field("error", None);
+        visitor.value(Value::Integer(error.code().into()));
+        visitor.field("meaning", None);
+        visitor.value(Value::Text(&format!("{error}")));
+        visitor.end();
+        return Some(Ok(()));
+    }
+    let name =
+        if telegram.name == device_ident::INDEX { device_ident::DeviceIdent::NAME } else { telegram.name };
+    let command = by_name(name).or_else(|| field_nnn::slot(name).map(|_| &FIELD))?;
+    let args = telegram.args;
+    Some(match telegram.kind {
+        Kind::En | Kind::Ea => {
+            args.decode::<bool>().map(|on| one_field(visitor, "on", |visitor| visitor.value(Value::Flag(on))))
+        }
+        Kind::Rn | Kind::Ri | Kind::Wa | Kind::Ma | Kind::Fa => visit_as::<()>(args, visitor),
+        Kind::Ra | Kind::Wn | Kind::Sn | Kind::Mn => (command.arguments)(args, visitor),
+        Kind::An => (command.result)(args, visitor),
+    })
 }
 
-/// A variable's value, as the device has it now.
-pub(super) trait Readable: Variable {
-    fn get(context: &Context<'_>) -> Self;
+fn visit_as<T: Fields + Default>(args: Args<'_>, visitor: &mut dyn Visitor) -> Result<(), WireError> {
+    args.decode::<T>().map(|value| value.visit(visitor))
 }
 
-/// What writing a variable does.
-pub(super) trait Writable: Readable {
-    fn set(self, context: &mut Context<'_>) -> Result<(), SopasError>;
-}
-
-/// What calling a method does.
-pub(super) trait Callable: Method {
-    fn call(self, context: &mut Context<'_>) -> Result<Self::Reply, SopasError>;
-}
-
-type Read = fn(&Context<'_>, &mut Writer<'_>) -> Result<(), SopasError>;
-type Write = fn(&mut Context<'_>, Args<'_>) -> Result<(), SopasError>;
-type Call = fn(&mut Context<'_>, Args<'_>, &mut Vec<u8>) -> Result<(), SopasError>;
-
-struct Command {
-    name: &'static str,
-    read: Option<Read>,
-    write: Option<Write>,
-    call: Option<(u8, Call)>,
-    event: Option<Event>,
-}
-
-const fn named(name: &'static str) -> Command {
-    Command { name, read: None, write: None, call: None, event: None }
+/// A line for `name` with the value `V` that does nothing.
+const fn named<V: Fields + Default>(name: &'static str) -> Command {
+    Command {
+        name,
+        role: Role::Variable,
+        event: None,
+        is_saved: false,
+        is_replayed: false,
+        is_live: false,
+        read: None,
+        write: None,
+        call: None,
+        arguments: visit_as::<V>,
+        result: visit_as::<()>,
+    }
 }
 
 const fn read_only<V: Readable>() -> Command {
-    named(V::NAME).readable(|context, writer| {
+    named::<V>(V::NAME).readable(|context, writer| {
         V::get(context).write(writer);
         Ok(())
     })
@@ -167,7 +224,7 @@ const fn method<M: Callable>(level: u8) -> Command {
         writer.trailing_blank();
         Ok(())
     };
-    Command { call: Some((level, call)), ..named(M::NAME) }
+    Command { role: Role::Method, call: Some((level, call)), result: visit_reply::<M>, ..named::<M>(M::NAME) }
 }
 
 impl Command {
@@ -175,120 +232,33 @@ impl Command {
         Self { read: Some(read), ..self }
     }
 
-    const fn subscribable(self, event: Event) -> Self {
+    const fn subscribable(self, event: DeviceEvent) -> Self {
         Self { event: Some(event), ..self }
     }
-}
 
-/// Does what `telegram` asks and appends the reply's payload.
-pub(super) fn answer(context: &mut Context<'_>, telegram: &Telegram<'_>, out: &mut Vec<u8>) {
-    let start = out.len();
-    if let Err(error) = try_answer(context, telegram, out) {
-        out.truncate(start);
-        refuse(telegram.args.dialect, error, out);
+    const fn saved(self) -> Self {
+        Self { is_saved: true, ..self }
+    }
+
+    const fn replayed(self) -> Self {
+        Self { is_replayed: true, ..self }
+    }
+
+    const fn live(self) -> Self {
+        Self { is_live: true, ..self }
     }
 }
 
-/// Appends the payload of `sFA`.
-pub(super) fn refuse(dialect: crate::frame::Dialect, error: SopasError, out: &mut Vec<u8>) {
-    encode(dialect, Kind::Fa, "", &error.code(), out);
-}
-
-fn try_answer(
-    context: &mut Context<'_>,
-    telegram: &Telegram<'_>,
-    out: &mut Vec<u8>,
-) -> Result<(), SopasError> {
-    let Telegram { kind, name, args } = *telegram;
-    let command = known(context.device, name);
-    match kind {
-        Kind::Rn if command.is_none() => read_field(context, name, args, out),
-        Kind::Rn => {
-            let read = command.and_then(|command| command.read).ok_or(Fault::NoVariable)?;
-            read(context, &mut Writer::begin(args.dialect, Kind::Ra, name, out))
-        }
-        Kind::Ri if name == device_ident::INDEX => {
-            let ident = device_ident::DeviceIdent::get(context);
-            encode(args.dialect, Kind::Ra, name, &ident, out);
-            Ok(())
-        }
-        Kind::Ri => Err(Fault::NoVariable.into()),
-        Kind::Wn => {
-            let command = command.filter(|command| command.read.is_some()).ok_or(Fault::NoVariable)?;
-            let write = command.write.ok_or(Fault::ReadOnly)?;
-            if context.access.level < CLIENT {
-                return Err(Fault::WriteWithoutLogin.into());
-            }
-            let before = context.device.settings.clone();
-            write(context, args)?;
-            context.device.keep_scans(before)?;
-            let blank = !context.device.model.replies_without_blank.contains(&name);
-            encode_empty(args.dialect, Kind::Wa, name, blank, out);
-            Ok(())
-        }
-        Kind::Mn => {
-            let (level, call) = command.and_then(|command| command.call).ok_or(Fault::NoMethod)?;
-            if context.access.level < level {
-                return Err(Fault::CallWithoutLogin.into());
-            }
-            call(context, args, out)
-        }
-        Kind::En => {
-            let event = command.and_then(|command| command.event).ok_or(Fault::NoEvent)?;
-            let on = args.decode::<bool>()?;
-            context.access.subscribe(event, on);
-            encode(args.dialect, Kind::Ea, name, &on, out);
-            Ok(())
-        }
-        Kind::Ra | Kind::Wa | Kind::Ma | Kind::An | Kind::Ea | Kind::Sn | Kind::Fa => {
-            Err(Fault::NoCommand.into())
-        }
-    }
-}
-
-/// The command called `name`, if this model has it.
-fn known(device: &Device, name: &str) -> Option<&'static Command> {
-    COMMANDS.iter().find(|command| command.name == name).filter(|_| !device.model.lacks.contains(&name))
-}
-
-/// Does what a line of saved settings says, as a logged-in client's write would.
-pub(super) fn write_saved(context: &mut Context<'_>, name: &str, args: Args<'_>) -> Result<(), SopasError> {
-    let write = known(context.device, name).and_then(|command| command.write);
-    write.ok_or(Fault::NoVariable)?(context, args)
-}
-
-/// Appends the payload `sWN name value` that would set a variable to what it is now.
-pub(super) fn read_saved(context: &Context<'_>, name: &str, out: &mut Vec<u8>) -> Result<(), SopasError> {
-    let read = known(context.device, name).and_then(|command| command.read).ok_or(Fault::NoVariable)?;
-    read(context, &mut Writer::begin(crate::frame::Dialect::A, Kind::Wn, name, out))
-}
-
-/// Appends the payload `sSN name value` of a variable that can be subscribed to.
-pub(super) fn write_event(event: Event, context: &Context<'_>, out: &mut Vec<u8>) {
-    let told = |command: &&Command| command.event == Some(event);
-    if let Some(Command { name, read: Some(read), .. }) = COMMANDS.iter().find(told) {
-        // No event is told before it has happened, so its value can be read.
-        let _ = read(context, &mut Writer::begin(context.access.dialect, Kind::Sn, name, out));
-    }
+/// A result is mostly one code or flag, which has no name of its own.
+fn visit_reply<M: Method>(args: Args<'_>, visitor: &mut dyn Visitor) -> Result<(), WireError> {
+    args.decode::<M::Reply>().map(|reply| match M::Reply::IS_STRUCT {
+        true => reply.visit(visitor),
+        false => one_field(visitor, "result", |visitor| reply.visit(visitor)),
+    })
 }
 
 fn read_last_scan(context: &Context<'_>, writer: &mut Writer<'_>) -> Result<(), SopasError> {
     let scan = context.device.last_scan().ok_or(Fault::NoScanYet)?;
     scan.write(writer);
-    Ok(())
-}
-
-/// Every evaluation field is unused.
-fn read_field(
-    context: &Context<'_>,
-    name: &str,
-    args: Args<'_>,
-    out: &mut Vec<u8>,
-) -> Result<(), SopasError> {
-    let slot = field_nnn::slot(name).ok_or(Fault::NoVariable)?;
-    if slot >= context.device.model.fields {
-        return Err(Fault::NoVariable.into());
-    }
-    encode(args.dialect, Kind::Ra, name, &field_nnn::Field::unused(args.dialect), out);
     Ok(())
 }

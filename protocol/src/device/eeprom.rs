@@ -7,17 +7,20 @@
 //! …
 //! end 5A
 //! ```
-//! The last line holds the XOR of all bytes before it, so that a torn file is not taken for a short one.
+//! The last line holds the XOR of all bytes before it, so that a truncated file is detected.
 
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::command::{Context, read_saved, write_saved};
+use super::access::Access;
+use super::answer::{read_saved, write_saved};
+use super::command::{COMMANDS, by_name};
+use super::context::Context;
 use super::effect::scanning::set_mode;
-use super::session::Access;
 use super::state::Device;
 use crate::frame::Dialect;
+use crate::telegram::eihst_cola::HostDialect;
 use crate::telegram::lmp_scancfg::{self, ScanConfig};
 use crate::telegram::{Args, Kind, Telegram, Variable};
 use crate::time::SimTime;
@@ -27,27 +30,10 @@ const MAGIC: &str = "rowscan settings 1 ";
 /// How its last line begins.
 const END: &str = "end ";
 
-/// Variables that are saved, in the order they are written back.
-const SAVED: [&str; 14] = [
-    ScanConfig::NAME,
-    "EIHstCola",
-    "LMDscandatacfg",
-    "LMPoutputRange",
-    "FREchoFilter",
-    "LFPmeanfilter",
-    "LFPmedianfilter",
-    "LFPparticle",
-    "DO3And4Fnc",
-    "LICsrc",
-    "LICencset",
-    "LICencres",
-    "LocationName",
-    "SetActiveApplications",
-];
-
-/// Saved settings that cannot be taken over.
+/// Saved settings that cannot be restored.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SavedError {
+#[non_exhaustive]
+pub enum SavedSettingsError {
     /// Not such a file.
     #[error("expected a first line `rowscan settings 1 MODEL`: not a file of scanner settings")]
     Foreign,
@@ -67,7 +53,7 @@ pub enum SavedError {
     Line {
         /// Counted from 1.
         line: usize,
-        /// What it says.
+        /// Its text.
         text: String,
     },
 }
@@ -80,9 +66,9 @@ impl Device {
         let mut access = Access::new(Dialect::A);
         let context = Context { device: &mut device, access: &mut access, now: SimTime::ZERO };
         let mut text = format!("{MAGIC}{}\n", self.model.name);
-        for name in SAVED {
+        for name in COMMANDS.iter().filter(|command| command.is_saved).map(|command| command.name) {
             let mut line = Vec::new();
-            let is_set = name != "EIHstCola" || self.host_dialect.is_some();
+            let is_set = name != HostDialect::NAME || self.host_dialect.is_some();
             if is_set && read_saved(&context, name, &mut line).is_ok() {
                 // A line break within a name would tear the line.
                 text.extend(line.iter().map(|&byte| if byte < b' ' { '?' } else { char::from(byte) }));
@@ -94,22 +80,22 @@ impl Device {
         text
     }
 
-    /// Takes saved settings over, as they were before a restart. After an error nothing has changed.
-    pub fn restore(&mut self, text: &str) -> Result<(), SavedError> {
-        let model = text.strip_prefix(MAGIC).ok_or(SavedError::Foreign)?;
+    /// Restores saved settings, as after a restart. After an error nothing has changed.
+    pub fn restore(&mut self, text: &str) -> Result<(), SavedSettingsError> {
+        let model = text.strip_prefix(MAGIC).ok_or(SavedSettingsError::Foreign)?;
         let model = model.lines().next().unwrap_or_default();
         if model != self.model.name {
-            return Err(SavedError::OtherModel { expected: self.model.name, found: model.into() });
+            return Err(SavedSettingsError::OtherModel { expected: self.model.name, found: model.into() });
         }
-        let (body, end) = text.rsplit_once(END).ok_or(SavedError::Torn)?;
+        let (body, end) = text.rsplit_once(END).ok_or(SavedSettingsError::Torn)?;
         if end != format!("{:02X}\n", check(body)) {
-            return Err(SavedError::Torn);
+            return Err(SavedSettingsError::Torn);
         }
         let mut device = self.clone();
         for (index, line) in body.lines().enumerate().skip(1) {
             device
                 .restore_line(line)
-                .ok_or_else(|| SavedError::Line { line: index + 1, text: line.into() })?;
+                .ok_or_else(|| SavedSettingsError::Line { line: index + 1, text: line.into() })?;
         }
         device.saved = device.settings.clone();
         *self = device;
@@ -126,7 +112,7 @@ impl Device {
         if name == ScanConfig::NAME {
             return (set_mode(self, &args.decode().ok()?) == lmp_scancfg::OK).then_some(());
         }
-        let known = SAVED.contains(&name);
+        let known = by_name(name).is_some_and(|command| command.is_saved);
         let mut access = Access::new(Dialect::A);
         let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
         let args = Args { dialect: Dialect::A, ..args };

@@ -1,7 +1,7 @@
 //! The device's side of the wheel encoder: it counts the ticks it is given.
 //!
-//! How many ticks a metre has is a property of the wheel, which belongs to the vehicle. `LICencres` tells the device about that wheel: it
-//! scales what the device derives from the ticks, and never the ticks.
+//! Ticks per metre are a property of the wheel, which belongs to the vehicle. `LICencres` describes that wheel to the device: it scales what
+//! the device derives from the ticks, and never the ticks.
 
 use super::options::EncoderSpeed;
 use super::state::Device;

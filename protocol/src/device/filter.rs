@@ -40,7 +40,7 @@ pub(super) struct Active {
 }
 
 impl Filters {
-    /// The filtered line; `None` while a mean still waits for scans: one telegram comes for all of them.
+    /// The filtered line; `None` while a mean still collects scans: all of them give one telegram.
     pub(super) fn apply<'a>(
         &'a mut self,
         active: Active,

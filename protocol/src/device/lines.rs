@@ -1,18 +1,15 @@
-//! Digital inputs and outputs, the evaluation field, and how often each has changed: what event subscribers are told.
+//! State of the digital inputs, the outputs and the evaluation field, and how often each has changed.
 
 use alloc::vec::Vec;
 
-use super::measured::MeasuredLine;
-use super::state::Device;
 use crate::model::Model;
 use crate::telegram::lfe_rec;
 use crate::telegram::lid_outputstate::OutputState;
-use crate::time::SimTime;
 
-/// A line no connector leads to.
+/// A digital line that is not on any connector.
 pub(super) const UNUSED: u8 = 2;
 
-/// Lines as they are now.
+/// Digital lines as they are now.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
     pub(super) inputs: [u8; 4],
@@ -48,7 +45,7 @@ pub(super) struct Change {
 }
 
 impl Changes {
-    /// The same counts, as of a clock that begins anew.
+    /// The same counts for a clock that restarts at zero.
     pub(super) fn since_power_up(self) -> Self {
         let counted = |change: Change| Change { at_us: 0, ..change };
         Self { inputs: counted(self.inputs), outputs: counted(self.outputs), field: counted(self.field) }
@@ -56,7 +53,7 @@ impl Changes {
 }
 
 impl Change {
-    fn now(&mut self, uptime_us: u64) {
+    pub(super) fn now(&mut self, uptime_us: u64) {
         self.count = self.count.wrapping_add(1);
         self.at_us = uptime_us;
     }
@@ -81,7 +78,7 @@ impl Lines {
     }
 
     /// Outputs as they stand while measuring starts, and once it runs.
-    fn switch_outputs(&mut self, model: &Model, running: bool, uptime_us: u64) {
+    pub(super) fn switch_outputs(&mut self, model: &Model, running: bool, uptime_us: u64) {
         let states = model.lines.outputs.iter();
         let mut changed = false;
         for (output, &state) in self.outputs.iter_mut().zip(states) {
@@ -95,88 +92,9 @@ impl Lines {
     }
 }
 
-fn set(output: &mut OutputState, state: u8) -> bool {
+pub(super) fn set(output: &mut OutputState, state: u8) -> bool {
     let changed = output.state != state;
     output.state = state;
     output.changes = output.changes.wrapping_add(changed.into());
     changed
-}
-
-/// A digital line the model does not have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{model} has {lines} digital {kind}; there is no number {number}")]
-pub struct LineError {
-    /// The model.
-    pub model: &'static str,
-    /// `inputs` or `outputs`.
-    pub kind: &'static str,
-    /// How many there are.
-    pub lines: usize,
-    /// The one asked for, from 1.
-    pub number: u8,
-}
-
-impl Device {
-    /// Switches digital input `number`, from 1.
-    pub fn set_input(&mut self, now: SimTime, number: u8, on: bool) -> Result<(), LineError> {
-        let uptime_us = self.uptime_us(now);
-        let error =
-            LineError { model: self.model.title, kind: "inputs", lines: self.lines.inputs.len(), number };
-        let input = index(number).and_then(|index| self.lines.inputs.get_mut(index)).ok_or(error)?;
-        if core::mem::replace(input, on.into()) != u8::from(on) {
-            self.lines.changes.inputs.now(uptime_us);
-        }
-        Ok(())
-    }
-
-    /// Switches digital output `number`, from 1.
-    pub fn set_output(&mut self, now: SimTime, number: u8, on: bool) -> Result<(), LineError> {
-        let uptime_us = self.uptime_us(now);
-        let usable = |state: u8| state != UNUSED;
-        let lines = self.lines.outputs.iter().filter(|output| usable(output.state)).count();
-        let error = LineError { model: self.model.title, kind: "outputs", lines, number };
-        let output = index(number).and_then(|index| self.lines.outputs.get_mut(index));
-        let output = output.filter(|output| usable(output.state)).ok_or(error)?;
-        if set(output, on.into()) {
-            self.lines.changes.outputs.now(uptime_us);
-        }
-        let bit = 1u8.checked_shl(u32::from(number) - 1).unwrap_or_default();
-        self.lines.output_mask =
-            if on { self.lines.output_mask | bit } else { self.lines.output_mask & !bit };
-        Ok(())
-    }
-
-    /// Sets evaluation field 1, a circle about the scanner; `None` takes it away. Anything nearer infringes it.
-    pub fn watch_field(&mut self, radius_mm: Option<u16>) {
-        self.lines.field = Field { radius_mm, result: lfe_rec::INVALID };
-    }
-
-    /// How often lines and fields have changed: when this number changes, subscribers have something to be told.
-    pub fn changes(&self) -> u32 {
-        let Changes { inputs, outputs, field } = self.lines.changes;
-        inputs.count.wrapping_add(outputs.count).wrapping_add(field.count)
-    }
-
-    pub(super) fn switch_outputs(&mut self, now: SimTime, running: bool) {
-        let uptime_us = self.uptime_us(now);
-        self.lines.switch_outputs(self.model, running, uptime_us);
-    }
-
-    /// Looks whether anything is in the field; `nearest_mm` is the nearest echo of the turn.
-    pub(super) fn evaluate_field(&mut self, now: SimTime, line: &MeasuredLine<'_>) {
-        let Some(radius_mm) = self.lines.field.radius_mm else { return };
-        let result = match line.nearest_mm() {
-            _ if !self.settings.applications.evaluation => lfe_rec::INVALID,
-            Some(nearest_mm) if nearest_mm <= radius_mm => lfe_rec::INFRINGED,
-            _ => lfe_rec::FREE,
-        };
-        if core::mem::replace(&mut self.lines.field.result, result) != result {
-            let uptime_us = self.uptime_us(now);
-            self.lines.changes.field.now(uptime_us);
-        }
-    }
-}
-
-fn index(number: u8) -> Option<usize> {
-    usize::from(number).checked_sub(1)
 }

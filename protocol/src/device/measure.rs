@@ -25,8 +25,8 @@ pub fn scan_event(dialect: Dialect, scan: &LmdScandata, out: &mut Vec<u8>) {
 }
 
 impl Device {
-    /// One mirror turn, whose zero index was at `at`. The scan counter advances always; a telegram comes while measuring,
-    /// for every n-th line as LMDscandatacfg says; a mean makes one line of its turns.
+    /// One mirror turn, whose zero index was at `at`. The scan counter always advances. A telegram is made while the device measures, for
+    /// every n-th line as set with LMDscandatacfg; a mean filter makes one line of several turns.
     pub fn measure(&mut self, at: SimTime, line: &MeasuredLine<'_>) -> Option<&LmdScandata> {
         let (turn, scan_counter) = self.count_turn(at)?;
         let rate = u64::from(self.settings.scan_data.output_rate.max(1));
@@ -51,8 +51,8 @@ impl Device {
         }
     }
 
-    /// A mirror turn that nobody had the time to measure: all but the telegram counter goes on as it would have. True if a scan is
-    /// missing now.
+    /// A mirror turn that was not measured, because the host had no time. Everything but the telegram counter advances. True if a scan was
+    /// lost.
     pub fn miss(&mut self, at: SimTime) -> bool {
         self.count_turn(at).is_some()
     }

@@ -5,14 +5,19 @@
 //! once a dialect with [`scan_event`] and sends those bytes to every session that is [subscribed](Session::subscribed).
 //! Received bytes go to [`Session::handle_bytes`], which gives the replies.
 
+mod access;
+mod answer;
 mod calendar;
 mod clock;
-mod command;
+pub mod command;
 mod condition;
+mod context;
 mod eeprom;
 mod effect;
 mod encoder;
+mod event;
 mod filter;
+mod lifecycle;
 mod lines;
 mod measure;
 mod measured;
@@ -23,14 +28,16 @@ mod refusal;
 mod session;
 mod settings;
 mod state;
+mod switching;
 mod ticks;
 
-pub use command::{Event, writable};
-pub use eeprom::SavedError;
-pub use lines::LineError;
+pub use command::writable;
+pub use eeprom::SavedSettingsError;
+pub use event::{DeviceEvent, Subscriptions};
 pub use measure::{monitor_event, scan_event};
 pub use measured::{MeasuredEcho, MeasuredLine};
 pub use options::{EncoderSpeed, Options, Profile, Start};
 pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
-pub use session::{AfterReply, DialectPolicy, Reply, Session, Subscriptions};
+pub use session::{AfterReply, DialectPolicy, Reply, Session};
 pub use state::{Device, Identity, Mirror, ModeError};
+pub use switching::DigitalLineError;

@@ -1,4 +1,4 @@
-//! How a scanner behaves where real ones differ, and how it begins.
+//! How a scanner behaves where real ones differ, and the state it starts in.
 
 use core::time::Duration;
 
@@ -36,7 +36,7 @@ pub enum EncoderSpeed {
     MmPerMs,
     /// Millimetres per second: ticks per second divided by LICencres.
     MmPerS,
-    /// Ticks per millisecond, whatever LICencres says.
+    /// Ticks per millisecond; LICencres has no effect.
     TicksPerMs,
 }
 
@@ -52,6 +52,7 @@ pub enum Profile {
 
 /// The state a scanner is found in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Start {
     /// Measuring.
     #[default]

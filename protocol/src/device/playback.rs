@@ -4,39 +4,27 @@ use crate::frame::Dialect;
 use crate::model::ScanMode;
 use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
 use crate::telegram::wire::LowHigh;
-use crate::telegram::{Kind, LmdScandata, SopasError, Telegram, Variable};
+use crate::telegram::{Kind, LmdScandata, SopasError, Telegram};
 use crate::time::SimTime;
 
-use super::command::{Context, write_saved};
+use super::access::Access;
+use super::answer::write_saved;
+use super::command::by_name;
+use super::context::Context;
 use super::refusal::Fault;
-use super::session::Access;
 use super::settings::{OutputCut, Settings};
 use super::state::Device;
-
-/// Recorded values that are taken over.
-const TAKEN: [&str; 10] = [
-    ScanDataConfig::NAME,
-    "FREchoFilter",
-    "LFPmeanfilter",
-    "LFPmedianfilter",
-    "LFPparticle",
-    "DO3And4Fnc",
-    "LICsrc",
-    "LICencset",
-    "LICencres",
-    "LocationName",
-];
 
 impl Device {
     /// Becomes the device that sent `scan`: serial number, scan mode, range and contents are the scan's, other settings those of the recorded
     /// replies `values` (`sRA`), as far as this model takes them.
     ///
-    /// From here on its scans and events come from elsewhere: a setting that would make them others is refused
-    /// ([`Fault::FixedByRecording`]), and no event of its own is told.
+    /// Afterwards its scans and events come from the recording. A setting that would change them is refused
+    /// ([`Fault::FixedByRecording`]), and it sends no events of its own.
     pub fn play_back<'a>(&mut self, scan: &LmdScandata, values: impl IntoIterator<Item = Telegram<'a>>) {
         self.plays_back = false;
         for Telegram { kind, name, args } in values {
-            if kind == Kind::Ra && TAKEN.contains(&name) {
+            if kind == Kind::Ra && by_name(name).is_some_and(|command| command.is_replayed) {
                 let mut access = Access::new(Dialect::B);
                 let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
                 // A value this model does not have is answered from the recording only.
@@ -59,7 +47,7 @@ impl Device {
         self.plays_back = true;
     }
 
-    /// The scan that whoever polls (`sRN LMDscandata`) gets from here on.
+    /// Sets the scan that a poll (`sRN LMDscandata`) returns.
     pub fn show_scan(&mut self, scan: LmdScandata) {
         self.last_scan = scan;
         self.has_scan = true;

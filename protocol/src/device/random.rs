@@ -1,4 +1,4 @@
-//! Random numbers keyed by what they are for, so that none depends on another or on what was asked before.
+//! Random numbers keyed by their purpose, so that none depends on another or on earlier calls.
 
 /// What a random number is drawn for.
 #[derive(Clone, Copy, Debug)]

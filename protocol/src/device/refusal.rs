@@ -6,6 +6,7 @@ use crate::telegram::wire::{Found, WireError};
 
 /// What is wrong with a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Fault {
     /// No CoLa command begins with these letters.
     NoCommand,
@@ -47,7 +48,7 @@ pub enum Fault {
     ImpossibleFilter,
     /// An application the device does not have.
     NoSuchApplication,
-    /// The scans come from a recording, and would have to be others.
+    /// The scans come from a recording, which the setting would contradict.
     FixedByRecording,
     /// The variable exists, but this virtual device cannot change it.
     FixedHere,
@@ -60,7 +61,7 @@ pub enum Evidence {
     Recorded(&'static str),
     /// SICK's documents, or a thread about a real device, say so.
     Documented(&'static str),
-    /// The code's meaning fits; nobody saw a device answer so.
+    /// The meaning of the code fits; no device was seen to answer so.
     Assumed,
 }
 

@@ -3,9 +3,12 @@
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::Device;
-use super::command::{Context, Event, answer, refuse, write_event};
+use super::access::Access;
+use super::answer::{answer, refuse, write_event};
+use super::context::Context;
+use super::event::{DeviceEvent, Subscriptions};
 use super::refusal::Fault;
+use super::state::Device;
 use crate::frame::{Accept, Dialect, Frame, FrameCounts, FrameDecoder, encode};
 use crate::telegram::Telegram;
 use crate::time::SimTime;
@@ -35,63 +38,10 @@ pub struct Reply {
 
 /// What happens to a connection after a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AfterReply {
     /// The device drops it, as a restart does.
     Close,
-}
-
-/// What commands know and change of their connection.
-#[derive(Clone, Debug)]
-pub(super) struct Access {
-    /// User level, 1 = nobody logged in.
-    pub(super) level: u8,
-    pub(super) dialect: Dialect,
-    /// Dialect after the reply that is being made.
-    pub(super) next_dialect: Option<Dialect>,
-    /// The connection is dropped after the reply that is being made.
-    pub(super) closing: bool,
-    /// How long the reply takes that is being made.
-    pub(super) delay: Duration,
-    subscriptions: u8,
-}
-
-impl Access {
-    /// Nobody logged in.
-    pub(super) fn new(dialect: Dialect) -> Self {
-        Self {
-            level: 1,
-            dialect,
-            next_dialect: None,
-            closing: false,
-            delay: Duration::ZERO,
-            subscriptions: 0,
-        }
-    }
-
-    pub(super) fn subscribe(&mut self, event: Event, on: bool) {
-        let bit = 1 << event as u8;
-        self.subscriptions = if on { self.subscriptions | bit } else { self.subscriptions & !bit };
-    }
-
-    fn subscribed(&self, event: Event) -> bool {
-        Subscriptions(self.subscriptions).has(event)
-    }
-}
-
-/// The events a session has subscribed to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Subscriptions(u8);
-
-impl Subscriptions {
-    /// To this one.
-    pub fn has(self, event: Event) -> bool {
-        self.0 & 1 << event as u8 != 0
-    }
-
-    /// To none.
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
 }
 
 /// One connection.
@@ -102,12 +52,12 @@ pub struct Session {
     access: Access,
     /// The first bytes have come.
     begun: bool,
-    told: Told,
+    told: Reported,
 }
 
-/// Which changes of the device's lines this connection has been told: each kind's count.
+/// The changes of the device's digital lines that this connection has received: a count per kind.
 #[derive(Clone, Copy, Debug, Default)]
-struct Told {
+struct Reported {
     inputs: u32,
     outputs: u32,
     field: u32,
@@ -125,16 +75,16 @@ impl Session {
             decoder: FrameDecoder::new(accept, MAX_PAYLOAD),
             access: Access::new(dialect),
             begun: false,
-            told: Told::default(),
+            told: Reported::default(),
         }
     }
 
-    /// Takes the host's bytes and appends the replies, in order.
+    /// Handles bytes from the host and appends the replies, in order.
     pub fn handle_bytes(&mut self, device: &mut Device, now: SimTime, bytes: &[u8], out: &mut Vec<Reply>) {
         self.handle_bytes_with(device, now, bytes, out, &mut |_, _| {});
     }
 
-    /// The same; `amend` sees each request with the device's reply to it and may say something else.
+    /// The same; `amend` sees each request with the device's reply and may replace the reply.
     pub fn handle_bytes_with(
         &mut self,
         device: &mut Device,
@@ -146,7 +96,7 @@ impl Session {
         if !core::mem::replace(&mut self.begun, true) {
             self.begin(device);
         }
-        // While it starts up the connection is there, and nobody reads it.
+        // While the device starts up, connections are accepted and not read.
         if device.is_silent(now) {
             return;
         }
@@ -162,23 +112,26 @@ impl Session {
             let mut reply = Reply { bytes: reply, delay: self.access.delay, after };
             amend(&frame, &mut reply);
             out.push(reply);
-            self.begin_subscriptions(device, !subscribed & self.access.subscriptions);
+            self.begin_subscriptions(device, subscribed);
             self.settle_dialect();
         }
         self.poll_events(device, now, out);
     }
 
-    /// Appends the events this connection has subscribed to and not been told yet: inputs, outputs, fields. Scans come another
-    /// way, see [`Device::measure`]. To be called after [`Device::changes`] has changed.
+    /// Appends the pending events of this connection's subscriptions: inputs, outputs, fields. Scans are not among them, see
+    /// [`Device::measure`]. To be called after [`Device::changes`] has changed.
     pub fn poll_events(&mut self, device: &mut Device, now: SimTime, out: &mut Vec<Reply>) {
         let Self { access, told, .. } = self;
         let changes = device.lines.changes;
         for (event, told, count) in [
-            (Event::InputState, &mut told.inputs, changes.inputs.count),
-            (Event::OutputState, &mut told.outputs, changes.outputs.count),
-            (Event::FieldResult, &mut told.field, changes.field.count),
+            (DeviceEvent::InputState, &mut told.inputs, changes.inputs.count),
+            (DeviceEvent::OutputState, &mut told.outputs, changes.outputs.count),
+            (DeviceEvent::FieldResult, &mut told.field, changes.field.count),
         ] {
-            if device.plays_back || !access.subscribed(event) || core::mem::replace(told, count) == count {
+            if device.plays_back
+                || !access.subscriptions.has(event)
+                || core::mem::replace(told, count) == count
+            {
                 continue;
             }
             let mut payload = Vec::new();
@@ -189,35 +142,31 @@ impl Session {
         }
     }
 
-    /// What has changed before a subscription is not told; except the outputs, where a model does.
-    fn begin_subscriptions(&mut self, device: &Device, begun: u8) {
+    /// Changes before the subscription are not sent; except those of the outputs, on models that do so.
+    fn begin_subscriptions(&mut self, device: &Device, before: Subscriptions) {
         let changes = device.lines.changes;
-        let began = |event: Event| begun & 1 << event as u8 != 0;
-        if began(Event::InputState) {
+        let now = self.access.subscriptions;
+        let began = |event: DeviceEvent| now.has(event) && !before.has(event);
+        if began(DeviceEvent::InputState) {
             self.told.inputs = changes.inputs.count;
         }
-        if began(Event::OutputState) {
+        if began(DeviceEvent::OutputState) {
             let owed = u32::from(device.model.lines.outputs_told_at_once);
             self.told.outputs = changes.outputs.count.wrapping_sub(owed);
         }
-        if began(Event::FieldResult) {
+        if began(DeviceEvent::FieldResult) {
             self.told.field = changes.field.count;
         }
     }
 
     /// Subscribed to LMDscandata.
     pub fn subscribed(&self) -> bool {
-        self.access.subscribed(Event::ScanData)
-    }
-
-    /// Subscribed to LMDscandatamon, the same scans under the monitor's name.
-    pub fn monitors(&self) -> bool {
-        self.access.subscribed(Event::Monitor)
+        self.access.subscriptions.has(DeviceEvent::ScanData)
     }
 
     /// All it has subscribed to.
     pub fn subscriptions(&self) -> Subscriptions {
-        Subscriptions(self.access.subscriptions)
+        self.access.subscriptions
     }
 
     /// The dialect to encode events in.
@@ -237,7 +186,7 @@ impl Session {
         }
     }
 
-    /// Before the next frame: one connection, one dialect, unless EIHstCola says otherwise.
+    /// Before the next frame: a connection keeps its dialect, unless EIHstCola has changed it.
     fn settle_dialect(&mut self) {
         let current = self.access.dialect;
         match (self.access.next_dialect.take(), self.policy) {

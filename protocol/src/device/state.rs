@@ -1,4 +1,4 @@
-//! One scanner: what it is, what it does, how it is set.
+//! One scanner: identity, condition and settings.
 
 use alloc::string::String;
 
@@ -15,7 +15,7 @@ use crate::model::{Model, ScanMode};
 use crate::telegram::{DateTime, LmdScandata};
 use crate::time::SimTime;
 
-/// Who this scanner is: what differs between two of one model.
+/// What differs between two scanners of one model.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// Serial number.
@@ -172,7 +172,7 @@ impl Device {
         Ok(())
     }
 
-    /// The last scan made, also while nobody measures.
+    /// The last scan made; it stays while the device does not measure.
     pub fn last_scan(&self) -> Option<&LmdScandata> {
         self.has_scan.then_some(&self.last_scan)
     }
@@ -188,12 +188,12 @@ impl Device {
         if self.plays_back { core::slice::from_ref(&self.settings.mode) } else { self.model.modes }
     }
 
-    /// How often mEEwriteall has been called: when this number changes, [`Self::saved_settings`] are others.
+    /// How often mEEwriteall has been called: when this number changes, [`Self::saved_settings`] has changed.
     pub fn saves(&self) -> u32 {
         self.saves
     }
 
-    /// A restart: saved settings come back, counters and clocks begin anew.
+    /// A restart: saved settings are restored, counters and clocks start at zero.
     pub(super) fn reboot(&mut self, now: SimTime) {
         let identity = Identity {
             power_on_count: self.identity.power_on_count.wrapping_add(1),

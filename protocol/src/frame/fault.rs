@@ -8,7 +8,7 @@ use super::{COMMAND_LETTER, ETX, STX, cola_b};
 
 /// What is wrong with a stretch of bytes that belongs to no frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct FrameFault {
     /// The stretch, as indices of the stream.
     pub bytes: Range<usize>,
     /// Index in the stream of the first byte that is wrong.
@@ -19,6 +19,7 @@ pub struct Fault {
 
 /// Ways to be no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FaultKind {
     /// Not even a start; the byte that stood there.
     NoStart(u8),
@@ -35,7 +36,7 @@ pub enum FaultKind {
     Checksum {
         /// XOR of the payload's bytes.
         computed: u8,
-        /// What the frame says.
+        /// What the frame holds.
         found: u8,
     },
     /// CoLa A text that meets the next start before its end.
@@ -70,7 +71,7 @@ impl FaultKind {
 
 /// The first fault in `skipped`, a range of `stream` in which a decoder found no frame; none if it is empty. The next one is
 /// found in what of `skipped` follows this one's `bytes`.
-pub fn fault(stream: &[u8], skipped: Range<usize>, max_payload: usize) -> Option<Fault> {
+pub fn fault(stream: &[u8], skipped: Range<usize>, max_payload: usize) -> Option<FrameFault> {
     let start = skipped.start;
     let rest = stream.get(start..)?;
     let first = *rest.get(..skipped.len())?.first()?;
@@ -91,7 +92,7 @@ pub fn fault(stream: &[u8], skipped: Range<usize>, max_payload: usize) -> Option
         Some(other) => (next_start(rest, 1), 1, FaultKind::NoCommand(other)),
     };
     let end = start + extent.clamp(1, skipped.len());
-    Some(Fault { bytes: start..end, at: start + at, kind })
+    Some(FrameFault { bytes: start..end, at: start + at, kind })
 }
 
 /// What is wrong with two STX and what follows.
@@ -138,7 +139,7 @@ mod tests {
     use crate::frame::{Dialect, encode};
 
     fn only(stream: &[u8]) -> (Range<usize>, usize, FaultKind) {
-        let Fault { bytes, at, kind } = fault(stream, 0..stream.len(), 1000).unwrap();
+        let FrameFault { bytes, at, kind } = fault(stream, 0..stream.len(), 1000).unwrap();
         (bytes, at, kind)
     }
 

@@ -19,7 +19,7 @@ use core::fmt;
 
 pub use cola_b::checksum;
 pub use decoder::{Accept, Frame, FrameCounts, FrameDecoder};
-pub use fault::{Fault, FaultKind, fault};
+pub use fault::{FaultKind, FrameFault, fault};
 
 /// Start of text: one opens a CoLa A frame, four open a CoLa B frame.
 pub const STX: u8 = 0x02;
@@ -38,7 +38,7 @@ pub enum Dialect {
 }
 
 impl Dialect {
-    /// The other one: what a client tries next when nobody answers.
+    /// The other dialect, which a client tries next when it gets no answer.
     pub fn other(self) -> Self {
         match self {
             Self::A => Self::B,

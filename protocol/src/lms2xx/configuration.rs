@@ -5,9 +5,6 @@ use super::values::{MeasuringMode, Unit};
 /// Bytes of the block.
 pub const LENGTH: usize = 34;
 
-const BLANKING: usize = 0;
-const STOP_THRESHOLD: usize = 2;
-const SENSITIVITY: usize = 3;
 const AVAILABILITY: usize = 4;
 const MEASURING_MODE: usize = 5;
 const UNIT: usize = 6;
@@ -34,16 +31,6 @@ impl Configuration {
     pub fn overwritten(mut self, bytes: &[u8]) -> Option<Self> {
         self.0.get_mut(..bytes.len())?.copy_from_slice(bytes);
         Some(self)
-    }
-
-    /// Blanking, cm.
-    pub fn blanking_cm(&self) -> u16 {
-        u16::from_le_bytes([self.0[BLANKING], self.0[BLANKING + 1]])
-    }
-
-    /// Stop threshold (LMS200), and sensitivity: 0 standard, 1 medium, 2 low, 3 high (LMS211, 221, 291).
-    pub fn thresholds(&self) -> (u8, u8) {
-        (self.0[STOP_THRESHOLD], self.0[SENSITIVITY])
     }
 
     /// What the bits of a value mean.

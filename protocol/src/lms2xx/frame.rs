@@ -8,7 +8,7 @@
 //! | 1… | body: command, data, and from the device a status byte |
 //! | 2 | [`checksum`] of all before it, low byte first |
 //!
-//! `06` alone acknowledges a command, `15` alone says that a frame was broken.
+//! `06` alone acknowledges a command, `15` alone reports a broken frame.
 
 use alloc::vec::Vec;
 
@@ -61,12 +61,12 @@ pub fn encode(address: u8, body: &[u8], out: &mut Vec<u8>) {
     encode_with(address, out, |out| out.extend_from_slice(body));
 }
 
-/// Who listens: the two sides' frames differ in their address.
+/// Whose frames are decoded: the two sides' frames differ in their address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Listener {
-    /// The device hears frames to its address.
+    /// The device receives frames to its address.
     Device,
-    /// The host hears frames from any device.
+    /// The host receives frames from any device.
     Host,
     /// A tapped line, or a recording of one: both sides' frames.
     Either,
@@ -74,7 +74,7 @@ pub enum Listener {
 
 /// What the decoder finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard<'a> {
+pub enum Received<'a> {
     /// A good frame.
     Frame(Frame<'a>),
     /// A whole frame with a wrong checksum.
@@ -132,7 +132,7 @@ enum Probe {
 }
 
 impl FrameDecoder {
-    /// A decoder of what `listener` hears.
+    /// A decoder for `listener`.
     pub fn new(listener: Listener) -> Self {
         Self {
             listener,
@@ -145,7 +145,7 @@ impl FrameDecoder {
         }
     }
 
-    /// Takes the next bytes of the stream. Call [`next_heard`](Self::next_heard) until it gives `None` before the next push.
+    /// Takes the next bytes of the stream. Call [`next_received`](Self::next_received) until it gives `None` before the next push.
     pub fn push(&mut self, bytes: &[u8]) {
         if self.start * 2 >= self.buffer.len() {
             self.buffer.drain(..self.start);
@@ -173,8 +173,8 @@ impl FrameDecoder {
         self.buffer.len() - self.start
     }
 
-    /// The next thing heard. Junk before it is counted and skipped.
-    pub fn next_heard(&mut self) -> Option<Heard<'_>> {
+    /// The next frame or single byte. Junk before it is counted and skipped.
+    pub fn next_received(&mut self) -> Option<Received<'_>> {
         loop {
             let from = self.start;
             match *self.buffer.get(from)? {
@@ -186,7 +186,7 @@ impl FrameDecoder {
                         self.counts.skipped_bytes += 1;
                         continue;
                     }
-                    return Some(if byte == ACK { Heard::Ack } else { Heard::Nak });
+                    return Some(if byte == ACK { Received::Ack } else { Received::Nak });
                 }
                 _ => {
                     self.skip();
@@ -199,7 +199,7 @@ impl FrameDecoder {
                     self.suspect_until = 0;
                     self.counts.frames += 1;
                     let frame = self.buffer.get(from..from + len)?;
-                    return Some(Heard::Frame(Frame {
+                    return Some(Received::Frame(Frame {
                         address: *frame.get(1)?,
                         body: frame.get(HEADER..len - 2)?,
                         offset: self.base + from as u64,
@@ -208,7 +208,7 @@ impl FrameDecoder {
                 }
                 Probe::Broken(extent) => {
                     if self.reject(extent) {
-                        return Some(Heard::Broken);
+                        return Some(Received::Broken);
                     }
                 }
                 Probe::NotAFrame => self.skip(),

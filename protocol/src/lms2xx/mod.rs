@@ -1,15 +1,16 @@
 //! The classic LMS2xx on a serial line: its own frames, telegrams, models and both sides' sessions. No CoLa.
 //!
-//! The shapes are those of the CoLa side: [`frame`] finds frames, [`telegram`] says what they mean, [`model`] is data, [`device`] is the
+//! The modules are those of the CoLa side: [`frame`] finds frames, [`telegram`] decodes them, [`model`] is data, [`device`] is the
 //! scanner and [`client`] the host, both without I/O. What a scan means is the same [`Scan`](crate::scan::Scan).
 
 pub mod client;
 pub mod configuration;
+mod description;
 pub mod device;
 pub mod frame;
 pub mod model;
+pub mod report;
 pub mod telegram;
-pub mod told;
 pub mod values;
 
 use core::fmt;

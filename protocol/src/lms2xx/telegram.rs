@@ -1,4 +1,4 @@
-//! What a host asks, and what a device answers, beside [values](super::values).
+//! Requests and replies; measured values are in [`values`](super::values).
 
 use alloc::vec::Vec;
 
@@ -9,7 +9,7 @@ use super::{Rate, Variant, frame};
 pub const PASSWORD: [u8; 8] = *b"SICK_LMS";
 /// Added to a request's command in its reply.
 pub const REPLY: u8 = 0x80;
-/// The reply to a reset, which is none of the rule's.
+/// The reply to a reset, an exception to [`REPLY`].
 pub const RESET_REPLY: u8 = 0x91;
 /// Sent unasked at power-up.
 pub const POWER_ON: u8 = 0x90;
@@ -37,12 +37,13 @@ pub mod command {
 
 /// An operating mode: what follows `20`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Mode {
     /// `00`: installation, with this password.
     Installation([u8; 8]),
     /// `10`: diagnostic.
     Diagnostic,
-    /// `24` and its sisters: values come by themselves.
+    /// `24`, `26`, `27`, `28`, `2A`, `50`: the device streams values.
     Stream(Output),
     /// `25`: values on request; ends a stream, and the installation mode.
     OnRequest,
@@ -54,12 +55,13 @@ pub enum Mode {
 
 /// What a host asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Request<'a> {
     /// `10`: restart.
     Reset,
     /// `20`: change the operating mode.
     Mode(Mode),
-    /// `30`, `36`, `37`, `3F`: one scan, put out so.
+    /// `30`, `36`, `37`, `3F`: one scan in this form.
     Values(Output),
     /// `31`: status.
     Status,

@@ -60,6 +60,7 @@ pub struct MeasuringMode(pub u8);
 /// Reasons to have no range: how far below the top of the field their code lies. The same in every width, as recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u16)]
+#[non_exhaustive]
 pub enum NoRange {
     /// Not valid.
     NotValid = 0,
@@ -201,7 +202,7 @@ impl Output {
         }
     }
 
-    /// True if a scan of `count` values can be put out so.
+    /// True if a scan of `count` values can be sent in this form.
     pub fn is_possible(self, count: u16) -> bool {
         match self {
             Self::All | Self::Partial => true,
@@ -246,7 +247,7 @@ impl CountWord {
 /// A scan telegram, before it is framed: what a device fills and a host reads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Values {
-    /// How the values were put out.
+    /// The form in which the values were sent.
     pub output: Output,
     /// Their number, part and unit.
     pub word: CountWord,
@@ -260,8 +261,9 @@ pub struct Values {
     pub status: u8,
 }
 
-/// Why the body of a scan telegram is none.
+/// Why a body is not a scan telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ValuesError {
     /// Another command.
     #[error("expected a scan telegram (B0, B6, B7, BF, C4), found {0:02X}")]

@@ -1,8 +1,8 @@
-//! What the models of a family share. A model's file says what is its own.
+//! What the models of a family share. A model's file holds the differences.
 
 use core::time::Duration;
 
-use super::{CLIENT, Lines, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode};
+use super::{CLIENT, DigitalLines, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode};
 
 const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
@@ -34,7 +34,7 @@ pub(super) const LMS1XX: Model = Model {
     jitter_us: 50,
     start_up: StartUp { scans: 7, status: 1, outputs: 0x01 },
     outputs: 0x04,
-    lines: Lines {
+    lines: DigitalLines {
         version: 1,
         inputs: [2, 2, 2, 2],
         inputs_timed: false,
@@ -98,7 +98,7 @@ pub(super) const LMS5XX: Model = Model {
     jitter_us: 260,
     start_up: StartUp { scans: 1, status: 1, outputs: 0x00 },
     outputs: 0x38,
-    lines: Lines {
+    lines: DigitalLines {
         version: 0,
         inputs: [0, 0, 0, 0],
         inputs_timed: true,
@@ -142,7 +142,7 @@ pub(super) const TIM: Model = Model {
     jitter_us: 50,
     start_up: StartUp { scans: 0, status: 0, outputs: 0x00 },
     outputs: 0x00,
-    lines: Lines {
+    lines: DigitalLines {
         version: 0,
         inputs: [0, 0, 0, 0],
         inputs_timed: false,

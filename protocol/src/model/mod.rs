@@ -123,10 +123,10 @@ pub struct Model {
     /// First byte of the digital outputs in a scan, once running.
     pub outputs: u8,
     /// Digital lines.
-    pub lines: Lines,
+    pub lines: DigitalLines,
     /// Number of evaluation fields, `field000` on.
     pub fields: u16,
-    /// Who may log in.
+    /// User levels with their passwords.
     pub logins: &'static [Password],
     /// Commands whose binary `sWA` does not end in a blank.
     pub replies_without_blank: &'static [&'static str],
@@ -173,7 +173,7 @@ pub struct StartUp {
 
 /// Digital inputs and outputs, as LIDinputstate and LIDoutputstate report them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lines {
+pub struct DigitalLines {
     /// Version of both telegrams.
     pub version: u16,
     /// Each input: 0 off, 1 on, 2 unused.
@@ -197,7 +197,7 @@ pub struct Times {
     pub spin_up: Duration,
     /// From then, or from LMCstartmeas, until the first scan.
     pub first_scan: Duration,
-    /// From LMCstartmeas in a new scan mode until SCdevicestate tells ready.
+    /// From LMCstartmeas in a new scan mode until SCdevicestate reports ready.
     pub busy_after_new_mode: Duration,
     /// From a request to its reply.
     pub reply: Duration,

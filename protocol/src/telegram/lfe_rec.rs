@@ -20,15 +20,15 @@ fields! {
         /// The field, from 1.
         pub field: u8,
         /// µs since power-up.
-        pub time_us: u32,
+        pub time_us: u32 ["µs"],
         /// Scale of the field's ranges.
         pub scale: f32,
         /// Offset of the field's ranges.
         pub offset: f32,
         /// Angle between beams, 1/10000°.
-        pub step: u32,
+        pub step: u32 ["1/10000°"],
         /// Device angle of the first beam, 1/10000°.
-        pub start_angle: i32,
+        pub start_angle: i32 ["1/10000°"],
         /// [`INVALID`], [`FREE`] or [`INFRINGED`].
         pub result: u8,
         /// A block recorded on an LMS511 with 15 bytes; what they mean was not found out.

@@ -30,7 +30,7 @@ fields! {
         /// On.
         pub active: bool,
         /// How far in front, millimetres.
-        pub threshold_mm: u16,
+        pub threshold_mm: u16 ["mm"],
     }
 }
 

@@ -22,7 +22,7 @@ fields! {
     #[derive(Copy)]
     pub struct EncoderResolution {
         /// Ticks a millimetre.
-        pub ticks_per_mm: f32,
+        pub ticks_per_mm: f32 ["ticks/mm"],
     }
 
     /// What inputs 3 and 4 of an LMS5xx are for.

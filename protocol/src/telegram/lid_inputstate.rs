@@ -10,7 +10,7 @@ fields! {
         /// Telegram version.
         pub version: u16,
         /// µs since power-up.
-        pub time_us: u32,
+        pub time_us: u32 ["µs"],
         /// Each input: 0 off, 1 on, 2 unused.
         pub inputs: [u8; 4],
         /// Date and time.

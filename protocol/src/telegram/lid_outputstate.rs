@@ -6,6 +6,7 @@ use super::Variable;
 use super::lmd_scandata::DateTime;
 use super::wire::{Fields, Reader, WireError, Writer, fields};
 use crate::frame::Dialect;
+use crate::visit::{Group, Visitor};
 
 /// State of the digital outputs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,6 +47,8 @@ fn outputs_ahead(reader: &Reader<'_>) -> usize {
 }
 
 impl Fields for OutputStates {
+    const IS_STRUCT: bool = true;
+
     fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), WireError> {
         self.version.read(reader)?;
         self.time_us.read(reader)?;
@@ -63,5 +66,18 @@ impl Fields for OutputStates {
         self.time_us.write(writer);
         self.outputs.iter().for_each(|output| output.write(writer));
         self.date_time.write(writer);
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.begin(Group::Struct);
+        visitor.field("version", None);
+        self.version.visit(visitor);
+        visitor.field("time_us", Some("µs"));
+        self.time_us.visit(visitor);
+        visitor.field("outputs", None);
+        self.outputs.visit(visitor);
+        visitor.field("date_time", None);
+        self.date_time.visit(visitor);
+        visitor.end();
     }
 }

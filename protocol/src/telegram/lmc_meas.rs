@@ -32,5 +32,5 @@ impl Method for Standby {
     type Reply = u8;
 }
 
-/// What the three answer when they do as told.
+/// What the three answer when they succeed.
 pub const ACCEPTED: u8 = 0;

@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use super::Variable;
 use super::wire::{Fields, FixedText, Reader, ShortString, WireError, Word, Writer, fields};
 use crate::scan::{EncoderReading, NO_ECHO, Scan};
+use crate::visit::{Group, Value, Visitor};
 
 /// The monitor event with the same body.
 pub const MONITOR: &str = "LMDscandatamon";
@@ -25,19 +26,19 @@ fields! {
         /// Counts mirror turns; wraps.
         pub scan_counter: u16,
         /// µs since power-up at the mirror's zero index; wraps after 71.6 minutes.
-        pub scan_time_us: u32,
+        pub scan_time_us: u32 ["µs"],
         /// µs since power-up when the telegram was sent; wraps.
-        pub transmit_time_us: u32,
+        pub transmit_time_us: u32 ["µs"],
         /// Digital inputs, bit 0 of the first byte is input 1.
         pub inputs: [u8; 2],
         /// Digital outputs, bit 0 of the first byte is output 1.
         pub outputs: [u8; 2],
         /// Layer angle on scanners with several layers, 1/100°; else 0.
-        pub layer_angle: i16,
+        pub layer_angle: i16 ["1/100°"],
         /// Mirror turns, 1/100 Hz.
-        pub scan_frequency: u32,
+        pub scan_frequency: u32 ["1/100 Hz"],
         /// Shots, 100 Hz; on newer MRS1000 firmware Hz.
-        pub measurement_frequency: u32,
+        pub measurement_frequency: u32 ["100 Hz"],
         /// Encoders, 0 to 3.
         pub encoders: Vec<Encoder>,
         /// Channels of 16-bit values: DIST1…DIST5, RSSI1…, ANGL1.
@@ -60,7 +61,7 @@ fields! {
     #[derive(Copy, Eq)]
     pub struct Encoder {
         /// Ticks; wraps.
-        pub position: u32,
+        pub position: u32 ["ticks"],
         /// Speed; the listing says ticks a millimetre, which is no speed. The unit is not verified; see
         /// [`EncoderSpeed`](crate::device::EncoderSpeed).
         pub speed: u16,
@@ -85,7 +86,7 @@ fields! {
         pub rotation_type: u8,
     }
 
-    /// The device's calendar; a clock nobody set starts at 1970-01-01 00:00 with power-up.
+    /// The device's calendar; a clock that was not set starts at 1970-01-01 00:00 with power-up.
     #[derive(Copy, Eq)]
     pub struct DateTime {
         /// Year.
@@ -101,7 +102,7 @@ fields! {
         /// 0..=59.
         pub second: u8,
         /// 0..=999999.
-        pub microsecond: u32,
+        pub microsecond: u32 ["µs"],
     }
 
     /// Event block.
@@ -110,11 +111,11 @@ fields! {
         /// What happened, mostly `FDIN`.
         pub kind: FixedText<4>,
         /// Encoder ticks.
-        pub encoder_position: u32,
+        pub encoder_position: u32 ["ticks"],
         /// µs since power-up.
-        pub time_us: u32,
+        pub time_us: u32 ["µs"],
         /// Device angle, 1/10000°.
-        pub angle: i32,
+        pub angle: i32 ["1/10000°"],
     }
 }
 
@@ -140,6 +141,8 @@ pub struct Channel<T> {
 }
 
 impl<T: Word> Fields for Channel<T> {
+    const IS_STRUCT: bool = true;
+
     fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), WireError> {
         self.name.read(reader)?;
         self.scale.read(reader)?;
@@ -156,6 +159,25 @@ impl<T: Word> Fields for Channel<T> {
         self.start_angle.write(writer);
         self.step.write(writer);
         writer.counted(&self.values);
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.begin(Group::Struct);
+        visitor.field("name", None);
+        self.name.visit(visitor);
+        visitor.field("scale", None);
+        self.scale.visit(visitor);
+        visitor.field("offset", None);
+        self.offset.visit(visitor);
+        visitor.field("start_angle", Some("1/10000°"));
+        self.start_angle.visit(visitor);
+        visitor.field("step", Some("1/10000°"));
+        self.step.visit(visitor);
+        visitor.field("values", None);
+        visitor.begin(Group::List);
+        self.values.iter().for_each(|&raw| visitor.value(Value::Integer(raw.into().into())));
+        visitor.end();
+        visitor.end();
     }
 }
 

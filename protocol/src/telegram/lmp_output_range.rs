@@ -15,11 +15,11 @@ fields! {
     /// A sector of the turn.
     pub struct Sector {
         /// Angle between beams, 1/10000°.
-        pub step: u32,
+        pub step: u32 ["1/10000°"],
         /// First device angle, 1/10000°.
-        pub start: i32,
+        pub start: i32 ["1/10000°"],
         /// Last device angle, 1/10000°.
-        pub stop: i32,
+        pub stop: i32 ["1/10000°"],
     }
 }
 

@@ -10,7 +10,7 @@ fields! {
     /// Scan configuration in force.
     pub struct ScanConfig {
         /// Mirror turns, 1/100 Hz.
-        pub frequency_centihz: u32,
+        pub frequency_centihz: u32 ["1/100 Hz"],
         /// One sector on the scanners known here.
         pub sectors: Vec<Sector>,
     }

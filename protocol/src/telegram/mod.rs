@@ -2,11 +2,10 @@
 //!
 //! A payload is `sXX name arguments` in both dialects; [`Telegram::parse`] splits it. What the arguments are is
 //! written once a telegram, as a [`Fields`] type, and serves both dialects and both directions.
-//! [`TABLE`] lists them all.
+//! [`COMMANDS`](crate::device::command::COMMANDS) lists them all.
 
 mod kind;
 mod sopas_error;
-mod table;
 pub mod wire;
 
 pub mod device_ident;
@@ -47,7 +46,6 @@ use core::fmt;
 pub use kind::Kind;
 pub use lmd_scandata::{Channel, DateTime, Encoder, EventInfo, LmdScandata, NoDistance, Position};
 pub use sopas_error::SopasError;
-pub use table::{Entry, Role, TABLE, entry, in_words};
 use wire::{Excerpt, Fields, Reader, WireError, Writer};
 
 use crate::frame::{self, Dialect};

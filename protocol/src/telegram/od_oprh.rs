@@ -7,7 +7,7 @@ fields! {
     /// Time the scanner has been on.
     pub struct OperatingHours {
         /// Tenths of an hour.
-        pub tenths: u32,
+        pub tenths: u32 ["1/10 h"],
     }
 }
 

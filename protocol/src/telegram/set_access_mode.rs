@@ -2,6 +2,7 @@
 
 use super::Method;
 use super::wire::{Fields, Reader, WireError, Writer, fields};
+use crate::visit::Visitor;
 
 fields! {
     /// User level and password.
@@ -30,5 +31,9 @@ impl Fields for PasswordHash {
 
     fn write(&self, writer: &mut Writer<'_>) {
         writer.u32_padded(self.0);
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        self.0.visit(visitor);
     }
 }

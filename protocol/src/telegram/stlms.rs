@@ -23,7 +23,7 @@ impl Variable for Status {
     const NAME: &'static str = "STlms";
 }
 
-/// Undefined; what a device out of order tells (not verified).
+/// Undefined; what a device out of order reports (not verified).
 pub const UNDEFINED: u16 = 0;
 /// Initialisation.
 pub const INITIALISATION: u16 = 1;

@@ -29,7 +29,7 @@ fields! {
     #[derive(Copy)]
     pub struct TimeUpdate {
         /// Seconds.
-        pub seconds: u32,
+        pub seconds: u32 ["s"],
     }
 }
 

@@ -13,11 +13,12 @@ mod error;
 mod fields;
 mod hex;
 mod reader;
+mod word;
 mod writer;
 
-pub use array::Word;
 pub use error::{Excerpt, Found, WireError};
-pub(crate) use fields::fields;
 pub use fields::{Fields, FixedText, FlexString, LowHigh, Opaque, ShortString};
+pub(crate) use fields::{fields, unit};
 pub use reader::Reader;
+pub use word::Word;
 pub use writer::Writer;

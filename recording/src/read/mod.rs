@@ -247,8 +247,8 @@ fn language(bytes: &[u8]) -> StreamKind {
     cola.push(bytes);
     let mut lms2xx = lms2xx::frame::FrameDecoder::new(lms2xx::frame::Listener::Either);
     lms2xx.push(bytes);
-    let is_frame = |heard: lms2xx::frame::Heard<'_>| matches!(heard, lms2xx::frame::Heard::Frame(_));
-    let mut heard = std::iter::from_fn(|| lms2xx.next_heard().map(is_frame));
+    let is_frame = |heard: lms2xx::frame::Received<'_>| matches!(heard, lms2xx::frame::Received::Frame(_));
+    let mut heard = std::iter::from_fn(|| lms2xx.next_received().map(is_frame));
     match cola.next_frame().is_none() && heard.any(|is_frame| is_frame) {
         true => StreamKind::Lms2xx,
         false => StreamKind::Cola,

@@ -1,6 +1,6 @@
 //! Login, settings that are kept, restart, dialect, calendar.
 
-use crate::device::command::{Callable, Context, Readable, Writable};
+use crate::device::context::{Callable, Context, Readable, Writable};
 use crate::device::refusal::Fault;
 use crate::frame::Dialect;
 use crate::model::Password;

@@ -1,6 +1,6 @@
 //! The device's filters and its encoder.
 
-use crate::device::command::{Context, Readable, Writable};
+use crate::device::context::{Context, Readable, Writable};
 use crate::device::filter::{MEAN_SCANS, MEDIAN_BEAMS};
 use crate::device::refusal::Fault;
 use crate::telegram::SopasError;

@@ -1,6 +1,6 @@
 //! What can be read, and written only as it is: network and time server belong to the host program's machine.
 
-use crate::device::command::{Context, Readable};
+use crate::device::context::{Context, Readable};
 use crate::telegram::ei_address::{Gateway, IpAddress, NetworkMask};
 use crate::telegram::tsc_time_client::{TimeInterface, TimeRole, TimeServer, TimeUpdate};
 

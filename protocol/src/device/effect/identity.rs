@@ -2,7 +2,7 @@
 
 use alloc::format;
 
-use crate::device::command::{Context, Readable, Writable};
+use crate::device::context::{Context, Readable, Writable};
 use crate::device::refusal::Fault;
 use crate::telegram::device_ident::DeviceIdent;
 use crate::telegram::firmware_version::FirmwareVersion;

@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::device::command::{Context, Readable, Writable};
+use crate::device::context::{Context, Readable, Writable};
 use crate::device::refusal::Fault;
 use crate::telegram::SopasError;
 use crate::telegram::lfe_rec::{FieldResult, FieldResults};
@@ -18,7 +18,7 @@ const RANGING: FixedText<4> = FixedText(*b"RANG");
 const EVALUATION: FixedText<4> = FixedText(*b"FEVL");
 
 impl Readable for InputState {
-    /// Timed models tell when an input last changed.
+    /// Timed models report when an input last changed.
     fn get(context: &Context<'_>) -> Self {
         let device = &context.device;
         let at_us = device.lines.changes.inputs.at_us;

@@ -2,7 +2,7 @@
 
 use alloc::vec;
 
-use crate::device::command::{Context, Readable, Writable};
+use crate::device::context::{Context, Readable, Writable};
 use crate::device::refusal::Fault;
 use crate::device::settings::OutputCut;
 use crate::telegram::SopasError;

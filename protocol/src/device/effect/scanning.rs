@@ -2,8 +2,8 @@
 
 use alloc::vec;
 
-use crate::device::command::{Callable, Context, Readable};
 use crate::device::condition::Activity;
+use crate::device::context::{Callable, Context, Readable};
 use crate::device::state::Device;
 use crate::model::ScanMode;
 use crate::telegram::SopasError;

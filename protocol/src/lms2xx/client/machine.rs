@@ -7,10 +7,10 @@ use super::clock::{ScanClock, period};
 use super::config::{ClientConfig, DeviceInfo, Event, Transmit};
 use super::step::Step;
 use crate::lms2xx::configuration::Configuration;
-use crate::lms2xx::frame::{Frame, Heard, MAX_BODY, OVERHEAD};
+use crate::lms2xx::frame::{Frame, MAX_BODY, OVERHEAD, Received};
 use crate::lms2xx::model::{self, Model};
+use crate::lms2xx::report::Report;
 use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
-use crate::lms2xx::told::Told;
 use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
 use crate::lms2xx::{Rate, Variant};
 use crate::scan::{Echo, Scan};
@@ -158,12 +158,12 @@ impl Machine {
         }
     }
 
-    pub(super) fn handle(&mut self, heard: &Heard<'_>) {
+    pub(super) fn handle(&mut self, heard: &Received<'_>) {
         match heard {
-            Heard::Frame(frame) => self.handle_frame(frame),
+            Received::Frame(frame) => self.handle_frame(frame),
             // It heard something broken: no need to wait for the time-out.
-            Heard::Nak if self.tries < self.step.tries() && self.step.request().is_some() => self.ask(),
-            Heard::Nak | Heard::Ack | Heard::Broken => {}
+            Received::Nak if self.tries < self.step.tries() && self.step.request().is_some() => self.ask(),
+            Received::Nak | Received::Ack | Received::Broken => {}
         }
     }
 
@@ -195,23 +195,23 @@ impl Machine {
 
     /// Takes note of what any reply says of the device's settings.
     fn learn(&mut self, body: &[u8]) {
-        match Told::parse(body) {
-            Some(Told::Type(text)) => {
+        match Report::parse(body) {
+            Some(Report::Type(text)) => {
                 let text = text.trim_end_matches(|c: char| !c.is_ascii_graphic());
                 let (ident, software) = text.rsplit_once(';').unwrap_or((text, ""));
                 self.info = DeviceInfo { ident: ident.into(), software: software.into(), rate: self.rate };
                 self.known.model =
                     model::MODELS.iter().copied().find(|model| model.type_text.starts_with(ident));
             }
-            Some(Told::Status(variant, rate)) => {
+            Some(Report::Status(variant, rate)) => {
                 self.known.variant = Some(variant);
                 if let (Step::Listening, Some(rate)) = (self.step, rate) {
                     self.rate = rate;
                     self.rate_known = true;
                 }
             }
-            Some(Told::Variant(variant)) => self.known.variant = Some(variant),
-            Some(Told::Configuration(configuration)) => {
+            Some(Report::Variant(variant)) => self.known.variant = Some(variant),
+            Some(Report::Configuration(configuration)) => {
                 self.known.mode = Some(configuration.measuring_mode());
                 self.known.configuration = Some(configuration);
             }

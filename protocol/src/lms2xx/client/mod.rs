@@ -106,7 +106,7 @@ impl Client {
     /// Reads frames up to the next scan: there is room for one.
     fn advance(&mut self) {
         while !self.machine.has_scan() && !self.machine.is_done() {
-            let Some(heard) = self.decoder.next_heard() else { break };
+            let Some(heard) = self.decoder.next_received() else { break };
             self.machine.handle(&heard);
         }
     }

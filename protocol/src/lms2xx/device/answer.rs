@@ -17,7 +17,7 @@ pub(super) struct Answer {
     pub(super) after: Option<After>,
 }
 
-/// What `A0` says.
+/// Results in `A0`.
 const DONE: u8 = 0;
 const NOT_POSSIBLE: u8 = 1;
 const WRONG_PASSWORD: u8 = 2;

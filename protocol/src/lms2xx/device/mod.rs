@@ -2,7 +2,7 @@
 //!
 //! Calling order: hand in bytes with the time they arrived ([`Device::handle_bytes`]) or time ([`Device::handle_timeout`]); then send what
 //! [`Device::poll_transmit`] gives, at [`Device::rate`], and say so ([`Device::transmitted`]): a switch of the rate waits for that. When the line is
-//! free, [`Device::plan`] says which mirror turns the next scan telegram holds; once they are over, [`Device::measure`] takes them.
+//! free, [`Device::plan`] gives the mirror turns of the next scan telegram; once they are over, hand them to [`Device::measure`].
 
 mod answer;
 mod recorded;
@@ -15,12 +15,12 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 pub use recorded::Recorded;
-pub use saved::SavedError;
+pub use saved::SavedBlockError;
 pub(crate) use status::{place, rate_of};
 pub use sweep::{Beams, Sweep};
 
 use super::configuration::Configuration;
-use super::frame::{ACK, FROM_DEVICE, FrameCounts, FrameDecoder, Heard, Listener, NAK, encode};
+use super::frame::{ACK, FROM_DEVICE, FrameCounts, FrameDecoder, Listener, NAK, Received, encode};
 use super::model::{LEAST_SPACING, LONGEST_PAUSE, Model};
 use super::telegram::{POWER_ON, Request, STATUS_OK};
 use super::values::Output;
@@ -94,12 +94,12 @@ pub struct Device {
     variant: Variant,
     configuration: Configuration,
     installation: bool,
-    /// What it puts out by itself.
+    /// What it streams.
     stream: Option<Output>,
     /// One scan that was asked for.
     asked: Option<Output>,
     waiting: VecDeque<Waiting>,
-    /// What the transmission under way brings about.
+    /// What happens once the current transmission is done.
     after: Option<After>,
     /// When the last byte was taken.
     last_byte: Option<SimTime>,
@@ -112,7 +112,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// A device as it leaves the works, in the state the options say, at time zero.
+    /// A device with factory settings, in the state the options choose, at time zero.
     pub fn new(model: &'static Model, options: Options) -> Self {
         let mut device = Self {
             model,
@@ -144,13 +144,13 @@ impl Device {
         self.model
     }
 
-    /// What it says of itself.
+    /// Its type text.
     fn type_text(&self) -> &str {
         let recorded = self.recorded.as_ref().and_then(|recorded| recorded.type_text.as_deref());
         recorded.unwrap_or(self.model.type_text)
     }
 
-    /// The rate it hears and sends at.
+    /// The rate it receives and sends at.
     pub fn rate(&self) -> Rate {
         self.rate
     }
@@ -174,7 +174,7 @@ impl Device {
         self.saves
     }
 
-    /// What it has heard.
+    /// What was received.
     pub fn counts(&self) -> FrameCounts {
         self.decoder.counts()
     }
@@ -268,11 +268,11 @@ impl Device {
     fn listen(&mut self, now: SimTime) {
         // Taken out while its frames are answered.
         let mut decoder = core::mem::replace(&mut self.decoder, FrameDecoder::new(Listener::Device));
-        while let Some(heard) = decoder.next_heard() {
+        while let Some(heard) = decoder.next_received() {
             match heard {
-                Heard::Frame(frame) => self.answer(now, Request::parse(frame.body)),
-                Heard::Broken => self.queue(now, alloc::vec![NAK], None),
-                Heard::Ack | Heard::Nak => {}
+                Received::Frame(frame) => self.answer(now, Request::parse(frame.body)),
+                Received::Broken => self.queue(now, alloc::vec![NAK], None),
+                Received::Ack | Received::Nak => {}
             }
         }
         self.decoder = decoder;

@@ -1,4 +1,4 @@
-//! A device that plays a recording: it answers as ever, and its values come from elsewhere.
+//! A device that plays a recording: it answers as usual, and its values come from the recording.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -9,14 +9,14 @@ use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::values::Output;
 use crate::time::SimTime;
 
-/// What the recorded values were measured with. Whatever would make them others is refused.
+/// What the recorded values were measured with. A setting that would change them is refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recorded {
-    /// What it says of itself, where that was recorded.
+    /// Its type text, where that was recorded.
     pub type_text: Option<String>,
     /// Angle and resolution.
     pub variant: Variant,
-    /// How the values were put out.
+    /// The form in which the values were sent.
     pub output: Output,
     /// The configuration block it had before the host wrote any.
     pub found: Configuration,

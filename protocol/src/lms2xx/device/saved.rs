@@ -11,7 +11,8 @@ const HEADING: &str = "LMS2xx configuration";
 
 /// Why a text holds no configuration block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SavedError {
+#[non_exhaustive]
+pub enum SavedBlockError {
     /// Another text.
     #[error("it holds no configuration of an LMS2xx; expected `{HEADING} …`")]
     Foreign,
@@ -33,22 +34,22 @@ impl Device {
     }
 
     /// Takes over what another run has kept.
-    pub fn restore(&mut self, text: &str) -> Result<(), SavedError> {
-        let hex = text.strip_prefix(HEADING).ok_or(SavedError::Foreign)?;
+    pub fn restore(&mut self, text: &str) -> Result<(), SavedBlockError> {
+        let hex = text.strip_prefix(HEADING).ok_or(SavedBlockError::Foreign)?;
         let mut bytes = hex.split_ascii_whitespace().map(|byte| match byte.len() {
-            2 => u8::from_str_radix(byte, 16).map_err(|_| SavedError::Block),
-            _ => Err(SavedError::Block),
+            2 => u8::from_str_radix(byte, 16).map_err(|_| SavedBlockError::Block),
+            _ => Err(SavedBlockError::Block),
         });
         let mut block = [0; LENGTH];
         for byte in &mut block {
-            *byte = bytes.next().ok_or(SavedError::Block)??;
+            *byte = bytes.next().ok_or(SavedBlockError::Block)??;
         }
         if bytes.next().is_some() {
-            return Err(SavedError::Block);
+            return Err(SavedBlockError::Block);
         }
         let configuration = Configuration(block);
         if configuration.unit().is_none() || !configuration.measuring_mode().is_known() {
-            return Err(SavedError::Values);
+            return Err(SavedBlockError::Values);
         }
         self.configuration = configuration;
         Ok(())

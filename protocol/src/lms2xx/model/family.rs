@@ -1,4 +1,4 @@
-//! What the models share. A model's file says what is its own.
+//! What the models share. A model's file holds the differences.
 
 use core::time::Duration;
 

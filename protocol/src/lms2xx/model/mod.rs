@@ -23,7 +23,7 @@ pub struct Model {
     pub name: &'static str,
     /// Name in print.
     pub title: &'static str,
-    /// What it says of itself at power-up and when asked for its type: name, variant, software.
+    /// Its type text, sent at power-up and on request: name, variant, software.
     pub type_text: &'static str,
     /// Software version in the status, 7 characters.
     pub software: &'static [u8; 7],

@@ -16,6 +16,7 @@ pub struct WireError {
 
 /// What stood where a field was expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Found {
     /// Nothing: the arguments ended.
     End,

@@ -1,5 +1,6 @@
 //! Types that know their wire form.
 
+use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
@@ -8,23 +9,31 @@ use super::error::{Found, WireError};
 use super::reader::Reader;
 use super::writer::Writer;
 use crate::frame::Dialect;
+use crate::visit::{Group, Value, Visitor};
 
 /// A wire form that serves both dialects and both directions.
 pub trait Fields {
+    /// Whether [`visit`](Self::visit) gives a struct.
+    const IS_STRUCT: bool = false;
+
     /// Reads into `self`, so that its buffers are reused. After an error `self` holds what was read so far.
     fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), WireError>;
     /// Writes `self`.
     fn write(&self, writer: &mut Writer<'_>);
+    /// Hands the value, or its parts, to `visitor`.
+    fn visit(&self, visitor: &mut dyn Visitor);
 }
 
-/// Declares structs whose fields follow each other on the wire in the order written.
+/// Declares structs whose fields follow each other on the wire in the order written. A field's unit may stand behind its type, in brackets.
 macro_rules! fields {
-    ($($(#[$meta:meta])* pub struct $name:ident { $($(#[$field_meta:meta])* pub $field:ident: $type:ty,)* })*) => {$(
+    ($($(#[$meta:meta])* pub struct $name:ident { $($(#[$field_meta:meta])* pub $field:ident: $type:ty $([$unit:literal])?,)* })*) => {$(
         $(#[$meta])*
         #[derive(Clone, Debug, Default, PartialEq)]
         pub struct $name { $($(#[$field_meta])* pub $field: $type,)* }
 
         impl $crate::telegram::wire::Fields for $name {
+            const IS_STRUCT: bool = true;
+
             fn read(
                 &mut self,
                 reader: &mut $crate::telegram::wire::Reader<'_>,
@@ -38,10 +47,30 @@ macro_rules! fields {
                 $($crate::telegram::wire::Fields::write(&self.$field, writer);)*
                 let _ = writer;
             }
+
+            fn visit(&self, visitor: &mut dyn $crate::visit::Visitor) {
+                visitor.begin($crate::visit::Group::Struct);
+                $(
+                    visitor.field(stringify!($field), $crate::telegram::wire::unit!($($unit)?));
+                    $crate::telegram::wire::Fields::visit(&self.$field, visitor);
+                )*
+                visitor.end();
+            }
         }
     )*};
 }
 pub(crate) use fields;
+
+/// A unit that may be left out.
+macro_rules! unit {
+    () => {
+        None
+    };
+    ($unit:literal) => {
+        Some($unit)
+    };
+}
+pub(crate) use unit;
 
 macro_rules! numbers {
     ($($type:ty: $unsigned:ty, $bytes:literal;)*) => {$(
@@ -53,6 +82,10 @@ macro_rules! numbers {
 
             fn write(&self, writer: &mut Writer<'_>) {
                 writer.number::<$bytes>(u32::from(*self as $unsigned));
+            }
+
+            fn visit(&self, visitor: &mut dyn Visitor) {
+                visitor.value(Value::Integer((*self).into()));
             }
         }
     )*};
@@ -68,11 +101,18 @@ numbers! {
 }
 
 impl Fields for () {
+    const IS_STRUCT: bool = true;
+
     fn read(&mut self, _: &mut Reader<'_>) -> Result<(), WireError> {
         Ok(())
     }
 
     fn write(&self, _: &mut Writer<'_>) {}
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.begin(Group::Struct);
+        visitor.end();
+    }
 }
 
 /// One byte, or one digit.
@@ -90,6 +130,10 @@ impl Fields for bool {
     fn write(&self, writer: &mut Writer<'_>) {
         writer.u8(u8::from(*self));
     }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.value(Value::Flag(*self));
+    }
 }
 
 impl Fields for f32 {
@@ -101,6 +145,10 @@ impl Fields for f32 {
     fn write(&self, writer: &mut Writer<'_>) {
         writer.u32_padded(self.to_bits());
     }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.value(Value::Real(*self));
+    }
 }
 
 impl<T: Fields, const N: usize> Fields for [T; N] {
@@ -110,6 +158,12 @@ impl<T: Fields, const N: usize> Fields for [T; N] {
 
     fn write(&self, writer: &mut Writer<'_>) {
         self.iter().for_each(|item| item.write(writer));
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.begin(Group::List);
+        self.iter().for_each(|item| item.visit(visitor));
+        visitor.end();
     }
 }
 
@@ -131,6 +185,13 @@ impl<T: Fields + Default> Fields for Option<T> {
         writer.u16(u16::from(self.is_some()));
         if let Some(block) = self {
             block.write(writer);
+        }
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        match self {
+            Some(block) => block.visit(visitor),
+            None => visitor.value(Value::Absent),
         }
     }
 }
@@ -156,6 +217,12 @@ impl<T: Fields + Default> Fields for Vec<T> {
         let items = self.get(..usize::from(u16::MAX)).unwrap_or(self);
         writer.u16(items.len() as u16);
         items.iter().for_each(|item| item.write(writer));
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.begin(Group::List);
+        self.iter().for_each(|item| item.visit(visitor));
+        visitor.end();
     }
 }
 
@@ -191,6 +258,10 @@ impl Fields for FlexString {
     fn write(&self, writer: &mut Writer<'_>) {
         write_text(&self.0, usize::from(u16::MAX), writer, |writer, len| writer.u16(len as u16));
     }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.value(Value::Text(&self.0));
+    }
 }
 
 impl Fields for ShortString {
@@ -201,6 +272,10 @@ impl Fields for ShortString {
 
     fn write(&self, writer: &mut Writer<'_>) {
         write_text(&self.0, usize::from(u8::MAX), writer, |writer, len| writer.u8(len as u8));
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.value(Value::Text(&self.0));
     }
 }
 
@@ -275,6 +350,10 @@ impl<const N: usize> Fields for FixedText<N> {
             Dialect::B => writer.fixed(&self.0),
         }
     }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.value(Value::Text(&format!("{self}")));
+    }
 }
 
 /// A body this crate does not take apart, as the wire has it.
@@ -294,6 +373,10 @@ impl Fields for Opaque {
             writer.fixed(&self.0);
         }
     }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.value(Value::Opaque(&self.0));
+    }
 }
 
 /// A 16-bit mask of two bytes, low byte first, which are two tokens in text.
@@ -308,5 +391,9 @@ impl Fields for LowHigh {
 
     fn write(&self, writer: &mut Writer<'_>) {
         self.0.to_le_bytes().write(writer);
+    }
+
+    fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.value(Value::Integer(self.0.into()));
     }
 }

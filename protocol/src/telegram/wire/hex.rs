@@ -1,11 +1,11 @@
 //! Runs of plain text numbers: one to four hex digits between single blanks, as devices write measured values.
 //!
-//! What costs time is not the arithmetic but asking, digit by digit, whether it is one. So the text is asked block by block, which the
-//! compiler does many bytes at a time, and within a run that holds nothing but hex digits and blanks a token's value takes a dozen
+//! The cost is not in the arithmetic but in checking every character. So the text is checked block by block, which the compiler
+//! vectorises, and within a run that holds nothing but hex digits and blanks a token's value takes a dozen
 //! operations on all its digits at once. Whatever is not plain (signs, leading zeros, an error) ends the run, and the caller reads
 //! it the careful way.
 
-use super::array::Word;
+use super::word::Word;
 
 /// Text looked at in one go: long enough to be worth it, short enough that a caller who comes back after every token of a hostile text
 /// costs little.

@@ -31,7 +31,7 @@ impl<'a> Reader<'a> {
         self.bytes.get(self.at..).unwrap_or_default()
     }
 
-    /// Nothing may follow. A trailing blank is forgiven in text.
+    /// Checks that nothing follows. Text may end in a blank.
     pub fn end(&self) -> Result<(), WireError> {
         match (self.dialect, self.rest()) {
             (_, []) | (Dialect::A, [b' ']) => Ok(()),

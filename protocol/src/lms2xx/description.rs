@@ -1,0 +1,120 @@
+//! Requests and scans of the LMS2xx, visited field by field.
+
+use super::telegram::{Mode, Request};
+use super::values::{Output, Unit, Values};
+use crate::visit::{Group, Value, Visitor};
+
+impl Request<'_> {
+    /// Visits the request's fields.
+    pub fn visit(&self, visitor: &mut dyn Visitor) {
+        let name = match self {
+            Self::Reset => "reset",
+            Self::Mode(_) => "mode",
+            Self::Values(_) => "values",
+            Self::Status => "status",
+            Self::Errors => "errors",
+            Self::Type => "type",
+            Self::Variant(_) => "variant",
+            Self::ReadConfiguration => "read_configuration",
+            Self::WriteConfiguration(_) => "write_configuration",
+            Self::Unknown(_) => "unknown",
+        };
+        visitor.begin(Group::Struct);
+        text(visitor, "request", name);
+        match self {
+            Self::Mode(mode) => visit_mode(*mode, visitor),
+            Self::Values(output) => visit_output(*output, visitor),
+            Self::Variant(variant) => {
+                integer(visitor, "angle_deg", Some("°"), variant.angle_deg.into());
+                integer(visitor, "step_centideg", Some("1/100°"), variant.step_centideg.into());
+            }
+            Self::WriteConfiguration(bytes) => {
+                visitor.field("configuration", None);
+                list(visitor, bytes.iter().map(|byte| (*byte).into()));
+            }
+            Self::Unknown(command) => integer(visitor, "command", None, (*command).into()),
+            Self::Reset | Self::Status | Self::Errors | Self::Type | Self::ReadConfiguration => {}
+        }
+        visitor.end();
+    }
+}
+
+impl Values {
+    /// Visits the scan's fields. Values are as sent, with the flag bits of the measuring mode, which is not in the telegram.
+    pub fn visit(&self, visitor: &mut dyn Visitor) {
+        visitor.begin(Group::Struct);
+        visit_output(self.output, visitor);
+        visitor.field("unit", None);
+        visitor.value(match self.word.unit {
+            Some(Unit::Cm) => Value::Text("cm"),
+            Some(Unit::Mm) => Value::Text("mm"),
+            None => Value::Absent,
+        });
+        if let Some(partial) = self.word.partial {
+            integer(visitor, "partial", Some("1/4°"), partial.into());
+        }
+        visitor.field("values", None);
+        list(visitor, self.values.iter().map(|value| (*value).into()));
+        if !self.reflectivity.is_empty() {
+            visitor.field("reflectivity", None);
+            list(visitor, self.reflectivity.iter().map(|value| (*value).into()));
+        }
+        if let Some(index) = self.real_time_index {
+            integer(visitor, "real_time_index", None, index.into());
+        }
+        integer(visitor, "status", None, self.status.into());
+        visitor.end();
+    }
+}
+
+fn visit_mode(mode: Mode, visitor: &mut dyn Visitor) {
+    match mode {
+        Mode::Installation(_) => text(visitor, "mode", "installation"),
+        Mode::Diagnostic => text(visitor, "mode", "diagnostic"),
+        Mode::Stream(output) => {
+            text(visitor, "mode", "stream");
+            visit_output(output, visitor);
+        }
+        Mode::OnRequest => text(visitor, "mode", "on_request"),
+        Mode::Rate(rate) => {
+            text(visitor, "mode", "rate");
+            integer(visitor, "rate", Some("bit/s"), rate.bits_per_second().into());
+        }
+        Mode::Other(number) => integer(visitor, "mode", None, number.into()),
+    }
+}
+
+fn visit_output(output: Output, visitor: &mut dyn Visitor) {
+    let name = match output {
+        Output::All => "all",
+        Output::Partial => "partial",
+        Output::Mean { .. } => "mean",
+        Output::Range(_) => "range",
+        Output::MeanRange { .. } => "mean_range",
+        Output::Reflectivity(_) => "reflectivity",
+    };
+    text(visitor, "output", name);
+    if let Output::Mean { scans } | Output::MeanRange { scans, .. } = output {
+        integer(visitor, "scans", None, scans.into());
+    }
+    if let Output::Range(span) | Output::MeanRange { span, .. } | Output::Reflectivity(span) = output {
+        integer(visitor, "first", None, span.first.into());
+        integer(visitor, "last", None, span.last.into());
+    }
+}
+
+fn text(visitor: &mut dyn Visitor, name: &'static str, text: &str) {
+    visitor.field(name, None);
+    visitor.value(Value::Text(text));
+}
+
+fn integer(visitor: &mut dyn Visitor, name: &'static str, unit: Option<&'static str>, value: i64) {
+    visitor.field(name, unit);
+    visitor.value(Value::Integer(value));
+}
+
+fn list(visitor: &mut dyn Visitor, values: impl Iterator<Item = i64>) {
+    visitor.begin(Group::List);
+    values.for_each(|value| visitor.value(Value::Integer(value)));
+    visitor.end();
+}
