@@ -13,7 +13,7 @@ use std::fs::File;
 use common::binary::{Emulator, run};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use rowscan_protocol::client::Event;
+use rowscan_protocol::host::HostEvent;
 use rowscan_recording::{Listener, Recording, StreamKind};
 
 #[test]
@@ -35,7 +35,7 @@ fn parquet_holds_every_return_of_a_run() {
     while let Some(packet) = recording.next_packet().expect("it reads") {
         listener.hear(std::time::Duration::ZERO, &packet);
         while let Some(event) = listener.next_event() {
-            assert_eq!(event, Event::Scan);
+            assert_eq!(event, HostEvent::Scan);
             let ranges = listener.scan().echoes[0].range_m.iter().enumerate();
             sent.extend(ranges.filter(|(_, m)| m.is_finite()).map(|(beam, m)| (scans, beam as u32, *m)));
             scans += 1;

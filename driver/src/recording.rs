@@ -2,12 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::task::{Context, Poll};
 use std::time::Duration;
 
-use rowscan_protocol::client::Event;
+use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::scan::Scan;
 use rowscan_recording::{Listener, Packet, Side};
 
-use crate::{DriverError, HostTime};
+use crate::clock::HostTime;
+use crate::error::DriverError;
+use crate::feed::Feed;
 
 /// A recording being read: one stream of it.
 #[derive(Debug)]
@@ -48,20 +52,15 @@ impl Recording {
     }
 
     /// The session of the stream that is read.
-    pub(crate) fn client(&self) -> Option<&Listener> {
+    fn client(&self) -> Option<&Listener> {
         self.clients.get(&self.chosen.unwrap_or(self.current))
     }
 
-    /// When the last packet came, since the recording's beginning.
-    pub(crate) fn received(&self) -> HostTime {
-        self.received
-    }
-
     /// The next event of the session, or `None` at the end of the file.
-    pub(crate) fn next_event(&mut self) -> Result<Option<Event>, DriverError> {
+    fn next_event(&mut self) -> Result<Option<HostEvent>, DriverError> {
         loop {
             if let Some(event) = self.clients.get_mut(&self.current).and_then(Listener::next_event) {
-                if event == Event::Scan && self.chosen.is_none() {
+                if event == HostEvent::Scan && self.chosen.is_none() {
                     let chosen = self.current;
                     self.chosen = Some(chosen);
                     self.clients.retain(|stream, _| *stream == chosen);
@@ -107,7 +106,7 @@ impl Recording {
         }
     }
 
-    fn at_end(&self) -> Result<Option<Event>, DriverError> {
+    fn at_end(&self) -> Result<Option<HostEvent>, DriverError> {
         let streams = self.recording.streams();
         if let Some(wanted) =
             self.wanted.as_ref().filter(|name| streams.iter().all(|stream| stream.name != **name))
@@ -120,5 +119,38 @@ impl Recording {
             return Err(DriverError::NotARecording { path: self.path.clone(), format, bytes: self.bytes });
         }
         Ok(None)
+    }
+}
+
+impl Feed for Recording {
+    fn poll_event(&mut self, _: &mut Context<'_>) -> Poll<Result<Option<HostEvent>, DriverError>> {
+        Poll::Ready(self.next_event())
+    }
+
+    fn begin_stop(&mut self, _: Duration) {}
+
+    fn poll_stopped(&mut self, _: &mut Context<'_>) -> Poll<()> {
+        Poll::Ready(())
+    }
+
+    fn scan(&self) -> Option<&Scan> {
+        self.client().map(Listener::scan)
+    }
+
+    /// When the last packet came, since the recording's beginning.
+    fn received(&self) -> HostTime {
+        self.received
+    }
+
+    fn now(&self) -> HostTime {
+        HostTime::default()
+    }
+
+    fn connections(&self) -> u64 {
+        0
+    }
+
+    fn frames_bad(&self) -> u64 {
+        self.client().map_or(0, |client| client.counts().bad)
     }
 }

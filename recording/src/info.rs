@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rowscan_protocol::client::Event;
+use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 use serde::Serialize;
@@ -119,8 +119,8 @@ impl Book {
         listener.hear(Duration::from_nanos(packet.at_ns.unwrap_or_default()), packet);
         while let Some(event) = listener.next_event() {
             match event {
-                Event::Scan => self.scan(listener.scan(), packet.at_ns),
-                Event::Malformed { .. } => self.malformed += 1,
+                HostEvent::Scan => self.scan(listener.scan(), packet.at_ns),
+                HostEvent::Malformed { .. } => self.malformed += 1,
                 _ => {}
             }
         }

@@ -1,10 +1,11 @@
-//! Listens to a recorded scanner in the language it speaks.
+//! Decodes one recorded stream in the scanner's protocol.
 
 use std::time::Duration;
 
-use rowscan_protocol::client::{self, Event};
+use rowscan_protocol::client::ColaClient;
 use rowscan_protocol::frame::FrameCounts;
-use rowscan_protocol::lms2xx;
+use rowscan_protocol::host::{HostEvent, HostSession};
+use rowscan_protocol::lms2xx::client::Lms2xxClient;
 use rowscan_protocol::scan::Scan;
 
 use crate::{Joint, Packet, Side, StreamKind};
@@ -14,30 +15,24 @@ pub(crate) const MAX_PAYLOAD: usize = 64 * 1024;
 
 /// A session that only listens, to one stream.
 #[derive(Debug)]
-pub struct Listener(Session);
-
-#[derive(Debug)]
-enum Session {
-    Cola(Box<client::Client>),
-    Lms2xx(Box<lms2xx::client::Client>),
-}
+pub struct Listener(Box<dyn HostSession + Send>);
 
 impl Listener {
     /// For an LMS2xx.
     pub(crate) fn lms2xx() -> Self {
-        Self(Session::Lms2xx(Box::new(lms2xx::client::Client::listen())))
+        Self(Box::new(Lms2xxClient::listen()))
     }
 
-    /// For a stream of this kind; none if no scanner speaks on it. CoLa payloads longer than `max_payload` are none.
+    /// For a stream of this kind; `None` if no scanner speaks on it. CoLa payloads longer than `max_payload` are not taken for payloads.
     pub fn new(kind: StreamKind, max_payload: usize) -> Option<Self> {
         match kind {
-            StreamKind::Cola => Some(Self(Session::Cola(Box::new(client::Client::listen(max_payload))))),
+            StreamKind::Cola => Some(Self(Box::new(ColaClient::listen(max_payload)))),
             StreamKind::Lms2xx => Some(Self::lms2xx()),
             StreamKind::Nmea | StreamKind::Can | StreamKind::Bytes => None,
         }
     }
 
-    /// Takes a packet of the stream that came at `at`, any epoch. What the host said is nothing to a listener.
+    /// Takes a packet of the stream that came at `at`, any epoch. Packets from the host are ignored.
     pub fn hear(&mut self, at: Duration, packet: &Packet) {
         if packet.from == Some(Side::Host) {
             return;
@@ -51,58 +46,35 @@ impl Listener {
 
     /// Takes the device's next bytes.
     pub(crate) fn hear_bytes(&mut self, at: Duration, bytes: &[u8]) {
-        match &mut self.0 {
-            Session::Cola(client) => client.handle_bytes(at, bytes),
-            Session::Lms2xx(client) => client.handle_bytes(at, bytes),
-        }
+        self.0.handle_bytes(at, bytes);
     }
 
     /// No more bytes will come.
     pub fn end(&mut self) {
-        match &mut self.0 {
-            Session::Cola(client) => client.handle_end(),
-            Session::Lms2xx(client) => client.handle_end(),
-        }
+        self.0.handle_end();
     }
 
-    /// What was heard next: scans, and telegrams that make no sense.
-    pub fn next_event(&mut self) -> Option<Event> {
-        match &mut self.0 {
-            Session::Cola(client) => client.poll_event(),
-            Session::Lms2xx(client) => loop {
-                match client.poll_event()? {
-                    lms2xx::client::Event::Scan => return Some(Event::Scan),
-                    lms2xx::client::Event::Malformed { reason } => {
-                        return Some(Event::Malformed { reason: reason.to_string() });
-                    }
-                    _ => {}
-                }
-            },
-        }
+    /// The next event: scans, and telegrams that cannot be read.
+    pub fn next_event(&mut self) -> Option<HostEvent> {
+        self.0.poll_event()
     }
 
-    /// The next whole scan; what makes no sense is passed over.
+    /// The next whole scan; telegrams that cannot be read are skipped.
     pub(crate) fn next_scan(&mut self) -> Option<&Scan> {
         loop {
-            if self.next_event()? == Event::Scan {
+            if self.next_event()? == HostEvent::Scan {
                 return Some(self.scan());
             }
         }
     }
 
-    /// The scan of the last [`Event::Scan`].
+    /// The scan of the last [`HostEvent::Scan`].
     pub fn scan(&self) -> &Scan {
-        match &self.0 {
-            Session::Cola(client) => client.scan(),
-            Session::Lms2xx(client) => client.scan(),
-        }
+        self.0.scan()
     }
 
-    /// What was received.
+    /// Frames and bytes received so far.
     pub fn counts(&self) -> FrameCounts {
-        match &self.0 {
-            Session::Cola(client) => client.counts(),
-            Session::Lms2xx(client) => client.counts(),
-        }
+        self.0.counts()
     }
 }

@@ -1,7 +1,6 @@
 //! Writes a recording on a thread of its own, fed through a bounded queue.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -12,7 +11,9 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crate::RecordError;
-use crate::tap::{Item, Taps};
+use crate::queue::{self, Item};
+use crate::tap::Taps;
+use crate::wall_clock::WallClock;
 use crate::writer::{About, Decoded, McapWriter, StreamId};
 
 /// No byte waits longer before it is handed to the system: what a killed program loses at most.
@@ -20,28 +21,6 @@ const FLUSH: Duration = Duration::from_millis(200);
 
 /// Packets that may wait for the writer; at 50 Hz twenty seconds of one scanner.
 const QUEUE: usize = 1024;
-
-/// Host time, ns since 1970: one clock for all streams of a recording, handed in by whoever may read one.
-#[derive(Clone)]
-pub struct WallClock(Arc<dyn Fn() -> u64 + Send + Sync>);
-
-impl WallClock {
-    /// A clock that reads `now`.
-    pub fn new(now: impl Fn() -> u64 + Send + Sync + 'static) -> Self {
-        Self(Arc::new(now))
-    }
-
-    /// Time now, ns.
-    pub fn now_ns(&self) -> u64 {
-        (self.0)()
-    }
-}
-
-impl fmt::Debug for WallClock {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("WallClock")
-    }
-}
 
 /// How a recording is made.
 #[derive(Clone, Debug)]
@@ -90,7 +69,7 @@ impl Recorder {
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
         let (queue, items) = sync_channel(QUEUE);
         let lost = Arc::new(AtomicU64::new(0));
-        let taps = Taps::new(queue.clone(), clock.clone(), waits, Arc::clone(&lost));
+        let taps = queue::taps(queue.clone(), clock.clone(), waits, Arc::clone(&lost));
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn({

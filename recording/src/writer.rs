@@ -18,11 +18,11 @@ use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
+use rowscan_protocol::can::CanFrame;
 
-use crate::can::CanFrame;
+use crate::fix::FixReader;
 use crate::foxglove::Schema;
 use crate::listener::{Listener, MAX_PAYLOAD};
-use crate::nmea::FixReader;
 use crate::{Side, StreamKind, foxglove};
 
 /// Message encoding of raw bytes.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use rowscan_recording::nmea::checksum;
+use rowscan_protocol::nmea::checksum;
 use rowscan_scenes::gnss::{Fix, Quality};
 
 /// A sentence: its name and what it says of a fix, without `$`, talker and checksum.
