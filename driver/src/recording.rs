@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{Listener, Packet, Side};
+use rowscan_recording::{Packet, ScanReader, Side};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
@@ -23,7 +23,7 @@ pub(crate) struct Recording {
     /// The stream that is read: the one asked for, or the first with a scan.
     chosen: Option<usize>,
     /// A listening session a stream, until one is chosen.
-    clients: BTreeMap<usize, Listener>,
+    clients: BTreeMap<usize, ScanReader>,
     /// The stream that bytes came from last.
     current: usize,
     max_payload: usize,
@@ -52,14 +52,14 @@ impl Recording {
     }
 
     /// The session of the stream that is read.
-    fn client(&self) -> Option<&Listener> {
+    fn client(&self) -> Option<&ScanReader> {
         self.clients.get(&self.chosen.unwrap_or(self.current))
     }
 
     /// The next event of the session, or `None` at the end of the file.
     fn next_event(&mut self) -> Result<Option<HostEvent>, DriverError> {
         loop {
-            if let Some(event) = self.clients.get_mut(&self.current).and_then(Listener::next_event) {
+            if let Some(event) = self.clients.get_mut(&self.current).and_then(ScanReader::next_event) {
                 if event == HostEvent::Scan && self.chosen.is_none() {
                     let chosen = self.current;
                     self.chosen = Some(chosen);
@@ -73,7 +73,7 @@ impl Recording {
                 None if !self.ended => {
                     self.ended = true;
                     self.current = self.chosen.unwrap_or(self.current);
-                    self.clients.values_mut().for_each(Listener::end);
+                    self.clients.values_mut().for_each(ScanReader::finish);
                 }
                 None => return self.at_end(),
             }
@@ -88,8 +88,8 @@ impl Recording {
             (None, None) => true,
         };
         let known = self.clients.contains_key(&packet.stream);
-        let listener = if known { None } else { Listener::new(stream.kind, self.max_payload) };
-        if !wanted || !known && listener.is_none() {
+        let reader = if known { None } else { ScanReader::new(stream.kind, self.max_payload) };
+        if !wanted || !known && reader.is_none() {
             return;
         }
         self.bytes += packet.bytes.len() as u64;
@@ -100,9 +100,9 @@ impl Recording {
             self.received = HostTime(Duration::from_nanos(at_ns.saturating_sub(began_ns)));
         }
         self.current = packet.stream;
-        self.clients.extend(listener.map(|listener| (packet.stream, listener)));
+        self.clients.extend(reader.map(|reader| (packet.stream, reader)));
         if let Some(client) = self.clients.get_mut(&packet.stream) {
-            client.hear(self.received.0, &packet);
+            client.push(self.received.0, &packet);
         }
     }
 
@@ -134,7 +134,7 @@ impl Feed for Recording {
     }
 
     fn scan(&self) -> Option<&Scan> {
-        self.client().map(Listener::scan)
+        self.client().map(ScanReader::scan)
     }
 
     /// When the last packet came, since the recording's beginning.

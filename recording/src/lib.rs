@@ -35,8 +35,6 @@ mod foxglove;
 mod frames;
 #[cfg(feature = "files")]
 mod info;
-#[cfg(feature = "files")]
-mod listener;
 mod packet;
 #[cfg(feature = "files")]
 mod queue;
@@ -44,6 +42,8 @@ mod queue;
 mod read;
 #[cfg(feature = "files")]
 mod recorder;
+#[cfg(feature = "files")]
+mod scan_reader;
 mod tap;
 mod wall_clock;
 #[cfg(feature = "files")]
@@ -57,13 +57,13 @@ pub use error::RecordError;
 pub use frames::{FrameReader, RecordedFrame};
 #[cfg(feature = "files")]
 pub use info::{StreamReport, account};
-#[cfg(feature = "files")]
-pub use listener::Listener;
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
 pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};
+#[cfg(feature = "files")]
+pub use scan_reader::ScanReader;
 pub use tap::{Tap, Taps};
 pub use wall_clock::WallClock;
 #[cfg(feature = "files")]

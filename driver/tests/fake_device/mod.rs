@@ -19,7 +19,10 @@ pub(crate) struct Behaviour {
 }
 
 /// Serves one connection until its scans are sent, or the host leaves.
-pub(crate) async fn serve(mut stream: impl AsyncRead + AsyncWrite + Unpin, behaviour: Behaviour) -> io::Result<()> {
+pub(crate) async fn serve(
+    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    behaviour: Behaviour,
+) -> io::Result<()> {
     let mut decoder = FrameDecoder::new(Accept::Either, 4096);
     let mut subscribed = false;
     while !subscribed {

@@ -8,8 +8,9 @@ pub mod configuration;
 pub mod device;
 pub mod frame;
 pub mod model;
+pub mod settings_reply;
 pub mod telegram;
-pub mod told;
+
 pub mod values;
 
 use core::fmt;

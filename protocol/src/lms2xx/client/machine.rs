@@ -11,8 +11,8 @@ use crate::host::{DeviceInfo, HostEvent, Language, Transmit};
 use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::frame::{Frame, Heard, MAX_BODY, OVERHEAD};
 use crate::lms2xx::model::{self, Model};
+use crate::lms2xx::settings_reply::SettingsReply;
 use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
-use crate::lms2xx::told::Told;
 use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
 use crate::lms2xx::{Rate, Variant};
 use crate::scan::{Echo, Scan};
@@ -199,23 +199,23 @@ impl Machine {
 
     /// Takes note of what any reply says of the device's settings.
     fn learn(&mut self, body: &[u8]) {
-        match Told::parse(body) {
-            Some(Told::Type(text)) => {
+        match SettingsReply::parse(body) {
+            Some(SettingsReply::Type(text)) => {
                 let text = text.trim_end_matches(|c: char| !c.is_ascii_graphic());
                 let (ident, firmware) = text.rsplit_once(';').unwrap_or((text, ""));
                 (self.ident, self.firmware) = (ident.into(), firmware.into());
                 self.known.model =
                     model::MODELS.iter().copied().find(|model| model.type_text.starts_with(ident));
             }
-            Some(Told::Status(variant, rate)) => {
+            Some(SettingsReply::Status(variant, rate)) => {
                 self.known.variant = Some(variant);
                 if let (Step::Listening, Some(rate)) = (self.step, rate) {
                     self.rate = rate;
                     self.rate_known = true;
                 }
             }
-            Some(Told::Variant(variant)) => self.known.variant = Some(variant),
-            Some(Told::Configuration(configuration)) => {
+            Some(SettingsReply::Variant(variant)) => self.known.variant = Some(variant),
+            Some(SettingsReply::Configuration(configuration)) => {
                 self.known.mode = Some(configuration.measuring_mode());
                 self.known.configuration = Some(configuration);
             }

@@ -1,4 +1,4 @@
-//! What a device's replies say of it and of its settings.
+//! Replies that describe a device and its settings.
 
 use super::configuration::Configuration;
 use super::device::{place, rate_of};
@@ -6,9 +6,9 @@ use super::telegram::{REPLY, command};
 use super::values::Values;
 use super::{Rate, Variant};
 
-/// What one reply tells.
+/// One reply that describes the device or its settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told<'a> {
+pub enum SettingsReply<'a> {
     /// `BA`: name and variant, `;`, software; as sent, with the blanks behind it.
     Type(&'a str),
     /// `B1`: how it is set, and the rate it runs at where that is one of the known codes.
@@ -19,8 +19,8 @@ pub enum Told<'a> {
     Configuration(Configuration),
 }
 
-impl<'a> Told<'a> {
-    /// Reads the body of a reply; none if it tells nothing of these.
+impl<'a> SettingsReply<'a> {
+    /// Reads the body of a reply; `None` for every other reply.
     pub fn parse(body: &'a [u8]) -> Option<Self> {
         let (reply, data) = body.split_first()?;
         let variant = |at: usize| {
@@ -47,9 +47,9 @@ impl<'a> Told<'a> {
 }
 
 /// The block, and the device's status behind it.
-fn configuration(data: &[u8]) -> Option<Told<'static>> {
+fn configuration(data: &[u8]) -> Option<SettingsReply<'static>> {
     let (block, _status) = data.split_last_chunk::<1>()?;
-    block.try_into().ok().map(|block| Told::Configuration(Configuration(block)))
+    block.try_into().ok().map(|block| SettingsReply::Configuration(Configuration(block)))
 }
 
 /// True if a body from a device carries measured values.

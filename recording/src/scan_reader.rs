@@ -15,9 +15,9 @@ pub(crate) const MAX_PAYLOAD: usize = 64 * 1024;
 
 /// A session that only listens, to one stream.
 #[derive(Debug)]
-pub struct Listener(Box<dyn HostSession + Send>);
+pub struct ScanReader(Box<dyn HostSession + Send>);
 
-impl Listener {
+impl ScanReader {
     /// For an LMS2xx.
     pub(crate) fn lms2xx() -> Self {
         Self(Box::new(Lms2xxClient::listen()))
@@ -33,24 +33,24 @@ impl Listener {
     }
 
     /// Takes a packet of the stream that came at `at`, any epoch. Packets from the host are ignored.
-    pub fn hear(&mut self, at: Duration, packet: &Packet) {
+    pub fn push(&mut self, at: Duration, packet: &Packet) {
         if packet.from == Some(Side::Host) {
             return;
         }
         if packet.joint != Joint::Seamless {
             // What was unfinished stays so.
-            self.end();
+            self.finish();
         }
-        self.hear_bytes(at, &packet.bytes);
+        self.push_bytes(at, &packet.bytes);
     }
 
     /// Takes the device's next bytes.
-    pub(crate) fn hear_bytes(&mut self, at: Duration, bytes: &[u8]) {
+    pub(crate) fn push_bytes(&mut self, at: Duration, bytes: &[u8]) {
         self.0.handle_bytes(at, bytes);
     }
 
     /// No more bytes will come.
-    pub fn end(&mut self) {
+    pub fn finish(&mut self) {
         self.0.handle_end();
     }
 
