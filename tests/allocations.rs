@@ -20,9 +20,10 @@ use rowscan_bus::link::slcan::Adapter;
 use rowscan_canopy::Pipeline;
 use rowscan_emulator::offline::Offline;
 use rowscan_emulator::stage::Stage;
-use rowscan_protocol::client::{Client, Event};
+use rowscan_protocol::client::ColaClient;
 use rowscan_protocol::device::scan_event;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model;
 use rowscan_protocol::time::{DeviceClock, SimTime};
 
@@ -45,7 +46,7 @@ fn a_scan_costs_no_allocation_from_its_bytes_to_its_can_frames() {
     scene.orchard.trees = Some(6);
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     for dialect in [Dialect::A, Dialect::B] {
-        let mut client = Client::listen(64 * 1024);
+        let mut client = ColaClient::listen(64 * 1024);
         let mut pipeline = Pipeline::new(Some(&stage.rig), 0, None).unwrap();
         let (mut ecu, mut clock, mut adapter) =
             (CanopyEcu::default(), DeviceClock::default(), Adapter::default());
@@ -58,7 +59,7 @@ fn a_scan_costs_no_allocation_from_its_bytes_to_its_can_frames() {
             .map(|telegram| {
                 let scan = || {
                     client.handle_bytes(Duration::ZERO, telegram);
-                    assert_eq!(client.poll_event(), Some(Event::Scan));
+                    assert_eq!(client.poll_event(), Some(HostEvent::Scan));
                     let scan = client.scan();
                     pipeline.push(scan);
                     let at = SimTime((clock.seconds(scan.scan_time_us) * 1e9) as u64);

@@ -1,6 +1,6 @@
 //! What J1939 makes of a CAN frame's identifier.
 
-pub use rowscan_recording::can::{CanFrame, CanId};
+pub use rowscan_protocol::can::{CanFrame, CanId};
 
 /// The nobody in particular of J1939 destinations.
 pub const EVERYONE: u8 = 0xFF;

@@ -2,21 +2,21 @@
 
 use std::time::Duration;
 
-use rowscan_protocol::client::ClientConfig;
+use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::lms2xx;
+use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_recording::Tap;
 
 /// How a scanner is opened and kept.
 #[derive(Clone, Debug)]
 pub struct DriverConfig {
-    /// What is asked of the device at start-up.
-    pub client: ClientConfig,
-    /// The same of an LMS2xx; the source has the rate.
-    pub lms2xx: lms2xx::client::ClientConfig,
+    /// How a CoLa scanner is set up.
+    pub cola: ColaConfig,
+    /// How an LMS2xx is set up; the rate is the source's.
+    pub lms2xx: Lms2xxConfig,
     /// The dialect tried first; the other one is tried, over a new connection, if the device stays silent.
     pub prefer: Dialect,
-    /// How long one TCP connection attempt may take.
+    /// How long one attempt to connect may take.
     pub connect_timeout: Duration,
     /// A link that delivers nothing for this long counts as lost.
     pub stall_timeout: Duration,
@@ -33,8 +33,8 @@ pub struct DriverConfig {
 impl Default for DriverConfig {
     fn default() -> Self {
         Self {
-            client: ClientConfig::default(),
-            lms2xx: lms2xx::client::ClientConfig::default(),
+            cola: ColaConfig::default(),
+            lms2xx: Lms2xxConfig::default(),
             prefer: Dialect::B,
             connect_timeout: Duration::from_secs(3),
             stall_timeout: Duration::from_secs(5),

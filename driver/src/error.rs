@@ -1,15 +1,18 @@
 //! What can go wrong between a host and its scanner.
 
 use std::io;
+#[cfg(feature = "recordings")]
 use std::path::PathBuf;
 use std::time::Duration;
 
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::SopasError;
+#[cfg(feature = "recordings")]
 use rowscan_recording::{Format, ReadError};
 
 /// Why a source could not be opened or read on. Each message names the remedy where there is one.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum DriverError {
     /// The source is written in a way the driver does not know.
     #[error(
@@ -20,6 +23,14 @@ pub enum DriverError {
         found: String,
         /// What is wrong with it.
         reason: String,
+    },
+    /// The source needs a feature that this build leaves out.
+    #[error("`{source_text}` needs the feature `{feature}` of rowscan-driver, and this build leaves it out")]
+    Feature {
+        /// The source.
+        source_text: String,
+        /// The feature's name.
+        feature: &'static str,
     },
     /// No TCP connection could be made.
     #[error(
@@ -43,7 +54,7 @@ pub enum DriverError {
     },
     /// No LMS2xx answers on a serial line.
     #[error(
-        "no LMS2xx answers on {place} at 9600, 38400, 19200 or 500000 bits a second ({what}){heard}; is it powered, and are its lines crossed?"
+        "no LMS2xx answers on {place} at 9600, 38400, 19200 or 500000 bits a second ({what}){junk}; is it powered, and are its lines crossed?"
     )]
     NoLms2xx {
         /// The source.
@@ -51,7 +62,7 @@ pub enum DriverError {
         /// What it was asked to do.
         what: &'static str,
         /// What came instead, if anything.
-        heard: Heard,
+        junk: JunkBytes,
     },
     /// An LMS2xx refused what no scan can come without.
     #[error("the LMS2xx on {place} refused: {what}")]
@@ -70,7 +81,7 @@ pub enum DriverError {
     /// The peer accepted the connection and answered in neither dialect.
     #[error(
         "{address} accepts connections but does not answer as a SICK scanner: no reply to `sRN DeviceIdent` within {timeout:?} in \
-         CoLa B nor in CoLa A{heard}; is another program listening on this port?"
+         CoLa B nor in CoLa A{junk}; is another program listening on this port?"
     )]
     NoDialect {
         /// Host and port.
@@ -78,7 +89,7 @@ pub enum DriverError {
         /// How long each dialect was given.
         timeout: Duration,
         /// What came instead, if anything.
-        heard: Heard,
+        junk: JunkBytes,
     },
     /// A command of the start-up got no reply.
     #[error("{address} did not answer `{command}` in {dialect} within {timeout:?}")]
@@ -137,6 +148,7 @@ pub enum DriverError {
         last: Box<DriverError>,
     },
     /// A recording could not be read.
+    #[cfg(feature = "recordings")]
     #[error("cannot read recording {}: {cause}", path.display())]
     Recording {
         /// The file.
@@ -145,6 +157,7 @@ pub enum DriverError {
         cause: ReadError,
     },
     /// A recording has no stream of that name.
+    #[cfg(feature = "recordings")]
     #[error("{} has no stream `{wanted}`; it has {}", path.display(), found.join(", "))]
     NoStream {
         /// The file.
@@ -155,6 +168,7 @@ pub enum DriverError {
         found: Vec<String>,
     },
     /// A file holds no telegram.
+    #[cfg(feature = "recordings")]
     #[error(
         "{} ({format}) holds no SICK telegram in its {bytes} bytes; expected CoLa A (02 … 03) or CoLa B (02 02 02 02, length, payload, checksum) frames \
          with LMDscandata",
@@ -170,16 +184,13 @@ pub enum DriverError {
     },
 }
 
-/// What a peer that speaks no known dialect sent.
+/// Bytes of a peer that speaks no known protocol: so many belong to no valid frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Heard {
-    /// Bytes that belong to no valid frame.
-    pub bytes: u64,
-}
+pub struct JunkBytes(pub u64);
 
-impl std::fmt::Display for Heard {
+impl std::fmt::Display for JunkBytes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.bytes {
+        match self.0 {
             0 => Ok(()),
             n => write!(f, " ({n} bytes came that are no telegram)"),
         }

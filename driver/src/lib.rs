@@ -13,28 +13,45 @@
 //! # }
 //! ```
 //!
-//! [`Scanner::next`] drives the connection itself, on the caller's task: no hidden thread, no unbounded queue, one reused
-//! [`Scan`](rowscan_protocol::scan::Scan). It is cancel safe, so it may stand in a `select!`. A recording is a source like any other
-//! and goes through the same frame decoder, telegram parser and client session.
+//! [`Scanner::next`] drives the link itself, on the caller's task: no hidden thread, no unbounded queue, one reused
+//! [`Scan`](rowscan_protocol::scan::Scan). It is cancel safe at every await, so it may stand in a `select!`; also while it restores a lost
+//! link. A recording is a source like any other and goes through the same frame decoder, telegram parser and session.
+//!
+//! | feature | opens |
+//! |---|---|
+//! | `tcp` (default) | `tcp://HOST:PORT`: CoLa; `rfc2217://HOST:PORT`: an LMS2xx behind a serial port server |
+//! | `serial` | `serial:/dev/ttyUSB0?baud=38400`: an LMS2xx on a serial port of this machine |
+//! | `recordings` | the path of a recording |
+//!
+//! A source whose feature is left out gives [`DriverError::Feature`].
+
+#[cfg(not(any(feature = "tcp", feature = "serial", feature = "recordings")))]
+compile_error!("rowscan-driver opens nothing without a feature: enable `tcp`, `serial` or `recordings`");
 
 mod clock;
 mod config;
 mod connection;
-mod dial;
+#[cfg(any(feature = "tcp", feature = "serial"))]
+mod endpoint;
 mod error;
+#[cfg(all(test, any(feature = "tcp", feature = "serial")))]
+#[path = "../tests/fake_device/mod.rs"]
+mod fake_device;
+mod feed;
+#[cfg(any(feature = "tcp", feature = "serial"))]
+mod link;
 mod link_event;
-mod outage;
-mod port;
+#[cfg(feature = "recordings")]
 mod recording;
 mod scanner;
-mod serial_link;
 mod source;
-mod tcp_link;
+
+pub use {rowscan_protocol, rowscan_recording};
 
 pub use clock::HostTime;
 pub use config::{Backoff, DriverConfig};
-pub use connection::{Connection, Happened};
-pub use error::{DriverError, Heard};
+pub use connection::{Connection, ConnectionEvent};
+pub use error::{DriverError, JunkBytes};
 pub use link_event::{LinkEvent, LinkEvents};
 pub use scanner::{LinkCounts, Record, Scanner};
 pub use source::Source;

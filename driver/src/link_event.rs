@@ -1,50 +1,29 @@
-//! What happens to a link beside its scans.
+//! Events of a link beside its scans.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::lms2xx::Rate;
+use rowscan_protocol::host::DeviceInfo;
 use rowscan_protocol::telegram::SopasError;
 use tokio::sync::Notify;
 
 use crate::error::DriverError;
 
-/// Something the user may want to be told; taken from [`Scanner::link_events`](crate::Scanner::link_events).
+/// Something the user may want to know; taken from [`Scanner::link_events`](crate::Scanner::link_events).
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum LinkEvent {
     /// The device is configured and streams.
-    Ready {
-        /// Its own identification.
-        ident: String,
-        /// Its firmware version.
-        firmware: String,
-        /// The dialect spoken.
-        dialect: Dialect,
-    },
-    /// An LMS2xx is configured and streams.
-    SerialReady {
-        /// Name and variant.
-        ident: String,
-        /// Software version.
-        software: String,
-        /// The line's rate.
-        rate: Rate,
-    },
-    /// An LMS2xx refused an optional step; it goes on with its own setting.
-    Declined {
-        /// What it was asked to do.
-        what: &'static str,
-    },
-    /// The device refused an optional setting; it goes on with its own.
+    Ready(DeviceInfo),
+    /// The device refused an optional setting and keeps its own.
     Refused {
-        /// The command.
+        /// The command: its CoLa name, or the LMS2xx request in words.
         command: &'static str,
-        /// The device's reason.
-        code: SopasError,
+        /// The device's reason; an LMS2xx gives none.
+        error: Option<SopasError>,
     },
-    /// A scan telegram that passed the checksum and made no sense.
+    /// A scan telegram that passed the checksum and could not be read.
     Malformed {
         /// Why.
         reason: String,
@@ -61,7 +40,7 @@ pub enum LinkEvent {
 /// Link events kept for a user who does not take them.
 const EVENTS_KEPT: usize = 64;
 
-/// The newest link events, oldest first. Clones share them, so that one can be told of them while another waits for a scan.
+/// The newest link events, oldest first. Clones share them, so that one task can take them while another waits for a scan.
 #[derive(Clone, Debug, Default)]
 pub struct LinkEvents(Arc<Kept>);
 

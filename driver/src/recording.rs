@@ -2,12 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::task::{Context, Poll};
 use std::time::Duration;
 
-use rowscan_protocol::client::Event;
-use rowscan_recording::{Listener, Packet, Side};
+use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::scan::Scan;
+use rowscan_recording::{Packet, ScanReader, Side};
 
-use crate::{DriverError, HostTime};
+use crate::clock::HostTime;
+use crate::error::DriverError;
+use crate::feed::Feed;
 
 /// A recording being read: one stream of it.
 #[derive(Debug)]
@@ -19,7 +23,7 @@ pub(crate) struct Recording {
     /// The stream that is read: the one asked for, or the first with a scan.
     chosen: Option<usize>,
     /// A listening session a stream, until one is chosen.
-    clients: BTreeMap<usize, Listener>,
+    clients: BTreeMap<usize, ScanReader>,
     /// The stream that bytes came from last.
     current: usize,
     max_payload: usize,
@@ -48,20 +52,15 @@ impl Recording {
     }
 
     /// The session of the stream that is read.
-    pub(crate) fn client(&self) -> Option<&Listener> {
+    fn client(&self) -> Option<&ScanReader> {
         self.clients.get(&self.chosen.unwrap_or(self.current))
     }
 
-    /// When the last packet came, since the recording's beginning.
-    pub(crate) fn received(&self) -> HostTime {
-        self.received
-    }
-
     /// The next event of the session, or `None` at the end of the file.
-    pub(crate) fn next_event(&mut self) -> Result<Option<Event>, DriverError> {
+    fn next_event(&mut self) -> Result<Option<HostEvent>, DriverError> {
         loop {
-            if let Some(event) = self.clients.get_mut(&self.current).and_then(Listener::next_event) {
-                if event == Event::Scan && self.chosen.is_none() {
+            if let Some(event) = self.clients.get_mut(&self.current).and_then(ScanReader::next_event) {
+                if event == HostEvent::Scan && self.chosen.is_none() {
                     let chosen = self.current;
                     self.chosen = Some(chosen);
                     self.clients.retain(|stream, _| *stream == chosen);
@@ -74,7 +73,7 @@ impl Recording {
                 None if !self.ended => {
                     self.ended = true;
                     self.current = self.chosen.unwrap_or(self.current);
-                    self.clients.values_mut().for_each(Listener::end);
+                    self.clients.values_mut().for_each(ScanReader::finish);
                 }
                 None => return self.at_end(),
             }
@@ -89,8 +88,8 @@ impl Recording {
             (None, None) => true,
         };
         let known = self.clients.contains_key(&packet.stream);
-        let listener = if known { None } else { Listener::new(stream.kind, self.max_payload) };
-        if !wanted || !known && listener.is_none() {
+        let reader = if known { None } else { ScanReader::new(stream.kind, self.max_payload) };
+        if !wanted || !known && reader.is_none() {
             return;
         }
         self.bytes += packet.bytes.len() as u64;
@@ -101,13 +100,13 @@ impl Recording {
             self.received = HostTime(Duration::from_nanos(at_ns.saturating_sub(began_ns)));
         }
         self.current = packet.stream;
-        self.clients.extend(listener.map(|listener| (packet.stream, listener)));
+        self.clients.extend(reader.map(|reader| (packet.stream, reader)));
         if let Some(client) = self.clients.get_mut(&packet.stream) {
-            client.hear(self.received.0, &packet);
+            client.push(self.received.0, &packet);
         }
     }
 
-    fn at_end(&self) -> Result<Option<Event>, DriverError> {
+    fn at_end(&self) -> Result<Option<HostEvent>, DriverError> {
         let streams = self.recording.streams();
         if let Some(wanted) =
             self.wanted.as_ref().filter(|name| streams.iter().all(|stream| stream.name != **name))
@@ -120,5 +119,38 @@ impl Recording {
             return Err(DriverError::NotARecording { path: self.path.clone(), format, bytes: self.bytes });
         }
         Ok(None)
+    }
+}
+
+impl Feed for Recording {
+    fn poll_event(&mut self, _: &mut Context<'_>) -> Poll<Result<Option<HostEvent>, DriverError>> {
+        Poll::Ready(self.next_event())
+    }
+
+    fn begin_stop(&mut self, _: Duration) {}
+
+    fn poll_stopped(&mut self, _: &mut Context<'_>) -> Poll<()> {
+        Poll::Ready(())
+    }
+
+    fn scan(&self) -> Option<&Scan> {
+        self.client().map(ScanReader::scan)
+    }
+
+    /// When the last packet came, since the recording's beginning.
+    fn received(&self) -> HostTime {
+        self.received
+    }
+
+    fn now(&self) -> HostTime {
+        HostTime::default()
+    }
+
+    fn connections(&self) -> u64 {
+        0
+    }
+
+    fn frames_bad(&self) -> u64 {
+        self.client().map_or(0, |client| client.counts().bad)
     }
 }

@@ -1,19 +1,26 @@
 //! A scanner as its user sees it: scans, one after another, whatever the link does.
 
+use std::fmt;
+use std::future::poll_fn;
 use std::time::Duration;
 
-use rowscan_protocol::client::{Client, Event};
+use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::Listener;
 
 use crate::clock::HostTime;
 use crate::config::DriverConfig;
+#[cfg(feature = "tcp")]
+use crate::endpoint::ColaEndpoint;
+#[cfg(any(feature = "tcp", feature = "serial"))]
+use crate::endpoint::{Endpoint, Lms2xxEndpoint, Place};
 use crate::error::DriverError;
+use crate::feed::Feed;
+#[cfg(any(feature = "tcp", feature = "serial"))]
+use crate::link::Link;
 use crate::link_event::{LinkEvent, LinkEvents};
+#[cfg(feature = "recordings")]
 use crate::recording::Recording;
-use crate::serial_link::SerialLink;
 use crate::source::Source;
-use crate::tcp_link::TcpLink;
 
 /// One scan with the time it arrived.
 #[derive(Clone, Copy, Debug)]
@@ -24,64 +31,66 @@ pub struct Record<'a> {
     pub received: HostTime,
 }
 
-/// What the link has been through.
+/// Counts of a link since it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkCounts {
     /// Connections that reached streaming, the first included; 0 for a recording.
     pub connections: u64,
-    /// Frames refused by checksum or length, and scan telegrams that made no sense.
+    /// Frames refused by checksum or length, and scan telegrams that could not be read.
     pub telegrams_bad: u64,
 }
 
 /// A live scanner or a recording, opened.
-#[derive(Debug)]
 pub struct Scanner {
-    link: Link,
+    feed: Box<dyn Feed>,
     events: LinkEvents,
     malformed: u64,
-}
-
-#[derive(Debug)]
-enum Link {
-    Recording(Box<Recording>),
-    Tcp(Box<TcpLink>),
-    Serial(Box<SerialLink>),
 }
 
 impl Scanner {
     /// Opens `source`. For a live scanner this returns once it streams, or fails fast (unless `config.wait`).
     pub async fn open(source: &Source, config: DriverConfig) -> Result<Self, DriverError> {
         let events = LinkEvents::default();
-        let link = match source {
-            Source::Recording { path, stream } => Link::Recording(Box::new(Recording::open(
-                path,
-                stream.as_deref(),
-                config.client.max_payload,
-            )?)),
-            Source::Serial { rate, .. } | Source::Rfc2217 { rate, .. } => {
-                Link::Serial(Box::new(SerialLink::open(source.clone(), *rate, config, &events).await?))
-            }
+        let feed: Box<dyn Feed> = match source {
+            #[cfg(feature = "tcp")]
             Source::Tcp { address } => {
-                Link::Tcp(Box::new(TcpLink::open(address.clone(), config, &events).await?))
+                live(ColaEndpoint::new(address.clone(), &config), config, &events).await?
+            }
+            #[cfg(feature = "serial")]
+            Source::Serial { path, rate } => {
+                let endpoint = lms2xx(Place::Local(path.clone()), source, *rate, &config);
+                live(endpoint, config, &events).await?
+            }
+            #[cfg(feature = "tcp")]
+            Source::Rfc2217 { address, rate } => {
+                let endpoint = lms2xx(Place::Remote(address.clone()), source, *rate, &config);
+                live(endpoint, config, &events).await?
+            }
+            #[cfg(feature = "recordings")]
+            Source::Recording { path, stream } => {
+                Box::new(Recording::open(path, stream.as_deref(), config.cola.max_payload)?)
+            }
+            #[cfg(not(all(feature = "tcp", feature = "serial", feature = "recordings")))]
+            source => {
+                return Err(DriverError::Feature {
+                    source_text: source.to_string(),
+                    feature: source.feature(),
+                });
             }
         };
-        Ok(Self { link, events, malformed: 0 })
+        Ok(Self { feed, events, malformed: 0 })
     }
 
     /// The next scan; `None` at the end of a recording.
     ///
     /// A lost live link is dialled again and configured anew; the scans missed meanwhile show in the telegram counters.
-    /// Cancel safe.
+    ///
+    /// Cancel safe at every await: no scan is lost if the future is dropped, and an attempt to restore the link goes on with the next call.
     pub async fn next(&mut self) -> Result<Option<Record<'_>>, DriverError> {
         loop {
-            let event = match &mut self.link {
-                Link::Recording(recording) => recording.next_event()?,
-                Link::Tcp(link) => link.next_event(&self.events).await?,
-                Link::Serial(link) => link.next_event(&self.events).await?,
-            };
-            match event {
-                Some(Event::Scan) => break,
-                Some(Event::Malformed { reason }) => {
+            match poll_fn(|cx| self.feed.poll_event(cx)).await? {
+                Some(HostEvent::Scan) => break,
+                Some(HostEvent::Malformed { reason }) => {
                     self.malformed += 1;
                     self.events.push(LinkEvent::Malformed { reason });
                 }
@@ -89,53 +98,73 @@ impl Scanner {
                 None => return Ok(None),
             }
         }
-        let received = match &self.link {
-            Link::Recording(recording) => recording.received(),
-            Link::Tcp(link) => link.last_received(),
-            Link::Serial(link) => link.last_received(),
-        };
-        Ok(self.scan().map(|scan| Record { scan, received }))
+        let received = self.feed.received();
+        Ok(self.feed.scan().map(|scan| Record { scan, received }))
     }
 
-    /// What time it is on the watch that [`Record::received`] was read from; zero for a recording.
+    /// Time now on the watch that [`Record::received`] was read from; zero for a recording.
     pub fn now(&self) -> HostTime {
-        match &self.link {
-            Link::Recording(_) => HostTime::default(),
-            Link::Tcp(link) => link.now(),
-            Link::Serial(link) => link.now(),
-        }
+        self.feed.now()
     }
 
     /// Ends the stream at the device and drains the link; waits at most `patience`.
     pub async fn stop(mut self, patience: Duration) -> LinkCounts {
-        match &mut self.link {
-            Link::Recording(_) => {}
-            Link::Tcp(link) => link.stop(patience).await,
-            Link::Serial(link) => link.stop(patience).await,
-        }
+        self.feed.begin_stop(patience);
+        poll_fn(|cx| self.feed.poll_stopped(cx)).await;
         self.counts()
     }
 
-    /// What the link has been through so far.
+    /// Counts of the link so far.
     pub fn counts(&self) -> LinkCounts {
-        let (connections, frames_bad) = match &self.link {
-            Link::Recording(recording) => (0, recording.client().map_or(0, |client| client.counts().bad)),
-            Link::Tcp(link) => (link.connections(), link.frames_bad()),
-            Link::Serial(link) => (link.connections(), link.frames_bad()),
-        };
-        LinkCounts { connections, telegrams_bad: frames_bad + self.malformed }
+        LinkCounts {
+            connections: self.feed.connections(),
+            telegrams_bad: self.feed.frames_bad() + self.malformed,
+        }
     }
 
-    /// What happens to the link, as it happens: while [`next`](Self::next) restores it, too.
+    /// Events of the link as they happen, also while [`next`](Self::next) restores it.
     pub fn link_events(&self) -> LinkEvents {
         self.events.clone()
     }
+}
 
-    fn scan(&self) -> Option<&Scan> {
-        match &self.link {
-            Link::Recording(recording) => recording.client().map(Listener::scan),
-            Link::Tcp(link) => link.client().map(Client::scan),
-            Link::Serial(link) => link.scan(),
-        }
+impl fmt::Debug for Scanner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scanner").field("counts", &self.counts()).finish_non_exhaustive()
     }
+}
+
+#[cfg(all(test, any(feature = "tcp", feature = "serial")))]
+impl Scanner {
+    /// A scanner on an endpoint of a test.
+    pub(crate) async fn open_endpoint<E: Endpoint + 'static>(
+        endpoint: E,
+        config: DriverConfig,
+    ) -> Result<Self, DriverError> {
+        let events = LinkEvents::default();
+        let feed = live(endpoint, config, &events).await?;
+        Ok(Self { feed, events, malformed: 0 })
+    }
+}
+
+#[cfg(any(feature = "tcp", feature = "serial"))]
+async fn live<E: Endpoint + 'static>(
+    endpoint: E,
+    config: DriverConfig,
+    events: &LinkEvents,
+) -> Result<Box<dyn Feed>, DriverError> {
+    let mut link = Link::new(endpoint, config, events.clone());
+    poll_fn(|cx| link.poll_open(cx)).await?;
+    Ok(Box::new(link))
+}
+
+#[cfg(any(feature = "tcp", feature = "serial"))]
+fn lms2xx(
+    place: Place,
+    source: &Source,
+    rate: rowscan_protocol::lms2xx::Rate,
+    config: &DriverConfig,
+) -> Lms2xxEndpoint {
+    let config = rowscan_protocol::lms2xx::client::Lms2xxConfig { rate, ..config.lms2xx.clone() };
+    Lms2xxEndpoint::new(place, source.to_string(), config)
 }

@@ -16,6 +16,7 @@ use crate::DriverError;
 /// assert!(matches!("row7.bin".parse::<Source>().unwrap(), Source::Recording { .. }));
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Source {
     /// CoLa over TCP; `address` is host:port.
     Tcp {
@@ -93,6 +94,15 @@ impl FromStr for Source {
 }
 
 impl Source {
+    /// The feature of this crate that opens such a source.
+    pub fn feature(&self) -> &'static str {
+        match self {
+            Self::Tcp { .. } | Self::Rfc2217 { .. } => "tcp",
+            Self::Serial { .. } => "serial",
+            Self::Recording { .. } => "recordings",
+        }
+    }
+
     /// `FILE` or `FILE#STREAM`.
     fn recording(text: &str) -> Self {
         match text.rsplit_once('#') {

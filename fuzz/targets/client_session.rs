@@ -4,7 +4,8 @@
 use std::time::Duration;
 
 use libfuzzer_sys::fuzz_target;
-use rowscan_protocol::client::{Client, ClientConfig};
+use rowscan_protocol::client::{ColaClient, ColaConfig};
+use rowscan_protocol::host::{HostSession, Transmit};
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder};
 
 /// A byte that few replies hold: time passes.
@@ -13,15 +14,15 @@ const WAIT: u8 = 0xFE;
 fuzz_target!(|data: &[u8]| {
     let [kind, bytes @ ..] = data else { return };
     let mut client = match kind % 3 {
-        0 => Client::new(ClientConfig::default(), Dialect::A),
-        1 => Client::new(ClientConfig::default(), Dialect::B),
-        _ => Client::listen(4096),
+        0 => ColaClient::new(ColaConfig::default(), Dialect::A),
+        1 => ColaClient::new(ColaConfig::default(), Dialect::B),
+        _ => ColaClient::listen(4096),
     };
     let mut now = Duration::ZERO;
-    let drain = |client: &mut Client| {
+    let drain = |client: &mut ColaClient| {
         for turn in 0.. {
             assert!(turn < 10_000, "it goes on for ever");
-            let sent = client.poll_transmit();
+            let sent = client.poll_transmit().and_then(Transmit::into_frame);
             if let Some(sent) = &sent {
                 let mut decoder = FrameDecoder::new(Accept::Either, 4096);
                 decoder.push(sent);

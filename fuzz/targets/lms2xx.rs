@@ -5,7 +5,8 @@ use core::time::Duration;
 
 use libfuzzer_sys::fuzz_target;
 use rowscan_protocol::device::Profile;
-use rowscan_protocol::lms2xx::client::{Client, ClientConfig};
+use rowscan_protocol::host::HostSession;
+use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Options};
 use rowscan_protocol::lms2xx::frame::{FrameDecoder, Received, Listener};
 use rowscan_protocol::lms2xx::model::MODELS;
@@ -60,7 +61,7 @@ fuzz_target!(|data: &[u8]| {
         }
     }
 
-    let mut client = if choice & 1 == 0 { Client::listen() } else { Client::new(ClientConfig::default()) };
+    let mut client = if choice & 1 == 0 { Lms2xxClient::listen() } else { Lms2xxClient::new(Lms2xxConfig::default()) };
     for (index, piece) in pieces.enumerate() {
         let now = Duration::from_millis(index as u64 * u64::from(cut));
         client.handle_timeout(now);

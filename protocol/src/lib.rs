@@ -55,15 +55,21 @@ pub mod scan;
 pub mod time;
 
 #[cfg(feature = "telegrams")]
+pub mod can;
+#[cfg(feature = "telegrams")]
 pub mod client;
 #[cfg(feature = "telegrams")]
 pub mod device;
 #[cfg(feature = "telegrams")]
 pub mod frame;
 #[cfg(feature = "telegrams")]
+pub mod host;
+#[cfg(feature = "telegrams")]
 pub mod lms2xx;
 #[cfg(feature = "telegrams")]
 pub mod model;
+#[cfg(feature = "telegrams")]
+pub mod nmea;
 #[cfg(feature = "telegrams")]
 pub mod rfc2217;
 #[cfg(feature = "telegrams")]

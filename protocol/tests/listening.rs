@@ -6,17 +6,18 @@ mod facts;
 
 use std::time::Duration;
 
-use rowscan_protocol::client::{Client, ClientConfig, Event};
+use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::frame::{Dialect, encode as frame};
+use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
 use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram, encode};
 
 /// Scan counters of all scans heard; anything else than a scan fails.
-fn hear(client: &mut Client, bytes: &[u8]) -> Vec<u16> {
+fn hear(client: &mut ColaClient, bytes: &[u8]) -> Vec<u16> {
     let mut counters = Vec::new();
     for piece in bytes.chunks(1460) {
         client.handle_bytes(Duration::ZERO, piece);
         while let Some(event) = client.poll_event() {
-            assert_eq!(event, Event::Scan);
+            assert_eq!(event, HostEvent::Scan);
             counters.push(client.scan().scan_counter);
         }
     }
@@ -29,7 +30,7 @@ fn every_recorded_scan_is_heard_with_or_without_the_hosts_frames_between() {
     for recording in facts::recordings() {
         let both: Vec<u8> = recording.index.iter().flat_map(|at| recording.frame(at)).copied().collect();
         for stream in [&recording.device_to_host, &both] {
-            let mut client = Client::listen(64 * 1024);
+            let mut client = ColaClient::listen(64 * 1024);
             let counters = hear(&mut client, stream);
             assert_eq!(counters.len() as u64, recording.json["scan_telegrams"].as_u64().unwrap());
             let first = recording.json["first_scan"]["scan_counter"].as_u64().unwrap();
@@ -55,7 +56,7 @@ fn dialects_may_alternate_and_polled_scans_count() {
                 scans += 1;
             }
         }
-        assert_eq!(hear(&mut Client::listen(64 * 1024), &stream).len(), scans);
+        assert_eq!(hear(&mut ColaClient::listen(64 * 1024), &stream).len(), scans);
     }
 }
 
@@ -70,17 +71,20 @@ fn a_recorded_device_takes_the_client_to_its_scans() {
                 telegram.name == name && telegram.kind != Kind::Sn
             })
         };
-        let mut client = Client::new(ClientConfig::default(), Dialect::B);
+        let mut client = ColaClient::new(ColaConfig::default(), Dialect::B);
         let mut events = Vec::new();
-        while let Some(request) = client.poll_transmit() {
+        while let Some(request) = client.poll_transmit().and_then(Transmit::into_frame) {
             let name = Telegram::parse(Dialect::B, &request[8..request.len() - 1]).unwrap().name.to_owned();
             // Not asked for in the recordings; an unknown variable is refused and the start-up goes on.
             let unknown = [2, 2, 2, 2, 0, 0, 0, 5, b's', b'F', b'A', 0, 3, 0x77];
             client.handle_bytes(Duration::ZERO, replies(&name).unwrap_or(&unknown));
             events.extend(std::iter::from_fn(|| client.poll_event()));
         }
-        assert!(matches!(events[0], Event::Refused { command: "DeviceIdent", fatal: false, .. }));
-        assert!(matches!(&events[1], Event::Ready(info) if info.firmware.starts_with("V1.80")), "{events:?}");
+        assert!(matches!(events[0], HostEvent::Refused { command: "DeviceIdent", fatal: false, .. }));
+        assert!(
+            matches!(&events[1], HostEvent::Ready(info) if info.firmware.starts_with("V1.80")),
+            "{events:?}"
+        );
         let scans = recording.index.iter().filter(|at| at.from_device && at.len > 1000);
         let stream: Vec<u8> = scans.flat_map(|at| recording.frame(at)).copied().collect();
         assert_eq!(

@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use proptest::prelude::*;
-use rowscan_protocol::lms2xx::client::{Client, ClientConfig, Event, Transmit};
+use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
+use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Options, Start, Sweep};
 use rowscan_protocol::lms2xx::frame::{FrameDecoder, Listener, Received, checksum, encode};
 use rowscan_protocol::lms2xx::telegram::Request;
@@ -170,23 +171,23 @@ proptest! {
 /// Device and client on one line, in simulated time; what is sent at the wrong rate does not arrive.
 struct Line {
     device: Device,
-    client: Client,
+    client: Lms2xxClient,
     now: SimTime,
     /// The client's rate.
     rate: Rate,
     /// What is on its way to the client, with its arrival.
     to_client: VecDeque<(SimTime, Rate, Vec<u8>)>,
     free: SimTime,
-    events: Vec<Event>,
+    events: Vec<HostEvent>,
     /// Arrival and ranges of each scan.
     scans: Vec<(SimTime, usize, u16)>,
 }
 
 impl Line {
-    fn new(device: Device, config: ClientConfig) -> Self {
+    fn new(device: Device, config: Lms2xxConfig) -> Self {
         Self {
             device,
-            client: Client::new(config),
+            client: Lms2xxClient::new(config),
             now: SimTime::ZERO,
             rate: Rate::R9600,
             to_client: VecDeque::new(),
@@ -248,7 +249,7 @@ impl Line {
 
     fn listen(&mut self) {
         while let Some(event) = self.client.poll_event() {
-            if event == Event::Scan {
+            if event == HostEvent::Scan {
                 let scan = self.client.scan();
                 self.scans.push((self.now, scan.echoes[0].range_m.len(), scan.telegram_counter));
             } else {
@@ -258,7 +259,7 @@ impl Line {
     }
 
     fn is_ready(&self) -> bool {
-        self.events.iter().any(|event| matches!(event, Event::Ready(_)))
+        self.events.iter().any(|event| matches!(event, HostEvent::Ready(_)))
     }
 }
 
@@ -273,7 +274,7 @@ fn a_client_finds_any_model_at_any_rate_in_any_state() {
         for stored_rate in Rate::ALL {
             for start in [Start::Idle, Start::PowerUp, Start::Streaming, Start::Installation] {
                 let options = Options { start, stored_rate, ..Options::default() };
-                let mut line = Line::new(Device::new(model, options), ClientConfig::default());
+                let mut line = Line::new(Device::new(model, options), Lms2xxConfig::default());
                 line.run(Duration::from_secs(20));
                 assert!(line.is_ready(), "{} {stored_rate} {start:?}: {:?}", model.name, line.events);
                 assert_eq!(line.device.rate(), Rate::R38400);
@@ -299,11 +300,11 @@ fn scans_come_as_often_as_the_line_carries_them() {
             [Rate::R9600, Rate::R19200, Rate::R38400, Rate::R500000].into_iter().zip(periods_ms)
         {
             // Without the byte that counts turns, as the table has it.
-            let config = ClientConfig {
+            let config = Lms2xxConfig {
                 rate,
                 variant: Some(variant),
                 real_time_index: false,
-                ..ClientConfig::default()
+                ..Lms2xxConfig::default()
             };
             let mut line = Line::new(device("lms291", Options::default()), config);
             line.run(Duration::from_secs(22));

@@ -4,11 +4,12 @@
 
 use std::time::Duration;
 
-use rowscan_protocol::client::{Client, ClientConfig, Event};
+use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::device::{
     Device, DialectPolicy, Identity, MeasuredEcho, MeasuredLine, Options, Session, scan_event,
 };
 use rowscan_protocol::frame::{Dialect, encode};
+use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
 use rowscan_protocol::model::{MODELS, Model, RemissionWidth};
 use rowscan_protocol::scan::NO_ECHO;
 use rowscan_protocol::telegram::SopasError;
@@ -18,21 +19,21 @@ use rowscan_protocol::time::SimTime;
 struct Pair {
     device: Device,
     session: Session,
-    client: Client,
+    client: ColaClient,
     now: Duration,
     /// Bytes the client gets at once.
     piece: usize,
     /// Events other than scans.
-    events: Vec<Event>,
+    events: Vec<HostEvent>,
 }
 
 impl Pair {
-    fn new(device: Device, policy: DialectPolicy, config: ClientConfig, dialect: Dialect) -> Self {
+    fn new(device: Device, policy: DialectPolicy, config: ColaConfig, dialect: Dialect) -> Self {
         let session = Session::new(policy);
         Self {
             device,
             session,
-            client: Client::new(config, dialect),
+            client: ColaClient::new(config, dialect),
             now: Duration::ZERO,
             piece: 1460,
             events: Vec::new(),
@@ -45,7 +46,7 @@ impl Pair {
 
     /// Lets both sides talk until neither has anything to say.
     fn settle(&mut self) {
-        while let Some(request) = self.client.poll_transmit() {
+        while let Some(request) = self.client.poll_transmit().and_then(Transmit::into_frame) {
             let mut replies = Vec::new();
             let now = self.sim_time();
             for piece in request.chunks(7) {
@@ -65,7 +66,7 @@ impl Pair {
             self.client.handle_bytes(self.now, piece);
             while let Some(event) = self.client.poll_event() {
                 match event {
-                    Event::Scan => scans += 1,
+                    HostEvent::Scan => scans += 1,
                     other => self.events.push(other),
                 }
             }
@@ -115,17 +116,17 @@ fn every_value_measured_arrives_in_both_dialects_from_every_model_and_mode() {
         for dialect in [Dialect::A, Dialect::B] {
             for (index, &mode) in model.modes.iter().enumerate() {
                 let width = if index % 2 == 0 { RemissionWidth::Bits8 } else { RemissionWidth::Bits16 };
-                let config = ClientConfig {
+                let config = ColaConfig {
                     scan_mode: Some(mode),
                     echoes: model.echoes,
                     remission: true,
                     remission_width: width,
-                    ..ClientConfig::default()
+                    ..ColaConfig::default()
                 };
                 let mut pair = Pair::new(device(model), DialectPolicy::Auto, config, dialect);
                 pair.piece = if index == 0 { 1 } else { 1460 };
                 pair.settle();
-                let Some(Event::Ready(info)) = pair.events.first() else { panic!("{:?}", pair.events) };
+                let Some(HostEvent::Ready(info)) = pair.events.first() else { panic!("{:?}", pair.events) };
                 assert_eq!(info.firmware, model.firmware.trim());
                 assert!(info.ident.starts_with(model.title));
 
@@ -159,7 +160,7 @@ fn every_value_measured_arrives_in_both_dialects_from_every_model_and_mode() {
 fn an_output_range_cuts_the_grid_and_keeps_every_value_at_its_angle() {
     for model in MODELS {
         let output_range = Some((450_000, 1_350_000));
-        let config = ClientConfig { output_range, ..ClientConfig::default() };
+        let config = ColaConfig { output_range, ..ColaConfig::default() };
         let mut pair = Pair::new(device(model), DialectPolicy::Auto, config, Dialect::B);
         pair.settle();
         let full = pair.device.mirror().beams;
@@ -180,7 +181,7 @@ fn an_output_range_cuts_the_grid_and_keeps_every_value_at_its_angle() {
 
 #[test]
 fn an_output_rate_skips_turns_and_the_scan_counter_tells() {
-    let config = ClientConfig { output_rate: 3, ..ClientConfig::default() };
+    let config = ColaConfig { output_rate: 3, ..ColaConfig::default() };
     let mut pair = Pair::new(device(MODELS[0]), DialectPolicy::Auto, config, Dialect::B);
     pair.settle();
     let mut counters = Vec::new();
@@ -199,7 +200,7 @@ fn the_device_clock_wraps_after_71_minutes() {
         ..Options::default()
     };
     let device = device(MODELS[0]).with_options(options);
-    let mut pair = Pair::new(device, DialectPolicy::Auto, ClientConfig::default(), Dialect::B);
+    let mut pair = Pair::new(device, DialectPolicy::Auto, ColaConfig::default(), Dialect::B);
     pair.settle();
     let mut times = Vec::new();
     for _ in 0..3 {
@@ -214,56 +215,59 @@ fn the_device_clock_wraps_after_71_minutes() {
 fn a_strict_device_is_silent_in_the_other_dialect_and_the_client_says_so() {
     for (device_speaks, client_speaks) in [(Dialect::A, Dialect::B), (Dialect::B, Dialect::A)] {
         let policy = DialectPolicy::Strict(device_speaks);
-        let mut pair = Pair::new(device(MODELS[0]), policy, ClientConfig::default(), client_speaks);
+        let mut pair = Pair::new(device(MODELS[0]), policy, ColaConfig::default(), client_speaks);
         pair.settle();
         assert!(pair.events.is_empty());
         pair.client.handle_timeout(pair.now);
         pair.now = pair.client.poll_timeout().unwrap();
         pair.client.handle_timeout(pair.now);
         let event = pair.client.poll_event();
-        assert_eq!(event, Some(Event::NoAnswer { command: "DeviceIdent", dialect: client_speaks }));
+        assert_eq!(event, Some(HostEvent::NoAnswer { command: "DeviceIdent" }));
         assert!(pair.client.is_done() && pair.client.poll_timeout().is_none());
     }
 }
 
 #[test]
 fn a_clean_stop_unsubscribes_and_leaves_the_device_measuring() {
-    let mut pair = Pair::new(device(MODELS[0]), DialectPolicy::Auto, ClientConfig::default(), Dialect::A);
+    let mut pair = Pair::new(device(MODELS[0]), DialectPolicy::Auto, ColaConfig::default(), Dialect::A);
     pair.settle();
     assert!(pair.turn(&[]));
     pair.client.stop(pair.now);
     pair.settle();
-    assert_eq!(pair.events.last(), Some(&Event::Stopped));
+    assert_eq!(pair.events.last(), Some(&HostEvent::Stopped));
     assert!(!pair.session.subscribed() && pair.device.is_measuring());
     assert!(!pair.turn(&[]));
 }
 
 #[test]
 fn a_refused_option_is_reported_and_the_start_up_goes_on() {
-    let config = ClientConfig { output_range: Some((-3_000_000, 0)), ..ClientConfig::default() };
+    let config = ColaConfig { output_range: Some((-3_000_000, 0)), ..ColaConfig::default() };
     let mut pair = Pair::new(device(MODELS[1]), DialectPolicy::Auto, config, Dialect::B);
     pair.settle();
-    let refused =
-        Event::Refused { command: "LMPoutputRange", error: SopasError::LocalConditionFailed, fatal: false };
+    let refused = HostEvent::Refused {
+        command: "LMPoutputRange",
+        error: Some(SopasError::LocalConditionFailed),
+        fatal: false,
+    };
     assert_eq!(pair.events[0], refused);
-    assert!(matches!(pair.events[1], Event::Ready(_)));
+    assert!(matches!(pair.events[1], HostEvent::Ready(_)));
 }
 
-fn reply(client: &mut Client, text: &str) -> Vec<Event> {
+fn reply(client: &mut ColaClient, text: &str) -> Vec<HostEvent> {
     let mut bytes = Vec::new();
     encode(Dialect::A, text.as_bytes(), &mut bytes);
     client.handle_bytes(Duration::ZERO, &bytes);
     std::iter::from_fn(|| client.poll_event()).collect()
 }
 
-fn request(client: &mut Client) -> String {
-    let frame = client.poll_transmit().unwrap();
+fn request(client: &mut ColaClient) -> String {
+    let frame = client.poll_transmit().and_then(Transmit::into_frame).unwrap();
     String::from_utf8(frame[1..frame.len() - 1].to_vec()).unwrap()
 }
 
 #[test]
 fn replies_that_come_twice_and_events_between_are_tolerated() {
-    let mut client = Client::new(ClientConfig::default(), Dialect::A);
+    let mut client = ColaClient::new(ColaConfig::default(), Dialect::A);
     assert_eq!(request(&mut client), "sRN DeviceIdent");
     for _ in 0..2 {
         assert!(reply(&mut client, "sRA DeviceIdent 6 LMS10x 5 V1.10").is_empty());
@@ -273,8 +277,11 @@ fn replies_that_come_twice_and_events_between_are_tolerated() {
     assert!(client.poll_transmit().is_none());
     assert!(reply(&mut client, "sRA FirmwareVersion 9 V1.80.2  ").is_empty());
     assert_eq!(request(&mut client), "sMN SetAccessMode 3 F4724744");
-    let wrong =
-        Event::Refused { command: "SetAccessMode", error: SopasError::MethodAccessDenied, fatal: false };
+    let wrong = HostEvent::Refused {
+        command: "SetAccessMode",
+        error: Some(SopasError::MethodAccessDenied),
+        fatal: false,
+    };
     assert_eq!(reply(&mut client, "sAN SetAccessMode 0"), [wrong]);
     assert_eq!(request(&mut client), "sWN LMDscandatacfg 1 0 0 0 0 0 0 0 0 0 0 1");
     reply(&mut client, "sWA LMDscandatacfg");
@@ -285,17 +292,18 @@ fn replies_that_come_twice_and_events_between_are_tolerated() {
     assert_eq!(request(&mut client), "sMN Run");
     reply(&mut client, "sAN Run 1");
     assert_eq!(request(&mut client), "sEN LMDscandata 1");
-    let refused = Event::Refused { command: "LMDscandata", error: SopasError::UnknownEvent, fatal: true };
+    let refused =
+        HostEvent::Refused { command: "LMDscandata", error: Some(SopasError::UnknownEvent), fatal: true };
     assert_eq!(reply(&mut client, "sFA F"), [refused]);
     assert!(client.is_done());
 }
 
 #[test]
 fn a_hundred_other_telegrams_are_too_many() {
-    let mut client = Client::new(ClientConfig::default(), Dialect::A);
+    let mut client = ColaClient::new(ColaConfig::default(), Dialect::A);
     for _ in 0..100 {
         assert!(reply(&mut client, "sSN LIDinputstate 1 0 2 2 2 2 0").is_empty());
     }
     let events = reply(&mut client, "sSN LIDinputstate 1 0 2 2 2 2 0");
-    assert_eq!(events, [Event::NoAnswer { command: "DeviceIdent", dialect: Dialect::A }]);
+    assert_eq!(events, [HostEvent::NoAnswer { command: "DeviceIdent" }]);
 }

@@ -5,10 +5,11 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
-use rowscan_protocol::client::{Client, ClientConfig, Event};
+use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::device::command::{self, COMMANDS};
 use rowscan_protocol::device::{Device, DialectPolicy, Identity, Session};
 use rowscan_protocol::frame::{Dialect, encode as frame};
+use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model::MODELS;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use rowscan_protocol::telegram::wire::{FixedText, Reader, ShortString, WireError};
@@ -255,7 +256,7 @@ proptest! {
 
     #[test]
     fn no_bytes_upset_a_client(bytes in hostile()) {
-        for mut client in [Client::new(ClientConfig::default(), Dialect::A), Client::new(ClientConfig::default(), Dialect::B), Client::listen(4096)] {
+        for mut client in [ColaClient::new(ColaConfig::default(), Dialect::A), ColaClient::new(ColaConfig::default(), Dialect::B), ColaClient::listen(4096)] {
             for piece in bytes.chunks(13) {
                 client.handle_bytes(Duration::ZERO, piece);
                 while client.poll_event().is_some() {}
@@ -379,9 +380,9 @@ fn a_scan_without_distances_is_an_error_that_names_the_remedy() {
     assert!(error.to_string().contains("LMDscandatacfg"));
     let mut bytes = Vec::new();
     frame(Dialect::B, &payload(Dialect::B, &LmdScandata::default()), &mut bytes);
-    let mut client = Client::listen(4096);
+    let mut client = ColaClient::listen(4096);
     client.handle_bytes(Duration::ZERO, &bytes);
-    assert!(matches!(client.poll_event(), Some(Event::Malformed { .. })));
+    assert!(matches!(client.poll_event(), Some(HostEvent::Malformed { .. })));
 }
 
 fn number_error(text: &str) -> WireError {

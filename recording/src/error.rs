@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecordError {
     /// The file cannot be made.
     #[error("cannot record to {}: {cause}; expected a file that can be written, in a folder that exists", path.display())]

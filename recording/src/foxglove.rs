@@ -3,11 +3,11 @@
 //! JSON and not protobuf: the schema stands readable in the file, any JSON parser reads the messages, and no code need be generated. It costs
 //! about four times the size, which is why it can be left out; the raw bytes hold everything.
 
+use rowscan_protocol::can::CanFrame;
 use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
 
-use crate::can::CanFrame;
-use crate::nmea::Fix;
+use crate::fix::Fix;
 
 /// What a decoded channel holds, and what its topic ends in.
 #[derive(Clone, Copy, Debug)]

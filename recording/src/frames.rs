@@ -8,7 +8,7 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram};
 use rowscan_protocol::time::DeviceClock;
 
-use crate::listener::{Listener, MAX_PAYLOAD};
+use crate::scan_reader::{MAX_PAYLOAD, ScanReader};
 use crate::{Joint, Packet, ReadError, Recording, Side, StreamKind};
 
 /// One frame, or one packet of a stream that knows no frames.
@@ -56,7 +56,7 @@ pub struct FrameReader {
     flows: BTreeMap<(usize, Option<Side>), Flow>,
     clock: DeviceClock,
     /// Counts mirror turns where an LMS2xx's log has no times.
-    turns: Option<Listener>,
+    turns: Option<ScanReader>,
     /// The time the device's clock stands for, where the log has none.
     device_ns: u64,
     ready: VecDeque<RecordedFrame>,
@@ -207,7 +207,9 @@ impl FrameReader {
             flow.base += end as u64;
             if packet.at_ns.is_none() {
                 let device_us = match kind {
-                    StreamKind::Lms2xx => counted_us(self.turns.get_or_insert_with(Listener::lms2xx), &bytes),
+                    StreamKind::Lms2xx => {
+                        counted_us(self.turns.get_or_insert_with(ScanReader::lms2xx), &bytes)
+                    }
                     _ => found.device_us,
                 };
                 if let Some(us) = device_us {
@@ -234,8 +236,8 @@ impl FrameReader {
 }
 
 /// When the scan in a frame of an LMS2xx was made, by the mirror turns counted so far.
-fn counted_us(turns: &mut Listener, frame: &[u8]) -> Option<u32> {
-    turns.hear_bytes(Duration::ZERO, frame);
+fn counted_us(turns: &mut ScanReader, frame: &[u8]) -> Option<u32> {
+    turns.push_bytes(Duration::ZERO, frame);
     turns.next_scan().map(|scan| scan.scan_time_us)
 }
 

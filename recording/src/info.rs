@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use rowscan_protocol::client::Event;
+use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 use serde::Serialize;
 use std::time::Duration;
 
-use crate::listener::MAX_PAYLOAD;
-use crate::{Joint, Listener, Packet, ReadError, Recording, Side, StreamKind};
+use crate::scan_reader::MAX_PAYLOAD;
+use crate::{Joint, Packet, ReadError, Recording, ScanReader, Side, StreamKind};
 
 /// One stream's account. Times are the host's, seconds; absent where the file has none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -34,7 +34,7 @@ pub struct StreamReport {
     pub scans: u64,
     /// Gaps in their counters.
     pub scans_lost: u64,
-    /// Frames refused by checksum or length, and scans that made no sense.
+    /// Frames refused by checksum or length, and scans that could not be read.
     pub telegrams_bad: u64,
     /// Scans a second of the host's clock.
     pub scan_rate_hz: Option<f64>,
@@ -48,22 +48,25 @@ pub struct StreamReport {
 
 /// Accounts for every stream of a recording, which is read to its end.
 pub fn account(recording: &mut Recording) -> Result<Vec<StreamReport>, ReadError> {
-    let mut books: BTreeMap<usize, Book> = BTreeMap::new();
+    let mut accounts: BTreeMap<usize, StreamAccount> = BTreeMap::new();
     while let Some(packet) = recording.next_packet()? {
         let kind = recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
-        books.entry(packet.stream).or_insert_with(|| Book::new(kind)).enter(&packet);
+        accounts.entry(packet.stream).or_insert_with(|| StreamAccount::new(kind)).enter(&packet);
     }
     let began_ns = recording.began_ns();
     let reports = recording.streams().iter().enumerate().map(|(number, stream)| {
-        books.remove(&number).unwrap_or_else(|| Book::new(stream.kind)).report(&stream.name, began_ns)
+        accounts
+            .remove(&number)
+            .unwrap_or_else(|| StreamAccount::new(stream.kind))
+            .report(&stream.name, began_ns)
     });
     Ok(reports.collect())
 }
 
 /// One stream's running account.
-struct Book {
+struct StreamAccount {
     kind: StreamKind,
-    listener: Option<Listener>,
+    reader: Option<ScanReader>,
     packets: [u64; 2],
     bytes: u64,
     first_ns: Option<u64>,
@@ -81,11 +84,11 @@ struct Book {
     device_span_s: f64,
 }
 
-impl Book {
+impl StreamAccount {
     fn new(kind: StreamKind) -> Self {
         Self {
             kind,
-            listener: Listener::new(kind, MAX_PAYLOAD),
+            reader: ScanReader::new(kind, MAX_PAYLOAD),
             packets: [0; 2],
             bytes: 0,
             first_ns: None,
@@ -115,16 +118,16 @@ impl Book {
         if let Joint::Gap { packets, .. } = packet.joint {
             self.packets_lost += packets.max(1);
         }
-        let Some(mut listener) = self.listener.take() else { return };
-        listener.hear(Duration::from_nanos(packet.at_ns.unwrap_or_default()), packet);
-        while let Some(event) = listener.next_event() {
+        let Some(mut reader) = self.reader.take() else { return };
+        reader.push(Duration::from_nanos(packet.at_ns.unwrap_or_default()), packet);
+        while let Some(event) = reader.next_event() {
             match event {
-                Event::Scan => self.scan(listener.scan(), packet.at_ns),
-                Event::Malformed { .. } => self.malformed += 1,
+                HostEvent::Scan => self.scan(reader.scan(), packet.at_ns),
+                HostEvent::Malformed { .. } => self.malformed += 1,
                 _ => {}
             }
         }
-        self.listener = Some(listener);
+        self.reader = Some(reader);
     }
 
     fn scan(&mut self, scan: &Scan, at_ns: Option<u64>) {
@@ -162,7 +165,7 @@ impl Book {
             packets_lost: self.packets_lost,
             scans: self.scans,
             scans_lost: self.scans_lost,
-            telegrams_bad: self.listener.map_or(0, |listener| listener.counts().bad) + self.malformed,
+            telegrams_bad: self.reader.map_or(0, |reader| reader.counts().bad) + self.malformed,
             scan_rate_hz: rate(seconds(self.first_scan_ns, self.last_scan_ns)),
             scan_rate_device_hz: rate((self.scans > 1).then_some(self.device_span_s)),
             longest_gap_s: self.longest_gap_ns.map(|ns| ns as f64 * 1e-9),

@@ -1,32 +1,70 @@
 //! Recorded bytes: what went over the wire, in both directions, with the host's time.
 //!
-//! Ways through the crate:
+//! Two ways through the crate:
 //! - out: [`Tap`] (in a connection's byte path) → bounded queue → [`Recorder`]'s thread → [`McapWriter`] → file
 //! - in: file → [`Recording`], which recognises by content what the file is and hands out [`Packet`]s in the order they came
 //!
+//! ```
+//! use rowscan_recording::{Format, Recording};
+//!
+//! # fn main() -> Result<(), rowscan_recording::ReadError> {
+//! // A file works the same: `Recording::open(path)`.
+//! let mut recording = Recording::read(Box::new(&b"02 73 52 4E 20 44 65 76 69 63 65 49 64 65 6E 74 03 ; sRN DeviceIdent"[..]))?;
+//! assert_eq!(recording.format(), Format::Hex);
+//! while let Some(packet) = recording.next_packet()? {
+//!     println!("{} bytes from {:?}", packet.bytes.len(), packet.from);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! The crate knows files and telegrams. It knows no socket, no async runtime and no clock: whoever starts a [`Recorder`] hands it one.
+//!
+//! Without the default feature `files` only [`Tap`], [`Taps`], [`Side`], [`StreamKind`] and [`Packet`] are left, and no dependency but
+//! `rowscan-protocol`.
 
-pub mod can;
+#[cfg(feature = "files")]
 mod copy;
+#[cfg(feature = "files")]
 mod error;
+#[cfg(feature = "files")]
+mod fix;
+#[cfg(feature = "files")]
 mod foxglove;
+#[cfg(feature = "files")]
 mod frames;
+#[cfg(feature = "files")]
 mod info;
-mod listener;
-pub mod nmea;
 mod packet;
+#[cfg(feature = "files")]
+mod queue;
+#[cfg(feature = "files")]
 mod read;
+#[cfg(feature = "files")]
 mod recorder;
+#[cfg(feature = "files")]
+mod scan_reader;
 mod tap;
+mod wall_clock;
+#[cfg(feature = "files")]
 mod writer;
 
+#[cfg(feature = "files")]
 pub use copy::{CopyError, copy};
+#[cfg(feature = "files")]
 pub use error::RecordError;
+#[cfg(feature = "files")]
 pub use frames::{FrameReader, RecordedFrame};
+#[cfg(feature = "files")]
 pub use info::{StreamReport, account};
-pub use listener::Listener;
 pub use packet::{Joint, Packet, Side, StreamKind};
+#[cfg(feature = "files")]
 pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
-pub use recorder::{Recorded, Recorder, RecorderOptions, WallClock};
+#[cfg(feature = "files")]
+pub use recorder::{Recorded, Recorder, RecorderOptions};
+#[cfg(feature = "files")]
+pub use scan_reader::ScanReader;
 pub use tap::{Tap, Taps};
+pub use wall_clock::WallClock;
+#[cfg(feature = "files")]
 pub use writer::{About, Decoded, McapWriter, StreamId};

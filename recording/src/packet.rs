@@ -4,11 +4,12 @@ use std::fmt;
 use std::str::FromStr;
 
 use rowscan_protocol::telegram::Kind;
+#[cfg(feature = "files")]
 use serde::Serialize;
 
 /// Who sent bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "files", derive(Serialize), serde(rename_all = "lowercase"))]
 pub enum Side {
     /// The client.
     Host,
@@ -27,8 +28,8 @@ impl Side {
 }
 
 /// What the bytes of a stream are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "files", derive(Serialize), serde(rename_all = "lowercase"))]
 pub enum StreamKind {
     /// CoLa telegrams over TCP or a serial line.
     #[default]

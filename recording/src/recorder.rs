@@ -1,7 +1,6 @@
 //! Writes a recording on a thread of its own, fed through a bounded queue.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -12,36 +11,16 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crate::RecordError;
-use crate::tap::{Item, Taps};
+use crate::queue::{self, Item};
+use crate::tap::Taps;
+use crate::wall_clock::WallClock;
 use crate::writer::{About, Decoded, McapWriter, StreamId};
 
-/// No byte waits longer before it is handed to the system: what a killed program loses at most.
+/// Bytes are flushed at least this often: what a killed program loses at most.
 const FLUSH: Duration = Duration::from_millis(200);
 
 /// Packets that may wait for the writer; at 50 Hz twenty seconds of one scanner.
 const QUEUE: usize = 1024;
-
-/// Host time, ns since 1970: one clock for all streams of a recording, handed in by whoever may read one.
-#[derive(Clone)]
-pub struct WallClock(Arc<dyn Fn() -> u64 + Send + Sync>);
-
-impl WallClock {
-    /// A clock that reads `now`.
-    pub fn new(now: impl Fn() -> u64 + Send + Sync + 'static) -> Self {
-        Self(Arc::new(now))
-    }
-
-    /// Time now, ns.
-    pub fn now_ns(&self) -> u64 {
-        (self.0)()
-    }
-}
-
-impl fmt::Debug for WallClock {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("WallClock")
-    }
-}
 
 /// How a recording is made.
 #[derive(Clone, Debug)]
@@ -54,7 +33,7 @@ pub struct RecorderOptions {
     pub about: About,
 }
 
-/// What a finished recording came to.
+/// Totals of a finished recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// Packets kept.
@@ -76,7 +55,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Makes the file and starts its thread. `failed` is told at once, from that thread, if writing fails later.
+    /// Makes the file and starts its thread, which calls `failed` at once if writing fails later.
     pub fn start(
         path: &Path,
         options: RecorderOptions,
@@ -90,37 +69,42 @@ impl Recorder {
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
         let (queue, items) = sync_channel(QUEUE);
         let lost = Arc::new(AtomicU64::new(0));
-        let taps = Taps::new(queue.clone(), clock.clone(), waits, Arc::clone(&lost));
+        let taps = queue::taps(queue.clone(), clock.clone(), waits, Arc::clone(&lost));
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn({
                 let path = path.clone();
                 move || {
-                    let mut scribe =
-                        Scribe { writer, streams: BTreeMap::new(), clock, recorded: Recorded::default() };
-                    scribe.write_all(&items).map_err(|cause| {
-                        let error = RecordError::Write { path, cause, packets: scribe.recorded.packets };
+                    let mut writer_thread = WriterThread {
+                        writer,
+                        streams: BTreeMap::new(),
+                        clock,
+                        recorded: Recorded::default(),
+                    };
+                    writer_thread.write_all(&items).map_err(|cause| {
+                        let error =
+                            RecordError::Write { path, cause, packets: writer_thread.recorded.packets };
                         failed(&error);
                         error
                     })?;
-                    Ok(scribe.recorded)
+                    Ok(writer_thread.recorded)
                 }
             })
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
         Ok(Self { taps, queue, lost, path, thread })
     }
 
-    /// Where its taps come from.
+    /// Opens its taps.
     pub fn taps(&self) -> Taps {
         self.taps.clone()
     }
 
     /// Writes what is queued, and the file's end. Waits for the disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
-        // A thread that has failed is gone; its error is told below.
+        // A thread that has failed is gone; its error is returned below.
         let _ = self.queue.send(Item::Finish);
         let ended = self.thread.join().unwrap_or_else(|_| {
-            let cause = io::Error::other("the recorder broke down");
+            let cause = io::Error::other("the recorder's thread has panicked");
             Err(RecordError::Write { path: self.path, cause, packets: 0 })
         });
         ended.map(|recorded| Recorded { lost: self.lost.load(Ordering::Relaxed), ..recorded })
@@ -142,8 +126,8 @@ fn create(path: &Path) -> Result<File, RecordError> {
     OpenOptions::new().write(true).create(true).truncate(true).open(path).map_err(fail)
 }
 
-/// The thread's own: turns items into records.
-struct Scribe {
+/// State of the thread: turns items into records.
+struct WriterThread {
     writer: McapWriter<BufWriter<File>>,
     /// By the tap's number.
     streams: BTreeMap<u32, StreamId>,
@@ -151,7 +135,7 @@ struct Scribe {
     recorded: Recorded,
 }
 
-impl Scribe {
+impl WriterThread {
     fn write_all(&mut self, items: &Receiver<Item>) -> io::Result<()> {
         let flush_ns = FLUSH.as_nanos() as u64;
         let mut flushed_ns = self.clock.now_ns();

@@ -1,119 +1,68 @@
-//! The tap in a byte path: hands copies of the bytes to a recorder, and never waits for it unless told to.
+//! The tap in a byte path: hands a copy of the bytes to whoever wants them.
 
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::{SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::fmt;
+use std::sync::Arc;
 
-use crate::recorder::WallClock;
 use crate::{Side, StreamKind};
 
-/// Opens taps of one recorder; the default one opens taps that do nothing.
-#[derive(Clone, Debug, Default)]
-pub struct Taps(Option<Arc<Shared>>);
+/// Takes the bytes of one stream.
+type Sink = dyn Fn(Side, &[u8]) + Send + Sync;
+
+/// Opens the tap of a stream by name.
+type Opener = dyn Fn(&str, StreamKind) -> Tap + Send + Sync;
+
+/// Opens taps, as a recorder's; the default one opens taps that do nothing.
+#[derive(Clone, Default)]
+pub struct Taps(Option<Arc<Opener>>);
 
 /// One stream's tap. Cheap to clone; the default one does nothing.
-#[derive(Clone, Debug, Default)]
-pub struct Tap(Option<Arc<Stream>>);
-
-/// What the taps of one recorder share.
-#[derive(Debug)]
-struct Shared {
-    queue: SyncSender<Item>,
-    clock: WallClock,
-    /// Wait for room in the queue instead of losing packets.
-    waits: bool,
-    lost: Arc<AtomicU64>,
-    names: Mutex<Vec<String>>,
-    next: AtomicU32,
-}
-
-#[derive(Debug)]
-struct Stream {
-    shared: Arc<Shared>,
-    number: u32,
-    /// Packets lost since the last one that was kept.
-    lost: AtomicU32,
-}
-
-/// What the recorder's thread takes in.
-#[derive(Debug)]
-pub(crate) enum Item {
-    Open { stream: u32, name: String, kind: StreamKind },
-    Packet { stream: u32, from: Side, at_ns: u64, lost_before: u32, bytes: Vec<u8> },
-    Finish,
-}
+#[derive(Clone, Default)]
+pub struct Tap(Option<Arc<Sink>>);
 
 impl Taps {
-    pub(crate) fn new(queue: SyncSender<Item>, clock: WallClock, waits: bool, lost: Arc<AtomicU64>) -> Self {
-        Self(Some(Arc::new(Shared {
-            queue,
-            clock,
-            waits,
-            lost,
-            names: Mutex::default(),
-            next: AtomicU32::new(0),
-        })))
+    /// Taps that `open` opens, by the stream's name and kind.
+    pub fn new(open: impl Fn(&str, StreamKind) -> Tap + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(open)))
     }
 
-    /// A tap for one stream. A name that is taken gets a number behind it.
+    /// A tap for one stream. A recorder numbers a name that is taken.
     pub fn open(&self, name: &str, kind: StreamKind) -> Tap {
-        let Some(shared) = &self.0 else { return Tap::default() };
-        let name = shared.free_name(name);
-        let stream = shared.next.fetch_add(1, Ordering::Relaxed);
-        // Rare, and nothing of the stream can be kept without it: worth waiting for.
-        match shared.queue.send(Item::Open { stream, name, kind }) {
-            Ok(()) => Tap(Some(Arc::new(Stream {
-                shared: Arc::clone(shared),
-                number: stream,
-                lost: AtomicU32::new(0),
-            }))),
-            Err(_) => Tap::default(),
-        }
-    }
-}
-
-impl Shared {
-    fn free_name(&self, name: &str) -> String {
-        let mut names = self.names.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_free = |names: &[String], name: &str| names.iter().all(|taken| taken != name);
-        let mut free = name.to_owned();
-        let mut number = 2;
-        while !is_free(&names, &free) {
-            free = format!("{name}-{number}");
-            number += 1;
-        }
-        names.push(free.clone());
-        free
+        self.0.as_ref().map_or_else(Tap::default, |open| open(name, kind))
     }
 }
 
 impl Tap {
-    /// True if something records.
-    pub fn is_on(&self) -> bool {
-        self.0.is_some()
+    /// A tap that hands the bytes, and who sent them, to `sink`. The byte path waits for it.
+    ///
+    /// ```
+    /// use std::sync::mpsc;
+    /// use rowscan_recording::{Side, Tap};
+    ///
+    /// let (copies, seen) = mpsc::channel();
+    /// let tap = Tap::new(move |from, bytes| drop(copies.send((from, bytes.to_vec()))));
+    /// tap.record(Side::Host, b"\x02sRN DeviceIdent\x03");
+    /// assert_eq!(seen.recv().unwrap().0, Side::Host);
+    /// ```
+    pub fn new(sink: impl Fn(Side, &[u8]) + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(sink)))
     }
 
-    /// Records `bytes` sent by `from`, at the time it is now. If the writer lags behind they are lost and counted.
+    /// Hands on `bytes` sent by `from`.
     pub fn record(&self, from: Side, bytes: &[u8]) {
-        let Some(stream) = &self.0 else { return };
-        if bytes.is_empty() {
-            return;
+        if let (Some(sink), false) = (&self.0, bytes.is_empty()) {
+            sink(from, bytes);
         }
-        let shared = &stream.shared;
-        let lost_before = stream.lost.swap(0, Ordering::Relaxed);
-        let at_ns = shared.clock.now_ns();
-        let item = Item::Packet { stream: stream.number, from, at_ns, lost_before, bytes: bytes.to_vec() };
-        let kept = match shared.waits {
-            true => shared.queue.send(item).is_ok(),
-            // A recorder that has stopped keeps nothing either.
-            false => !matches!(
-                shared.queue.try_send(item),
-                Err(TrySendError::Full(_) | TrySendError::Disconnected(_))
-            ),
-        };
-        if !kept {
-            stream.lost.fetch_add(lost_before.saturating_add(1), Ordering::Relaxed);
-            shared.lost.fetch_add(1, Ordering::Relaxed);
-        }
+    }
+}
+
+impl fmt::Debug for Taps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Taps").field(&self.0.is_some()).finish()
+    }
+}
+
+impl fmt::Debug for Tap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Tap").field(&self.0.is_some()).finish()
     }
 }

@@ -18,11 +18,11 @@ use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
+use rowscan_protocol::can::CanFrame;
 
-use crate::can::CanFrame;
+use crate::fix::FixReader;
 use crate::foxglove::Schema;
-use crate::listener::{Listener, MAX_PAYLOAD};
-use crate::nmea::FixReader;
+use crate::scan_reader::{MAX_PAYLOAD, ScanReader};
 use crate::{Side, StreamKind, foxglove};
 
 /// Message encoding of raw bytes.
@@ -34,7 +34,7 @@ pub(crate) const STREAM_KEY: &str = "stream";
 pub(crate) const SIDE_KEY: &str = "from";
 pub(crate) const KIND_KEY: &str = "kind";
 
-/// What a recording is of, as far as it is known. It travels in the file's metadata.
+/// Describes a recording, as far as is known; stored in the file's metadata.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct About {
     /// Scanner model, by the name `rowscan models` lists.
@@ -67,7 +67,7 @@ impl About {
         entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect()
     }
 
-    /// What is known here, and the rest from `other`.
+    /// Fills what is unknown here from `other`.
     pub fn or(self, other: Self) -> Self {
         Self {
             model: self.model.or(other.model),
@@ -79,7 +79,7 @@ impl About {
         }
     }
 
-    /// From the entries of a metadata record; unknown ones are left alone.
+    /// From the entries of a metadata record; unknown ones are ignored.
     pub fn from_entries(entries: &BTreeMap<String, String>) -> Self {
         let text = |key: &str| entries.get(key).cloned();
         Self {
@@ -121,15 +121,15 @@ struct Stream {
     name: String,
     from_device: Channel,
     to_device: Channel,
-    /// Finds what is decoded in what is sent; none where nothing is.
+    /// Decodes what is sent; `None` if nothing is decoded.
     watch: Option<Watch>,
     /// Decoded channels by the last word of their topic, once they are needed.
     decoded: BTreeMap<&'static str, Channel>,
 }
 
-/// What a stream's bytes mean to programs that do not know it.
+/// Decodes a stream for programs that do not know its protocol.
 enum Watch {
-    Scans(Listener),
+    Scans(ScanReader),
     Fixes(FixReader),
     Frames,
 }
@@ -138,7 +138,7 @@ impl Watch {
     fn new(kind: StreamKind, decoded: Decoded) -> Option<Self> {
         match kind {
             StreamKind::Cola | StreamKind::Lms2xx if decoded.scans || decoded.points => {
-                Listener::new(kind, MAX_PAYLOAD).map(Self::Scans)
+                ScanReader::new(kind, MAX_PAYLOAD).map(Self::Scans)
             }
             StreamKind::Nmea if decoded.beside => Some(Self::Fixes(FixReader::default())),
             StreamKind::Can if decoded.beside => Some(Self::Frames),
@@ -157,9 +157,9 @@ impl Watch {
     ) -> Vec<(Schema, Vec<u8>)> {
         let mut messages = Vec::new();
         match self {
-            Self::Scans(listener) if from == Side::Device => {
-                listener.hear_bytes(Duration::from_nanos(at_ns), bytes);
-                while let Some(scan) = listener.next_scan() {
+            Self::Scans(reader) if from == Side::Device => {
+                reader.push_bytes(Duration::from_nanos(at_ns), bytes);
+                while let Some(scan) = reader.next_scan() {
                     if wanted.scans {
                         messages.push((foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan)));
                     }
@@ -279,7 +279,7 @@ impl<W: Write + Seek> McapWriter<W> {
         Ok(())
     }
 
-    /// Hands all that was written to the system.
+    /// Flushes all that was written.
     pub fn flush(&mut self) -> io::Result<()> {
         self.writer.flush().map_err(plain)
     }

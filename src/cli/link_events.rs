@@ -1,6 +1,7 @@
 //! What happens to a scanner's link, told while it happens.
 
 use rowscan_driver::{LinkEvent, LinkEvents, Scanner};
+use rowscan_protocol::host::DeviceInfo;
 use tokio::task::JoinSet;
 
 use super::output::say;
@@ -41,19 +42,18 @@ fn tell(name: Option<&str>, event: &LinkEvent) {
         None => say(what),
     };
     match event {
-        LinkEvent::Ready { ident, firmware, dialect } => {
-            say(format_args!("connected: {} {}, {dialect}", ident.trim(), firmware.trim()));
+        LinkEvent::Ready(DeviceInfo { ident, firmware, language }) => {
+            say(format_args!("connected: {} {}, {language}", ident.trim(), firmware.trim()));
         }
-        LinkEvent::SerialReady { ident, software, rate } => {
-            say(format_args!("connected: {ident} {software}, {rate} bits a second"));
+        LinkEvent::Refused { command, error: None } => {
+            say(format_args!("the scanner refused: {command}; it keeps its own setting"));
         }
-        LinkEvent::Declined { what } => {
-            say(format_args!("the scanner refused: {what}; it keeps its own setting"));
-        }
-        LinkEvent::Refused { command, code } => {
-            say(format_args!("the scanner refused `{command}` ({code}) and keeps its own setting"));
+        LinkEvent::Refused { command, error: Some(error) } => {
+            say(format_args!("the scanner refused `{command}` ({error}) and keeps its own setting"));
         }
         LinkEvent::Malformed { reason } => say(format_args!("a scan telegram made no sense: {reason}")),
         LinkEvent::Lost { cause, pause } => say(format_args!("{cause}; trying again in {pause:?}")),
+        // Events that this version does not know.
+        _ => {}
     }
 }

@@ -222,7 +222,7 @@ impl Limits {
 pub(super) fn stream_kind(source: &Source) -> StreamKind {
     match source {
         Source::Serial { .. } | Source::Rfc2217 { .. } => StreamKind::Lms2xx,
-        Source::Tcp { .. } | Source::Recording { .. } => StreamKind::Cola,
+        _ => StreamKind::Cola,
     }
 }
 

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline};
+use rowscan_protocol::nmea::NmeaLines;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::{DeviceClock, SimTime};
-use rowscan_recording::nmea::Lines;
 use serde::Serialize;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -216,7 +216,7 @@ async fn follow_gnss(
     let mut ear = source.open().await?;
     let (tell, told) = watch::channel(None);
     tasks.spawn(async move {
-        let (mut lines, mut reader) = (Lines::default(), SpeedReader::default());
+        let (mut lines, mut reader) = (NmeaLines::default(), SpeedReader::default());
         loop {
             let heard = ear.hear().await;
             if heard.is_empty() {

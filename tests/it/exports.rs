@@ -13,8 +13,8 @@ use std::fs::File;
 use common::binary::{Emulator, run};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use rowscan_protocol::client::Event;
-use rowscan_recording::{Listener, Recording, StreamKind};
+use rowscan_protocol::host::HostEvent;
+use rowscan_recording::{Recording, ScanReader, StreamKind};
 
 #[test]
 fn parquet_holds_every_return_of_a_run() {
@@ -30,13 +30,13 @@ fn parquet_holds_every_return_of_a_run() {
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
 
     let mut recording = Recording::open(recorded.as_ref()).expect("it opens");
-    let mut listener = Listener::new(StreamKind::Cola, 64 * 1024).expect("a scanner's");
+    let mut reader = ScanReader::new(StreamKind::Cola, 64 * 1024).expect("a scanner's");
     let (mut sent, mut scans) = (Vec::new(), 0);
     while let Some(packet) = recording.next_packet().expect("it reads") {
-        listener.hear(std::time::Duration::ZERO, &packet);
-        while let Some(event) = listener.next_event() {
-            assert_eq!(event, Event::Scan);
-            let ranges = listener.scan().echoes[0].range_m.iter().enumerate();
+        reader.push(std::time::Duration::ZERO, &packet);
+        while let Some(event) = reader.next_event() {
+            assert_eq!(event, HostEvent::Scan);
+            let ranges = reader.scan().echoes[0].range_m.iter().enumerate();
             sent.extend(ranges.filter(|(_, m)| m.is_finite()).map(|(beam, m)| (scans, beam as u32, *m)));
             scans += 1;
         }

@@ -13,8 +13,8 @@ use std::time::Duration;
 use common::{bench, raw_client};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::{Emulator, EmulatorConfig};
-use rowscan_protocol::client::Event;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::host::HostEvent;
 use tokio::time::Instant;
 
 /// tokio's timer wheel ticks in milliseconds and rounds up.
@@ -156,8 +156,8 @@ async fn scans_come_only_while_measuring_and_subscribed() {
     client.connection.stop();
     loop {
         match client.next_event().await {
-            Event::Stopped => break,
-            Event::Scan => {}
+            HostEvent::Stopped => break,
+            HostEvent::Scan => {}
             other => panic!("{other:?}"),
         }
     }

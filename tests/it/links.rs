@@ -14,7 +14,7 @@ use common::bench;
 use rowscan_driver::{Backoff, DriverConfig, DriverError, LinkEvent, Scanner, Source};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::{Emulator, EmulatorConfig};
-use rowscan_protocol::client::ClientConfig;
+use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::ScanMode;
 
 fn emulator() -> Emulator {
@@ -65,11 +65,11 @@ async fn a_lost_scanner_is_dialled_again_and_configured_anew() {
     let mut first = emulator();
     let address = first.listen("127.0.0.1:0").await.expect("a free port").address.to_string();
     // Not the mode the device boots with: only a driver that configures anew gets 1081 points after the loss.
-    let client = ClientConfig {
+    let client = ColaConfig {
         scan_mode: Some(ScanMode { frequency_centihz: 2500, step: 2500 }),
-        ..ClientConfig::default()
+        ..ColaConfig::default()
     };
-    let config = DriverConfig { client, ..quick() };
+    let config = DriverConfig { cola: client, ..quick() };
     let mut scanner =
         Scanner::open(&Source::Tcp { address: address.clone() }, config).await.expect("it answers");
     for _ in 0..10 {

@@ -18,8 +18,8 @@ use common::{bench, facts, raw_client};
 use rowscan_emulator::clock::{TimeScale, wall_clock};
 use rowscan_emulator::replay::Played;
 use rowscan_emulator::{Emulator, EmulatorConfig};
-use rowscan_protocol::client::Event;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model::MODELS;
 use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side, Taps};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -147,8 +147,8 @@ async fn emulated_runs_of_every_model_replay_to_the_byte() {
         let mut scans = Vec::new();
         while scans.len() < 10 {
             match client.next_event().await {
-                Event::Scan => scans.push(client.connection.client().scan().clone()),
-                Event::Ready(_) => {}
+                HostEvent::Scan => scans.push(client.connection.session().scan().clone()),
+                HostEvent::Ready(_) => {}
                 other => panic!("{}: {other:?}", model.name),
             }
         }
@@ -180,9 +180,9 @@ async fn the_driver_reads_a_replayed_scanner_in_either_dialect_and_keeps_what_is
             let (mut scans, mut refused) = (Vec::new(), Vec::new());
             while scans.len() < 80 {
                 match client.next_event().await {
-                    Event::Scan => scans.push(client.connection.client().scan().clone()),
-                    Event::Refused { command, .. } => refused.push(command),
-                    Event::Ready(_) => {}
+                    HostEvent::Scan => scans.push(client.connection.session().scan().clone()),
+                    HostEvent::Refused { command, .. } => refused.push(command),
+                    HostEvent::Ready(_) => {}
                     other => panic!("{name}: {other:?}"),
                 }
             }

@@ -16,15 +16,16 @@ use std::time::Duration;
 
 use common::replayed::{played, replay, sent_by};
 use common::small_scene;
-use rowscan_driver::{Connection, DriverConfig, Happened, Scanner, Source};
+use rowscan_driver::{Connection, ConnectionEvent, DriverConfig, Scanner, Source};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
 use rowscan_emulator::replay::{Playhead, Survey, Tape, lms2xx_device_of, lms2xx_model_of};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, SerialConfig, SerialEmulator};
 use rowscan_ports::{NetLine, Port, Pty, Wire};
-use rowscan_protocol::client::{Client, ClientConfig, Event};
+use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::lms2xx::client as lms2xx_client;
+use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
+use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::lms2xx::{Rate, model as lms2xx_model};
 use rowscan_protocol::model::MODELS;
@@ -78,12 +79,12 @@ async fn take(emulator: &mut Emulator, line: Line, link: &Path) {
             Box::new(Port::open(link, 57_600).expect("it opens"))
         }
     };
-    let mut connection = Connection::new(stream, Client::new(ClientConfig::default(), Dialect::B));
+    let mut connection = Connection::new(stream, ColaClient::new(ColaConfig::default(), Dialect::B));
     let mut scans = 0;
     while scans < SCANS {
         match connection.next_event(None).await.expect("the link holds") {
-            Happened::Event(Event::Scan) => scans += 1,
-            Happened::Event(Event::Ready(_)) => {}
+            ConnectionEvent::Session(HostEvent::Scan) => scans += 1,
+            ConnectionEvent::Session(HostEvent::Ready(_)) => {}
             other => panic!("{line:?}: {other:?}"),
         }
     }
@@ -152,19 +153,19 @@ async fn take_lms2xx(line: Line, place: &str) {
         }
         Line::Tcp => {
             let mut stream = TcpStream::connect(place).await.expect("it listens");
-            let mut client = lms2xx_client::Client::new(lms2xx_client::ClientConfig::default());
+            let mut client = Lms2xxClient::new(Lms2xxConfig::default());
             let (began, mut scans, mut chunk) = (Instant::now(), 0, vec![0; 4096]);
             client.handle_bytes(Duration::ZERO, b"");
             while scans < SCANS {
                 while let Some(event) = client.poll_event() {
                     match event {
-                        lms2xx_client::Event::Scan => scans += 1,
-                        lms2xx_client::Event::Ready(_) => {}
+                        HostEvent::Scan => scans += 1,
+                        HostEvent::Ready(_) => {}
                         other => panic!("{other:?}"),
                     }
                 }
                 while let Some(transmit) = client.poll_transmit() {
-                    if let lms2xx_client::Transmit::Frame(frame) = transmit {
+                    if let Transmit::Frame(frame) = transmit {
                         stream.write_all(&frame).await.expect("taken");
                     }
                 }

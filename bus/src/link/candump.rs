@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
+use rowscan_protocol::can::CandumpLine;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::can::LogLine;
 use tokio::sync::mpsc;
 
 use super::BusError;
@@ -25,7 +25,7 @@ pub fn write_line(text: &mut String, at: SimTime, frame: &CanFrame) {
 
 /// Reads one line; `None` if it is none.
 pub fn read_line(line: &str) -> Option<(SimTime, CanFrame)> {
-    let LogLine { at_ns, frame, .. } = LogLine::parse(line)?;
+    let CandumpLine { at_ns, frame, .. } = CandumpLine::parse(line)?;
     Some((SimTime(at_ns), CanFrame::from_text(frame)?))
 }
 

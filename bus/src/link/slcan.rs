@@ -3,8 +3,8 @@
 use std::io::Write as _;
 use std::path::Path;
 
+use rowscan_protocol::can;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::can;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, split};
 use tokio::sync::mpsc;
 

@@ -1,6 +1,6 @@
 //! Ground speed out of somebody's NMEA: VTG for its amount, HDT against VTG's course for its sign.
 
-use rowscan_recording::nmea;
+use rowscan_protocol::nmea;
 
 /// Keeps what the sentences of one receiver say.
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use rowscan_protocol::calendar::Date;
-use rowscan_recording::nmea::checksum;
+use rowscan_protocol::nmea::checksum;
 use rowscan_vehicle::gnss::{Fix, FixQuality};
 
 /// A sentence: its name and what it says of a fix, without `$`, talker and checksum.

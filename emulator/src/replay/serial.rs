@@ -4,7 +4,7 @@ use rowscan_protocol::lms2xx::Variant;
 use rowscan_protocol::lms2xx::configuration::Configuration;
 use rowscan_protocol::lms2xx::device::{Device, Options, Recorded};
 use rowscan_protocol::lms2xx::model::{MODELS, Model};
-use rowscan_protocol::lms2xx::report::Report;
+use rowscan_protocol::lms2xx::settings_reply::SettingsReply;
 use rowscan_protocol::lms2xx::values::{MeasuringMode, Unit, Values};
 
 use super::{Part, ReplayError, Survey};
@@ -28,14 +28,16 @@ impl Lms2xxPart {
             self.values.get_or_insert(values);
             return true;
         }
-        match Report::parse(body) {
-            Some(Report::Type(text)) => {
+        match SettingsReply::parse(body) {
+            Some(SettingsReply::Type(text)) => {
                 self.type_text.get_or_insert(text.to_owned());
             }
-            Some(Report::Status(variant, _)) | Some(Report::Variant(variant)) if self.values.is_none() => {
+            Some(SettingsReply::Status(variant, _)) | Some(SettingsReply::Variant(variant))
+                if self.values.is_none() =>
+            {
                 self.variant = Some(variant);
             }
-            Some(Report::Configuration(configuration)) if self.values.is_none() => {
+            Some(SettingsReply::Configuration(configuration)) if self.values.is_none() => {
                 self.found.get_or_insert(configuration);
                 self.measured = Some(configuration);
             }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rowscan_protocol::device::DeviceEvent as Event;
-use rowscan_protocol::lms2xx::report::has_values;
+use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::model::{MODELS, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;

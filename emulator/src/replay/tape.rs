@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bytes::Bytes;
 use rowscan_protocol::device::{DeviceEvent as Event, monitor_event, scan_event};
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::lms2xx::report::has_values;
+use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::telegram::{Kind, LmdScandata};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Recording, Side, StreamKind};

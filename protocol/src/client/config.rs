@@ -6,7 +6,7 @@ use crate::model::{self, Password, RemissionWidth, ScanMode};
 
 /// How a scanner is to be set up.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ClientConfig {
+pub struct ColaConfig {
     /// Who logs in; where absent, the authorised client with the password of the model that DeviceIdent names.
     pub login: Option<Login>,
     /// Scan mode; as the device has it where absent.
@@ -29,7 +29,7 @@ pub struct ClientConfig {
     pub max_payload: usize,
 }
 
-impl Default for ClientConfig {
+impl Default for ColaConfig {
     fn default() -> Self {
         Self {
             login: None,

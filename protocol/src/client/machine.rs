@@ -5,10 +5,11 @@ use alloc::format;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::config::ClientConfig;
-use super::event::{Event, ScanError};
+use super::config::ColaConfig;
+use super::scan_error::ScanError;
 use super::step::{Plan, START_UP, STOP, Step};
 use crate::frame::{Dialect, Frame};
+use crate::host::{DeviceInfo, HostEvent, Language};
 use crate::scan::Scan;
 use crate::telegram::{Args, Kind, LmdScandata, SopasError, Telegram, Variable, lmd_scandata};
 
@@ -44,23 +45,23 @@ pub(super) struct Machine {
     deadline: Deadline,
     skipped: u32,
     transmits: VecDeque<Vec<u8>>,
-    events: VecDeque<Event>,
+    events: VecDeque<HostEvent>,
     telegram: LmdScandata,
     scan: Scan,
 }
 
 impl Machine {
-    pub(super) fn start(config: ClientConfig, dialect: Dialect) -> Self {
+    pub(super) fn start(config: ColaConfig, dialect: Dialect) -> Self {
         let mut machine = Self::idle(Phase::Done, dialect, config);
         machine.step_from(0);
         machine
     }
 
     pub(super) fn listen() -> Self {
-        Self::idle(Phase::Listening, Dialect::B, ClientConfig::default())
+        Self::idle(Phase::Listening, Dialect::B, ColaConfig::default())
     }
 
-    fn idle(phase: Phase, dialect: Dialect, config: ClientConfig) -> Self {
+    fn idle(phase: Phase, dialect: Dialect, config: ColaConfig) -> Self {
         Self {
             phase,
             dialect,
@@ -109,10 +110,10 @@ impl Machine {
 
     /// True while a scan waits to be taken: there is room for one.
     pub(super) fn has_scan(&self) -> bool {
-        self.events.contains(&Event::Scan)
+        self.events.contains(&HostEvent::Scan)
     }
 
-    pub(super) fn next_event(&mut self) -> Option<Event> {
+    pub(super) fn next_event(&mut self) -> Option<HostEvent> {
         self.events.pop_front()
     }
 
@@ -134,7 +135,7 @@ impl Machine {
                 self.phase = Phase::Stopping;
                 self.request(&STOP);
             }
-            Phase::Starting(_) | Phase::Listening => self.finish(Event::Stopped),
+            Phase::Starting(_) | Phase::Listening => self.finish(HostEvent::Stopped),
             Phase::Stopping | Phase::Done => {}
         }
     }
@@ -172,15 +173,15 @@ impl Machine {
         let Self { telegram, scan, .. } = self;
         let taken = args.decode_into(telegram).map_err(ScanError::from);
         match taken.and_then(|()| telegram.to_scan_into(scan).map_err(ScanError::from)) {
-            Ok(()) => self.events.push_back(Event::Scan),
-            Err(error) => self.events.push_back(Event::Malformed { reason: format!("{error}") }),
+            Ok(()) => self.events.push_back(HostEvent::Scan),
+            Err(error) => self.events.push_back(HostEvent::Malformed { reason: format!("{error}") }),
         }
     }
 
     fn answered(&mut self) {
         match self.phase {
             Phase::Starting(index) => self.step_from(index + 1),
-            Phase::Stopping => self.finish(Event::Stopped),
+            Phase::Stopping => self.finish(HostEvent::Stopped),
             Phase::Streaming | Phase::Listening | Phase::Done => {}
         }
     }
@@ -190,7 +191,7 @@ impl Machine {
             return self.answered();
         }
         let fatal = step.required && self.phase != Phase::Stopping;
-        let event = Event::Refused { command: step.command, error, fatal };
+        let event = HostEvent::Refused { command: step.command, error: Some(error), fatal };
         if fatal {
             self.finish(event);
         } else {
@@ -203,10 +204,10 @@ impl Machine {
         match self.phase {
             Phase::Starting(index) => {
                 let command = START_UP.get(index).map_or("", |step| step.command);
-                self.finish(Event::NoAnswer { command, dialect: self.dialect });
+                self.finish(HostEvent::NoAnswer { command });
             }
             // It will not answer any more; the connection is closed next anyway.
-            Phase::Stopping => self.finish(Event::Stopped),
+            Phase::Stopping => self.finish(HostEvent::Stopped),
             Phase::Streaming | Phase::Listening | Phase::Done => self.deadline = Deadline::None,
         }
     }
@@ -222,9 +223,15 @@ impl Machine {
             None => {
                 self.phase = Phase::Streaming;
                 self.deadline = Deadline::None;
-                self.events.push_back(Event::Ready(self.plan.info.clone()));
+                self.events.push_back(HostEvent::Ready(self.info()));
             }
         }
+    }
+
+    fn info(&self) -> DeviceInfo {
+        let Plan { ident, firmware, .. } = &self.plan;
+        let language = Language::Cola(self.dialect);
+        DeviceInfo { ident: ident.clone(), firmware: firmware.clone(), language }
     }
 
     fn request(&mut self, step: &Step) {
@@ -245,7 +252,7 @@ impl Machine {
         self.deadline = self.now.map_or(Deadline::Unset, |now| Deadline::At(now.saturating_add(timeout)));
     }
 
-    fn finish(&mut self, event: Event) {
+    fn finish(&mut self, event: HostEvent) {
         self.phase = Phase::Done;
         self.deadline = Deadline::None;
         self.events.push_back(event);

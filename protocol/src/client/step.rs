@@ -5,8 +5,7 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::config::{ClientConfig, Login};
-use super::event::DeviceInfo;
+use super::config::{ColaConfig, Login};
 use crate::frame::Dialect;
 use crate::model::RemissionWidth;
 use crate::telegram::device_ident::DeviceIdent;
@@ -49,7 +48,7 @@ pub(super) struct Step {
     pub(super) command: &'static str,
     /// The reply this step waits for.
     pub(super) reply_kind: Kind,
-    pub(super) needed: fn(&ClientConfig) -> bool,
+    pub(super) needed: fn(&ColaConfig) -> bool,
     /// Appends the whole request frame.
     pub(super) request: fn(&Plan, Dialect, &mut Vec<u8>),
     /// Takes the reply; an error counts like `sFA`.
@@ -65,8 +64,11 @@ pub(super) struct Step {
 /// What the steps share.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Plan {
-    pub(super) config: ClientConfig,
-    pub(super) info: DeviceInfo,
+    pub(super) config: ColaConfig,
+    /// DeviceIdent: name and version.
+    pub(super) ident: String,
+    /// FirmwareVersion, without the blanks devices pad it with.
+    pub(super) firmware: String,
     /// The angular step LMPoutputRange reads; it must be sent back with a new range.
     pub(super) output_step: u32,
 }
@@ -108,7 +110,7 @@ const fn subscribe(on: bool) -> Step {
 }
 
 impl Step {
-    const fn only_if(self, needed: fn(&ClientConfig) -> bool) -> Self {
+    const fn only_if(self, needed: fn(&ColaConfig) -> bool) -> Self {
         Self { needed, ..self }
     }
 
@@ -135,7 +137,7 @@ fn set<V: Variable>(dialect: Dialect, value: &V, out: &mut Vec<u8>) {
 }
 
 fn log_in(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
-    let login = plan.config.login.unwrap_or_else(|| Login::for_ident(&plan.info.ident));
+    let login = plan.config.login.unwrap_or_else(|| Login::for_ident(&plan.ident));
     tell(dialect, &SetAccessMode { level: login.level, password: PasswordHash(login.password) }, out);
 }
 
@@ -169,7 +171,7 @@ fn set_scan_data(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
     set(dialect, &contents, out);
 }
 
-fn wants_encoder(config: &ClientConfig) -> bool {
+fn wants_encoder(config: &ColaConfig) -> bool {
     config.encoder_ticks_per_m.is_some()
 }
 
@@ -198,12 +200,12 @@ fn value<T: Fields + Default>(args: Args<'_>) -> Result<T, SopasError> {
 
 fn take_ident(plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
     let DeviceIdent { name, version } = value(args)?;
-    plan.info.ident = format!("{} {}", name.trim(), version.trim());
+    plan.ident = format!("{} {}", name.trim(), version.trim());
     Ok(())
 }
 
 fn take_firmware(plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
-    plan.info.firmware = String::from(value::<FirmwareVersion>(args)?.text.trim());
+    plan.firmware = String::from(value::<FirmwareVersion>(args)?.text.trim());
     Ok(())
 }
 

@@ -9,7 +9,7 @@ mod description;
 pub mod device;
 pub mod frame;
 pub mod model;
-pub mod report;
+pub mod settings_reply;
 pub mod telegram;
 pub mod values;
 

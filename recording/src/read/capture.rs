@@ -1,23 +1,18 @@
 //! Network captures: pcap and pcapng files, packet by packet.
-//!
-//! Read by hand and not by the `pcap-file` crate, which takes every pcapng time for nanoseconds and panics on damaged options.
 
-use super::segment::{LinkType, segment};
+use pcap_parser::pcap::{LegacyPcapBlock, parse_pcap_frame, parse_pcap_frame_be, parse_pcap_header};
+use pcap_parser::pcapng::{Block, InterfaceDescriptionBlock, parse_block_be, parse_block_le};
+use pcap_parser::traits::PcapNGPacketBlock;
+use pcap_parser::{Linktype, PcapError};
+
+use super::segment::segment;
 use super::tcp::{Connections, Flows};
 use super::torn::Torn;
 
-/// First bytes of pcapng.
-const SECTION: u32 = 0x0A0D_0D0A;
-/// In a section header; shows the byte order.
-const BYTE_ORDER: u32 = 0x1A2B_3C4D;
-const INTERFACE: u32 = 1;
-const SIMPLE_PACKET: u32 = 3;
-const ENHANCED_PACKET: u32 = 6;
-/// Option of an interface: units of its times.
-const TIME_RESOLUTION: u16 = 9;
-/// Magic numbers of pcap: times in microseconds, in nanoseconds.
-const MICROSECONDS: u32 = 0xA1B2_C3D4;
-const NANOSECONDS: u32 = 0xA1B2_3C4D;
+/// First bytes of pcapng, in either byte order.
+const SECTION: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
+/// In a section header, of a file in the byte order of small computers.
+const LITTLE_ENDIAN: [u8; 4] = [0x4D, 0x3C, 0x2B, 0x1A];
 
 /// What a capture holds.
 #[derive(Debug, Default)]
@@ -30,19 +25,12 @@ pub(super) struct Capture {
     pub(super) torn: Option<Torn>,
 }
 
-/// The capture in a file; none if it is something else.
+/// The capture in a file; `None` if it is something else.
 pub(super) fn read(file: &[u8]) -> Option<Capture> {
-    let magic = file.first_chunk().map(|bytes| u32::from_be_bytes(*bytes))?;
     let mut packets = Packets::default();
-    let mut cursor = Cursor { file, at: 0, little: false };
-    let torn = match magic {
-        SECTION => packets.pcapng(&mut cursor),
-        _ if [MICROSECONDS, NANOSECONDS].contains(&magic) => packets.pcap(&mut cursor),
-        _ if [MICROSECONDS, NANOSECONDS].contains(&magic.swap_bytes()) => {
-            cursor.little = true;
-            packets.pcap(&mut cursor)
-        }
-        _ => return None,
+    let torn = match file.starts_with(&SECTION) {
+        true => packets.pcapng(file),
+        false => packets.pcap(file)?,
     };
     Some(Capture { connections: packets.connections.flows(), began_ns: packets.began_ns, torn: torn.err() })
 }
@@ -58,7 +46,7 @@ struct Packets {
 /// How an interface captures.
 #[derive(Clone, Copy)]
 struct Interface {
-    link: LinkType,
+    link: Linktype,
     /// Units of time a second.
     units: u64,
 }
@@ -73,138 +61,167 @@ impl Packets {
         }
     }
 
-    fn pcap(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Torn> {
-        let units = if cursor.u32()? == NANOSECONDS { 1_000_000_000 } else { 1_000_000 };
-        // Version, time zone, accuracy, longest packet.
-        cursor.take(16)?;
-        let interface = Interface { link: LinkType(cursor.u32()? & 0xFFFF), units };
-        while !cursor.ended() {
-            let start = cursor.at;
-            let (seconds, fraction) = (cursor.u32()?, cursor.u32()?);
-            let (len, _) = (cursor.u32()?, cursor.u32()?);
-            let data = cursor.take(len as usize).map_err(|torn| Torn { offset: start as u64, ..torn })?;
-            let time = u64::from(seconds) * units + u64::from(fraction);
-            self.take(interface, time, data);
-        }
-        Ok(())
-    }
-
-    fn pcapng(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Torn> {
-        let mut interfaces = Vec::new();
-        while !cursor.ended() {
-            let start = cursor.at;
-            let kind = cursor.u32()?;
-            if kind == SECTION {
-                let order = cursor.peek_at(start + 8)?;
-                cursor.little = order == BYTE_ORDER.swap_bytes();
-                if !cursor.little && order != BYTE_ORDER {
-                    let found = format!("{order:08X}");
-                    return Err(Torn { offset: start as u64 + 8, expected: "a byte order mark", found });
-                }
-                interfaces.clear();
-            }
-            let len = cursor.u32()? as usize;
-            // Type, length, and the length again at the end.
-            let Some(body) = len.checked_sub(12).filter(|body| body.is_multiple_of(4)) else {
-                let expected = "a block length, a multiple of 4";
-                return Err(Torn { offset: start as u64 + 4, expected, found: len.to_string() });
+    fn pcap(&mut self, file: &[u8]) -> Option<Result<(), Torn>> {
+        let (mut rest, header) = match parse_pcap_header(file) {
+            Ok(parsed) => parsed,
+            Err(pcap_parser::nom::Err::Incomplete(_)) => return Some(Err(torn(file, file))),
+            Err(_) => return None,
+        };
+        let units = if header.is_nanosecond_precision() { 1_000_000_000 } else { 1_000_000 };
+        // The upper half may say how long a frame's checksum is.
+        let interface = Interface { link: Linktype(header.network.0 & 0xFFFF), units };
+        let parse = if header.is_bigendian() { parse_pcap_frame_be } else { parse_pcap_frame };
+        while !rest.is_empty() {
+            let Ok((after, LegacyPcapBlock { ts_sec, ts_usec, data, .. })) = parse(rest) else {
+                return Some(Err(torn(file, rest)));
             };
-            let body = cursor.take(body).map_err(|torn| Torn { offset: start as u64, ..torn })?;
-            cursor.take(4)?;
-            let mut body = Cursor { file: body, at: 0, little: cursor.little };
-            // A block that is shorter than its kind takes nothing; the next one is where the length says.
-            let _ = self.block(kind, &mut body, &mut interfaces);
+            self.take(interface, u64::from(ts_sec) * units + u64::from(ts_usec), data);
+            rest = after;
+        }
+        Some(Ok(()))
+    }
+
+    fn pcapng(&mut self, file: &[u8]) -> Result<(), Torn> {
+        let mut interfaces = Vec::new();
+        let mut little = true;
+        let mut rest = file;
+        while !rest.is_empty() {
+            if rest.starts_with(&SECTION) {
+                little = rest.get(8..12) == Some(&LITTLE_ENDIAN);
+            }
+            let parsed = if little { parse_block_le(rest) } else { parse_block_be(rest) };
+            rest = match parsed {
+                Ok((after, block)) => {
+                    self.block(&block, &mut interfaces);
+                    after
+                }
+                // A damaged block is skipped; the next one is where its length says.
+                Err(
+                    pcap_parser::nom::Err::Error(PcapError::NomError(..)) | pcap_parser::nom::Err::Failure(_),
+                ) => after_block(rest, little).ok_or_else(|| torn(file, rest))?,
+                Err(_) => return Err(torn(file, rest)),
+            };
         }
         Ok(())
     }
 
-    fn block(
-        &mut self,
-        kind: u32,
-        body: &mut Cursor<'_>,
-        interfaces: &mut Vec<Interface>,
-    ) -> Result<(), Torn> {
-        match kind {
-            INTERFACE => {
-                let link = LinkType(u32::from(body.u16()?));
-                body.take(6)?;
-                interfaces.push(Interface { link, units: time_units(body) });
+    fn block(&mut self, block: &Block<'_>, interfaces: &mut Vec<Interface>) {
+        match block {
+            Block::SectionHeader(_) => interfaces.clear(),
+            Block::InterfaceDescription(described) => {
+                interfaces.push(Interface { link: described.linktype, units: time_units(described) });
             }
-            ENHANCED_PACKET => {
-                let interface = body.u32()? as usize;
-                let time = u64::from(body.u32()?) << 32 | u64::from(body.u32()?);
-                let (len, _) = (body.u32()?, body.u32()?);
-                let data = body.take(len as usize)?;
-                if let Some(interface) = interfaces.get(interface) {
-                    self.take(*interface, time, data);
+            Block::EnhancedPacket(packet) => {
+                let time = u64::from(packet.ts_high) << 32 | u64::from(packet.ts_low);
+                if let Some(interface) = interfaces.get(packet.if_id as usize) {
+                    self.take(*interface, time, packet.packet_data());
                 }
             }
-            SIMPLE_PACKET => {
-                let len = body.u32()? as usize;
-                let data = body.take(len.min(body.rest()))?;
+            Block::SimplePacket(packet) => {
                 if let Some(interface) = interfaces.first() {
                     // These have no time.
-                    self.take(*interface, 0, data);
+                    self.take(*interface, 0, packet.packet_data());
                 }
             }
             _ => {}
         }
-        Ok(())
     }
 }
 
-/// Units of time a second, from an interface's options; microseconds unless they say otherwise.
-fn time_units(options: &mut Cursor<'_>) -> u64 {
-    while let (Ok(code), Ok(len)) = (options.u16(), options.u16()) {
-        let Ok(value) = options.take(usize::from(len).next_multiple_of(4)) else { break };
-        if let (TIME_RESOLUTION, Some(&resolution)) = (code, value.first()) {
-            let power = u32::from(resolution & 0x7F);
-            let base: u64 = if resolution & 0x80 == 0 { 10 } else { 2 };
-            return base.saturating_pow(power);
+/// Units of time a second: a power of 10, or of 2 where the highest bit is set.
+///
+/// Not by `ts_resolution` of pcap-parser 0.17, which refuses every power of 2.
+fn time_units(interface: &InterfaceDescriptionBlock<'_>) -> u64 {
+    let power = u32::from(interface.if_tsresol & 0x7F);
+    let base: u64 = if interface.if_tsresol & 0x80 == 0 { 10 } else { 2 };
+    base.saturating_pow(power)
+}
+
+/// What follows a block that cannot be read, by its length.
+fn after_block(rest: &[u8], little: bool) -> Option<&[u8]> {
+    let bytes = *rest.get(4..)?.first_chunk()?;
+    let len = if little { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) };
+    if len < 12 || !len.is_multiple_of(4) {
+        return None;
+    }
+    rest.get(len as usize..)
+}
+
+fn torn(file: &[u8], rest: &[u8]) -> Torn {
+    let offset = file.len().saturating_sub(rest.len()) as u64;
+    Torn { offset, expected: "a whole packet", found: format!("{} bytes that make none", rest.len()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A block of this type around `body`, padded.
+    fn block(kind: u32, body: &[u8], big: bool) -> Vec<u8> {
+        let number = |n: u32| if big { n.to_be_bytes() } else { n.to_le_bytes() };
+        let padding = body.len().next_multiple_of(4) - body.len();
+        let len = number((12 + body.len() + padding) as u32);
+        [&number(kind)[..], &len, body, &[0; 3][..padding], &len].concat()
+    }
+
+    /// One packet of no known protocol, `time` units after 1970, on an interface of this resolution.
+    fn capture(resolution: Option<u8>, time: u64, big: bool) -> Vec<u8> {
+        let number = |n: u32| if big { n.to_be_bytes() } else { n.to_le_bytes() };
+        let short = |n: u16| if big { n.to_be_bytes() } else { n.to_le_bytes() };
+        let section = [&number(0x1A2B_3C4D)[..], &short(1), &short(0), &[0xFF; 8]].concat();
+        let mut interface = [&short(1)[..], &short(0), &number(0)].concat();
+        if let Some(resolution) = resolution {
+            interface.extend([&short(9)[..], &short(1), &[resolution, 0, 0, 0], &[0; 4]].concat());
+        }
+        let (high, low) = (number((time >> 32) as u32), number(time as u32));
+        let packet = [&number(0)[..], &high, &low, &number(2), &number(2), &[1, 2]].concat();
+        [block(0x0A0D_0D0A, &section, big), block(1, &interface, big), block(6, &packet, big)].concat()
+    }
+
+    #[test]
+    fn every_interface_has_its_own_resolution_of_time() {
+        for (resolution, time, at_ns) in [
+            (None, 1_500_000, 1_500_000_000),
+            (Some(6), 1_500_000, 1_500_000_000),
+            (Some(9), 1_500_000_000, 1_500_000_000),
+            (Some(3), 1500, 1_500_000_000),
+            // A power of two: 1/1024 s.
+            (Some(0x80 | 10), 1536, 1_500_000_000),
+        ] {
+            for big in [false, true] {
+                let capture = read(&capture(resolution, time, big)).expect("a capture");
+                assert_eq!((capture.began_ns, capture.torn), (Some(at_ns), None), "{resolution:?}");
+            }
         }
     }
-    1_000_000
-}
 
-/// Reads numbers in either byte order.
-struct Cursor<'a> {
-    file: &'a [u8],
-    at: usize,
-    little: bool,
-}
-
-impl<'a> Cursor<'a> {
-    fn ended(&self) -> bool {
-        self.rest() == 0
+    #[test]
+    fn a_cut_file_is_torn_where_its_last_block_begins() {
+        let whole = capture(None, 1, false);
+        let packet = whole.len() - 36;
+        for end in packet + 1..whole.len() {
+            let torn = read(&whole[..end]).expect("a capture").torn.expect("torn");
+            assert_eq!(torn.offset, packet as u64, "{end} bytes: {torn}");
+        }
     }
 
-    fn rest(&self) -> usize {
-        self.file.len().saturating_sub(self.at)
+    #[test]
+    fn a_damaged_block_is_skipped() {
+        // An interface block that is too short for one.
+        let damaged = [capture(None, 7, false), block(1, &[0; 4], false), capture(None, 8, false)].concat();
+        let capture = read(&damaged).expect("a capture");
+        assert_eq!((capture.began_ns, capture.torn), (Some(7_000), None));
     }
 
-    fn take(&mut self, len: usize) -> Result<&'a [u8], Torn> {
-        let taken = self.at.checked_add(len).and_then(|end| self.file.get(self.at..end));
-        let taken = taken.ok_or_else(|| Torn {
-            offset: self.at.min(self.file.len()) as u64,
-            expected: "a whole packet",
-            found: format!("{} bytes of {len}", self.rest()),
-        })?;
-        self.at += len;
-        Ok(taken)
-    }
-
-    fn u16(&mut self) -> Result<u16, Torn> {
-        let bytes = self.take(2)?.first_chunk().copied().unwrap_or_default();
-        Ok(if self.little { u16::from_le_bytes(bytes) } else { u16::from_be_bytes(bytes) })
-    }
-
-    fn u32(&mut self) -> Result<u32, Torn> {
-        let bytes = self.take(4)?.first_chunk().copied().unwrap_or_default();
-        Ok(if self.little { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) })
-    }
-
-    /// The big-endian number at a place.
-    fn peek_at(&self, at: usize) -> Result<u32, Torn> {
-        Cursor { file: self.file, at, little: false }.u32()
+    #[test]
+    fn any_bytes_behind_a_magic_number_are_read_without_panic() {
+        let whole = capture(Some(9), 1, false);
+        for at in 4..whole.len() {
+            for flip in [0x01, 0x80, 0xFF] {
+                let mut broken = whole.clone();
+                broken[at] ^= flip;
+                let _ = read(&broken);
+            }
+        }
     }
 }

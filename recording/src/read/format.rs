@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use rowscan_protocol::can::CandumpLine;
+
 /// Kinds of files that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -55,7 +57,7 @@ impl Format {
         let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
         match lines.next() {
             Some(line) if line.starts_with(super::ranges::TITLE) => Self::Ranges,
-            Some(line) if crate::can::LogLine::parse(line).is_some() => Self::Candump,
+            Some(line) if CandumpLine::parse(line).is_some() => Self::Candump,
             _ => Self::Hex,
         }
     }

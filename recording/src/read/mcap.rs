@@ -11,7 +11,7 @@ use super::{ReadError, StreamInfo};
 use crate::writer::{ABOUT, BYTES, KIND_KEY, SIDE_KEY, STREAM_KEY};
 use crate::{About, Joint, Packet, Side, StreamKind};
 
-/// Longer records than this are nobody's.
+/// Longer records are refused.
 const LONGEST_RECORD: usize = 64 * 1024 * 1024;
 
 /// Reads record after record.
@@ -22,7 +22,7 @@ pub(super) struct McapReader {
     pub(super) streams: Vec<StreamInfo>,
     pub(super) about: About,
     pub(super) torn: Option<Torn>,
-    /// Topics that are not ours, for the message to who opened the wrong file.
+    /// Topics that are not ours, for the error message.
     foreign: Vec<String>,
     bytes: u64,
     complete: bool,

@@ -1,4 +1,4 @@
-//! Recordings as a source: whatever the field has, packet by packet.
+//! Recordings of any format, packet by packet.
 
 mod candump;
 mod capture;
@@ -22,7 +22,7 @@ use serde::Serialize;
 pub use format::Format;
 pub use torn::Torn;
 
-use crate::listener::MAX_PAYLOAD;
+use crate::scan_reader::MAX_PAYLOAD;
 use crate::{About, Packet, StreamKind};
 use mcap::McapReader;
 
@@ -40,6 +40,7 @@ pub struct StreamInfo {
 
 /// Why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// The system refused.
     #[error("{0}")]
@@ -47,7 +48,7 @@ pub enum ReadError {
     /// No bytes at all.
     #[error("it is empty: expected recorded telegrams, found 0 bytes")]
     Empty,
-    /// Text that is no hex.
+    /// Text that is not hex.
     #[error(
         "line {line}: expected bytes as two hex digits each (a comment begins with `;`), found `{found}`"
     )]
@@ -57,7 +58,7 @@ pub enum ReadError {
         /// The word that is no byte.
         found: String,
     },
-    /// A candump log with a line that is none.
+    /// A candump log with a line of another kind.
     #[error(
         "line {line}: expected a candump line such as `(1700000000.000001) can0 18FEF100#0102`, found `{found}`"
     )]
@@ -108,7 +109,7 @@ pub struct Recording {
 
 enum Packets {
     Mcap(Box<McapReader>),
-    /// Small enough, or twisted enough, to be taken in whole.
+    /// Read as a whole when the file was opened.
     Listed(std::vec::IntoIter<Packet>),
     Raw(Box<dyn Read + Send>),
 }
@@ -120,7 +121,7 @@ impl std::fmt::Debug for Recording {
 }
 
 impl Recording {
-    /// Opens a file and sees what it is.
+    /// Opens a file and recognises its format.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let file = File::open(path)?;
         if file.metadata()?.is_dir() {
@@ -129,7 +130,7 @@ impl Recording {
         Self::read(Box::new(file))
     }
 
-    /// Takes bytes in from anywhere.
+    /// Reads a recording from any bytes; never panics, whatever they are.
     pub fn read(mut input: Box<dyn Read + Send>) -> Result<Self, ReadError> {
         let mut head = Vec::new();
         input.by_ref().take(CHUNK as u64).read_to_end(&mut head)?;
@@ -241,7 +242,7 @@ impl Recording {
     }
 }
 
-/// What scanner speaks so: an LMS2xx if its frames are found and CoLa's are not.
+/// The protocol of raw bytes: LMS2xx if its frames are found and CoLa's are not.
 fn language(bytes: &[u8]) -> StreamKind {
     let mut cola = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
     cola.push(bytes);

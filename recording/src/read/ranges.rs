@@ -157,8 +157,8 @@ impl Header {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::listener::MAX_PAYLOAD;
-    use crate::{Listener, StreamKind};
+    use crate::scan_reader::MAX_PAYLOAD;
+    use crate::{ScanReader, StreamKind};
     use std::time::Duration;
 
     const HEAD: &str = "# rowscan ranges 1; frequency_hz 50; start_deg -45; step_deg 0.5; unit cm\ntime_s,telegram_counter,scan_time_us,range_0,range_1,range_2\n";
@@ -167,9 +167,9 @@ mod tests {
     fn a_line_is_the_scan_it_says() {
         let (packets, _) = packets(&format!("{HEAD}1.5,7,1000,100,,250.5\n")).expect("sound");
         assert_eq!(packets[0].at_ns, Some(1_500_000_000));
-        let mut listener = Listener::new(StreamKind::Cola, MAX_PAYLOAD).expect("a scanner's");
-        listener.hear(Duration::ZERO, &packets[0]);
-        let scan = listener.next_scan().expect("a scan");
+        let mut reader = ScanReader::new(StreamKind::Cola, MAX_PAYLOAD).expect("a scanner's");
+        reader.push(Duration::ZERO, &packets[0]);
+        let scan = reader.next_scan().expect("a scan");
         assert_eq!(scan.echoes[0].range_m, [1.0, f64::INFINITY, 2.505]);
         assert_eq!((scan.telegram_counter, scan.scan_time_us, scan.scan_frequency_hz), (7, 1000, 50.0));
         assert_eq!((scan.beams.start, scan.beams.step), (-450_000, 5000));

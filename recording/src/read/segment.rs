@@ -1,10 +1,9 @@
-//! One captured packet: link, IP and TCP headers off.
+//! The TCP segment in a captured packet.
 
-use core::net::{IpAddr, SocketAddr};
+use core::net::SocketAddr;
 
-/// How packets begin, as pcap numbers it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct LinkType(pub(super) u32);
+use etherparse::{LaxNetSlice, LaxSlicedPacket, TcpSlice, TransportSlice};
+use pcap_parser::Linktype;
 
 /// What TCP says about some bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,88 +19,111 @@ pub(super) struct Segment<'a> {
     pub(super) payload: &'a [u8],
 }
 
-const IPV4: u16 = 0x0800;
-const IPV6: u16 = 0x86DD;
-/// Ethernet types that lead a VLAN tag.
-const VLAN: [u16; 2] = [0x8100, 0x88A8];
-const TCP: u8 = 6;
-const SYN: u8 = 0x02;
-const ACK: u8 = 0x10;
+/// The "any" device of Linux, second version; `pcap-parser` has no name for it.
+const LINUX_SLL2: Linktype = Linktype(276);
 
-/// The TCP segment in a packet; none in all others.
-pub(super) fn segment(link: LinkType, packet: &[u8]) -> Option<Segment<'_>> {
-    let ip = match link.0 {
-        // Ethernet.
-        1 => ethernet(packet.get(12..)?)?,
-        // Loopback: address family, in the host's byte order or big-endian.
-        0 | 108 => packet.get(4..)?,
-        // Raw IP, with several numbers.
-        12 | 14 | 101 | 228 | 229 => packet,
-        // Linux "any" device, two versions.
-        113 => packet.get(16..)?,
-        276 => packet.get(20..)?,
+/// The TCP segment in a packet; `None` for all others.
+///
+/// Lax: a sender that leaves segmentation to its network card writes an IP length of 0, and a capture may have cut the packet.
+pub(super) fn segment(link: Linktype, packet: &[u8]) -> Option<Segment<'_>> {
+    let ip = |header: usize| LaxSlicedPacket::from_ip(packet.get(header..)?).ok();
+    let sliced = match link {
+        Linktype::ETHERNET => LaxSlicedPacket::from_ethernet(packet).ok()?,
+        // The address family, in the byte order of the capturing host or big-endian.
+        Linktype::NULL | Linktype::LOOP => ip(4)?,
+        // Raw IP has several numbers.
+        Linktype(12 | 14) | Linktype::RAW | Linktype::IPV4 | Linktype::IPV6 => ip(0)?,
+        Linktype::LINUX_SLL => ip(16)?,
+        LINUX_SLL2 => ip(20)?,
         _ => return None,
     };
-    match ip.first()? >> 4 {
-        4 => ipv4(ip),
-        6 => ipv6(ip),
+    match (sliced.net?, sliced.transport?) {
+        (LaxNetSlice::Ipv4(ip), TransportSlice::Tcp(tcp)) => {
+            let header = ip.header();
+            let from = SocketAddr::new(header.source_addr().into(), tcp.source_port());
+            let to = SocketAddr::new(header.destination_addr().into(), tcp.destination_port());
+            Some(with_payload(from, to, &tcp))
+        }
+        (LaxNetSlice::Ipv6(ip), TransportSlice::Tcp(tcp)) => {
+            let header = ip.header();
+            let from = SocketAddr::new(header.source_addr().into(), tcp.source_port());
+            let to = SocketAddr::new(header.destination_addr().into(), tcp.destination_port());
+            Some(with_payload(from, to, &tcp))
+        }
         _ => None,
     }
 }
 
-fn ethernet(mut rest: &[u8]) -> Option<&[u8]> {
-    loop {
-        let (kind, after) = rest.split_first_chunk::<2>()?;
-        match u16::from_be_bytes(*kind) {
-            IPV4 | IPV6 => return Some(after),
-            tag if VLAN.contains(&tag) => rest = after.get(2..)?,
-            _ => return None,
+fn with_payload<'a>(from: SocketAddr, to: SocketAddr, tcp: &TcpSlice<'a>) -> Segment<'a> {
+    let (sequence, syn, ack) = (tcp.sequence_number(), tcp.syn(), tcp.ack());
+    Segment { from, to, sequence, syn, ack, payload: tcp.payload() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// IPv4 and TCP headers before `payload`, with this length in the IP header.
+    fn ipv4(total_len: u16, payload: &[u8]) -> Vec<u8> {
+        let mut packet = vec![0x45, 0];
+        packet.extend(total_len.to_be_bytes());
+        packet.extend([0, 0, 0x40, 0, 64, 6, 0, 0, 10, 0, 0, 1, 10, 0, 0, 2]);
+        packet.extend([0x08, 0x40, 0xC3, 0x50, 0, 0, 0, 7, 0, 0, 0, 0, 0x50, 0x18, 0, 0, 0, 0, 0, 0]);
+        packet.extend_from_slice(payload);
+        packet
+    }
+
+    #[test]
+    fn a_segment_is_found_behind_every_link_header() {
+        let ip = ipv4(43, b"abc");
+        let behind = |header: &[u8]| [header, &ip].concat();
+        let ethernet = [&[0; 12][..], &[0x08, 0x00]].concat();
+        let vlan = [&[0; 12][..], &[0x81, 0x00, 0, 5, 0x08, 0x00]].concat();
+        for (link, packet) in [
+            (1, behind(&ethernet)),
+            (1, behind(&vlan)),
+            (0, behind(&[2, 0, 0, 0])),
+            (108, behind(&[0, 0, 0, 2])),
+            (12, ip.clone()),
+            (101, ip.clone()),
+            (228, ip.clone()),
+            (113, behind(&[0; 16])),
+            (276, behind(&[0; 20])),
+        ] {
+            let segment = segment(Linktype(link), &packet).unwrap_or_else(|| panic!("link type {link}"));
+            assert_eq!((segment.from.to_string(), segment.to.port()), ("10.0.0.1:2112".to_owned(), 50_000));
+            assert_eq!(
+                (segment.sequence, segment.syn, segment.ack, segment.payload),
+                (7, false, true, &b"abc"[..])
+            );
+        }
+        assert_eq!(segment(Linktype(9999), &ip), None);
+    }
+
+    #[test]
+    fn the_ip_length_cuts_padding_and_a_length_of_zero_is_the_capture_s() {
+        for (total_len, expected) in [(43, &b"abc"[..]), (41, b"a"), (0, b"abc"), (400, b"abc")] {
+            let packet = ipv4(total_len, b"abc");
+            assert_eq!(
+                segment(Linktype::RAW, &packet).map(|segment| segment.payload),
+                Some(expected),
+                "{total_len}"
+            );
         }
     }
-}
 
-fn ipv4(ip: &[u8]) -> Option<Segment<'_>> {
-    let header = usize::from(ip.first()? & 0x0F) * 4;
-    // A later fragment has no TCP header.
-    let is_fragment = be16(ip, 6)? & 0x1FFF != 0;
-    if *ip.get(9)? != TCP || is_fragment {
-        return None;
+    #[test]
+    fn ipv6_is_read_and_cut_packets_are_not() {
+        let mut packet = vec![0x60, 0, 0, 0, 0, 21, 6, 64];
+        packet.extend([0; 15]);
+        packet.push(1);
+        packet.extend([0; 15]);
+        packet.push(2);
+        packet.extend_from_slice(&ipv4(41, b"x")[20..]);
+        let found = segment(Linktype::RAW, &packet).expect("a segment");
+        assert_eq!((found.from.to_string(), found.payload), ("[::1]:2112".to_owned(), &b"x"[..]));
+        for end in 0..60 {
+            assert_eq!(segment(Linktype::RAW, &packet[..end]), None, "{end} bytes");
+        }
     }
-    let address = |at: usize| Some(IpAddr::from(*ip.get(at..)?.first_chunk::<4>()?));
-    // Ethernet pads short packets; a sender that leaves cutting to its card writes 0.
-    let end = match usize::from(be16(ip, 2)?) {
-        0 => ip.len(),
-        total => total.min(ip.len()),
-    };
-    tcp(address(12)?, address(16)?, ip.get(header..end)?)
-}
-
-fn ipv6(ip: &[u8]) -> Option<Segment<'_>> {
-    // Without extension headers, which no scanner sends.
-    if *ip.get(6)? != TCP {
-        return None;
-    }
-    let address = |at: usize| Some(IpAddr::from(*ip.get(at..)?.first_chunk::<16>()?));
-    let end = match usize::from(be16(ip, 4)?) {
-        0 => ip.len(),
-        payload => (40 + payload).min(ip.len()),
-    };
-    tcp(address(8)?, address(24)?, ip.get(40..end)?)
-}
-
-fn tcp(from: IpAddr, to: IpAddr, tcp: &[u8]) -> Option<Segment<'_>> {
-    let header = usize::from(tcp.get(12)? >> 4) * 4;
-    let flags = *tcp.get(13)?;
-    Some(Segment {
-        from: SocketAddr::new(from, be16(tcp, 0)?),
-        to: SocketAddr::new(to, be16(tcp, 2)?),
-        sequence: u32::from_be_bytes(*tcp.get(4..)?.first_chunk()?),
-        syn: flags & SYN != 0,
-        ack: flags & ACK != 0,
-        payload: tcp.get(header..)?,
-    })
-}
-
-fn be16(bytes: &[u8], at: usize) -> Option<u16> {
-    Some(u16::from_be_bytes(*bytes.get(at..)?.first_chunk()?))
 }

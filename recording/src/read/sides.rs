@@ -5,7 +5,7 @@ use rowscan_protocol::telegram::Telegram;
 
 use super::StreamInfo;
 use super::tcp::{Flows, Piece};
-use crate::listener::MAX_PAYLOAD;
+use crate::scan_reader::MAX_PAYLOAD;
 use crate::{Packet, Side, StreamKind};
 
 /// All connections' packets in the order they came, a stream a connection.

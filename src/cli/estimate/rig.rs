@@ -2,8 +2,9 @@
 
 use rowscan_canopy::Pipeline;
 use rowscan_driver::DriverConfig;
-use rowscan_protocol::client::ClientConfig;
+use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx;
+use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
@@ -14,13 +15,13 @@ use rowscan_emulator::stage;
 use rowscan_study::calibrations;
 
 /// What the rig asks of an LMS2xx: the widest variant with its resolution; the device keeps its own where the rig leaves that open.
-fn lms2xx_config(rig: Option<&Rig>, scanner: usize) -> lms2xx::client::ClientConfig {
+fn lms2xx_config(rig: Option<&Rig>, scanner: usize) -> Lms2xxConfig {
     let step = rig.and_then(|rig| rig.scanners.get(scanner)).and_then(stage::asked_step);
     let variants = lms2xx::model::MODELS.iter().flat_map(|model| model.variants.iter().copied());
     let variant = variants
         .filter(|variant| Some(variant.step_centideg.saturating_mul(100)) == step)
         .max_by_key(|variant| variant.angle_deg);
-    lms2xx::client::ClientConfig { variant, ..Default::default() }
+    Lms2xxConfig { variant, ..Default::default() }
 }
 
 /// The scan mode the rig asks of its scanner; the device keeps its own where the rig leaves frequency or resolution open.
@@ -35,12 +36,12 @@ fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
 /// How the driver sets the scanner up.
 pub(super) fn driver_config(rig: Option<&Rig>, scanner: usize, wants_encoder: bool) -> DriverConfig {
     let encoder = rig.filter(|_| wants_encoder).and_then(|rig| rig.encoder_ticks_per_m);
-    let client = ClientConfig {
+    let cola = ColaConfig {
         scan_mode: scan_mode(rig, scanner),
         encoder_ticks_per_m: encoder.map(|ticks| ticks.abs().round() as u32),
-        ..ClientConfig::default()
+        ..ColaConfig::default()
     };
-    DriverConfig { client, lms2xx: lms2xx_config(rig, scanner), ..DriverConfig::default() }
+    DriverConfig { cola, lms2xx: lms2xx_config(rig, scanner), ..DriverConfig::default() }
 }
 
 /// The rig called `name`, these scanners being of `model`, and the scene it stands in, if it names one.

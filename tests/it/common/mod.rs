@@ -8,13 +8,14 @@ pub mod studies;
 
 use std::path::PathBuf;
 
-use rowscan_driver::{Connection, Happened};
+use rowscan_driver::{Connection, ConnectionEvent};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, World};
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::client::{Client, ClientConfig, Event};
+use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::device::Device;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{Echo, Scan};
@@ -38,20 +39,20 @@ pub fn bench(model: &str) -> (Device, World) {
 
 /// A client session on an in-memory stream to an emulator.
 pub struct RawClient {
-    pub connection: Connection<DuplexStream>,
+    pub connection: Connection<DuplexStream, ColaClient>,
 }
 
 /// Attaches a client that sets the scanner up and streams.
 pub fn raw_client(emulator: &mut Emulator, dialect: Dialect) -> RawClient {
     let (here, there) = tokio::io::duplex(16 * 1024);
     emulator.attach(there);
-    RawClient { connection: Connection::new(here, Client::new(ClientConfig::default(), dialect)) }
+    RawClient { connection: Connection::new(here, ColaClient::new(ColaConfig::default(), dialect)) }
 }
 
 impl RawClient {
-    pub async fn next_event(&mut self) -> Event {
+    pub async fn next_event(&mut self) -> HostEvent {
         match self.connection.next_event(None).await.expect("the link holds") {
-            Happened::Event(event) => event,
+            ConnectionEvent::Session(event) => event,
             other => panic!("the link ended: {other:?}"),
         }
     }
@@ -59,8 +60,8 @@ impl RawClient {
     pub async fn next_scan(&mut self) -> Scan {
         loop {
             match self.next_event().await {
-                Event::Scan => return self.connection.client().scan().clone(),
-                Event::Ready(_) => {}
+                HostEvent::Scan => return self.connection.session().scan().clone(),
+                HostEvent::Ready(_) => {}
                 other => panic!("no scan but {other:?}"),
             }
         }

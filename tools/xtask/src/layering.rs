@@ -6,13 +6,22 @@ use crate::workspace::Workspace;
 /// A crate and the crates it must never reach through normal dependencies.
 struct Rule {
     package: &'static str,
+    features: Features,
     forbidden: &'static [&'static str],
     why: &'static str,
+}
+
+/// With which of its features a crate is checked.
+#[derive(Clone, Copy)]
+enum Features {
+    All,
+    Only(&'static str),
 }
 
 const RULES: &[Rule] = &[
     Rule {
         package: "rowscan-protocol",
+        features: Features::All,
         forbidden: &[
             "tokio",
             "mio",
@@ -27,6 +36,7 @@ const RULES: &[Rule] = &[
     },
     Rule {
         package: "rowscan-recording",
+        features: Features::All,
         forbidden: &[
             "tokio",
             "mio",
@@ -41,6 +51,7 @@ const RULES: &[Rule] = &[
     },
     Rule {
         package: "rowscan-canopy",
+        features: Features::All,
         forbidden: &[
             "tokio",
             "mio",
@@ -54,6 +65,7 @@ const RULES: &[Rule] = &[
     },
     Rule {
         package: "rowscan-vehicle",
+        features: Features::All,
         forbidden: &[
             "tokio",
             "mio",
@@ -67,22 +79,44 @@ const RULES: &[Rule] = &[
     },
     Rule {
         package: "rowscan-scenes",
+        features: Features::All,
         forbidden: &["tokio", "mio", "socket2", "rowscan-driver", "rowscan-canopy", "rowscan"],
         why: "the orchard knows no async, no socket and no estimate",
     },
     Rule {
         package: "rowscan-driver",
+        features: Features::All,
         forbidden: &["rowscan-canopy", "rowscan-scenes", "rowscan-vehicle", "rowscan"],
         why: "the driver cannot tell a real scanner from the emulator",
     },
+    Rule {
+        package: "rowscan-driver",
+        features: Features::Only("tcp"),
+        forbidden: &[
+            "mcap",
+            "zstd",
+            "lz4",
+            "serialport",
+            "tokio-serial",
+            "pcap-parser",
+            "etherparse",
+            "serde_json",
+        ],
+        why: "a driver for TCP alone reads no recordings and opens no serial port",
+    },
 ];
 
-/// Checks every rule with all features on.
+/// Checks every rule.
 pub fn check(workspace: &Workspace) -> Result<(), String> {
     let mut broken = Vec::new();
     for rule in RULES {
-        let arguments =
-            ["tree", "-p", rule.package, "-e", "normal", "--all-features", "--prefix", "none", "-f", "{p}"];
+        let mut arguments = vec!["tree", "-p", rule.package, "-e", "normal", "--prefix", "none", "-f", "{p}"];
+        match rule.features {
+            Features::All => arguments.push("--all-features"),
+            Features::Only(features) => {
+                arguments.extend(["--no-default-features", "--features", features]);
+            }
+        }
         let tree = shell::capture(&mut workspace.cargo(&arguments))?;
         for name in offenders(&tree, rule) {
             broken.push(format!("{} depends on {name}: {}", rule.package, rule.why));

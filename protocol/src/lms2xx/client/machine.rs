@@ -1,15 +1,17 @@
 //! The client's state machine, one frame at a time.
 
 use alloc::collections::VecDeque;
+use alloc::string::{String, ToString};
 use core::time::Duration;
 
 use super::clock::{ScanClock, period};
-use super::config::{ClientConfig, DeviceInfo, Event, Transmit};
+use super::config::Lms2xxConfig;
 use super::step::Step;
+use crate::host::{DeviceInfo, HostEvent, Language, Transmit};
 use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::frame::{Frame, MAX_BODY, OVERHEAD, Received};
 use crate::lms2xx::model::{self, Model};
-use crate::lms2xx::report::Report;
+use crate::lms2xx::settings_reply::SettingsReply;
 use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
 use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
 use crate::lms2xx::{Rate, Variant};
@@ -17,7 +19,7 @@ use crate::scan::{Echo, Scan};
 
 #[derive(Clone, Debug)]
 pub(super) struct Machine {
-    config: ClientConfig,
+    config: Lms2xxConfig,
     step: Step,
     /// What follows once the line has settled.
     next: Step,
@@ -32,8 +34,9 @@ pub(super) struct Machine {
     now: Option<Duration>,
     deadline: Option<Duration>,
     transmits: VecDeque<Transmit>,
-    events: VecDeque<Event>,
-    info: DeviceInfo,
+    events: VecDeque<HostEvent>,
+    ident: String,
+    firmware: String,
     known: Known,
     values: Values,
     clock: ScanClock,
@@ -50,7 +53,7 @@ struct Known {
 }
 
 impl Machine {
-    pub(super) fn start(config: ClientConfig) -> Self {
+    pub(super) fn start(config: Lms2xxConfig) -> Self {
         let mut untried: VecDeque<Rate> = config.known.into_iter().collect();
         untried.extend(Rate::ALL.into_iter().filter(|rate| config.known != Some(*rate)));
         let mut machine = Self { untried, ..Self::idle(Step::Done, config) };
@@ -59,10 +62,10 @@ impl Machine {
     }
 
     pub(super) fn listen() -> Self {
-        Self::idle(Step::Listening, ClientConfig::default())
+        Self::idle(Step::Listening, Lms2xxConfig::default())
     }
 
-    fn idle(step: Step, config: ClientConfig) -> Self {
+    fn idle(step: Step, config: Lms2xxConfig) -> Self {
         Self {
             config,
             step,
@@ -76,7 +79,8 @@ impl Machine {
             deadline: None,
             transmits: VecDeque::new(),
             events: VecDeque::new(),
-            info: DeviceInfo::default(),
+            ident: String::new(),
+            firmware: String::new(),
             known: Known::default(),
             values: Values::default(),
             clock: ScanClock::default(),
@@ -116,8 +120,8 @@ impl Machine {
                 self.untried = Rate::ALL.into_iter().collect();
                 self.try_next_rate();
             }
-            Step::Stop | Step::Lower => self.finish(Event::Stopped),
-            step => self.finish(Event::NoAnswer { what: step.what() }),
+            Step::Stop | Step::Lower => self.finish(HostEvent::Stopped),
+            step => self.finish(HostEvent::NoAnswer { command: step.what() }),
         }
     }
 
@@ -131,10 +135,10 @@ impl Machine {
 
     /// True while a scan waits to be taken: there is room for one.
     pub(super) fn has_scan(&self) -> bool {
-        self.events.contains(&Event::Scan)
+        self.events.contains(&HostEvent::Scan)
     }
 
-    pub(super) fn next_event(&mut self) -> Option<Event> {
+    pub(super) fn next_event(&mut self) -> Option<HostEvent> {
         self.events.pop_front()
     }
 
@@ -153,7 +157,7 @@ impl Machine {
     pub(super) fn stop(&mut self) {
         match self.step {
             Step::Stop | Step::Lower | Step::Done => {}
-            Step::Listening => self.finish(Event::Stopped),
+            Step::Listening => self.finish(HostEvent::Stopped),
             _ => self.begin(Step::Stop),
         }
     }
@@ -181,7 +185,7 @@ impl Machine {
             }
             // The reply to somebody else's reset, or the text that follows it, if the rate is the same.
             [POWER_ON | RESET_REPLY, ..] if self.step == Step::Streaming => {
-                return self.finish(Event::Restarted);
+                return self.finish(HostEvent::Restarted);
             }
             _ => {}
         }
@@ -195,23 +199,23 @@ impl Machine {
 
     /// Takes note of what any reply says of the device's settings.
     fn learn(&mut self, body: &[u8]) {
-        match Report::parse(body) {
-            Some(Report::Type(text)) => {
+        match SettingsReply::parse(body) {
+            Some(SettingsReply::Type(text)) => {
                 let text = text.trim_end_matches(|c: char| !c.is_ascii_graphic());
-                let (ident, software) = text.rsplit_once(';').unwrap_or((text, ""));
-                self.info = DeviceInfo { ident: ident.into(), software: software.into(), rate: self.rate };
+                let (ident, firmware) = text.rsplit_once(';').unwrap_or((text, ""));
+                (self.ident, self.firmware) = (ident.into(), firmware.into());
                 self.known.model =
                     model::MODELS.iter().copied().find(|model| model.type_text.starts_with(ident));
             }
-            Some(Report::Status(variant, rate)) => {
+            Some(SettingsReply::Status(variant, rate)) => {
                 self.known.variant = Some(variant);
                 if let (Step::Listening, Some(rate)) = (self.step, rate) {
                     self.rate = rate;
                     self.rate_known = true;
                 }
             }
-            Some(Report::Variant(variant)) => self.known.variant = Some(variant),
-            Some(Report::Configuration(configuration)) => {
+            Some(SettingsReply::Variant(variant)) => self.known.variant = Some(variant),
+            Some(SettingsReply::Configuration(configuration)) => {
                 self.known.mode = Some(configuration.measuring_mode());
                 self.known.configuration = Some(configuration);
             }
@@ -238,11 +242,15 @@ impl Machine {
             },
             Step::Variant(_) => Step::Stream,
             Step::Stream => {
-                self.events.push_back(Event::Ready(DeviceInfo { rate: self.rate, ..self.info.clone() }));
+                self.events.push_back(HostEvent::Ready(DeviceInfo {
+                    ident: self.ident.clone(),
+                    firmware: self.firmware.clone(),
+                    language: Language::Lms2xx(self.rate),
+                }));
                 Step::Streaming
             }
             Step::Stop if self.rate != Rate::R9600 => Step::Lower,
-            Step::Stop | Step::Lower => return self.finish(Event::Stopped),
+            Step::Stop | Step::Lower => return self.finish(HostEvent::Stopped),
             Step::Settle | Step::Streaming | Step::Listening | Step::Done => return,
         };
         self.begin(next);
@@ -259,9 +267,9 @@ impl Machine {
 
     fn refused(&mut self) {
         let fatal = !self.step.is_optional();
-        let event = Event::Refused { what: self.step.what(), fatal };
+        let event = HostEvent::Refused { command: self.step.what(), error: None, fatal };
         match self.step {
-            Step::Stop | Step::Lower => self.finish(Event::Stopped),
+            Step::Stop | Step::Lower => self.finish(HostEvent::Stopped),
             _ if fatal => self.finish(event),
             Step::Raise(_) => {
                 self.events.push_back(event);
@@ -283,9 +291,9 @@ impl Machine {
         match taken {
             Ok(()) => {
                 self.fill_scan(frame.len);
-                self.events.push_back(Event::Scan);
+                self.events.push_back(HostEvent::Scan);
             }
-            Err(reason) => self.events.push_back(Event::Malformed { reason }),
+            Err(error) => self.events.push_back(HostEvent::Malformed { reason: error.to_string() }),
         }
     }
 
@@ -354,7 +362,7 @@ impl Machine {
 
     fn try_next_rate(&mut self) {
         let Some(rate) = self.untried.pop_front() else {
-            return self.finish(Event::NoAnswer { what: Step::Quiet.what() });
+            return self.finish(HostEvent::NoAnswer { command: Step::Quiet.what() });
         };
         self.rate = rate;
         self.transmits.push_back(Transmit::Rate(rate));
@@ -398,7 +406,7 @@ impl Machine {
         self.deadline = Some(self.now.unwrap_or_default().saturating_add(patience));
     }
 
-    fn finish(&mut self, event: Event) {
+    fn finish(&mut self, event: HostEvent) {
         self.step = Step::Done;
         self.deadline = None;
         self.events.push_back(event);

@@ -1,7 +1,6 @@
-//! NMEA 0183: sentences held to their checksums, and positions out of a receiver's bytes, in whatever pieces they come.
+//! Positions out of a GNSS receiver's bytes, in whatever pieces they come.
 
-/// Longer lines are nobody's: a sentence is 82 characters by the standard, some receivers' a little more.
-const LONGEST: usize = 256;
+use rowscan_protocol::nmea::{NmeaLines, sentence};
 
 /// Where the antenna was.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,37 +13,9 @@ pub(crate) struct Fix {
     pub(crate) altitude_m: f64,
 }
 
-/// Cuts a receiver's bytes into lines.
-#[derive(Debug, Default)]
-pub struct Lines {
-    bytes: Vec<u8>,
-}
-
-impl Lines {
-    /// Takes the next bytes.
-    pub fn push(&mut self, bytes: &[u8]) {
-        self.bytes.extend_from_slice(bytes);
-    }
-
-    /// The next whole line with its end; what is no text is passed over.
-    pub fn next_line(&mut self) -> Option<String> {
-        loop {
-            let Some(end) = self.bytes.iter().position(|byte| *byte == b'\n') else {
-                if self.bytes.len() > LONGEST {
-                    self.bytes.clear();
-                }
-                return None;
-            };
-            if let Ok(line) = String::from_utf8(self.bytes.drain(..=end).collect()) {
-                return Some(line);
-            }
-        }
-    }
-}
-
 /// Finds fixes in a receiver's bytes.
 #[derive(Debug, Default)]
-pub(crate) struct FixReader(Lines);
+pub(crate) struct FixReader(NmeaLines);
 
 impl FixReader {
     /// Takes the next bytes.
@@ -56,17 +27,6 @@ impl FixReader {
     pub(crate) fn next_fix(&mut self) -> Option<Fix> {
         std::iter::from_fn(|| self.0.next_line()).find_map(|line| fix(&line))
     }
-}
-
-/// What stands between `$` and `*` of a sentence; none of a line that is no sentence, or whose checksum is wrong.
-pub fn sentence(line: &str) -> Option<&str> {
-    let (body, sum) = line.trim().strip_prefix('$')?.split_once('*')?;
-    (u8::from_str_radix(sum, 16) == Ok(checksum(body))).then_some(body)
-}
-
-/// The exclusive or of all its bytes.
-pub fn checksum(body: &str) -> u8 {
-    body.bytes().fold(0, |sum, byte| sum ^ byte)
 }
 
 /// `$..GGA,time,lat,N,lon,E,quality,satellites,hdop,height,M,geoid,M,age,station*sum`
@@ -93,21 +53,10 @@ fn fix(line: &str) -> Option<Fix> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rowscan_protocol::nmea::checksum;
 
     fn sentence(body: &str) -> String {
         format!("${body}*{:02X}\r\n", checksum(body))
-    }
-
-    #[test]
-    fn the_checksum_is_that_of_published_sentences() {
-        // The examples of the `nmea` crate's and pynmea2's own documentation.
-        for line in [
-            "$GPGGA,184353.07,1929.045,S,02410.506,E,1,04,2.6,100.00,M,-33.9,M,,0000*6D",
-            "$GPGGA,092750.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,*76\r\n",
-        ] {
-            assert!(super::sentence(line).is_some_and(|body| body.starts_with("GPGGA")), "{line}");
-            assert_eq!(super::sentence(&line.replace("GGA", "GGB")), None);
-        }
     }
 
     #[test]
@@ -131,8 +80,5 @@ mod tests {
             }
             assert_eq!(fixes, [expected, expected], "{piece} bytes at a time");
         }
-        let mut reader = FixReader::default();
-        reader.push(&[b'x'; 10_000]);
-        assert_eq!((reader.next_fix(), reader.0.bytes.len()), (None, 0));
     }
 }

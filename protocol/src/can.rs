@@ -1,9 +1,13 @@
-//! The one CAN frame type, and its text in candump's logs: `18FEF100#0102030405060708`, `123#R8`.
+//! CAN frames and their text in candump's logs: `18FEF100#0102030405060708`, `123#R8`.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
 
 /// A classic CAN frame, up to eight bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CanFrame {
-    /// Who it is for, by priority.
+    /// Its identifier, which is its priority too.
     pub id: CanId,
     /// A remote frame asks for data and has none; its length still counts.
     pub remote: bool,
@@ -124,7 +128,7 @@ fn is_hex(text: &str) -> bool {
 
 /// A line of a candump log: `(1700000000.000001) can0 18FEF100#0102030405060708`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LogLine<'a> {
+pub struct CandumpLine<'a> {
     /// Its stamp.
     pub at_ns: u64,
     /// The interface's name.
@@ -133,7 +137,7 @@ pub struct LogLine<'a> {
     pub frame: &'a str,
 }
 
-impl<'a> LogLine<'a> {
+impl<'a> CandumpLine<'a> {
     /// Reads a line; python-can's ` R` and ` T` behind the frame are left off.
     pub fn parse(line: &'a str) -> Option<Self> {
         let mut words = line.split_whitespace();
@@ -180,14 +184,14 @@ mod tests {
     #[test]
     fn a_line_is_a_time_an_interface_and_a_frame() {
         let expected =
-            LogLine { at_ns: 1_700_000_000_000_250_000, interface: "can0", frame: "18FEF100#0102" };
+            CandumpLine { at_ns: 1_700_000_000_000_250_000, interface: "can0", frame: "18FEF100#0102" };
         for line in ["(1700000000.000250) can0 18FEF100#0102", "(1700000000.00025) can0 18FEF100#0102 R"] {
-            assert_eq!(LogLine::parse(line), Some(expected), "{line}");
+            assert_eq!(CandumpLine::parse(line), Some(expected), "{line}");
         }
         for nonsense in
             ["", "can0 1#2", "(1) can0 1#2", "(1.0) can0 12", "(1.0) can0 xyz#1", "(1.0) can0 1#2 Q"]
         {
-            assert_eq!(LogLine::parse(nonsense), None, "{nonsense}");
+            assert_eq!(CandumpLine::parse(nonsense), None, "{nonsense}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a device's replies say about it and its settings.
+//! Replies that describe a device and its settings.
 
 use super::configuration::Configuration;
 use super::device::{place, rate_of};
@@ -6,10 +6,9 @@ use super::telegram::{REPLY, command};
 use super::values::Values;
 use super::{Rate, Variant};
 
-/// What one reply reports.
+/// One reply that describes the device or its settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Report<'a> {
+pub enum SettingsReply<'a> {
     /// `BA`: name and variant, `;`, software; as sent, with the blanks behind it.
     Type(&'a str),
     /// `B1`: how it is set, and the rate it runs at where that is one of the known codes.
@@ -20,8 +19,8 @@ pub enum Report<'a> {
     Configuration(Configuration),
 }
 
-impl<'a> Report<'a> {
-    /// Reads the body of a reply; none if it reports none of these.
+impl<'a> SettingsReply<'a> {
+    /// Reads the body of a reply; `None` for every other reply.
     pub fn parse(body: &'a [u8]) -> Option<Self> {
         let (reply, data) = body.split_first()?;
         let variant = |at: usize| {
@@ -48,9 +47,9 @@ impl<'a> Report<'a> {
 }
 
 /// The block, and the device's status behind it.
-fn configuration(data: &[u8]) -> Option<Report<'static>> {
+fn configuration(data: &[u8]) -> Option<SettingsReply<'static>> {
     let (block, _status) = data.split_last_chunk::<1>()?;
-    block.try_into().ok().map(|block| Report::Configuration(Configuration(block)))
+    block.try_into().ok().map(|block| SettingsReply::Configuration(Configuration(block)))
 }
 
 /// True if a body from a device carries measured values.

@@ -13,11 +13,9 @@ const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(2);
 /// Room for about two seconds of LMS511 scans, so that a busy host does not stall the device.
 const RECEIVE_BUFFER: usize = 256 * 1024;
 
-/// Connects within `timeout`.
-pub(crate) async fn tcp(address: &str, timeout: Duration) -> io::Result<TcpStream> {
-    let stream = tokio::time::timeout(timeout, TcpStream::connect(address)).await.map_err(|_| {
-        io::Error::new(io::ErrorKind::TimedOut, format!("no connection within {timeout:?}"))
-    })??;
+/// Connects; the caller limits how long that may take.
+pub(crate) async fn tcp(address: &str) -> io::Result<TcpStream> {
+    let stream = TcpStream::connect(address).await?;
     // Commands are small and each waits for its reply: Nagle's delay would only add to it.
     stream.set_nodelay(true)?;
     let socket = SockRef::from(&stream);

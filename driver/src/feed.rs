@@ -1,0 +1,37 @@
+//! What a scanner's user reads from: a live link or a recording.
+
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::scan::Scan;
+
+use crate::clock::HostTime;
+use crate::error::DriverError;
+
+/// A source of scans that is polled. All state is in it, so that whoever polls may stop at any time and go on later.
+pub(crate) trait Feed: Send {
+    /// The next event; `None` once there will be no more.
+    fn poll_event(&mut self, cx: &mut Context<'_>) -> Poll<Result<Option<HostEvent>, DriverError>>;
+
+    /// Begins a clean stop, to be waited for with [`poll_stopped`](Self::poll_stopped) for at most `patience`.
+    fn begin_stop(&mut self, patience: Duration);
+
+    /// Ready once the device has stopped, or the patience is over.
+    fn poll_stopped(&mut self, cx: &mut Context<'_>) -> Poll<()>;
+
+    /// The scan of the last [`HostEvent::Scan`].
+    fn scan(&self) -> Option<&Scan>;
+
+    /// When the last bytes arrived.
+    fn received(&self) -> HostTime;
+
+    /// Time now on the watch that [`received`](Self::received) was read from.
+    fn now(&self) -> HostTime;
+
+    /// Connections that reached streaming.
+    fn connections(&self) -> u64;
+
+    /// Frames refused by checksum or length.
+    fn frames_bad(&self) -> u64;
+}

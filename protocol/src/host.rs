@@ -1,0 +1,136 @@
+//! The host's side of every scanner protocol: one trait, one event type, one scan.
+//!
+//! [`ColaClient`](crate::client::ColaClient) and [`Lms2xxClient`](crate::lms2xx::client::Lms2xxClient) implement [`HostSession`]; a
+//! driver or a reader of recordings needs to know no more of them than how they are made.
+//!
+//! Calling order: hand in bytes ([`HostSession::handle_bytes`]) or time ([`HostSession::handle_timeout`]); then take events
+//! ([`HostSession::poll_event`]) until there is none, then output ([`HostSession::poll_transmit`]) until there is none, then ask when time
+//! is due next ([`HostSession::poll_timeout`]). A new session begins with `poll_transmit`.
+//!
+//! Time is a [`Duration`] since an epoch of the caller's choice.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+use core::time::Duration;
+
+use crate::frame::{Dialect, FrameCounts};
+use crate::lms2xx::Rate;
+use crate::scan::Scan;
+use crate::telegram::SopasError;
+
+/// One connection to a scanner, or a tapped line, without I/O.
+pub trait HostSession: fmt::Debug {
+    /// Takes received bytes.
+    fn handle_bytes(&mut self, now: Duration, bytes: &[u8]);
+
+    /// No more bytes will come, as at a recording's end: valid frames inside an unfinished one are found.
+    fn handle_end(&mut self);
+
+    /// Tells the session the time.
+    fn handle_timeout(&mut self, now: Duration);
+
+    /// When [`handle_timeout`](Self::handle_timeout) is due; `None` while no reply is awaited.
+    fn poll_timeout(&self) -> Option<Duration>;
+
+    /// The next output, in the order it must be sent.
+    fn poll_transmit(&mut self) -> Option<Transmit>;
+
+    /// The next event. One call reads no further than the next scan.
+    fn poll_event(&mut self) -> Option<HostEvent>;
+
+    /// Begins a clean stop: the stream ends, then [`HostEvent::Stopped`].
+    fn stop(&mut self, now: Duration);
+
+    /// The scan of the last [`HostEvent::Scan`], valid until the next call that takes `&mut self`.
+    fn scan(&self) -> &Scan;
+
+    /// Frames and bytes received so far.
+    fn counts(&self) -> FrameCounts;
+
+    /// True once the session waits for nothing more and sends nothing more.
+    fn is_done(&self) -> bool;
+}
+
+/// Output of a session.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Transmit {
+    /// One frame, to be sent in one write.
+    Frame(Vec<u8>),
+    /// Nothing to send: the serial line runs at this rate from here on, once everything before has left.
+    Rate(Rate),
+}
+
+impl Transmit {
+    /// The frame's bytes; `None` for a change of the rate.
+    pub fn into_frame(self) -> Option<Vec<u8>> {
+        match self {
+            Self::Frame(frame) => Some(frame),
+            Self::Rate(_) => None,
+        }
+    }
+}
+
+/// What a session tells its caller.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum HostEvent {
+    /// The device is set up and will send scans.
+    Ready(DeviceInfo),
+    /// A scan arrived: [`HostSession::scan`].
+    Scan,
+    /// The device refused a command.
+    Refused {
+        /// The command: its CoLa name, or the LMS2xx request in words.
+        command: &'static str,
+        /// The device's reason; an LMS2xx gives none.
+        error: Option<SopasError>,
+        /// The start-up cannot go on without it: the session is done.
+        fatal: bool,
+    },
+    /// No answer in time: the wrong dialect or rate, or no device. The session is done. Try the other CoLa dialect over a new connection:
+    /// some devices stay silent for the rest of one that began in the wrong dialect.
+    NoAnswer {
+        /// The command: its CoLa name, or the LMS2xx request in words.
+        command: &'static str,
+    },
+    /// A scan telegram in a valid frame cannot be read.
+    Malformed {
+        /// Why, in words.
+        reason: String,
+    },
+    /// The device has restarted and must be set up again. The session is done.
+    Restarted,
+    /// The clean stop is done.
+    Stopped,
+}
+
+/// What a device says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// Name and version (CoLa), name and variant (LMS2xx).
+    pub ident: String,
+    /// Firmware version, without the blanks devices pad it with.
+    pub firmware: String,
+    /// What it was addressed in.
+    pub language: Language,
+}
+
+/// A protocol as spoken on one connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Language {
+    /// CoLa in this dialect.
+    Cola(Dialect),
+    /// LMS2xx telegrams at this rate.
+    Lms2xx(Rate),
+}
+
+impl fmt::Display for Language {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Cola(dialect) => dialect.fmt(f),
+            Self::Lms2xx(rate) => write!(f, "{rate} bits a second"),
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Decodes one recorded stream in the scanner's protocol.
+
+use std::time::Duration;
+
+use rowscan_protocol::client::ColaClient;
+use rowscan_protocol::frame::FrameCounts;
+use rowscan_protocol::host::{HostEvent, HostSession};
+use rowscan_protocol::lms2xx::client::Lms2xxClient;
+use rowscan_protocol::scan::Scan;
+
+use crate::{Joint, Packet, Side, StreamKind};
+
+/// The largest payload that is taken for one: twice that of the largest scan telegram in text.
+pub(crate) const MAX_PAYLOAD: usize = 64 * 1024;
+
+/// A session that only listens, to one stream.
+#[derive(Debug)]
+pub struct ScanReader(Box<dyn HostSession + Send>);
+
+impl ScanReader {
+    /// For an LMS2xx.
+    pub(crate) fn lms2xx() -> Self {
+        Self(Box::new(Lms2xxClient::listen()))
+    }
+
+    /// For a stream of this kind; `None` if no scanner speaks on it. CoLa payloads longer than `max_payload` are not taken for payloads.
+    pub fn new(kind: StreamKind, max_payload: usize) -> Option<Self> {
+        match kind {
+            StreamKind::Cola => Some(Self(Box::new(ColaClient::listen(max_payload)))),
+            StreamKind::Lms2xx => Some(Self::lms2xx()),
+            StreamKind::Nmea | StreamKind::Can | StreamKind::Bytes => None,
+        }
+    }
+
+    /// Takes a packet of the stream that came at `at`, any epoch. Packets from the host are ignored.
+    pub fn push(&mut self, at: Duration, packet: &Packet) {
+        if packet.from == Some(Side::Host) {
+            return;
+        }
+        if packet.joint != Joint::Seamless {
+            // What was unfinished stays so.
+            self.finish();
+        }
+        self.push_bytes(at, &packet.bytes);
+    }
+
+    /// Takes the device's next bytes.
+    pub(crate) fn push_bytes(&mut self, at: Duration, bytes: &[u8]) {
+        self.0.handle_bytes(at, bytes);
+    }
+
+    /// No more bytes will come.
+    pub fn finish(&mut self) {
+        self.0.handle_end();
+    }
+
+    /// The next event: scans, and telegrams that cannot be read.
+    pub fn next_event(&mut self) -> Option<HostEvent> {
+        self.0.poll_event()
+    }
+
+    /// The next whole scan; telegrams that cannot be read are skipped.
+    pub(crate) fn next_scan(&mut self) -> Option<&Scan> {
+        loop {
+            if self.next_event()? == HostEvent::Scan {
+                return Some(self.scan());
+            }
+        }
+    }
+
+    /// The scan of the last [`HostEvent::Scan`].
+    pub fn scan(&self) -> &Scan {
+        self.0.scan()
+    }
+
+    /// Frames and bytes received so far.
+    pub fn counts(&self) -> FrameCounts {
+        self.0.counts()
+    }
+}
