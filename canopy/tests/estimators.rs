@@ -49,6 +49,20 @@ fn names_and_quantities_are_what_is_reported() {
 }
 
 #[test]
+fn a_tree_s_own_leaf_areas_stand_before_the_measures_of_the_estimators() {
+    let found = measured(&rig(), parameters(), &turbid(1.0, 1.0, 100, 1));
+    assert!(!found.trees.is_empty());
+    for tree in &found.trees {
+        let all = tree.side_by_side();
+        let names: Vec<&str> = all.iter().take(2).map(|measure| measure.estimator).collect();
+        assert_eq!(names, ["contact", "regression"]);
+        assert_eq!(all[0].value, tree.leaf_area_contact_m2);
+        assert_eq!(all[1].value, tree.leaf_area_regression_m2);
+        assert_eq!(all[2..], tree.measures);
+    }
+}
+
+#[test]
 fn a_turbid_slab_has_its_leaf_area_by_voxels_and_by_polar_cells() {
     for (thick_m, density) in [(1.0, 1.0), (1.0, 4.0), (2.0, 2.0)] {
         let found = measured(&rig(), parameters(), &turbid(thick_m, density, 300, 3));

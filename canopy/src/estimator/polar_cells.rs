@@ -135,3 +135,17 @@ fn inside(frame: &Frame, top_m: f64, far_m: f64, x_m: f64, up_m: f64) -> bool {
     let z_m = frame.height_m + up_m;
     x_m < far_m && z_m > frame.ground_clearance_m && z_m < top_m
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sectors_lie_evenly_about_the_horizontal() {
+        let step = std::f64::consts::PI / SECTORS as f64;
+        assert!((sector_middle(SECTORS / 2) - step / 2.0).abs() < 1e-12);
+        for sector in 0..SECTORS {
+            assert!((sector_middle(sector) + sector_middle(SECTORS - 1 - sector)).abs() < 1e-12);
+        }
+    }
+}
