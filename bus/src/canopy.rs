@@ -6,7 +6,7 @@ use rowscan_protocol::time::SimTime;
 use super::frame::{CanFrame, J1939Id};
 use super::message::{Message, Payload};
 use super::name::Name;
-use super::node::{Node, Standing};
+use super::node::{AddressState, Node};
 use super::pgn::canopy::{CanopyReport, IMPACTED_BANDS, LEAF_BANDS, SUMMARY};
 use super::pgn::{CANOPY_ADDRESS, tractor};
 
@@ -96,9 +96,9 @@ impl CanopyEcu {
         self.node.poll(at, &mut |message, _| compose(report, message), out);
     }
 
-    /// How it stands on the bus.
-    pub fn standing(&self) -> Standing {
-        self.node.standing()
+    /// The state of its address claim.
+    pub fn address_state(&self) -> AddressState {
+        self.node.address_state()
     }
 }
 

@@ -22,18 +22,18 @@ pub type Stamped = (SimTime, CanFrame);
 
 /// What a port tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum PortEvent {
     /// Someone is there who was not: an adapter was opened, a client connected, the interface came up.
     Opened,
     /// A frame was received.
     Frame(CanFrame),
-    /// The port is off its bus until it is [`Heard::Opened`] again.
+    /// The port is off its bus until it is [`PortEvent::Opened`] again.
     Lost(BusLoss),
 }
 
 /// A frame on its way out of a port.
 #[derive(Clone, Debug)]
-pub(super) struct Leaving {
+pub(super) struct OutgoingFrame {
     pub(super) at: SimTime,
     pub(super) frame: CanFrame,
     /// Kept until the frame is written, or has gone where nobody hears it.
@@ -43,7 +43,7 @@ pub(super) struct Leaving {
 /// A bus with all its ports. Dropping it closes them.
 #[derive(Debug)]
 pub struct Bus {
-    ports: Vec<mpsc::Sender<Leaving>>,
+    ports: Vec<mpsc::Sender<OutgoingFrame>>,
     open_from_the_start: bool,
     untaken: Vec<Untaken>,
     in_flight: InFlight,
@@ -52,7 +52,7 @@ pub struct Bus {
 }
 
 /// What is heard, with the number of the port.
-pub type Inbox = mpsc::Receiver<(usize, Heard)>;
+pub type Inbox = mpsc::Receiver<(usize, PortEvent)>;
 
 impl Bus {
     /// Opens every port; `tell` hears of each where it is.
@@ -73,7 +73,7 @@ impl Bus {
             untaken.extend(link.untaken()?);
             let (outbox, queue) = mpsc::channel(QUEUE);
             ports.push(outbox);
-            tasks.spawn(link.run(queue, link::Ear { number, heard: heard.clone() }));
+            tasks.spawn(link.run(queue, link::PortListener { number, heard: heard.clone() }));
         }
         let bus = Self {
             ports,
@@ -92,9 +92,9 @@ impl Bus {
             if Some(number) == from {
                 continue;
             }
-            let leaving = Leaving { at, frame, pending: self.in_flight.enter() };
+            let outgoing = OutgoingFrame { at, frame, pending: self.in_flight.enter() };
             // A port that is gone needs nothing.
-            if delivery.put(port, leaving).await == Delivered::Lost {
+            if delivery.put(port, outgoing).await == Delivered::Lost {
                 self.dropped.fetch_add(1, Ordering::Relaxed);
             }
         }

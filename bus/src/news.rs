@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::join::Heard;
-use super::node::Standing;
+use super::join::PortEvent;
+use super::node::AddressState;
 
 /// Why a port is off its bus for now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,11 +45,11 @@ pub struct BusWatch {
 
 impl BusWatch {
     /// What is new when `port` tells this, and the node then stands so.
-    pub fn news(&mut self, port: usize, heard: Heard, standing: Standing) -> Option<BusNews> {
-        match (heard, standing) {
-            (Heard::Lost(loss), _) => self.off.insert(port).then_some(BusNews::Off(loss)),
-            (Heard::Opened, _) if self.off.remove(&port) => Some(BusNews::Back),
-            (_, Standing::Lost(address)) if !self.address_lost => {
+    pub fn news(&mut self, port: usize, heard: PortEvent, address: AddressState) -> Option<BusNews> {
+        match (heard, address) {
+            (PortEvent::Lost(loss), _) => self.off.insert(port).then_some(BusNews::Off(loss)),
+            (PortEvent::Opened, _) if self.off.remove(&port) => Some(BusNews::Back),
+            (_, AddressState::Lost(address)) if !self.address_lost => {
                 self.address_lost = true;
                 Some(BusNews::AddressLost(address))
             }
@@ -65,15 +65,15 @@ mod tests {
     #[test]
     fn each_change_is_told_once() {
         let mut watch = BusWatch::default();
-        let claimed = Standing::Claimed(0xF0);
-        assert_eq!(watch.news(0, Heard::Opened, claimed), None, "it was never off");
-        let off = Heard::Lost(BusLoss::BusOff);
+        let claimed = AddressState::Claimed(0xF0);
+        assert_eq!(watch.news(0, PortEvent::Opened, claimed), None, "it was never off");
+        let off = PortEvent::Lost(BusLoss::BusOff);
         assert_eq!(watch.news(0, off, claimed), Some(BusNews::Off(BusLoss::BusOff)));
         assert_eq!(watch.news(0, off, claimed), None);
-        assert_eq!(watch.news(1, Heard::Opened, claimed), None, "another port");
-        assert_eq!(watch.news(0, Heard::Opened, claimed), Some(BusNews::Back));
-        let lost = Standing::Lost(0xF0);
-        assert_eq!(watch.news(0, Heard::Opened, lost), Some(BusNews::AddressLost(0xF0)));
-        assert_eq!(watch.news(0, Heard::Opened, lost), None);
+        assert_eq!(watch.news(1, PortEvent::Opened, claimed), None, "another port");
+        assert_eq!(watch.news(0, PortEvent::Opened, claimed), Some(BusNews::Back));
+        let lost = AddressState::Lost(0xF0);
+        assert_eq!(watch.news(0, PortEvent::Opened, lost), Some(BusNews::AddressLost(0xF0)));
+        assert_eq!(watch.news(0, PortEvent::Opened, lost), None);
     }
 }

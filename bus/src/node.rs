@@ -21,9 +21,9 @@ const FREE_ADDRESSES: std::ops::RangeInclusive<u8> = 128..=247;
 /// Gives the bytes of a message at an instant; `None` where there is nothing to say.
 pub type Compose<'a> = &'a mut dyn FnMut(&'static Message, SimTime) -> Option<Payload>;
 
-/// How a control function stands on the bus.
+/// The address claim of a control function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum AddressState {
     /// No bus is open.
     Off,
     /// The address has been claimed and may still be contradicted, until then.
@@ -39,7 +39,7 @@ pub enum Standing {
 pub struct Node {
     name: Name,
     preferred: u8,
-    standing: Standing,
+    address: AddressState,
     /// Addresses of others, by their claims.
     taken: [bool; 256],
     periodic: Vec<Periodic>,
@@ -73,7 +73,7 @@ impl Node {
         Self {
             name,
             preferred,
-            standing: Standing::Off,
+            address: AddressState::Off,
             taken: [false; 256],
             periodic: periodic.collect(),
             on_request: messages,
@@ -83,15 +83,15 @@ impl Node {
         }
     }
 
-    /// How it stands.
-    pub fn standing(&self) -> Standing {
-        self.standing
+    /// The state of its address claim.
+    pub fn address_state(&self) -> AddressState {
+        self.address
     }
 
     /// A bus opens at `at`: the address is claimed. With a bus already open, whoever is new there hears the claim.
     pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        match self.standing {
-            Standing::Off => self.claim(self.preferred, at, out),
+        match self.address {
+            AddressState::Off => self.claim(self.preferred, at, out),
             _ => self.tell_claim(out),
         }
     }
@@ -112,24 +112,24 @@ impl Node {
 
     /// When [`Node::poll`] has something to do.
     pub fn next(&self) -> Option<SimTime> {
-        match self.standing {
-            Standing::Off | Standing::Lost(_) => None,
-            Standing::Claiming(_, until) => Some(until),
-            Standing::Claimed(_) => self.periodic.iter().map(|periodic| periodic.due).min(),
+        match self.address {
+            AddressState::Off | AddressState::Lost(_) => None,
+            AddressState::Claiming(_, until) => Some(until),
+            AddressState::Claimed(_) => self.periodic.iter().map(|periodic| periodic.due).min(),
         }
     }
 
     /// Sends what is due at `at`.
     pub fn poll(&mut self, at: SimTime, compose: Compose<'_>, out: &mut Vec<CanFrame>) {
-        if let Standing::Claiming(address, until) = self.standing
+        if let AddressState::Claiming(address, until) = self.address
             && until <= at
         {
-            self.standing = Standing::Claimed(address);
+            self.address = AddressState::Claimed(address);
             for periodic in &mut self.periodic {
                 periodic.due = not_before(until, periodic.period);
             }
         }
-        let Standing::Claimed(address) = self.standing else { return };
+        let AddressState::Claimed(address) = self.address else { return };
         if !std::mem::replace(&mut self.started, true) {
             for message in self.at_start {
                 self.send(message, address, at, compose, out);
@@ -148,21 +148,21 @@ impl Node {
 
     /// Sends a message now, out of turn, if the address is ours.
     pub fn say(&mut self, message: &'static Message, payload: &Payload, out: &mut Vec<CanFrame>) {
-        if let Standing::Claimed(address) = self.standing {
+        if let AddressState::Claimed(address) = self.address {
             self.pack(message, address, payload, out);
         }
     }
 
     fn claim(&mut self, address: u8, at: SimTime, out: &mut Vec<CanFrame>) {
-        self.standing = Standing::Claiming(address, at + CONTENTION);
+        self.address = AddressState::Claiming(address, at + CONTENTION);
         self.tell_claim(out);
     }
 
     fn tell_claim(&self, out: &mut Vec<CanFrame>) {
-        let source = match self.standing {
-            Standing::Off => return,
-            Standing::Claiming(address, _) | Standing::Claimed(address) => address,
-            Standing::Lost(_) => NO_ADDRESS,
+        let source = match self.address {
+            AddressState::Off => return,
+            AddressState::Claiming(address, _) | AddressState::Claimed(address) => address,
+            AddressState::Lost(_) => NO_ADDRESS,
         };
         let id = J1939Id { destination: EVERYONE, ..ADDRESS_CLAIMED.id(source) };
         out.extend(CanFrame::new(id.id(), &self.name.0.to_le_bytes()));
@@ -176,9 +176,9 @@ impl Node {
         if let Some(taken) = self.taken.get_mut(usize::from(address)) {
             *taken = true;
         }
-        let ours = match self.standing {
-            Standing::Claiming(ours, _) | Standing::Claimed(ours) => ours,
-            Standing::Off | Standing::Lost(_) => return,
+        let ours = match self.address {
+            AddressState::Claiming(ours, _) | AddressState::Claimed(ours) => ours,
+            AddressState::Off | AddressState::Lost(_) => return,
         };
         if ours != address {
             return;
@@ -192,7 +192,7 @@ impl Node {
         match free.next().filter(|_| self.name.is_self_configurable()) {
             Some(other) => self.claim(other, at, out),
             None => {
-                self.standing = Standing::Lost(address);
+                self.address = AddressState::Lost(address);
                 self.tell_claim(out);
             }
         }
@@ -206,17 +206,17 @@ impl Node {
         compose: Compose<'_>,
         out: &mut Vec<CanFrame>,
     ) {
-        let address = match self.standing {
-            Standing::Claimed(address) | Standing::Claiming(address, _) => Some(address),
-            Standing::Lost(_) => None,
-            Standing::Off => return,
+        let address = match self.address {
+            AddressState::Claimed(address) | AddressState::Claiming(address, _) => Some(address),
+            AddressState::Lost(_) => None,
+            AddressState::Off => return,
         };
         let for_us = by.destination == EVERYONE || Some(by.destination) == address;
         if for_us && pgn == ADDRESS_CLAIMED.pgn {
             self.tell_claim(out);
             return;
         }
-        let Standing::Claimed(address) = self.standing else { return };
+        let AddressState::Claimed(address) = self.address else { return };
         if !for_us {
             return;
         }
@@ -327,7 +327,7 @@ mod tests {
         assert_eq!(out, [claim_of(Name::tractor(), 0xF0)]);
         out.clear();
         node.handle(SimTime(2 * MS), &claim_of(Name(1), 0xF0), &mut blank, &mut out);
-        assert_eq!(node.standing(), Standing::Lost(0xF0));
+        assert_eq!(node.address_state(), AddressState::Lost(0xF0));
         assert_eq!(out, [claim_of(Name::tractor(), NO_ADDRESS)], "cannot claim");
         out.clear();
         node.poll(SimTime(1000 * MS), &mut blank, &mut out);
@@ -346,7 +346,7 @@ mod tests {
         out.clear();
         node.handle(SimTime(2 * MS), &claim_of(Name(1), 128), &mut blank, &mut out);
         assert_eq!(out, [claim_of(Name::canopy(0), 130)]);
-        assert_eq!(node.standing(), Standing::Claiming(130, SimTime(252 * MS)));
+        assert_eq!(node.address_state(), AddressState::Claiming(130, SimTime(252 * MS)));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use tokio::sync::mpsc;
 
 use super::canopy::CanopyEcu;
 use super::{Bus, BusNews, BusWatch, CanFrame, Inbox};
-use crate::link::Heard;
+use crate::link::PortEvent;
 
 /// Sensors and their bus.
 #[derive(Debug)]
@@ -67,13 +67,13 @@ impl CanopySensors {
             for (number, watch) in watches.iter_mut().enumerate() {
                 let hear = |speaker: &mut Speaker| {
                     match heard {
-                        Heard::Opened => speaker.ecu.open(speaker.now, &mut speaker.frames),
-                        Heard::Frame(frame) => {
+                        PortEvent::Opened => speaker.ecu.open(speaker.now, &mut speaker.frames),
+                        PortEvent::Frame(frame) => {
                             speaker.ecu.handle(speaker.now, &frame, &mut speaker.frames);
                         }
-                        Heard::Lost(_) => {}
+                        PortEvent::Lost(_) => {}
                     }
-                    watch.news(port, heard, speaker.ecu.standing())
+                    watch.news(port, heard, speaker.ecu.address_state())
                 };
                 let told = self.with(number, hear).await.flatten();
                 // That a port is gone is no other news to the second sensor.
@@ -142,7 +142,7 @@ mod tests {
     use crate::frame::J1939Id;
     use crate::link::candump::read_line;
     use crate::name::Name;
-    use crate::node::Standing;
+    use crate::node::AddressState;
     use crate::pgn::network::ADDRESS_CLAIMED;
 
     const MS: u64 = 1_000_000;
@@ -182,10 +182,10 @@ mod tests {
         let id = J1939Id { destination: 0xFF, ..ADDRESS_CLAIMED.id(0x80) }.id();
         let rival = CanFrame::new(id, &[0; 8]).unwrap();
         sensors.with(0, |speaker| speaker.ecu.handle(speaker.now, &rival, &mut speaker.frames)).await;
-        let standing = |number| sensors.speaker(number).unwrap().ecu.standing();
+        let standing = |number| sensors.speaker(number).unwrap().ecu.address_state();
         let address = |standing| match standing {
-            Standing::Claiming(address, _) | Standing::Claimed(address) => address,
-            Standing::Off | Standing::Lost(_) => panic!("{standing:?}"),
+            AddressState::Claiming(address, _) | AddressState::Claimed(address) => address,
+            AddressState::Off | AddressState::Lost(_) => panic!("{standing:?}"),
         };
         assert_eq!((address(standing(0)), address(standing(1))), (0x82, 0x81));
     }

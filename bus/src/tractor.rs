@@ -7,7 +7,7 @@ use rowscan_vehicle::gnss::Receiver;
 use super::frame::{CanFrame, EVERYONE, J1939Id};
 use super::message::{Message, Payload};
 use super::name::Name;
-use super::node::{Node, Standing};
+use super::node::{AddressState, Node};
 use super::pgn::{TRACTOR_ADDRESS, gnss, tractor};
 
 const MESSAGES: &[&Message] = &[
@@ -72,7 +72,7 @@ impl TractorEcu {
         let Some(id) = J1939Id::of(frame.id).filter(|id| id.pgn == tractor::SPEED_COMMAND.pgn) else {
             return;
         };
-        let here = matches!(node.standing(), Standing::Claimed(_)) && id.destination == EVERYONE;
+        let here = matches!(node.address_state(), AddressState::Claimed(_)) && id.destination == EVERYONE;
         let speed_m_s = tractor::commanded_m_s(frame.data()).filter(|_| here);
         // A command is repeated as long as it holds; only a new one changes anything.
         if let Some(speed_m_s) = speed_m_s.filter(|speed_m_s| voice.commanded_m_s != Some(*speed_m_s)) {
@@ -92,8 +92,8 @@ impl TractorEcu {
         node.poll(at, &mut |message, at| voice.compose(message, at), out);
     }
 
-    /// How it stands on the bus.
-    pub fn standing(&self) -> Standing {
-        self.node.standing()
+    /// The state of its address claim.
+    pub fn address_state(&self) -> AddressState {
+        self.node.address_state()
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::task::{Context, Poll};
 
-use rowscan_bus::link::Heard;
+use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, BusWatch, CanFrame, Inbox};
 use rowscan_ports::Delivery;
@@ -23,7 +23,7 @@ pub(crate) struct BusOutput {
     bus: Bus,
     inbox: Inbox,
     /// What the ports have heard and is not answered yet.
-    heard: VecDeque<(usize, Heard)>,
+    heard: VecDeque<(usize, PortEvent)>,
     watch: BusWatch,
     /// Where news of the bus go; nobody is waited for.
     news: Option<mpsc::Sender<BusNews>>,
@@ -91,20 +91,21 @@ impl BusOutput {
         while let Some((port, heard)) = self.heard.pop_front() {
             let mut replies = Vec::new();
             match heard {
-                Heard::Opened => {
+                PortEvent::Opened => {
                     self.open = true;
                     if !self.held {
                         self.ecu.open(at, &mut replies);
                     }
                 }
-                Heard::Frame(frame) => {
+                PortEvent::Frame(frame) => {
                     self.tap.record(Side::Host, frame.to_text().as_bytes());
                     self.bus.send((at, frame), Some(port), delivery).await;
                     self.ecu.handle(at, &frame, &mut replies);
                 }
-                Heard::Lost(_) => {}
+                PortEvent::Lost(_) => {}
             }
-            if let (Some(news), Some(told)) = (self.watch.news(port, heard, self.ecu.standing()), &self.news)
+            if let (Some(news), Some(told)) =
+                (self.watch.news(port, heard, self.ecu.address_state()), &self.news)
             {
                 let _ = told.try_send(news);
             }

@@ -1,7 +1,7 @@
 //! The one place of the emulator that knows the host's clock: everything else runs on simulated time.
 
 #[cfg(target_os = "linux")]
-mod alarm;
+mod system_timer;
 
 use std::collections::VecDeque;
 use std::str::FromStr;
@@ -58,7 +58,7 @@ impl FromStr for TimeScale {
 #[derive(Clone, Debug, Default)]
 pub struct Timer {
     #[cfg(target_os = "linux")]
-    alarm: Option<alarm::Alarm>,
+    system: Option<system_timer::SystemTimer>,
 }
 
 impl Timer {
@@ -67,7 +67,7 @@ impl Timer {
     pub fn system() -> Self {
         Self {
             #[cfg(target_os = "linux")]
-            alarm: alarm::Alarm::new().ok(),
+            system: system_timer::SystemTimer::new().ok(),
         }
     }
 }
@@ -157,15 +157,15 @@ pub fn wall_clock() -> WallClock {
 #[derive(Debug)]
 pub(crate) struct Pacer {
     #[cfg(target_os = "linux")]
-    waiter: Option<alarm::Waiter>,
+    waiter: Option<system_timer::Waiter>,
 }
 
 impl Pacer {
     /// For one task that waits for `clock`.
     #[cfg(target_os = "linux")]
     pub(crate) fn new(clock: &SimClock, timer: &Timer) -> Self {
-        let alarm = timer.alarm.as_ref().filter(|_| clock.scale != TimeScale::Max);
-        Self { waiter: alarm.map(|alarm| alarm.waiter(clock.epoch.elapsed())) }
+        let system = timer.system.as_ref().filter(|_| clock.scale != TimeScale::Max);
+        Self { waiter: system.map(|system| system.waiter(clock.epoch.elapsed())) }
     }
 
     /// For one task that waits for `clock`.
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn the_systems_timer_never_rings_early_and_takes_deadlines_that_have_passed() {
+    async fn the_systems_timer_never_fires_early_and_takes_deadlines_that_have_passed() {
         let clock = SimClock::start(TimeScale::Paced(1.0));
         let mut pacer = Pacer::new(&clock, &Timer::system());
         #[cfg(target_os = "linux")]
@@ -338,7 +338,7 @@ mod tests {
         }
     }
 
-    /// Many tasks at one timer: each is called at its own instants, in order, and one that gives up leaves the others in peace.
+    /// Many tasks at one timer: each is notified at its own instants, in order, and one that gives up does not disturb the others.
     #[tokio::test]
     async fn one_timer_serves_many() {
         let clock = std::sync::Arc::new(SimClock::start(TimeScale::Paced(1.0)));

@@ -9,8 +9,8 @@ use rowscan_recording::{Side, StreamKind, Tap};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 
-use crate::replay::Prompter;
-use crate::roster::{Member, Queued, Wants};
+use crate::replay::ScriptedReplies;
+use crate::roster::{Member, QueuedTelegram, Wants};
 use crate::scanner::{Program, Shared};
 
 /// Bytes taken from a client at a time.
@@ -22,10 +22,10 @@ pub(crate) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, stream
         shared.counts.refused.fetch_add(1, Ordering::Relaxed);
         return;
     };
-    let seat = Seat { shared: &shared, member };
+    let entry = RosterEntry { shared: &shared, member };
     let ended = tokio::select! {
-        ended = converse(&shared, &seat.member, scans, stream) => ended,
-        () = seat.member.turned_out() => Ok(()),
+        ended = converse(&shared, &entry.member, scans, stream) => ended,
+        () = entry.member.turned_out() => Ok(()),
     };
     if let Err(cause) = ended {
         tracing::debug!(%cause, "client gone");
@@ -33,12 +33,12 @@ pub(crate) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, stream
 }
 
 /// A client's place among the others, given up however its task ends: a client that is gone must not keep the mirror turning.
-struct Seat<'a> {
+struct RosterEntry<'a> {
     shared: &'a Shared,
     member: Arc<Member>,
 }
 
-impl Drop for Seat<'_> {
+impl Drop for RosterEntry<'_> {
     fn drop(&mut self) {
         self.shared.roster.leave(&self.member);
         self.member.set_wants(None);
@@ -50,7 +50,7 @@ impl Drop for Seat<'_> {
 async fn converse<S: AsyncRead + AsyncWrite>(
     shared: &Shared,
     member: &Member,
-    mut telegrams: mpsc::Receiver<Queued>,
+    mut telegrams: mpsc::Receiver<QueuedTelegram>,
     stream: S,
 ) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
@@ -62,8 +62,8 @@ async fn converse<S: AsyncRead + AsyncWrite>(
         Program::Script(name, _) => shared.config.taps.open(name, StreamKind::Cola),
         Program::Verbatim(name, kind) => shared.config.taps.open(name, *kind),
     };
-    let mut prompter = match &shared.program {
-        Program::Script(_, script) => Some(Prompter::new(Arc::clone(script))),
+    let mut scripted = match &shared.program {
+        Program::Script(_, script) => Some(ScriptedReplies::new(Arc::clone(script))),
         Program::Device | Program::Verbatim(..) => None,
     };
     let verbatim = shared.is_verbatim();
@@ -87,7 +87,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 if verbatim {
                     continue;
                 }
-                let saved = shared.converse(&mut session, prompter.as_mut(), &chunk[..read], &mut replies);
+                let saved = shared.converse(&mut session, scripted.as_mut(), &chunk[..read], &mut replies);
                 if session.counts().frames > 0 {
                     member.has_spoken();
                 }
@@ -108,7 +108,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
             }
             telegram = telegrams.recv() => match telegram {
                 // What was queued when the client unsubscribed is not sent any more.
-                Some(Queued { event, frame, pending: _pending }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
+                Some(QueuedTelegram { event, frame, pending: _pending }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
                     writer.write_all(&frame).await?;
                     tap.record(Side::Device, &frame);
                 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use rowscan_bus::nmea::{NmeaLine, NmeaVoice};
+use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_ports::Delivery;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
@@ -17,7 +17,7 @@ const STREAM: &str = "gnss";
 /// A receiver with its lines.
 #[derive(Debug)]
 pub(crate) struct GnssOutput {
-    voice: NmeaVoice,
+    epochs: GnssEpochs,
     lines: Vec<NmeaLine>,
     tap: Tap,
     /// Nothing is sent before the drive starts.
@@ -26,23 +26,23 @@ pub(crate) struct GnssOutput {
 
 impl GnssOutput {
     pub(crate) fn new(
-        voice: NmeaVoice,
+        epochs: GnssEpochs,
         lines: Vec<NmeaLine>,
         delivery: Delivery,
         changed: &Arc<Notify>,
         taps: &Taps,
     ) -> Self {
         lines.iter().for_each(|line| line.notify_of_takers(changed));
-        Self { voice, lines, tap: taps.open(STREAM, StreamKind::Nmea), held: delivery.is_patient() }
+        Self { epochs, lines, tap: taps.open(STREAM, StreamKind::Nmea), held: delivery.is_patient() }
     }
 
     pub(crate) fn next(&self) -> Option<SimTime> {
-        (!self.held).then(|| self.voice.next())
+        (!self.held).then(|| self.epochs.next())
     }
 
     pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
-        while self.voice.next() <= firing.at {
-            let epoch = Bytes::from(self.voice.speak());
+        while self.epochs.next() <= firing.at {
+            let epoch = Bytes::from(self.epochs.next_epoch());
             self.tap.record(Side::Device, &epoch);
             for line in &self.lines {
                 line.send(epoch.clone(), firing.delivery).await;
@@ -57,7 +57,7 @@ impl GnssOutput {
 
     pub(crate) fn begin(&mut self, at: SimTime) {
         if std::mem::take(&mut self.held) {
-            self.voice.skip_to(at);
+            self.epochs.skip_to(at);
         }
     }
 }

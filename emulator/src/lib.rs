@@ -1,4 +1,28 @@
 //! A virtual SICK LMS laser scanner, served to any client: devices on endpoints, driven past a virtual orchard in simulated time.
+//!
+//! A test of another crate embeds a scanner like this:
+//!
+//! ```
+//! use rowscan_emulator::stage::Stage;
+//! use rowscan_emulator::{Emulator, EmulatorConfig};
+//! use rowscan_protocol::model;
+//! use rowscan_scenes::files::scene_from_text;
+//!
+//! # #[tokio::main(flavor = "current_thread")]
+//! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = scene_from_text("version = 1\n[orchard]\ntrees = 1\n")?;
+//! let stage = Stage::grow(scene, &|_, _| {})?;
+//! let (device, view) = stage.scanner(0, model::by_name("lms111").ok_or("no such model")?)?;
+//! let mut scanner = Emulator::start(device, view, EmulatorConfig::default());
+//! let address = scanner.listen("127.0.0.1:0").await?.address;
+//! let client = tokio::net::TcpStream::connect(address).await?; // your program under test
+//! # drop(client);
+//! drop(scanner); // ends it and closes its connections
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`Rig`] joins several scanners, GNSS and CAN on one timeline. [`offline::Offline`] is the same device without sockets.
 
 mod bus_output;
 pub mod clock;
@@ -23,7 +47,7 @@ mod state_file;
 mod telegram;
 mod timeline;
 mod turns;
-mod world;
+mod view;
 
 pub use line_changes::LineChange;
 pub use listener::{Bound, ListenError};
@@ -34,4 +58,4 @@ pub use rig::{Rig, Running};
 pub use scanner::{Emulator, EmulatorConfig, EmulatorCounts, MAX_CLIENTS};
 pub use start::{StartWhen, StartWhenError};
 pub use state_file::{StateFile, StateFileError};
-pub use world::{World, WorldError};
+pub use view::{ScannerView, ViewError};

@@ -23,7 +23,7 @@ use crate::playback_queue::{self, PlaybackQueue, Recorded, Values};
 use crate::rig::{Rig, Running};
 use crate::state_file::StateFile;
 use crate::timeline::{Claim, Firing};
-use crate::world::World;
+use crate::view::ScannerView;
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 512;
@@ -72,7 +72,7 @@ pub struct SerialEmulator {
 
 impl SerialEmulator {
     /// Puts `device` in `world` on `wire`; dropping it ends it, and its line goes.
-    pub fn start(device: Device, world: World, wire: Box<dyn Wire>, config: SerialConfig) -> Self {
+    pub fn start(device: Device, world: ScannerView, wire: Box<dyn Wire>, config: SerialConfig) -> Self {
         let mut rig = Rig::new(world.tractor().clone(), config.time_scale);
         let emulator = rig.lms2xx(device, world, wire, config);
         Self { _running: Some(rig.run()), ..emulator }

@@ -13,7 +13,7 @@ use crate::scanner::Shared;
 use crate::telegram::Telegram;
 use crate::timeline::{Claim, Firing};
 use crate::turns::Turns;
-use crate::world::World;
+use crate::view::ScannerView;
 
 /// How late a turn may come, host time. What holds a host up for less than [`Patience::MOST`] costs no scan. A host that is too slow loses
 /// scans, evenly, rather than that they come ever later: the first turn left out takes the patience away, each turn in time
@@ -38,7 +38,7 @@ impl Patience {
 #[derive(Debug)]
 pub(crate) struct MirrorSource {
     shared: Arc<Shared>,
-    world: World,
+    world: ScannerView,
     turns: Turns,
     patience: Patience,
     /// The turn that has been prepared, and whether the host is so late that it is left out.
@@ -48,7 +48,7 @@ pub(crate) struct MirrorSource {
 }
 
 impl MirrorSource {
-    pub(crate) fn new(shared: Arc<Shared>, world: World) -> Self {
+    pub(crate) fn new(shared: Arc<Shared>, world: ScannerView) -> Self {
         let turns = Turns::new(SimTime::ZERO, shared.device().mirror());
         let patience = Patience(Patience::MOST);
         Self { shared, world, turns, patience, prepared: None, audience: Vec::new() }
@@ -95,10 +95,11 @@ impl MirrorSource {
         polled || !self.audience.is_empty()
     }
 
-    /// What it needs time for at `at`: it starts up, or somebody takes its scans.
-    pub(crate) fn claim(&self, at: SimTime) -> Claim {
+    /// What it needs time for: it starts up, or somebody takes its scans.
+    pub(crate) fn claim(&self) -> Claim {
         let device = self.shared.device();
-        if device.is_settling(at) {
+        // By the time that clients see: time goes on until they can see that the device is ready.
+        if device.is_settling(self.shared.clock.now()) {
             return Claim::Busy;
         }
         let wanted = device.is_measuring() && (self.shared.roster.has_audience() || self.shared.polls_wait());

@@ -1,18 +1,31 @@
 //! The same device without sockets: turn after turn in memory, as fast as it goes, through the same telegram.
 
-use rowscan_protocol::device::Device;
+use std::time::Duration;
+
+use rowscan_protocol::client::{ColaClient, ColaConfig};
+use rowscan_protocol::device::{Device, DialectPolicy, Session};
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::{LmdScandata, NoDistance};
 use rowscan_protocol::time::SimTime;
 
-use crate::World;
+use crate::ScannerView;
 use crate::turns::Turns;
+
+/// The device did not take what a client asks of it at start-up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the device does not take `{command}`")]
+pub struct SetUpError {
+    /// The request.
+    pub command: &'static str,
+}
 
 /// A device driven past a scene in memory. Its scans equal, bit for bit, those a client of the emulator receives.
 #[derive(Debug)]
 pub struct Offline {
     device: Device,
-    world: World,
+    world: ScannerView,
     turns: Turns,
     /// Scans have a taker from here on.
     begins: bool,
@@ -20,12 +33,45 @@ pub struct Offline {
 
 impl Offline {
     /// Ready for the first turn.
-    pub fn new(device: Device, world: World) -> Self {
+    pub fn new(device: Device, world: ScannerView) -> Self {
         let turns = Turns::new(SimTime::ZERO, device.mirror());
         let mut offline = Self { device, world, turns, begins: false };
         // Online, the turn at time zero has passed before anyone can have connected; the tractor still stands.
         offline.turn();
         offline
+    }
+
+    /// Sets the device up as a client does: the same requests and replies, in memory and at standstill.
+    ///
+    /// # Errors
+    /// The request that the device refused or left unanswered.
+    pub fn set_up(&mut self, config: ColaConfig) -> Result<(), SetUpError> {
+        let mut client = ColaClient::new(config, Dialect::B);
+        let mut session = Session::new(DialectPolicy::Auto);
+        let mut replies = Vec::new();
+        loop {
+            let mut asked = false;
+            while let Some(request) = client.poll_transmit().and_then(Transmit::into_frame) {
+                asked = true;
+                session.handle_bytes(&mut self.device, SimTime::ZERO, &request, &mut replies);
+            }
+            for reply in replies.drain(..) {
+                client.handle_bytes(Duration::ZERO, &reply.bytes);
+            }
+            match client.poll_event() {
+                Some(HostEvent::Ready(_)) => return Ok(()),
+                Some(HostEvent::Refused { command, fatal: true, .. } | HostEvent::NoAnswer { command }) => {
+                    return Err(SetUpError { command });
+                }
+                Some(_) => {}
+                None if asked => {}
+                // A request without a reply: no more would ever come.
+                None => match client.poll_timeout() {
+                    Some(due) => client.handle_timeout(due),
+                    None => return Err(SetUpError { command: "the start-up" }),
+                },
+            }
+        }
     }
 
     /// The next turn's telegram; `None` if the device does not measure or leaves this turn out.

@@ -11,16 +11,16 @@ use tokio::task::JoinSet;
 use super::playback_queue::PlaybackQueue;
 use super::telegram::hand_over;
 use crate::clock::{SimClock, TimeScale};
-use crate::replay::TapeEvent;
+use crate::replay::PlaybackEvent;
 use crate::roster::{Member, Wants};
 use crate::scanner::Shared;
 use crate::{Emulator, SerialEmulator};
-use rowscan_bus::link::Heard;
+use rowscan_bus::link::PortEvent;
 use rowscan_bus::nmea::NmeaLine;
 use rowscan_bus::{Bus, CanFrame, Inbox};
 use rowscan_ports::{Delivery, Untaken};
 
-/// Where one stream of a tape goes.
+/// Where one stream of a recording goes.
 #[derive(Debug)]
 pub struct Outlet {
     kind: Kind,
@@ -64,7 +64,7 @@ struct CanOutlet {
 }
 
 impl Outlet {
-    /// The clients of a replayed scanner. With `scans` on the tape it waits for somebody who wants them, else for anybody.
+    /// The clients of a replayed scanner. With `scans` on the recording it waits for somebody who wants them, else for anybody.
     pub fn scanner(emulator: &Emulator, scans: bool) -> Self {
         let shared = Arc::clone(&emulator.shared);
         let anyone = !scans || shared.is_verbatim();
@@ -108,7 +108,7 @@ impl Outlet {
         }
     }
 
-    /// Waits until somebody wants what is on the tape. Lines and buses speak whether anybody listens or not.
+    /// Waits until somebody wants what is on the recording. Lines and buses speak whether anybody listens or not.
     pub(crate) async fn taker(&self) {
         match &self.kind {
             Kind::Scanner(outlet) => outlet.taker().await,
@@ -118,7 +118,7 @@ impl Outlet {
     }
 
     /// Sends an event that is due; false if it goes unheard because a client has stopped the scanner.
-    pub(crate) async fn put(&mut self, event: &TapeEvent, due: SimTime) -> bool {
+    pub(crate) async fn put(&mut self, event: &PlaybackEvent, due: SimTime) -> bool {
         match &mut self.kind {
             Kind::Scanner(outlet) => return outlet.put(event).await,
             Kind::Lms2xx(queue) => return queue.put(event).await,
@@ -175,7 +175,7 @@ impl ScannerOutlet {
         }
     }
 
-    async fn put(&mut self, event: &TapeEvent) -> bool {
+    async fn put(&mut self, event: &PlaybackEvent) -> bool {
         let Self { shared, audience, .. } = self;
         let is_scan = matches!(event.event, Some(Event::ScanData | Event::Monitor));
         // Stopped by a client: what is recorded goes on unheard.
@@ -202,7 +202,7 @@ impl ScannerOutlet {
 /// Carries what others say on a bus from port to port.
 async fn carry(bus: Arc<Bus>, mut inbox: Inbox, tap: Tap, clock: Arc<SimClock>, delivery: Delivery) {
     while let Some((port, heard)) = inbox.recv().await {
-        if let Heard::Frame(frame) = heard {
+        if let PortEvent::Frame(frame) = heard {
             tap.record(Side::Host, frame.to_text().as_bytes());
             bus.send((clock.now(), frame), Some(port), delivery).await;
         }

@@ -7,8 +7,8 @@ use rowscan_ports::in_flight::{InFlight, Pending};
 use rowscan_ports::{Delivered, Delivery};
 use tokio::sync::{mpsc, watch};
 
-use crate::replay::TapeEvent;
-use crate::world::World;
+use crate::replay::PlaybackEvent;
+use crate::view::ScannerView;
 
 /// Recorded telegrams that may wait for the line.
 const QUEUE: usize = 16;
@@ -35,7 +35,7 @@ pub(crate) struct Recorded {
 #[derive(Debug)]
 pub(crate) enum Values {
     /// It measures them.
-    Seen(Box<World>),
+    Seen(Box<ScannerView>),
     /// They come from a recording; the player is told whether anybody wants them.
     Recorded(mpsc::Receiver<Recorded>, watch::Sender<bool>),
 }
@@ -56,7 +56,7 @@ impl PlaybackQueue {
 
     /// Hands a telegram over; false if it goes unheard because the client has stopped the scanner. A line that is slower than the recorded
     /// one loses some; at `--time-scale max` the player waits for it.
-    pub(crate) async fn put(&self, event: &TapeEvent) -> bool {
+    pub(crate) async fn put(&self, event: &PlaybackEvent) -> bool {
         if !*self.wanted.borrow() {
             return false;
         }

@@ -12,7 +12,7 @@ use tokio::task::JoinSet;
 use super::lateness::Lateness;
 use super::outlet::Outlet;
 use crate::clock::{Pacer, SimClock, Timer};
-use crate::replay::{Playhead, Tape, TapeEvent};
+use crate::replay::{Playback, PlaybackEvent, Playhead};
 use rowscan_ports::{Delivery, clock};
 
 /// How long a tape on a paced clock stays for clients that have not read its end, host time.
@@ -37,7 +37,7 @@ impl Player {
     /// Plays `tape` at `clock`'s pace from where `playhead` stands, its streams to `outlets` in the same order. It begins once every scanner
     /// among them has somebody who wants what it sends.
     pub fn start(
-        tape: Tape,
+        tape: Playback,
         outlets: Vec<Outlet>,
         playhead: Arc<Playhead>,
         clock: Arc<SimClock>,
@@ -50,7 +50,7 @@ impl Player {
             outlet.listen(&clock, &mut tasks);
         }
         let pacer = Pacer::new(&clock, timer);
-        let reel = Reel { tape, outlets, playhead, clock, pacer, tracks: Arc::clone(&tracks) };
+        let reel = PlaybackLoop { tape, outlets, playhead, clock, pacer, tracks: Arc::clone(&tracks) };
         tasks.spawn(async move {
             reel.play().await;
             end.send_replace(true);
@@ -77,8 +77,8 @@ impl Player {
 }
 
 /// The tape and all it goes by.
-struct Reel {
-    tape: Tape,
+struct PlaybackLoop {
+    tape: Playback,
     outlets: Vec<Outlet>,
     playhead: Arc<Playhead>,
     clock: Arc<SimClock>,
@@ -86,7 +86,7 @@ struct Reel {
     tracks: Arc<Vec<Track>>,
 }
 
-impl Reel {
+impl PlaybackLoop {
     /// Plays to the end, and waits until the clients have all of it.
     async fn play(mut self) {
         for outlet in &self.outlets {
@@ -140,7 +140,7 @@ impl Reel {
         }
     }
 
-    async fn put(&mut self, event: &TapeEvent, due: SimTime) {
+    async fn put(&mut self, event: &PlaybackEvent, due: SimTime) {
         // A clock that waits for its clients waits for one that has stopped the scanner, or comes back, too.
         if self.clock.delivery().is_patient()
             && let Some(outlet) = self.outlets.get(event.track)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rowscan_bus::nmea::{NmeaLine, NmeaVoice};
+use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, Inbox};
 use rowscan_ports::Wire;
@@ -24,7 +24,7 @@ use crate::playback_queue::Values;
 use crate::scanner::{Emulator, EmulatorConfig, Program, Shared};
 use crate::start::StartWhen;
 use crate::timeline::{Source, Timeline};
-use crate::world::World;
+use crate::view::ScannerView;
 
 /// What rides on one tractor. Its parts are added one by one; [`Rig::run`] starts them together, from one origin of time.
 #[derive(Debug)]
@@ -78,7 +78,7 @@ impl Rig {
 
     /// Adds a CoLa scanner. No one can connect until [`Emulator::listen`] or [`Emulator::attach`]. The rig's clock and timer count, not the
     /// configuration's.
-    pub fn scanner(&mut self, device: Device, world: World, mut config: EmulatorConfig) -> Emulator {
+    pub fn scanner(&mut self, device: Device, world: ScannerView, mut config: EmulatorConfig) -> Emulator {
         let timeline = &mut self.timeline;
         let changes = std::mem::take(&mut config.line_changes);
         let clock = Arc::clone(&timeline.clock);
@@ -96,7 +96,7 @@ impl Rig {
     pub fn lms2xx(
         &mut self,
         device: lms2xx::device::Device,
-        world: World,
+        world: ScannerView,
         wire: Box<dyn Wire>,
         config: SerialConfig,
     ) -> SerialEmulator {
@@ -127,9 +127,9 @@ impl Rig {
     }
 
     /// Adds the tractor's GNSS receiver with its lines.
-    pub fn gnss(&mut self, voice: NmeaVoice, lines: Vec<NmeaLine>, taps: &Taps) {
+    pub fn gnss(&mut self, epochs: GnssEpochs, lines: Vec<NmeaLine>, taps: &Taps) {
         let timeline = &mut self.timeline;
-        let output = GnssOutput::new(voice, lines, timeline.clock.delivery(), &timeline.changed, taps);
+        let output = GnssOutput::new(epochs, lines, timeline.clock.delivery(), &timeline.changed, taps);
         timeline.sources.push(Source::Gnss(output));
     }
 

@@ -25,7 +25,7 @@ pub(crate) struct Roster {
 #[derive(Debug)]
 pub(crate) struct Member {
     id: u64,
-    queue: mpsc::Sender<Queued>,
+    queue: mpsc::Sender<QueuedTelegram>,
     /// What is wanted of the scans, if anything.
     wants: Mutex<Option<Wants>>,
     /// It has sent at least one valid telegram.
@@ -43,7 +43,7 @@ pub(crate) struct Wants {
 
 /// One telegram on its way to a client.
 #[derive(Clone, Debug)]
-pub(crate) struct Queued {
+pub(crate) struct QueuedTelegram {
     /// What it tells; none if it goes to everyone.
     pub(crate) event: Option<Event>,
     pub(crate) frame: Bytes,
@@ -86,7 +86,7 @@ impl Roster {
 
     /// Takes a client in, with the queue its scans will come through. When the house is full, the client that has been
     /// connected longest without a single valid telegram is turned out; if all have spoken, the newcomer is refused.
-    pub(crate) fn join(&self) -> Option<(Arc<Member>, mpsc::Receiver<Queued>)> {
+    pub(crate) fn join(&self) -> Option<(Arc<Member>, mpsc::Receiver<QueuedTelegram>)> {
         let mut members = self.lock();
         if members.len() >= self.limit {
             let silent = members.iter().position(|member| !member.spoke.load(Ordering::Relaxed))?;
@@ -151,7 +151,7 @@ impl Member {
         self.leave.notified().await;
     }
 
-    pub(crate) fn queue(&self) -> &mpsc::Sender<Queued> {
+    pub(crate) fn queue(&self) -> &mpsc::Sender<QueuedTelegram> {
         &self.queue
     }
 }

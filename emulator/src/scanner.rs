@@ -16,11 +16,11 @@ use crate::clock::{Latency, SimClock, TimeScale, Timer};
 use crate::connection;
 use crate::line_changes::LineChange;
 use crate::listener::{self, Bound, ListenError};
-use crate::replay::{self, Part, Prompter, Script};
+use crate::replay::{self, Part, Script, ScriptedReplies};
 use crate::rig::{Rig, Running};
 use crate::roster::Roster;
 use crate::state_file::StateFile;
-use crate::world::World;
+use crate::view::ScannerView;
 use rowscan_ports::in_flight::InFlight;
 
 /// Clients served at once, unless told otherwise.
@@ -164,7 +164,7 @@ impl Shared {
     pub(crate) fn converse(
         &self,
         session: &mut Session,
-        mut prompter: Option<&mut Prompter>,
+        mut scripted: Option<&mut ScriptedReplies>,
         bytes: &[u8],
         replies: &mut Vec<Reply>,
     ) -> Option<String> {
@@ -174,8 +174,8 @@ impl Shared {
         let mut polls = 0;
         session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
             polls += u64::from(replay::polls(frame));
-            if let Some(prompter) = &mut prompter {
-                prompter.amend(frame, reply);
+            if let Some(scripted) = &mut scripted {
+                scripted.amend(frame, reply);
             }
         });
         if polls > 0 {
@@ -225,7 +225,7 @@ pub struct Emulator {
 
 impl Emulator {
     /// Starts `device` in `world`, alone on its tractor. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
-    pub fn start(device: Device, world: World, config: EmulatorConfig) -> Self {
+    pub fn start(device: Device, world: ScannerView, config: EmulatorConfig) -> Self {
         let mut rig = Rig::new(world.tractor().clone(), config.time_scale).with_timer(config.timer.clone());
         let emulator = rig.scanner(device, world, config);
         Self { _running: Some(rig.run()), ..emulator }

@@ -12,7 +12,7 @@ use rowscan_vehicle::Tractor;
 use rowscan_vehicle::gnss::Receiver;
 use rowscan_vehicle::trajectory::Drive;
 
-use crate::{World, WorldError};
+use crate::{ScannerView, ViewError};
 
 /// A grown scene with its rig.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ pub struct Stage {
 pub enum StageError {
     /// The rig lacks it.
     #[error(transparent)]
-    World(#[from] WorldError),
+    ScannerView(#[from] ViewError),
     /// The model has no such scan mode.
     #[error(transparent)]
     Mode(#[from] ModeError),
@@ -56,7 +56,7 @@ impl Stage {
     }
 
     /// The rig's scanner number `index` as a device of `model`, with its view, on a tractor of its own.
-    pub fn scanner(&self, index: usize, model: &'static Model) -> Result<(Device, World), StageError> {
+    pub fn scanner(&self, index: usize, model: &'static Model) -> Result<(Device, ScannerView), StageError> {
         self.scanner_on(&self.tractor(), index, model)
     }
 
@@ -66,9 +66,9 @@ impl Stage {
         tractor: &Tractor,
         index: usize,
         model: &'static Model,
-    ) -> Result<(Device, World), StageError> {
+    ) -> Result<(Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
+        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
             .with_encoder(self.scene.encoder);
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
         let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
@@ -86,7 +86,7 @@ impl Stage {
         index: usize,
         model: &'static lms2xx::model::Model,
         options: lms2xx::device::Options,
-    ) -> Result<(lms2xx::device::Device, World), StageError> {
+    ) -> Result<(lms2xx::device::Device, ScannerView), StageError> {
         self.serial_scanner_on(&self.tractor(), index, model, options)
     }
 
@@ -97,9 +97,9 @@ impl Stage {
         index: usize,
         model: &'static lms2xx::model::Model,
         options: lms2xx::device::Options,
-    ) -> Result<(lms2xx::device::Device, World), StageError> {
+    ) -> Result<(lms2xx::device::Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = World::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?;
+        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?;
         let mut device = lms2xx::device::Device::new(model, options);
         let asked = self.rig.scanners.get(index).and_then(asked_step);
         let fits = |variant: &&lms2xx::Variant| asked == Some(variant.step_centideg.saturating_mul(100));
@@ -114,16 +114,21 @@ impl Stage {
         &self.caster
     }
 
-    /// Scans a client receives while the tractor drives past the whole row once, at most an hour's; at constant speed exactly the row's.
+    /// Scans a client receives while the tractor drives from its start to the end of the first row, at most an hour's.
     pub fn scans_per_row(&self, device: &Device) -> u64 {
-        let hertz = f64::from(device.mirror().frequency_centihz) / 100.0;
+        self.scans_to_row_end(f64::from(device.mirror().frequency_centihz) / 100.0)
+    }
+
+    /// The same of a scanner that sends `hertz` scans a second.
+    pub fn scans_to_row_end(&self, hertz: f64) -> u64 {
         let length_m = self.orchard.length_m();
+        let way_m = (length_m - self.rig.start_m).max(0.0);
         if self.scene.drive == Drive::default() {
-            return (length_m / self.rig.speed_m_s * hertz).round() as u64;
+            return (way_m / self.rig.speed_m_s * hertz).round() as u64;
         }
         let trajectory = self.scene.trajectory(length_m);
         let scans = 0..(LONGEST_PASS_S * hertz) as u64;
-        scans.clone().find(|scan| trajectory.at(*scan as f64 / hertz).way_m >= length_m).unwrap_or(scans.end)
+        scans.clone().find(|scan| trajectory.at(*scan as f64 / hertz).way_m >= way_m).unwrap_or(scans.end)
     }
 }
 

@@ -10,9 +10,9 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;
 
-use crate::roster::{Member, Queued, Wants};
+use crate::roster::{Member, QueuedTelegram, Wants};
 use crate::scanner::Shared;
-use crate::world::World;
+use crate::view::ScannerView;
 
 /// One scan telegram, encoded once a dialect and name, whoever many want it.
 #[derive(Debug, Default)]
@@ -69,7 +69,7 @@ impl Telegram {
     pub(crate) fn measure(
         shared: &Shared,
         at: SimTime,
-        world: &World,
+        world: &ScannerView,
         audience: &[(Arc<Member>, Wants)],
     ) -> Option<Self> {
         let mut device = shared.device();
@@ -117,7 +117,7 @@ pub(crate) async fn hand_over(
     frame: Bytes,
     delivery: Delivery,
 ) {
-    let telegram = Queued { event, frame, pending: shared.in_flight.enter() };
+    let telegram = QueuedTelegram { event, frame, pending: shared.in_flight.enter() };
     match delivery.put(member.queue(), telegram).await {
         Delivered::Taken => shared.counts.sent.fetch_add(1, Ordering::Relaxed),
         Delivered::Lost => shared.counts.dropped.fetch_add(1, Ordering::Relaxed),

@@ -98,9 +98,9 @@ impl Source {
         }
     }
 
-    fn claim(&self, at: SimTime) -> Claim {
+    fn claim(&self) -> Claim {
         match self {
-            Self::Mirror(mirror) => mirror.claim(at),
+            Self::Mirror(mirror) => mirror.claim(),
             Self::Lms2xx(scanner) => scanner.claim(),
             Self::LineChanges(_) => Claim::Idle,
             Self::Bus(bus) => {
@@ -216,7 +216,7 @@ impl Timeline {
             return true;
         }
         let wanted = if self.begun || self.is_ready() { Claim::Taker } else { Claim::Busy };
-        self.takers().any(|source| source.claim(at) >= wanted)
+        self.takers().any(|source| source.claim() >= wanted)
     }
 
     /// The sources whose takers count: the scanners, or all that speak where there is none.

@@ -2,8 +2,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use rowscan::nmea::SpeedReader;
-use rowscan_recording::nmea::{Lines, checksum, sentence};
+use rowscan_bus::nmea::SpeedReader;
+use rowscan_protocol::nmea::{Lines, checksum, sentence};
 
 /// A byte of no sentence: the line so far gets the `$`, checksum and end that make it one.
 const SEAL: u8 = 0xFE;

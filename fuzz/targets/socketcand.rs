@@ -2,10 +2,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use rowscan::bus::link::Heard;
-use rowscan::bus::link::socketcand::Conversation;
+use rowscan_bus::link::PortEvent;
+use rowscan_bus::link::socketcand::Conversation;
 
-fn told(bytes: &[u8], piece: usize) -> (String, Vec<Heard>) {
+fn told(bytes: &[u8], piece: usize) -> (String, Vec<PortEvent>) {
     let (mut conversation, mut answers, mut heard) = (Conversation::default(), String::new(), Vec::new());
     bytes.chunks(piece).for_each(|bytes| conversation.handle_bytes(bytes, &mut answers, &mut heard));
     (answers, heard)
@@ -16,5 +16,5 @@ fuzz_target!(|data: &[u8]| {
     let (answers, heard) = told(bytes, usize::from(piece).max(1));
     assert_eq!(told(bytes, bytes.len().max(1)), (answers.clone(), heard.clone()));
     assert_eq!(answers.matches('<').count(), answers.matches('>').count());
-    assert!(heard.iter().all(|heard| matches!(heard, Heard::Opened | Heard::Frame(_))));
+    assert!(heard.iter().all(|heard| matches!(heard, PortEvent::Opened | PortEvent::Frame(_))));
 });

@@ -23,7 +23,7 @@ use rowscan_emulator::clock::{Latency, Stopwatch, TimeScale, Timer};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
 use rowscan_ports::{NetLine, Pty, Wire};
-use rowscan_study::trial::rig_of;
+use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -100,7 +100,7 @@ impl Virtual {
 struct Set {
     scanner: Virtual,
     source: Source,
-    pipeline: Pipeline,
+    reading: Reading,
     scans: u64,
     model: &'static str,
 }
@@ -110,8 +110,9 @@ impl Args {
     async fn on_tcp(&self, stage: &Stage) -> Result<Set, Failure> {
         let model = self.scene.model(&stage.rig, 0)?;
         let (device, world) = stage.scanner(0, model)?;
-        let rig = rig_of(stage, model.name);
-        let pipeline = estimate::pipeline(Some(&rig), 0, self.calibration.as_deref())?;
+        let calibration =
+            self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
+        let reading = Reading::of(Some(&rig_with(&stage.rig, 0, model.name)), 0, true, calibration)?;
         let scans = stage.scans_per_row(&device);
         let latency = Arc::new(Latency::default());
         let config = EmulatorConfig {
@@ -124,7 +125,7 @@ impl Args {
         let mut emulator = Emulator::start(device, world, config);
         let address = emulator.listen("127.0.0.1:0").await?.address.to_string();
         let source = Source::Tcp { address };
-        Ok(Set { scanner: Virtual::Cola(emulator, latency), source, pipeline, scans, model: model.name })
+        Ok(Set { scanner: Virtual::Cola(emulator, latency), source, reading, scans, model: model.name })
     }
 
     /// An LMS2xx on a serial line, at the rate that carries every scan.
@@ -141,11 +142,11 @@ impl Args {
         let pause_slack = std::time::Duration::from_secs(3600);
         let options = lms2xx::device::Options { pause_slack, ..Default::default() };
         let (device, world) = stage.serial_scanner(0, model, options)?;
-        let rig = rig_of(stage, model.name);
-        let calibration = self.calibration.as_deref().unwrap_or(NEAREST_CALIBRATION);
-        let pipeline = estimate::pipeline(Some(&rig), 0, Some(calibration))?;
+        let calibration =
+            CalibrationChoice::Named(self.calibration.as_deref().unwrap_or(NEAREST_CALIBRATION));
+        let reading = Reading::of(Some(&rig_with(&stage.rig, 0, model.name)), 0, true, calibration)?;
         let hertz = f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(model.turns(device.variant()));
-        let scans = (stage.orchard.length_m() / stage.rig.speed_m_s * hertz).round() as u64;
+        let scans = stage.scans_to_row_end(hertz);
         let rate = lms2xx::Rate::R500000;
         let (wire, source): (Box<dyn Wire>, _) = match self.line {
             Line::Rfc2217 => {
@@ -162,7 +163,7 @@ impl Args {
         let config =
             SerialConfig { time_scale: self.time_scale, state: None, taps: Taps::default(), stream: None };
         let scanner = Virtual::Lms2xx(SerialEmulator::start(device, world, wire, config));
-        Ok(Set { scanner, source, pipeline, scans, model: model.name })
+        Ok(Set { scanner, source, reading, scans, model: model.name })
     }
 }
 
@@ -189,14 +190,15 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let watch = Stopwatch::start();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
-    let Set { scanner: emulator, source, mut pipeline, scans, model } = match args.line {
+    let Set { scanner: emulator, source, reading, scans, model } = match args.line {
         Line::Tcp => args.on_tcp(&stage).await?,
         Line::Pty | Line::Rfc2217 => args.on_serial(&stage).await?,
     };
     say(format_args!("a virtual {model} is at {source}, seed {}", stage.scene.seed));
 
     let prefer = if args.dialect == DialectArg::A { Prefer::A } else { Prefer::B };
-    let config = DriverConfig { prefer: prefer.into(), ..DriverConfig::default() };
+    let Reading { cola, lms2xx, mut pipeline } = reading;
+    let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };
     let Some(mut scanner) = interrupt.or(Scanner::open(&source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };

@@ -3,8 +3,8 @@
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, MAX_CLIENTS, Rig, SerialConfig, SerialEmulator, StartWhen, World,
-    WorldError,
+    Bound, Emulator, EmulatorConfig, MAX_CLIENTS, Rig, ScannerView, SerialConfig, SerialEmulator, StartWhen,
+    ViewError,
 };
 use rowscan_protocol::device::{Device, DialectPolicy};
 use rowscan_protocol::frame::Dialect;
@@ -20,7 +20,7 @@ use super::line::{self, LineArgs, Opened};
 use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
-use super::voices::VoiceArgs;
+use super::tractor_outputs::TractorOutputArgs;
 use super::{Failure, Format, Outcome};
 
 /// How far apart the ports of several scanners are.
@@ -45,9 +45,12 @@ pub(super) struct Args {
     /// Dialects answered
     #[arg(long, value_enum, default_value_t)]
     dialect: DialectArg,
-    /// The rig's scanner to be, from 0; repeated, several scanners of one tractor, each with its own --tcp, in the same order; one of them may be an LMS2xx on a serial line [default: 0; in a rig without scanners, none]
+    /// The rig's scanner to be, from 0; repeated, several scanners of one tractor, each with its own --tcp, in the same order; one of them may be an LMS2xx on a serial line [default: 0]
     #[arg(long, value_name = "N")]
     scanner: Vec<usize>,
+    /// Be the tractor alone: GNSS and CAN without any scanner
+    #[arg(long, conflicts_with = "scanner")]
+    no_scanner: bool,
     /// Clients served at once
     #[arg(long, value_name = "N", default_value_t = MAX_CLIENTS)]
     max_clients: usize,
@@ -57,7 +60,7 @@ pub(super) struct Args {
     #[command(flatten)]
     line: LineArgs,
     #[command(flatten)]
-    voices: VoiceArgs,
+    tractor_outputs: TractorOutputArgs,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -171,7 +174,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         running.push(emulator);
         sources.extend(source.map(|source| format!(" {source}")));
     }
-    let _telling = args.voices.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
+    let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     args.tell(&stage, &fitted, &sources);
     let timeline = rig.run();
     interrupt.wait().await;
@@ -183,8 +186,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 impl Args {
     /// The scanners asked for, with their models.
     fn fitted(&self, stage: &Stage) -> Result<Vec<Fitted>, Failure> {
-        let none = self.scanner.is_empty() && stage.rig.scanners.is_empty();
-        let asked = match (none, self.scanner.is_empty()) {
+        let asked = match (self.no_scanner, self.scanner.is_empty()) {
             (true, _) => &[][..],
             (false, true) => &[0][..],
             (false, false) => &self.scanner,
@@ -193,7 +195,7 @@ impl Args {
         for &index in asked {
             if stage.rig.scanners.get(index).is_none() {
                 let found = stage.rig.scanners.len();
-                return Err(StageError::from(WorldError::NoSuchScanner { index, found }).into());
+                return Err(StageError::from(ViewError::NoSuchScanner { index, found }).into());
             }
             fitted.push(Fitted { index, model: self.scene.any_model(&stage.rig, index)? });
         }
@@ -222,7 +224,7 @@ impl Args {
         (index, model): (usize, &'static Model),
         stream: Option<String>,
         taps: Taps,
-    ) -> Result<(Device, World, EmulatorConfig), Failure> {
+    ) -> Result<(Device, ScannerView, EmulatorConfig), Failure> {
         let (device, world) = stage.scanner_on(tractor, index, model)?;
         let (device, state, line_changes) = self.device.set_up(device, stage.scene.seed, index)?;
         let config = EmulatorConfig {
@@ -246,7 +248,7 @@ impl Args {
         (index, model): (usize, &'static lms2xx::model::Model),
         stream: Option<String>,
         taps: Taps,
-    ) -> Result<(lms2xx::device::Device, World, Opened, SerialConfig), Failure> {
+    ) -> Result<(lms2xx::device::Device, ScannerView, Opened, SerialConfig), Failure> {
         let options = line::options(&self.device, &self.line, self.time_scale)?;
         let (mut device, world) = stage.serial_scanner_on(tractor, index, model, options)?;
         let state = self.device.lms2xx_state(&mut device)?;
@@ -303,18 +305,23 @@ impl Args {
         let serial: Vec<_> = fitted.iter().filter_map(|fitted| fitted.model.lms2xx()).collect();
         let network = fitted.len() - serial.len();
         match (serial.as_slice(), fitted.len()) {
-            (_, 0) if self.voices.is_empty() => refused(
-                "the rig has no scanner and nothing else is asked for: add a [[rig.scanner]] to the scene, or --can or --nmea".to_owned(),
+            (_, 0) if self.tractor_outputs.is_empty() => refused(
+                "--no-scanner leaves GNSS and CAN, and neither is asked for: add --can PORT or --nmea PLACE"
+                    .to_owned(),
             ),
             ([model], 1) => self.line.check(model, &self.tcp),
             ([], 0 | 1) => Ok(()),
-            ([_, _, ..], _) => refused("only one LMS2xx can be emulated at a time: give the others an `emulate` of their own".to_owned()),
+            ([_, _, ..], _) => refused(
+                "only one LMS2xx can be emulated at a time: give the others an `emulate` of their own"
+                    .to_owned(),
+            ),
             ([model], _) if self.line.count() != 1 => refused(format!(
                 "{} has one serial line: give one of --pty LINK, --serial DEV, --rfc2217 ADDR",
                 model.title
             )),
             ([], _) if self.line.count() > 0 => refused(
-                "--pty, --serial and --rfc2217 are one scanner's: leave them out, or give one --scanner".to_owned(),
+                "--pty, --serial and --rfc2217 are one scanner's: leave them out, or give one --scanner"
+                    .to_owned(),
             ),
             _ if self.device.keeps_state() => {
                 refused("--state is one scanner's: leave it out, or give one --scanner".to_owned())

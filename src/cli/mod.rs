@@ -25,7 +25,7 @@ mod scan;
 mod scene;
 mod sensor;
 mod study;
-mod voices;
+mod tractor_outputs;
 
 use std::io;
 use std::process::ExitCode;
@@ -152,7 +152,7 @@ pub enum Failure {
     Replay(#[from] rowscan_emulator::replay::ReplayError),
     /// A rig the estimator cannot work with.
     #[error(transparent)]
-    Pipeline(#[from] rowscan_canopy::PipelineError),
+    Reading(#[from] rowscan_study::reading::ReadingError),
     /// Samples no calibration can be fitted to.
     #[error(transparent)]
     Fit(#[from] rowscan_canopy::FitError),

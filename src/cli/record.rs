@@ -18,10 +18,10 @@ use super::link_events::LinkTeller;
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
-use super::voices::open_bus;
+use super::tractor_outputs::open_bus;
 use super::{Failure, Format, Outcome};
-use rowscan_bus::link::Heard;
-use rowscan_bus::nmea::{NmeaEar, NmeaSource};
+use rowscan_bus::link::PortEvent;
+use rowscan_bus::nmea::{NmeaReceiver, NmeaSource};
 use rowscan_bus::{Bus, BusAddress, Inbox};
 use rowscan_emulator::clock::{SimClock, Stopwatch, TimeScale};
 
@@ -127,7 +127,7 @@ async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failu
 
 /// What is recorded beside the scanners, opened.
 struct Beside {
-    receivers: Vec<(String, NmeaEar)>,
+    receivers: Vec<(String, NmeaReceiver)>,
     buses: Vec<(String, Bus, Inbox)>,
 }
 
@@ -169,7 +169,7 @@ impl Beside {
             let clock = SimClock::start(TimeScale::Paced(1.0));
             tasks.spawn(async move {
                 while let Some((port, heard)) = inbox.recv().await {
-                    if let Heard::Frame(frame) = heard {
+                    if let PortEvent::Frame(frame) = heard {
                         tap.record(Side::Device, frame.to_text().as_bytes());
                         // Several ports are one bus: each hears the others.
                         bus.send((clock.now(), frame), Some(port), rowscan_ports::Delivery::Paced).await;

@@ -12,7 +12,7 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 
 use super::output::say;
-use super::voices::{BusArgs, tell_news};
+use super::tractor_outputs::{BusArgs, tell_news};
 use super::{Failure, Format};
 use rowscan_bus::nmea::{NmeaSource, SpeedReader};
 use rowscan_bus::sensors::CanopySensors;

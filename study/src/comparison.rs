@@ -11,6 +11,7 @@ use rowscan_scenes::{BeamFan, Return, Scene, Scratch};
 use serde::Serialize;
 
 use crate::appraisal::Appraisal;
+use crate::reading::ReadingError;
 use crate::trial::{Trial, TrialError};
 use rowscan_emulator::stage::Stage;
 
@@ -108,7 +109,7 @@ impl Row {
         let trial = Trial::drive_past(&stage, model, calibration, &all)?;
         let mount = stage.rig.scanners.first().cloned().unwrap_or_default();
         let appraisal = Appraisal::of(&stage.orchard, &mount, stage.rig.ground_clearance_m)
-            .with_finer_scan(finer_scan(&stage)?);
+            .with_finer_scan(finer_scan(&stage).map_err(ReadingError::from)?);
         let start_m = stage.rig.start_m;
         let whole = appraisal.stretch(start_m, start_m + trial.length_m);
         let mut pairs = Vec::new();

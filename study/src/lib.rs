@@ -13,6 +13,7 @@ mod document;
 pub mod figure;
 pub mod fingerprint;
 pub mod journal;
+pub mod reading;
 pub mod resolution;
 pub mod search;
 mod settings;

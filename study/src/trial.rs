@@ -1,14 +1,16 @@
 //! One row, scanned in memory and estimated, beside its truth: what calibrations and accuracy tables are made of.
 
 use rayon::prelude::*;
-use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo, Pipeline, PipelineError};
+use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo};
 use rowscan_protocol::model::Model;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::NoDistance;
 use rowscan_scenes::{GrowError, Scene, Truth};
 
-use rowscan_emulator::offline::Offline;
+use rowscan_emulator::offline::{Offline, SetUpError};
 use rowscan_emulator::stage::{Stage, StageError};
+
+use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
 
 /// What came out of one row.
 #[derive(Clone, Debug)]
@@ -34,7 +36,10 @@ pub enum TrialError {
     Stage(#[from] StageError),
     /// The rig allows no estimate.
     #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Reading(#[from] ReadingError),
+    /// The device refused what a client asks of it at start-up.
+    #[error(transparent)]
+    SetUp(#[from] SetUpError),
     /// The device made a telegram that holds no scan.
     #[error("the device made a telegram without a scan: {0}")]
     Scan(#[from] NoDistance),
@@ -59,12 +64,15 @@ impl Trial {
     ) -> Result<Self, TrialError> {
         let (device, world) = stage.scanner(0, model)?;
         let scans = stage.scans_per_row(&device);
-        let pipeline = Pipeline::new(Some(&rig_of(stage, device.model().name)), 0, calibration)?;
+        let rig = rig_with(&stage.rig, 0, device.model().name);
+        let Reading { cola, pipeline, .. } =
+            Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration))?;
         let mut pipeline = pipeline.with_estimators(estimators);
         if !estimators.is_empty() {
             pipeline = pipeline.with_trees_found(&CutMethod::ALL);
         }
         let mut offline = Offline::new(device, world);
+        offline.set_up(cola)?;
         let mut scan = Scan::default();
         for _ in 0..scans {
             if offline.scan_into(&mut scan)? {
@@ -96,13 +104,4 @@ impl Trial {
             })
             .collect()
     }
-}
-
-/// The stage's rig, with the mount naming the model that really sits there.
-pub fn rig_of(stage: &Stage, model: &str) -> rowscan_protocol::rig::Rig {
-    let mut rig = stage.rig.clone();
-    if let Some(mount) = rig.scanners.first_mut() {
-        model.clone_into(&mut mount.model);
-    }
-    rig
 }

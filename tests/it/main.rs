@@ -33,6 +33,7 @@ mod streams;
 mod studies;
 mod study_parts;
 mod sweeps;
+mod timeline;
 mod together;
 mod tractor;
 mod tractor_faults;

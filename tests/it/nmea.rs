@@ -4,7 +4,7 @@
 use nmea::ParseResult;
 use nmea::sentences::rmc::RmcStatusOfFix;
 use nmea::sentences::{FaaMode, FixType};
-use rowscan_bus::nmea::{NmeaVoice, SENTENCES};
+use rowscan_bus::nmea::{GnssEpochs, SENTENCES};
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::gnss::{FixQuality, Gnss, GnssEvent, Receiver};
@@ -51,7 +51,7 @@ fn every_sentence_says_what_the_trajectory_does() {
     };
     let tractor = Tractor::new(Trajectory::straight(2.0, 1.5));
     tractor.begin(SimTime(1_000_000_000));
-    let mut voice = NmeaVoice::new(tractor.clone(), Receiver::new(gnss.clone(), 1));
+    let mut voice = GnssEpochs::new(tractor.clone(), Receiver::new(gnss.clone(), 1));
     let mut parsed = 0;
     for _ in 0..60 {
         let at = voice.next();
@@ -61,7 +61,7 @@ fn every_sentence_says_what_the_trajectory_does() {
         let float = (8.0..10.0).contains(&t_s);
         // Seven digits of a minute.
         let angle_deg = 1e-7 / 60.0;
-        for sentence in voice.speak().lines() {
+        for sentence in voice.next_epoch().lines() {
             parsed += 1;
             match nmea::parse_str(sentence).unwrap_or_else(|error| panic!("{sentence}: {error}")) {
                 ParseResult::GGA(gga) => {

@@ -9,7 +9,7 @@
 use crate::common;
 
 use common::small_scene;
-use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_canopy::Estimate;
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
@@ -17,12 +17,17 @@ use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::{self, Model};
-use rowscan_study::trial::{Trial, rig_of};
+use rowscan_scenes::Scene;
+use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
+use rowscan_study::trial::Trial;
+use rowscan_vehicle::trajectory::StopAndGo;
 
-async fn online(model: &'static Model, dialect: Dialect) -> Estimate {
-    let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
+async fn online(scene: Scene, model: &'static Model, dialect: Dialect) -> Estimate {
+    let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     let (device, world) = stage.scanner(0, model).expect("it fits");
-    let mut pipeline = Pipeline::new(Some(&rig_of(&stage, device.model().name)), 0, None).expect("sound rig");
+    let rig = rig_with(&stage.rig, 0, model.name);
+    let Reading { cola, mut pipeline, .. } =
+        Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None)).expect("sound rig");
     let scans = stage.scans_per_row(&device);
     let config = EmulatorConfig {
         time_scale: TimeScale::Max,
@@ -31,13 +36,46 @@ async fn online(model: &'static Model, dialect: Dialect) -> Estimate {
     };
     let mut emulator = Emulator::start(device, world, config);
     let address = emulator.listen("127.0.0.1:0").await.expect("a free port").address.to_string();
-    let config = DriverConfig { prefer: dialect, ..DriverConfig::default() };
+    let config = DriverConfig { cola, prefer: dialect, ..DriverConfig::default() };
     let mut scanner = Scanner::open(&Source::Tcp { address }, config).await.expect("it answers");
     while pipeline.progress().scans < scans {
         pipeline.push(scanner.next().await.expect("the link holds").expect("a scan").scan);
     }
     assert_eq!(scanner.counts().telegrams_bad, 0);
     pipeline.finish()
+}
+
+/// Row and trees, to the last bit.
+fn bits(estimate: &Estimate) -> (Vec<Option<u64>>, Vec<u64>) {
+    let row = [
+        estimate.impacted_total_area_m2,
+        estimate.leaf_area_contact_raw_m2,
+        estimate.advance_m,
+        estimate.ranges.mean_m,
+    ];
+    let trees = estimate.trees.iter().map(|tree| tree.impacted_total_area_m2.to_bits());
+    (row.iter().map(|value| value.map(f64::to_bits)).collect(), trees.collect())
+}
+
+/// Going a second and standing three, the advance is known by the encoder alone.
+fn stop_and_go() -> Scene {
+    let mut scene = small_scene();
+    scene.drive.stop_and_go = Some(StopAndGo { go_s: 1.0, stop_s: 3.0, ramp_s: 0.5 });
+    scene
+}
+
+/// `demo`, `estimate` and the studies derive driver settings, pipeline and number of scans from the rig in one place.
+#[tokio::test]
+async fn a_row_driven_by_stop_and_go_is_estimated_as_one_driven_evenly_online_and_offline() {
+    let model = model::by_name("lms111").expect("known");
+    let evenly = Trial::run(small_scene(), model, None).expect("it runs").estimate;
+    let offline = Trial::run(stop_and_go(), model, None).expect("it runs").estimate;
+    let online = online(stop_and_go(), model, Dialect::B).await;
+    assert_eq!(bits(&online), bits(&offline));
+    let area = |estimate: &Estimate| estimate.leaf_area_contact_raw_m2.expect("the rig is known");
+    let off = area(&offline) / area(&evenly) - 1.0;
+    assert!(off.abs() < 0.03, "standing adds no leaf area: {:+.1} %", 100.0 * off);
+    assert!(offline.scans > 2 * evenly.scans, "{} scans, {} when driven evenly", offline.scans, evenly.scans);
 }
 
 #[tokio::test]
@@ -47,19 +85,9 @@ async fn areas_agree_to_the_last_bit_for_each_model_and_dialect() {
         let area = offline.impacted_total_area_m2.expect("the rig is known");
         assert!(area > 0.5, "{}: the row was seen, I_T = {area}", model.name);
         for dialect in [Dialect::A, Dialect::B] {
-            let online = online(model, dialect).await;
+            let online = online(small_scene(), model, dialect).await;
             assert_eq!(online.scans, offline.scans, "{} {dialect}", model.name);
             assert_eq!((online.scans_lost, online.scans_repeated), (0, 0), "{} {dialect}", model.name);
-            let bits = |estimate: &Estimate| {
-                let row = [
-                    estimate.impacted_total_area_m2,
-                    estimate.leaf_area_contact_raw_m2,
-                    estimate.advance_m,
-                    estimate.ranges.mean_m,
-                ];
-                let trees = estimate.trees.iter().map(|tree| tree.impacted_total_area_m2.to_bits());
-                (row.map(|value| value.map(f64::to_bits)), trees.collect::<Vec<_>>())
-            };
             assert_eq!(bits(&online), bits(&offline), "{} {dialect}", model.name);
         }
     }

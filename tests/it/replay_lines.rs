@@ -18,7 +18,7 @@ use common::replayed::{played, replay, sent_by};
 use common::small_scene;
 use rowscan_driver::{Connection, ConnectionEvent, DriverConfig, Scanner, Source};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
-use rowscan_emulator::replay::{Playhead, Survey, Tape, lms2xx_device_of, lms2xx_model_of};
+use rowscan_emulator::replay::{Playback, Playhead, Survey, lms2xx_device_of, lms2xx_model_of};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, SerialConfig, SerialEmulator};
 use rowscan_ports::{NetLine, Port, Pty, Wire};
@@ -207,7 +207,7 @@ async fn every_lms2xx_on_a_bare_line_and_on_a_pseudo_terminal() {
             assert_eq!(found.name, model.name);
             let clock = Arc::new(SimClock::start(TimeScale::Max));
             let playhead = Arc::new(Playhead::new(parts[0].begins_ns.expect("scans")));
-            let tape = Tape::open(x.clone(), &parts, played()).expect("it opens");
+            let tape = Playback::open(x.clone(), &parts, played()).expect("it opens");
             let config =
                 SerialConfig { time_scale: TimeScale::Max, state: None, taps: second.taps(), stream: None };
             let (wire, place) = open(line, &folder.path().join("second")).await;

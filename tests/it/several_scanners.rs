@@ -138,14 +138,19 @@ fn sources_and_scanners_must_go_together() {
 
 #[test]
 fn what_several_scanners_cannot_share_is_refused() {
-    let two = ["emulate", "spindle", "--scanner", "0", "--scanner", "1"];
-    for (flags, remedy) in [
-        (&["--time-scale", "max"][..], "--time-scale 1"),
-        (&["--tcp", "127.0.0.1:0"], "one --tcp for each of the 2 scanners"),
-        (&["--state", "settings.txt"], "give one --scanner"),
-        (&["--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0"], "there is no scanner number 1"),
+    let folder = tempfile::tempdir().expect("a folder");
+    let two = folder.path().join("two.toml");
+    let scanner = "[[rig.scanner]]\nmodel = \"lms111\"\n";
+    let quick = "version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 7\n";
+    std::fs::write(&two, format!("{quick}{scanner}{scanner}")).expect("written");
+    let two = two.to_str().expect("UTF-8");
+    for (scene, flags, remedy) in [
+        (two, &["--pty", "line"][..], "are one scanner's"),
+        (two, &["--tcp", "127.0.0.1:0"], "one --tcp for each of the 2 scanners"),
+        (two, &["--state", "settings.txt"], "give one --scanner"),
+        ("spindle", &["--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0"], "there is no scanner number 1"),
     ] {
-        let ended = run(&[&two, flags].concat());
+        let ended = run(&[&["emulate", scene, "--scanner", "0", "--scanner", "1"], flags].concat());
         assert_eq!(ended.code, Some(2), "{flags:?}");
         assert!(ended.stderr.contains(remedy), "{flags:?}: {}", ended.stderr);
     }

@@ -12,7 +12,7 @@
 use std::process::Command;
 use std::time::Duration;
 
-use rowscan_bus::link::Heard;
+use rowscan_bus::link::PortEvent;
 use rowscan_bus::{Bus, BusAddress, BusLoss, CanFrame, CanId, Inbox};
 use rowscan_protocol::time::SimTime;
 use socketcan::{CanErrorFrame, CanSocket, Socket};
@@ -33,7 +33,7 @@ async fn open(interface: &str) -> (Bus, Inbox) {
     Bus::open(&addresses, &mut |_| {}).await.expect("it opens")
 }
 
-async fn next(inbox: &mut Inbox) -> Heard {
+async fn next(inbox: &mut Inbox) -> PortEvent {
     let heard = tokio::time::timeout(Duration::from_secs(10), inbox.recv()).await;
     heard.expect("something is heard in time").expect("the bus is open").1
 }
@@ -62,7 +62,7 @@ async fn frames_of_every_kind_arrive_in_order_at_whoever_is_on_the_interface() {
     }
     here.written().await;
     for frame in sent {
-        assert_eq!(next(&mut theirs).await, Heard::Frame(frame));
+        assert_eq!(next(&mut theirs).await, PortEvent::Frame(frame));
     }
     assert!(ours.try_recv().is_err(), "nobody hears himself");
 }
@@ -72,7 +72,7 @@ async fn bus_off_and_restart_are_heard_as_the_kernel_tells_them() {
     let Some((interface, _alone)) = interface().await else { return };
     let (_bus, mut inbox) = open(&interface).await;
     let kernel = CanSocket::open(&interface).expect("a socket");
-    for (bits, expected) in [(0x40, Heard::Lost(BusLoss::BusOff)), (0x100, Heard::Opened)] {
+    for (bits, expected) in [(0x40, PortEvent::Lost(BusLoss::BusOff)), (0x100, PortEvent::Opened)] {
         kernel.write_frame(&CanErrorFrame::new_error(bits, &[]).unwrap()).expect("it is sent");
         assert_eq!(next(&mut inbox).await, expected);
     }
@@ -86,7 +86,7 @@ async fn an_interface_that_goes_down_is_told_refused_and_taken_again_when_it_is_
     set(&interface, "down");
     // The next frame finds it down.
     bus.send((SimTime::ZERO, frame), None, rowscan_ports::Delivery::Patient).await;
-    assert_eq!(next(&mut inbox).await, Heard::Lost(BusLoss::Down));
+    assert_eq!(next(&mut inbox).await, PortEvent::Lost(BusLoss::Down));
     // Frames sent meanwhile are lost and hold nobody up.
     bus.send((SimTime::ZERO, frame), None, rowscan_ports::Delivery::Patient).await;
     tokio::time::timeout(Duration::from_secs(10), bus.written()).await.expect("not held up");
@@ -94,8 +94,8 @@ async fn an_interface_that_goes_down_is_told_refused_and_taken_again_when_it_is_
     let message = refused.expect_err("it is down").to_string();
     assert!(message.contains("no CAN carrier") && message.contains("ip link"), "{message}");
     set(&interface, "up");
-    assert_eq!(next(&mut inbox).await, Heard::Opened);
+    assert_eq!(next(&mut inbox).await, PortEvent::Opened);
     let (_there, mut theirs) = open(&interface).await;
     bus.send((SimTime::ZERO, frame), None, rowscan_ports::Delivery::Patient).await;
-    assert_eq!(next(&mut theirs).await, Heard::Frame(frame));
+    assert_eq!(next(&mut theirs).await, PortEvent::Frame(frame));
 }

@@ -14,11 +14,11 @@ use std::time::Duration;
 
 use common::replayed::{connect, played};
 use common::small_scene;
-use rowscan_bus::nmea::{NmeaAddress, NmeaLine, NmeaVoice};
+use rowscan_bus::nmea::{GnssEpochs, NmeaAddress, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
-use rowscan_emulator::replay::{Played, Playhead, Survey, Tape, device_of, model_of};
+use rowscan_emulator::replay::{Playback, Played, Playhead, Survey, device_of, model_of};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, Rig};
 use rowscan_protocol::frame::{Dialect, encode};
@@ -71,7 +71,7 @@ async fn record(folder: &Path, path: &Path, long: Duration) {
     let recorder = recorder(path);
     let bus = bus(folder, "recorded.log").await;
     let mut rig = Rig::new(tractor.clone(), TimeScale::Paced(1.0));
-    rig.gnss(NmeaVoice::new(tractor.clone(), stage.receiver()), vec![nmea_line().await], &recorder.taps());
+    rig.gnss(GnssEpochs::new(tractor.clone(), stage.receiver()), vec![nmea_line().await], &recorder.taps());
     rig.bus(TractorEcu::new(tractor.clone(), stage.receiver()), bus, None, &recorder.taps());
     let mut emulators = Vec::new();
     for (number, name) in ["lms111", "lms511"].into_iter().enumerate() {
@@ -93,9 +93,9 @@ type Event = (Duration, Vec<u8>);
 
 /// What was sent unasked, by stream.
 #[derive(Debug, Default)]
-struct Heard(Vec<(String, Vec<Event>)>);
+struct PortEvent(Vec<(String, Vec<Event>)>);
 
-impl Heard {
+impl PortEvent {
     fn read(path: &Path) -> Self {
         let mut frames = FrameReader::new(Recording::open(path).expect("it opens"));
         let mut all = Vec::new();
@@ -136,7 +136,7 @@ async fn play<S: Future<Output = ()>>(
     path: &Path,
     (scale, played): (TimeScale, Played),
     steer: impl FnOnce(Arc<Playhead>, Arc<SimClock>, u64) -> S,
-) -> Heard {
+) -> PortEvent {
     let again = folder.join("again.mcap");
     let _ = std::fs::remove_file(&again);
     let recorder = recorder(&again);
@@ -148,7 +148,7 @@ async fn play<S: Future<Output = ()>>(
     let begins_ns = begins_ns.expect("scans");
     let playhead = Arc::new(Playhead::new(begins_ns));
     let played = Played { from_ns: begins_ns, ..played };
-    let tape = Tape::open(path.to_owned(), &parts, played).expect("it opens");
+    let tape = Playback::open(path.to_owned(), &parts, played).expect("it opens");
     let (mut emulators, mut outlets) = (Vec::new(), Vec::new());
     for part in &parts {
         outlets.push(match part.kind {
@@ -174,7 +174,7 @@ async fn play<S: Future<Output = ()>>(
     }
     drop((player, emulators));
     recorder.finish().expect("kept");
-    Heard::read(&again)
+    PortEvent::read(&again)
 }
 
 fn assert_close(found: Duration, expected: Duration, what: &str) {
@@ -187,7 +187,7 @@ async fn streams_recorded_together_are_played_together() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
     record(folder.path(), &path, Duration::from_millis(1510)).await;
-    let recorded = Heard::read(&path);
+    let recorded = PortEvent::read(&path);
     // 50 Hz, 25 Hz, 10 Hz; seven kinds of frames.
     let counts = STREAMS.map(|name| recorded.of(name).len());
     assert!(counts[0] > 70 && counts[1] > 35 && counts[2] >= 14 && counts[3] > 60, "{counts:?}");

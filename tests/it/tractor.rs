@@ -10,7 +10,7 @@
 use crate::common;
 
 use common::small_scene;
-use rowscan_bus::nmea::NmeaVoice;
+use rowscan_bus::nmea::GnssEpochs;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{CanFrame, J1939Id, dbc, link::candump::write_line, markdown, pgn};
 use rowscan_canopy::{AdvanceSource, Estimate, Pipeline};
@@ -45,7 +45,7 @@ fn voices() -> (String, String) {
     let stage = stage(small_scene());
     let tractor = stage.tractor();
     let mut ecu = TractorEcu::new(tractor.clone(), stage.receiver());
-    let mut nmea = NmeaVoice::new(tractor.clone(), stage.receiver());
+    let mut nmea = GnssEpochs::new(tractor.clone(), stage.receiver());
     let (mut log, mut sentences, mut out) = (String::new(), String::new(), Vec::new());
     ecu.open(SimTime::ZERO, &mut out);
     tractor.begin(SimTime(20 * MS));
@@ -61,7 +61,7 @@ fn voices() -> (String, String) {
             write_line(&mut log, now, &frame);
         }
         while nmea.next() <= now {
-            sentences.push_str(&nmea.speak());
+            sentences.push_str(&nmea.next_epoch());
         }
         now = SimTime(now.0 + 10 * MS);
     }

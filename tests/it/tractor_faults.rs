@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use common::small_scene;
-use rowscan_bus::nmea::{NmeaLine, NmeaPlace, NmeaVoice, SpeedReader};
+use rowscan_bus::nmea::{GnssEpochs, NmeaLine, NmeaPlace, SpeedReader};
 use rowscan_bus::pgn::tractor::GROUND_SPEED;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{CanFrame, J1939Id};
@@ -42,14 +42,14 @@ fn a_fix_lost_for_ten_seconds_is_bridged_by_the_last_speed_and_told() {
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     let tractor = stage.tractor();
     let (device, world) = stage.scanner_on(&tractor, 0, model::by_name("lms111").unwrap()).unwrap();
-    let mut nmea = NmeaVoice::new(tractor.clone(), stage.receiver());
+    let mut nmea = GnssEpochs::new(tractor.clone(), stage.receiver());
     let (mut reader, mut speed_m_s) = (SpeedReader::default(), None);
     let (mut offline, mut scan) = (Offline::new(device, world), Scan::default());
     let mut pipeline = Pipeline::new(Some(&stage.rig), 0, None).unwrap();
     for turn in 1..=20 * RATE {
         assert!(offline.scan_into(&mut scan).unwrap());
         while nmea.next() <= SimTime(turn * SECOND / RATE) {
-            for told in nmea.speak().lines().filter_map(|line| reader.line(line)) {
+            for told in nmea.next_epoch().lines().filter_map(|line| reader.line(line)) {
                 speed_m_s = told;
             }
         }
@@ -88,7 +88,7 @@ fn an_hour_at_standstill_adds_nothing_and_nothing_drifts() {
     tractor.begin(SimTime::ZERO);
     let mut ecu = TractorEcu::new(tractor.clone(), stage.receiver());
     ecu.open(SimTime::ZERO, &mut frames);
-    let mut nmea = NmeaVoice::new(tractor.clone(), stage.receiver());
+    let mut nmea = GnssEpochs::new(tractor.clone(), stage.receiver());
 
     // A wall, so that what an hour of it would add is known: 2 m a metre.
     let rig = Rig { encoder_ticks_per_m: Some(1000.0), ..stage.rig.clone() };
@@ -124,7 +124,7 @@ fn an_hour_at_standstill_adds_nothing_and_nothing_drifts() {
             told.push(GROUND_SPEED.decode(frame.data()));
         }
         while nmea.next() <= now {
-            let _ = nmea.speak();
+            let _ = nmea.next_epoch();
             epochs += 1;
         }
         now = ecu.next().expect("it has its address");

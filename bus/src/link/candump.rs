@@ -11,7 +11,7 @@ use tokio::sync::mpsc;
 
 use super::BusError;
 use crate::CanFrame;
-use crate::join::Leaving;
+use crate::join::OutgoingFrame;
 
 /// The interface name that stands in the lines.
 const INTERFACE: &str = "can0";
@@ -46,13 +46,13 @@ impl CandumpLink {
         &self.path
     }
 
-    pub(super) async fn run(mut self, mut queue: mpsc::Receiver<Leaving>) {
+    pub(super) async fn run(mut self, mut queue: mpsc::Receiver<OutgoingFrame>) {
         let (mut batch, mut text) = (Vec::new(), String::new());
         // Whatever has gathered meanwhile is written at once, so that the file is whole whenever it is looked at.
         while queue.recv_many(&mut batch, 256).await > 0 {
             text.clear();
-            for leaving in &batch {
-                write_line(&mut text, leaving.at, &leaving.frame);
+            for outgoing in &batch {
+                write_line(&mut text, outgoing.at, &outgoing.frame);
             }
             let written: io::Result<()> =
                 self.file.write_all(text.as_bytes()).and_then(|()| self.file.flush());

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use tokio::sync::mpsc;
 
 use super::BusAddress;
-pub use super::join::Heard;
-use super::join::Leaving;
+use super::join::OutgoingFrame;
+pub use super::join::PortEvent;
 use rowscan_ports::Untaken;
 
 /// Why a port could not be opened.
@@ -55,13 +55,13 @@ pub enum BusError {
 
 /// Where a link hands what it hears.
 #[derive(Clone, Debug)]
-pub struct Ear {
+pub struct PortListener {
     pub(super) number: usize,
-    pub(super) heard: mpsc::Sender<(usize, Heard)>,
+    pub(super) heard: mpsc::Sender<(usize, PortEvent)>,
 }
 
-impl Ear {
-    async fn hear(&self, heard: Heard) {
+impl PortListener {
+    async fn hear(&self, heard: PortEvent) {
         // Nobody listening any more means that the bus is closing.
         let _ = self.heard.send((self.number, heard)).await;
     }
@@ -106,7 +106,7 @@ impl Link {
     }
 
     /// Carries frames until the bus closes.
-    pub(super) async fn run(self, queue: mpsc::Receiver<Leaving>, ear: Ear) {
+    pub(super) async fn run(self, queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
         match self {
             Self::Slcan(link) => link.run(queue, ear).await,
             Self::Socketcan(link) => link.run(queue, ear).await,

@@ -11,8 +11,8 @@ use tokio::sync::mpsc;
 mod acceptance;
 
 use self::acceptance::Acceptance;
-use super::{BusError, Ear};
-use crate::join::{Heard, Leaving};
+use super::{BusError, PortListener};
+use crate::join::{OutgoingFrame, PortEvent};
 use crate::{BusLoss, CanFrame, CanId};
 use rowscan_ports::{Pty, Untaken};
 
@@ -48,7 +48,7 @@ impl Adapter {
     }
 
     /// Takes bytes from the host; appends the adapter's answers and what comes of them.
-    pub fn handle_bytes(&mut self, bytes: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<Heard>) {
+    pub fn handle_bytes(&mut self, bytes: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<PortEvent>) {
         for &byte in bytes {
             match byte {
                 b'\r' => {
@@ -92,7 +92,7 @@ impl Adapter {
     }
 
     /// One command; `None` if it is refused.
-    fn command(&mut self, line: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<Heard>) -> Option<()> {
+    fn command(&mut self, line: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<PortEvent>) -> Option<()> {
         let (&name, rest) = line.split_first()?;
         let closed = |open: bool| (!open).then_some(());
         match (name, rest) {
@@ -109,7 +109,11 @@ impl Adapter {
                 closed(self.open)?;
                 self.open = true;
                 self.listen_only = name == b'L';
-                heard.push(if self.wrong_rate { Heard::Lost(BusLoss::WrongRate) } else { Heard::Opened });
+                heard.push(if self.wrong_rate {
+                    PortEvent::Lost(BusLoss::WrongRate)
+                } else {
+                    PortEvent::Opened
+                });
             }
             (b'C', []) => self.open = false,
             (b't' | b'T' | b'r' | b'R', _) => {
@@ -117,7 +121,7 @@ impl Adapter {
                 if !self.open || self.listen_only || self.wrong_rate {
                     return None;
                 }
-                heard.push(Heard::Frame(frame));
+                heard.push(PortEvent::Frame(frame));
                 if !self.auto_poll_off {
                     answers.push(if frame.id.is_extended() { b'Z' } else { b'z' });
                 }
@@ -197,7 +201,7 @@ impl SlcanLink {
         Ok(self.pty.untaken()?)
     }
 
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
+    pub(super) async fn run(self, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
         let Self { pty, mut adapter } = self;
         let (mut reader, mut writer) = split(pty);
         let (mut bytes, mut answers, mut heard) = ([0; 512], Vec::new(), Vec::new());
@@ -213,7 +217,7 @@ impl SlcanLink {
                 frame = queue.recv() => {
                     // What has gathered meanwhile goes in the same write.
                     let mut next = frame;
-                    while let Some(Leaving { at, frame, pending: written }) = next {
+                    while let Some(OutgoingFrame { at, frame, pending: written }) = next {
                         adapter.frame(at, &frame, &mut answers);
                         pending.push(written);
                         next = if answers.len() < 4096 { queue.try_recv().ok() } else { None };
@@ -237,7 +241,7 @@ impl SlcanLink {
 mod tests {
     use super::*;
 
-    fn told(adapter: &mut Adapter, commands: &str) -> (String, Vec<Heard>) {
+    fn told(adapter: &mut Adapter, commands: &str) -> (String, Vec<PortEvent>) {
         let (mut answers, mut heard) = (Vec::new(), Vec::new());
         adapter.handle_bytes(commands.as_bytes(), &mut answers, &mut heard);
         (String::from_utf8(answers).unwrap(), heard)
@@ -246,9 +250,9 @@ mod tests {
     #[test]
     fn it_opens_sends_and_receives_as_python_can_asks() {
         let mut adapter = Adapter::default();
-        assert_eq!(told(&mut adapter, "C\rS5\rO\r"), ("\r\r\r".into(), vec![Heard::Opened]));
+        assert_eq!(told(&mut adapter, "C\rS5\rO\r"), ("\r\r\r".into(), vec![PortEvent::Opened]));
         let frame = CanFrame::new(CanId::new(0x18EA_FFFE, true).unwrap(), &[0x00, 0xEE, 0x00]).unwrap();
-        assert_eq!(told(&mut adapter, "T18EAFFFE300EE00\r"), ("Z\r".into(), vec![Heard::Frame(frame)]));
+        assert_eq!(told(&mut adapter, "T18EAFFFE300EE00\r"), ("Z\r".into(), vec![PortEvent::Frame(frame)]));
         let mut out = Vec::new();
         adapter.frame(SimTime(61_234_000_000), &frame, &mut out);
         assert_eq!(out, b"T18EAFFFE300EE00\r");
@@ -282,7 +286,7 @@ mod tests {
     fn at_the_wrong_rate_it_is_off_the_bus_and_says_so() {
         let mut adapter = Adapter::default();
         let (answers, heard) = told(&mut adapter, "S6\rO\rF\rt1230\r");
-        assert_eq!((answers.as_str(), heard), ("\r\rFA4\r\u{7}", vec![Heard::Lost(BusLoss::WrongRate)]));
+        assert_eq!((answers.as_str(), heard), ("\r\rFA4\r\u{7}", vec![PortEvent::Lost(BusLoss::WrongRate)]));
         let mut out = Vec::new();
         adapter.frame(SimTime::ZERO, &CanFrame::remote(CanId::Standard(1), 0).unwrap(), &mut out);
         assert!(out.is_empty());

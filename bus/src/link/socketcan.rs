@@ -2,8 +2,8 @@
 
 use tokio::sync::mpsc;
 
-use super::{BusError, Ear};
-use crate::join::Leaving;
+use super::{BusError, PortListener};
+use crate::join::OutgoingFrame;
 
 #[cfg(target_os = "linux")]
 mod linux {
@@ -15,8 +15,8 @@ mod linux {
         SocketOptions, StandardId,
     };
 
-    use super::{BusError, Ear, Leaving, mpsc};
-    use crate::join::Heard;
+    use super::{BusError, OutgoingFrame, PortListener, mpsc};
+    use crate::join::PortEvent;
     use crate::{BusLoss, CanFrame, CanId};
 
     /// Error frames asked for, as linux/can/error.h numbers them: bus-off, and back from it.
@@ -44,7 +44,11 @@ mod linux {
             &self.interface
         }
 
-        pub(in crate::link) async fn run(mut self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
+        pub(in crate::link) async fn run(
+            mut self,
+            mut queue: mpsc::Receiver<OutgoingFrame>,
+            ear: PortListener,
+        ) {
             loop {
                 let carried = tokio::select! {
                     received = self.socket.read_frame() => match received {
@@ -57,7 +61,7 @@ mod linux {
                         Err(cause) => Err(cause),
                     },
                     frame = queue.recv() => {
-                        let Some(Leaving { frame, pending: _pending, .. }) = frame else { return };
+                        let Some(OutgoingFrame { frame, pending: _pending, .. }) = frame else { return };
                         match to_socket(&frame) {
                             Some(frame) => self.socket.write_frame(frame).await,
                             None => Ok(()),
@@ -76,8 +80,8 @@ mod linux {
         }
 
         /// Waits until the interface is up again, perhaps another one of that name; frames sent meanwhile are lost. `false` if the bus closes.
-        async fn return_of(&mut self, queue: &mut mpsc::Receiver<Leaving>, ear: &Ear) -> bool {
-            ear.hear(Heard::Lost(BusLoss::Down)).await;
+        async fn return_of(&mut self, queue: &mut mpsc::Receiver<OutgoingFrame>, ear: &PortListener) -> bool {
+            ear.hear(PortEvent::Lost(BusLoss::Down)).await;
             loop {
                 let mut rest = std::pin::pin!(rowscan_ports::clock::retry_pause());
                 while let Some(frame) = tokio::select! {
@@ -90,7 +94,7 @@ mod linux {
                 }
                 if let Ok(socket) = connect(&self.interface) {
                     self.socket = socket;
-                    ear.hear(Heard::Opened).await;
+                    ear.hear(PortEvent::Opened).await;
                     return true;
                 }
             }
@@ -125,17 +129,17 @@ mod linux {
         }
     }
 
-    fn heard(frame: &SocketFrame) -> Option<Heard> {
+    fn heard(frame: &SocketFrame) -> Option<PortEvent> {
         let id = || CanId::new(frame.raw_id() & 0x1FFF_FFFF, frame.is_extended());
         Some(match frame {
-            SocketFrame::Data(data) => Heard::Frame(CanFrame::new(id()?, data.data())?),
+            SocketFrame::Data(data) => PortEvent::Frame(CanFrame::new(id()?, data.data())?),
             SocketFrame::Remote(remote) => {
-                Heard::Frame(CanFrame::remote(id()?, u8::try_from(remote.dlc()).ok()?)?)
+                PortEvent::Frame(CanFrame::remote(id()?, u8::try_from(remote.dlc()).ok()?)?)
             }
             SocketFrame::Error(error) if error.error_bits() & CAN_ERR_BUSOFF != 0 => {
-                Heard::Lost(BusLoss::BusOff)
+                PortEvent::Lost(BusLoss::BusOff)
             }
-            SocketFrame::Error(error) if error.error_bits() & CAN_ERR_RESTARTED != 0 => Heard::Opened,
+            SocketFrame::Error(error) if error.error_bits() & CAN_ERR_RESTARTED != 0 => PortEvent::Opened,
             SocketFrame::Error(_) => return None,
         })
     }
@@ -160,7 +164,7 @@ impl SocketcanLink {
         match *self {}
     }
 
-    pub(super) async fn run(self, _: mpsc::Receiver<Leaving>, _: Ear) {
+    pub(super) async fn run(self, _: mpsc::Receiver<OutgoingFrame>, _: PortListener) {
         match self {}
     }
 }

@@ -10,8 +10,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
-use super::{BusError, Ear};
-use crate::join::{Heard, Leaving};
+use super::{BusError, PortListener};
+use crate::join::{OutgoingFrame, PortEvent};
 use crate::{CanFrame, CanId};
 
 /// Clients served at once.
@@ -35,7 +35,7 @@ impl Conversation {
     pub const GREETING: &'static str = "< hi >";
 
     /// Takes bytes from the client; appends the answers and what comes of them.
-    pub fn handle_bytes(&mut self, bytes: &[u8], answers: &mut String, heard: &mut Vec<Heard>) {
+    pub fn handle_bytes(&mut self, bytes: &[u8], answers: &mut String, heard: &mut Vec<PortEvent>) {
         for &byte in bytes {
             match byte {
                 b'<' => {
@@ -58,7 +58,7 @@ impl Conversation {
         }
     }
 
-    fn element_in(&mut self, text: &str, answers: &mut String, heard: &mut Vec<Heard>) {
+    fn element_in(&mut self, text: &str, answers: &mut String, heard: &mut Vec<PortEvent>) {
         let mut words = text.split_whitespace();
         match words.next() {
             Some("open") if !self.opened => {
@@ -68,11 +68,11 @@ impl Conversation {
             Some("rawmode") if self.opened => {
                 self.raw = true;
                 answers.push_str("< ok >");
-                heard.push(Heard::Opened);
+                heard.push(PortEvent::Opened);
             }
             Some("echo") => answers.push_str("< echo >"),
             Some("send") if self.raw => match sent(words) {
-                Some(frame) => heard.push(Heard::Frame(frame)),
+                Some(frame) => heard.push(PortEvent::Frame(frame)),
                 None => answers.push_str("< error could not parse frame >"),
             },
             Some("open" | "rawmode" | "send") => answers.push_str("< error not in this state >"),
@@ -129,8 +129,8 @@ impl SocketcandLink {
         self.address
     }
 
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
-        let mut clients: Vec<mpsc::Sender<Leaving>> = Vec::new();
+    pub(super) async fn run(self, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
+        let mut clients: Vec<mpsc::Sender<OutgoingFrame>> = Vec::new();
         let mut tasks = JoinSet::new();
         loop {
             tokio::select! {
@@ -147,10 +147,10 @@ impl SocketcandLink {
                     }
                 }
                 frame = queue.recv() => {
-                    let Some(leaving) = frame else { return };
+                    let Some(outgoing) = frame else { return };
                     // A client that is behind loses frames, alone, and holds nobody up.
                     clients.retain(|client| {
-                        !matches!(client.try_send(leaving.clone()), Err(mpsc::error::TrySendError::Closed(_)))
+                        !matches!(client.try_send(outgoing.clone()), Err(mpsc::error::TrySendError::Closed(_)))
                     });
                 }
                 Some(_) = tasks.join_next() => {}
@@ -159,7 +159,7 @@ impl SocketcandLink {
     }
 }
 
-async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
+async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
     let _ = stream.set_nodelay(true);
     let (mut reader, mut writer) = stream.split();
     let mut conversation = Conversation::default();
@@ -173,7 +173,7 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<Leaving>, ear: E
         answers.clear();
         drop(written.take());
         for heard in heard.drain(..) {
-            if heard == Heard::Opened {
+            if heard == PortEvent::Opened {
                 // python-can takes whatever comes with the answer for a part of it.
                 rowscan_ports::clock::retry_pause().await;
             }
@@ -188,7 +188,7 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<Leaving>, ear: E
                 }
             },
             frame = queue.recv() => {
-                let Some(Leaving { at, frame, pending }) = frame else { return };
+                let Some(OutgoingFrame { at, frame, pending }) = frame else { return };
                 written = Some(pending);
                 conversation.frame(at, &frame, &mut answers);
             }
@@ -210,7 +210,7 @@ mod tests {
         conversation.handle_bytes(b"< open can0 >< raw", &mut answers, &mut heard);
         conversation.handle_bytes(b"mode >< send 18FE4980 2 01 FF >", &mut answers, &mut heard);
         assert_eq!(answers, "< ok >< ok >");
-        assert_eq!(heard, [Heard::Opened, Heard::Frame(frame)]);
+        assert_eq!(heard, [PortEvent::Opened, PortEvent::Frame(frame)]);
         answers.clear();
         conversation.frame(SimTime(1_500_001_000), &frame, &mut answers);
         assert_eq!(answers, "< frame 18FE4980 1.500001 01FF >");
@@ -232,6 +232,6 @@ mod tests {
             &mut heard,
         );
         assert_eq!(answers.matches("could not parse").count(), 2);
-        assert_eq!(heard, [Heard::Opened]);
+        assert_eq!(heard, [PortEvent::Opened]);
     }
 }

@@ -9,8 +9,8 @@ use socket2::{Domain, Protocol, Socket, Type};
 use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
 
-use super::{BusError, Ear};
-use crate::join::{Heard, Leaving};
+use super::{BusError, PortListener};
+use crate::join::{OutgoingFrame, PortEvent};
 use crate::{CanFrame, CanId};
 
 /// Largest datagram looked at.
@@ -147,7 +147,7 @@ impl UdpLink {
         self.group
     }
 
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<Leaving>, ear: Ear) {
+    pub(super) async fn run(self, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
         let ours = self.sending.local_addr().map(|address| address.port()).ok();
         let mut datagram = vec![0; LARGEST];
         loop {
@@ -160,11 +160,11 @@ impl UdpLink {
                     // The group echoes what we say.
                     let frame = datagram.get(..count).filter(|_| Some(from.port()) != ours).and_then(decode);
                     if let Some(frame) = frame {
-                        ear.hear(Heard::Frame(frame)).await;
+                        ear.hear(PortEvent::Frame(frame)).await;
                     }
                 }
                 frame = queue.recv() => {
-                    let Some(Leaving { at, frame, pending: _pending }) = frame else { return };
+                    let Some(OutgoingFrame { at, frame, pending: _pending }) = frame else { return };
                     if let Err(cause) = self.sending.send_to(&encode(at, &frame), self.group).await {
                         tracing::debug!(%cause, "a datagram was not sent");
                     }

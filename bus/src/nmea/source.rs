@@ -56,7 +56,7 @@ impl FromStr for NmeaSource {
 
 /// An open receiver.
 #[derive(Debug)]
-pub struct NmeaEar {
+pub struct NmeaReceiver {
     source: NmeaSource,
     line: Option<Line>,
     chunk: Vec<u8>,
@@ -74,9 +74,9 @@ impl NmeaSource {
     ///
     /// # Errors
     /// What the system refuses.
-    pub async fn open(self) -> Result<NmeaEar, NmeaError> {
+    pub async fn open(self) -> Result<NmeaReceiver, NmeaError> {
         let line = Some(self.dial().await?);
-        Ok(NmeaEar { source: self, line, chunk: vec![0; CHUNK] })
+        Ok(NmeaReceiver { source: self, line, chunk: vec![0; CHUNK] })
     }
 
     async fn dial(&self) -> Result<Line, NmeaError> {
@@ -88,7 +88,7 @@ impl NmeaSource {
     }
 }
 
-impl NmeaEar {
+impl NmeaReceiver {
     /// The next bytes, whole sentences or not; none once when the receiver is lost, which is then dialled again, for ever. Cancel safe.
     pub async fn hear(&mut self) -> &[u8] {
         loop {

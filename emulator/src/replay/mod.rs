@@ -1,14 +1,14 @@
 //! A recording as live devices again: what it answers, what it sends and when.
 //!
-//! [`Survey`] reads the recording once and finds its streams, what was asked and answered ([`Script`]) and where the scans are. A [`Tape`] reads
+//! [`Survey`] reads the recording once and finds its streams, what was asked and answered ([`Script`]) and where the scans are. A [`Playback`] reads
 //! it again while it plays, so that hours of it take no memory. It follows a [`Playhead`], which is told where to be.
 
+mod playback;
 mod playhead;
 mod script;
 mod serial;
 mod stamps;
 mod survey;
-mod tape;
 
 use std::path::{Path, PathBuf};
 
@@ -16,14 +16,14 @@ use rowscan_protocol::device::{Device, Identity};
 use rowscan_protocol::model::{self, Model};
 use rowscan_recording::ReadError;
 
+pub(crate) use playback::PlaybackEvent;
+pub use playback::{Playback, Played};
 pub use playhead::Playhead;
 pub use script::Script;
-pub(crate) use script::{Prompter, polls};
+pub(crate) use script::{ScriptedReplies, polls};
 pub use serial::{Lms2xxPart, lms2xx_device_of, lms2xx_model_of};
 pub use stamps::Stamps;
 pub use survey::{Part, Survey};
-pub(crate) use tape::TapeEvent;
-pub use tape::{Played, Tape};
 
 /// Why a recording cannot be played.
 #[derive(Debug, thiserror::Error)]

@@ -97,13 +97,13 @@ impl Script {
 
 /// Says a script's answers to one client.
 #[derive(Debug)]
-pub(crate) struct Prompter {
+pub(crate) struct ScriptedReplies {
     script: Arc<Script>,
     /// How often each request has been answered on this connection.
     said: HashMap<Request, usize>,
 }
 
-impl Prompter {
+impl ScriptedReplies {
     pub(crate) fn new(script: Arc<Script>) -> Self {
         Self { script, said: HashMap::new() }
     }

@@ -7,11 +7,12 @@ mod rig;
 use std::time::Duration;
 
 use rowscan_canopy::CutMethod;
-use rowscan_driver::Source;
+use rowscan_driver::{DriverConfig, Source};
 use rowscan_ports::Delivery;
 use rowscan_protocol::frame::Dialect;
 use rowscan_recording::About;
 use rowscan_scenes::Scene;
+use rowscan_study::reading::{CalibrationChoice, Reading};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
@@ -24,7 +25,6 @@ use super::{Failure, Format, Outcome, progress, scene};
 use follower::{Followed, Follower};
 use print::Told;
 pub(super) use print::warnings;
-pub(super) use rig::pipeline;
 use rowscan_study::appraisal::Appraisal;
 
 /// How long the device is given to end the stream.
@@ -140,10 +140,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         }
         None => (None, None),
     };
-    let mut pipelines = Vec::new();
+    let mut readings = Vec::new();
     for scanner in &scanners {
-        let pipeline = pipeline(rig.as_ref(), *scanner, args.calibration.as_deref())?;
-        pipelines.push(pipeline.with_estimators(&asked).with_trees_found(&cuts));
+        let calibration =
+            args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
+        let mut reading = Reading::of(rig.as_ref(), *scanner, args.sensor.wants_encoder(), calibration)?;
+        reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+        readings.push(reading);
     }
     let orchard = match (&rig, scene) {
         (Some(_), Some(scene)) if !asked.is_empty() => {
@@ -174,12 +177,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         progress::bar("scanning", "scans", args.scans.unwrap_or(0).saturating_mul(scanners.len() as u64));
     let (stop, stopped) = watch::channel(false);
     let mut following = JoinSet::new();
-    for (place, ((source, scanner), pipeline)) in
-        args.sources.iter().zip(&scanners).zip(pipelines).enumerate()
+    for (place, ((source, scanner), reading)) in args.sources.iter().zip(&scanners).zip(readings).enumerate()
     {
         let name = (scanners.len() > 1).then(|| format!("scanner{scanner}"));
-        let mut config = rig::driver_config(rig.as_ref(), *scanner, args.sensor.wants_encoder());
-        (config.wait, config.prefer) = (args.wait, args.prefer.into());
+        let Reading { cola, lms2xx, pipeline } = reading;
+        let prefer = args.prefer.into();
+        let mut config = DriverConfig { cola, lms2xx, wait: args.wait, prefer, ..DriverConfig::default() };
         let stream = name.as_deref().unwrap_or("scanner");
         config.tap = taping.taps().open(stream, super::record::stream_kind(source));
         let follower = Follower {

@@ -15,7 +15,7 @@ use super::{Failure, Format, Outcome, models};
 use orders::{Order, next_order, read_orders};
 use places::{Places, Seek};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
-use rowscan_emulator::replay::{Part, Played, Playhead, Stamps, Survey, Tape};
+use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
 use rowscan_emulator::{MAX_CLIENTS, Player};
 use seats::{PlaceArgs, Sort};
 use stand::Stand;
@@ -110,7 +110,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let clock = Arc::new(SimClock::start(args.time_scale));
     let playhead = Arc::new(Playhead::new(start_ns));
     let taping = args.record.start(survey.about.clone(), args.time_scale.delivery().is_patient())?;
-    let tape = Tape::open(survey.path.clone(), &parts, played)?;
+    let tape = Playback::open(survey.path.clone(), &parts, played)?;
     let stand = Stand { args: &args, survey: &survey, asked, clock: Arc::clone(&clock), taps: taping.taps() };
     let (mut lives, mut outlets) = (Vec::new(), Vec::new());
     for seat in &seats {

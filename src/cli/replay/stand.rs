@@ -11,7 +11,7 @@ use super::super::Failure;
 use super::super::endpoint::{self, announce_stream};
 use super::super::line::pause_slack;
 use super::super::output::say;
-use super::super::voices::{open_bus, open_nmea};
+use super::super::tractor_outputs::{open_bus, open_nmea};
 use super::Args;
 use super::seats::{Place, Seat, Sort};
 use rowscan_bus::BusAddress;

@@ -143,7 +143,7 @@ impl Study for SweepStudy {
             Err(
                 why @ (UnitError::Grow(_)
                 | UnitError::UnknownModel { .. }
-                | UnitError::Trial(TrialError::Stage(_) | TrialError::Pipeline(_))),
+                | UnitError::Trial(TrialError::Stage(_) | TrialError::Reading(_))),
             ) => Ok(refused(seed, why.to_string())),
             Err(failure) => Err(failure),
         }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use rowscan_driver::{Connection, ConnectionEvent};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Emulator, World};
+use rowscan_emulator::{Emulator, ScannerView};
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::device::Device;
@@ -32,7 +32,7 @@ pub fn small_scene() -> Scene {
 }
 
 /// A scanner of `model` in front of the small scene.
-pub fn bench(model: &str) -> (Device, World) {
+pub fn bench(model: &str) -> (Device, ScannerView) {
     let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
     stage.scanner(0, model::by_name(model).expect("known")).expect("it fits")
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
-use rowscan_emulator::replay::{Played, Playhead, Stamps, Survey, Tape, device_of, model_of};
+use rowscan_emulator::replay::{Playback, Played, Playhead, Stamps, Survey, device_of, model_of};
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
@@ -75,7 +75,7 @@ pub fn replay(path: &Path, model: Option<&str>, scale: TimeScale, played: Played
         model_of(&survey, part, model.map(|name| model::by_name(name).expect("known"))).expect("a model");
     let clock = Arc::new(SimClock::start(scale));
     let playhead = Arc::new(Playhead::new(part.begins_ns.expect("events").max(played.from_ns)));
-    let tape = Tape::open(path.to_owned(), &parts, played).expect("it opens");
+    let tape = Playback::open(path.to_owned(), &parts, played).expect("it opens");
     let config = EmulatorConfig { time_scale: scale, taps, ..EmulatorConfig::default() };
     let emulator =
         Emulator::replay(device_of(part, model), part, played.verbatim, Arc::clone(&clock), config);

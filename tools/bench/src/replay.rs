@@ -14,7 +14,7 @@ use rowscan_bus::nmea::{NmeaAddress, NmeaLine};
 use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::offline::Offline;
-use rowscan_emulator::replay::{Played, Playhead, Stamps, Survey, Tape, device_of};
+use rowscan_emulator::replay::{Playback, Played, Playhead, Stamps, Survey, device_of};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player};
 use rowscan_protocol::device::scan_event;
@@ -177,7 +177,7 @@ async fn play(
         stamps: Stamps::Now,
         verbatim: false,
     };
-    let tape = Tape::open(path.to_owned(), &parts, played).expect("it opens");
+    let tape = Playback::open(path.to_owned(), &parts, played).expect("it opens");
     let (mut emulators, mut outlets, mut addresses) = (Vec::new(), Vec::new(), Vec::new());
     for part in &parts {
         outlets.push(match part.kind {

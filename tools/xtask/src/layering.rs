@@ -104,6 +104,46 @@ const RULES: &[Rule] = &[
         ],
         why: "a driver for TCP alone reads no recordings and opens no serial port",
     },
+    Rule {
+        package: "rowscan-ports",
+        features: Features::All,
+        forbidden: &[
+            "rowscan-driver",
+            "rowscan-canopy",
+            "rowscan-scenes",
+            "rowscan-bus",
+            "rowscan-emulator",
+            "rowscan",
+        ],
+        why: "ports carry bytes and know nothing of what they mean",
+    },
+    Rule {
+        package: "rowscan-bus",
+        features: Features::All,
+        forbidden: &["rowscan-driver", "rowscan-scenes", "rowscan-emulator", "rowscan"],
+        why: "the bus knows no orchard and no emulator",
+    },
+    Rule {
+        package: "rowscan-emulator",
+        features: Features::All,
+        forbidden: &[
+            "clap",
+            "comfy-table",
+            "parquet",
+            "plotters",
+            "las",
+            "rowscan-driver",
+            "rowscan-study",
+            "rowscan",
+        ],
+        why: "somebody else's test embeds the emulator without the command line, and the emulator never sees the driver",
+    },
+    Rule {
+        package: "rowscan-study",
+        features: Features::All,
+        forbidden: &["clap", "comfy-table", "rowscan-driver", "rowscan"],
+        why: "studies print nothing and open no link",
+    },
 ];
 
 /// Checks every rule.

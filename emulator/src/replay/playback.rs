@@ -29,7 +29,7 @@ pub struct Played {
 }
 
 /// The chosen streams, frame by frame, in the order they were recorded in.
-pub struct Tape {
+pub struct Playback {
     path: PathBuf,
     tracks: Vec<Track>,
     played: Played,
@@ -53,7 +53,7 @@ struct Track {
 }
 
 /// Something the device sends by itself.
-pub(crate) struct TapeEvent {
+pub(crate) struct PlaybackEvent {
     /// Of which of the chosen streams, from 0.
     pub(crate) track: usize,
     /// When, in recorded time; loops count on.
@@ -66,13 +66,13 @@ pub(crate) struct TapeEvent {
     scan: Option<LmdScandata>,
 }
 
-impl std::fmt::Debug for Tape {
+impl std::fmt::Debug for Playback {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Tape").field("path", &self.path).field("tracks", &self.tracks).finish()
+        f.debug_struct("Playback").field("path", &self.path).field("tracks", &self.tracks).finish()
     }
 }
 
-impl Tape {
+impl Playback {
     /// These parts of the recording at `path`.
     pub fn open(path: PathBuf, parts: &[&Part], played: Played) -> Result<Self, ReplayError> {
         let frames = open(&path).map_err(unreadable(&path))?;
@@ -108,7 +108,7 @@ impl Tape {
     }
 
     /// The next event; none at the end.
-    pub(crate) fn next(&mut self) -> Result<Option<TapeEvent>, ReadError> {
+    pub(crate) fn next(&mut self) -> Result<Option<PlaybackEvent>, ReadError> {
         loop {
             let frame = self.frames.next_frame()?;
             let Some(frame) = frame.filter(|frame| frame.at_ns < self.played.until_ns) else {
@@ -132,7 +132,7 @@ impl Tape {
         }
     }
 
-    fn event(&self, track: usize, frame: RecordedFrame) -> Option<TapeEvent> {
+    fn event(&self, track: usize, frame: RecordedFrame) -> Option<PlaybackEvent> {
         let at_ns = frame.at_ns + self.rounds * self.played.every_ns.unwrap_or_default();
         let (mut event, mut scan) = (None, None);
         let (kind, verbatim) = (frame.kind, self.tracks.get(track)?.verbatim);
@@ -140,7 +140,7 @@ impl Tape {
             // What else it said the device says by itself.
             let recorded = has_values(frame.payload()).then(|| frame.bytes.get(frame.frame_at..))??;
             let recorded = Bytes::copy_from_slice(recorded);
-            return Some(TapeEvent { track, at_ns, event, dialect: None, scan, recorded });
+            return Some(PlaybackEvent { track, at_ns, event, dialect: None, scan, recorded });
         }
         if !verbatim {
             let telegram = frame.telegram().filter(|telegram| telegram.kind == Kind::Sn)?;
@@ -150,11 +150,18 @@ impl Tape {
                 scan = telegram.args.decode::<LmdScandata>().ok();
             }
         }
-        Some(TapeEvent { track, at_ns, event, dialect: frame.dialect, scan, recorded: frame.bytes.into() })
+        Some(PlaybackEvent {
+            track,
+            at_ns,
+            event,
+            dialect: frame.dialect,
+            scan,
+            recorded: frame.bytes.into(),
+        })
     }
 
     /// Stamps an event that is sent at `at`, if that is wanted.
-    pub(crate) fn stamp(&mut self, event: &mut TapeEvent, at: SimTime) {
+    pub(crate) fn stamp(&mut self, event: &mut PlaybackEvent, at: SimTime) {
         let track = self.tracks.get_mut(event.track);
         if let (Some(track), Some(scan), Some(dialect)) = (track, &mut event.scan, event.dialect) {
             track.restamp.stamp(scan, at, std::mem::take(&mut track.jumped));
@@ -163,7 +170,7 @@ impl Tape {
     }
 }
 
-impl TapeEvent {
+impl PlaybackEvent {
     /// Its bytes as they were recorded, or stamped anew.
     pub(crate) fn bytes(&self) -> Bytes {
         self.recorded.clone()

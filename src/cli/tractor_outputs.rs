@@ -9,7 +9,7 @@ use super::endpoint::{Place, announce_stream};
 use super::output::say;
 use super::{Failure, Format};
 use rowscan_bus::link::{Found, Link};
-use rowscan_bus::nmea::{NmeaAddress, NmeaLine, NmeaPlace, NmeaVoice};
+use rowscan_bus::nmea::{GnssEpochs, NmeaAddress, NmeaLine, NmeaPlace};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusAddress, BusNews, Inbox};
 use rowscan_emulator::Rig;
@@ -88,7 +88,7 @@ pub(super) async fn open_nmea(
 /// Where GNSS and CAN of the virtual tractor go.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]
-pub(super) struct VoiceArgs {
+pub(super) struct TractorOutputArgs {
     #[command(flatten)]
     bus: BusArgs,
     /// GNSS sentences; repeatable: tcp:ADDR, udp:ADDR, pty:LINK (pty:LINK@4800: a line of that rate), serial:DEV@RATE
@@ -96,7 +96,7 @@ pub(super) struct VoiceArgs {
     nmea: Vec<NmeaAddress>,
 }
 
-impl VoiceArgs {
+impl TractorOutputArgs {
     /// Whether nothing is asked for.
     pub(super) fn is_empty(&self) -> bool {
         self.nmea.is_empty() && self.bus.can.is_empty()
@@ -117,7 +117,7 @@ impl VoiceArgs {
             lines.push(open_nmea(address, stage.scene.gnss.rate_hz, None, format).await?);
         }
         if !lines.is_empty() {
-            rig.gnss(NmeaVoice::new(tractor.clone(), stage.receiver()), lines, taps);
+            rig.gnss(GnssEpochs::new(tractor.clone(), stage.receiver()), lines, taps);
         }
         if let Some(bus) = self.bus.open(format).await? {
             let ecu = TractorEcu::new(tractor.clone(), stage.receiver());

@@ -1,8 +1,8 @@
-//! The system's own timer: it rings within tens of microseconds where the runtime's wheel turns in milliseconds.
+//! The system's own timer: it fires within tens of microseconds where the runtime's wheel turns in milliseconds.
 //!
 //! Setting a timer costs a microsecond, and several on a virtual machine. So one timer serves any number of waiting tasks: they
-//! stand in a queue by their deadlines, one task (the ringer) calls whoever's has come, and the timer is set for the first that
-//! has not. Where the first is nearer than setting the timer takes, the ringer lets others run and looks again.
+//! queue by their deadlines, one task notifies everyone whose deadline has passed and sets the timer for the first that
+//! has not. Where the first is nearer than setting the timer takes, that task lets others run and looks again.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -23,24 +23,24 @@ use tokio::task::JoinSet;
 /// A deadline nearer than this is not worth setting the timer for.
 const NEAR: Duration = Duration::from_micros(20);
 
-/// One timer for whoever waits on this thread or others. Clones share it; the last one takes the ringer with it.
+/// One timer for whoever waits on this thread or others. Clones share it; dropping the last one ends its task.
 #[derive(Clone, Debug)]
-pub(super) struct Alarm {
-    bell: Arc<Bell>,
-    _ringer: Arc<JoinSet<()>>,
+pub(super) struct SystemTimer {
+    shared: Arc<Shared>,
+    _task: Arc<JoinSet<()>>,
 }
 
-/// One task's way to wait for an alarm.
+/// One task's way to wait for the timer.
 #[derive(Debug)]
 pub(super) struct Waiter {
-    alarm: Alarm,
+    timer: SystemTimer,
     /// Where this task's instants count from, on the monotonic clock.
     epoch: Duration,
-    called: Arc<Notify>,
+    passed: Arc<Notify>,
 }
 
 #[derive(Debug)]
-struct Bell {
+struct Shared {
     timer: AsyncFd<OwnedFd>,
     queue: Mutex<Queue>,
 }
@@ -48,24 +48,24 @@ struct Bell {
 /// Who waits. All instants are of the monotonic clock.
 #[derive(Debug)]
 struct Queue {
-    calls: BinaryHeap<Reverse<Call>>,
-    /// Calls so far: of equal deadlines the first come is the first served.
+    deadlines: BinaryHeap<Reverse<Deadline>>,
+    /// Deadlines so far: of equal deadlines the first come is the first served.
     number: u64,
-    /// Nobody need set the timer for what comes later: it will ring, or the ringer is awake.
+    /// Nobody need set the timer for what comes later: it will fire, or the timer's task is awake.
     covered_from: Duration,
-    /// The timer has failed; nobody is called any more.
+    /// The timer has failed; nobody is notified any more.
     failed: bool,
 }
 
 #[derive(Debug)]
-struct Call {
+struct Deadline {
     at: Duration,
     number: u64,
-    called: Arc<Notify>,
+    passed: Arc<Notify>,
 }
 
-impl Alarm {
-    /// An alarm whose ringer runs in the current runtime.
+impl SystemTimer {
+    /// A timer whose task runs in the current runtime.
     pub(super) fn new() -> io::Result<Self> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
         let timer = timerfd_create(TimerfdClockId::Monotonic, flags)?;
@@ -75,17 +75,17 @@ impl Alarm {
         )]
         let timer = AsyncFd::with_interest(timer, Interest::READABLE)?;
         let queue =
-            Queue { calls: BinaryHeap::new(), number: 0, covered_from: Duration::ZERO, failed: false };
-        let bell = Arc::new(Bell { timer, queue: Mutex::new(queue) });
-        let mut ringer = JoinSet::new();
-        ringer.spawn(ring(Arc::clone(&bell)));
-        Ok(Self { bell, _ringer: Arc::new(ringer) })
+            Queue { deadlines: BinaryHeap::new(), number: 0, covered_from: Duration::ZERO, failed: false };
+        let shared = Arc::new(Shared { timer, queue: Mutex::new(queue) });
+        let mut tasks = JoinSet::new();
+        tasks.spawn(serve(Arc::clone(&shared)));
+        Ok(Self { shared, _task: Arc::new(tasks) })
     }
 
     /// For one task whose instants count from `elapsed` ago.
     pub(super) fn waiter(&self, elapsed: Duration) -> Waiter {
         let epoch = monotonic().saturating_sub(elapsed);
-        Waiter { alarm: self.clone(), epoch, called: Arc::default() }
+        Waiter { timer: self.clone(), epoch, passed: Arc::default() }
     }
 }
 
@@ -97,42 +97,42 @@ impl Waiter {
             super::step_aside().await;
             return true;
         }
-        self.alarm.bell.wait(at, &self.called);
+        self.timer.shared.wait(at, &self.passed);
         loop {
-            self.called.notified().await;
-            // A call from a wait that was given up may have come late.
+            self.passed.notified().await;
+            // A deadline from a wait that was given up may have come late.
             if monotonic() >= at {
                 return true;
             }
-            if self.alarm.bell.lock().failed {
+            if self.timer.shared.lock().failed {
                 return false;
             }
         }
     }
 }
 
-impl Bell {
-    /// Has `called` notified at `at`.
-    fn wait(&self, at: Duration, called: &Arc<Notify>) {
+impl Shared {
+    /// Has `passed` notified at `at`.
+    fn wait(&self, at: Duration, passed: &Arc<Notify>) {
         let mut queue = self.lock();
         let number = queue.number;
         queue.number += 1;
-        queue.calls.push(Reverse(Call { at, number, called: Arc::clone(called) }));
+        queue.deadlines.push(Reverse(Deadline { at, number, passed: Arc::clone(passed) }));
         if at < queue.covered_from {
             queue.covered_from = at;
             self.set(at, &mut queue);
         }
         if queue.failed {
-            called.notify_one();
+            passed.notify_one();
         }
     }
 
     /// Calls whoever's time has come. True if the next is so near that the timer is not set for it.
-    fn call_due(&self) -> bool {
+    fn notify_due(&self) -> bool {
         let now = monotonic();
         let mut queue = self.lock();
-        while let Some(Reverse(call)) = queue.calls.peek() {
-            let at = call.at;
+        while let Some(Reverse(deadline)) = queue.deadlines.peek() {
+            let at = deadline.at;
             if at > now + NEAR {
                 queue.covered_from = at;
                 self.set(at, &mut queue);
@@ -142,8 +142,8 @@ impl Bell {
                 queue.covered_from = Duration::ZERO;
                 return true;
             }
-            if let Some(Reverse(call)) = queue.calls.pop() {
-                call.called.notify_one();
+            if let Some(Reverse(deadline)) = queue.deadlines.pop() {
+                deadline.passed.notify_one();
             }
         }
         queue.covered_from = Duration::MAX;
@@ -159,7 +159,7 @@ impl Bell {
         if let Err(cause) = timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &until) {
             tracing::warn!(%cause, "the system's timer fails; the runtime's takes over");
             queue.failed = true;
-            queue.calls.drain().for_each(|Reverse(call)| call.called.notify_one());
+            queue.deadlines.drain().for_each(|Reverse(deadline)| deadline.passed.notify_one());
         }
     }
 
@@ -168,15 +168,15 @@ impl Bell {
     }
 }
 
-/// Rings for as long as the alarm is there.
-async fn ring(bell: Arc<Bell>) {
+/// Serves the waiters for as long as the timer exists.
+async fn serve(shared: Arc<Shared>) {
     loop {
-        while bell.call_due() {
+        while shared.notify_due() {
             tokio::task::yield_now().await;
         }
-        // Setting the timer anew forgets that it rang, and the next ring comes as an edge: it need not be read.
-        match bell.timer.readable().await {
-            Ok(mut rung) => rung.clear_ready(),
+        // Setting the timer again clears its expiry, and the next expiry comes as an edge: it need not be read.
+        match shared.timer.readable().await {
+            Ok(mut fired) => fired.clear_ready(),
             // The runtime is shutting down.
             Err(_) => return,
         }
@@ -188,22 +188,22 @@ fn monotonic() -> Duration {
     Duration::new(now.tv_sec.max(0) as u64, now.tv_nsec.max(0) as u32)
 }
 
-impl Ord for Call {
+impl Ord for Deadline {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         (self.at, self.number).cmp(&(other.at, other.number))
     }
 }
 
-impl PartialOrd for Call {
+impl PartialOrd for Deadline {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Call {
+impl PartialEq for Deadline {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Call {}
+impl Eq for Deadline {}

@@ -16,7 +16,7 @@ use rowscan_vehicle::trajectory::{Alley, Course};
 
 /// One scanner's view of an orchard.
 #[derive(Debug)]
-pub struct World {
+pub struct ScannerView {
     caster: Arc<Caster>,
     /// What there is where no rows are: bare ground.
     headland: Caster,
@@ -29,12 +29,12 @@ pub struct World {
     returns: Vec<Return>,
     scratch: Scratch,
     echoes: [MeasuredEcho; 1],
-    seen: Option<(Mirror, View)>,
+    seen: Option<(Mirror, Viewpoint)>,
 }
 
 /// From where a line is cast, and which way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct View {
+struct Viewpoint {
     pose: Pose,
     towards_x: bool,
     /// Metres along +Y from beam to beam.
@@ -44,7 +44,7 @@ struct View {
 
 /// Why a rig cannot carry this scanner.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WorldError {
+pub enum ViewError {
     /// The rig has fewer scanners.
     #[error("the rig has {found} scanner(s); there is no scanner number {index}")]
     NoSuchScanner {
@@ -55,7 +55,7 @@ pub enum WorldError {
     },
 }
 
-impl World {
+impl ScannerView {
     /// The view of the rig's scanner number `index`, a device that reports these distances.
     pub fn new(
         caster: Arc<Caster>,
@@ -63,12 +63,12 @@ impl World {
         rig: &Rig,
         index: usize,
         limits: RangeLimits,
-    ) -> Result<Self, WorldError> {
+    ) -> Result<Self, ViewError> {
         let mount = rig
             .scanners
             .get(index)
             .cloned()
-            .ok_or(WorldError::NoSuchScanner { index, found: rig.scanners.len() })?;
+            .ok_or(ViewError::NoSuchScanner { index, found: rig.scanners.len() })?;
         Ok(Self {
             caster,
             headland: Caster::new(&Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY)),
@@ -97,8 +97,9 @@ impl World {
         if self.seen == Some((mirror, view)) {
             return;
         }
-        let stale =
-            |(before, from): (Mirror, View)| before.beams != mirror.beams || from.towards_x != view.towards_x;
+        let stale = |(before, from): (Mirror, Viewpoint)| {
+            before.beams != mirror.beams || from.towards_x != view.towards_x
+        };
         if self.seen.is_none_or(stale) {
             self.fan = BeamFan::looking(&self.mount, mirror.beams, view.towards_x);
             self.returns.resize(mirror.beams.len(), Return::MISS);
@@ -111,7 +112,7 @@ impl World {
         self.seen = Some((mirror, view));
     }
 
-    fn view(&self, mirror: Mirror, at: SimTime) -> View {
+    fn view(&self, mirror: Mirror, at: SimTime) -> Viewpoint {
         let grid = mirror.beams;
         let beams = grid.len().saturating_sub(1) as f64;
         let turn_s =
@@ -128,7 +129,7 @@ impl World {
         let x_m = if towards_x { row_m + x_m } else { row_m - x_m };
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
-        View { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland }
+        Viewpoint { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland }
     }
 
     /// The ticks that the encoder on this tractor's wheel has given by `at`.

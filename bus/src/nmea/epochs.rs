@@ -8,13 +8,13 @@ use super::sentence::SENTENCES;
 
 /// A speaking receiver.
 #[derive(Debug)]
-pub struct NmeaVoice {
+pub struct GnssEpochs {
     tractor: Tractor,
     receiver: Receiver,
     epochs: u64,
 }
 
-impl NmeaVoice {
+impl GnssEpochs {
     /// The receiver on `tractor`.
     pub fn new(tractor: Tractor, receiver: Receiver) -> Self {
         Self { tractor, receiver, epochs: 0 }
@@ -35,7 +35,7 @@ impl NmeaVoice {
     }
 
     /// What it says then.
-    pub fn speak(&mut self) -> String {
+    pub fn next_epoch(&mut self) -> String {
         let at = self.next();
         self.epochs += 1;
         let fix = self.receiver.fix(at, &self.tractor.motion(at));

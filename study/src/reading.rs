@@ -1,0 +1,105 @@
+//! How one scanner of a rig is read: what a driver asks of the device, and what is made of its scans. Every command, online or offline, and
+//! every study derives both from the rig here.
+
+use rowscan_canopy::{Calibration, Pipeline, PipelineError};
+use rowscan_emulator::stage;
+use rowscan_protocol::client::ColaConfig;
+use rowscan_protocol::lms2xx;
+use rowscan_protocol::lms2xx::client::Lms2xxConfig;
+use rowscan_protocol::model::ScanMode;
+use rowscan_protocol::rig::Rig;
+
+use crate::calibrations::{self, ConfigError};
+
+/// What is asked of a scanner, and what takes its scans.
+#[derive(Debug)]
+pub struct Reading {
+    /// How a CoLa scanner is set up.
+    pub cola: ColaConfig,
+    /// How an LMS2xx is set up.
+    pub lms2xx: Lms2xxConfig,
+    /// What the scans go into.
+    pub pipeline: Pipeline,
+}
+
+/// Which calibration turns impacted into leaf area.
+#[derive(Clone, Debug, Default)]
+pub enum CalibrationChoice<'a> {
+    /// The one that the rig names, if it is shipped for the scanner's model or is a file.
+    #[default]
+    OfRig,
+    /// A shipped name or a file.
+    Named(&'a str),
+    /// This one, or none.
+    Given(Option<Calibration>),
+}
+
+/// Why a rig cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadingError {
+    /// The calibration.
+    #[error(transparent)]
+    Calibration(#[from] ConfigError),
+    /// The rig allows no estimate.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+}
+
+impl Reading {
+    /// Scanner number `scanner` of `rig`. With `encoder`, a CoLa scanner is asked for its encoder, if the rig has one.
+    pub fn of(
+        rig: Option<&Rig>,
+        scanner: usize,
+        encoder: bool,
+        calibration: CalibrationChoice<'_>,
+    ) -> Result<Self, ReadingError> {
+        let mount = rig.and_then(|rig| rig.scanners.get(scanner));
+        let of_rig = rig.and_then(|rig| rig.calibration.as_deref());
+        let calibration = match (calibration, of_rig, mount) {
+            (CalibrationChoice::Given(calibration), ..) => calibration,
+            (CalibrationChoice::Named(name), ..) => Some(calibrations::load_calibration(name)?),
+            (CalibrationChoice::OfRig, Some(name), Some(mount)) => {
+                calibrations::load_calibration_for(name, &mount.model)?
+            }
+            (CalibrationChoice::OfRig, ..) => None,
+        };
+        let ticks = rig.filter(|_| encoder).and_then(|rig| rig.encoder_ticks_per_m);
+        Ok(Self {
+            cola: ColaConfig {
+                scan_mode: scan_mode(rig, scanner),
+                encoder_ticks_per_m: ticks.map(|ticks| ticks.abs().round() as u32),
+                ..ColaConfig::default()
+            },
+            lms2xx: lms2xx_config(rig, scanner),
+            pipeline: Pipeline::new(rig, scanner, calibration)?,
+        })
+    }
+}
+
+/// The rig with `model` on its mount number `scanner`.
+pub fn rig_with(rig: &Rig, scanner: usize, model: &str) -> Rig {
+    let mut rig = rig.clone();
+    if let Some(mount) = rig.scanners.get_mut(scanner) {
+        model.clone_into(&mut mount.model);
+    }
+    rig
+}
+
+/// What the rig asks of an LMS2xx: the widest variant with its resolution; the device keeps its own where the rig leaves that open.
+fn lms2xx_config(rig: Option<&Rig>, scanner: usize) -> Lms2xxConfig {
+    let step = rig.and_then(|rig| rig.scanners.get(scanner)).and_then(stage::asked_step);
+    let variants = lms2xx::model::MODELS.iter().flat_map(|model| model.variants.iter().copied());
+    let variant = variants
+        .filter(|variant| Some(variant.step_centideg.saturating_mul(100)) == step)
+        .max_by_key(|variant| variant.angle_deg);
+    Lms2xxConfig { variant, ..Default::default() }
+}
+
+/// The scan mode the rig asks of its scanner; the device keeps its own where the rig leaves frequency or resolution open.
+fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
+    let mount = rig?.scanners.get(scanner)?;
+    Some(ScanMode {
+        frequency_centihz: stage::asked_frequency_centihz(mount)?,
+        step: stage::asked_step(mount)?,
+    })
+}
