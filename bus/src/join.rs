@@ -7,8 +7,9 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
 use super::link::{self, Link};
-use super::{BusAddress, BusError, BusLoss, CanFrame};
-use rowscan_ports::in_flight::{InFlight, Pending};
+use super::port_event::{OutgoingFrame, PortEvent};
+use super::{BusAddress, BusError, CanFrame};
+use rowscan_ports::in_flight::InFlight;
 use rowscan_ports::{Delivered, Delivery, Untaken};
 
 /// Frames a port may be behind.
@@ -19,26 +20,6 @@ const MOST_PENDING: u64 = 256;
 
 /// A frame with the simulated instant it was sent at.
 pub type Stamped = (SimTime, CanFrame);
-
-/// What a port tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PortEvent {
-    /// Someone is there who was not: an adapter was opened, a client connected, the interface came up.
-    Opened,
-    /// A frame was received.
-    Frame(CanFrame),
-    /// The port is off its bus until it is [`PortEvent::Opened`] again.
-    Lost(BusLoss),
-}
-
-/// A frame on its way out of a port.
-#[derive(Clone, Debug)]
-pub(super) struct OutgoingFrame {
-    pub(super) at: SimTime,
-    pub(super) frame: CanFrame,
-    /// Kept until the frame is written, or has gone where nobody hears it.
-    pub(super) pending: Pending,
-}
 
 /// A bus with all its ports. Dropping it closes them.
 #[derive(Debug)]

@@ -16,6 +16,7 @@ mod news;
 pub mod nmea;
 pub mod node;
 pub mod pgn;
+mod port_event;
 pub mod sensors;
 pub mod tractor;
 
@@ -24,4 +25,5 @@ pub use dbc::{dbc, load, markdown};
 pub use frame::{CanFrame, CanId, J1939Id};
 pub use join::{Bus, Inbox, Stamped};
 pub use link::BusError;
-pub use news::{BusLoss, BusNews, BusWatch};
+pub use news::{BusNews, BusWatch};
+pub use port_event::{BusLoss, PortEvent};

@@ -2,25 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::join::PortEvent;
 use super::node::AddressState;
-
-/// Why a port is off its bus for now.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum BusLoss {
-    /// The controller counted too many errors.
-    #[error(
-        "the CAN controller is bus-off: check bit rate, wiring and terminators; it returns with \
-         `ip link set can0 type can restart`, or by itself with restart-ms set"
-    )]
-    BusOff,
-    /// The interface is down or gone.
-    #[error("the CAN interface is down or gone; nothing is sent until it is up again")]
-    Down,
-    /// The host runs the adapter at another rate.
-    #[error("the slcan adapter was opened at another rate than the bus's 250 kbit/s (S5); it is off the bus")]
-    WrongRate,
-}
+use super::port_event::{BusLoss, PortEvent};
 
 /// A change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -11,7 +11,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::mpsc;
 
-use crate::timeline::Firing;
+use crate::firing::Firing;
 
 /// Name of the recorded stream.
 const STREAM: &str = "can";

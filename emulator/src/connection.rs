@@ -11,7 +11,7 @@ use tokio::sync::mpsc;
 
 use crate::replay::ScriptedReplies;
 use crate::roster::{Member, QueuedTelegram, Wants};
-use crate::scanner::{Program, Shared};
+use crate::shared::{Program, Shared};
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 4096;

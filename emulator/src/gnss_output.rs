@@ -9,7 +9,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::Notify;
 
-use crate::timeline::Firing;
+use crate::firing::Firing;
 
 /// Name of the recorded stream.
 const STREAM: &str = "gnss";

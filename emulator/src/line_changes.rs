@@ -2,33 +2,10 @@
 
 use std::sync::Arc;
 
-use rowscan_protocol::device::{Device, DigitalLineError};
 use rowscan_protocol::time::SimTime;
 
-use crate::scanner::Shared;
-
-/// A digital line that is switched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LineChange {
-    /// When.
-    pub at: SimTime,
-    /// An output; else an input.
-    pub output: bool,
-    /// Which, from 1.
-    pub number: u8,
-    /// On; else off.
-    pub on: bool,
-}
-
-impl LineChange {
-    /// Switches it on `device`.
-    pub fn apply(&self, device: &mut Device) -> Result<(), DigitalLineError> {
-        match self.output {
-            true => device.set_output(self.at, self.number, self.on),
-            false => device.set_input(self.at, self.number, self.on),
-        }
-    }
-}
+use crate::line_change::LineChange;
+use crate::shared::Shared;
 
 /// The changes of one scanner that are still to come, the latest first.
 #[derive(Debug)]

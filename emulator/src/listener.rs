@@ -10,7 +10,7 @@ use tokio::task::JoinSet;
 
 use crate::clock;
 use crate::connection;
-use crate::scanner::Shared;
+use crate::shared::Shared;
 
 /// A listening endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

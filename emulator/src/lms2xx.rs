@@ -15,15 +15,13 @@ use rowscan_protocol::lms2xx::Rate;
 use rowscan_protocol::lms2xx::device::{Beams, Device, Sweep};
 use rowscan_protocol::lms2xx::model::TURNS_PER_SECOND;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{Side, StreamKind, Tap, Taps};
+use rowscan_recording::{Side, Tap, Taps};
 use tokio::io::{AsyncWriteExt, ReadBuf};
 
 use crate::clock::{SimClock, TimeScale};
-use crate::playback_queue::{self, PlaybackQueue, Recorded, Values};
-use crate::rig::{Rig, Running};
+use crate::firing::{Claim, Firing};
+use crate::playback_queue::{Recorded, Values};
 use crate::state_file::StateFile;
-use crate::timeline::{Claim, Firing};
-use crate::view::ScannerView;
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 512;
@@ -55,62 +53,9 @@ pub struct SerialCounts {
 }
 
 #[derive(Debug, Default)]
-struct Counts {
-    sent: AtomicU64,
-    lost: AtomicU64,
-}
-
-/// A running virtual LMS2xx.
-#[derive(Debug)]
-pub struct SerialEmulator {
-    counts: Arc<Counts>,
-    /// Where its recorded telegrams go, if it is a recorded one.
-    queue: Option<PlaybackQueue>,
-    /// Where it does not run with the rig it belongs to.
-    _running: Option<Running>,
-}
-
-impl SerialEmulator {
-    /// Puts `device` in `world` on `wire`; dropping it ends it, and its line goes.
-    pub fn start(device: Device, world: ScannerView, wire: Box<dyn Wire>, config: SerialConfig) -> Self {
-        let mut rig = Rig::new(world.tractor().clone(), config.time_scale);
-        let emulator = rig.lms2xx(device, world, wire, config);
-        Self { _running: Some(rig.run()), ..emulator }
-    }
-
-    /// A recorded LMS2xx on `wire`, whose values come from a [`Player`](crate::Player); it is recorded again as `name`.
-    pub fn replay(
-        device: Device,
-        name: &str,
-        wire: Box<dyn Wire>,
-        clock: Arc<SimClock>,
-        config: SerialConfig,
-    ) -> Self {
-        let (queue, values) = playback_queue::queue(clock.delivery());
-        let tap = config.taps.open(name, StreamKind::Lms2xx);
-        let mut rig = Rig::playback(Arc::clone(&clock));
-        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
-        let emulator = Self::of(&scanner);
-        rig.add_lms2xx(scanner);
-        Self { queue: Some(queue), _running: Some(rig.run()), ..emulator }
-    }
-
-    pub(crate) fn of(scanner: &Lms2xxScanner) -> Self {
-        Self { counts: Arc::clone(&scanner.counts), queue: None, _running: None }
-    }
-
-    /// The way to play to it; none if it looks by itself.
-    pub(crate) fn playback_queue(&self) -> Option<&PlaybackQueue> {
-        self.queue.as_ref()
-    }
-
-    /// What it has done so far.
-    pub fn counts(&self) -> SerialCounts {
-        SerialCounts {
-            scans_sent: self.counts.sent.load(Ordering::Relaxed),
-            bytes_lost: self.counts.lost.load(Ordering::Relaxed),
-        }
-    }
+pub(crate) struct Counts {
+    pub(crate) sent: AtomicU64,
+    pub(crate) lost: AtomicU64,
 }
 
 /// A virtual LMS2xx with its line, as a source of the timeline.
@@ -133,7 +78,7 @@ pub(crate) struct Lms2xxScanner {
     sweep: Option<Sweep>,
     /// When the line was, or will be, free of what the device sends.
     free: SimTime,
-    counts: Arc<Counts>,
+    pub(crate) counts: Arc<Counts>,
 }
 
 /// Bytes from a client, on their way.

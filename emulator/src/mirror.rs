@@ -8,10 +8,10 @@ use std::time::Duration;
 use rowscan_protocol::device::Mirror;
 use rowscan_protocol::time::SimTime;
 
+use crate::firing::{Claim, Firing};
 use crate::roster::{Member, Wants};
-use crate::scanner::Shared;
+use crate::shared::Shared;
 use crate::telegram::Telegram;
-use crate::timeline::{Claim, Firing};
 use crate::turns::Turns;
 use crate::view::ScannerView;
 

@@ -13,7 +13,7 @@ use super::telegram::hand_over;
 use crate::clock::{SimClock, TimeScale};
 use crate::replay::PlaybackEvent;
 use crate::roster::{Member, Wants};
-use crate::scanner::Shared;
+use crate::shared::Shared;
 use crate::{Emulator, SerialEmulator};
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::nmea::NmeaLine;

@@ -12,16 +12,18 @@ use rowscan_recording::{StreamKind, Taps};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::trajectory::Trajectory;
 use tokio::sync::{Notify, mpsc};
-use tokio::task::JoinSet;
 
 use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
 use crate::gnss_output::GnssOutput;
 use crate::line_changes::LineChanges;
-use crate::lms2xx::{Lms2xxScanner, SerialConfig, SerialEmulator};
+use crate::lms2xx::{Lms2xxScanner, SerialConfig};
 use crate::mirror::MirrorSource;
-use crate::playback_queue::Values;
-use crate::scanner::{Emulator, EmulatorConfig, Program, Shared};
+use crate::playback_queue::{self, Values};
+use crate::running::Running;
+use crate::scanner::Emulator;
+use crate::serial_emulator::SerialEmulator;
+use crate::shared::{EmulatorConfig, Program, Shared};
 use crate::start::StartWhen;
 use crate::timeline::{Source, Timeline};
 use crate::view::ScannerView;
@@ -30,12 +32,6 @@ use crate::view::ScannerView;
 #[derive(Debug)]
 pub struct Rig {
     timeline: Timeline,
-}
-
-/// A rig that runs. Dropping it ends its timeline, with its serial lines, GNSS lines and bus.
-#[derive(Debug)]
-pub struct Running {
-    _timeline: JoinSet<()>,
 }
 
 impl Rig {
@@ -137,8 +133,47 @@ impl Rig {
     pub fn run(mut self) -> Running {
         // Sources due at one instant fire in this order, however they were added.
         self.timeline.sources.sort_by_key(Source::rank);
-        let mut tasks = JoinSet::new();
-        tasks.spawn(self.timeline.run());
-        Running { _timeline: tasks }
+        Running::new(self.timeline.run())
+    }
+}
+
+/// Scanners that are alone on their tractor.
+impl Emulator {
+    /// Starts `device` in `world`, alone on its tractor. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
+    pub fn start(device: Device, world: ScannerView, config: EmulatorConfig) -> Self {
+        let mut rig = Rig::new(world.tractor().clone(), config.time_scale).with_timer(config.timer.clone());
+        let emulator = rig.scanner(device, world, config);
+        emulator.with_rig(rig.run())
+    }
+}
+
+impl SerialEmulator {
+    /// Puts `device` in `world` on `wire`; dropping it ends it, and its line goes.
+    pub fn start(
+        device: lms2xx::device::Device,
+        world: ScannerView,
+        wire: Box<dyn Wire>,
+        config: SerialConfig,
+    ) -> Self {
+        let mut rig = Rig::new(world.tractor().clone(), config.time_scale);
+        let emulator = rig.lms2xx(device, world, wire, config);
+        emulator.with_rig(rig.run())
+    }
+
+    /// A recorded LMS2xx on `wire`, whose values come from a [`Player`](crate::Player); it is recorded again as `name`.
+    pub fn replay(
+        device: lms2xx::device::Device,
+        name: &str,
+        wire: Box<dyn Wire>,
+        clock: Arc<SimClock>,
+        config: SerialConfig,
+    ) -> Self {
+        let (queue, values) = playback_queue::queue(clock.delivery());
+        let tap = config.taps.open(name, StreamKind::Lms2xx);
+        let mut rig = Rig::playback(Arc::clone(&clock));
+        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
+        let emulator = Self::of(&scanner);
+        rig.add_lms2xx(scanner);
+        emulator.with_queue(queue).with_rig(rig.run())
     }
 }

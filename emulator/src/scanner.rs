@@ -1,218 +1,21 @@
-//! The virtual scanner: a mirror that turns in simulated time, a device that turns lines into telegrams, and the clients
-//! that listen.
+//! A virtual CoLa scanner as its user holds it: endpoints, clients, counts.
 //!
-//! One task turns the mirror (`mirror`), one task serves each client (`connection`); they share the device behind a lock
-//! and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
+//! One task serves each client (`connection`); the mirror turns on the rig's timeline (`mirror`). They share the device behind a lock
+//! (`shared`) and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
-use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
-use rowscan_recording::{StreamKind, Taps};
-use tokio::sync::{Notify, watch};
+use rowscan_protocol::device::Device;
+use tokio::sync::Notify;
 use tokio::task::JoinSet;
 
-use crate::clock::{Latency, SimClock, TimeScale, Timer};
+use crate::clock::SimClock;
 use crate::connection;
-use crate::line_changes::LineChange;
 use crate::listener::{self, Bound, ListenError};
-use crate::replay::{self, Part, Script, ScriptedReplies};
-use crate::rig::{Rig, Running};
-use crate::roster::Roster;
-use crate::state_file::StateFile;
-use crate::view::ScannerView;
-use rowscan_ports::in_flight::InFlight;
-
-/// Clients served at once, unless told otherwise.
-pub const MAX_CLIENTS: usize = 32;
-
-/// How a virtual scanner is run.
-#[derive(Clone, Debug)]
-pub struct EmulatorConfig {
-    /// How simulated time runs.
-    pub time_scale: TimeScale,
-    /// What wakes the mirror; scanners of one process share it.
-    pub timer: Timer,
-    /// Which dialects are answered.
-    pub dialects: DialectPolicy,
-    /// Clients served at once.
-    pub max_clients: usize,
-    /// Where mEEwriteall keeps the settings.
-    pub state: Option<StateFile>,
-    /// Digital lines that change on the way, in any order.
-    pub line_changes: Vec<LineChange>,
-    /// Who measures the host time that scan telegrams take to their user, if anyone.
-    pub latency: Option<Arc<Latency>>,
-    /// Where copies of all bytes go, a stream a client; nowhere unless something records.
-    pub taps: Taps,
-    /// What those streams are called; as the model is, where absent.
-    pub stream: Option<String>,
-}
-
-impl Default for EmulatorConfig {
-    fn default() -> Self {
-        Self {
-            time_scale: TimeScale::Paced(1.0),
-            timer: Timer::default(),
-            dialects: DialectPolicy::Auto,
-            max_clients: MAX_CLIENTS,
-            state: None,
-            line_changes: Vec::new(),
-            latency: None,
-            taps: Taps::default(),
-            stream: None,
-        }
-    }
-}
-
-/// What all tasks of one virtual scanner share.
-#[derive(Debug)]
-pub(crate) struct Shared {
-    pub(crate) device: Mutex<Device>,
-    pub(crate) clock: Arc<SimClock>,
-    pub(crate) program: Program,
-    pub(crate) roster: Roster,
-    /// Notified when a client's interest changes, so that whoever waits for a taker looks again.
-    pub(crate) interest: Arc<Notify>,
-    /// Polls for scans: they take scans without a subscription.
-    polls: watch::Sender<Polls>,
-    /// How often the device's lines have changed and it has restarted: connections look when this changes.
-    pub(crate) news: watch::Sender<(u32, u32)>,
-    /// Telegrams on their way to clients.
-    pub(crate) in_flight: InFlight,
-    pub(crate) config: EmulatorConfig,
-    pub(crate) counts: Counts,
-}
-
-/// How many polls for scans there were.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Polls {
-    asked: u64,
-    /// Of these, answered with the scan after the one they found.
-    served: u64,
-}
-
-/// Who answers.
-#[derive(Debug)]
-pub(crate) enum Program {
-    /// The device.
-    Device,
-    /// A recorded device of that name, and the device where nothing was recorded.
-    Script(String, Arc<Script>),
-    /// Nobody: a stream of that name goes out as it was recorded.
-    Verbatim(String, StreamKind),
-}
-
-#[derive(Debug, Default)]
-pub(crate) struct Counts {
-    pub(crate) sent: AtomicU64,
-    pub(crate) dropped: AtomicU64,
-    pub(crate) missed: AtomicU64,
-    pub(crate) refused: AtomicU64,
-}
-
-/// What a virtual scanner has done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct EmulatorCounts {
-    /// Scan telegrams handed to clients, one a client.
-    pub scans_sent: u64,
-    /// Scan telegrams a client was too slow to take.
-    pub scans_dropped: u64,
-    /// Scans left out because the host was too slow for the mirror.
-    pub scans_missed: u64,
-    /// Connections turned away because the house was full.
-    pub connections_refused: u64,
-}
-
-impl Shared {
-    pub(crate) fn new(
-        device: Device,
-        program: Program,
-        clock: Arc<SimClock>,
-        interest: Arc<Notify>,
-        config: EmulatorConfig,
-    ) -> Arc<Self> {
-        Arc::new(Self {
-            device: Mutex::new(device),
-            clock,
-            program,
-            roster: Roster::new(config.max_clients),
-            interest,
-            polls: watch::Sender::default(),
-            news: watch::Sender::default(),
-            in_flight: InFlight::default(),
-            config,
-            counts: Counts::default(),
-        })
-    }
-
-    /// A recorded stream goes out as it was, and nobody is answered.
-    pub(crate) fn is_verbatim(&self) -> bool {
-        matches!(self.program, Program::Verbatim(..))
-    }
-
-    /// What it sends by itself comes from a recording.
-    pub(crate) fn is_replayed(&self) -> bool {
-        !matches!(self.program, Program::Device)
-    }
-
-    pub(crate) fn device(&self) -> MutexGuard<'_, Device> {
-        self.device.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Lets `session` answer, as it is prompted; the settings, if mEEwriteall was among the requests.
-    pub(crate) fn converse(
-        &self,
-        session: &mut Session,
-        mut scripted: Option<&mut ScriptedReplies>,
-        bytes: &[u8],
-        replies: &mut Vec<Reply>,
-    ) -> Option<String> {
-        let mut device = self.device();
-        let saves = device.saves();
-        let now = self.clock.now();
-        let mut polls = 0;
-        session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
-            polls += u64::from(replay::polls(frame));
-            if let Some(scripted) = &mut scripted {
-                scripted.amend(frame, reply);
-            }
-        });
-        if polls > 0 {
-            self.polls.send_modify(|known| known.asked += polls);
-        }
-        self.spread(&device);
-        (device.saves() != saves).then(|| device.saved_settings())
-    }
-
-    /// Whether anybody has ever polled for scans.
-    pub(crate) fn was_polled(&self) -> bool {
-        self.polls.borrow().asked > 0
-    }
-
-    /// Whether polls wait for the mirror's next turn.
-    pub(crate) fn polls_wait(&self) -> bool {
-        let polls = *self.polls.borrow();
-        polls.served < polls.asked
-    }
-
-    /// The mirror has turned for the polls that wait; false if there were none.
-    pub(crate) fn answer_polls(&self) -> bool {
-        self.polls.send_if_modified(|polls| std::mem::replace(&mut polls.served, polls.asked) != polls.asked)
-    }
-
-    /// Waits until the mirror has turned for all polls so far. Cancel safe.
-    pub(crate) async fn polls_answered(&self) {
-        // The sender is part of this.
-        let _ = self.polls.subscribe().wait_for(|polls| polls.served == polls.asked).await;
-    }
-
-    /// Notifies every connection if there is anything new about the device.
-    pub(crate) fn spread(&self, device: &Device) {
-        let news = (device.changes(), device.reboots());
-        self.news.send_if_modified(|known| std::mem::replace(known, news) != news);
-    }
-}
+use crate::replay::Part;
+use crate::running::Running;
+use crate::shared::{EmulatorConfig, EmulatorCounts, Program, Shared};
 
 /// A running virtual scanner. Dropping it ends its tasks and closes its connections.
 #[derive(Debug)]
@@ -220,19 +23,18 @@ pub struct Emulator {
     pub(crate) shared: Arc<Shared>,
     tasks: JoinSet<()>,
     /// Where it does not run with the rig it belongs to.
-    _running: Option<Running>,
+    #[expect(dead_code, reason = "its drop ends the timeline")]
+    running: Option<Running>,
 }
 
 impl Emulator {
-    /// Starts `device` in `world`, alone on its tractor. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
-    pub fn start(device: Device, world: ScannerView, config: EmulatorConfig) -> Self {
-        let mut rig = Rig::new(world.tractor().clone(), config.time_scale).with_timer(config.timer.clone());
-        let emulator = rig.scanner(device, world, config);
-        Self { _running: Some(rig.run()), ..emulator }
+    pub(crate) fn of(shared: Arc<Shared>) -> Self {
+        Self { shared, tasks: JoinSet::new(), running: None }
     }
 
-    pub(crate) fn of(shared: Arc<Shared>) -> Self {
-        Self { shared, tasks: JoinSet::new(), _running: None }
+    /// The same with the rig that it runs with and that ends with it.
+    pub(crate) fn with_rig(self, running: Running) -> Self {
+        Self { running: Some(running), ..self }
     }
 
     /// A recorded scanner, or any recorded stream: its script comes before `device`'s own answers; `verbatim`, nobody is answered. A

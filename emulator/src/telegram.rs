@@ -11,7 +11,7 @@ use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;
 
 use crate::roster::{Member, QueuedTelegram, Wants};
-use crate::scanner::Shared;
+use crate::shared::Shared;
 use crate::view::ScannerView;
 
 /// One scan telegram, encoded once a dialect and name, whoever many want it.

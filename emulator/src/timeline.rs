@@ -15,6 +15,7 @@ use tokio::sync::Notify;
 
 use crate::bus_output::BusOutput;
 use crate::clock::{self, Pacer, SimClock, Timer};
+use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::Lms2xxScanner;
@@ -34,26 +35,6 @@ pub(crate) enum Source {
     Bus(Box<BusOutput>),
     /// The tractor's GNSS receiver.
     Gnss(GnssOutput),
-}
-
-/// Why time may go on, where it waits for its takers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Claim {
-    /// The source needs no time.
-    Idle,
-    /// Somebody takes what the source sends.
-    Taker,
-    /// The source is at work on something a peer waits for: it starts up, or answers.
-    Busy,
-}
-
-/// How a source acts.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Firing {
-    pub(crate) at: SimTime,
-    /// What is sent may be heard; else time has not started for the takers.
-    pub(crate) heard: bool,
-    pub(crate) delivery: Delivery,
 }
 
 impl Source {

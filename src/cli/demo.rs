@@ -13,9 +13,10 @@ use rowscan_scenes::Truth;
 use serde::Serialize;
 
 use super::emulate::DialectArg;
-use super::estimate::{self, PARTING, Prefer};
+use super::estimate;
 use super::interrupt::Interrupt;
 use super::link_events::LinkTeller;
+use super::link_options::{PARTING, Prefer};
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, progress};

@@ -13,6 +13,7 @@ mod export;
 mod interrupt;
 mod line;
 mod link_events;
+mod link_options;
 mod models;
 mod named;
 mod orchard;

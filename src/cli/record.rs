@@ -12,9 +12,9 @@ use rowscan_scenes::files;
 use serde::Serialize;
 use tokio::task::JoinSet;
 
-use super::estimate::{PARTING, Prefer};
 use super::interrupt::Interrupt;
 use super::link_events::LinkTeller;
+use super::link_options::{PARTING, Prefer, stream_kind};
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
@@ -215,14 +215,6 @@ impl Limits {
             }
             None => std::future::pending().await,
         }
-    }
-}
-
-/// What a source's bytes are.
-pub(super) fn stream_kind(source: &Source) -> StreamKind {
-    match source {
-        Source::Serial { .. } | Source::Rfc2217 { .. } => StreamKind::Lms2xx,
-        _ => StreamKind::Cola,
     }
 }
 

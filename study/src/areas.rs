@@ -1,5 +1,6 @@
 //! The paper's twenty orchards: impacted areas from beside and from above, regressed on the true leaf area.
 
+mod fits;
 mod gates;
 mod report;
 
@@ -11,8 +12,9 @@ use rowscan_scenes::Scene;
 use rowscan_scenes::scan::{ScanAreas, ScanKind, ScanPlan, ScanSettings, Target};
 use serde::{Deserialize, Serialize};
 
+pub use fits::{Fit, PowerFit, View, impacted, symbol, views};
 pub use gates::{Gate, Rule, gates};
-pub use report::{AreasReport, Fit, PowerFit, View, impacted, report, views};
+pub use report::{AreasReport, report};
 
 use super::{Study, UnitError, fingerprint};
 use crate::trial::Trial;

@@ -7,6 +7,7 @@ use rowscan_scenes::files::{self, LoadError, TomlError};
 use serde::de::DeserializeOwned;
 
 use super::settings::Shelf;
+use crate::complaint::Complaint;
 
 /// Why a file is no study.
 #[derive(Debug, thiserror::Error)]
@@ -30,21 +31,6 @@ pub enum StudyFileError {
     /// Its scene, or a file that the scene names, cannot be used.
     #[error("the study's scene: {0}")]
     Scene(#[from] LoadError),
-}
-
-/// What is wrong with the meaning of a file that can be read.
-#[derive(Debug)]
-pub(super) struct Complaint {
-    /// The text it is about, as the file has it.
-    pub about: String,
-    /// What is wrong, with the remedy.
-    pub message: String,
-}
-
-impl Complaint {
-    pub(super) fn new(about: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { about: about.into(), message: message.into() }
-    }
 }
 
 /// A study file's text.

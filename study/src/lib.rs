@@ -9,6 +9,7 @@ pub mod appraisal;
 pub mod areas;
 pub mod calibrations;
 pub mod comparison;
+mod complaint;
 mod document;
 pub mod figure;
 pub mod fingerprint;

@@ -9,7 +9,7 @@ use rowscan_scenes::parameters::SceneFile;
 use serde::Serialize;
 use toml::{Table, Value};
 
-use super::document::Complaint;
+use super::complaint::Complaint;
 
 /// A key with its value.
 pub type Setting<'a> = (&'a str, Value);

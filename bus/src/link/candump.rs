@@ -11,7 +11,7 @@ use tokio::sync::mpsc;
 
 use super::BusError;
 use crate::CanFrame;
-use crate::join::OutgoingFrame;
+use crate::port_event::OutgoingFrame;
 
 /// The interface name that stands in the lines.
 const INTERFACE: &str = "can0";

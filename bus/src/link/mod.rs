@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use tokio::sync::mpsc;
 
 use super::BusAddress;
-use super::join::OutgoingFrame;
-pub use super::join::PortEvent;
+use super::port_event::OutgoingFrame;
+pub use super::port_event::PortEvent;
 use rowscan_ports::Untaken;
 
 /// Why a port could not be opened.

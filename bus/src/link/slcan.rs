@@ -12,8 +12,9 @@ mod acceptance;
 
 use self::acceptance::Acceptance;
 use super::{BusError, PortListener};
-use crate::join::{OutgoingFrame, PortEvent};
-use crate::{BusLoss, CanFrame, CanId};
+use crate::port_event::BusLoss;
+use crate::port_event::{OutgoingFrame, PortEvent};
+use crate::{CanFrame, CanId};
 use rowscan_ports::{Pty, Untaken};
 
 /// No command is longer: a 29-bit frame with eight bytes and a time stamp.

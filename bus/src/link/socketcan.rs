@@ -3,7 +3,7 @@
 use tokio::sync::mpsc;
 
 use super::{BusError, PortListener};
-use crate::join::OutgoingFrame;
+use crate::port_event::OutgoingFrame;
 
 #[cfg(target_os = "linux")]
 mod linux {
@@ -16,8 +16,9 @@ mod linux {
     };
 
     use super::{BusError, OutgoingFrame, PortListener, mpsc};
-    use crate::join::PortEvent;
-    use crate::{BusLoss, CanFrame, CanId};
+    use crate::port_event::BusLoss;
+    use crate::port_event::PortEvent;
+    use crate::{CanFrame, CanId};
 
     /// Error frames asked for, as linux/can/error.h numbers them: bus-off, and back from it.
     const CAN_ERR_BUSOFF: u32 = 0x40;

@@ -11,7 +11,7 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
 use super::{BusError, PortListener};
-use crate::join::{OutgoingFrame, PortEvent};
+use crate::port_event::{OutgoingFrame, PortEvent};
 use crate::{CanFrame, CanId};
 
 /// Clients served at once.

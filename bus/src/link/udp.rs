@@ -10,7 +10,7 @@ use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
 
 use super::{BusError, PortListener};
-use crate::join::{OutgoingFrame, PortEvent};
+use crate::port_event::{OutgoingFrame, PortEvent};
 use crate::{CanFrame, CanId};
 
 /// Largest datagram looked at.

@@ -3,6 +3,7 @@
 //! [`Survey`] reads the recording once and finds its streams, what was asked and answered ([`Script`]) and where the scans are. A [`Playback`] reads
 //! it again while it plays, so that hours of it take no memory. It follows a [`Playhead`], which is told where to be.
 
+mod lms2xx_device;
 mod playback;
 mod playhead;
 mod script;
@@ -16,12 +17,13 @@ use rowscan_protocol::device::{Device, Identity};
 use rowscan_protocol::model::{self, Model};
 use rowscan_recording::ReadError;
 
+pub use lms2xx_device::{lms2xx_device_of, lms2xx_model_of};
 pub(crate) use playback::PlaybackEvent;
 pub use playback::{Playback, Played};
 pub use playhead::Playhead;
 pub use script::Script;
 pub(crate) use script::{ScriptedReplies, polls};
-pub use serial::{Lms2xxPart, lms2xx_device_of, lms2xx_model_of};
+pub use serial::Lms2xxPart;
 pub use stamps::Stamps;
 pub use survey::{Part, Survey};
 

@@ -7,8 +7,8 @@ use tokio::sync::watch;
 
 use super::super::Failure;
 use super::super::link_events::LinkTeller;
+use super::super::link_options::PARTING;
 use super::super::sensor::Sensor;
-use super::PARTING;
 
 /// A scanner to be followed.
 pub(super) struct Follower {

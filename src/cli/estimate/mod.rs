@@ -4,12 +4,9 @@ mod follower;
 mod print;
 mod rig;
 
-use std::time::Duration;
-
 use rowscan_canopy::CutMethod;
 use rowscan_driver::{DriverConfig, Source};
 use rowscan_ports::Delivery;
-use rowscan_protocol::frame::Dialect;
 use rowscan_recording::About;
 use rowscan_scenes::Scene;
 use rowscan_study::reading::{CalibrationChoice, Reading};
@@ -18,6 +15,7 @@ use tokio::task::JoinSet;
 
 use super::estimators::{self, Beside, EstimatorArgs};
 use super::interrupt::Interrupt;
+use super::link_options::{PARTING, Prefer, stream_kind};
 use super::output::{self, say};
 use super::recorder::{self, RecordArgs};
 use super::sensor::SensorArgs;
@@ -26,9 +24,6 @@ use follower::{Followed, Follower};
 use print::Told;
 pub(super) use print::warnings;
 use rowscan_study::appraisal::Appraisal;
-
-/// How long the device is given to end the stream.
-pub(super) const PARTING: Duration = Duration::from_secs(2);
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -91,25 +86,6 @@ impl From<CutArg> for CutMethod {
         match cut {
             CutArg::Trunk => Self::Trunk,
             CutArg::Valley => Self::Valley,
-        }
-    }
-}
-
-/// The dialect a driver tries first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Prefer {
-    /// CoLa A, ASCII
-    A,
-    /// CoLa B, binary
-    #[default]
-    B,
-}
-
-impl From<Prefer> for Dialect {
-    fn from(prefer: Prefer) -> Self {
-        match prefer {
-            Prefer::A => Self::A,
-            Prefer::B => Self::B,
         }
     }
 }
@@ -184,7 +160,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         let prefer = args.prefer.into();
         let mut config = DriverConfig { cola, lms2xx, wait: args.wait, prefer, ..DriverConfig::default() };
         let stream = name.as_deref().unwrap_or("scanner");
-        config.tap = taping.taps().open(stream, super::record::stream_kind(source));
+        config.tap = taping.taps().open(stream, stream_kind(source));
         let follower = Follower {
             place,
             source: source.clone(),

@@ -13,7 +13,7 @@ use super::tell::TellArgs;
 use crate::cli::output::{self, number, say};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
-use rowscan_study::areas::{AreasReport, AreasStudy, Orchard, View, report};
+use rowscan_study::areas::{AreasReport, AreasStudy, Orchard, View, report, symbol};
 use rowscan_study::{Whole, figure};
 
 #[derive(Debug, clap::Args)]
@@ -204,7 +204,7 @@ fn fit_rows(table: &mut comfy_table::Table, name: &str, view: &View) {
         let Some(fit) = fit else { continue };
         table.add_row([
             Cell::new(name),
-            Cell::new(figure::symbol(area)),
+            Cell::new(symbol(area)),
             number(Some(fit.slope), 2),
             number(fit.intercept_m2, 2),
             number(Some(fit.r2), 3),

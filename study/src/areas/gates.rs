@@ -9,8 +9,7 @@ use rowscan_canopy::reference::{ImpactedArea, View as Side};
 use serde::{Deserialize, Serialize};
 
 use super::Orchard;
-use super::report::{Fit, View, max_over_min};
-use crate::figure;
+use super::fits::{Fit, View, max_over_min, symbol};
 
 /// Kinds of gates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -93,7 +92,7 @@ impl fmt::Display for Gate {
             None => {}
         }
         if let Some(area) = self.area {
-            write!(f, "{} ", figure::symbol(area))?;
+            write!(f, "{} ", symbol(area))?;
         }
         f.write_str(self.rule.words())?;
         let relation = if self.at_least { "at least" } else { "at most" };

@@ -6,16 +6,7 @@ use rowscan_canopy::reference::ImpactedArea;
 use rowscan_scenes::scan::ScanAreas;
 
 use super::{DrawError, INKS, axes, builder, legend};
-use crate::areas::{AreasReport, Fit, Orchard, impacted};
-
-/// How an impacted area is written.
-pub fn symbol(area: ImpactedArea) -> &'static str {
-    match area {
-        ImpactedArea::Leaf => "I_L",
-        ImpactedArea::Total => "I_T",
-        ImpactedArea::ThreeLeaves => "I_3L",
-    }
-}
+use crate::areas::{AreasReport, Fit, Orchard, impacted, symbol};
 
 /// Its colour in every figure.
 fn colour(area: ImpactedArea) -> RGBColor {

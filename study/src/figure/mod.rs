@@ -8,7 +8,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
-pub use areas::{areas, symbol};
+pub use areas::areas;
 pub use resolution::resolution;
 pub use sweep::sweep;
 

@@ -6,7 +6,8 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use super::{AreasStudy, Knob, SearchStudy, with};
-use crate::document::{Complaint, Document};
+use crate::complaint::Complaint;
+use crate::document::Document;
 use crate::settings::{Shelf, tuples};
 use crate::{Setting, StudyFileError};
 

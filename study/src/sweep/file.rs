@@ -10,7 +10,8 @@ use toml::Value;
 use super::design::{Axis, Design, Span};
 use super::{Output, SweepStudy};
 use crate::StudyFileError;
-use crate::document::{Complaint, Document};
+use crate::complaint::Complaint;
+use crate::document::Document;
 use crate::settings::{self, Shelf};
 
 /// Format of the file.

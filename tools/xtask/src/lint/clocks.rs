@@ -39,7 +39,9 @@ pub struct Found {
 /// Looks through the files of a crate.
 pub fn find(clock: &Clock, files: &BTreeMap<String, Facts>) -> Found {
     let mut found = Found::default();
-    for (path, facts) in files.iter().filter(|(path, _)| path.starts_with(clock.folder)) {
+    for (path, facts) in
+        files.iter().filter(|(path, _)| path.starts_with(clock.folder) && !path.ends_with("/tests.rs"))
+    {
         let Some((line, what)) = facts.scopes.iter().flat_map(uses).min() else { continue };
         let place = format!("{path}:{line} ({what})");
         if path != clock.file {

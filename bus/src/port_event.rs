@@ -1,0 +1,43 @@
+//! What passes between the bus and its ports.
+
+use rowscan_ports::in_flight::Pending;
+use rowscan_protocol::time::SimTime;
+
+use crate::frame::CanFrame;
+
+/// Why a port is off its bus for now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BusLoss {
+    /// The controller counted too many errors.
+    #[error(
+        "the CAN controller is bus-off: check bit rate, wiring and terminators; it returns with \
+         `ip link set can0 type can restart`, or by itself with restart-ms set"
+    )]
+    BusOff,
+    /// The interface is down or gone.
+    #[error("the CAN interface is down or gone; nothing is sent until it is up again")]
+    Down,
+    /// The host runs the adapter at another rate.
+    #[error("the slcan adapter was opened at another rate than the bus's 250 kbit/s (S5); it is off the bus")]
+    WrongRate,
+}
+
+/// What a port tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PortEvent {
+    /// Someone is there who was not: an adapter was opened, a client connected, the interface came up.
+    Opened,
+    /// A frame was received.
+    Frame(CanFrame),
+    /// The port is off its bus until it is [`PortEvent::Opened`] again.
+    Lost(BusLoss),
+}
+
+/// A frame on its way out of a port.
+#[derive(Clone, Debug)]
+pub(crate) struct OutgoingFrame {
+    pub(crate) at: SimTime,
+    pub(crate) frame: CanFrame,
+    /// Kept until the frame is written, or has gone where nobody hears it.
+    pub(crate) pending: Pending,
+}

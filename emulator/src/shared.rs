@@ -1,0 +1,206 @@
+//! What the tasks of one virtual CoLa scanner share: the device behind a lock, its clients, its configuration.
+
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rowscan_ports::in_flight::InFlight;
+use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
+use rowscan_recording::{StreamKind, Taps};
+use tokio::sync::{Notify, watch};
+
+use crate::clock::{Latency, SimClock, TimeScale, Timer};
+use crate::line_change::LineChange;
+use crate::replay::{self, Script, ScriptedReplies};
+use crate::roster::Roster;
+use crate::state_file::StateFile;
+
+/// Clients served at once, unless told otherwise.
+pub const MAX_CLIENTS: usize = 32;
+
+/// How a virtual scanner is run.
+#[derive(Clone, Debug)]
+pub struct EmulatorConfig {
+    /// How simulated time runs.
+    pub time_scale: TimeScale,
+    /// What wakes the mirror; scanners of one process share it.
+    pub timer: Timer,
+    /// Which dialects are answered.
+    pub dialects: DialectPolicy,
+    /// Clients served at once.
+    pub max_clients: usize,
+    /// Where mEEwriteall keeps the settings.
+    pub state: Option<StateFile>,
+    /// Digital lines that change on the way, in any order.
+    pub line_changes: Vec<LineChange>,
+    /// Who measures the host time that scan telegrams take to their user, if anyone.
+    pub latency: Option<Arc<Latency>>,
+    /// Where copies of all bytes go, a stream a client; nowhere unless something records.
+    pub taps: Taps,
+    /// What those streams are called; as the model is, where absent.
+    pub stream: Option<String>,
+}
+
+impl Default for EmulatorConfig {
+    fn default() -> Self {
+        Self {
+            time_scale: TimeScale::Paced(1.0),
+            timer: Timer::default(),
+            dialects: DialectPolicy::Auto,
+            max_clients: MAX_CLIENTS,
+            state: None,
+            line_changes: Vec::new(),
+            latency: None,
+            taps: Taps::default(),
+            stream: None,
+        }
+    }
+}
+
+/// What all tasks of one virtual scanner share.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    pub(crate) device: Mutex<Device>,
+    pub(crate) clock: Arc<SimClock>,
+    pub(crate) program: Program,
+    pub(crate) roster: Roster,
+    /// Notified when a client's interest changes, so that whoever waits for a taker looks again.
+    pub(crate) interest: Arc<Notify>,
+    /// Polls for scans: they take scans without a subscription.
+    polls: watch::Sender<Polls>,
+    /// How often the device's lines have changed and it has restarted: connections look when this changes.
+    pub(crate) news: watch::Sender<(u32, u32)>,
+    /// Telegrams on their way to clients.
+    pub(crate) in_flight: InFlight,
+    pub(crate) config: EmulatorConfig,
+    pub(crate) counts: Counts,
+}
+
+/// How many polls for scans there were.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Polls {
+    asked: u64,
+    /// Of these, answered with the scan after the one they found.
+    served: u64,
+}
+
+/// Who answers.
+#[derive(Debug)]
+pub(crate) enum Program {
+    /// The device.
+    Device,
+    /// A recorded device of that name, and the device where nothing was recorded.
+    Script(String, Arc<Script>),
+    /// Nobody: a stream of that name goes out as it was recorded.
+    Verbatim(String, StreamKind),
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    pub(crate) sent: AtomicU64,
+    pub(crate) dropped: AtomicU64,
+    pub(crate) missed: AtomicU64,
+    pub(crate) refused: AtomicU64,
+}
+
+/// What a virtual scanner has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EmulatorCounts {
+    /// Scan telegrams handed to clients, one a client.
+    pub scans_sent: u64,
+    /// Scan telegrams a client was too slow to take.
+    pub scans_dropped: u64,
+    /// Scans left out because the host was too slow for the mirror.
+    pub scans_missed: u64,
+    /// Connections turned away because the house was full.
+    pub connections_refused: u64,
+}
+
+impl Shared {
+    pub(crate) fn new(
+        device: Device,
+        program: Program,
+        clock: Arc<SimClock>,
+        interest: Arc<Notify>,
+        config: EmulatorConfig,
+    ) -> Arc<Self> {
+        Arc::new(Self {
+            device: Mutex::new(device),
+            clock,
+            program,
+            roster: Roster::new(config.max_clients),
+            interest,
+            polls: watch::Sender::default(),
+            news: watch::Sender::default(),
+            in_flight: InFlight::default(),
+            config,
+            counts: Counts::default(),
+        })
+    }
+
+    /// A recorded stream goes out as it was, and nobody is answered.
+    pub(crate) fn is_verbatim(&self) -> bool {
+        matches!(self.program, Program::Verbatim(..))
+    }
+
+    /// What it sends by itself comes from a recording.
+    pub(crate) fn is_replayed(&self) -> bool {
+        !matches!(self.program, Program::Device)
+    }
+
+    pub(crate) fn device(&self) -> MutexGuard<'_, Device> {
+        self.device.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Lets `session` answer, as it is prompted; the settings, if mEEwriteall was among the requests.
+    pub(crate) fn converse(
+        &self,
+        session: &mut Session,
+        mut scripted: Option<&mut ScriptedReplies>,
+        bytes: &[u8],
+        replies: &mut Vec<Reply>,
+    ) -> Option<String> {
+        let mut device = self.device();
+        let saves = device.saves();
+        let now = self.clock.now();
+        let mut polls = 0;
+        session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
+            polls += u64::from(replay::polls(frame));
+            if let Some(scripted) = &mut scripted {
+                scripted.amend(frame, reply);
+            }
+        });
+        if polls > 0 {
+            self.polls.send_modify(|known| known.asked += polls);
+        }
+        self.spread(&device);
+        (device.saves() != saves).then(|| device.saved_settings())
+    }
+
+    /// Whether anybody has ever polled for scans.
+    pub(crate) fn was_polled(&self) -> bool {
+        self.polls.borrow().asked > 0
+    }
+
+    /// Whether polls wait for the mirror's next turn.
+    pub(crate) fn polls_wait(&self) -> bool {
+        let polls = *self.polls.borrow();
+        polls.served < polls.asked
+    }
+
+    /// The mirror has turned for the polls that wait; false if there were none.
+    pub(crate) fn answer_polls(&self) -> bool {
+        self.polls.send_if_modified(|polls| std::mem::replace(&mut polls.served, polls.asked) != polls.asked)
+    }
+
+    /// Waits until the mirror has turned for all polls so far. Cancel safe.
+    pub(crate) async fn polls_answered(&self) {
+        // The sender is part of this.
+        let _ = self.polls.subscribe().wait_for(|polls| polls.served == polls.asked).await;
+    }
+
+    /// Notifies every connection if there is anything new about the device.
+    pub(crate) fn spread(&self, device: &Device) {
+        let news = (device.changes(), device.reboots());
+        self.news.send_if_modified(|known| std::mem::replace(known, news) != news);
+    }
+}
