@@ -188,6 +188,11 @@ impl DeviceArgs {
         }
     }
 
+    /// From power-up to the first answer, and what saving takes, where the flags say.
+    pub(super) fn times(&self) -> (Option<Duration>, Option<Duration>) {
+        (self.boot_s, self.save_s)
+    }
+
     /// Where an LMS2xx keeps its configuration block; it begins with what is there.
     pub(super) fn lms2xx_state(
         &self,

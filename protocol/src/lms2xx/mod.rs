@@ -7,6 +7,7 @@ pub mod client;
 pub mod configuration;
 mod description;
 pub mod device;
+pub mod firmware;
 pub mod frame;
 pub mod model;
 pub mod settings_reply;
