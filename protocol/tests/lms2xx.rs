@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use proptest::prelude::*;
+use rowscan_protocol::device::Profile;
 use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
 use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Options, Start, Sweep};
@@ -347,7 +348,7 @@ fn interlaced_beams_are_mirror_turns_apart() {
 
 #[test]
 fn a_pause_inside_a_telegram_drops_it_and_the_next_one_counts() {
-    let mut device = device("lms200", Options::default());
+    let mut device = device("lms200", Options { profile: Profile::Field, ..Options::default() });
     let status = bytes("02 00 01 00 31 15 12");
     device.handle_bytes(SimTime::ZERO, Duration::from_micros(1040), &status[..4]);
     let later = SimTime(20_000_000);

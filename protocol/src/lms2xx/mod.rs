@@ -9,6 +9,7 @@ mod description;
 pub mod device;
 pub mod firmware;
 pub mod frame;
+pub mod listing;
 pub mod model;
 pub mod settings_reply;
 pub mod telegram;

@@ -178,6 +178,7 @@ impl Device {
     fn enter(&mut self, mode: OperatingMode, stream: Option<Output>) {
         self.mode = mode;
         self.stream = stream;
+        self.partials = 0;
     }
 
     /// True where the settings of the installation may be changed.

@@ -142,6 +142,8 @@ pub struct Device {
     deaf_until: SimTime,
     /// Telegrams of values put on the line.
     telegrams: u8,
+    /// Partial scans put on the line.
+    partials: u64,
     /// When the last byte was taken.
     last_byte: Option<SimTime>,
     /// The first mirror turn that no telegram has held yet.
@@ -180,6 +182,7 @@ impl Device {
             interrupt: false,
             deaf_until: SimTime::ZERO,
             telegrams: 0,
+            partials: 0,
             stream: (options.start == Start::Streaming).then_some(Output::All),
             asked: None,
             waiting: VecDeque::new(),

@@ -76,6 +76,15 @@ impl Device {
         }
     }
 
+    /// Which of its `turns` this one is. Partial scans come in turn however many mirror turns lie between them, so that a host can put them
+    /// together on a slow line too.
+    fn part(&self, output: Option<Output>, turn: u64, turns: u64) -> u64 {
+        match output {
+            Some(Output::Partial) => self.partials % turns.max(1),
+            _ => turn % turns.max(1),
+        }
+    }
+
     /// The turns of the next scan telegram, where one is wanted; the line is free from `free` on. The device measures always and
     /// sends the first scan that is complete by then, so that scans come at whole multiples of the scan's own time.
     pub fn plan(&self, free: SimTime) -> Option<Sweep> {
@@ -83,18 +92,14 @@ impl Device {
             return None;
         }
         let output = self.output()?;
-        let turns_a_scan = u64::from(self.raster(Some(output)).1);
-        let unit = if output == Output::Partial { 1 } else { turns_a_scan };
+        let unit = match output {
+            Output::Partial => 1,
+            _ => u64::from(self.raster(Some(output)).1),
+        };
         let turns = unit * u64::from(output.scans());
         // The first unit that ends at `free` or later, and holds nothing that was sent before.
         let ends = first_turn_from(free).max(turns);
-        let mut first = (ends - turns).max(self.next_turn).div_ceil(unit) * unit;
-        if output == Output::Partial {
-            // The parts follow one another, so that a host can put them together.
-            while first % turns_a_scan != self.next_turn % turns_a_scan {
-                first += 1;
-            }
-        }
+        let first = (ends - turns).max(self.next_turn).div_ceil(unit) * unit;
         Some(Sweep { first, turns: u32::try_from(turns).ok()? })
     }
 
@@ -102,7 +107,7 @@ impl Device {
     pub fn turn_beams(&self, turn: u64) -> BeamGrid {
         let (variant, turns) = self.raster(self.output());
         let (whole, turns) = (variant.beams(), turns as u16);
-        let part = (turn % u64::from(turns)) as u16;
+        let part = self.part(self.output(), turn, turns.into()) as u16;
         BeamGrid {
             start: whole.start + i32::from(part) * i32::from(whole.step),
             step: whole.step.saturating_mul(turns),
@@ -122,8 +127,9 @@ impl Device {
             self.collected.remission.clear();
             self.collected.remission.resize(count, 0);
         }
+        let part = usize::try_from(self.part(self.output(), turn, turns)).unwrap_or_default();
         let Collected { range_mm, hits, remission, .. } = &mut self.collected;
-        let places = (usize::try_from(turn % turns).unwrap_or_default()..count).step_by(turns as usize);
+        let places = (part..count).step_by(turns as usize);
         for ((place, range), digits) in places.zip(beams.range_mm).zip(beams.remission) {
             let (Some(sum), Some(hits), Some(kept)) =
                 (range_mm.get_mut(place), hits.get_mut(place), remission.get_mut(place))
@@ -142,6 +148,7 @@ impl Device {
         self.next_turn = sweep.first + u64::from(sweep.turns);
         let mut collected = core::mem::take(&mut self.collected);
         self.fill(&mut collected, output, sweep);
+        self.partials += u64::from(output == Output::Partial);
         if self.configuration.real_time_index() && self.firmware.has_indices() {
             collected.values.real_time_index = Some((self.next_turn % 256) as u8);
             self.telegrams = self.telegrams.wrapping_add(1);
@@ -158,7 +165,7 @@ impl Device {
         let Collected { range_mm, hits, remission, values } = collected;
         let (variant, turns) = self.raster(Some(output));
         let turns = turns as usize;
-        let part = usize::try_from(sweep.first).unwrap_or_default() % turns;
+        let part = usize::try_from(self.part(Some(output), sweep.first, turns as u64)).unwrap_or_default();
         let value = |place: usize| {
             let (sum, hits) = (range_mm.get(place).copied(), hits.get(place).copied());
             // A mean over the turns that saw something.
