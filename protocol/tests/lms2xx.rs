@@ -539,7 +539,8 @@ fn the_start_ups_of_carmen_and_aria_get_their_replies() {
             let boot = if (profile, start) == (Profile::Field, Start::PowerUp) { 15 } else { 0 };
             assert!((boot..boot + 3).contains(&(now.0 / 1_000_000_000)), "{profile:?} {start:?}: {now:?}");
             let mut expect = |body: &[u8], reply: &[u8]| {
-                let found = ask(&mut device, &mut now, body).unwrap_or_else(|| panic!("no reply to {body:02X?}"));
+                let found =
+                    ask(&mut device, &mut now, body).unwrap_or_else(|| panic!("no reply to {body:02X?}"));
                 assert!(found.starts_with(reply), "{body:02X?}: {found:02X?}");
             };
             expect(b"\x20\x00SICK_LMS", &[0xA0, 0]);

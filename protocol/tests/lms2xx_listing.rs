@@ -156,7 +156,8 @@ fn the_status_has_the_listed_values() {
 fn rates_and_frame_sizes_are_the_listings() {
     let all: &[u8] = &[0x20, 0x24];
     let (quarter, half, whole) = ([0x64, 0, 25, 0], [0xB4, 0, 50, 0], [0xB4, 0, 100, 0]);
-    let rows: [(&str, Option<[u8; 4]>, &[u8], [u64; 3], usize); 5] = [
+    type Row<'a> = (&'a str, Option<[u8; 4]>, &'a [u8], [u64; 3], usize);
+    let rows: [Row<'_>; 5] = [
         ("lms291", Some(quarter), all, [16, 8, 4], 812),
         ("lms291", Some(half), all, [29, 15, 8], 732),
         ("lms291", Some(whole), all, [30, 15, 8], 372),
