@@ -104,6 +104,12 @@ impl Sending {
         self.began + self.rate.transmission(self.bytes.len())
     }
 
+    /// Ends behind the byte that is on the line: a request has come.
+    fn cut_off(&mut self, now: SimTime) {
+        let begun = self.left(now) + 1;
+        self.bytes.truncate(begun);
+    }
+
     /// Bytes that have left by `now`.
     fn left(&self, now: SimTime) -> usize {
         let elapsed = now.0.saturating_sub(self.began.0);
@@ -284,8 +290,12 @@ impl Lms2xxScanner {
     /// Hands the device what has arrived.
     async fn deliver(&mut self, now: SimTime) -> io::Result<()> {
         while self.arriving.front().is_some_and(|arriving| arriving.last <= now) {
-            let Some(Arriving { first, spacing, bytes, .. }) = self.arriving.pop_front() else { break };
+            let Some(Arriving { first, spacing, last, bytes }) = self.arriving.pop_front() else { break };
             self.device.handle_bytes(first, spacing, &bytes);
+            if let Some(sending) = self.sending.as_mut().filter(|_| self.device.interrupts()) {
+                sending.cut_off(last.max(sending.began));
+                self.free = sending.end();
+            }
         }
         if self.device.saves() != self.saves {
             self.saves = self.device.saves();

@@ -230,15 +230,14 @@ fn an_lms511_tells_its_outputs_with_the_subscription() {
 #[test]
 fn the_field_is_evaluated_and_its_results_are_told() {
     let mut bench = Bench::logged_in("tim781s");
-    assert_eq!(bench.ask("sRN LFErec"), "sRA LFErec 0");
-    bench.device.watch_field(Some(1500));
+    bench.device.watch_fields(&[1500]).unwrap();
     bench.ask("sEN LFErec 1");
     let mut results = Vec::new();
     for range_mm in [2000, 1400, 1400, 0, 1500] {
         let echoes = [MeasuredEcho { range_mm: vec![range_mm; 811], remission: Vec::new() }];
         bench.device.measure(bench.now, &MeasuredLine { grid: bench.device.mirror().beams, echoes: &echoes });
         for event in events(&mut bench) {
-            assert!(event.starts_with("sSN LFErec 1 1 1 0 3F800000 00000000 D05 FFF92230 "), "{event}");
+            assert!(event.starts_with("sSN LFErec 3 1 1 0 3F800000 00000000 D05 FFF92230 "), "{event}");
             results.push(event.split(' ').nth(10).unwrap().to_owned());
         }
     }
@@ -249,13 +248,38 @@ fn the_field_is_evaluated_and_its_results_are_told() {
 }
 
 #[test]
-fn one_field_without_blocks_is_43_bytes_as_recorded() {
+fn a_tim7_reports_three_fields_of_43_bytes_as_recorded() {
     let mut bench = Bench::new("tim781s");
-    bench.device.watch_field(Some(1500));
     let mut request = Vec::new();
     rowscan_protocol::frame::encode(rowscan_protocol::frame::Dialect::B, b"sRN LFErec", &mut request);
     let reply = bench.send(&request)[0].bytes.len();
-    assert_eq!(reply, 9 + "sRA LFErec ".len() + 2 + 43);
+    assert_eq!(reply, 9 + "sRA LFErec ".len() + 2 + 3 * 43);
+}
+
+/// Each field has its own result and the time of its own last change.
+#[test]
+fn three_fields_are_evaluated_one_by_one() {
+    let mut bench = Bench::logged_in("tim781");
+    assert!(bench.ask("sRN LFErec").starts_with("sRA LFErec 3 1 1 0 3F800000 00000000 D05 FFF92230 0 "));
+    assert_eq!(bench.device.watch_fields(&[1, 2, 3, 4]).unwrap_err().most, 3);
+    bench.device.watch_fields(&[500, 1500]).unwrap();
+    bench.ask("sEN LFErec 1");
+    let mut told = Vec::new();
+    for range_mm in [2000, 1000, 400] {
+        let echoes = [MeasuredEcho { range_mm: vec![range_mm; 811], remission: Vec::new() }];
+        bench.device.measure(bench.now, &MeasuredLine { grid: bench.device.mirror().beams, echoes: &echoes });
+        for event in events(&mut bench) {
+            let tokens: Vec<&str> = event.split(' ').collect();
+            // 19 tokens a field: eight to the result, three empty blocks, a flag and the time's seven.
+            told.push([10, 29, 48].map(|at| tokens[at].to_owned()).join(" "));
+        }
+    }
+    assert_eq!(told, ["1 1 0", "1 2 0", "2 2 0"]);
+    // Models without results of their own report what is set.
+    let mut bench = Bench::logged_in("lms111");
+    assert_eq!(bench.ask("sRN LFErec"), "sRA LFErec 0");
+    bench.device.watch_fields(&[1500, 700]).unwrap();
+    assert!(bench.ask("sRN LFErec").starts_with("sRA LFErec 2 "));
 }
 
 /// Device time is 32 bits of microseconds: it begins again after 71 minutes and 35 seconds, in the middle of a stream.

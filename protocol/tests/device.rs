@@ -25,7 +25,7 @@ fn a_warm_lms111_tells_who_it_is() {
         ("sRN LCMstate", "sRA LCMstate 0"),
         ("sRN ODoprh", "sRA ODoprh 4D2"),
         ("sRN ODpwrc", "sRA ODpwrc 38"),
-        ("sRN LMPoutputRange", "sRA LMPoutputRange 1 1388 FFF92233 22550D"),
+        ("sRN LMPoutputRange", "sRA LMPoutputRange 1 1388 FFF92230 225510"),
         ("sRN LMPscancfg", "sRA LMPscancfg 1388 1 1388 FFF92230 225510"),
         ("sRN field010", "sRA field010 0"),
         ("sRN LIDinputstate", "sRA LIDinputstate 1 0 2 2 2 2 0"),

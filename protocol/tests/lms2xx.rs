@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use proptest::prelude::*;
+use rowscan_protocol::device::Profile;
 use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
 use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Options, Start, Sweep};
@@ -347,7 +348,7 @@ fn interlaced_beams_are_mirror_turns_apart() {
 
 #[test]
 fn a_pause_inside_a_telegram_drops_it_and_the_next_one_counts() {
-    let mut device = device("lms200", Options::default());
+    let mut device = device("lms200", Options { profile: Profile::Field, ..Options::default() });
     let status = bytes("02 00 01 00 31 15 12");
     device.handle_bytes(SimTime::ZERO, Duration::from_micros(1040), &status[..4]);
     let later = SimTime(20_000_000);
@@ -415,4 +416,151 @@ fn a_saved_configuration_comes_back_and_a_damaged_one_does_not() {
     encode(0, &write, &mut frame);
     other.handle_bytes(SimTime::ZERO, Duration::ZERO, &frame);
     assert_eq!(other.saves(), 0);
+}
+
+/// Fills a device's reply into a whole frame, with its acknowledgement.
+fn reply(body: &[u8]) -> Vec<u8> {
+    let mut frame = vec![0x06];
+    encode(0x80, body, &mut frame);
+    frame
+}
+
+/// What a client has asked so far.
+fn asked(client: &mut Lms2xxClient) -> Vec<Vec<u8>> {
+    let mut frames = Vec::new();
+    while let Some(transmit) = client.poll_transmit() {
+        if let Transmit::Frame(frame) = transmit {
+            frames.push(frame);
+        }
+    }
+    frames
+}
+
+const ON_REQUEST: &str = "02 00 02 00 20 25 35 08";
+
+/// A change of the mode may take 3 s, once the request is acknowledged.
+#[test]
+fn a_client_waits_three_seconds_for_a_mode_that_was_acknowledged() {
+    let mut client = Lms2xxClient::new(Lms2xxConfig { rate: Rate::R9600, ..Lms2xxConfig::default() });
+    client.handle_bytes(Duration::ZERO, &[]);
+    assert_eq!(asked(&mut client), [bytes(ON_REQUEST)]);
+    client.handle_bytes(Duration::from_millis(40), &[0x06]);
+    let late = Duration::from_millis(2_900);
+    assert!(client.poll_timeout().unwrap() > late);
+    client.handle_timeout(late);
+    assert_eq!(asked(&mut client), Vec::<Vec<u8>>::new());
+    client.handle_bytes(late, &reply(&[0xA0, 0, 0x10])[1..]);
+    assert_eq!(asked(&mut client), [bytes("02 00 01 00 3A 1E 12")]);
+}
+
+/// The listing wants 30 ms between a NAK and the repetition.
+#[test]
+fn a_client_pauses_after_a_nak() {
+    let mut client = Lms2xxClient::new(Lms2xxConfig { rate: Rate::R9600, ..Lms2xxConfig::default() });
+    client.handle_bytes(Duration::ZERO, &[]);
+    asked(&mut client);
+    client.handle_bytes(Duration::from_millis(40), &[0x15]);
+    assert_eq!(asked(&mut client), Vec::<Vec<u8>>::new());
+    client.handle_timeout(Duration::from_millis(69));
+    assert_eq!(asked(&mut client), Vec::<Vec<u8>>::new());
+    client.handle_timeout(Duration::from_millis(70));
+    assert_eq!(asked(&mut client), [bytes(ON_REQUEST)]);
+}
+
+/// A request ends the telegram that the device is sending: what follows is the reply, and not the rest.
+#[test]
+fn a_client_expects_telegrams_that_were_cut_off() {
+    let mut client = Lms2xxClient::new(Lms2xxConfig { rate: Rate::R9600, ..Lms2xxConfig::default() });
+    client.handle_bytes(Duration::ZERO, &[]);
+    asked(&mut client);
+    let mut scan = vec![0xB0, 0x69, 0x41];
+    scan.extend([0x10; 723]);
+    let mut heard = reply(&scan)[1..101].to_vec();
+    heard.extend(reply(&[0xA0, 0, 0x10]));
+    client.handle_bytes(Duration::from_millis(50), &heard);
+    let due = client.poll_timeout().unwrap();
+    assert!(due <= Duration::from_millis(150), "{due:?}");
+    client.handle_timeout(due);
+    assert_eq!(asked(&mut client), [bytes("02 00 01 00 3A 1E 12")]);
+}
+
+/// A device with a block of 32 bytes is set up, and its values are read in the unit and mode that were written.
+#[test]
+fn a_client_sets_up_old_firmware() {
+    use rowscan_protocol::lms2xx::firmware::Firmware;
+    for name in ["lms200", "lms291"] {
+        let options = Options { firmware: Some(Firmware::V0210), ..Options::default() };
+        let mut line = Line::new(device(name, options), Lms2xxConfig::default());
+        line.run(Duration::from_secs(20));
+        assert!(line.is_ready(), "{name}: {:?}", line.events);
+        assert!(line.scans.len() > 20);
+        assert_eq!(line.device.saves(), 1, "its memory is written once");
+        assert!((line.client.scan().echoes[0].range_m[0] - 1.0).abs() < 0.001);
+        // And found as it should be the next time.
+        let again = Line { client: Lms2xxClient::new(Lms2xxConfig::default()), events: Vec::new(), ..line };
+        let mut again = Line { rate: Rate::R9600, ..again };
+        again.run(Duration::from_secs(20));
+        assert!(again.is_ready());
+        assert_eq!(again.device.saves(), 1);
+    }
+}
+
+/// The commands of CARMEN's and ARIA's start-ups: the rate is searched by 20 25, the configuration written in several lengths, the variant
+/// chosen, partial scans or ranges with remission streamed.
+#[test]
+fn the_start_ups_of_carmen_and_aria_get_their_replies() {
+    let mut ranges = bytes("20 2B 01 00 01 00 69 01");
+    for profile in [Profile::Bench, Profile::Field] {
+        for start in [Start::Idle, Start::PowerUp] {
+            let options = Options { profile, start, stored_rate: Rate::R38400, ..Options::default() };
+            let mut device = device("lms200", options);
+            let mut now = SimTime::ZERO;
+            let ask = |device: &mut Device, now: &mut SimTime, body: &[u8]| -> Option<Vec<u8>> {
+                let mut frame = Vec::new();
+                encode(0, body, &mut frame);
+                let mut replies = Vec::new();
+                // At most as long as the less patient of them waits.
+                let end = *now + Duration::from_millis(2_400);
+                device.handle_bytes(*now, Duration::ZERO, &frame);
+                while *now < end && replies.len() < 2 {
+                    device.handle_timeout(*now);
+                    while let Some(sent) = device.poll_transmit(*now) {
+                        device.transmitted(*now);
+                        replies.push(sent);
+                    }
+                    *now = *now + Duration::from_millis(10);
+                }
+                let [ack, reply] = replies.try_into().ok()?;
+                (ack == [0x06]).then(|| reply[4..reply.len() - 3].to_vec())
+            };
+            // Asked again and again until it answers.
+            let found = (0..8).any(|_| ask(&mut device, &mut now, &bytes("20 25")) == Some(vec![0xA0, 0]));
+            assert!(found, "{profile:?} {start:?}");
+            let boot = if (profile, start) == (Profile::Field, Start::PowerUp) { 15 } else { 0 };
+            assert!((boot..boot + 3).contains(&(now.0 / 1_000_000_000)), "{profile:?} {start:?}: {now:?}");
+            let mut expect = |body: &[u8], reply: &[u8]| {
+                let found =
+                    ask(&mut device, &mut now, body).unwrap_or_else(|| panic!("no reply to {body:02X?}"));
+                assert!(found.starts_with(reply), "{body:02X?}: {found:02X?}");
+            };
+            expect(b"\x20\x00SICK_LMS", &[0xA0, 0]);
+            expect(&bytes("74"), &[0xF4]);
+            expect(&bytes("77 00 00 46 00 00 06 01"), &[0xF7, 1]);
+            expect(&bytes("20 25"), &[0xA0, 0]);
+            expect(&bytes("3B 64 00 19 00"), &[0xBB, 1]);
+            expect(&bytes("20 2A"), &[0xA0, 0]);
+            expect(&bytes("20 25"), &[0xA0, 0]);
+            expect(&bytes("3B B4 00 32 00"), &[0xBB, 1]);
+            expect(&ranges, &[0xA0, 0]);
+        }
+    }
+    // A part beyond the scan is refused.
+    ranges[6] = 0xFF;
+    let mut device = device("lms200", Options::default());
+    let mut frame = Vec::new();
+    encode(0, &ranges, &mut frame);
+    device.handle_bytes(SimTime::ZERO, Duration::ZERO, &frame);
+    device.poll_transmit(SimTime::ZERO);
+    device.transmitted(SimTime::ZERO);
+    assert_eq!(device.poll_transmit(SimTime::ZERO).unwrap()[4], 0x92);
 }

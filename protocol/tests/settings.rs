@@ -251,7 +251,7 @@ fn every_models_output_range_reads_its_own_grid() {
     for model in MODELS {
         let mut bench = Bench::new(model.name);
         let reply = bench.ask("sRN LMPoutputRange");
-        let (start, stop) = model.output_range_as_read;
+        let (start, stop) = (model.start_angle, model.stop_angle);
         assert_eq!(reply, format!("sRA LMPoutputRange 1 {:X} {start:X} {stop:X}", model.default_mode.step));
         assert!(bench.ask("sRN DeviceIdent").contains(model.title));
     }

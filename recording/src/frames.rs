@@ -264,9 +264,9 @@ mod tests {
                 output: Output::All,
                 word: CountWord { count: 361, partial: None, unit: Some(Unit::Mm) },
                 values: vec![1000; 361],
-                reflectivity: Vec::new(),
                 real_time_index: Some(index),
                 status: 0x10,
+                ..Values::default()
             };
             bytes.push(0x06);
             encode_with(FROM_DEVICE, &mut bytes, |out| values.encode(out));

@@ -40,9 +40,15 @@ pub(super) struct DeviceArgs {
     /// Switch a digital output; as --input
     #[arg(long, value_name = "N=on|off[@SECONDS]")]
     output: Vec<LineArg>,
-    /// Evaluation field 1: infringed while anything is nearer than this
+    /// Evaluation field 1: infringed while anything is nearer than this; repeated: field 2 and on
     #[arg(long, value_name = "METRES", value_parser = field_mm)]
-    field: Option<u16>,
+    field: Vec<u16>,
+    /// Seconds from power-up to the first answer, in place of the model's [--profile field]
+    #[arg(long, value_name = "SECONDS", value_parser = duration)]
+    boot_s: Option<Duration>,
+    /// Seconds that saving takes (mEEwriteall; LMS2xx: 77), in place of the model's [--profile field]
+    #[arg(long, value_name = "SECONDS", value_parser = duration)]
+    save_s: Option<Duration>,
     /// Dirt on the front screen: 0 clean, 1 warning, 2 error, 3 serious error
     #[arg(long, value_name = "LEVEL", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
     contamination: u8,
@@ -151,6 +157,12 @@ fn uptime(text: &str) -> Result<f64, String> {
     }
 }
 
+/// An hour at most: no scanner takes longer.
+fn duration(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=3600.0).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("expected 0 to 3600 seconds, found `{text}`"))
+}
+
 fn field_mm(text: &str) -> Result<u16, String> {
     let millimetres = text.parse::<f64>().map(|metres| (metres * 1000.0).round());
     match millimetres {
@@ -174,6 +186,11 @@ impl DeviceArgs {
             (None, Profile::Bench) => Ok(lms2xx::device::Start::Idle),
             (None, Profile::Field) => Ok(lms2xx::device::Start::PowerUp),
         }
+    }
+
+    /// From power-up to the first answer, and what saving takes, where the flags say.
+    pub(super) fn times(&self) -> (Option<Duration>, Option<Duration>) {
+        (self.boot_s, self.save_s)
     }
 
     /// Where an LMS2xx keeps its configuration block; it begins with what is there.
@@ -211,13 +228,15 @@ impl DeviceArgs {
             clock_ppm: self.clock_ppm,
             seed,
             scanner: u32::try_from(scanner).unwrap_or(u32::MAX),
+            boot: self.boot_s,
+            save: self.save_s,
             ..Options::default()
         });
         let state =
             self.state.as_ref().map(|path| StateFile::open(path, |text| device.restore(text))).transpose()?;
         device.set_contamination(self.contamination);
         device.set_comment(&self.comment);
-        device.watch_field(self.field);
+        device.watch_fields(&self.field).map_err(|error| Failure::Usage(format!("--field: {error}")))?;
         let lines = |args: &[LineArg], output: bool| {
             let change =
                 move |arg: &LineArg| LineChange { at: arg.at, output, number: arg.number, on: arg.on };

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use rowscan_protocol::device::Profile;
 use rowscan_protocol::lms2xx::device::Options;
+use rowscan_protocol::lms2xx::firmware::Firmware;
 use rowscan_protocol::lms2xx::{Rate, model::Model};
 
 use super::device::DeviceArgs;
@@ -15,6 +16,8 @@ use rowscan_ports::{NetLine, Port, Pty, Wire};
 
 /// What the host's scheduling adds to a pause inside a telegram.
 const PAUSE_SLACK: Duration = Duration::from_millis(14);
+/// The same on the bench: a client on a busy host may take half a second between two bytes.
+const BENCH_SLACK: Duration = Duration::from_millis(500);
 
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Serial line")]
@@ -31,6 +34,9 @@ pub(super) struct LineArgs {
     /// Rate the scanner was left at, bits a second [default: 9600; CoLa on a real port: 57600]
     #[arg(long, value_name = "RATE")]
     rate: Option<u32>,
+    /// LMS2xx: an older or other firmware, V02.10, V02.30 or X01.27, in place of the model's own
+    #[arg(long, value_name = "VERSION")]
+    firmware: Option<Firmware>,
 }
 
 /// A line that was opened, and where clients find it.
@@ -117,7 +123,12 @@ pub(super) fn pause_slack(scale: TimeScale) -> Duration {
 }
 
 pub(super) fn options(device: &DeviceArgs, line: &LineArgs, scale: TimeScale) -> Result<Options, Failure> {
-    let pause_slack = pause_slack(scale);
     let profile: Profile = device.profile();
-    Ok(Options { profile, start: device.lms2xx_start()?, stored_rate: line.stored_rate()?, pause_slack })
+    let pause_slack = match (profile, scale) {
+        (Profile::Bench, TimeScale::Paced(scale)) => BENCH_SLACK.mul_f64(scale.clamp(1e-3, 1e3)),
+        _ => pause_slack(scale),
+    };
+    let (boot, save) = device.times();
+    let (start, stored_rate) = (device.lms2xx_start()?, line.stored_rate()?);
+    Ok(Options { profile, start, stored_rate, pause_slack, firmware: line.firmware, boot, save })
 }

@@ -36,6 +36,14 @@ impl Drop for LinkTeller {
     }
 }
 
+/// A name with its version, which some scanners tell in the name as well.
+fn with_version(ident: &str, firmware: &str) -> String {
+    match ident.ends_with(firmware) {
+        true => ident.to_owned(),
+        false => format!("{ident} {firmware}"),
+    }
+}
+
 fn tell(name: Option<&str>, event: &LinkEvent) {
     let say = |what: std::fmt::Arguments<'_>| match name {
         Some(name) => say(format_args!("{name}: {what}")),
@@ -43,7 +51,7 @@ fn tell(name: Option<&str>, event: &LinkEvent) {
     };
     match event {
         LinkEvent::Ready(DeviceInfo { ident, firmware, language }) => {
-            say(format_args!("connected: {} {}, {language}", ident.trim(), firmware.trim()));
+            say(format_args!("connected: {}, {language}", with_version(ident.trim(), firmware.trim())));
         }
         LinkEvent::Refused { command, error: None } => {
             say(format_args!("the scanner refused: {command}; it keeps its own setting"));
@@ -55,5 +63,16 @@ fn tell(name: Option<&str>, event: &LinkEvent) {
         LinkEvent::Lost { cause, pause } => say(format_args!("{cause}; trying again in {pause:?}")),
         // Events that this version does not know.
         _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_version_is_told_once() {
+        assert_eq!(with_version("LMS10x_FieldEval V1.80.2", "V1.80.2"), "LMS10x_FieldEval V1.80.2");
+        assert_eq!(with_version("LMS111", "V1.80.2"), "LMS111 V1.80.2");
     }
 }

@@ -2,7 +2,7 @@
 
 use rowscan_protocol::device::{Evidence, REFUSALS, Refusal};
 use rowscan_protocol::lms2xx;
-use rowscan_protocol::model::{self, AnyModel, Model};
+use rowscan_protocol::model::{self, AnyModel, Model, Times};
 use serde::Serialize;
 
 use super::{Failure, Format, Outcome, output};
@@ -230,9 +230,63 @@ fn models_page(rows: &[Row]) -> String {
             lines.iter().for_each(|line| page += &format!("- {line}\n"));
         }
     }
+    page += &times();
+    page += &listing_table();
     page += "\n## Not modelled\n";
     for (name, why) in model::NOT_MODELLED {
         page += &format!("- {name}: {why}\n");
+    }
+    page
+}
+
+/// How long things take with `--profile field`.
+fn times() -> String {
+    let mut page = String::from(
+        "\n## Times\n\nSeconds with `--profile field`; with `bench` everything happens at once. Boot, initialisation, spin-up and save times are not verified; `--boot-s` \
+         and `--save-s` set them. Cold is from power-up to the first scan, warm from LMCstartmeas (LMS2xx: from the stream's beginning, \
+         one scan's own time).\n\n\
+         | model | boots | initialises | spins up | saves | first scan, warm | first scan, cold |\n|---|---|---|---|---|---|---|\n",
+    );
+    for model in model::MODELS {
+        let Times { boot, initialisation, spin_up, first_scan, save_reply, .. } = model.times;
+        let cold = boot + initialisation + spin_up + first_scan;
+        let seconds = [boot, initialisation, spin_up, save_reply, first_scan, cold]
+            .map(|time| time.as_secs_f64().to_string());
+        page += &format!("| `{}` | {} |\n", model.name, seconds.join(" | "));
+    }
+    for model in lms2xx::model::MODELS {
+        let lms2xx::model::Times { boot, save, new_unit } = model.times;
+        let scan = f64::from(model.turns(model.default_variant)) / f64::from(lms2xx::model::TURNS_PER_SECOND);
+        page += &format!(
+            "| `{}` | {} | – | – | {}, where the unit changes {} | {scan:.3} | {:.3} |\n",
+            model.name,
+            boot.as_secs_f64(),
+            save.as_secs_f64(),
+            new_unit.as_secs_f64(),
+            boot.as_secs_f64() + scan
+        );
+    }
+    page
+}
+
+fn listing_table() -> String {
+    let mut page = String::from(
+        "\n## LMS2xx: the listing's commands\n\nSICK's telegram listing 8007954, command by command; a test sends every example.\n\n\
+         | command | listing says | we do | example | reply begins |\n|---|---|---|---|---|\n",
+    );
+    let hex = |bytes: &[u8]| {
+        let shown: Vec<String> = bytes.iter().take(10).map(|byte| format!("{byte:02X}")).collect();
+        shown.join(" ") + if bytes.len() > 10 { " …" } else { "" }
+    };
+    for line in lms2xx::listing::LISTING {
+        page += &format!(
+            "| {} | {} | {} | `{}` | `{}` |\n",
+            line.command,
+            line.listed,
+            line.ours,
+            hex(line.example),
+            hex(line.reply)
+        );
     }
     page
 }

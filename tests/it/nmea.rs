@@ -111,6 +111,19 @@ fn every_sentence_says_what_the_trajectory_does() {
                         near("heading", hdt.heading.map(f64::from), 12.0, 0.006);
                     }
                 }
+                ParseResult::GST(gst) => {
+                    let expected = (!lost).then_some(if float { 0.2 } else { 0.01 });
+                    let (latitude, height) = (gst.lat_sd.map(f64::from), gst.alt_sd);
+                    assert_eq!(latitude.is_none(), lost);
+                    if let Some(expected) = expected {
+                        near("deviation", latitude, expected, 1e-6);
+                        near("height deviation", height.map(f64::from), 2.0 * expected, 1e-6);
+                    }
+                }
+                ParseResult::GSA(gsa) => {
+                    assert_eq!(gsa.fix_sats_prn.len(), if lost { 0 } else { 12 });
+                    near("hdop", gsa.hdop.map(f64::from), if lost { 99.9 } else { 0.7 }, 1e-6);
+                }
                 other => panic!("{other:?}"),
             }
         }

@@ -29,6 +29,11 @@ const RECORDINGS: [(&str, &str); 3] =
 const DIFFERENCES: &[(&str, &str, &str)] = &[
     ("lms111", "ODoprh", "counts operating hours"),
     ("lms111", "ODpwrc", "counts power-ups"),
+    (
+        "lms111",
+        "LMPoutputRange",
+        "read before its client wrote the same: an earlier client had left it; ours is as delivered",
+    ),
     ("lms111", "field0", "ten stored evaluation fields; ours are unused"),
     ("lms511", "ODoprh", "counts operating hours"),
     ("lms511", "ODpwrc", "counts power-ups"),

@@ -75,7 +75,7 @@ def truth():
 def test_every_rate_gives_the_scenes_own_ranges(line, truth, rate):
     emulator = line("--time-scale", "max")
     with Lms2xx(emulator.url) as lms:
-        assert lms.ask(b"\x3a")[1:-1] == b"LMS291;S05;V02.30 "
+        assert lms.ask(b"\x3a")[1:-1] == b"LMS291;S05;X01.27 "
         lms.rate(rate)
         lms.millimetres()
         assert lms.ask(b"\x20\x24") == b"\xa0\x00\x10"

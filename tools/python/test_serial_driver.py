@@ -38,7 +38,7 @@ def check(result, frequency_hz):
 def test_the_driver_finds_the_rate_on_a_pseudo_terminal(rowscan, line, left):  # noqa: F811
     emulator = line("--time-scale", "4", *left)
     result, err = estimate(rowscan, "serial:%s?baud=38400" % emulator.url)
-    assert "connected: LMS291;S05 V02.30, 38400 bits a second" in err
+    assert "connected: LMS291;S05 X01.27, 38400 bits a second" in err
     # Every eighth scan, as recorded on a real LMS200.
     check(result, 75 / 16)
 

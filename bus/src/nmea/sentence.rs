@@ -1,4 +1,4 @@
-//! GGA, RMC, VTG, ZDA, HDT: a fix in words. Angles, digits and order as NMEA 0183 4.1 has them.
+//! GGA, RMC, VTG, ZDA, HDT, GST, GSA: a fix in words. Angles, digits and order as NMEA 0183 4.1 has them.
 
 use std::fmt::Write;
 
@@ -23,6 +23,8 @@ pub const SENTENCES: &[Sentence] = &[
     Sentence { name: "VTG", fields: vtg, longest: 48 },
     Sentence { name: "ZDA", fields: zda, longest: 38 },
     Sentence { name: "HDT", fields: hdt, longest: 20 },
+    Sentence { name: "GST", fields: gst, longest: 60 },
+    Sentence { name: "GSA", fields: gsa, longest: 76 },
 ];
 
 impl Sentence {
@@ -154,6 +156,44 @@ fn hdt(fix: &Fix) -> String {
     format!("{},T", degrees(fix, fix.heading_deg))
 }
 
+/// Standard deviations of the position that a receiver claims at a quality: along the ground in one direction, and in height, metres.
+/// What receivers of the field typically claim (assumed); the noise of the scene is not told.
+fn deviation_m(fix: &Fix) -> (f64, f64) {
+    let ground_m = match fix.quality {
+        FixQuality::None | FixQuality::Gps => 1.5,
+        FixQuality::Differential => 0.5,
+        FixQuality::RtkFloat => 0.2,
+        FixQuality::RtkFixed => 0.01,
+    };
+    (ground_m, 2.0 * ground_m)
+}
+
+/// Error statistics: the ellipse of the position is a circle. Without it some programs make up an error from the dilution alone.
+fn gst(fix: &Fix) -> String {
+    let (ground_m, height_m) = deviation_m(fix);
+    let ground = number(fix, ground_m, 3);
+    let angle = if known(fix) { "0.0" } else { "" };
+    format!("{},{ground},{ground},{ground},{angle},{ground},{ground},{}", time(fix), number(fix, height_m, 3))
+}
+
+/// Satellites that one sentence has room for.
+const GSA_SATELLITES: u8 = 12;
+/// Vertical dilution over the horizontal one: typical, as the height noise is over the ground noise.
+const VERTICAL_DILUTION: f64 = 2.0;
+
+/// Dilution, and numbers of satellites: those of GPS, from 1 on, as many as there is room for.
+fn gsa(fix: &Fix) -> String {
+    let used = fix.satellites.min(GSA_SATELLITES);
+    let numbers: String = (1..=GSA_SATELLITES)
+        .map(|number| if number <= used { format!("{number:02},") } else { ",".to_owned() })
+        .collect();
+    let vdop = (fix.hdop * VERTICAL_DILUTION).min(99.9);
+    let pdop = (fix.hdop.hypot(vdop)).min(99.9);
+    let mode = if known(fix) { 3 } else { 1 };
+    // System 1 is GPS.
+    format!("A,{mode},{numbers}{pdop:.1},{:.1},{vdop:.1},1", fix.hdop)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,6 +225,9 @@ mod tests {
         assert!(told("VTG", &fix).starts_with("$GNVTG,0.00,T,,M,3.888,N,7.200,K,R*"));
         assert!(told("ZDA", &fix).starts_with("$GNZDA,060001.50,01,05,2026,00,00*"));
         assert!(told("HDT", &fix).starts_with("$GNHDT,0.00,T*"));
+        assert!(told("GST", &fix).starts_with("$GNGST,060001.50,0.010,0.010,0.010,0.0,0.010,0.010,0.020*"));
+        let gsa = "$GNGSA,A,3,01,02,03,04,05,06,07,08,09,10,11,12,1.6,0.7,1.4,1*";
+        assert!(told("GSA", &fix).starts_with(gsa), "{}", told("GSA", &fix));
     }
 
     #[test]
@@ -192,6 +235,8 @@ mod tests {
         let fix = fix(Gnss { quality: FixQuality::None, ..Gnss::default() });
         assert!(told("GGA", &fix).starts_with("$GNGGA,060001.50,,,,,0,00,99.9,,M,,M,,*"));
         assert!(told("RMC", &fix).contains(",V,,,,,,,010526,,,N*"));
+        assert!(told("GST", &fix).starts_with("$GNGST,060001.50,,,,,,,*"));
+        assert!(told("GSA", &fix).starts_with("$GNGSA,A,1,,,,,,,,,,,,,99.9,99.9,99.9,1*"));
     }
 
     #[test]

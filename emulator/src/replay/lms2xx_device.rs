@@ -2,7 +2,7 @@
 
 use rowscan_protocol::lms2xx::Variant;
 use rowscan_protocol::lms2xx::device::{Device, Options, Recorded};
-use rowscan_protocol::lms2xx::model::{MODELS, Model};
+use rowscan_protocol::lms2xx::model::{MODELS, Model, by_type_text};
 use rowscan_protocol::lms2xx::values::{MeasuringMode, Unit};
 
 use super::ReplayError;
@@ -19,9 +19,7 @@ pub fn lms2xx_model_of(
         return Ok(model);
     }
     if let Some(text) = part.lms2xx.type_text() {
-        let ident = text.rsplit_once(';').map_or(text, |(ident, _)| ident);
-        let named = MODELS.iter().copied().find(|model| model.type_text.starts_with(ident));
-        return named.ok_or_else(|| ReplayError::UnknownModel { found: format!("`{text}`") });
+        return by_type_text(text).ok_or_else(|| ReplayError::UnknownModel { found: format!("`{text}`") });
     }
     let count = part.lms2xx.count();
     let measures = |model: &&Model| model.variants.iter().any(|variant| variant.count() == count);

@@ -27,6 +27,8 @@ pub(super) struct Condition {
     pub(super) initialising_until: SimTime,
     /// Until then the motor speeds up.
     pub(super) rotating_until: SimTime,
+    /// Until then STlms reports that measuring is prepared.
+    pub(super) preparing_until: SimTime,
     /// From then on scans are made.
     pub(super) scans_from: SimTime,
     /// Until then SCdevicestate reports busy.

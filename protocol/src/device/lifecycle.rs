@@ -5,6 +5,7 @@ use core::time::Duration;
 use super::condition::{Activity, Condition};
 use super::options::{Profile, Start};
 use super::state::Device;
+use crate::model::Times;
 use crate::telegram::{scdevicestate, stlms};
 use crate::time::SimTime;
 
@@ -51,8 +52,8 @@ impl Device {
     }
 
     pub(super) fn power_up(&mut self, now: SimTime) {
-        let silent_until = now + self.takes(self.model.times.boot);
-        let initialising_until = silent_until + self.takes(self.model.times.initialisation);
+        let silent_until = now + self.takes(self.times().boot);
+        let initialising_until = silent_until + self.takes(self.times().initialisation);
         self.condition = Condition {
             silent_until,
             initialising_until,
@@ -60,25 +61,33 @@ impl Device {
             contamination: self.condition.contamination,
             ..Condition::default()
         };
-        self.speed_up(initialising_until, self.takes(self.model.times.spin_up));
+        self.speed_up(initialising_until, self.takes(self.times().spin_up));
         self.condition.busy_until = self.condition.scans_from;
     }
 
+    /// `LMCstartmeas`. A scanner that measures already goes on measuring: some clients ask STlms once, straight after it, and give up for
+    /// ever if it is not 7. Spinning up takes time where the motor stands, and settling where the scan mode is a new one.
     pub(super) fn start_measurement(&mut self, now: SimTime) {
-        let spin_up = match self.condition.activity {
+        let mode_changed = core::mem::take(&mut self.condition.mode_changed);
+        let from = now.max(self.condition.initialising_until);
+        match self.condition.activity {
             // Only a new device leaves this state.
             Activity::Error => return,
-            Activity::Stopped => self.model.times.spin_up,
-            Activity::Measuring | Activity::Standby => Duration::ZERO,
-        };
+            Activity::Stopped => self.speed_up(from, self.takes(self.times().spin_up)),
+            Activity::Standby => self.speed_up(from, Duration::ZERO),
+            // A motor that still speeds up goes on doing so.
+            Activity::Measuring if mode_changed => {
+                self.speed_up(from.max(self.condition.rotating_until), Duration::ZERO);
+            }
+            // Its counter starts afresh and the first scan takes its time, as recorded; STlms stays.
+            Activity::Measuring => {
+                let first_scan = from + self.takes(self.times().first_scan);
+                self.condition.scans_from = self.condition.scans_from.max(first_scan);
+            }
+        }
         self.condition.activity = Activity::Measuring;
         self.condition.held_by_login = false;
-        let from = now.max(self.condition.initialising_until);
-        self.speed_up(from, self.takes(spin_up));
-        let busy = match core::mem::take(&mut self.condition.mode_changed) {
-            true => self.model.times.busy_after_new_mode,
-            false => Duration::ZERO,
-        };
+        let busy = if mode_changed { self.times().busy_after_new_mode } else { Duration::ZERO };
         self.condition.busy_until = self.condition.scans_from.max(now + self.takes(busy));
         self.counters.start_up_scans = self.model.start_up.scans;
         if let Some(restart) = self.model.scan_counter_restart {
@@ -123,7 +132,7 @@ impl Device {
             Activity::Standby => stlms::ROTATING,
             Activity::Stopped => stlms::IDLE,
             Activity::Measuring if now < self.condition.rotating_until => stlms::ROTATING,
-            Activity::Measuring if now < self.condition.scans_from => stlms::PREPARING,
+            Activity::Measuring if now < self.condition.preparing_until => stlms::PREPARING,
             Activity::Measuring if self.is_measuring() => stlms::MEASURING,
             Activity::Measuring => stlms::READY,
         }
@@ -139,6 +148,18 @@ impl Device {
         contamination | if starting { self.model.start_up.status } else { 0 }
     }
 
+    /// How long things take: the model's times, with what the options say otherwise.
+    pub fn times(&self) -> Times {
+        let mut times = self.model.times;
+        if let Some(boot) = self.options.boot {
+            times.boot = boot;
+        }
+        if let Some(save) = self.options.save {
+            times.save_reply = save;
+        }
+        times
+    }
+
     /// A time real devices need; none in the bench profile.
     pub(super) fn takes(&self, time: Duration) -> Duration {
         match self.options.profile {
@@ -149,6 +170,7 @@ impl Device {
 
     fn speed_up(&mut self, from: SimTime, spin_up: Duration) {
         self.condition.rotating_until = from + spin_up;
-        self.condition.scans_from = self.condition.rotating_until + self.takes(self.model.times.first_scan);
+        self.condition.scans_from = self.condition.rotating_until + self.takes(self.times().first_scan);
+        self.condition.preparing_until = self.condition.scans_from;
     }
 }

@@ -1,4 +1,4 @@
-//! State of the digital inputs, the outputs and the evaluation field, and how often each has changed.
+//! State of the digital inputs, the outputs and the evaluation fields, and how often each has changed.
 
 use alloc::vec::Vec;
 
@@ -16,16 +16,26 @@ pub(super) struct Lines {
     pub(super) outputs: Vec<OutputState>,
     /// Bit mask of the outputs in scan telegrams.
     pub(super) output_mask: u8,
-    pub(super) field: Field,
+    /// Evaluation field 1 and on.
+    pub(super) fields: Vec<Field>,
     pub(super) changes: Changes,
 }
 
-/// The one evaluation field: a circle about the scanner.
+/// An evaluation field: a circle about the scanner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field {
+    /// None where the field is not set: it is not evaluated.
     pub(super) radius_mm: Option<u16>,
     /// One of LFErec's codes.
     pub(super) result: u8,
+    /// When the result last changed, µs since power-up.
+    pub(super) at_us: u64,
+}
+
+impl Field {
+    pub(super) fn new(radius_mm: Option<u16>) -> Self {
+        Self { radius_mm, result: lfe_rec::INVALID, at_us: 0 }
+    }
 }
 
 /// How often and when each kind last changed.
@@ -66,7 +76,7 @@ impl Lines {
             inputs: model.lines.inputs,
             outputs: outputs.collect(),
             output_mask: model.outputs,
-            field: Field { radius_mm: None, result: lfe_rec::INVALID },
+            fields: (0..model.evaluations.always).map(|_| Field::new(None)).collect(),
             changes: Changes::default(),
         }
     }

@@ -37,7 +37,7 @@ impl Device {
         self.counters.lines += u64::from(filtered.is_some());
         if let Some(line) = filtered.filter(|_| lines.is_multiple_of(rate)) {
             let mut scan = core::mem::take(&mut self.last_scan);
-            self.evaluate_field(at, &line);
+            self.evaluate_fields(at, &line);
             self.fill_header(&mut scan, at, turn, scan_counter);
             scan.measurement_frequency = measurement_frequency(scan.scan_frequency, line.grid.step);
             self.fill_channels(&mut scan, &line);
@@ -130,7 +130,8 @@ impl Device {
 
     /// Echoes that get a channel, counted from 0. A filter that picks one echo leaves only the first channel.
     fn delivered_echoes(&self) -> impl Iterator<Item = u8> + use<> {
-        let mask = self.settings.scan_data.channels.0;
+        // Where an empty mask is taken, one echo is sent.
+        let mask = self.settings.scan_data.channels.0.max(1);
         let echoes = match self.settings.echo_filter {
             fr_echo_filter::ALL => self.model.echoes,
             _ => 1,

@@ -40,4 +40,4 @@ pub use options::{EncoderSpeed, Options, Profile, Start};
 pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
 pub use session::{AfterReply, DialectPolicy, Reply, Session};
 pub use state::{Device, Identity, Mirror, ModeError};
-pub use switching::DigitalLineError;
+pub use switching::{DigitalLineError, FieldError};

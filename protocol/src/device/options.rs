@@ -24,6 +24,10 @@ pub struct Options {
     pub scanner: u32,
     /// Unit of the encoder speed in scan telegrams.
     pub encoder_speed: EncoderSpeed,
+    /// From power-up until telegrams are answered; the model's own time where there is none. `field` profile only.
+    pub boot: Option<Duration>,
+    /// From mEEwriteall to its reply; the model's own time where there is none. `field` profile only.
+    pub save: Option<Duration>,
 }
 
 /// Unit of the encoder speed in scan telegrams. All of them are assumed: the telegram listing says ticks per millimetre, which is no

@@ -119,7 +119,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sWN LocationName", Fault::TextTooLong, "more than 16 characters", SopasError::FlexOutOfBounds, Assumed, "sWN LocationName 11 seventeen letters"),
     line("sRN LMDscandata", Fault::NoScanYet, "no scan has been made since power-up", SopasError::LocalConditionFailed, Assumed, "sRN LMDscandata"),
     line("sWN LMPoutputRange", Fault::OutsideOutputRange, "not one sector, or angles beyond the model's", SopasError::LocalConditionFailed, Recorded("MRS1104"), "sWN LMPoutputRange 1 1388 -500000 +2250000"),
-    line("sWN LMDscandatacfg", Fault::ImpossibleContents, "echoes or encoders the model does not have, no echo at all, unit not 0, rate not 1 to 50000", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 04 00 0 0 0 00 00 0 0 0 0 +1"),
+    line("sWN LMDscandatacfg", Fault::ImpossibleContents, "echoes or encoders the model does not have, no echo at all (LMS5xx takes that), unit not 0, rate not 1 to 50000", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 04 00 0 0 0 00 00 0 0 0 0 +1"),
     line("sWN EIHstCola, FREchoFilter, LICsrc, LICencset", Fault::NoSuchCode, "a code the variable does not have", SopasError::LocalConditionFailed, Assumed, "sWN EIHstCola 2"),
     line("sWN LICencres", Fault::NoSuchCode, "not between 0.001 and 2000", SopasError::LocalConditionFailed, Assumed, "sWN LICencres 00000000"),
     line("sWN LFPmeanfilter, LFPmedianfilter, LFPparticle", Fault::ImpossibleFilter, "a mean of other than 2 to 100 scans, a median of other than 3 beams", SopasError::LocalConditionFailed, Assumed, "sWN LFPmeanfilter 1 +101 0"),

@@ -13,7 +13,7 @@ use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDa
 use crate::telegram::wire::LowHigh;
 use crate::telegram::{Variable, fr_echo_filter};
 
-/// Real devices read back an output range that is a few 1/10000° off; a beam this near to the edge is inside.
+/// Clients that compute in radians write an output range that is a few 1/10000° off; a beam this near to the edge is inside.
 const EDGE_TOLERANCE: i32 = 10;
 /// 1/10000° a degree.
 const PER_DEGREE: f64 = 10_000.0;
@@ -99,7 +99,7 @@ impl Settings {
 }
 
 impl OutputCut {
-    /// True if it lies within the model's range, give or take the rounding of real devices.
+    /// True if it lies within the model's range, give or take the rounding of clients.
     pub(super) fn is_within(&self, model: &Model) -> bool {
         self.start < self.stop
             && self.start >= model.start_angle - EDGE_TOLERANCE
@@ -138,10 +138,10 @@ mod tests {
     use crate::model::MODELS;
 
     #[test]
-    fn the_range_a_real_device_reads_back_is_the_full_one() {
+    fn a_range_a_few_ten_thousandths_short_is_the_full_one() {
         for model in MODELS {
-            let (start, stop) = model.output_range_as_read;
-            let cut = OutputCut { start, stop };
+            // What a client that computes in radians writes.
+            let cut = OutputCut { start: model.start_angle + 3, stop: model.stop_angle - 3 };
             assert!(cut.is_full(model) && cut.is_within(model));
             let full = model.beams(model.default_mode);
             assert_eq!(cut.beams(full), (0, full));

@@ -5,7 +5,7 @@ use alloc::string::String;
 use super::clock::Clock;
 use super::condition::Condition;
 use super::filter::Filters;
-use super::lines::Lines;
+use super::lines::{Field, Lines};
 use super::options::{Options, Profile};
 use super::settings::Settings;
 use super::ticks::TickCounter;
@@ -202,7 +202,7 @@ impl Device {
         let mut fresh = Self::new(self.model, identity);
         fresh.condition = self.condition;
         fresh.lines.inputs = self.lines.inputs;
-        fresh.lines.field.radius_mm = self.lines.field.radius_mm;
+        fresh.lines.fields = self.lines.fields.iter().map(|field| Field::new(field.radius_mm)).collect();
         fresh.lines.changes = self.lines.changes.since_power_up();
         *self = Self {
             options: self.options,

@@ -1,8 +1,9 @@
-//! Switching digital inputs and outputs, and evaluating the field.
+//! Switching digital inputs and outputs, and evaluating the fields.
 
 use super::lines::{Changes, Field, UNUSED, set};
 use super::measured::MeasuredLine;
 use super::state::Device;
+use crate::model::Evaluations;
 use crate::telegram::lfe_rec;
 use crate::time::SimTime;
 
@@ -19,6 +20,19 @@ pub struct DigitalLineError {
     pub lines: usize,
     /// The one asked for, from 1.
     pub number: u8,
+}
+
+/// More evaluation fields than the model has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{model} evaluates {most} fields at most, found {found}")]
+#[non_exhaustive]
+pub struct FieldError {
+    /// The model.
+    pub model: &'static str,
+    /// How many it evaluates.
+    pub most: u8,
+    /// How many were to be set.
+    pub found: usize,
 }
 
 impl Device {
@@ -55,9 +69,16 @@ impl Device {
         Ok(())
     }
 
-    /// Sets evaluation field 1, a circle about the scanner; `None` takes it away. Anything nearer infringes it.
-    pub fn watch_field(&mut self, radius_mm: Option<u16>) {
-        self.lines.field = Field { radius_mm, result: lfe_rec::INVALID };
+    /// Sets the evaluation fields, from field 1 on: circles about the scanner with these radii. Anything nearer infringes a field. Where the
+    /// model always reports some number of fields, those without a radius are not evaluated.
+    pub fn watch_fields(&mut self, radii_mm: &[u16]) -> Result<(), FieldError> {
+        let Evaluations { always, most } = self.model.evaluations;
+        if radii_mm.len() > usize::from(most) {
+            return Err(FieldError { model: self.model.title, most, found: radii_mm.len() });
+        }
+        let fields = radii_mm.len().max(always.into());
+        self.lines.fields = (0..fields).map(|index| Field::new(radii_mm.get(index).copied())).collect();
+        Ok(())
     }
 
     /// How often digital lines and fields have changed: when this number changes, there are events for subscribers.
@@ -71,16 +92,26 @@ impl Device {
         self.lines.switch_outputs(self.model, running, uptime_us);
     }
 
-    /// Checks whether anything is in the field.
-    pub(super) fn evaluate_field(&mut self, now: SimTime, line: &MeasuredLine<'_>) {
-        let Some(radius_mm) = self.lines.field.radius_mm else { return };
-        let result = match line.nearest_mm() {
-            _ if !self.settings.applications.evaluation => lfe_rec::INVALID,
-            Some(nearest_mm) if nearest_mm <= radius_mm => lfe_rec::INFRINGED,
-            _ => lfe_rec::FREE,
-        };
-        if core::mem::replace(&mut self.lines.field.result, result) != result {
-            let uptime_us = self.uptime_us(now);
+    /// Checks whether anything is in the fields.
+    pub(super) fn evaluate_fields(&mut self, now: SimTime, line: &MeasuredLine<'_>) {
+        let uptime_us = self.uptime_us(now);
+        let evaluates = self.settings.applications.evaluation;
+        // Not looked for where nobody asks.
+        let nearest_mm = if self.lines.fields.is_empty() { None } else { line.nearest_mm() };
+        let mut changed = false;
+        for field in &mut self.lines.fields {
+            let Some(radius_mm) = field.radius_mm else { continue };
+            let result = match nearest_mm {
+                _ if !evaluates => lfe_rec::INVALID,
+                Some(nearest_mm) if nearest_mm <= radius_mm => lfe_rec::INFRINGED,
+                _ => lfe_rec::FREE,
+            };
+            if core::mem::replace(&mut field.result, result) != result {
+                field.at_us = uptime_us;
+                changed = true;
+            }
+        }
+        if changed {
             self.lines.changes.field.now(uptime_us);
         }
     }

@@ -13,8 +13,15 @@ impl Request<'_> {
             Self::Values(_) => "values",
             Self::Status => "status",
             Self::Errors => "errors",
+            Self::Counters => "counters",
             Self::Type => "type",
             Self::Variant(_) => "variant",
+            Self::FieldSet(_) => "field_set",
+            Self::Password(..) => "password",
+            Self::Outputs => "outputs",
+            Self::Permanent(_) => "permanent",
+            Self::ReadPart2 => "read_part_2",
+            Self::WritePart2(_) => "write_part_2",
             Self::ReadConfiguration => "read_configuration",
             Self::WriteConfiguration(_) => "write_configuration",
             Self::Unknown(_) => "unknown",
@@ -28,12 +35,25 @@ impl Request<'_> {
                 integer(visitor, "angle_deg", Some("°"), variant.angle_deg.into());
                 integer(visitor, "step_centideg", Some("1/100°"), variant.step_centideg.into());
             }
-            Self::WriteConfiguration(bytes) => {
+            Self::FieldSet(set) => integer(visitor, "set", None, (*set).into()),
+            Self::Permanent(what) => integer(visitor, "what", None, (*what).into()),
+            Self::Password(step, level, _) => {
+                integer(visitor, "step", None, (*step).into());
+                integer(visitor, "level", None, (*level).into());
+            }
+            Self::WriteConfiguration(bytes) | Self::WritePart2(bytes) => {
                 visitor.field("configuration", None);
                 list(visitor, bytes.iter().map(|byte| (*byte).into()));
             }
             Self::Unknown(command) => integer(visitor, "command", None, (*command).into()),
-            Self::Reset | Self::Status | Self::Errors | Self::Type | Self::ReadConfiguration => {}
+            Self::Reset
+            | Self::Status
+            | Self::Errors
+            | Self::Counters
+            | Self::Type
+            | Self::Outputs
+            | Self::ReadPart2
+            | Self::ReadConfiguration => {}
         }
         visitor.end();
     }
@@ -59,8 +79,15 @@ impl Values {
             visitor.field("reflectivity", None);
             list(visitor, self.reflectivity.iter().map(|value| (*value).into()));
         }
+        if !self.part_reflectivity.is_empty() {
+            visitor.field("reflectivity", None);
+            list(visitor, self.part_reflectivity.iter().map(|value| (*value).into()));
+        }
         if let Some(index) = self.real_time_index {
             integer(visitor, "real_time_index", None, index.into());
+        }
+        if let Some(index) = self.telegram_index {
+            integer(visitor, "telegram_index", None, index.into());
         }
         integer(visitor, "status", None, self.status.into());
         visitor.end();
@@ -70,6 +97,7 @@ impl Values {
 fn visit_mode(mode: Mode, visitor: &mut dyn Visitor) {
     match mode {
         Mode::Installation(_) => text(visitor, "mode", "installation"),
+        Mode::PasswordTest(_) => text(visitor, "mode", "password_test"),
         Mode::Diagnostic => text(visitor, "mode", "diagnostic"),
         Mode::Stream(output) => {
             text(visitor, "mode", "stream");
@@ -92,6 +120,8 @@ fn visit_output(output: Output, visitor: &mut dyn Visitor) {
         Output::Range(_) => "range",
         Output::MeanRange { .. } => "mean_range",
         Output::Reflectivity(_) => "reflectivity",
+        Output::Every(_) => "every",
+        Output::Parts(_) => "parts",
     };
     text(visitor, "output", name);
     if let Output::Mean { scans } | Output::MeanRange { scans, .. } = output {
@@ -100,6 +130,13 @@ fn visit_output(output: Output, visitor: &mut dyn Visitor) {
     if let Output::Range(span) | Output::MeanRange { span, .. } | Output::Reflectivity(span) = output {
         integer(visitor, "first", None, span.first.into());
         integer(visitor, "last", None, span.last.into());
+    }
+    if let Output::Every(step) = output {
+        integer(visitor, "every", None, step.into());
+    }
+    if let Output::Parts(parts) = output {
+        visitor.field("parts", None);
+        list(visitor, parts.spans().iter().flat_map(|span| [span.first.into(), span.last.into()]));
     }
 }
 

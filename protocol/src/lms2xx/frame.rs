@@ -173,6 +173,14 @@ impl FrameDecoder {
         self.buffer.len() - self.start
     }
 
+    /// Skips what cannot begin anything, and counts all that was skipped so far.
+    pub(super) fn skip_junk(&mut self) -> u64 {
+        while self.buffer.get(self.start).is_some_and(|byte| !matches!(*byte, STX | ACK | NAK)) {
+            self.skip();
+        }
+        self.counts.skipped_bytes
+    }
+
     /// The next frame or single byte. Junk before it is counted and skipped.
     pub fn next_received(&mut self) -> Option<Received<'_>> {
         loop {

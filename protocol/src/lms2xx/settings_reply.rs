@@ -49,7 +49,7 @@ impl<'a> SettingsReply<'a> {
 /// The block, and the device's status behind it.
 fn configuration(data: &[u8]) -> Option<SettingsReply<'static>> {
     let (block, _status) = data.split_last_chunk::<1>()?;
-    block.try_into().ok().map(|block| SettingsReply::Configuration(Configuration(block)))
+    Configuration::of(block).map(SettingsReply::Configuration)
 }
 
 /// True if a body from a device carries measured values.

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::values::{Output, Span};
+use super::values::{Output, Parts, Span};
 use super::{Rate, Variant, frame};
 
 /// The password of the installation mode.
@@ -28,11 +28,20 @@ pub mod command {
     pub const ERRORS: u8 = 0x32;
     pub const MEAN: u8 = 0x36;
     pub const RANGE: u8 = 0x37;
+    pub const COUNTERS: u8 = 0x35;
     pub const TYPE: u8 = 0x3A;
     pub const VARIANT: u8 = 0x3B;
     pub const MEAN_RANGE: u8 = 0x3F;
+    pub const FIELD_SET: u8 = 0x41;
+    pub const PASSWORD: u8 = 0x42;
+    pub const REFLECTIVITY: u8 = 0x44;
+    pub const OUTPUTS: u8 = 0x4A;
+    pub const PERMANENT: u8 = 0x66;
     pub const READ_CONFIGURATION: u8 = 0x74;
+    pub const PARTS: u8 = 0x75;
     pub const WRITE_CONFIGURATION: u8 = 0x77;
+    pub const READ_PART_2: u8 = 0x7B;
+    pub const WRITE_PART_2: u8 = 0x7C;
 }
 
 /// An operating mode: what follows `20`.
@@ -43,10 +52,12 @@ pub enum Mode {
     Installation([u8; 8]),
     /// `10`: diagnostic.
     Diagnostic,
-    /// `24`, `26`, `27`, `28`, `2A`, `50`: the device streams values.
+    /// `24`, `26`, `27`, `28`, `2A`, `2B`, `50`: the device streams values.
     Stream(Output),
     /// `25`: values on request; ends a stream, and the installation mode.
     OnRequest,
+    /// `30`: whether this is the password of the installation mode; the mode stays.
+    PasswordTest([u8; 8]),
     /// `40`, `41`, `42`, `48`: another rate.
     Rate(Rate),
     /// One that is not emulated, or none.
@@ -61,20 +72,34 @@ pub enum Request<'a> {
     Reset,
     /// `20`: change the operating mode.
     Mode(Mode),
-    /// `30`, `36`, `37`, `3F`: one scan in this form.
+    /// `30`, `36`, `37`, `3F`, `44`, `75`: one scan in this form.
     Values(Output),
     /// `31`: status.
     Status,
     /// `32`: errors and their numbers.
     Errors,
+    /// `35`: operating hours and power-ons.
+    Counters,
     /// `3A`: type.
     Type,
     /// `3B`: angle and resolution.
     Variant(Variant),
+    /// `41`: ask for the active field set (0), or switch to 1 or 2.
+    FieldSet(u8),
+    /// `42`: a new password: step (0 new, 1 confirm), level, the password.
+    Password(u8, u8, [u8; 8]),
+    /// `4A`: the switching outputs.
+    Outputs,
+    /// `66`: what is kept over power-on: 0 9600, 1 the present rate, 2 the configured type.
+    Permanent(u8),
     /// `74`: read the configuration block.
     ReadConfiguration,
     /// `77`: write it, or its first bytes.
     WriteConfiguration(&'a [u8]),
+    /// `7B`: read part 2 of the configuration.
+    ReadPart2,
+    /// `7C`: write it, or its first bytes.
+    WritePart2(&'a [u8]),
     /// Unknown, or known with data that it does not take.
     Unknown(u8),
 }
@@ -91,15 +116,20 @@ fn span(bytes: [u8; 4]) -> Span {
 impl Mode {
     fn parse(data: &[u8]) -> Option<Self> {
         Some(match *data {
-            [0x00, ref password @ ..] => Self::Installation(password.try_into().ok()?),
-            [0x10] => Self::Diagnostic,
-            [0x24] => Self::Stream(Output::All),
-            [0x25] => Self::OnRequest,
-            [0x26, scans] => Self::Stream(Output::Mean { scans }),
-            [0x27, a, b, c, d] => Self::Stream(Output::Range(span([a, b, c, d]))),
-            [0x28, scans, a, b, c, d] => Self::Stream(Output::MeanRange { scans, span: span([a, b, c, d]) }),
-            [0x2A] => Self::Stream(Output::Partial),
-            [0x50, a, b, c, d] => Self::Stream(Output::Reflectivity(span([a, b, c, d]))),
+            [0x00, ref password @ ..] => Self::Installation(*password.first_chunk()?),
+            [0x10, ..] => Self::Diagnostic,
+            [0x24, ..] => Self::Stream(Output::All),
+            [0x25, ..] => Self::OnRequest,
+            [0x26, scans, ..] => Self::Stream(Output::Mean { scans }),
+            [0x27, a, b, c, d, ..] => Self::Stream(Output::Range(span([a, b, c, d]))),
+            // The listing's table has the number as a word, its text and public clients as a byte.
+            [0x28, scans, 0, a, b, c, d] | [0x28, scans, a, b, c, d] => {
+                Self::Stream(Output::MeanRange { scans, span: span([a, b, c, d]) })
+            }
+            [0x2A, ..] => Self::Stream(Output::Partial),
+            [0x2B, ref parts @ ..] => Self::Stream(Output::Parts(Parts::parse(parts)?)),
+            [0x30, ref password @ ..] => Self::PasswordTest(*password.first_chunk()?),
+            [0x50, a, b, c, d, ..] => Self::Stream(Output::Reflectivity(span([a, b, c, d]))),
             [mode, ..] => Rate::of_mode(mode).map_or(Self::Other(mode), Self::Rate),
             [] => return None,
         })
@@ -116,7 +146,11 @@ impl Mode {
             Self::Stream(Output::Range(_)) => 0x27,
             Self::Stream(Output::MeanRange { .. }) => 0x28,
             Self::Stream(Output::Partial) => 0x2A,
+            Self::Stream(Output::Parts(_)) => 0x2B,
             Self::Stream(Output::Reflectivity(_)) => 0x50,
+            // Never streamed: sent on request only.
+            Self::Stream(Output::Every(_)) => 0x24,
+            Self::PasswordTest(_) => 0x30,
             Self::Rate(rate) => rate.mode(),
             Self::Other(number) => number,
         }
@@ -125,7 +159,7 @@ impl Mode {
     fn encode(self, out: &mut Vec<u8>) {
         out.push(self.number());
         match self {
-            Self::Installation(password) => out.extend_from_slice(&password),
+            Self::Installation(password) | Self::PasswordTest(password) => out.extend_from_slice(&password),
             Self::Stream(output) => encode_output(output, out),
             Self::Diagnostic | Self::OnRequest | Self::Rate(_) | Self::Other(_) => {}
         }
@@ -140,6 +174,13 @@ fn encode_output(output: Output, out: &mut Vec<u8>) {
         out.extend_from_slice(&span.first.to_le_bytes());
         out.extend_from_slice(&span.last.to_le_bytes());
     }
+    if let Output::Parts(parts) = output {
+        out.extend_from_slice(&(parts.spans().len() as u16).to_le_bytes());
+        for span in parts.spans() {
+            out.extend_from_slice(&span.first.to_le_bytes());
+            out.extend_from_slice(&span.last.to_le_bytes());
+        }
+    }
 }
 
 impl<'a> Request<'a> {
@@ -150,22 +191,40 @@ impl<'a> Request<'a> {
             None => return Self::Unknown(0),
         };
         match (command, data) {
-            (command::RESET, []) => Self::Reset,
+            (command::RESET, _) => Self::Reset,
             (command::MODE, data) => Mode::parse(data).map_or(Self::Unknown(command), Self::Mode),
-            (command::VALUES, [0x01]) => Self::Values(Output::All),
-            (command::MEAN, &[scans]) => Self::Values(Output::Mean { scans }),
-            (command::RANGE, &[a, b, c, d]) => Self::Values(Output::Range(span([a, b, c, d]))),
-            (command::MEAN_RANGE, &[scans, a, b, c, d]) => {
+            (command::VALUES, [0x01, ..]) => Self::Values(Output::All),
+            (command::VALUES, [0x06, ..]) => Self::Values(Output::Every(2)),
+            (command::VALUES, [0x07, ..]) => Self::Values(Output::Every(20)),
+            (command::VALUES, [0x08, ..]) => Self::Values(Output::Partial),
+            (command::MEAN, &[scans, ..]) => Self::Values(Output::Mean { scans }),
+            (command::RANGE, &[a, b, c, d, ..]) => Self::Values(Output::Range(span([a, b, c, d]))),
+            (command::MEAN_RANGE, &[scans, a, b, c, d, ..]) => {
                 Self::Values(Output::MeanRange { scans, span: span([a, b, c, d]) })
             }
-            (command::STATUS, []) => Self::Status,
-            (command::ERRORS, []) => Self::Errors,
-            (command::TYPE, []) => Self::Type,
-            (command::VARIANT, &[a, b, c, d]) => {
+            (command::REFLECTIVITY, &[a, b, c, d, ..]) => {
+                Self::Values(Output::Reflectivity(span([a, b, c, d])))
+            }
+            (command::PARTS, data) => {
+                Parts::parse(data).map_or(Self::Unknown(command), |parts| Self::Values(Output::Parts(parts)))
+            }
+            (command::STATUS, _) => Self::Status,
+            (command::ERRORS, _) => Self::Errors,
+            (command::COUNTERS, _) => Self::Counters,
+            (command::TYPE, _) => Self::Type,
+            (command::VARIANT, &[a, b, c, d, ..]) => {
                 Self::Variant(Variant { angle_deg: word([a, b]), step_centideg: word([c, d]) })
             }
-            (command::READ_CONFIGURATION, []) => Self::ReadConfiguration,
+            (command::FIELD_SET, &[set, ..]) => Self::FieldSet(set),
+            (command::PASSWORD, &[step, level, a, b, c, d, e, f, g, h, ..]) => {
+                Self::Password(step, level, [a, b, c, d, e, f, g, h])
+            }
+            (command::OUTPUTS, _) => Self::Outputs,
+            (command::PERMANENT, &[what, ..]) => Self::Permanent(what),
+            (command::READ_CONFIGURATION, _) => Self::ReadConfiguration,
             (command::WRITE_CONFIGURATION, data) => Self::WriteConfiguration(data),
+            (command::READ_PART_2, _) => Self::ReadPart2,
+            (command::WRITE_PART_2, data) => Self::WritePart2(data),
             (command, _) => Self::Unknown(command),
         }
     }
@@ -175,11 +234,19 @@ impl<'a> Request<'a> {
         match self {
             Self::Reset => command::RESET,
             Self::Mode(_) => command::MODE,
+            Self::Values(Output::Parts(_)) => command::PARTS,
             Self::Values(output) => output.command() - REPLY,
             Self::Status => command::STATUS,
             Self::Errors => command::ERRORS,
+            Self::Counters => command::COUNTERS,
             Self::Type => command::TYPE,
             Self::Variant(_) => command::VARIANT,
+            Self::FieldSet(_) => command::FIELD_SET,
+            Self::Password(..) => command::PASSWORD,
+            Self::Outputs => command::OUTPUTS,
+            Self::Permanent(_) => command::PERMANENT,
+            Self::ReadPart2 => command::READ_PART_2,
+            Self::WritePart2(_) => command::WRITE_PART_2,
             Self::ReadConfiguration => command::READ_CONFIGURATION,
             Self::WriteConfiguration(_) => command::WRITE_CONFIGURATION,
             Self::Unknown(command) => *command,
@@ -202,12 +269,19 @@ impl<'a> Request<'a> {
             match self {
                 Self::Mode(mode) => mode.encode(out),
                 Self::Values(Output::All) => out.push(0x01),
+                Self::Values(Output::Every(step)) => out.push(if *step == 2 { 0x06 } else { 0x07 }),
+                Self::Values(Output::Partial) => out.push(0x08),
                 Self::Values(output) => encode_output(*output, out),
                 Self::Variant(variant) => {
                     out.extend_from_slice(&variant.angle_deg.to_le_bytes());
                     out.extend_from_slice(&variant.step_centideg.to_le_bytes());
                 }
-                Self::WriteConfiguration(bytes) => out.extend_from_slice(bytes),
+                Self::FieldSet(set) | Self::Permanent(set) => out.push(*set),
+                Self::Password(step, level, password) => {
+                    out.extend_from_slice(&[*step, *level]);
+                    out.extend_from_slice(password);
+                }
+                Self::WriteConfiguration(bytes) | Self::WritePart2(bytes) => out.extend_from_slice(bytes),
                 _ => {}
             }
         });

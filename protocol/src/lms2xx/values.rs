@@ -159,10 +159,46 @@ pub enum Output {
     },
     /// `C4`: all ranges, and the reflectivity of these.
     Reflectivity(Span),
+    /// `B0`: every so many-th value, from the first on.
+    Every(u8),
+    /// `F5`: range and reflectivity of these parts.
+    Parts(Parts),
+}
+
+/// Up to five parts of a scan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parts {
+    spans: [Span; MAX_PARTS],
+    count: u8,
+}
+
+/// Parts that one request can name.
+pub const MAX_PARTS: usize = 5;
+
+impl Parts {
+    /// These parts; `None` unless there are one to five.
+    pub fn new(spans: &[Span]) -> Option<Self> {
+        let mut parts = Self { count: u8::try_from(spans.len()).ok()?, ..Self::default() };
+        parts.spans.get_mut(..spans.len())?.copy_from_slice(spans);
+        (!spans.is_empty()).then_some(parts)
+    }
+
+    /// Reads the number of parts and the parts.
+    pub(super) fn parse(data: &[u8]) -> Option<Self> {
+        let mut cursor = Cursor(data);
+        let count = cursor.word().ok().filter(|count| usize::from(*count) <= MAX_PARTS)?;
+        let spans: Option<Vec<Span>> = (0..count).map(|_| cursor.span().ok()).collect();
+        Self::new(&spans?)
+    }
+
+    /// The parts.
+    pub fn spans(&self) -> &[Span] {
+        self.spans.get(..usize::from(self.count)).unwrap_or_default()
+    }
 }
 
 /// Values counted from 1, both ends in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Span {
     /// The first.
     pub first: u16,
@@ -176,11 +212,19 @@ impl Span {
         (1..=self.last).contains(&self.first) && self.last <= count
     }
 
+    /// How many values it names.
+    pub fn count(self) -> u16 {
+        self.last.saturating_add(1).saturating_sub(self.first)
+    }
+
     /// The part of `values` it names.
     pub fn of<T>(self, values: &[T]) -> &[T] {
         values.get(usize::from(self.first.max(1) - 1)..usize::from(self.last)).unwrap_or_default()
     }
 }
+
+/// Scans that go into a mean.
+const MEAN_SCANS: core::ops::RangeInclusive<u8> = 2..=250;
 
 impl Output {
     /// Scans that go into one telegram.
@@ -194,11 +238,12 @@ impl Output {
     /// The telegram's command.
     pub fn command(self) -> u8 {
         match self {
-            Self::All | Self::Partial => 0xB0,
+            Self::All | Self::Partial | Self::Every(_) => 0xB0,
             Self::Mean { .. } => 0xB6,
             Self::Range(_) => 0xB7,
             Self::MeanRange { .. } => 0xBF,
             Self::Reflectivity(_) => 0xC4,
+            Self::Parts(_) => 0xF5,
         }
     }
 
@@ -206,9 +251,11 @@ impl Output {
     pub fn is_possible(self, count: u16) -> bool {
         match self {
             Self::All | Self::Partial => true,
-            Self::Mean { scans } => scans >= 1,
+            Self::Every(step) => step >= 1,
+            Self::Mean { scans } => MEAN_SCANS.contains(&scans),
             Self::Range(span) | Self::Reflectivity(span) => span.lies_within(count),
-            Self::MeanRange { scans, span } => scans >= 1 && span.lies_within(count),
+            Self::MeanRange { scans, span } => MEAN_SCANS.contains(&scans) && span.lies_within(count),
+            Self::Parts(parts) => parts.spans().iter().all(|span| span.lies_within(count)),
         }
     }
 }
@@ -255,8 +302,12 @@ pub struct Values {
     pub values: Vec<u16>,
     /// Reflectivities that come with them.
     pub reflectivity: Vec<u8>,
+    /// Reflectivities of the parts of an `F5`, 0 to about 13 000; one a value.
+    pub part_reflectivity: Vec<u16>,
     /// Counts mirror turns, where the configuration asks for it.
     pub real_time_index: Option<u8>,
+    /// Counts telegrams of values; always beside the other index.
+    pub telegram_index: Option<u8>,
     /// The device's status.
     pub status: u8,
 }
@@ -266,7 +317,7 @@ pub struct Values {
 #[non_exhaustive]
 pub enum ValuesError {
     /// Another command.
-    #[error("expected a scan telegram (B0, B6, B7, BF, C4), found {0:02X}")]
+    #[error("expected a scan telegram (B0, B6, B7, BF, C4, F5), found {0:02X}")]
     Command(u8),
     /// It ends early.
     #[error("{expected} values announced, {found} bytes found")]
@@ -318,7 +369,8 @@ impl Values {
                 word(out, span.first);
                 word(out, span.last);
             }
-            Output::All | Output::Partial | Output::Reflectivity(_) => {}
+            Output::Parts(parts) => return self.encode_parts(parts, out),
+            Output::All | Output::Partial | Output::Reflectivity(_) | Output::Every(_) => {}
         }
         word(out, self.word.encode());
         self.values.iter().for_each(|value| word(out, *value));
@@ -328,7 +380,29 @@ impl Values {
             word(out, span.last);
             out.extend_from_slice(&self.reflectivity);
         }
+        self.encode_end(out);
+    }
+
+    /// Part by part: its values in pairs of range and reflectivity.
+    fn encode_parts(&self, parts: Parts, out: &mut Vec<u8>) {
+        let word = |out: &mut Vec<u8>, word: u16| out.extend_from_slice(&word.to_le_bytes());
+        word(out, parts.spans().len() as u16);
+        let mut pairs = self.values.iter().zip(&self.part_reflectivity);
+        for span in parts.spans() {
+            word(out, span.first);
+            word(out, span.last);
+            word(out, CountWord { count: span.count(), partial: None, unit: self.word.unit }.encode());
+            for (range, reflectivity) in pairs.by_ref().take(span.count().into()) {
+                word(out, *range);
+                word(out, *reflectivity);
+            }
+        }
+        self.encode_end(out);
+    }
+
+    fn encode_end(&self, out: &mut Vec<u8>) {
         out.extend(self.real_time_index);
+        out.extend(self.telegram_index);
         out.push(self.status);
     }
 
@@ -342,6 +416,7 @@ impl Values {
             0xB7 => Output::Range(cursor.span()?),
             0xBF => Output::MeanRange { scans: cursor.byte()?, span: cursor.span()? },
             0xC4 => Output::Reflectivity(Span { first: 0, last: 0 }),
+            0xF5 => return self.decode_parts(cursor),
             other => return Err(ValuesError::Command(other)),
         };
         self.word = CountWord::decode(cursor.word()?);
@@ -352,6 +427,7 @@ impl Values {
         self.values.clear();
         self.values.extend(values.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)));
         self.reflectivity.clear();
+        self.part_reflectivity.clear();
         self.output = match output {
             Output::Reflectivity(_) => {
                 let count = cursor.word()?;
@@ -366,10 +442,43 @@ impl Values {
             Output::All if self.word.partial.is_some() => Output::Partial,
             other => other,
         };
-        // Whatever stands between the values and the status is indices, the real-time index first.
+        self.decode_end(cursor)
+    }
+
+    fn decode_parts(&mut self, mut cursor: Cursor<'_>) -> Result<(), ValuesError> {
+        self.values.clear();
+        self.reflectivity.clear();
+        self.part_reflectivity.clear();
+        let count = cursor.word()?;
+        let mut spans = Vec::new();
+        for _ in 0..count {
+            // More than a device sends: no telegram of values.
+            if spans.len() == MAX_PARTS {
+                return Err(ValuesError::Short { expected: count, found: MAX_PARTS });
+            }
+            spans.push(cursor.span()?);
+            self.word = CountWord::decode(cursor.word()?);
+            let Some((pairs, rest)) = cursor.0.split_at_checked(4 * usize::from(self.word.count)) else {
+                return Err(ValuesError::Short { expected: self.word.count, found: cursor.0.len() });
+            };
+            cursor.0 = rest;
+            for &[a, b, c, d] in pairs.as_chunks::<4>().0 {
+                self.values.push(u16::from_le_bytes([a, b]));
+                self.part_reflectivity.push(u16::from_le_bytes([c, d]));
+            }
+        }
+        let parts = Parts::new(&spans).ok_or(ValuesError::Header(2))?;
+        self.word.count = u16::try_from(self.values.len()).unwrap_or(u16::MAX);
+        self.output = Output::Parts(parts);
+        self.decode_end(cursor)
+    }
+
+    /// Whatever stands between the values and the status is indices, the real-time index first.
+    fn decode_end(&mut self, cursor: Cursor<'_>) -> Result<(), ValuesError> {
         let Some((&status, indices)) = cursor.0.split_last() else { return Err(ValuesError::Header(0)) };
         self.status = status;
         self.real_time_index = indices.first().copied();
+        self.telegram_index = indices.get(1).copied();
         Ok(())
     }
 }
@@ -381,7 +490,9 @@ impl Default for Values {
             word: CountWord { count: 0, partial: None, unit: Some(Unit::Mm) },
             values: Vec::new(),
             reflectivity: Vec::new(),
+            part_reflectivity: Vec::new(),
             real_time_index: None,
+            telegram_index: None,
             status: 0,
         }
     }

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{CLIENT, DigitalLines, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode};
+use super::{CLIENT, DigitalLines, Evaluations, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode};
 
 const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
@@ -18,13 +18,13 @@ pub(super) const LMS1XX: Model = Model {
     firmware: "V1.80.2  ",
     start_angle: -450_000,
     stop_angle: 2_250_000,
-    output_range_as_read: (-449_997, 2_249_997),
     modes: &[mode(25, 2500), mode(25, 5000), mode(50, 5000)],
     default_mode: mode(50, 5000),
     min_range_m: 0.05,
     max_range_m: 20.0,
     no_echo: 0,
     echoes: 2,
+    takes_empty_echo_mask: false,
     encoders: 1,
     remission: RemissionWidth::Bits8,
     scandata_version: 1,
@@ -42,6 +42,7 @@ pub(super) const LMS1XX: Model = Model {
         outputs_told_at_once: false,
     },
     fields: 30,
+    evaluations: Evaluations { always: 0, most: 4 },
     logins: &[MAINTENANCE, CLIENT],
     replies_without_blank: &["FREchoFilter", "SetActiveApplications"],
     lacks: &["DO3And4Fnc"],
@@ -63,7 +64,9 @@ pub(super) const LMS1XX: Model = Model {
     ],
     not_emulated: &["50 Hz/0.25° interlaced: mLMPsetscancfg answers 2"],
     evidence: &[
-        "recorded LMS111, V1.80.2: firmware text, output range, version, counters, times, status and output bytes, digital lines, period 20112 µs ±50",
+        "recorded LMS111, V1.80.2: firmware text, version, counters, times, status and output bytes, digital lines, period 20112 µs ±50",
+        "LMPoutputRange: as delivered, by several public sources (FFF92230 to 225510); the recorded read (FFF92233, 22550D) came before its client's write of the same, so it is as a client left it",
+        "STlms stays 7 over LMCstartmeas on a measuring scanner: inferred from two public clients that ask once",
         "nearest recorded range is 77 mm; the nearest range is set below it, not verified",
         "SCdevicestate stays 0 for 30 s after a new scan mode: comment in a public client; boot, spin-up and save times: not verified",
     ],
@@ -75,7 +78,6 @@ pub(super) const LMS5XX: Model = Model {
     firmware: "V1.80    ",
     start_angle: -50_000,
     stop_angle: 1_850_000,
-    output_range_as_read: (-50_000, 1_850_000),
     modes: &[
         mode(25, 1667),
         mode(25, 2500),
@@ -91,6 +93,7 @@ pub(super) const LMS5XX: Model = Model {
     // What 16 bits of millimetres hold.
     max_range_m: 65.535,
     echoes: 5,
+    takes_empty_echo_mask: true,
     scandata_version: 0,
     scan_counter_restart: None,
     transmit_delay_us: 40_700,
@@ -119,6 +122,9 @@ pub(super) const LMS5XX: Model = Model {
     evidence: &[
         "recorded LMS511, V1.80: firmware text, output range, version, times, status and output bytes, digital lines, period 40008 µs ±260",
         "pairs of frequency and resolution: the values are the manual's, the pairs are not verified",
+        "LMPoutputRange: the recorded read came before any write and is the manual's range; whether as delivered or as a client left it cannot be told",
+        "echo mask 0 is taken, with one echo: a public LMS511 program that sends it; not recorded",
+        "STlms stays 7 over LMCstartmeas on a measuring scanner: inferred from public clients of the LMS1xx",
         "nearest range, boot, spin-up and save times: not verified",
     ],
     ..LMS1XX
@@ -128,12 +134,12 @@ pub(super) const LMS5XX: Model = Model {
 pub(super) const TIM: Model = Model {
     ident_version: "V3.13",
     firmware: "V3.13",
-    output_range_as_read: (-450_000, 2_250_000),
     modes: &[mode(15, 3333)],
     default_mode: mode(15, 3333),
     max_range_m: 25.0,
     no_echo: 2,
     echoes: 1,
+    takes_empty_echo_mask: false,
     encoders: 0,
     remission: RemissionWidth::Bits16,
     scan_counter_restart: None,
@@ -150,6 +156,7 @@ pub(super) const TIM: Model = Model {
         outputs_told_at_once: false,
     },
     fields: 48,
+    evaluations: Evaluations { always: 3, most: 3 },
     lacks: &["DO3And4Fnc", "LICsrc", "LICencset", "LICencres", "FREchoFilter"],
     times: Times { first_scan: ms(280), start_reply: ms(1), ..LMS1XX.times },
     emulates: &[
@@ -162,7 +169,11 @@ pub(super) const TIM: Model = Model {
         "raw codes for no valid return other than 2",
     ],
     evidence: &[
-        "recorded TiM781S, V3.13: firmware text, output range, version, times, status bytes, inputs, code 2 for no echo, period 66665 µs",
+        "recorded TiM781S, V3.13: firmware text, version, times, status bytes, inputs, code 2 for no echo, period 66665 µs",
+        "LMPoutputRange: the recorded read came before any write and is the full range; whether as delivered or as a client left it cannot be told",
+        "16-bit remission: as a client left it; the recorded read followed its client's write, and the width out of the box is not known",
+        "LFErec of a TiM7xx carries three fields: all recorded events do, each field with the time of its own last change; a read was not recorded. Fields that are not set read 0 (assumed)",
+        "STlms stays 7 over LMCstartmeas on a measuring scanner: inferred from public clients of the LMS1xx",
         "period jitter, outputs, boot, spin-up and save times: not verified",
     ],
     ..LMS1XX

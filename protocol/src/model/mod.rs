@@ -40,13 +40,13 @@ pub const ALL_EMULATE: &[&str] = &[
     "both CoLa dialects, decimal and hex arguments, switched by EIHstCola",
     "LMDscandata: echo mask, 8- or 16-bit remission, position block (zeros), device name, comment, time, output rate; LMDscandatamon with it",
     "LFPmeanfilter (one scan for all of a mean), LFPmedianfilter (3 beams), LFPparticle, SetActiveApplications",
-    "LIDinputstate and LIDoutputstate events when a line changes; LFErec for one circle about the scanner",
+    "LIDinputstate and LIDoutputstate events when a line changes; LFErec for circles about the scanner (up to four fields; TiM7xx three, always reported; TiM5xx one)",
     "user levels, write protection, sFA codes (docs/refusals.md); settings kept by mEEwriteall, lost by mSCreboot",
 ];
 
 /// What none emulates, and what is answered then.
 pub const NONE_EMULATE: &[&str] = &[
-    "evaluation fields other than that circle: fieldNNN reads as unused",
+    "evaluation fields other than those circles: fieldNNN reads as unused",
     "network and time server variables (EIIpAddr, EImask, EIgate, TSC…): read, and sFA 4 for any other value",
     "code 4 of mLMPsetscancfg: the angles there are ignored, as the manual has it for LMS1xx and LMS5xx",
     "the device's own limit of connections, which is not known: 32 in either profile",
@@ -59,6 +59,9 @@ pub const ALL_EVIDENCE: &[&str] = &[
     "FREchoFilter and SetActiveApplications replies without a trailing blank: recorded on an MRS1104 only",
     "DeviceIdent: shape as recorded on other models; DItype and OrdNum: not verified",
     "rules of the filters: not verified",
+    "LMDscandatacfg out of the box (first echo, no remission, no time, every scan): not known; all recorded reads followed a client's write",
+    "FREchoFilter out of the box (all echoes), encoder and filter settings: assumed; no recording reads one before its client wrote it",
+    "LocationName `not defined`: recorded before any write on an LMS111 and a TiM781S, as delivered; an LMS511's `SN 18110550` is as somebody left it",
     "encoder: position in the wheel's ticks, LICencres in ticks/mm, speed in mm/ms: assumed; the listing gives the speed in ticks/mm, which is no speed",
 ];
 
@@ -90,8 +93,6 @@ pub struct Model {
     pub start_angle: i32,
     /// Last beam, 1/10000°.
     pub stop_angle: i32,
-    /// What LMPoutputRange reads as while the full range is set, 1/10000°: real devices round.
-    pub output_range_as_read: (i32, i32),
     /// Legal scan modes.
     pub modes: &'static [ScanMode],
     /// Scan mode out of the box.
@@ -104,6 +105,8 @@ pub struct Model {
     pub no_echo: u16,
     /// Echoes it can tell apart.
     pub echoes: u8,
+    /// LMDscandatacfg takes an echo mask of 0; one echo is sent then.
+    pub takes_empty_echo_mask: bool,
     /// Encoders it can count.
     pub encoders: u8,
     /// Width of the remission out of the box.
@@ -126,6 +129,8 @@ pub struct Model {
     pub lines: DigitalLines,
     /// Number of evaluation fields, `field000` on.
     pub fields: u16,
+    /// Evaluation fields with a result in LFErec.
+    pub evaluations: Evaluations,
     /// User levels with their passwords.
     pub logins: &'static [Password],
     /// Commands whose binary `sWA` does not end in a blank.
@@ -184,6 +189,15 @@ pub struct DigitalLines {
     pub outputs: &'static [u8],
     /// A subscription to LIDoutputstate is followed by the outputs as they are.
     pub outputs_told_at_once: bool,
+}
+
+/// Evaluation fields that LFErec reports on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Evaluations {
+    /// Results that are there whether their fields are set or not.
+    pub always: u8,
+    /// Fields that can be set.
+    pub most: u8,
 }
 
 /// How long things take on a real device.

@@ -1,7 +1,7 @@
 //! SICK TiM551: 270°, 15 Hz, 1° steps, 10 m.
 
 use super::family::TIM;
-use super::{Model, mode};
+use super::{Evaluations, Model, mode};
 
 pub(super) static TIM551: Model = Model {
     name: "tim551",
@@ -12,6 +12,7 @@ pub(super) static TIM551: Model = Model {
     default_mode: mode(15, 10_000),
     max_range_m: 10.0,
     fields: 0,
+    evaluations: Evaluations { always: 0, most: 1 },
     emulates: &[
         "15 Hz/1°; LMPoutputRange cuts the full grid",
         "a beam without an echo reads 2 with remission 0, as the recorded TiM781S has it; 16-bit remission out of the box",

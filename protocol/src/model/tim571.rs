@@ -1,7 +1,7 @@
 //! SICK TiM571: 270°, 15 Hz, 25 m.
 
-use super::Model;
 use super::family::TIM;
+use super::{Evaluations, Model};
 
 pub(super) static TIM571: Model = Model {
     name: "tim571",
@@ -10,6 +10,7 @@ pub(super) static TIM571: Model = Model {
     order_number: "1075091",
 
     fields: 0,
+    evaluations: Evaluations { always: 0, most: 1 },
     evidence: &[
         "angles, scan mode and number of points: public clients and the telegram reference",
         "everything else is the recorded TiM781S's; no TiM571 was recorded",

@@ -95,7 +95,12 @@ impl<'a> Telegram<'a> {
             let bytes = rest.strip_prefix(b" ").unwrap_or(rest);
             return Ok(Self { kind, name: "", args: Args { dialect, bytes } });
         }
-        let rest = rest.strip_prefix(b" ").ok_or_else(unknown)?;
+        let rest = match rest {
+            [b' ', rest @ ..] => rest,
+            // `sRI0`: a device takes an index with and without the blank.
+            [b'0'..=b'9', ..] if kind == Kind::Ri => rest,
+            _ => return Err(unknown()),
+        };
         let end = rest.iter().position(|&b| b == b' ').unwrap_or(rest.len());
         let (name, bytes) = rest.split_at_checked(end).ok_or_else(unknown)?;
         let name = core::str::from_utf8(name).map_err(|_| unknown())?;

@@ -173,7 +173,10 @@ fn device(args: &Args, survey: &Survey, part: &Part, asked: Option<AnyModel>) ->
         (found, _) => found?,
     };
     if !silent && part.ident.is_none() && asked.is_none() && survey.about.model.is_none() {
-        say(format_args!("{}: taken for an {} by its beams; --model says otherwise", part.name, model.title));
+        say(format_args!(
+            "{}: by its beams taken for the model {}; --model says otherwise",
+            part.name, model.title
+        ));
     }
     Ok(device_of(part, model))
 }

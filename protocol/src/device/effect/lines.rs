@@ -1,9 +1,9 @@
 //! Digital inputs and outputs, field results, applications.
 
 use alloc::vec;
-use alloc::vec::Vec;
 
 use crate::device::context::{Context, Readable, Writable};
+use crate::device::lines::Field;
 use crate::device::refusal::Fault;
 use crate::telegram::SopasError;
 use crate::telegram::lfe_rec::{FieldResult, FieldResults};
@@ -46,24 +46,24 @@ impl Readable for OutputStates {
 }
 
 impl Readable for FieldResults {
-    /// One field, if there is one to watch. Models that do not time their inputs do not time this either.
+    /// One result a field, with the time of the field's own last change, as recorded on a TiM781S. Models that do not time their inputs do
+    /// not time this either.
     fn get(context: &Context<'_>) -> Self {
         let device = &context.device;
-        let at_us = device.lines.changes.field.at_us;
-        let time_us = if device.model.lines.inputs_timed { at_us as u32 } else { 0 };
+        let timed = device.model.lines.inputs_timed;
         let beams = device.mirror().beams;
-        let result = |_| FieldResult {
+        let result = |(field, number): (&Field, u8)| FieldResult {
             version: 1,
-            field: 1,
-            time_us,
+            field: number,
+            time_us: if timed { field.at_us as u32 } else { 0 },
             scale: 1.0,
             step: beams.step.into(),
             start_angle: beams.start,
-            result: device.lines.field.result,
-            date_time: Some(device.date_time_at(at_us)),
+            result: field.result,
+            date_time: Some(device.date_time_at(field.at_us)),
             ..FieldResult::default()
         };
-        Self { fields: device.lines.field.radius_mm.map(result).into_iter().collect::<Vec<_>>() }
+        Self { fields: device.lines.fields.iter().zip(1..).map(result).collect() }
     }
 }
 

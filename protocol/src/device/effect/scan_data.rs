@@ -23,7 +23,10 @@ impl Writable for ScanDataConfig {
     /// What would have no effect is refused.
     fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
         let echoes = 1u16 << context.device.model.echoes;
-        let possible = (1..echoes).contains(&self.channels.0)
+        let model = context.device.model;
+        let has_echoes = self.channels.0 > 0 || model.takes_empty_echo_mask;
+        let possible = has_echoes
+            && self.channels.0 < echoes
             && self.remission <= 1
             && self.resolution <= REMISSION_16_BIT
             && self.unit == 0
@@ -40,15 +43,13 @@ impl Writable for ScanDataConfig {
 impl Readable for OutputRange {
     fn get(context: &Context<'_>) -> Self {
         let device = &context.device;
-        let cut = device.settings.output_range;
-        let (start, stop) =
-            if cut.is_full(device.model) { device.model.output_range_as_read } else { (cut.start, cut.stop) };
+        let OutputCut { start, stop } = device.settings.output_range;
         Self { sectors: vec![Sector { step: device.settings.mode.step.into(), start, stop }] }
     }
 }
 
 impl Writable for OutputRange {
-    /// The angular step must be sent and comes from the scan mode.
+    /// The angles read back as they were written. The angular step must be sent and comes from the scan mode.
     fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
         let &[Sector { start, stop, .. }] = self.sectors.as_slice() else {
             return Err(Fault::OutsideOutputRange.into());

@@ -17,6 +17,11 @@ use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
 use crate::lms2xx::{Rate, Variant};
 use crate::scan::{Echo, Scan};
 
+/// What a device that has refused a telegram wants before the next.
+const PAUSE_AFTER_NAK: Duration = Duration::from_millis(30);
+/// What a device may take to change its mode.
+const MODE_CHANGE: Duration = Duration::from_secs(3);
+
 #[derive(Clone, Debug)]
 pub(super) struct Machine {
     config: Lms2xxConfig,
@@ -24,6 +29,9 @@ pub(super) struct Machine {
     /// What follows once the line has settled.
     next: Step,
     tries: u32,
+    /// Bytes that were no telegrams, so far and when it asked.
+    junk: u64,
+    junk_before: u64,
     rate: Rate,
     /// The line's rate is not known to a listener until the device tells it.
     rate_known: bool,
@@ -71,6 +79,8 @@ impl Machine {
             step,
             next: Step::Done,
             tries: 0,
+            junk: 0,
+            junk_before: 0,
             rate: Rate::default(),
             rate_known: step != Step::Listening,
             untried: VecDeque::new(),
@@ -162,11 +172,20 @@ impl Machine {
         }
     }
 
-    pub(super) fn handle(&mut self, heard: &Received<'_>) {
+    /// Takes what the decoder has found; `junk` bytes were none so far.
+    pub(super) fn handle(&mut self, heard: &Received<'_>, junk: u64) {
+        self.junk = junk;
         match heard {
             Received::Frame(frame) => self.handle_frame(frame),
-            // It heard something broken: no need to wait for the time-out.
-            Received::Nak if self.tries < self.step.tries() && self.step.request().is_some() => self.ask(),
+            // It heard something broken: no need to wait for the time-out, but it wants a pause.
+            Received::Nak if self.tries < self.step.tries() && self.step.request().is_some() => {
+                self.deadline = self.now.map(|now| now.saturating_add(PAUSE_AFTER_NAK));
+            }
+            // It has the request, and may take its time over it. Among junk, which is what another rate sounds like, it is just a byte.
+            Received::Ack if self.step.changes_mode() && junk == self.junk_before => {
+                let patience = MODE_CHANGE.saturating_add(self.line_time());
+                self.deadline = self.now.map(|now| now.saturating_add(patience)).max(self.deadline);
+            }
             Received::Nak | Received::Ack | Received::Broken => {}
         }
     }
@@ -177,7 +196,7 @@ impl Machine {
         }
         let streams = matches!(self.step, Step::Streaming | Step::Listening);
         match *frame.body {
-            [0xB0 | 0xB6 | 0xB7 | 0xBF | 0xC4, ..] => {
+            [0xB0 | 0xB6 | 0xB7 | 0xBF | 0xC4 | 0xF5, ..] => {
                 if streams {
                     self.take_scan(frame);
                 }
@@ -204,8 +223,7 @@ impl Machine {
                 let text = text.trim_end_matches(|c: char| !c.is_ascii_graphic());
                 let (ident, firmware) = text.rsplit_once(';').unwrap_or((text, ""));
                 (self.ident, self.firmware) = (ident.into(), firmware.into());
-                self.known.model =
-                    model::MODELS.iter().copied().find(|model| model.type_text.starts_with(ident));
+                self.known.model = model::by_type_text(text);
             }
             Some(SettingsReply::Status(variant, rate)) => {
                 self.known.variant = Some(variant);
@@ -261,7 +279,7 @@ impl Machine {
         let mut wanted = self.known.configuration?;
         wanted.set_unit(self.config.unit);
         wanted.set_measuring_mode(self.config.measuring_mode);
-        wanted.set_real_time_index(self.config.real_time_index);
+        wanted.set_real_time_index(self.config.real_time_index && wanted.has_indices());
         (Some(wanted) != self.known.configuration).then_some(wanted)
     }
 
@@ -298,7 +316,11 @@ impl Machine {
     }
 
     fn fill_scan(&mut self, frame: usize) {
-        let CountWord { count, partial, unit } = self.values.word;
+        let CountWord { mut count, partial, unit } = self.values.word;
+        if let Output::Parts(parts) = self.values.output {
+            // The beams of a scan follow one another: of several parts, the first.
+            count = parts.spans().first().map_or(0, |span| span.count()).min(count);
+        }
         let variant = self.known.variant.unwrap_or_else(|| self.guess(count));
         let whole = variant.beams();
         let mut beams = whole;
@@ -307,11 +329,20 @@ impl Machine {
             Output::Range(span) | Output::MeanRange { span, .. } => {
                 beams.start += i32::from(span.first.max(1) - 1) * i32::from(whole.step);
             }
-            Output::Partial => {
-                beams.start += i32::from(partial.unwrap_or_default()) * 2_500;
+            // Over 180° whatever the variant; what an S14 sends is not known.
+            Output::Partial if self.known.model.is_none_or(|model| model.takes_variants) => {
+                beams.start = i32::from(partial.unwrap_or_default()) * 2_500;
                 beams.step = 10_000;
             }
-            Output::All | Output::Mean { .. } | Output::Reflectivity(_) => {}
+            Output::Parts(parts) => {
+                let first = parts.spans().first().map_or(1, |span| span.first.max(1));
+                beams.start += i32::from(first - 1) * i32::from(whole.step);
+            }
+            Output::Partial
+            | Output::Every(_)
+            | Output::All
+            | Output::Mean { .. }
+            | Output::Reflectivity(_) => {}
         }
         let turns = match (self.values.output, self.known.model) {
             (Output::Partial, _) => 1,
@@ -340,12 +371,14 @@ impl Machine {
         scan.echoes.resize_with(1, Echo::default);
         for Echo { range_m, remission } in &mut scan.echoes {
             range_m.clear();
-            range_m.extend(self.values.values.iter().map(|value| mode.decode_m(unit, *value)));
+            let values = self.values.values.iter().take(usize::from(count));
+            range_m.extend(values.map(|value| mode.decode_m(unit, *value)));
             remission.clear();
             // As long as the beams, or empty.
             if self.values.reflectivity.len() == self.values.values.len() {
                 remission.extend(self.values.reflectivity.iter().map(|digit| u16::from(*digit)));
             }
+            remission.extend(self.values.part_reflectivity.iter().take(range_m.len()));
         }
     }
 
@@ -384,6 +417,7 @@ impl Machine {
 
     fn ask(&mut self) {
         self.tries += 1;
+        self.junk_before = self.junk;
         if let Some(request) = self.step.request() {
             self.transmits.push_back(Transmit::Frame(request.to_frame()));
         }
@@ -392,8 +426,7 @@ impl Machine {
 
     /// Sets the time-out of what was asked last.
     fn arm(&mut self) {
-        // The longest telegram may be on the line before the reply, and the request and the reply take their time too.
-        let line = self.rate.transmission(MAX_BODY + OVERHEAD + 200);
+        let line = self.line_time();
         let patience = match self.step {
             Step::Streaming | Step::Listening | Step::Done => {
                 self.deadline = None;
@@ -404,6 +437,11 @@ impl Machine {
             _ => self.config.reply_timeout + line,
         };
         self.deadline = Some(self.now.unwrap_or_default().saturating_add(patience));
+    }
+
+    /// The longest telegram may be on the line before the reply, and the request and the reply take their time too.
+    fn line_time(&self) -> Duration {
+        self.rate.transmission(MAX_BODY + OVERHEAD + 200)
     }
 
     fn finish(&mut self, event: HostEvent) {

@@ -23,17 +23,23 @@ use crate::scan::Scan;
 pub struct Lms2xxClient {
     decoder: FrameDecoder,
     machine: Machine,
+    /// When bytes came last.
+    last_bytes: Option<Duration>,
 }
+
+/// After such a silence an unfinished telegram was cut off by a request, as a device does. The device itself pauses for 14 ms at most; the
+/// rest is for adapters and networks.
+const CUT_OFF: Duration = Duration::from_millis(100);
 
 impl Lms2xxClient {
     /// A client that finds the device, sets it up, has it stream, and goes on decoding.
     pub fn new(config: Lms2xxConfig) -> Self {
-        Self { decoder: FrameDecoder::new(Listener::Host), machine: Machine::start(config) }
+        Self { decoder: FrameDecoder::new(Listener::Host), machine: Machine::start(config), last_bytes: None }
     }
 
     /// A client that only listens: to a recording, or a tapped line, with one side's frames or both sides'.
     pub fn listen() -> Self {
-        Self { decoder: FrameDecoder::new(Listener::Either), machine: Machine::listen() }
+        Self { decoder: FrameDecoder::new(Listener::Either), machine: Machine::listen(), last_bytes: None }
     }
 
     /// The rate the line runs at.
@@ -41,11 +47,20 @@ impl Lms2xxClient {
         self.machine.rate()
     }
 
+    /// When the telegram that is coming in was cut off, unless more of it comes; none while no reply is waited for.
+    fn cut_off_at(&self) -> Option<Duration> {
+        self.machine.deadline()?;
+        let last = self.last_bytes.filter(|_| self.decoder.pending() > 0)?;
+        Some(last.saturating_add(CUT_OFF))
+    }
+
     /// Reads frames up to the next scan: there is room for one.
     fn advance(&mut self) {
         while !self.machine.has_scan() && !self.machine.is_done() {
+            // Bytes skipped on the way to this one count.
+            let junk = self.decoder.skip_junk();
             let Some(heard) = self.decoder.next_received() else { break };
-            self.machine.handle(&heard);
+            self.machine.handle(&heard, junk);
         }
     }
 }
@@ -53,6 +68,7 @@ impl Lms2xxClient {
 impl HostSession for Lms2xxClient {
     fn handle_bytes(&mut self, now: Duration, bytes: &[u8]) {
         self.machine.set_time(now);
+        self.last_bytes = Some(now);
         self.decoder.push(bytes);
         self.advance();
     }
@@ -64,6 +80,10 @@ impl HostSession for Lms2xxClient {
 
     fn handle_timeout(&mut self, now: Duration) {
         self.machine.set_time(now);
+        if self.cut_off_at().is_some_and(|at| now >= at) {
+            self.decoder.finish();
+            self.advance();
+        }
         if self.machine.is_due() {
             // Whatever began and did not end by now is no telegram.
             self.decoder.finish();
@@ -73,7 +93,8 @@ impl HostSession for Lms2xxClient {
     }
 
     fn poll_timeout(&self) -> Option<Duration> {
-        self.machine.deadline()
+        let deadline = self.machine.deadline()?;
+        Some(self.cut_off_at().map_or(deadline, |at| at.min(deadline)))
     }
 
     fn poll_transmit(&mut self) -> Option<Transmit> {

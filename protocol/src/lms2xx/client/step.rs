@@ -47,7 +47,7 @@ impl Step {
             Self::Status => Request::Status,
             Self::Installation => Request::Mode(Mode::Installation(PASSWORD)),
             Self::Read => Request::ReadConfiguration,
-            Self::Write(configuration) => Request::WriteConfiguration(&configuration.0),
+            Self::Write(configuration) => Request::WriteConfiguration(configuration.bytes()),
             Self::Variant(variant) => Request::Variant(*variant),
             Self::Stream => Request::Mode(Mode::Stream(Output::All)),
             Self::Settle | Self::Streaming | Self::Listening | Self::Done => return None,
@@ -68,6 +68,11 @@ impl Step {
             Self::Stream => "stream all values (20 24)",
             Self::Settle | Self::Streaming | Self::Listening | Self::Done => "",
         }
+    }
+
+    /// True while a change of the operating mode is asked for.
+    pub(super) fn changes_mode(&self) -> bool {
+        matches!(self.request(), Some(Request::Mode(_)))
     }
 
     /// How often it is asked.

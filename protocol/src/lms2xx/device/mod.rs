@@ -1,5 +1,8 @@
 //! The LMS2xx scanner, without I/O: one device on one line.
 //!
+//! A request interrupts what the device is sending. After [`Device::handle_bytes`] ask [`Device::interrupts`]; if it says so, end the
+//! transmission behind the byte that is on the line, and say so with [`Device::transmitted`].
+//!
 //! Calling order: hand in bytes with the time they arrived ([`Device::handle_bytes`]) or time ([`Device::handle_timeout`]); then send what
 //! [`Device::poll_transmit`] gives, at [`Device::rate`], and say so ([`Device::transmitted`]): a switch of the rate waits for that. When the line is
 //! free, [`Device::plan`] gives the mirror turns of the next scan telegram; once they are over, hand them to [`Device::measure`].
@@ -11,6 +14,7 @@ mod status;
 mod sweep;
 
 use alloc::collections::VecDeque;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
@@ -20,10 +24,11 @@ pub(crate) use status::{place, rate_of};
 pub use sweep::{Beams, Sweep};
 
 use super::configuration::Configuration;
+use super::firmware::Firmware;
 use super::frame::{ACK, FROM_DEVICE, FrameCounts, FrameDecoder, Listener, NAK, Received, encode};
 use super::model::{LEAST_SPACING, LONGEST_PAUSE, Model};
-use super::telegram::{POWER_ON, Request, STATUS_OK};
-use super::values::Output;
+use super::telegram::{PASSWORD, POWER_ON, Request, STATUS_OK};
+use super::values::{MeasuringMode, Output, Unit};
 use super::{Rate, Variant};
 use crate::device::Profile;
 use crate::time::SimTime;
@@ -31,6 +36,9 @@ use sweep::Collected;
 
 /// Frames and bytes that wait for the line; what is asked beyond that goes unanswered.
 const MAX_WAITING: usize = 32;
+
+/// The longest silence inside a telegram on the bench, where bytes are judged by their order: a busy host may take its time.
+const BENCH_PAUSE: Duration = Duration::from_millis(500);
 
 /// What can be chosen about a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,6 +51,12 @@ pub struct Options {
     pub stored_rate: Rate,
     /// How much longer than the device's own limit a pause inside a telegram may seem: what the host's scheduling adds.
     pub pause_slack: Duration,
+    /// Another firmware than the model's own.
+    pub firmware: Option<Firmware>,
+    /// From power-up until the power-on text; the model's own time where there is none. `field` profile only.
+    pub boot: Option<Duration>,
+    /// From a write of the configuration block to its reply; the model's own times where there is none. `field` profile only.
+    pub save: Option<Duration>,
 }
 
 /// The state a device is found in.
@@ -67,6 +81,14 @@ enum Condition {
     Up,
 }
 
+/// The operating mode, its stream apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum OperatingMode {
+    Monitoring,
+    Installation,
+    Diagnostic,
+}
+
 /// Something to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Waiting {
@@ -74,6 +96,8 @@ struct Waiting {
     /// Not before.
     due: SimTime,
     after: Option<After>,
+    /// A telegram of values: a request drops it.
+    is_values: bool,
 }
 
 /// What happens once something was sent.
@@ -93,7 +117,18 @@ pub struct Device {
     rate: Rate,
     variant: Variant,
     configuration: Configuration,
-    installation: bool,
+    /// What it is set to at power-on.
+    kept_rate: Rate,
+    kept_variant: Variant,
+    firmware: Firmware,
+    type_text: String,
+    mode: OperatingMode,
+    password: [u8; 8],
+    /// One that waits for its confirmation.
+    new_password: Option<[u8; 8]>,
+    field_set: u8,
+    /// Part 2 of the configuration.
+    part_2: [u8; answer::PART_2_LENGTH],
     /// What it streams.
     stream: Option<Output>,
     /// One scan that was asked for.
@@ -101,6 +136,14 @@ pub struct Device {
     waiting: VecDeque<Waiting>,
     /// What happens once the current transmission is done.
     after: Option<After>,
+    /// A request has come that cuts the current transmission off.
+    interrupt: bool,
+    /// Until then it hears nothing: it is busy with its memory.
+    deaf_until: SimTime,
+    /// Telegrams of values put on the line.
+    telegrams: u8,
+    /// Partial scans put on the line.
+    partials: u64,
     /// When the last byte was taken.
     last_byte: Option<SimTime>,
     /// The first mirror turn that no telegram has held yet.
@@ -114,15 +157,32 @@ pub struct Device {
 impl Device {
     /// A device with factory settings, in the state the options choose, at time zero.
     pub fn new(model: &'static Model, options: Options) -> Self {
+        let firmware = options.firmware.unwrap_or(model.firmware);
+        let name = model.type_text.rsplit_once(';').map_or("", |(name, _)| name);
         let mut device = Self {
             model,
+            firmware,
+            type_text: alloc::format!("{name};{}", firmware.text()),
             options,
             decoder: FrameDecoder::new(Listener::Device),
             condition: Condition::Up,
             rate: options.stored_rate,
             variant: model.default_variant,
-            configuration: model.configuration,
-            installation: options.start == Start::Installation,
+            kept_rate: options.stored_rate,
+            kept_variant: model.default_variant,
+            configuration: out_of_the_box(model, firmware),
+            mode: match options.start {
+                Start::Installation => OperatingMode::Installation,
+                _ => OperatingMode::Monitoring,
+            },
+            password: PASSWORD,
+            new_password: None,
+            field_set: 1,
+            part_2: [0; answer::PART_2_LENGTH],
+            interrupt: false,
+            deaf_until: SimTime::ZERO,
+            telegrams: 0,
+            partials: 0,
             stream: (options.start == Start::Streaming).then_some(Output::All),
             asked: None,
             waiting: VecDeque::new(),
@@ -147,7 +207,7 @@ impl Device {
     /// Its type text.
     fn type_text(&self) -> &str {
         let recorded = self.recorded.as_ref().and_then(|recorded| recorded.type_text.as_deref());
-        recorded.unwrap_or(self.model.type_text)
+        recorded.unwrap_or(&self.type_text)
     }
 
     /// The rate it receives and sends at.
@@ -160,11 +220,11 @@ impl Device {
         self.variant
     }
 
-    /// Chooses the variant, as `3B` does; false if the model does not have it.
+    /// Chooses the variant that it has from power-on; false if the model does not have it.
     pub fn set_variant(&mut self, variant: Variant) -> bool {
         let known = self.model.variants.contains(&variant);
         if known {
-            self.variant = variant;
+            (self.variant, self.kept_variant) = (variant, variant);
         }
         known
     }
@@ -182,10 +242,14 @@ impl Device {
     /// Takes bytes that arrived from `at` on, one every `spacing`; zero where that is not known.
     pub fn handle_bytes(&mut self, at: SimTime, spacing: Duration, bytes: &[u8]) {
         self.handle_timeout(at);
-        if self.condition != Condition::Up {
+        if self.condition != Condition::Up || at < self.deaf_until {
             return;
         }
-        let pause = LONGEST_PAUSE + self.options.pause_slack;
+        let longest = match self.options.profile {
+            Profile::Bench => BENCH_PAUSE,
+            Profile::Field => LONGEST_PAUSE,
+        };
+        let pause = longest.saturating_add(self.options.pause_slack);
         if self.last_byte.is_some_and(|last| at > last + pause) {
             self.decoder.finish();
             self.listen(at);
@@ -236,8 +300,14 @@ impl Device {
             return None;
         }
         let Waiting { bytes, after, .. } = self.waiting.pop_front()?;
+        self.interrupt = false;
         self.after = after;
         Some(bytes)
+    }
+
+    /// True if what [`poll_transmit`](Self::poll_transmit) gave is to end behind the byte that is on the line, because a request has come.
+    pub fn interrupts(&self) -> bool {
+        self.interrupt
     }
 
     /// What [`poll_transmit`](Self::poll_transmit) gave has left the line.
@@ -252,11 +322,15 @@ impl Device {
     fn restart(&mut self, now: SimTime) {
         let boot = match self.options.profile {
             Profile::Bench => Duration::ZERO,
-            Profile::Field => self.model.times.boot,
+            Profile::Field => self.options.boot.unwrap_or(self.model.times.boot),
         };
         self.condition = Condition::Booting(now + boot);
-        self.rate = self.options.stored_rate;
-        self.installation = false;
+        self.rate = self.kept_rate;
+        self.variant = self.kept_variant;
+        self.mode = OperatingMode::Monitoring;
+        self.new_password = None;
+        self.interrupt = false;
+        self.deaf_until = SimTime::ZERO;
         self.stream = None;
         self.asked = None;
         self.waiting.clear();
@@ -271,7 +345,10 @@ impl Device {
         while let Some(heard) = decoder.next_received() {
             match heard {
                 Received::Frame(frame) => self.answer(now, Request::parse(frame.body)),
-                Received::Broken => self.queue(now, alloc::vec![NAK], None),
+                Received::Broken => {
+                    self.cut_off();
+                    self.queue(now, alloc::vec![NAK], None);
+                }
                 Received::Ack | Received::Nak => {}
             }
         }
@@ -283,13 +360,23 @@ impl Device {
         if self.waiting.iter().any(|waiting| waiting.after == Some(After::Restart)) {
             return;
         }
+        self.cut_off();
         self.queue(now, alloc::vec![ACK], None);
         let answer = self.carry_out(request);
         if let Some(body) = answer.body {
             let due =
                 now + if self.options.profile == Profile::Field { answer.takes } else { Duration::ZERO };
+            self.deaf_until = self.deaf_until.max(due);
             self.send(due, &body, answer.after);
         }
+    }
+
+    /// A request ends what is being sent, so that it is acknowledged within 60 ms at any rate. Only what is to have an effect once it was
+    /// sent is sent to its end.
+    fn cut_off(&mut self) {
+        self.waiting.retain(|waiting| !waiting.is_values);
+        self.asked = None;
+        self.interrupt = self.after.is_none();
     }
 
     fn send(&mut self, due: SimTime, body: &[u8], after: Option<After>) {
@@ -300,7 +387,24 @@ impl Device {
 
     fn queue(&mut self, due: SimTime, bytes: Vec<u8>, after: Option<After>) {
         if self.waiting.len() < MAX_WAITING {
-            self.waiting.push_back(Waiting { bytes, due, after });
+            self.waiting.push_back(Waiting { bytes, due, after, is_values: false });
         }
+    }
+
+    /// The same for a telegram of values.
+    fn queue_values(&mut self, due: SimTime, bytes: Vec<u8>) {
+        if self.waiting.len() < MAX_WAITING {
+            self.waiting.push_back(Waiting { bytes, due, after: None, is_values: true });
+        }
+    }
+}
+
+/// The configuration block of a new device with this firmware.
+fn out_of_the_box(model: &Model, firmware: Firmware) -> Configuration {
+    match firmware.block_length() {
+        super::configuration::OLD_LENGTH => {
+            Configuration::old(MeasuringMode(0), model.configuration.unit().unwrap_or(Unit::Cm))
+        }
+        _ => model.configuration,
     }
 }

@@ -43,7 +43,7 @@ impl Device {
     /// True while a telegram of values is wanted.
     pub fn wants_values(&self) -> bool {
         let is_up = self.condition == super::Condition::Up;
-        is_up && !self.installation && (self.asked.is_some() || self.stream.is_some())
+        is_up && (self.asked.is_some() || self.stream.is_some())
     }
 
     /// True if nothing waits for the line.
@@ -54,6 +54,6 @@ impl Device {
     /// Puts a recorded telegram of values on the line.
     pub fn play(&mut self, now: SimTime, frame: Vec<u8>) {
         self.asked = None;
-        self.queue(now, frame, None);
+        self.queue_values(now, frame);
     }
 }

@@ -2,6 +2,7 @@
 
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 
 use super::Device;
 use crate::lms2xx::configuration::{Configuration, LENGTH};
@@ -16,8 +17,10 @@ pub enum SavedBlockError {
     /// Another text.
     #[error("it holds no configuration of an LMS2xx; expected `{HEADING} …`")]
     Foreign,
-    /// Not 34 bytes in hex.
-    #[error("its configuration is not {LENGTH} bytes in hex")]
+    /// Not 34 bytes in hex; 32 for old firmware.
+    #[error(
+        "its configuration is not a block of this firmware's length in hex ({LENGTH} bytes; 32 with --firmware V02.10)"
+    )]
     Block,
     /// No device takes these values.
     #[error("its unit or measuring mode is none that a device has")]
@@ -28,7 +31,7 @@ impl Device {
     /// What it would keep, to be handed to [`Device::restore`].
     pub fn saved_settings(&self) -> String {
         let mut text = String::from(HEADING);
-        self.configuration.0.iter().for_each(|byte| text += &format!(" {byte:02X}"));
+        self.configuration.bytes().iter().for_each(|byte| text += &format!(" {byte:02X}"));
         text.push('\n');
         text
     }
@@ -40,14 +43,11 @@ impl Device {
             2 => u8::from_str_radix(byte, 16).map_err(|_| SavedBlockError::Block),
             _ => Err(SavedBlockError::Block),
         });
-        let mut block = [0; LENGTH];
-        for byte in &mut block {
-            *byte = bytes.next().ok_or(SavedBlockError::Block)??;
-        }
-        if bytes.next().is_some() {
-            return Err(SavedBlockError::Block);
-        }
-        let configuration = Configuration(block);
+        // Not more than is needed to see that it is too long.
+        let block = bytes.by_ref().take(LENGTH + 1).collect::<Result<Vec<u8>, _>>()?;
+        let configuration = Configuration::of(&block)
+            .filter(|_| block.len() == self.firmware.block_length())
+            .ok_or(SavedBlockError::Block)?;
         if configuration.unit().is_none() || !configuration.measuring_mode().is_known() {
             return Err(SavedBlockError::Values);
         }

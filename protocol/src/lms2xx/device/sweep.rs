@@ -5,6 +5,7 @@ use core::time::Duration;
 
 use super::Device;
 use crate::angle::BeamGrid;
+use crate::lms2xx::Variant;
 use crate::lms2xx::frame::FROM_DEVICE;
 use crate::lms2xx::frame::encode_with;
 use crate::lms2xx::model::TURNS_PER_SECOND;
@@ -56,34 +57,57 @@ pub(super) struct Collected {
     values: Values,
 }
 
+/// Partial scans are those of 180° in steps of a quarter, whatever variant is set.
+const PARTIAL: Variant = Variant { angle_deg: 180, step_centideg: 25 };
+const PARTIAL_TURNS: u32 = 4;
+
 impl Device {
+    /// What it is about to send.
+    fn output(&self) -> Option<Output> {
+        self.asked.or(self.stream)
+    }
+
+    /// What the mirror's turns measure in this form, and how many of them make a whole scan.
+    fn raster(&self, output: Option<Output>) -> (Variant, u32) {
+        match output {
+            // What an S14 sends is not known: its own turns.
+            Some(Output::Partial) if !self.is_fast() => (PARTIAL, PARTIAL_TURNS),
+            _ => (self.variant, self.model.turns(self.variant).max(1)),
+        }
+    }
+
+    /// Which of its `turns` this one is. Partial scans come in turn however many mirror turns lie between them, so that a host can put them
+    /// together on a slow line too.
+    fn part(&self, output: Option<Output>, turn: u64, turns: u64) -> u64 {
+        match output {
+            Some(Output::Partial) => self.partials % turns.max(1),
+            _ => turn % turns.max(1),
+        }
+    }
+
     /// The turns of the next scan telegram, where one is wanted; the line is free from `free` on. The device measures always and
     /// sends the first scan that is complete by then, so that scans come at whole multiples of the scan's own time.
     pub fn plan(&self, free: SimTime) -> Option<Sweep> {
-        if self.condition != super::Condition::Up || self.installation || !self.waiting.is_empty() {
+        if self.condition != super::Condition::Up || !self.waiting.is_empty() {
             return None;
         }
-        let output = self.asked.or(self.stream)?;
-        let turns_a_scan = u64::from(self.model.turns(self.variant));
-        let unit = if output == Output::Partial { 1 } else { turns_a_scan };
+        let output = self.output()?;
+        let unit = match output {
+            Output::Partial => 1,
+            _ => u64::from(self.raster(Some(output)).1),
+        };
         let turns = unit * u64::from(output.scans());
         // The first unit that ends at `free` or later, and holds nothing that was sent before.
         let ends = first_turn_from(free).max(turns);
-        let mut first = (ends - turns).max(self.next_turn).div_ceil(unit) * unit;
-        if output == Output::Partial {
-            // The parts follow one another, so that a host can put them together.
-            while first % turns_a_scan != self.next_turn % turns_a_scan {
-                first += 1;
-            }
-        }
+        let first = (ends - turns).max(self.next_turn).div_ceil(unit) * unit;
         Some(Sweep { first, turns: u32::try_from(turns).ok()? })
     }
 
     /// The beams of one turn: an interlaced scan's turns lie between one another.
     pub fn turn_beams(&self, turn: u64) -> BeamGrid {
-        let whole = self.variant.beams();
-        let turns = self.model.turns(self.variant).max(1) as u16;
-        let part = (turn % u64::from(turns)) as u16;
+        let (variant, turns) = self.raster(self.output());
+        let (whole, turns) = (variant.beams(), turns as u16);
+        let part = self.part(self.output(), turn, turns.into()) as u16;
         BeamGrid {
             start: whole.start + i32::from(part) * i32::from(whole.step),
             step: whole.step.saturating_mul(turns),
@@ -93,8 +117,8 @@ impl Device {
 
     /// Takes one turn of a sweep that is over. Every turn of it in order, then [`Device::finish`].
     pub fn measure(&mut self, sweep: Sweep, turn: u64, beams: Beams<'_>) {
-        let count = usize::from(self.variant.count());
-        let turns = u64::from(self.model.turns(self.variant));
+        let (variant, turns) = self.raster(self.output());
+        let (count, turns) = (usize::from(variant.count()), u64::from(turns));
         if turn == sweep.first {
             self.collected.range_mm.clear();
             self.collected.range_mm.resize(count, 0);
@@ -103,8 +127,9 @@ impl Device {
             self.collected.remission.clear();
             self.collected.remission.resize(count, 0);
         }
+        let part = usize::try_from(self.part(self.output(), turn, turns)).unwrap_or_default();
         let Collected { range_mm, hits, remission, .. } = &mut self.collected;
-        let places = (usize::try_from(turn % turns).unwrap_or_default()..count).step_by(turns as usize);
+        let places = (part..count).step_by(turns as usize);
         for ((place, range), digits) in places.zip(beams.range_mm).zip(beams.remission) {
             let (Some(sum), Some(hits), Some(kept)) =
                 (range_mm.get_mut(place), hits.get_mut(place), remission.get_mut(place))
@@ -123,17 +148,24 @@ impl Device {
         self.next_turn = sweep.first + u64::from(sweep.turns);
         let mut collected = core::mem::take(&mut self.collected);
         self.fill(&mut collected, output, sweep);
+        self.partials += u64::from(output == Output::Partial);
+        if self.configuration.real_time_index() && self.firmware.has_indices() {
+            collected.values.real_time_index = Some((self.next_turn % 256) as u8);
+            self.telegrams = self.telegrams.wrapping_add(1);
+            collected.values.telegram_index = Some(self.telegrams);
+        }
         let mut frame = Vec::new();
         encode_with(FROM_DEVICE, &mut frame, |out| collected.values.encode(out));
         self.collected = collected;
-        self.queue(now, frame, None);
+        self.queue_values(now, frame);
     }
 
     fn fill(&self, collected: &mut Collected, output: Output, sweep: Sweep) {
         let (mode, unit) = (self.configuration.measuring_mode(), self.configuration.unit());
         let Collected { range_mm, hits, remission, values } = collected;
-        let turns = self.model.turns(self.variant).max(1) as usize;
-        let part = usize::try_from(sweep.first).unwrap_or_default() % turns;
+        let (variant, turns) = self.raster(Some(output));
+        let turns = turns as usize;
+        let part = usize::try_from(self.part(Some(output), sweep.first, turns as u64)).unwrap_or_default();
         let value = |place: usize| {
             let (sum, hits) = (range_mm.get(place).copied(), hits.get(place).copied());
             // A mean over the turns that saw something.
@@ -141,13 +173,26 @@ impl Device {
             let digits = remission.get(place).copied().unwrap_or_default();
             mode.encode(unit.unwrap_or_default(), mean as u16, digits)
         };
-        let count = usize::from(self.variant.count());
+        let count = usize::from(variant.count());
         values.values.clear();
         values.reflectivity.clear();
+        values.part_reflectivity.clear();
         match output {
             Output::Partial => values.values.extend((part..count).step_by(turns).map(value)),
             Output::Range(span) | Output::MeanRange { span, .. } => {
                 values.values.extend((usize::from(span.first.max(1)) - 1..usize::from(span.last)).map(value));
+            }
+            Output::Every(step) => {
+                values.values.extend((0..count).step_by(usize::from(step.max(1))).map(value));
+            }
+            Output::Parts(parts) => {
+                for span in parts.spans() {
+                    let places = usize::from(span.first.max(1)) - 1..usize::from(span.last);
+                    values.values.extend(places.map(value));
+                    // A scale of its own, to about 13 000.
+                    let reflectivity = span.of(remission).iter().map(|digits| digits / 5);
+                    values.part_reflectivity.extend(reflectivity);
+                }
             }
             Output::All | Output::Mean { .. } | Output::Reflectivity(_) => {
                 values.values.extend((0..count).map(value));
@@ -157,14 +202,14 @@ impl Device {
             values.reflectivity.extend(span.of(remission).iter().map(|digits| (digits >> 8) as u8));
         }
         // In quarter degrees, whatever the resolution.
-        let quarter = part * usize::from(self.variant.step_centideg) / 25;
+        let quarter = part * usize::from(variant.step_centideg) / 25;
         values.output = output;
         values.word = CountWord {
             count: values.values.len() as u16,
             partial: (output == Output::Partial).then_some(quarter as u8),
             unit,
         };
-        values.real_time_index = self.configuration.real_time_index().then_some((self.next_turn % 256) as u8);
+        (values.real_time_index, values.telegram_index) = (None, None);
         values.status = STATUS_OK;
     }
 }

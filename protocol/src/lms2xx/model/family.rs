@@ -4,9 +4,10 @@ use core::time::Duration;
 
 use super::{Model, Times, Variant};
 use crate::lms2xx::configuration::Configuration;
+use crate::lms2xx::firmware::Firmware;
 use crate::lms2xx::values::{MeasuringMode, Unit};
 
-const fn variant(angle_deg: u16, step_centideg: u16) -> Variant {
+pub(super) const fn variant(angle_deg: u16, step_centideg: u16) -> Variant {
     Variant { angle_deg, step_centideg }
 }
 
@@ -15,7 +16,8 @@ pub(super) const OUTDOOR: Model = Model {
     name: "",
     title: "",
     type_text: "",
-    software: b"V02.30 ",
+    firmware: Firmware::X0127,
+    outdoor: true,
     variants: &[variant(180, 100), variant(180, 50), variant(100, 100), variant(100, 50), variant(100, 25)],
     default_variant: variant(180, 50),
     turn_step_centideg: 100,
@@ -24,23 +26,32 @@ pub(super) const OUTDOOR: Model = Model {
     configuration: Configuration::new(MeasuringMode(0), Unit::Cm),
     min_range_m: 0.05,
     max_range_m: 80.0,
-    times: Times { boot: Duration::from_secs(15), save: Duration::from_secs(4) },
+    times: Times {
+        boot: Duration::from_secs(15),
+        save: Duration::from_millis(400),
+        new_unit: Duration::from_secs(7),
+    },
     emulates: &[
-        "180° and 100°; 0.5° and 0.25° scans are two and four mirror turns, each with its own place of the tractor",
-        "values on request and as a stream: all, mean, sub-range, mean of a sub-range, partial scans; cm and mm; measuring modes 0 to 6, 0F, 3F",
-        "power-on text, installation mode, variant, configuration block, status, errors, reset, four rates",
-        "a telegram with a pause inside it is dropped; with `--profile field` bytes closer than 55 µs at 500 000 bits a second are lost too",
+        "180° and 100°; 0.5° and 0.25° scans are two and four mirror turns, each with its own place of the tractor; partial scans (2A, 30 08) over 180° whatever the variant",
+        "values on request and as a stream: all, every 2nd or 20th, mean of 2 to 250, sub-range, mean of a sub-range, partial scans, range and reflectivity by parts; cm and mm; measuring modes 0 to 6, 0F, 3F; scan index and telegram index",
+        "power-on text, installation and diagnostic mode, passwords, variant, both parts of the configuration, status, errors, counters, field set, outputs, permanent rate, reset, four rates",
+        "a request interrupts what is being sent; with `--profile bench` a telegram with a pause of 0.5 s inside it is dropped, with `field` one of 6 ms, and bytes closer than 55 µs at 500 000 bits a second are lost",
+        "older firmware by --firmware: V02.10 has a configuration block of 32 bytes and no indices",
     ],
     not_emulated: &[
-        "minimum values (20 to 23, 2C), values with fields (29), reflectivity by parts (2B), navigation (2E): mode change answers 1",
-        "evaluation fields, contours, restart and dazzle evaluation: kept in the configuration block, without effect; field flags are 0",
-        "pollution and calibration values of the status: constant",
-        "all commands but 10, 20, 30, 31, 32, 36, 37, 3A, 3B, 3F, 74, 77: 92",
-        "storing a permanent rate: its command is not known; start with --rate",
+        "minimum values (20 to 23, 2C), values with fields (29, 3E), navigation (2E), perpendicular distance and taught-in data (30 02, 30 03), Cartesian values (76): 92",
+        "evaluation fields (40, 45, 46), contours, restart and dazzle evaluation: 92 for the fields; the rest is kept in the configuration block, without effect; field flags are 0",
+        "the positioning aid (69): 92; partial sub-ranges (bit 15 of 27 and 37): out of range, 92",
+        "pollution and calibration values of the status, operating hours, outputs: constant; no error is ever reported",
+        "the pause of a telegram at 500 000 bits a second after 508 bytes of a mirror turn: telegrams are sent without it",
+        "an address other than 0",
     ],
     evidence: &[
-        "frames, checksum, commands, replies: published telegrams and captured start-ups of public clients",
+        "frames, commands, replies, defaults, firmware marks: SICK's telegram listing 8007954 (2006) and Quick Manual (2002); captured start-ups of public clients",
         "a beam without an echo reads 4 below the top of its range: the most frequent code in recordings of an LMS200",
-        "36, 37, 3F as requests for what their replies carry; status length, its encoding of the rate; boot and EEPROM times; real-time index counts mirror turns: not verified",
+        "type key of the S05 and S14 (six digits in the listing's form): not known, the short form public clients look for is sent",
+        "77 takes 0.4 s, and the listing's 7 s where the unit changes: 0.4 s is assumed, below the patience of two public clients; boot time: at most 60 s in the listing, 15 s not verified",
+        "a variant set by 3B is lost at power-on unless 66 02 was sent, 92 for 77, 66, 42, 7C outside the installation mode: the listing leaves them open",
+        "V02.10 with a block of 32 bytes: the Quick Manual of its time; the listing says 34 from V2.10 on",
     ],
 };

@@ -1,7 +1,16 @@
-//! SICK LMS211: outdoor.
+//! SICK LMS211: outdoor, 100°.
 
-use super::Model;
-use super::family::OUTDOOR;
+use super::family::{OUTDOOR, variant};
+use super::{Model, Variant};
 
-pub(super) static LMS211: Model =
-    Model { name: "lms211", title: "LMS211", type_text: "LMS211;30206;V02.30 ", ..OUTDOOR };
+/// Whether `3B` refuses 180° is not stated; the listing's table of variants has 100° only.
+const VARIANTS: &[Variant] = &[variant(100, 100), variant(100, 50), variant(100, 25)];
+
+pub(super) static LMS211: Model = Model {
+    name: "lms211",
+    title: "LMS211",
+    type_text: "LMS211;302063;X01.27 ",
+    variants: VARIANTS,
+    default_variant: variant(100, 50),
+    ..OUTDOOR
+};

@@ -4,4 +4,4 @@ use super::Model;
 use super::family::OUTDOOR;
 
 pub(super) static LMS221: Model =
-    Model { name: "lms221", title: "LMS221", type_text: "LMS221;30206;V02.30 ", ..OUTDOOR };
+    Model { name: "lms221", title: "LMS221", type_text: "LMS221;302063;X01.27 ", ..OUTDOOR };

@@ -8,7 +8,7 @@ const FAST: Variant = Variant { angle_deg: 90, step_centideg: 50 };
 pub(super) static LMS291_S14: Model = Model {
     name: "lms291-s14",
     title: "LMS291-S14",
-    type_text: "LMS291;S14;V02.30 ",
+    type_text: "LMS291;S14;X01.27 ",
     variants: &[FAST],
     default_variant: FAST,
     turn_step_centideg: 50,

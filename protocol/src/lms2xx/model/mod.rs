@@ -11,6 +11,7 @@ use core::time::Duration;
 
 use super::Variant;
 use super::configuration::Configuration;
+use super::firmware::Firmware;
 
 /// All models of the family.
 pub static MODELS: &[&Model] =
@@ -25,8 +26,10 @@ pub struct Model {
     pub title: &'static str,
     /// Its type text, sent at power-up and on request: name, variant, software.
     pub type_text: &'static str,
-    /// Software version in the status, 7 characters.
-    pub software: &'static [u8; 7],
+    /// Its firmware; the type text names it too.
+    pub firmware: Firmware,
+    /// Whether it is one for outdoors.
+    pub outdoor: bool,
     /// Legal variants.
     pub variants: &'static [Variant],
     /// Variant out of the box.
@@ -60,10 +63,20 @@ pub struct Times {
     pub boot: Duration,
     /// From a write of the configuration block to its reply: the EEPROM.
     pub save: Duration,
+    /// The same where the unit is another: the device measures its tables again, and hears nothing meanwhile.
+    pub new_unit: Duration,
 }
 
 /// The mirror turns 75 times a second in every model.
 pub const TURNS_PER_SECOND: u32 = 75;
+/// The model that a type text names, as it is or with a dash in place of its first semicolon; its software may be another, and its key
+/// shorter.
+pub fn by_type_text(text: &str) -> Option<&'static Model> {
+    let ident = text.rsplit_once(';').map_or(text, |(ident, _)| ident);
+    let ident = ident.replacen('-', ";", 1);
+    MODELS.iter().copied().find(|model| !ident.is_empty() && model.type_text.starts_with(&ident))
+}
+
 /// The longest silence inside a telegram.
 pub const LONGEST_PAUSE: Duration = Duration::from_millis(6);
 /// The least time from one byte of a host to the next at 500 000 bits a second.
