@@ -35,6 +35,7 @@ mod foxglove;
 mod frames;
 #[cfg(feature = "files")]
 mod info;
+mod output_file;
 mod packet;
 #[cfg(feature = "files")]
 mod queue;
@@ -42,6 +43,8 @@ mod queue;
 mod read;
 #[cfg(feature = "files")]
 mod recorder;
+#[cfg(feature = "files")]
+mod repair;
 #[cfg(feature = "files")]
 mod scan_reader;
 mod tap;
@@ -57,11 +60,14 @@ pub use error::RecordError;
 pub use frames::{FrameReader, RecordedFrame};
 #[cfg(feature = "files")]
 pub use info::{StreamReport, account};
+pub use output_file::{NewFile, OutputFile, STANDARD_OUTPUT, is_standard_output};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
 pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};
+#[cfg(feature = "files")]
+pub use repair::{Repaired, repair};
 #[cfg(feature = "files")]
 pub use scan_reader::ScanReader;
 pub use tap::{Tap, Taps};

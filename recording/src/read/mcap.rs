@@ -111,7 +111,7 @@ impl McapReader {
     }
 }
 
-fn read_some(input: &mut dyn Read, room: &mut [u8]) -> Result<usize, ReadError> {
+pub(crate) fn read_some(input: &mut dyn Read, room: &mut [u8]) -> Result<usize, ReadError> {
     loop {
         match input.read(room) {
             Err(cause) if cause.kind() == io::ErrorKind::Interrupted => {}

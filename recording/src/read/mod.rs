@@ -25,6 +25,7 @@ pub use torn::Torn;
 use crate::scan_reader::MAX_PAYLOAD;
 use crate::{About, Packet, StreamKind};
 use mcap::McapReader;
+pub(crate) use mcap::read_some;
 
 /// Bytes a file is recognised by, and bytes taken from it at a time.
 const CHUNK: usize = 64 * 1024;
