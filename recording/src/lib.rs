@@ -24,6 +24,8 @@
 //! `rowscan-protocol`.
 
 #[cfg(feature = "files")]
+mod contents;
+#[cfg(feature = "files")]
 mod copy;
 #[cfg(feature = "files")]
 mod error;
@@ -53,6 +55,8 @@ mod wall_clock;
 mod writer;
 
 #[cfg(feature = "files")]
+pub use contents::contents;
+#[cfg(feature = "files")]
 pub use copy::{CopyError, copy};
 #[cfg(feature = "files")]
 pub use error::RecordError;
@@ -60,7 +64,7 @@ pub use error::RecordError;
 pub use frames::{FrameReader, RecordedFrame};
 #[cfg(feature = "files")]
 pub use info::{StreamReport, account};
-pub use output_file::{NewFile, OutputFile, STANDARD_OUTPUT, is_standard_output};
+pub use output_file::{NewFile, OutputFile, STANDARD_OUTPUT, is_standard_output, remove_temporary_files};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
 pub use read::{Format, ReadError, Recording, StreamInfo, Torn};

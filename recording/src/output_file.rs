@@ -14,6 +14,7 @@
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Symbolic links that are followed one after another; the system's own limit.
@@ -66,6 +67,20 @@ impl Drop for Temporary {
     fn drop(&mut self) {
         // It may have been renamed; nobody waits for an answer.
         let _ = fs::remove_file(&self.0);
+        if let Ok(mut names) = TEMPORARY_FILES.lock() {
+            names.retain(|name| *name != self.0);
+        }
+    }
+}
+
+/// Temporary files of this process.
+static TEMPORARY_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all [`OutputFile`]s. For a program that ends while a thread of its own still writes.
+pub fn remove_temporary_files() {
+    let Ok(names) = TEMPORARY_FILES.lock() else { return };
+    for name in names.iter() {
+        let _ = fs::remove_file(name);
     }
 }
 
@@ -230,7 +245,13 @@ fn replace(target: &Path, old: Option<(File, &Metadata)>) -> io::Result<OutputFi
     let (file, temporary) = create_temporary(target, old.is_some())?;
     let in_place = old.as_ref().is_some_and(|(_, found)| has_other_names(found) || !take_after(&file, found));
     let old = old.map(|(old, _)| old);
-    Ok(OutputFile::of(Target::Replaced(Replaced { file, temporary, target: target.to_owned(), old, in_place })))
+    Ok(OutputFile::of(Target::Replaced(Replaced {
+        file,
+        temporary,
+        target: target.to_owned(),
+        old,
+        in_place,
+    })))
 }
 
 /// Makes a file of a name that nothing else has. `private`: only its owner reads it until it gets another file's mode.
@@ -249,7 +270,12 @@ fn create_temporary(target: &Path, private: bool) -> io::Result<(File, Temporary
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let path = target.with_file_name(format!(".rowscan-{}-{number}.part", std::process::id()));
         match options.open(&path) {
-            Ok(file) => return Ok((file, Temporary(path))),
+            Ok(file) => {
+                if let Ok(mut names) = TEMPORARY_FILES.lock() {
+                    names.push(path.clone());
+                }
+                return Ok((file, Temporary(path)));
+            }
             Err(cause) if cause.kind() == io::ErrorKind::AlreadyExists => {}
             Err(cause) => return Err(cause),
         }
@@ -292,8 +318,10 @@ mod tests {
     }
 
     fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
         names.sort();
         names
     }

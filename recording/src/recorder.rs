@@ -9,12 +9,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use crate::{RecordError, Side};
 use crate::output_file::{NewFile, OutputFile};
 use crate::queue::{self, Item};
 use crate::tap::Taps;
 use crate::wall_clock::WallClock;
 use crate::writer::{About, Decoded, McapWriter, StreamId};
+use crate::{RecordError, Side};
 
 /// Bytes are flushed at least this often: what a killed program loses at most.
 const FLUSH: Duration = Duration::from_millis(200);

@@ -1,6 +1,6 @@
 //! An MCAP file written anew, record by record: all that can be read of a torn one, whoever wrote it.
 
-use std::io::{self, Read, Seek, Write};
+use std::io::{Read, Seek, Write};
 
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -37,7 +37,8 @@ pub fn repair<W: Write + Seek>(
         .with_validate_chunk_crcs(true)
         .with_record_length_limit(usize::try_from(input_bytes).unwrap_or(usize::MAX));
     let mut reader = LinearReader::new_with_options(options);
-    let (mut read_bytes, mut copier) = (0, Copier { out: Some(out), writer: None, repaired: Repaired::default() });
+    let (mut read_bytes, mut copier) =
+        (0, Copier { out: Some(out), writer: None, repaired: Repaired::default() });
     let found = loop {
         match reader.next_event() {
             Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
@@ -133,12 +134,19 @@ mod tests {
         let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
         let schema = writer.add_schema("ros.Image", "ros2msg", b"uint8[] data").unwrap();
         let camera = writer.add_channel(schema, "/camera", "cdr", &Default::default()).unwrap();
-        let header = mcap::records::MessageHeader { channel_id: camera, sequence: 7, log_time: 1, publish_time: 2 };
+        let header =
+            mcap::records::MessageHeader { channel_id: camera, sequence: 7, log_time: 1, publish_time: 2 };
         writer.write_to_known_channel(&header, b"picture").unwrap();
-        let attachment =
-            Attachment { log_time: 3, create_time: 4, name: "notes".into(), media_type: "text/plain".into(), data: b"wet".into() };
+        let attachment = Attachment {
+            log_time: 3,
+            create_time: 4,
+            name: "notes".into(),
+            media_type: "text/plain".into(),
+            data: b"wet".into(),
+        };
         writer.attach(&attachment).unwrap();
-        let metadata = mcap::records::Metadata { name: "field".into(), metadata: [("row".into(), "7".into())].into() };
+        let metadata =
+            mcap::records::Metadata { name: "field".into(), metadata: [("row".into(), "7".into())].into() };
         writer.write_metadata(&metadata).unwrap();
         writer.flush().unwrap();
         let torn = writer.into_inner().into_inner();
@@ -148,7 +156,10 @@ mod tests {
         let summary = mcap::Summary::read(out.get_ref()).unwrap().expect("an index");
         assert_eq!((summary.attachment_indexes.len(), summary.metadata_indexes.len()), (1, 1));
         let message = mcap::MessageStream::new(out.get_ref()).unwrap().next().unwrap().unwrap();
-        assert_eq!((message.channel.topic.as_str(), &message.data[..], message.sequence), ("/camera", &b"picture"[..], 7));
+        assert_eq!(
+            (message.channel.topic.as_str(), &message.data[..], message.sequence),
+            ("/camera", &b"picture"[..], 7)
+        );
         assert_eq!(message.channel.schema.as_ref().unwrap().name, "ros.Image");
     }
 

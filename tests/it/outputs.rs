@@ -1,0 +1,165 @@
+//! What commands write, and what they leave alone: nothing is destroyed that nobody told them to change.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+use crate::common;
+
+use std::io::Cursor;
+use std::path::Path;
+
+use common::binary::{Emulator, assert_says, refused, run};
+use rowscan_protocol::frame::{Dialect, encode};
+use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind};
+
+fn folder() -> (tempfile::TempDir, impl Fn(&str) -> String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().to_owned();
+    (folder, move |name: &str| path.join(name).to_str().expect("UTF-8").to_owned())
+}
+
+fn scan(counter: u16) -> Vec<u8> {
+    let body = format!(
+        "sSN LMDscandata 1 1 16F4C7A 0 0 {counter:X} {counter:X} {0:X} {0:X} 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 3E8 0 \
+         7D0 0 0 0 0 0 0",
+        u32::from(counter) * 20_000,
+    );
+    let mut bytes = Vec::new();
+    encode(Dialect::A, body.as_bytes(), &mut bytes);
+    bytes
+}
+
+/// A recording of so many scans, cut off before its end.
+fn torn(scans: u16) -> Vec<u8> {
+    let mut writer =
+        McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).expect("written");
+    let stream = writer.add_stream("scanner", StreamKind::Cola).expect("written");
+    for counter in 0..scans {
+        let at_ns = 1_000_000_000 + u64::from(counter) * 20_000_000;
+        writer.write(stream, Side::Device, at_ns, 0, &scan(counter)).expect("written");
+    }
+    writer.flush().expect("written");
+    writer.into_inner().into_inner()
+}
+
+#[test]
+fn repair_changes_nothing_but_a_torn_mcap_and_keeps_that() {
+    let (_folder, file) = folder();
+    let raw: Vec<u8> = (0..20).flat_map(scan).collect();
+    let picture = [&b"\x89PNG\r\n\x1a\n"[..], &[7; 9000]].concat();
+    for (name, bytes, says) in
+        [("picture.png", &picture, "it is a PNG picture"), ("scans.bin", &raw, "add `-o NEW.mcap`")]
+    {
+        std::fs::write(file(name), bytes).expect("written");
+        let ended = run(&["record", "--repair", &file(name)]);
+        assert!(ended.code == Some(1) || ended.code == Some(2), "{name}: {:?}", ended.code);
+        assert_says(&ended.stderr, &[name, says]);
+        assert_eq!(&std::fs::read(file(name)).expect("there"), bytes, "{name}");
+    }
+    let path = file("run.mcap");
+    std::fs::write(&path, torn(20)).expect("written");
+    let ended = run(&["record", "--repair", &path]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["20 packets", "run.mcap.orig"]);
+    assert_eq!(std::fs::read(file("run.mcap.orig")).expect("kept"), torn(20));
+    // Whole now: left as it is.
+    let whole = std::fs::read(&path).expect("there");
+    let ended = run(&["record", "--repair", &path]);
+    assert_eq!(ended.code, Some(2), "the original of the first repair is not overwritten");
+    std::fs::remove_file(file("run.mcap.orig")).expect("removed");
+    let ended = run(&["record", "--repair", &path]);
+    assert_eq!(
+        (ended.code, std::fs::read(&path).expect("there") == whole),
+        (Some(0), true),
+        "{}",
+        ended.stderr
+    );
+    assert!(!Path::new(&file("run.mcap.orig")).exists());
+    std::fs::write(&path, &torn(0)).expect("written");
+    assert_says(&refused(&["record", "--repair", &path]), &["no packet that can be read"]);
+    assert_eq!(std::fs::read(&path).expect("there"), torn(0));
+}
+
+#[test]
+fn a_failed_record_is_not_in_the_way_of_the_next() {
+    let (_folder, file) = folder();
+    let path = file("run.mcap");
+    // Nobody listens on the port of a socket that was closed again.
+    let free = std::net::TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("known");
+    let message = refused(&["record", &format!("tcp://{free}"), "-o", &path]);
+    assert_says(&message, &["cannot connect"]);
+    assert!(!Path::new(&path).exists(), "{message}");
+    std::fs::write(&path, b"").expect("written");
+    refused(&["record", &format!("tcp://{free}"), "-o", &path]);
+    assert_eq!(std::fs::metadata(&path).expect("it was there before").len(), 0);
+}
+
+#[cfg(unix)]
+#[test]
+fn exports_go_to_devices_links_and_standard_output() {
+    use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _};
+    let (_folder, file) = folder();
+    let raw: Vec<u8> = (0..3).flat_map(scan).collect();
+    std::fs::write(file("scans.bin"), raw).expect("written");
+    let export = |output: &str| run(&["export", &file("scans.bin"), "--to", "csv", "-o", output]);
+    assert_eq!(export("/dev/null").code, Some(0));
+    assert!(std::fs::metadata("/dev/null").expect("there").file_type().is_char_device());
+    let piped = export("-");
+    assert!(piped.stdout.starts_with("scan,") || piped.stdout.contains("_m,"), "{}", piped.stdout);
+    assert!(!Path::new("-").exists());
+
+    std::fs::write(file("real.csv"), "old").expect("written");
+    std::fs::set_permissions(file("real.csv"), std::fs::Permissions::from_mode(0o640)).expect("set");
+    std::os::unix::fs::symlink("real.csv", file("link.csv")).expect("linked");
+    assert_eq!(export(&file("link.csv")).code, Some(0));
+    assert!(Path::new(&file("link.csv")).is_symlink());
+    assert_eq!(std::fs::read_to_string(file("real.csv")).expect("text"), piped.stdout);
+    let mode = std::fs::metadata(file("real.csv")).expect("there").permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_link_that_is_served_is_not_taken_over() {
+    let (_folder, file) = folder();
+    let link = file("scanner");
+    let first = Emulator::on_a_line("emulate", &["--model", "lms211", "--pty", &link]);
+    let target = std::fs::read_link(&link).expect("a link");
+    let message = refused(&["emulate", "--model", "lms211", "--pty", &link]);
+    assert_says(&message, &["scanner", "served by another rowscan"]);
+    assert_eq!(std::fs::read_link(&link).expect("still there"), target);
+    first.end();
+    assert!(std::fs::symlink_metadata(&link).is_err(), "removed with its owner");
+}
+
+#[test]
+fn a_file_without_a_scan_is_named_by_what_it_holds() {
+    let (_folder, file) = folder();
+    let mut radar = Vec::new();
+    for _ in 0..3 {
+        encode(Dialect::B, b"sSN LMDradardata \0\x01\0\x01", &mut radar);
+    }
+    // Two bytes between STX and ETX are a frame of CoLa A, and no telegram.
+    let noise: Vec<u8> =
+        (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).chain(*b"\x02ab\x03").collect();
+    for (name, bytes, says) in [
+        ("radar.bin", &radar, "holds no scan; it holds 3 LMDradardata"),
+        ("noise.bin", &noise, "holds no scan; it holds"),
+        ("run.bin.gz", &b"\x1F\x8B\x08\0packed".to_vec(), "it is a gzip archive: unpack it"),
+        ("drive.bag", &b"#ROSBAG V2.0\n\x45\0\0\0".to_vec(), "it is a ROS 1 bag"),
+    ] {
+        std::fs::write(file(name), bytes).expect("written");
+        let output = file("out.csv");
+        for command in
+            [&["estimate", &file(name)][..], &["export", &file(name), "--to", "csv", "-o", &output]]
+        {
+            let ended = run(command);
+            assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""), "{command:?}: {}", ended.stderr);
+            assert_says(&ended.stderr, &[name, says]);
+        }
+        assert!(!Path::new(&output).exists());
+    }
+}
