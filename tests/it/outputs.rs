@@ -163,3 +163,36 @@ fn a_file_without_a_scan_is_named_by_what_it_holds() {
         assert!(!Path::new(&output).exists());
     }
 }
+
+#[test]
+fn two_bytes_of_an_lms2xx_scan_are_no_cola_telegram() {
+    let (_folder, file) = folder();
+    // A scan of four ranges, among them 371 and 1000 mm: `02 73 03`.
+    let scan = b"\x02\x80\x0c\x00\xb0\x04\x40\xe8\x03\x10\x02\x73\x03\xe8\x03\x10\x08\xb1";
+    std::fs::write(file("sweeps.bin"), scan.repeat(5)).expect("written");
+    let ended = run(&["decode", &file("sweeps.bin"), "--format", "json"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stdout);
+    assert!(!ended.stdout.contains("\"bad\""), "{}", ended.stdout);
+    let info = run(&["record", "--info", &file("sweeps.bin"), "--format", "json"]);
+    let info: serde_json::Value = serde_json::from_str(&info.stdout).expect("json");
+    assert_eq!(info["streams"][0]["kind"], "lms2xx");
+}
+
+#[test]
+fn values_that_cannot_be_are_refused() {
+    let (_folder, file) = folder();
+    assert_says(&refused(&["scan", "--wood", "mesh:1e308,3,1e-300"]), &["half width of 0 to 1 m"]);
+    assert_says(&refused(&["scan", "--pitch", "nan"]), &["--pitch", "expected a number"]);
+    let import = |name: &str, key: &str, content: &str| {
+        std::fs::write(file(name), content).expect("written");
+        let scene =
+            format!("version = 1\n[orchard]\ngenerator = \"import\"\n[orchard.import]\n{key} = \"{name}\"\n");
+        std::fs::write(file("scene.toml"), scene).expect("written");
+        refused(&["orchard", "truth", &file("scene.toml")])
+    };
+    assert_says(
+        &import("far.txt", "branches", "0 0 0 0 0 1e9 0.1\n"),
+        &["far.txt:1", "1000 m of the ground"],
+    );
+    assert_says(&import("empty.obj", "mesh", "v 0 0 0\n"), &["empty.obj", "no face"]);
+}

@@ -31,6 +31,9 @@ pub(crate) use mcap::read_some;
 /// Bytes a file is recognised by, and bytes taken from it at a time.
 const CHUNK: usize = 64 * 1024;
 
+/// What text in UTF-8 may begin with.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
 /// A stream of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct StreamInfo {
@@ -147,6 +150,10 @@ impl Recording {
         }
         if let Some(what) = format::foreign(&head) {
             return Err(ReadError::Foreign { what });
+        }
+        // Spreadsheets put a byte order mark before text.
+        if head.starts_with(BYTE_ORDER_MARK) {
+            head.drain(..BYTE_ORDER_MARK.len());
         }
         let format = Format::of(&head);
         let kind = language(&head);
@@ -285,6 +292,15 @@ fn text(mut input: Box<dyn Read + Send>) -> Result<String, ReadError> {
 mod tests {
     use super::*;
     use rowscan_protocol::frame::{Dialect, encode};
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_a_text() {
+        let recording = Recording::read(Box::new(&b"\xEF\xBB\xBF02 73 03\n"[..])).expect("it opens");
+        assert_eq!(recording.format(), Format::Hex);
+        let table = "\u{feff}# rowscan ranges 1; frequency_hz 50; start_deg 0; step_deg 1; unit mm\ntime_s,telegram_counter,scan_time_us,range_0\n0,1,2,3\n";
+        let recording = Recording::read(Box::new(table.as_bytes())).expect("it opens");
+        assert_eq!(recording.format(), Format::Ranges);
+    }
 
     #[test]
     fn raw_bytes_are_taken_for_the_scanner_that_speaks_so() {
