@@ -70,7 +70,7 @@ mod tests {
         }
         let told = contents(Recording::read(Box::new(Cursor::new(bytes))).unwrap()).unwrap();
         assert_eq!(told.as_deref(), Some("2 LMDradardata, 1 DeviceIdent"));
-        let noise = contents(Recording::read(Box::new(&b"\xFF\x02ab\x03\x00"[..])).unwrap()).unwrap();
+        let noise = contents(Recording::read(Box::new(&b"\xFF\x02s\x03\x00"[..])).unwrap()).unwrap();
         assert_eq!(noise.as_deref(), Some("1 CoLa A frames that are no telegrams"));
         assert_eq!(contents(Recording::read(Box::new(&b"\xFF\x00\x01"[..])).unwrap()).unwrap(), None);
     }
