@@ -71,3 +71,24 @@ impl Interrupt {
         }
     }
 }
+
+/// While it lives, a file that reaches the limit of `ulimit -f` gives an error on write, with a message. Without it SIGXFSZ kills the
+/// program.
+pub(super) struct FileSizeLimit {
+    #[cfg(target_os = "linux")]
+    _signal: Option<tokio::signal::unix::Signal>,
+}
+
+impl FileSizeLimit {
+    /// Takes the signal, if the system gives it.
+    pub(super) fn watch() -> Self {
+        Self {
+            #[cfg(target_os = "linux")]
+            _signal: {
+                // SIGXFSZ, everywhere but on MIPS.
+                const FILE_SIZE: i32 = 25;
+                tokio::signal::unix::signal(tokio::signal::unix::SignalKind::from_raw(FILE_SIZE)).ok()
+            },
+        }
+    }
+}

@@ -237,6 +237,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
         .build()
         .map_err(|cause| Failure::System { what: "start the runtime", cause })?;
     let outcome = runtime.block_on(async {
+        let _file_size = interrupt::FileSizeLimit::watch();
         match cli.command {
             Command::Demo(args) => demo::run(args).await,
             Command::Emulate(args) => emulate::run(args).await,

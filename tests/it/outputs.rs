@@ -196,3 +196,31 @@ fn values_that_cannot_be_are_refused() {
     );
     assert_says(&import("empty.obj", "mesh", "v 0 0 0\n"), &["empty.obj", "no face"]);
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
+    let (_folder, file) = folder();
+    std::fs::write(file("scans.bin"), (0..2000).flat_map(scan).collect::<Vec<u8>>()).expect("written");
+    std::fs::create_dir(file("out")).expect("made");
+    let started = std::process::Command::new("sh")
+        .args(["-c", "ulimit -f 8; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_rowscan")])
+        .args(["export", &file("scans.bin"), "--to", "csv", "-o", &file("out/points.csv")])
+        .stdin(std::process::Stdio::null())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("it runs");
+    let ended = common::binary::finish(started);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["cannot write", "points.csv", "too large"]);
+    assert_eq!(std::fs::read_dir(file("out")).expect("there").count(), 0);
+}
+
+#[test]
+fn a_replay_that_would_end_before_it_begins_is_refused() {
+    let (_folder, file) = folder();
+    std::fs::write(file("scans.bin"), (0..200).flat_map(scan).collect::<Vec<u8>>()).expect("written");
+    let args = ["replay", &file("scans.bin"), "--model", "lms111", "--from", "3s", "--until", "2s"];
+    assert_says(&refused(&args), &["--until lies at or before --from"]);
+}

@@ -325,10 +325,7 @@ impl Machine {
             _ => by_rate,
         };
         let unit = unit.unwrap_or(Unit::Mm);
-        let mode = self.known.mode.unwrap_or(match unit {
-            Unit::Mm => MeasuringMode::RANGE_32_M,
-            Unit::Cm => MeasuringMode(0),
-        });
+        let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
         let scan = &mut self.scan;
         scan.telegram_counter = number as u16;
         scan.scan_counter = number as u16;
