@@ -127,7 +127,7 @@ async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failu
     scanners.shutdown().await;
     // Dropped on the way out, the recording goes if nothing has come.
     ended?;
-    Ok(taping.finish())
+    Ok(taping.finish_unless_empty())
 }
 
 /// What is recorded beside the scanners, opened.

@@ -129,14 +129,34 @@ impl Taping {
     }
 }
 
+impl Taping {
+    /// The same where the recording is all that was asked for: one in which nothing came is not kept.
+    pub(super) fn finish_unless_empty(mut self) -> Outcome {
+        let Some(Running { recorder, path, .. }) = self.0.take() else { return Outcome::Done };
+        let file = recorder.new_file();
+        let Ok(recorded) = recorder.finish() else { return Outcome::Finding };
+        if recorded.from_device == 0 && file.discard().is_ok() {
+            say(format_args!("nothing was recorded: {} is not kept", name_of(&path)));
+            return Outcome::Done;
+        }
+        tell(&path, &recorded);
+        if recorded.lost > 0 { Outcome::Finding } else { Outcome::Done }
+    }
+}
+
 /// A command that fails before anything has come leaves no file behind that would be in the way of the next try.
 impl Drop for Taping {
     fn drop(&mut self) {
-        let Some(Running { recorder, .. }) = self.0.take() else { return };
+        let Some(Running { recorder, path, .. }) = self.0.take() else { return };
         let file = recorder.new_file();
-        if recorder.finish().is_ok_and(|recorded| recorded.from_device == 0) {
-            // It is not the command's error that is to be told.
-            let _ = file.discard();
+        match recorder.finish() {
+            Ok(recorded) if recorded.from_device == 0 => {
+                // It is not the command's error that is to be told.
+                let _ = file.discard();
+            }
+            Ok(recorded) => tell(&path, &recorded),
+            // It was told when it happened.
+            Err(_) => {}
         }
     }
 }
