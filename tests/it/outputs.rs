@@ -224,3 +224,51 @@ fn a_replay_that_would_end_before_it_begins_is_refused() {
     let args = ["replay", &file("scans.bin"), "--model", "lms111", "--from", "3s", "--until", "2s"];
     assert_says(&refused(&args), &["--until lies at or before --from"]);
 }
+
+/// Whatever a file holds: scans come out, or a reason.
+#[tokio::test]
+async fn any_bytes_give_a_scan_or_a_reason() {
+    use rowscan_driver::{DriverConfig, Scanner, Source};
+    let (_folder, file) = folder();
+    let path = file("any");
+    let whole: Vec<u8> = (0..6).flat_map(scan).collect();
+    let starts: [&[u8]; 6] =
+        [b"", b"\x89MCAP0\r\n", b"\xD4\xC3\xB2\xA1\x02\0\x04\0", b"\x02\x02\x02\x02", &torn(5), &whole];
+    let mut state = 7_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize
+    };
+    let (mut with_scans, mut refused) = (0, 0);
+    for round in 0..300 {
+        let start = starts[round % starts.len()];
+        let mut bytes = start[..start.len() - random() % (start.len() / 2 + 1)].to_vec();
+        bytes.extend((0..random() % 2000).map(|_| random() as u8));
+        if let (Some(bits), true) = (bytes.len().checked_mul(8).filter(|bits| *bits > 0), round % 2 == 0) {
+            let bit = random() % bits;
+            bytes[bit / 8] ^= 1 << (bit % 8);
+        }
+        std::fs::write(&path, &bytes).expect("written");
+        let source = Source::Recording { path: path.clone().into(), stream: None };
+        let Ok(mut scanner) = Scanner::open(&source, DriverConfig::default()).await else {
+            refused += 1;
+            continue;
+        };
+        let mut scans = 0;
+        loop {
+            match scanner.next().await {
+                Ok(Some(_)) => scans += 1,
+                Ok(None) => {
+                    assert!(scans > 0, "round {round}: the end without a scan and without a reason");
+                    with_scans += 1;
+                    break;
+                }
+                Err(_) => {
+                    refused += 1;
+                    break;
+                }
+            }
+        }
+    }
+    assert!(with_scans > 20 && refused > 100, "{with_scans} with scans, {refused} refused");
+}
