@@ -158,6 +158,7 @@ pub fn nominal_period_s(frequency_hz: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
 
     fn scan(counter: u16, time_us: u32) -> Scan {
         Scan { telegram_counter: counter, scan_time_us: time_us, scan_frequency_hz: 50.0, ..Scan::default() }
