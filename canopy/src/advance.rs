@@ -7,7 +7,7 @@
 //! A gap of more than `max_gap_steps` steps is not filled: each side keeps half of `max_gap_steps` steps.
 //! A weight is known when the next line is, so lines lag by one.
 
-use crate::counting::Link;
+use rowscan_protocol::counting::Link;
 
 /// Weighs lines, one behind.
 #[derive(Clone, Debug)]

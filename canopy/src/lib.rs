@@ -40,7 +40,6 @@
 mod advance;
 pub mod calibration;
 mod contact;
-mod counting;
 mod cut;
 mod error;
 pub mod estimate;

@@ -1,11 +1,11 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
 use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
-use crate::counting::Counting;
 use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::warning::Warning;
+use rowscan_protocol::counting::Counting;
 
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;

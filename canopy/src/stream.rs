@@ -5,7 +5,6 @@ use rowscan_protocol::scan::Scan;
 
 use crate::advance::Step;
 use crate::calibration::Calibration;
-use crate::counting::{Counting, Turn, nominal_period_s};
 use crate::cut::CutMethod;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
@@ -16,6 +15,7 @@ use crate::ranges::Ranges;
 use crate::report;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::window::Window;
+use rowscan_protocol::counting::{Counting, Turn, nominal_period_s};
 
 /// Scans of one scanner in, an [`Estimate`] out, at any time.
 ///

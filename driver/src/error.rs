@@ -8,7 +8,7 @@ use std::time::Duration;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::SopasError;
 #[cfg(feature = "recordings")]
-use rowscan_recording::{Format, ReadError};
+use rowscan_recording::{Format, ReadError, Torn};
 
 /// Why a source could not be opened or read on. Each message names the remedy where there is one.
 #[derive(Debug, thiserror::Error)]
@@ -166,6 +166,19 @@ pub enum DriverError {
         wanted: String,
         /// What there is.
         found: Vec<String>,
+    },
+    /// A file holds telegrams, and none of them is a scan.
+    #[cfg(feature = "recordings")]
+    #[error("{} ({format}) holds no scan; it holds {holds}{}", path.display(), torn.as_ref().map_or_else(String::new, |torn| format!("; {torn}")))]
+    NoScan {
+        /// The file.
+        path: PathBuf,
+        /// What the file looks like.
+        format: Format,
+        /// Its telegrams by name and count.
+        holds: String,
+        /// Where it breaks off, if it does.
+        torn: Option<Torn>,
     },
     /// A file holds no telegram.
     #[cfg(feature = "recordings")]

@@ -1,6 +1,6 @@
 //! A recording as a source: its bytes go through the client session as a live link's do.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::task::{Context, Poll};
 use std::time::Duration;
@@ -24,6 +24,8 @@ pub(crate) struct Recording {
     chosen: Option<usize>,
     /// A listening session a stream, until one is chosen.
     clients: BTreeMap<usize, ScanReader>,
+    /// Streams of scanners that are not read.
+    left_out: BTreeSet<usize>,
     /// The stream that bytes came from last.
     current: usize,
     max_payload: usize,
@@ -43,6 +45,7 @@ impl Recording {
             wanted: stream.map(str::to_owned),
             chosen: None,
             clients: BTreeMap::new(),
+            left_out: BTreeSet::new(),
             current: 0,
             max_payload,
             bytes: 0,
@@ -73,6 +76,7 @@ impl Recording {
                 None if !self.ended => {
                     self.ended = true;
                     self.current = self.chosen.unwrap_or(self.current);
+                    self.warn_of_missing();
                     self.clients.values_mut().for_each(ScanReader::finish);
                 }
                 None => return self.at_end(),
@@ -87,6 +91,10 @@ impl Recording {
             (None, Some(name)) => *name == stream.name,
             (None, None) => true,
         };
+        let may_hold_scans = packet.from != Some(Side::Host) && ScanReader::new(stream.kind, 0).is_some();
+        if !wanted && self.wanted.is_none() && may_hold_scans {
+            self.left_out.insert(packet.stream);
+        }
         let known = self.clients.contains_key(&packet.stream);
         let reader = if known { None } else { ScanReader::new(stream.kind, self.max_payload) };
         if !wanted || !known && reader.is_none() {
@@ -118,7 +126,31 @@ impl Recording {
             let format = self.recording.format();
             return Err(DriverError::NotARecording { path: self.path.clone(), format, bytes: self.bytes });
         }
+        let torn = self.recording.torn();
+        if self.chosen.is_none() {
+            // Read once more: nobody counts names while scans come.
+            let format = self.recording.format();
+            let holds = rowscan_recording::Recording::open(&self.path).and_then(rowscan_recording::contents);
+            let holds = holds.ok().flatten().unwrap_or_else(|| "no telegram".to_owned());
+            return Err(DriverError::NoScan { path: self.path.clone(), format, holds, torn: torn.cloned() });
+        }
         Ok(None)
+    }
+
+    /// Tells once what the scans do not come from: the part behind a cut, and streams that were not asked for.
+    fn warn_of_missing(&self) {
+        let path = self.path.display();
+        if let Some(torn) = self.recording.torn() {
+            tracing::warn!("{path}: {torn}; the scans up to there are read");
+        }
+        let name = |stream: &usize| self.recording.streams().get(*stream).map(|stream| stream.name.clone());
+        let others: Vec<String> = self.left_out.iter().filter_map(name).collect();
+        if let (Some(chosen), false) = (self.chosen.as_ref().and_then(name), others.is_empty()) {
+            tracing::warn!(
+                "{path}: scans of `{chosen}` only; left out: {}; name one with `{path}#STREAM`",
+                others.join(", ")
+            );
+        }
     }
 }
 

@@ -75,6 +75,14 @@ pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
 
 fn prepare(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    SockRef::from(stream)
-        .set_tcp_keepalive(&TcpKeepalive::new().with_time(std::time::Duration::from_secs(30)))
+    SockRef::from(stream).set_tcp_keepalive(&keepalive())
+}
+
+/// A client whose machine is gone is noticed within a minute, and makes room: 30 s of silence, then four probes.
+fn keepalive() -> TcpKeepalive {
+    let seconds = std::time::Duration::from_secs;
+    let keepalive = TcpKeepalive::new().with_time(seconds(30)).with_interval(seconds(5));
+    #[cfg(target_os = "linux")]
+    let keepalive = keepalive.with_retries(4);
+    keepalive
 }

@@ -1,11 +1,12 @@
 //! Where mEEwriteall keeps the settings of a virtual scanner: a file that is replaced whole or not at all.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use rowscan_protocol::device::SavedSettingsError;
 use rowscan_protocol::lms2xx;
+use rowscan_recording::OutputFile;
 
 /// No settings are longer.
 const MAX_BYTES: u64 = 64 * 1024;
@@ -85,16 +86,9 @@ fn read(path: &Path) -> io::Result<String> {
     fs::read_to_string(path)
 }
 
-/// Written beside it, brought to the disk, then renamed: whoever reads sees the old settings or the new ones.
+/// Whoever reads sees the old settings or the new ones.
 fn replace(path: &Path, settings: &str) -> io::Result<()> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(format!(".{}.new", std::process::id()));
-    let beside = PathBuf::from(beside);
-    let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(settings.as_bytes())?;
-        file.sync_all()
-    });
-    written.and_then(|()| fs::rename(&beside, path)).inspect_err(|_| {
-        let _ = fs::remove_file(&beside);
-    })
+    let mut out = OutputFile::create(path)?;
+    out.write_all(settings.as_bytes())?;
+    out.commit()
 }

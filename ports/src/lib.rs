@@ -4,6 +4,7 @@ pub mod clock;
 mod delivery;
 pub mod in_flight;
 mod link;
+mod name_lock;
 mod net;
 #[cfg(target_os = "linux")]
 mod occupancy;

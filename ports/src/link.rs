@@ -5,6 +5,8 @@ use std::io;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
+use crate::name_lock::NameLock;
+
 /// Where the system keeps pseudo-terminals.
 const PSEUDO_TERMINALS: &str = "/dev/pts";
 
@@ -14,6 +16,11 @@ pub enum LinkError {
     /// Something else has the name, and is left alone.
     #[error("{} is already there and no link to a pseudo-terminal; choose another name, or remove it", .0.display())]
     Taken(PathBuf),
+    /// Another program serves clients there.
+    #[error(
+        "{} is served by another rowscan already; choose another name, or end that program", .0.display()
+    )]
+    InUse(PathBuf),
     /// The system refused.
     #[error("cannot make the link {}: {cause}; expected a name in a folder that you may write to", path.display())]
     System {
@@ -29,12 +36,17 @@ pub enum LinkError {
 pub(super) struct Link {
     path: PathBuf,
     target: PathBuf,
+    _claim: NameLock,
 }
 
 impl Link {
     /// Links `path` to the terminal `target`. A link left behind by a program that was killed is replaced at once, without a
-    /// moment in which there is none.
+    /// moment in which there is none; one that a living rowscan serves is left alone.
     pub(super) fn place(path: &Path, target: &Path) -> Result<Self, LinkError> {
+        let claim = NameLock::take(path).map_err(|cause| match cause.kind() {
+            io::ErrorKind::AddrInUse => LinkError::InUse(path.to_owned()),
+            _ => LinkError::System { path: path.to_owned(), cause },
+        })?;
         match fs::read_link(path) {
             Ok(found) if found.starts_with(PSEUDO_TERMINALS) => {}
             Ok(_) => return Err(LinkError::Taken(path.to_owned())),
@@ -54,7 +66,7 @@ impl Link {
                 let _ = fs::remove_file(&beside);
             })
             .map_err(|cause| LinkError::System { path: path.to_owned(), cause })?;
-        Ok(Self { path: path.to_owned(), target: target.to_owned() })
+        Ok(Self { path: path.to_owned(), target: target.to_owned(), _claim: claim })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -93,13 +105,32 @@ mod tests {
         assert!(matches!(Link::place(&elsewhere, Path::new("/dev/pts/1")), Err(LinkError::Taken(_))));
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_link_in_use_is_not_taken_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scanner");
+        let first = Link::place(&path, Path::new("/dev/pts/100001")).unwrap();
+        // The same name by another way.
+        let other_way = folder.path().join("../").join(folder.path().file_name().unwrap()).join("scanner");
+        for path in [&path, &other_way] {
+            let refused = Link::place(path, Path::new("/dev/pts/100002"));
+            assert!(matches!(refused, Err(LinkError::InUse(_))), "{refused:?}");
+        }
+        assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/100001"));
+        drop(first);
+        let second = Link::place(&path, Path::new("/dev/pts/100002")).unwrap();
+        assert_eq!(fs::read_link(second.path()).unwrap(), Path::new("/dev/pts/100002"));
+    }
+
     #[test]
     fn a_link_that_was_taken_over_is_not_removed() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scanner");
         let first = Link::place(&path, Path::new("/dev/pts/100001")).unwrap();
-        let second = Link::place(&path, Path::new("/dev/pts/100002")).unwrap();
+        fs::remove_file(&path).unwrap();
+        symlink("/dev/pts/100002", &path).unwrap();
         drop(first);
-        assert_eq!(fs::read_link(second.path()).unwrap(), Path::new("/dev/pts/100002"));
+        assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/100002"));
     }
 }

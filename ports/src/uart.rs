@@ -5,7 +5,8 @@ const TOLERANCE: f64 = 0.03;
 
 /// True if a receiver at `to` understands a sender at `from`, bits a second.
 pub fn understands(from: u32, to: u32) -> bool {
-    let (from, to) = (f64::from(from.max(1)), f64::from(to.max(1)));
+    let (from, to) = (f64::from(from), f64::from(to));
+    // False for a rate of 0 as well.
     (from / to - 1.0).abs() <= TOLERANCE
 }
 
@@ -17,8 +18,12 @@ pub fn hear(bytes: &[u8], from: u32, to: u32) -> Vec<u8> {
     if understands(from, to) {
         return bytes.to_vec();
     }
+    if from == 0 || to == 0 {
+        // B0: the port is hung up.
+        return Vec::new();
+    }
     // In bits of the sender.
-    let bit = f64::from(from.max(1)) / f64::from(to.max(1));
+    let bit = f64::from(from) / f64::from(to);
     let end = 10.0 * bytes.len() as f64;
     let is_high = |at: f64| -> bool {
         let (byte, bit) = ((at / 10.0) as usize, (at % 10.0) as u32);
@@ -60,6 +65,12 @@ mod tests {
     fn equal_rates_understand_each_other() {
         assert_eq!(hear(&ASK, 9600, 9600), ASK);
         assert_eq!(hear(&ASK, 38_400, 38_461), ASK);
+    }
+
+    #[test]
+    fn a_port_that_is_hung_up_neither_sends_nor_hears() {
+        assert!(hear(&ASK, 0, 38_400).is_empty() && hear(&ASK, 38_400, 0).is_empty());
+        assert!(hear(&ASK, 0, 0).is_empty() && !understands(0, 0));
     }
 
     #[test]

@@ -39,7 +39,7 @@
 //!
 //! # Features
 //! - `telegrams` (default): frames, telegrams, scanner models, sessions. Without it only the meaning is left ([`scan`], [`angle`], [`random`], [`rig`],
-//!   [`time`], [`calendar`]): all that canopy estimators and scene simulators need to know of a scanner.
+//!   [`time`], [`calendar`], [`counting`]): all that canopy estimators and scene simulators need to know of a scanner.
 //! - `serde`: rigs and the types in them are read and written with serde.
 #![no_std]
 
@@ -49,6 +49,7 @@ extern crate std;
 
 pub mod angle;
 pub mod calendar;
+pub mod counting;
 pub mod random;
 pub mod rig;
 pub mod scan;

@@ -4,7 +4,7 @@ use std::io::{self, Seek, Write};
 
 use crate::frames::FrameReader;
 use crate::writer::{Decoded, McapWriter};
-use crate::{About, Joint, Packet, ReadError, Recorded, Recording};
+use crate::{About, Joint, Packet, ReadError, Recorded, Recording, Side};
 
 /// Why a copy was not made.
 #[derive(Debug, thiserror::Error)]
@@ -58,6 +58,7 @@ pub fn copy<W: Write + Seek>(
         {
             writer.write(*stream, side, at_ns, lost_before, &packet.bytes).map_err(CopyError::Write)?;
             recorded.packets += 1;
+            recorded.from_device += u64::from(side == Side::Device);
             recorded.bytes += packet.bytes.len() as u64;
         }
     }

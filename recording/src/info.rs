@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use rowscan_protocol::counting::{Counting, Link, Turn};
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_protocol::time::DeviceClock;
 use serde::Serialize;
 use std::time::Duration;
 
 use crate::scan_reader::MAX_PAYLOAD;
 use crate::{Joint, Packet, ReadError, Recording, ScanReader, Side, StreamKind};
+
+/// Longer without a scan is an outage.
+const OUTAGE_NS: u64 = 1_000_000_000;
 
 /// One stream's account. Times are the host's, seconds; absent where the file has none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -32,8 +35,14 @@ pub struct StreamReport {
     pub packets_lost: u64,
     /// Valid scan telegrams.
     pub scans: u64,
+    /// Telegrams that came again.
+    pub scans_repeated: u64,
     /// Gaps in their counters.
     pub scans_lost: u64,
+    /// Times the device began to count anew.
+    pub restarts: u64,
+    /// Times no scan came for more than a second.
+    pub outages: u64,
     /// Frames refused by checksum or length, and scans that could not be read.
     pub telegrams_bad: u64,
     /// Scans a second of the host's clock.
@@ -72,16 +81,13 @@ struct StreamAccount {
     first_ns: Option<u64>,
     last_ns: Option<u64>,
     packets_lost: u64,
-    scans: u64,
-    scans_lost: u64,
+    counting: Counting,
+    outages: u64,
     malformed: u64,
-    last_counter: Option<u16>,
-    device: DeviceClock,
     first_scan_ns: Option<u64>,
     last_scan_ns: Option<u64>,
     longest_gap_ns: Option<u64>,
     line: StraightLine,
-    device_span_s: f64,
 }
 
 impl StreamAccount {
@@ -94,16 +100,13 @@ impl StreamAccount {
             first_ns: None,
             last_ns: None,
             packets_lost: 0,
-            scans: 0,
-            scans_lost: 0,
+            counting: Counting::default(),
+            outages: 0,
             malformed: 0,
-            last_counter: None,
-            device: DeviceClock::default(),
             first_scan_ns: None,
             last_scan_ns: None,
             longest_gap_ns: None,
             line: StraightLine::default(),
-            device_span_s: 0.0,
         }
     }
 
@@ -131,27 +134,27 @@ impl StreamAccount {
     }
 
     fn scan(&mut self, scan: &Scan, at_ns: Option<u64>) {
-        let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
-        self.scans += 1;
-        let step = self.last_counter.map_or(1, |last| counter.wrapping_sub(last));
-        // More than half the numbers ahead is a device that was switched on anew, or an older scan.
-        if (2..0x8000).contains(&step) {
-            self.scans_lost += u64::from(step) - 1;
-        }
-        self.last_counter = Some(counter);
-        self.device_span_s = self.device.seconds(time_us);
+        // One counter for this and for estimates, so that both tell the same.
+        let Turn::Line { travel_s, link } = self.counting.observe(scan) else { return };
         let Some(at_ns) = at_ns else { return };
         if let Some(last_ns) = self.last_scan_ns {
-            self.longest_gap_ns = self.longest_gap_ns.max(Some(at_ns.saturating_sub(last_ns)));
+            let gap_ns = at_ns.saturating_sub(last_ns);
+            self.longest_gap_ns = self.longest_gap_ns.max(Some(gap_ns));
+            self.outages += u64::from(gap_ns > OUTAGE_NS);
+        }
+        if link == Link::Broken {
+            // What the device's clock did meanwhile is not known.
+            self.line = StraightLine::default();
         }
         let first_ns = *self.first_scan_ns.get_or_insert(at_ns);
         self.last_scan_ns = Some(at_ns);
-        self.line.add(at_ns.saturating_sub(first_ns) as f64 * 1e-9, self.device_span_s);
+        self.line.add(at_ns.saturating_sub(first_ns) as f64 * 1e-9, travel_s);
     }
 
     fn report(self, name: &str, began_ns: Option<u64>) -> StreamReport {
         let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
-        let intervals = self.scans.saturating_sub(1) as f64;
+        let Counting { scans, repeated, lost, restarts, .. } = self.counting;
+        let intervals = scans.saturating_sub(repeated + 1) as f64;
         let rate = |span: Option<f64>| span.filter(|span| *span > 0.0).map(|span| intervals / span);
         let [packets_from_device, packets_to_device] = self.packets;
         StreamReport {
@@ -163,11 +166,14 @@ impl StreamAccount {
             begins_s: seconds(began_ns, self.first_ns),
             duration_s: seconds(self.first_ns, self.last_ns),
             packets_lost: self.packets_lost,
-            scans: self.scans,
-            scans_lost: self.scans_lost,
+            scans,
+            scans_repeated: repeated,
+            scans_lost: lost,
+            restarts,
+            outages: self.outages,
             telegrams_bad: self.reader.map_or(0, |reader| reader.counts().bad) + self.malformed,
             scan_rate_hz: rate(seconds(self.first_scan_ns, self.last_scan_ns)),
-            scan_rate_device_hz: rate((self.scans > 1).then_some(self.device_span_s)),
+            scan_rate_device_hz: self.counting.frequency_hz(),
             longest_gap_s: self.longest_gap_ns.map(|ns| ns as f64 * 1e-9),
             clock_drift_ppm: self.line.slope().map(|slope| (slope - 1.0) * 1e6),
         }
@@ -202,6 +208,35 @@ impl StraightLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn repeats_restarts_and_outages_are_told_apart_from_losses() {
+        let mut account = StreamAccount::new(StreamKind::Cola);
+        let mut at_ms = 0;
+        let mut hear = |counter: u16, time_us: u32, passed_ms: u64| {
+            at_ms += passed_ms;
+            let scan = Scan {
+                telegram_counter: counter,
+                scan_time_us: time_us,
+                scan_frequency_hz: 50.0,
+                ..Scan::default()
+            };
+            account.scan(&scan, Some(at_ms * 1_000_000));
+        };
+        // Every telegram twice, then the device is switched off and on.
+        for i in 0..50_u16 {
+            hear(5000 + i, u32::from(i) * 20_000, 10);
+            hear(5000 + i, u32::from(i) * 20_000, 10);
+        }
+        for i in 0..50_u16 {
+            hear(i, u32::from(i) * 20_000, if i == 0 { 8000 } else { 20 });
+        }
+        let report = account.report("scanner", Some(0));
+        assert_eq!((report.scans, report.scans_repeated, report.scans_lost), (150, 50, 0));
+        assert_eq!((report.restarts, report.outages), (1, 1));
+        assert!((report.scan_rate_device_hz.unwrap() - 50.0).abs() < 1e-6);
+        assert!(report.clock_drift_ppm.unwrap().abs() < 1e-3, "{report:?}");
+    }
 
     #[test]
     fn a_clock_a_hundred_ppm_fast_is_found_behind_milliseconds_of_jitter() {

@@ -24,6 +24,8 @@
 //! `rowscan-protocol`.
 
 #[cfg(feature = "files")]
+mod contents;
+#[cfg(feature = "files")]
 mod copy;
 #[cfg(feature = "files")]
 mod error;
@@ -35,6 +37,7 @@ mod foxglove;
 mod frames;
 #[cfg(feature = "files")]
 mod info;
+mod output_file;
 mod packet;
 #[cfg(feature = "files")]
 mod queue;
@@ -43,12 +46,16 @@ mod read;
 #[cfg(feature = "files")]
 mod recorder;
 #[cfg(feature = "files")]
+mod repair;
+#[cfg(feature = "files")]
 mod scan_reader;
 mod tap;
 mod wall_clock;
 #[cfg(feature = "files")]
 mod writer;
 
+#[cfg(feature = "files")]
+pub use contents::contents;
 #[cfg(feature = "files")]
 pub use copy::{CopyError, copy};
 #[cfg(feature = "files")]
@@ -57,11 +64,14 @@ pub use error::RecordError;
 pub use frames::{FrameReader, RecordedFrame};
 #[cfg(feature = "files")]
 pub use info::{StreamReport, account};
+pub use output_file::{NewFile, OutputFile, STANDARD_OUTPUT, is_standard_output, remove_temporary_files};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
 pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};
+#[cfg(feature = "files")]
+pub use repair::{Repaired, repair};
 #[cfg(feature = "files")]
 pub use scan_reader::ScanReader;
 pub use tap::{Tap, Taps};

@@ -1,7 +1,6 @@
 //! Writes a recording on a thread of its own, fed through a bounded queue.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,11 +9,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use crate::RecordError;
+use crate::output_file::{NewFile, OutputFile};
 use crate::queue::{self, Item};
 use crate::tap::Taps;
 use crate::wall_clock::WallClock;
 use crate::writer::{About, Decoded, McapWriter, StreamId};
+use crate::{RecordError, Side};
 
 /// Bytes are flushed at least this often: what a killed program loses at most.
 const FLUSH: Duration = Duration::from_millis(200);
@@ -42,6 +42,8 @@ pub struct Recorded {
     pub bytes: u64,
     /// Packets lost because the writer could not keep up.
     pub lost: u64,
+    /// Packets from a device: of a scanner, a GNSS receiver or a bus.
+    pub from_device: u64,
 }
 
 /// A recording being written. Dropping it lets the file end without its index, as a crash would; it still opens.
@@ -51,6 +53,7 @@ pub struct Recorder {
     queue: SyncSender<Item>,
     lost: Arc<AtomicU64>,
     path: PathBuf,
+    new_file: NewFile,
     thread: JoinHandle<Result<Recorded, RecordError>>,
 }
 
@@ -63,9 +66,10 @@ impl Recorder {
         failed: impl FnOnce(&RecordError) + Send + 'static,
     ) -> Result<Self, RecordError> {
         let path = path.to_owned();
-        let file = create(&path)?;
+        let (file, new_file) = create(&path)?;
         let RecorderOptions { decoded, waits, about } = options;
-        let writer = McapWriter::new(BufWriter::with_capacity(256 * 1024, file), &about, decoded)
+        let file = BufWriter::with_capacity(256 * 1024, file);
+        let writer = McapWriter::new(file, &about, decoded)
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
         let (queue, items) = sync_channel(QUEUE);
         let lost = Arc::new(AtomicU64::new(0));
@@ -91,12 +95,17 @@ impl Recorder {
                 }
             })
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
-        Ok(Self { taps, queue, lost, path, thread })
+        Ok(Self { taps, queue, lost, path, new_file, thread })
     }
 
     /// Opens its taps.
     pub fn taps(&self) -> Taps {
         self.taps.clone()
+    }
+
+    /// The file, to be taken back after [`finish`](Self::finish) if nothing came.
+    pub fn new_file(&self) -> NewFile {
+        self.new_file.clone()
     }
 
     /// Writes what is queued, and the file's end. Waits for the disk.
@@ -112,23 +121,19 @@ impl Recorder {
 }
 
 /// Makes a file where none is, or where nothing would be lost.
-fn create(path: &Path) -> Result<File, RecordError> {
-    let fail = |cause| RecordError::Create { path: path.to_owned(), cause };
-    match fs::metadata(path) {
-        Ok(found) if found.is_file() && found.len() > 0 => {
-            return Err(RecordError::Exists { path: path.to_owned(), bytes: found.len() });
+fn create(path: &Path) -> Result<(OutputFile, NewFile), RecordError> {
+    OutputFile::append_to_new(path).map_err(|cause| match cause.kind() {
+        io::ErrorKind::AlreadyExists => {
+            let bytes = std::fs::metadata(path).map_or(0, |found| found.len());
+            RecordError::Exists { path: path.to_owned(), bytes }
         }
-        Ok(found) if found.is_dir() => {
-            return Err(fail(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory")));
-        }
-        _ => {}
-    }
-    OpenOptions::new().write(true).create(true).truncate(true).open(path).map_err(fail)
+        _ => RecordError::Create { path: path.to_owned(), cause },
+    })
 }
 
 /// State of the thread: turns items into records.
 struct WriterThread {
-    writer: McapWriter<BufWriter<File>>,
+    writer: McapWriter<BufWriter<OutputFile>>,
     /// By the tap's number.
     streams: BTreeMap<u32, StreamId>,
     clock: WallClock,
@@ -166,6 +171,7 @@ impl WriterThread {
                 if let Some(&stream) = self.streams.get(&stream) {
                     self.writer.write(stream, from, at_ns, lost_before, &bytes)?;
                     self.recorded.packets += 1;
+                    self.recorded.from_device += u64::from(from == Side::Device);
                     self.recorded.bytes += bytes.len() as u64;
                 }
             }

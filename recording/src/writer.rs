@@ -200,7 +200,8 @@ impl<W: Write + Seek> McapWriter<W> {
 
     /// Begins a file whose messages are indexed, chunk by chunk: for a recording that is complete already.
     pub fn indexed(out: W, about: &About, decoded: Decoded) -> io::Result<Self> {
-        Self::with_options(out, about, decoded, WriteOptions::new().use_chunks(true))
+        // Chunks are put together in memory, so that a pipe will do.
+        Self::with_options(out, about, decoded, WriteOptions::new().use_chunks(true).disable_seeking(true))
     }
 
     fn with_options(out: W, about: &About, decoded: Decoded, options: WriteOptions) -> io::Result<Self> {
@@ -313,7 +314,7 @@ fn message<W: Write + Seek>(
 }
 
 /// The system's own error where there is one.
-fn plain(error: McapError) -> io::Error {
+pub(crate) fn plain(error: McapError) -> io::Error {
     match error {
         McapError::Io(cause) => cause,
         other => io::Error::other(other.to_string()),

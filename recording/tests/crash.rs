@@ -111,6 +111,21 @@ fn cut_anywhere_it_opens_and_lacks_nothing_but_its_tail() {
 }
 
 #[test]
+fn a_cut_summary_and_a_changed_byte_are_found() {
+    let (file, _) = written(Decoded::default());
+    for cut in [1, 8, 20, 60] {
+        let (packets, torn) = read(&file[..file.len() - cut]);
+        assert_eq!((packets.len(), torn), (sample().len(), true), "{cut} bytes are missing");
+    }
+    // A byte of a message in the middle: only the data section's checksum knows.
+    let place = file.windows(4).rposition(|bytes| bytes == b"DIST").unwrap();
+    let mut changed = file.clone();
+    changed[place] ^= 1;
+    assert_eq!(read(&changed), (read(&changed).0, true));
+    assert!(!read(&file).1);
+}
+
+#[test]
 fn a_repaired_file_is_whole_and_holds_what_was_left() {
     let (file, _) = written(Decoded::default());
     let cut = &file[..file.len() / 2];

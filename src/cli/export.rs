@@ -6,7 +6,7 @@ use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
 
-use super::output::{say, write_file};
+use super::output::{name_of, say, write_file};
 use super::{Failure, Outcome};
 use crate::export::{Placing, ScanTable, TableFormat, encode, points};
 
@@ -14,7 +14,7 @@ use crate::export::{Placing, ScanTable, TableFormat, encode, points};
 pub(super) struct Args {
     /// A recording of any kind, with `#STREAM` behind it where it holds several
     file: Source,
-    /// The file to write
+    /// The file to write; `-` is standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Its format
@@ -82,7 +82,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         To::Npy => TableFormat::Npy,
         To::Parquet => TableFormat::Parquet,
     };
-    let what = args.output.display().to_string();
+    let what = name_of(&args.output);
     let bytes = encode(&columns, format)
         .map_err(|cause| Failure::Write { what: what.clone(), cause: std::io::Error::other(cause) })?;
     write_file(&args.output, &[title.into_bytes(), bytes].concat())?;

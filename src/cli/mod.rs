@@ -14,6 +14,7 @@ mod interrupt;
 mod line;
 mod link_events;
 mod link_options;
+mod mend;
 mod models;
 mod named;
 mod orchard;
@@ -33,7 +34,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use rowscan_driver::DriverError;
+use rowscan_recording::ReadError;
 use rowscan_study::calibrations::ConfigError;
+
+use output::printable;
 
 /// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
 #[derive(Debug, Parser)]
@@ -96,6 +101,8 @@ pub enum Outcome {
     Done,
     /// The work was done, and it found something wrong.
     Finding,
+    /// A signal of this number ended it before it had a result.
+    Interrupted(u8),
 }
 
 /// Why a command could not do its work.
@@ -209,6 +216,17 @@ pub enum Failure {
     },
 }
 
+impl Failure {
+    /// 1 where the input is understood and holds nothing of what was asked for, else 2.
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Driver(DriverError::NoScan { .. })
+            | Self::Driver(DriverError::Recording { cause: ReadError::Foreign { .. }, .. }) => 1,
+            _ => 2,
+        }
+    }
+}
+
 /// What tasks get to end in, once a command has.
 const FAREWELL: std::time::Duration = std::time::Duration::from_millis(300);
 
@@ -220,6 +238,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
         .build()
         .map_err(|cause| Failure::System { what: "start the runtime", cause })?;
     let outcome = runtime.block_on(async {
+        let _file_size = interrupt::FileSizeLimit::watch();
         match cli.command {
             Command::Demo(args) => demo::run(args).await,
             Command::Emulate(args) => emulate::run(args).await,
@@ -237,20 +256,24 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
     });
     // Tasks take their links and files with them; an interrupted command does not wait for the orchard that was growing.
     runtime.shutdown_timeout(FAREWELL);
+    // Of an interrupted command; whoever finished has none.
+    rowscan_recording::remove_temporary_files();
     outcome
 }
 
-/// Tells the user how it ended, once, and turns it into an exit code: 0 done, 1 a finding, 2 bad input.
+/// Tells the user how it ended, once, and turns it into an exit code: 0 done, 1 a finding, 2 bad input, 128 and the signal's number
+/// where a signal came before the result.
 #[allow(clippy::print_stderr, reason = "the one place where an error is printed")]
 pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
     match ended {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Finding) => ExitCode::from(1),
+        Ok(Outcome::Interrupted(signal)) => ExitCode::from(128 + signal),
         // A reader that has read enough (`| head`) is not a failure.
         Err(Failure::Write { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("rowscan: {failure}");
-            ExitCode::from(2)
+            eprintln!("rowscan: {}", printable(&failure.to_string()));
+            ExitCode::from(failure.exit_code())
         }
     }
 }

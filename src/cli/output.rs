@@ -1,5 +1,6 @@
 //! Data on standard output, in the format asked for; everything else on standard error.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
@@ -7,6 +8,7 @@ use std::path::Path;
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, Table, TableComponent};
 use rowscan_canopy::Calibration;
+use rowscan_recording::{OutputFile, is_standard_output};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -15,7 +17,20 @@ use super::{Failure, Format};
 /// Says something to the user, beside the data.
 #[allow(clippy::print_stderr, reason = "the command line's voice")]
 pub(super) fn say(message: impl Display) {
-    eprintln!("{message}");
+    eprintln!("{}", printable(&message.to_string()));
+}
+
+/// A text as a terminal may see it: control characters, which files and devices may send, are written as `\u{1b}`. Lines stay lines.
+pub(super) fn printable(text: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| !c.is_control() || matches!(c, '\n' | '\t');
+    if text.chars().all(is_plain) {
+        return Cow::Borrowed(text);
+    }
+    let mut escaped = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_plain(c) { escaped.push(c) } else { escaped.extend(c.escape_default()) }
+    }
+    Cow::Owned(escaped)
 }
 
 /// From here on the user is told what a task that nobody waits for warns of: a log that cannot be written on, settings that are not saved.
@@ -138,17 +153,27 @@ pub(super) fn calibration_text(calibration: &Calibration) -> Result<String, Fail
     })
 }
 
-/// Writes a file whole or not at all: to a temporary name beside it, then renamed.
+/// Writes a file whole or not at all. `-` is standard output; devices and pipes are written to directly.
 pub(super) fn write_file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
-    let failure = |cause| Failure::Write { what: path.display().to_string(), cause };
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    std::fs::write(&part, content).and_then(|()| std::fs::rename(&part, path)).map_err(|cause| {
-        // Nothing half-written stays behind; the first error is the one to tell.
-        let _ = std::fs::remove_file(&part);
-        failure(cause)
-    })
+    write_with(path, |out| out.write_all(content.as_ref()))
+}
+
+/// The same, of a content that is written piece by piece.
+pub(super) fn write_with(
+    path: &Path,
+    write: impl FnOnce(&mut io::BufWriter<OutputFile>) -> io::Result<()>,
+) -> Result<(), Failure> {
+    let written = || {
+        let mut out = io::BufWriter::new(OutputFile::create(path)?);
+        write(&mut out)?;
+        out.into_inner().map_err(io::IntoInnerError::into_error)?.commit()
+    };
+    written().map_err(|cause| Failure::Write { what: name_of(path), cause })
+}
+
+/// How messages name an output.
+pub(super) fn name_of(path: &Path) -> String {
+    if is_standard_output(path) { "standard output".to_owned() } else { path.display().to_string() }
 }
 
 fn fields<T: Serialize>(row: &T) -> Result<Vec<(String, Value)>, Failure> {
@@ -174,8 +199,8 @@ fn cell(value: &Value) -> Cell {
             (Some(float), true) => number(Some(float), 3),
             _ => Cell::new(found).set_alignment(CellAlignment::Right),
         },
-        Value::Array(items) => Cell::new(items.iter().map(plain).collect::<Vec<_>>().join("\n")),
-        other => Cell::new(plain(other)),
+        Value::Array(items) => Cell::new(printable(&items.iter().map(plain).collect::<Vec<_>>().join("\n"))),
+        other => Cell::new(printable(&plain(other))),
     }
 }
 
@@ -189,4 +214,16 @@ fn stdout_failure(cause: io::Error) -> Failure {
 
 fn csv_failure(cause: csv::Error) -> Failure {
     Failure::Write { what: "CSV".to_owned(), cause: cause.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_peer_says_cannot_steer_a_terminal() {
+        let name = "LMS\u{1b}[31mRED\u{1b}]0;pwn\u{7}G\u{9b}2J\r";
+        assert_eq!(printable(name), "LMS\\u{1b}[31mRED\\u{1b}]0;pwn\\u{7}G\\u{9b}2J\\r");
+        assert!(matches!(printable("µm – two\n\tlines"), Cow::Borrowed(_)));
+    }
 }

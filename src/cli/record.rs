@@ -1,20 +1,20 @@
 //! `rowscan record`
 
 use std::collections::BTreeMap;
-use std::fs::OpenOptions;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{About, CopyError, Recording, Side, StreamKind, Taps, account, copy};
+use rowscan_recording::{About, Recording, Side, StreamKind, Taps, account};
 use rowscan_scenes::files;
 use serde::Serialize;
 use tokio::task::JoinSet;
 
+use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
 use super::link_events::LinkTeller;
 use super::link_options::{PARTING, Prefer, stream_kind};
+use super::mend;
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
@@ -42,7 +42,8 @@ pub(super) struct Args {
     /// Say what is inside a recording: streams, rates, gaps, clock drift
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "nmea", "can", "output", "repair"])]
     info: Option<PathBuf>,
-    /// Write a broken-off recording anew, whole and indexed: in its place, or to --output
+    /// Write a recording anew, whole and indexed, to --output. Without it FILE must be an MCAP file that breaks off; it is kept as
+    /// FILE.orig
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "nmea", "can"])]
     repair: Option<PathBuf>,
     /// End after so many scans of each scanner
@@ -81,12 +82,15 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         program: Some(recorder::program()),
         ..About::default()
     };
-    if let Some(file) = &args.repair {
-        return convert(file, args.output.as_deref().unwrap_or(file), about, args.decoded);
+    if let Some(file) = args.repair.clone() {
+        let work = move || mend::run(&file, args.output.as_deref(), about, args.decoded);
+        return Interrupt::watch()?.finite(off_runtime("repair the recording", work)).await;
     }
     let Some(output) = &args.output else { return Ok(Outcome::Done) };
     if let [Named { it: Source::Recording { path, .. }, .. }] = args.sources.as_slice() {
-        return convert(path, output, about, args.decoded);
+        let (path, output, decoded) = (path.clone(), output.clone(), args.decoded);
+        let work = move || mend::convert(&path, &output, about, decoded);
+        return Interrupt::watch()?.finite(off_runtime("convert the recording", work)).await;
     }
     if let Some(Named { it: source, .. }) =
         args.sources.iter().find(|named| matches!(named.it, Source::Recording { .. }))
@@ -121,8 +125,9 @@ async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failu
         () = interrupt.wait() => Ok(()),
     };
     scanners.shutdown().await;
-    let outcome = taping.finish();
-    ended.map(|()| outcome)
+    // Dropped on the way out, the recording goes if nothing has come.
+    ended?;
+    Ok(taping.finish_unless_empty())
 }
 
 /// What is recorded beside the scanners, opened.
@@ -245,42 +250,6 @@ async fn follow(
     Ok(())
 }
 
-/// Writes a recording of any kind as a whole MCAP file, first under a name of its own.
-fn convert(file: &Path, output: &Path, about: About, decoded: DecodedArgs) -> Result<Outcome, Failure> {
-    let recording = open(file)?;
-    if output != file && output.metadata().is_ok_and(|found| found.is_file() && found.len() > 0) {
-        let found = output.display();
-        return Err(Failure::Usage(format!("{found} exists already; choose another name, or move it away")));
-    }
-    let unwritable = |cause| Failure::Write { what: output.display().to_string(), cause };
-    // What is no file (a pipe, a device) is written as it is; a file appears once it is whole.
-    let is_special = output.metadata().is_ok_and(|found| !found.is_file());
-    let mut name = output.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = if is_special { output.to_owned() } else { output.with_file_name(name) };
-    let about = About { source: Some(file.display().to_string()), ..about };
-    let written =
-        OpenOptions::new().write(true).create(true).truncate(true).open(&part).map_err(unwritable).and_then(
-            |out| {
-                copy(recording, BufWriter::new(out), about, decoded.into()).map_err(|error| match error {
-                    CopyError::Read(cause) => unreadable(file, cause),
-                    CopyError::Write(cause) => unwritable(cause),
-                })
-            },
-        );
-    let recorded = written.inspect_err(|_| {
-        if !is_special {
-            // Nothing half-written stays behind; the first error is the one to tell.
-            let _ = std::fs::remove_file(&part);
-        }
-    })?;
-    if !is_special {
-        std::fs::rename(&part, output).map_err(unwritable)?;
-    }
-    recorder::tell(output, &recorded);
-    Ok(Outcome::Done)
-}
-
 pub(super) fn open(file: &Path) -> Result<Recording, Failure> {
     Recording::open(file).map_err(|cause| unreadable(file, cause))
 }
@@ -310,11 +279,10 @@ fn info(file: &Path, format: Format) -> Result<Outcome, Failure> {
     let about = recording.about().clone();
     let torn = recording.torn().map(ToString::to_string);
     if let Some(torn) = &torn {
-        say(format_args!(
-            "{}: {torn}; `rowscan record --repair {}` writes it anew",
-            file.display(),
-            file.display()
-        ));
+        let name = file.display();
+        // Only MCAP is repaired in its place.
+        let to = if recording.format() == rowscan_recording::Format::Mcap { "" } else { " -o NEW.mcap" };
+        say(format_args!("{name}: {torn}; `rowscan record --repair {name}{to}` writes it anew"));
     }
     let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
     let About { model, scene, rig, seed, source, program } = about;

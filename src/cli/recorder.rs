@@ -7,7 +7,7 @@ use rowscan_protocol::rig::Rig;
 use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps};
 use tokio::sync::Notify;
 
-use super::output::say;
+use super::output::{name_of, say};
 use super::{Failure, Outcome};
 use rowscan_emulator::clock;
 
@@ -28,6 +28,13 @@ pub(super) struct DecodedArgs {
     /// What stands in the recording beside the raw bytes, for Foxglove and its like
     #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
     decoded: DecodedArg,
+}
+
+impl DecodedArgs {
+    /// True if something else than the default was asked for.
+    pub(super) fn is_set(self) -> bool {
+        self.decoded != DecodedArg::default()
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -113,8 +120,8 @@ impl Taping {
     }
 
     /// Ends the file and tells what it holds. A finding if the recording is not whole; the command's own work was done.
-    pub(super) fn finish(self) -> Outcome {
-        let Some(Running { recorder, path, .. }) = self.0 else { return Outcome::Done };
+    pub(super) fn finish(mut self) -> Outcome {
+        let Some(Running { recorder, path, .. }) = self.0.take() else { return Outcome::Done };
         // A failure was told when it happened.
         let Ok(recorded) = recorder.finish() else { return Outcome::Finding };
         tell(&path, &recorded);
@@ -122,7 +129,39 @@ impl Taping {
     }
 }
 
+impl Taping {
+    /// The same where the recording is all that was asked for: one in which nothing came is not kept.
+    pub(super) fn finish_unless_empty(mut self) -> Outcome {
+        let Some(Running { recorder, path, .. }) = self.0.take() else { return Outcome::Done };
+        let file = recorder.new_file();
+        let Ok(recorded) = recorder.finish() else { return Outcome::Finding };
+        if recorded.from_device == 0 && file.discard().is_ok() {
+            say(format_args!("nothing was recorded: {} is not kept", name_of(&path)));
+            return Outcome::Done;
+        }
+        tell(&path, &recorded);
+        if recorded.lost > 0 { Outcome::Finding } else { Outcome::Done }
+    }
+}
+
+/// A command that fails before anything has come leaves no file behind that would be in the way of the next try.
+impl Drop for Taping {
+    fn drop(&mut self) {
+        let Some(Running { recorder, path, .. }) = self.0.take() else { return };
+        let file = recorder.new_file();
+        match recorder.finish() {
+            Ok(recorded) if recorded.from_device == 0 => {
+                // It is not the command's error that is to be told.
+                let _ = file.discard();
+            }
+            Ok(recorded) => tell(&path, &recorded),
+            // It was told when it happened.
+            Err(_) => {}
+        }
+    }
+}
+
 /// Tells what a recording came to.
-pub(super) fn tell(path: &Path, Recorded { packets, bytes, lost }: &Recorded) {
-    say(format_args!("{}: {packets} packets, {bytes} bytes recorded, {lost} packets lost", path.display()));
+pub(super) fn tell(path: &Path, Recorded { packets, bytes, lost, .. }: &Recorded) {
+    say(format_args!("{}: {packets} packets, {bytes} bytes recorded, {lost} packets lost", name_of(path)));
 }

@@ -11,7 +11,7 @@ mod lms2xx;
 use std::ops::Range;
 
 use rowscan_protocol::device::command;
-use rowscan_protocol::frame::{Accept, Frame, FrameDecoder, fault};
+use rowscan_protocol::frame::{Accept, Dialect, Frame, FrameDecoder, fault};
 use rowscan_protocol::telegram::Telegram;
 use rowscan_recording::Side;
 use serde::Serialize;
@@ -168,6 +168,9 @@ impl Stream {
         let mut done = 0;
         while let Some(frame) = decoder.next_frame() {
             let start = frame.offset as usize;
+            if lies_in_lms2xx(&piece.bytes, done, &frame) {
+                continue;
+            }
             self.skipped(piece, done..start, options, lines);
             lines.push(self.telegram(piece, &frame, options));
             done = start + frame.len;
@@ -252,6 +255,19 @@ impl Stream {
             None => Entry { is: Verdict::Opaque, words: Some(description::opaque(args)), ..line },
         }
     }
+}
+
+/// True if what looks like a frame of CoLa A, and is no telegram, is a part of a valid LMS2xx telegram: two bytes of a scan may look
+/// like one. `from` is where the last frame ended.
+fn lies_in_lms2xx(bytes: &[u8], from: usize, frame: &Frame<'_>) -> bool {
+    let start = frame.offset as usize;
+    let covers = |at: usize| {
+        let found = bytes.get(at..).and_then(|bytes| lms2xx::frame(bytes, Options::default()));
+        found.is_some_and(|(len, _)| at + len > start)
+    };
+    frame.dialect == Dialect::A
+        && Telegram::parse(frame.dialect, frame.payload).is_err()
+        && (from..=start).any(covers)
 }
 
 /// How much is shown.

@@ -1,4 +1,4 @@
-//! SIGINT ends every command in order: exit 0, and the result so far where there is one.
+//! Signals end every command in order: exit 0 with the result so far where there is one, else 128 and the signal's number.
 #![allow(
     clippy::expect_used,
     clippy::panic,
@@ -8,32 +8,62 @@
 
 use crate::common;
 
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use common::binary::{Emulator, Ended, finish, interrupt, rowscan, run};
+use common::binary::{Emulator, Ended, finish, rowscan, run};
 
 fn interrupted(args: &[&str], after: Duration) -> Ended {
+    signalled(args, "INT", after)
+}
+
+fn signalled(args: &[&str], signal: &str, after: Duration) -> Ended {
     let child =
         rowscan().args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs");
     std::thread::sleep(after);
-    interrupt(&child);
+    let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+    assert!(sent.expect("kill runs").success());
     finish(child)
 }
 
 #[test]
-fn every_command_ends_with_zero() {
-    for args in [
-        &["emulate", "--tcp", "127.0.0.1:0"][..],
-        &["demo", "--time-scale", "1"],
-        &["orchard", "grow", "mature"],
-        &["orchard", "truth", "mature"],
-        &["study", "accuracy", "--seeds", "1..2000"],
-        &["study", "calibration", "--seeds", "1..2000"],
-    ] {
+fn commands_that_serve_end_with_zero() {
+    for args in [&["emulate", "--tcp", "127.0.0.1:0"][..], &["demo", "--time-scale", "1"]] {
         let ended = interrupted(args, Duration::from_millis(700));
         assert_eq!(ended.code, Some(0), "{args:?}: {}", ended.stderr);
     }
+}
+
+#[test]
+fn commands_without_their_result_end_with_the_signal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = folder.path().join("shard.json");
+    let output = output.to_str().expect("UTF-8");
+    for (signal, code, args) in [
+        ("INT", 130, &["orchard", "grow", "mature"][..]),
+        ("TERM", 143, &["orchard", "truth", "mature"]),
+        ("HUP", 129, &["orchard", "statistics", "mature", "--seeds", "1..2000"]),
+        ("INT", 130, &["study", "accuracy", "--seeds", "1..2000"]),
+        ("TERM", 143, &["study", "calibration", "--seeds", "1..2000"]),
+        ("INT", 130, &["study", "areas", "-o", output]),
+    ] {
+        let ended = signalled(args, signal, Duration::from_millis(700));
+        assert_eq!(ended.code, Some(code), "{args:?}: {}", ended.stderr);
+    }
+    assert!(!std::path::Path::new(output).exists());
+}
+
+#[test]
+fn a_hang_up_closes_a_recording() {
+    let emulator = Emulator::start(&["--time-scale", "1"]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.mcap");
+    let args = ["record", &emulator.url(), "-o", path.to_str().expect("UTF-8")];
+    let ended = signalled(&args, "HUP", Duration::from_secs(2));
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let mut recording = rowscan_recording::Recording::open(&path).expect("it opens");
+    let report = rowscan_recording::account(&mut recording).expect("it reads").remove(0);
+    assert!(recording.torn().is_none() && report.scans > 10, "{report:?}");
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod links;
 mod nmea;
 mod online_offline;
 mod orchards;
+mod outputs;
 mod pty;
 mod record;
 mod record_lms2xx;

@@ -112,7 +112,7 @@ impl MeasuringMode {
             _ => 0,
         };
         let top = self.top();
-        let farthest = top - NoRange::Above as u16 - 1;
+        let farthest = self.farthest();
         levels
             | match unit.digits(range_mm) {
                 _ if range_mm == 0 => top - NoRange::Weak as u16,
@@ -127,12 +127,28 @@ impl MeasuringMode {
         NoRange::ALL.into_iter().find(|reason| *reason as u16 == below_top)
     }
 
-    /// Metres, [`NO_ECHO`] where the value holds none.
+    /// Metres, [`NO_ECHO`] where the value holds none. All values above the farthest range are codes, also those without a name.
     pub fn decode_m(self, unit: Unit, value: u16) -> f64 {
-        match self.no_range(value) {
-            Some(_) => NO_ECHO,
-            None => f64::from(value & self.top()) / unit.per_metre(),
+        match value & self.top() {
+            range if range > self.farthest() => NO_ECHO,
+            range => f64::from(range) / unit.per_metre(),
         }
+    }
+
+    /// The greatest value that is a range.
+    fn farthest(self) -> u16 {
+        self.top() - NoRange::Above as u16 - 1
+    }
+
+    /// The mode that `values` are most likely of, where a log does not say it: the narrowest field whose codes are among them and
+    /// above which there is nothing; 15 bits without a code.
+    pub fn guess(unit: Unit, values: &[u16]) -> Self {
+        if unit == Unit::Cm {
+            return Self(0);
+        }
+        let greatest = values.iter().copied().max().unwrap_or(0);
+        let fits = |mode: &Self| greatest <= mode.top() && greatest > mode.farthest();
+        [Self(0), Self(4)].into_iter().find(fits).unwrap_or(Self::RANGE_32_M)
     }
 }
 
@@ -495,5 +511,30 @@ impl Default for Values {
             telegram_index: None,
             status: 0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_above_the_farthest_range_is_a_code() {
+        for (mode, top) in [(MeasuringMode(0), 8191), (MeasuringMode(4), 16_383), (MeasuringMode(6), 32_767)]
+        {
+            for value in top - 8..=top {
+                assert_eq!(mode.decode_m(Unit::Mm, value), NO_ECHO, "{value} in mode {}", mode.0);
+            }
+            assert_eq!(mode.decode_m(Unit::Mm, top - 9), f64::from(top - 9) / 1000.0);
+        }
+    }
+
+    #[test]
+    fn codes_tell_the_mode_where_a_log_does_not() {
+        assert_eq!(MeasuringMode::guess(Unit::Mm, &[1200, 8187, 8183]), MeasuringMode(0));
+        assert_eq!(MeasuringMode::guess(Unit::Mm, &[1200, 9000, 16_383]), MeasuringMode(4));
+        assert_eq!(MeasuringMode::guess(Unit::Mm, &[1200, 8187, 9000]), MeasuringMode::RANGE_32_M);
+        assert_eq!(MeasuringMode::guess(Unit::Mm, &[1200, 1300]), MeasuringMode::RANGE_32_M);
+        assert_eq!(MeasuringMode::guess(Unit::Cm, &[1200, 8187]), MeasuringMode(0));
     }
 }

@@ -33,6 +33,33 @@ const CAPTURES: [[u8; 4]; 5] = [
     [0x4D, 0x3C, 0xB2, 0xA1],
 ];
 
+/// Files that people take for recordings, by their first bytes, and what to do with them.
+const OTHERS: [(&[u8], &str); 15] = [
+    (b"\x1F\x8B\x08", "a gzip archive: unpack it with `gunzip` first"),
+    (b"\x28\xB5\x2F\xFD", "a Zstandard archive: unpack it with `zstd -d` first"),
+    (b"\xFD7zXZ\0", "an xz archive: unpack it with `unxz` first"),
+    (b"BZh", "a bzip2 archive: unpack it with `bunzip2` first"),
+    (b"PK\x03\x04", "a ZIP archive: unpack it first"),
+    (b"#ROSBAG V", "a ROS 1 bag: record the scanner's bytes with `rowscan record` or tcpdump instead"),
+    (
+        b"SQLite format 3\0",
+        "an SQLite database, as ROS 2 bags are: `ros2 bag convert` it, or record the scanner's bytes",
+    ),
+    (b"\x89PNG\r\n", "a PNG picture"),
+    (b"\xFF\xD8\xFF", "a JPEG picture"),
+    (b"\x7FELF", "a program"),
+    (b"%PDF-", "a PDF document"),
+    (b"LASF", "a LAS point cloud: points are no scans"),
+    (b"PAR1", "a Parquet table: `rowscan export` writes such files and does not read them"),
+    (b"\x93NUMPY", "a NumPy array: `rowscan export` writes such files and does not read them"),
+    (b"\x89HDF\r\n", "an HDF5 file"),
+];
+
+/// What a file is that is no recording of any kind, in words, if it begins like one that is known.
+pub(super) fn foreign(head: &[u8]) -> Option<&'static str> {
+    OTHERS.iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, what)| *what)
+}
+
 impl Format {
     /// True if such a file says when its packets came, and who sent them.
     pub fn has_times(self) -> bool {
@@ -107,5 +134,7 @@ mod tests {
         ] {
             assert_eq!(Format::of(head), expected, "{head:?}");
         }
+        assert!(foreign(b"\x1F\x8B\x08\0more").is_some_and(|what| what.contains("gunzip")));
+        assert_eq!(foreign(b"\x02\x02\x02\x02"), None);
     }
 }

@@ -25,6 +25,8 @@ pub(super) struct McapReader {
     /// Topics that are not ours, for the error message.
     foreign: Vec<String>,
     bytes: u64,
+    /// The data have ended.
+    in_summary: bool,
     complete: bool,
     ended: bool,
 }
@@ -40,8 +42,9 @@ struct Channel {
 impl McapReader {
     pub(super) fn new(input: Box<dyn Read + Send>) -> Self {
         let options = LinearReaderOptions::default()
-            .with_skip_end_magic(true)
             .with_validate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
             .with_record_length_limit(LONGEST_RECORD);
         Self {
             input,
@@ -52,6 +55,7 @@ impl McapReader {
             torn: None,
             foreign: Vec::new(),
             bytes: 0,
+            in_summary: false,
             complete: false,
             ended: false,
         }
@@ -69,6 +73,9 @@ impl McapReader {
                 }
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     match mcap::parse_record(opcode, data) {
+                        Ok(Record::Footer(_)) => self.complete = true,
+                        // It repeats what was read; it must be there and whole.
+                        Ok(_) if self.in_summary => {}
                         Ok(Record::Message { header, data }) => {
                             if let Some(channel) = self.channels.get_mut(&header.channel_id) {
                                 return Ok(Some(channel.packet(header.sequence, header.log_time, &data)));
@@ -80,11 +87,7 @@ impl McapReader {
                         Ok(Record::Metadata(found)) if found.name == ABOUT => {
                             self.about = About::from_entries(&found.metadata);
                         }
-                        // Behind the data; what follows repeats what was read.
-                        Ok(Record::DataEnd(_)) => {
-                            self.complete = true;
-                            self.ended = true;
-                        }
+                        Ok(Record::DataEnd(_)) => self.in_summary = true,
                         Ok(_) => {}
                         Err(error) => self.tear(error.to_string()),
                     }
@@ -111,7 +114,7 @@ impl McapReader {
     }
 }
 
-fn read_some(input: &mut dyn Read, room: &mut [u8]) -> Result<usize, ReadError> {
+pub(crate) fn read_some(input: &mut dyn Read, room: &mut [u8]) -> Result<usize, ReadError> {
     loop {
         match input.read(room) {
             Err(cause) if cause.kind() == io::ErrorKind::Interrupted => {}

@@ -17,6 +17,7 @@ use std::path::Path;
 
 use rowscan_protocol::frame::{Accept, FrameDecoder};
 use rowscan_protocol::lms2xx;
+use rowscan_protocol::telegram::Telegram;
 use serde::Serialize;
 
 pub use format::Format;
@@ -25,9 +26,13 @@ pub use torn::Torn;
 use crate::scan_reader::MAX_PAYLOAD;
 use crate::{About, Packet, StreamKind};
 use mcap::McapReader;
+pub(crate) use mcap::read_some;
 
 /// Bytes a file is recognised by, and bytes taken from it at a time.
 const CHUNK: usize = 64 * 1024;
+
+/// What text in UTF-8 may begin with.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// A stream of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -48,6 +53,12 @@ pub enum ReadError {
     /// No bytes at all.
     #[error("it is empty: expected recorded telegrams, found 0 bytes")]
     Empty,
+    /// A file of another kind.
+    #[error("it is {what}; expected a recording: MCAP, a network capture, raw bytes or hex text")]
+    Foreign {
+        /// What it is, and the remedy.
+        what: &'static str,
+    },
     /// Text that is not hex.
     #[error(
         "line {line}: expected bytes as two hex digits each (a comment begins with `;`), found `{found}`"
@@ -136,6 +147,13 @@ impl Recording {
         input.by_ref().take(CHUNK as u64).read_to_end(&mut head)?;
         if head.is_empty() {
             return Err(ReadError::Empty);
+        }
+        if let Some(what) = format::foreign(&head) {
+            return Err(ReadError::Foreign { what });
+        }
+        // Spreadsheets put a byte order mark before text.
+        if head.starts_with(BYTE_ORDER_MARK) {
+            head.drain(..BYTE_ORDER_MARK.len());
         }
         let format = Format::of(&head);
         let kind = language(&head);
@@ -242,18 +260,26 @@ impl Recording {
     }
 }
 
-/// The protocol of raw bytes: LMS2xx if its frames are found and CoLa's are not.
+/// The protocol of raw bytes: the one that more of them are valid telegrams of. A frame of CoLa A has no checksum, and two bytes of
+/// an LMS2xx scan may look like one: only what is a telegram counts.
 fn language(bytes: &[u8]) -> StreamKind {
-    let mut cola = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
-    cola.push(bytes);
-    let mut lms2xx = lms2xx::frame::FrameDecoder::new(lms2xx::frame::Listener::Either);
-    lms2xx.push(bytes);
-    let is_frame = |heard: lms2xx::frame::Received<'_>| matches!(heard, lms2xx::frame::Received::Frame(_));
-    let mut heard = std::iter::from_fn(|| lms2xx.next_received().map(is_frame));
-    match cola.next_frame().is_none() && heard.any(|is_frame| is_frame) {
-        true => StreamKind::Lms2xx,
-        false => StreamKind::Cola,
+    let mut decoder = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
+    decoder.push(bytes);
+    let mut cola = 0;
+    while let Some(frame) = decoder.next_frame() {
+        if Telegram::parse(frame.dialect, frame.payload).is_ok() {
+            cola += frame.len;
+        }
     }
+    let mut decoder = lms2xx::frame::FrameDecoder::new(lms2xx::frame::Listener::Either);
+    decoder.push(bytes);
+    let mut lms2xx = 0;
+    while let Some(received) = decoder.next_received() {
+        if let lms2xx::frame::Received::Frame(frame) = received {
+            lms2xx += frame.len;
+        }
+    }
+    if lms2xx > cola { StreamKind::Lms2xx } else { StreamKind::Cola }
 }
 
 fn text(mut input: Box<dyn Read + Send>) -> Result<String, ReadError> {
@@ -268,15 +294,27 @@ mod tests {
     use rowscan_protocol::frame::{Dialect, encode};
 
     #[test]
+    fn a_byte_order_mark_is_no_part_of_a_text() {
+        let recording = Recording::read(Box::new(&b"\xEF\xBB\xBF02 73 03\n"[..])).expect("it opens");
+        assert_eq!(recording.format(), Format::Hex);
+        let table = "\u{feff}# rowscan ranges 1; frequency_hz 50; start_deg 0; step_deg 1; unit mm\ntime_s,telegram_counter,scan_time_us,range_0\n0,1,2,3\n";
+        let recording = Recording::read(Box::new(table.as_bytes())).expect("it opens");
+        assert_eq!(recording.format(), Format::Ranges);
+    }
+
+    #[test]
     fn raw_bytes_are_taken_for_the_scanner_that_speaks_so() {
         let (mut cola, mut lms2xx) = (Vec::new(), Vec::new());
         encode(Dialect::B, b"sRA LMDscandata ", &mut cola);
         lms2xx::frame::encode(lms2xx::frame::FROM_DEVICE, &[0xA0, 0, 0x10], &mut lms2xx);
+        let chance = b"\x02\x80\x0c\x00\xb0\x04\x40\xe8\x03\x10\x02\x73\x03\xe8\x03\x10\x08\xb1".to_vec();
         for (bytes, expected) in [
             (cola.clone(), StreamKind::Cola),
             ([&[0x06][..], &lms2xx].concat(), StreamKind::Lms2xx),
             ([lms2xx, cola].concat(), StreamKind::Cola),
             (b"\xFF\x00nothing of either".to_vec(), StreamKind::Cola),
+            // Ranges of 371 and 1000 mm contain `02 73 03`, a frame of CoLa A.
+            (chance, StreamKind::Lms2xx),
         ] {
             let recording = Recording::read(Box::new(Cursor::new(bytes))).expect("it opens");
             assert_eq!(recording.streams()[0].kind, expected);

@@ -20,6 +20,9 @@ pub(super) const TITLE: &str = "# rowscan ranges 1";
 /// Columns before the ranges.
 const LEADING: [&str; 3] = ["time_s", "telegram_counter", "scan_time_us"];
 
+/// Most millimetres that 1 in a telegram stands for.
+const MOST_SCALE: f64 = 10.0;
+
 /// What the header says.
 #[derive(Clone, Debug, Default)]
 struct Header {
@@ -41,7 +44,11 @@ pub(super) fn packets(text: &str) -> Result<(Vec<Packet>, About), ReadError> {
         let expected = format!("the columns {},range_0, …", LEADING.join(","));
         return Err(wrong(number, expected, columns));
     }
+    let lines: Vec<(usize, &str)> = lines.collect();
     let mut scan = header.blank(number)?;
+    if let Some(channel) = scan.channels16.first_mut() {
+        channel.scale = header.scale(&lines);
+    }
     let mut packets = Vec::new();
     for (number, line) in lines {
         let at_ns = header.fill(&mut scan, number, line)?;
@@ -74,7 +81,10 @@ impl Header {
                 "start_deg" => header.start_deg = Some(number()?),
                 "step_deg" => header.step_deg = Some(number()?),
                 "serial" => header.serial = number()? as u32,
-                "model" => header.model = Some(value.to_owned()),
+                "model" if rowscan_protocol::model::by_name(value).is_some() => {
+                    header.model = Some(value.to_owned());
+                }
+                "model" => return Err(wrong(line, "a model that `rowscan models` lists", value)),
                 "unit" => {
                     let known = [("mm", 1.0), ("cm", 10.0), ("m", 1000.0)];
                     let unit = known.iter().find(|(name, _)| *name == value).map(|(_, unit)| *unit);
@@ -120,6 +130,16 @@ impl Header {
         })
     }
 
+    /// Millimetres that 1 in the telegram stands for: what the farthest range needs to fit into 16 bits. Scanners of 80 m use 2.
+    fn scale(&self, lines: &[(usize, &str)]) -> f32 {
+        let unit_mm = self.unit_mm.unwrap_or(1.0);
+        let cells = lines.iter().flat_map(|(_, line)| line.split(',').skip(LEADING.len()));
+        let ranges = cells.filter_map(|cell| cell.trim().parse::<f64>().ok());
+        let farthest_mm = ranges.map(|range| (range * unit_mm).round()).fold(0.0, f64::max);
+        // What is beyond is refused with its line.
+        (farthest_mm / f64::from(u16::MAX)).ceil().clamp(1.0, MOST_SCALE) as f32
+    }
+
     /// Takes one line in; its host time, ns.
     fn fill(&self, scan: &mut LmdScandata, line: usize, text: &str) -> Result<u64, ReadError> {
         let mut cells = text.split(',').map(str::trim);
@@ -140,11 +160,11 @@ impl Header {
         channel.values.clear();
         for cell in cells {
             let range: f64 = if cell.is_empty() { 0.0 } else { cell.parse().unwrap_or(f64::NAN) };
-            let millimetres = (range * unit_mm).round();
-            if !(0.0..=65_535.0).contains(&millimetres) {
-                return Err(wrong(line, "ranges from 0 to 65.535 m", cell));
+            let value = (range * unit_mm / f64::from(channel.scale)).round();
+            if !(0.0..=65_535.0).contains(&value) {
+                return Err(wrong(line, "ranges from 0 to 655.35 m", cell));
             }
-            channel.values.push(millimetres as u16);
+            channel.values.push(value as u16);
         }
         if before > 0 && before != channel.values.len() {
             let found = channel.values.len().to_string();
@@ -176,15 +196,30 @@ mod tests {
     }
 
     #[test]
+    fn ranges_beyond_16_bits_of_millimetres_are_read() {
+        let (packets, _) = packets(&format!("{HEAD}0,1,2,8000.2,100,40\n")).expect("sound");
+        let mut reader = ScanReader::new(StreamKind::Cola, MAX_PAYLOAD).expect("a scanner's");
+        reader.push(Duration::ZERO, &packets[0]);
+        let scan = reader.next_scan().expect("a scan");
+        let ranges = scan.echoes[0].range_m.iter().zip([80.002, 1.0, 0.4]);
+        assert!(ranges.clone().all(|(found, expected)| (found - expected).abs() < 1e-5), "{scan:?}");
+    }
+
+    #[test]
     fn what_is_wrong_is_told_with_its_line() {
         for (text, part) in [
+            (
+                HEAD.replace("; unit", "; model foo; unit"),
+                "line 1: expected a model that `rowscan models` lists",
+            ),
+            (format!("{HEAD}0,1,2,70000,4,5\n"), "line 3: expected ranges from 0 to 655.35 m, found `70000`"),
             (HEAD.replace("; unit cm", ""), "line 1: expected `unit`"),
             (HEAD.replace("cm", "feet"), "line 1: expected the unit mm, cm or m, found `feet`"),
             (HEAD.replace("start_deg", "begin"), "line 1: expected one of frequency_hz"),
             (HEAD.replace("time_s", "t"), "line 2: expected the columns"),
             (format!("{HEAD}0,1,2,3,4,5\n0,1,2,3,4\n"), "line 4: expected 3 ranges"),
             (format!("{HEAD}0,70000,2,3,4,5\n"), "line 3: expected a counter"),
-            (format!("{HEAD}0,1,2,x,4,5\n"), "line 3: expected ranges from 0 to 65.535 m, found `x`"),
+            (format!("{HEAD}0,1,2,x,4,5\n"), "line 3: expected ranges from 0 to 655.35 m, found `x`"),
         ] {
             let error = packets(&text).expect_err(part).to_string();
             assert!(error.starts_with(part), "expected `{part}` in: {error}");

@@ -69,6 +69,14 @@ pub enum OrganRecordError {
         /// The field.
         found: String,
     },
+    /// It lies where no tree of an orchard stands.
+    #[error(
+        "a point within 200 km of the origin and 1000 m of the ground expected, found {found} m; is `scale` right?"
+    )]
+    TooFar {
+        /// The coordinate.
+        found: f64,
+    },
     /// No organ can be made of it.
     #[error("{0}")]
     Organ(#[from] OrganError),

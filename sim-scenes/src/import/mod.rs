@@ -74,6 +74,17 @@ impl Generator for Imported {
     }
 }
 
+/// Refuses points so far away that the space between would fill the memory.
+fn check_near(points: &[[f64; 3]]) -> Result<(), OrganRecordError> {
+    const MOST_M: [f64; 3] = [200_000.0, 200_000.0, 1000.0];
+    let far = |point: &[f64; 3]| {
+        let mut found = point.iter().zip(MOST_M);
+        // What is not a number is refused with a message of its own.
+        found.find(|(value, most)| value.abs() > *most).map(|(value, _)| *value)
+    };
+    points.iter().find_map(far).map_or(Ok(()), |found| Err(OrganRecordError::TooFar { found }))
+}
+
 /// Files being turned into trees.
 struct Reading<'a> {
     parameters: &'a ImportParameters,
@@ -87,6 +98,7 @@ impl Reading<'_> {
         if let Some(file) = &parameters.branches {
             for Record { tree, organ, line } in text::read_branches(file)? {
                 let (base, tip) = (parameters.point(organ.base()), parameters.point(organ.tip()));
+                check_near(&[base, tip]).map_err(at(file, line))?;
                 let radius_m = if parameters.scale == 1.0 {
                     organ.radius_m()
                 } else {
@@ -106,6 +118,10 @@ impl Reading<'_> {
                 Some(MeshFormat::Ply) => ply::read(file)?,
                 _ => obj::read(file)?,
             };
+            if faces.is_empty() {
+                let cause = "it holds no face: nothing would stand there".to_owned();
+                return Err(ExchangeError::Format { path: file.path().to_owned(), cause });
+            }
             for face in &faces {
                 self.face(file, face)?;
             }
@@ -138,6 +154,7 @@ impl Reading<'_> {
         };
         let Some(surface) = material.surface() else { return self.leaf(file, *tree, *line, outline) };
         let outline: Vec<[f64; 3]> = outline.iter().map(|vertex| self.parameters.point(*vertex)).collect();
+        check_near(&outline).map_err(at(file, *line))?;
         match Leaf::new(outline) {
             // Bark need not be plane to a thousandth: it is what stops beams.
             Ok(polygon) => {
@@ -159,6 +176,7 @@ impl Reading<'_> {
         outline: &[[f64; 3]],
     ) -> Result<(), ExchangeError> {
         let outline: Vec<[f64; 3]> = outline.iter().map(|vertex| self.parameters.point(*vertex)).collect();
+        check_near(&outline).map_err(at(file, line))?;
         let leaf = match Leaf::new(outline) {
             Ok(leaf) => leaf,
             // Meshes have slivers; a text file that lists one is wrong, and was refused when it was read.

@@ -14,6 +14,9 @@ use crate::parameters::{ParameterError, SceneFile, choices, require};
 use crate::season::Season;
 use crate::support::{Trellis, TrellisOverrides};
 
+/// Trees that are all grown and kept: 32 GB of the built-in spindles.
+const MOST_DIFFERENT: u32 = 10_000;
+
 choices! {
     /// A named set of layout and tree parameters; MODEL and reasons stand in each parameter's table.
     pub enum Preset {
@@ -260,6 +263,14 @@ impl OrchardParameters {
             "orchard.distinct_trees",
             "0 to 100000",
             layout.distinct_trees,
+        )?;
+        let is_grown = matches!(self.generator, GeneratorKind::Hmt | GeneratorKind::LSystem);
+        let different = layout.rows.saturating_mul(layout.trees);
+        require(
+            !is_grown || layout.distinct_trees > 0 || different <= MOST_DIFFERENT,
+            "orchard.trees",
+            "at most 10000 trees that all differ, some 3 MB each; set orchard.distinct_trees for more",
+            different,
         )?;
         require((1..=360).contains(&layout.directions), "orchard.directions", "1 to 360", layout.directions)?;
         if let Some(lai) = self.target_lai {

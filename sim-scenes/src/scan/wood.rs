@@ -46,7 +46,7 @@ const MOST_POINTS: u32 = 31;
 /// A mesh that cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "a mesh needs a half width of 0 m or more, 1 to {MOST_POINTS} points an edge and a step above 0 m, found {}, {} and {}",
+    "a mesh needs a half width of 0 to 1 m, 1 to {MOST_POINTS} points an edge and a step of 1e-6 to 1 m, found {}, {} and {}",
     .0.half_width_m, .0.points, .0.step_m
 )]
 pub struct MeshError(Mesh);
@@ -57,8 +57,8 @@ impl Mesh {
     /// # Errors
     /// A half width, number of points or step out of its bounds.
     pub fn validate(self) -> Result<Self, MeshError> {
-        let half_width = self.half_width_m.is_finite() && self.half_width_m >= 0.0;
-        let step = self.step_m.is_finite() && self.step_m > 0.0;
+        let half_width = (0.0..=1.0).contains(&self.half_width_m);
+        let step = (1e-6..=1.0).contains(&self.step_m);
         let points = (1..=MOST_POINTS).contains(&self.points);
         if half_width && step && points { Ok(self) } else { Err(MeshError(self)) }
     }
@@ -298,6 +298,9 @@ mod tests {
         for bad in [
             Mesh { half_width_m: -1.0, ..good },
             Mesh { points: 0, ..good },
+            Mesh { half_width_m: 1e308, step_m: 1e-300, ..good },
+            Mesh { half_width_m: 1.1, ..good },
+            Mesh { step_m: 1e-7, ..good },
             Mesh { points: 100, ..good },
             Mesh { step_m: 0.0, ..good },
             Mesh { step_m: f64::NAN, ..good },

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use rowscan_recording::is_standard_output;
 use rowscan_scenes::Orchard;
 use rowscan_scenes::exchange::text::{self, TreeColumn};
 use rowscan_scenes::exchange::{gltf, obj, ply};
 
 use crate::cli::Failure;
-use crate::cli::output::{self, say};
+use crate::cli::output::{self, name_of, say};
 
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -25,7 +26,13 @@ pub(super) enum FileFormat {
 
 /// Writes an orchard in every format asked for.
 pub(super) fn write(orchard: &Orchard, prefix: &Path, formats: &[FileFormat]) -> Result<(), Failure> {
-    let wrote = |path: &Path| say(format_args!("wrote {}", path.display()));
+    let two_files = |format: &FileFormat| matches!(format, FileFormat::Text | FileFormat::Obj);
+    if is_standard_output(prefix) && (formats.len() != 1 || formats.iter().any(two_files)) {
+        return Err(Failure::Usage(
+            "standard output takes one file: expected one format, ply or gltf, with `-o -`".to_owned(),
+        ));
+    }
+    let wrote = |path: &Path| say(format_args!("wrote {}", name_of(path)));
     for format in formats {
         match format {
             FileFormat::Text => write_text(orchard, prefix, TreeColumn::Written)?,
@@ -67,6 +74,9 @@ pub(super) fn write_text(orchard: &Orchard, prefix: &Path, column: TreeColumn) -
 }
 
 fn named(prefix: &Path, ending: &str) -> PathBuf {
+    if is_standard_output(prefix) {
+        return prefix.to_owned();
+    }
     let mut name = prefix.to_owned().into_os_string();
     name.push(ending);
     PathBuf::from(name)

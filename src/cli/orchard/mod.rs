@@ -39,5 +39,5 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Parameters(args) => parameters::run(&args),
         }
     };
-    interrupt.or(work).await.unwrap_or(Ok(Outcome::Done))
+    interrupt.finite(work).await
 }

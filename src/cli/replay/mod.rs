@@ -93,6 +93,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let from_ns = args.from.map_or(Ok(0), |place| places.find(place))?;
     let until_ns = args.until.map_or(Ok(u64::MAX), |place| places.find(place))?;
     let start_ns = from_ns.max(begins_ns);
+    if until_ns <= start_ns {
+        return Err(Failure::Usage(
+            "--until lies at or before --from: there is nothing to play between them".to_owned(),
+        ));
+    }
     // From the last event to the first of the next round passes as long as between two scans.
     let period_ns = parts.iter().map(|part| part.period_ns()).min().unwrap_or(1);
     let every_ns = until_ns.min(ends_ns.saturating_add(period_ns)).saturating_sub(start_ns).max(1);

@@ -6,29 +6,35 @@ use rowscan_scenes::scan::{Mesh, Sampling, ScanSettings, WoodTest};
 #[derive(Clone, Debug, clap::Args)]
 pub(in crate::cli) struct ScanArgs {
     /// Advance from line to line, Δy
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = finite)]
     dy: Option<f64>,
     /// Angle between the beams of an angular scan, Δθ
-    #[arg(long, value_name = "DEGREES")]
+    #[arg(long, value_name = "DEGREES", value_parser = finite)]
     dtheta: Option<f64>,
     /// Distance between the beams of an orthogonal scan, Δz or Δx
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = finite)]
     pitch: Option<f64>,
     /// Where in its cell a sample is taken: start (as the paper does) or centre
     #[arg(long, value_name = "WHERE", value_parser = sampling)]
     sampling: Option<Sampling>,
     /// Distance of a lateral sensor from the row's axis, D
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = finite)]
     distance: Option<f64>,
     /// Height of a lateral angular sensor, z0
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = finite)]
     height: Option<f64>,
     /// Height of a zenith sensor, Zs; 2 m above the canopy where left out
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = finite)]
     overhead: Option<f64>,
     /// How wood is found: exact, or mesh as the paper does (half width 1 mm, 3 points an edge, step 1 mm), or mesh:HALF,POINTS,STEP
     #[arg(long, value_name = "TEST", value_parser = wood)]
     wood: Option<WoodTest>,
+}
+
+/// A number, also where the kind of scan does not use it. Its bounds are the scan's.
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| format!("expected a number, found `{text}`"))
 }
 
 fn wood(text: &str) -> Result<WoodTest, String> {

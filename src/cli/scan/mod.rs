@@ -121,7 +121,7 @@ struct Scanned {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
-    interrupt.or(off_runtime("scan", move || scan(&args))).await.unwrap_or(Ok(Outcome::Done))
+    interrupt.finite(off_runtime("scan", move || scan(&args))).await
 }
 
 fn scan(args: &Args) -> Result<Outcome, Failure> {

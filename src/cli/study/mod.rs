@@ -58,14 +58,13 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Estimators(args) => estimators::run(args).await,
         }
     };
-    if let Some(ended) = interrupt.or(work).await {
-        return ended;
-    }
-    if let Some(journal) = journal {
+    let ended = interrupt.finite(work).await;
+    if let (Ok(Outcome::Interrupted(_)), Some(journal)) = (&ended, journal.filter(|journal| journal.exists()))
+    {
         say(format_args!(
             "interrupted; what is finished stands in {}: go on with --resume",
             journal.display()
         ));
     }
-    Ok(Outcome::Done)
+    ended
 }

@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, progress};
+use rowscan_recording::is_standard_output;
 use rowscan_study::journal::{self, Journal};
 use rowscan_study::{Header, Shard, ShardFile, Study, Unit, Whole};
 
@@ -54,15 +55,11 @@ impl ShardArgs {
     }
 
     fn work<S: Study>(&self, study: &S) -> Result<Vec<Unit<S::Result>>, Failure> {
-        let Some(path) = &self.output else {
-            let bar = Bar::new(study, self.shard, &[]);
-            let units = rowscan_study::run(study, self.shard, Vec::new(), &|unit| {
-                bar.done(study, unit.index);
-                Ok(())
-            })?;
-            bar.0.finish_and_clear();
-            return Ok(units);
-        };
+        let Some(path) = &self.output else { return self.work_unkept(study) };
+        if is_special(path) {
+            let units = self.work_unkept(study)?;
+            return self.write(study, path, units);
+        }
         if self.resume && path.exists() {
             let (name, file) = read_shard::<S>(path)?;
             if file.shard == self.shard && file.header.difference(&Header::of(study)).is_none() {
@@ -82,10 +79,32 @@ impl ShardArgs {
             Ok(())
         })?;
         bar.0.finish_and_clear();
+        let units = self.write(study, path, units)?;
+        std::fs::remove_file(&journal_path).map_err(|cause| write_failure(&journal_path, cause))?;
+        Ok(units)
+    }
+
+    /// Without a journal: nothing can be gone on with.
+    fn work_unkept<S: Study>(&self, study: &S) -> Result<Vec<Unit<S::Result>>, Failure> {
+        let bar = Bar::new(study, self.shard, &[]);
+        let units = rowscan_study::run(study, self.shard, Vec::new(), &|unit| {
+            bar.done(study, unit.index);
+            Ok(())
+        })?;
+        bar.0.finish_and_clear();
+        Ok(units)
+    }
+
+    /// Writes the finished file; gives the units back.
+    fn write<S: Study>(
+        &self,
+        study: &S,
+        path: &Path,
+        units: Vec<Unit<S::Result>>,
+    ) -> Result<Vec<Unit<S::Result>>, Failure> {
         let file = ShardFile { header: Header::of(study), shard: self.shard, units };
         let text = serde_json::to_string(&file).map_err(|cause| write_failure(path, cause.into()))?;
         output::write_file(path, &(text + "\n"))?;
-        std::fs::remove_file(&journal_path).map_err(|cause| write_failure(&journal_path, cause))?;
         Ok(file.units)
     }
 
@@ -144,6 +163,11 @@ impl Bar {
 
 fn effort<S: Study>(study: &S, index: usize) -> u64 {
     (study.effort(index) * 1000.0) as u64
+}
+
+/// True of standard output, devices and pipes: no journal stands beside them.
+fn is_special(path: &Path) -> bool {
+    is_standard_output(path) || std::fs::metadata(path).is_ok_and(|found| !found.is_file())
 }
 
 /// `FILE.journal` beside `FILE`.

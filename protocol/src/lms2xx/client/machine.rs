@@ -350,21 +350,21 @@ impl Machine {
             (_, None) => u32::from((100 / variant.step_centideg.max(1)).max(1)),
         };
         let by_rate = period(self.rate, frame, turns);
-        let number = self.clock.count(self.values.real_time_index, self.now, by_rate);
+        let number = self.clock.count(self.values.real_time_index);
         let scan_period = match self.clock.period(turns) {
             Some(counted) if !self.rate_known => counted,
             _ => by_rate,
         };
         let unit = unit.unwrap_or(Unit::Mm);
-        let mode = self.known.mode.unwrap_or(match unit {
-            Unit::Mm => MeasuringMode::RANGE_32_M,
-            Unit::Cm => MeasuringMode(0),
-        });
+        let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
         let scan = &mut self.scan;
         scan.telegram_counter = number as u16;
         scan.scan_counter = number as u16;
-        // Mirror turns are the clock; it wraps as other scanners' clocks do.
-        scan.scan_time_us = (u128::from(number) * scan_period.as_nanos() / 1000) as u32;
+        // Mirror turns are the clock, or the host where they are not counted; it wraps as other scanners' clocks do.
+        scan.scan_time_us = match (self.values.real_time_index, self.now) {
+            (None, Some(now)) => now.as_micros() as u32,
+            _ => (u128::from(number) * scan_period.as_nanos() / 1000) as u32,
+        };
         scan.transmit_time_us = scan.scan_time_us;
         scan.scan_frequency_hz = 1.0 / scan_period.as_secs_f64();
         scan.beams = beams;

@@ -1,8 +1,8 @@
 //! What the counters say: which telegrams came again, how many are missing, where the device restarted, and when on the
 //! device clock each line was taken.
 
-use rowscan_protocol::scan::Scan;
-use rowscan_protocol::time::DeviceClock;
+use crate::scan::Scan;
+use crate::time::DeviceClock;
 
 /// How far a gap's length on the clock may be off its length by the counter, either way, and still be a gap.
 const GAP_TOLERANCE: f64 = 2.0;
@@ -17,12 +17,17 @@ const FALLBACK_PERIOD_S: f64 = 0.02;
 
 /// Counts telegrams and times them on the device clock.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Counting {
-    pub(crate) scans: u64,
-    pub(crate) repeated: u64,
-    pub(crate) lost: u64,
-    pub(crate) restarts: u64,
-    pub(crate) untimed: u64,
+pub struct Counting {
+    /// Valid scan telegrams.
+    pub scans: u64,
+    /// Telegrams that came again.
+    pub repeated: u64,
+    /// Telegrams missing by the counters.
+    pub lost: u64,
+    /// Times the device began anew.
+    pub restarts: u64,
+    /// Telegrams whose device clock stood still.
+    pub untimed: u64,
     last: Option<Reading>,
     clock: DeviceClock,
     /// Travel time when `clock` started.
@@ -43,16 +48,21 @@ struct Reading {
 
 /// Where a telegram stands in the stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Turn {
+pub enum Turn {
     /// The same telegram again.
     Repeated,
     /// A new line, `travel_s` after the first one.
-    Line { travel_s: f64, link: Link },
+    Line {
+        /// Since the first telegram, on the device clock, seconds.
+        travel_s: f64,
+        /// How it follows.
+        link: Link,
+    },
 }
 
 /// How a line follows on the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Link {
+pub enum Link {
     /// It is the first.
     First,
     /// By so many telegrams: 1, or more where some were lost.
@@ -63,7 +73,7 @@ pub(crate) enum Link {
 
 impl Counting {
     /// Counts one valid telegram.
-    pub(crate) fn observe(&mut self, scan: &Scan) -> Turn {
+    pub fn observe(&mut self, scan: &Scan) -> Turn {
         self.scans += 1;
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
         let Some(last) = self.last else {
@@ -103,7 +113,7 @@ impl Counting {
     }
 
     /// Telegrams a second on the device clock, lost ones included.
-    pub(crate) fn frequency_hz(&self) -> Option<f64> {
+    pub fn frequency_hz(&self) -> Option<f64> {
         (self.periods_s > 0.0).then(|| self.periods as f64 / self.periods_s)
     }
 
@@ -141,13 +151,14 @@ impl Counting {
 }
 
 /// The period a stated frequency stands for, seconds.
-pub(crate) fn nominal_period_s(frequency_hz: f64) -> f64 {
+pub fn nominal_period_s(frequency_hz: f64) -> f64 {
     if (0.01..=10_000.0).contains(&frequency_hz) { 1.0 / frequency_hz } else { FALLBACK_PERIOD_S }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
 
     fn scan(counter: u16, time_us: u32) -> Scan {
         Scan { telegram_counter: counter, scan_time_us: time_us, scan_frequency_hz: 50.0, ..Scan::default() }

@@ -1,0 +1,417 @@
+//! Files that are written: the one place that decides what happens to what stands at a path already.
+//!
+//! | at the path | what [`OutputFile`] does |
+//! |---|---|
+//! | nothing | writes a temporary file in the same folder, renames it on [`commit`](OutputFile::commit) |
+//! | a file | the same; mode and owner stay. A file that may not be written to is refused |
+//! | a file with several names (hard links), or one whose owner cannot be kept | the finished content is copied into it |
+//! | a symbolic link | as above, with the file it leads to; the link stays |
+//! | a device, FIFO or terminal | writes to it directly |
+//! | `-` | writes to standard output |
+//!
+//! Dropped without a commit, the temporary file is removed and the old file is as it was.
+
+use std::fs::{self, File, Metadata, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Symbolic links that are followed one after another; the system's own limit.
+const MAX_LINKS: usize = 40;
+
+/// The path that means standard output.
+pub const STANDARD_OUTPUT: &str = "-";
+
+/// A file being written. Only [`commit`](Self::commit) changes what stands at its path, unless that is a device, FIFO or `-`.
+#[derive(Debug)]
+pub struct OutputFile {
+    target: Target,
+    /// Where the next byte goes, for what cannot be rewound.
+    written: u64,
+}
+
+/// A file that [`OutputFile::append_to_new`] opened, to be taken back if nothing worth keeping came.
+#[derive(Clone, Debug)]
+pub struct NewFile {
+    /// None if it is no file of its own.
+    path: Option<PathBuf>,
+    /// It was there, empty.
+    was_there: bool,
+}
+
+#[derive(Debug)]
+enum Target {
+    Replaced(Replaced),
+    Direct(File),
+    Stdout(io::Stdout),
+}
+
+/// A temporary file, and what becomes of it.
+#[derive(Debug)]
+struct Replaced {
+    file: File,
+    temporary: Temporary,
+    target: PathBuf,
+    /// The file that stands there already.
+    old: Option<File>,
+    /// Its content is replaced and not the file.
+    in_place: bool,
+}
+
+/// Removes its file when dropped.
+#[derive(Debug)]
+struct Temporary(PathBuf);
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        // It may have been renamed; nobody waits for an answer.
+        let _ = fs::remove_file(&self.0);
+        if let Ok(mut names) = TEMPORARY_FILES.lock() {
+            names.retain(|name| *name != self.0);
+        }
+    }
+}
+
+/// Temporary files of this process.
+static TEMPORARY_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all [`OutputFile`]s. For a program that ends while a thread of its own still writes.
+pub fn remove_temporary_files() {
+    let Ok(names) = TEMPORARY_FILES.lock() else { return };
+    for name in names.iter() {
+        let _ = fs::remove_file(name);
+    }
+}
+
+impl OutputFile {
+    /// Opens `path` for a content that appears as a whole.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        if is_standard_output(path) {
+            return Ok(Self::of(Target::Stdout(io::stdout())));
+        }
+        let target = follow_links(path)?;
+        let found = match fs::metadata(&target) {
+            Ok(found) => Some(found),
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
+            Err(cause) => return Err(cause),
+        };
+        match found {
+            Some(found) if found.is_dir() => Err(is_a_directory()),
+            Some(found) if !found.is_file() => Ok(Self::of(Target::Direct(open_existing(&target)?))),
+            Some(found) => {
+                // Fails where the file may not be written to, as it would without a temporary file.
+                let old = open_existing(&target)?;
+                match replace(&target, Some((old, &found))) {
+                    // The file may be written to, but not its folder.
+                    Err(cause) if cause.kind() == io::ErrorKind::PermissionDenied => {
+                        let file = OpenOptions::new().write(true).truncate(true).open(&target)?;
+                        Ok(Self::of(Target::Direct(file)))
+                    }
+                    other => other,
+                }
+            }
+            None => replace(&target, None),
+        }
+    }
+
+    /// Opens `path` for a content that is kept from its first byte on, such as a live recording. A file that holds bytes already is
+    /// refused with [`io::ErrorKind::AlreadyExists`].
+    pub fn append_to_new(path: &Path) -> io::Result<(Self, NewFile)> {
+        if is_standard_output(path) {
+            let new = NewFile { path: None, was_there: true };
+            return Ok((Self::of(Target::Stdout(io::stdout())), new));
+        }
+        let target = follow_links(path)?;
+        let found = fs::metadata(&target).ok();
+        match &found {
+            Some(found) if found.is_dir() => return Err(is_a_directory()),
+            Some(found) if found.is_file() && found.len() > 0 => {
+                return Err(io::ErrorKind::AlreadyExists.into());
+            }
+            _ => {}
+        }
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&target)?;
+        let is_file = found.as_ref().is_none_or(Metadata::is_file);
+        let new = NewFile { path: is_file.then_some(target), was_there: found.is_some() };
+        Ok((Self::of(Target::Direct(file)), new))
+    }
+
+    fn of(target: Target) -> Self {
+        Self { target, written: 0 }
+    }
+
+    /// True if the bytes leave as they are written and cannot be taken back: to a device, a FIFO or standard output.
+    pub fn is_direct(&self) -> bool {
+        !matches!(self.target, Target::Replaced(_))
+    }
+
+    /// Puts the content in its place.
+    pub fn commit(self) -> io::Result<()> {
+        let mut target = match self.target {
+            Target::Replaced(target) => target,
+            Target::Direct(mut file) => return file.flush(),
+            Target::Stdout(mut out) => return out.flush(),
+        };
+        if let (true, Some(old)) = (target.in_place, &mut target.old) {
+            target.file.seek(SeekFrom::Start(0))?;
+            old.set_len(0)?;
+            io::copy(&mut target.file, old)?;
+            return old.sync_all();
+        }
+        // On the disk before it has the name: whoever looks after a power cut finds the old content or the new.
+        target.file.sync_all()?;
+        fs::rename(&target.temporary.0, &target.target)
+    }
+}
+
+impl NewFile {
+    /// Removes the file, or empties it if it was there before. A device is left alone.
+    pub fn discard(&self) -> io::Result<()> {
+        match &self.path {
+            Some(path) if self.was_there => OpenOptions::new().write(true).open(path)?.set_len(0),
+            Some(path) => fs::remove_file(path),
+            None => Ok(()),
+        }
+    }
+}
+
+/// True if `path` means standard output.
+pub fn is_standard_output(path: &Path) -> bool {
+    path.as_os_str() == STANDARD_OUTPUT
+}
+
+impl OutputFile {
+    fn out(&mut self) -> &mut dyn Write {
+        match &mut self.target {
+            Target::Replaced(target) => &mut target.file,
+            Target::Direct(file) => file,
+            Target::Stdout(out) => out,
+        }
+    }
+}
+
+impl Write for OutputFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out().write(bytes)?;
+        self.written += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out().flush()
+    }
+}
+
+/// Pipes and standard output only tell where they are.
+impl Seek for OutputFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match (&mut self.target, to) {
+            (_, SeekFrom::Current(0)) => Ok(self.written),
+            (Target::Replaced(target), to) => {
+                self.written = target.file.seek(to)?;
+                Ok(self.written)
+            }
+            _ => Err(io::Error::new(io::ErrorKind::NotSeekable, "it cannot be rewound")),
+        }
+    }
+}
+
+/// Where a path leads to. The last link may lead to a file that does not exist yet.
+fn follow_links(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        match fs::symlink_metadata(&path) {
+            Ok(found) if found.is_symlink() => {
+                // `join` takes an absolute target as it is.
+                path = path.parent().unwrap_or(Path::new("")).join(fs::read_link(&path)?);
+            }
+            _ => return Ok(path),
+        }
+    }
+    Err(io::Error::other("too many symbolic links lead on from there"))
+}
+
+fn open_existing(path: &Path) -> io::Result<File> {
+    OpenOptions::new().write(true).open(path)
+}
+
+fn is_a_directory() -> io::Error {
+    io::Error::new(io::ErrorKind::IsADirectory, "it is a directory")
+}
+
+/// Begins a temporary file in the folder of `target`, like the old file where there is one.
+fn replace(target: &Path, old: Option<(File, &Metadata)>) -> io::Result<OutputFile> {
+    let (file, temporary) = create_temporary(target, old.is_some())?;
+    let in_place = old.as_ref().is_some_and(|(_, found)| has_other_names(found) || !take_after(&file, found));
+    let old = old.map(|(old, _)| old);
+    Ok(OutputFile::of(Target::Replaced(Replaced {
+        file,
+        temporary,
+        target: target.to_owned(),
+        old,
+        in_place,
+    })))
+}
+
+/// Makes a file of a name that nothing else has. `private`: only its owner reads it until it gets another file's mode.
+fn create_temporary(target: &Path, private: bool) -> io::Result<(File, Temporary)> {
+    /// Tells apart the files of one process.
+    static NUMBER: AtomicU64 = AtomicU64::new(0);
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create_new(true);
+    #[cfg(unix)]
+    if private {
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    }
+    #[cfg(not(unix))]
+    let _ = private;
+    loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let path = target.with_file_name(format!(".rowscan-{}-{number}.part", std::process::id()));
+        match options.open(&path) {
+            Ok(file) => {
+                if let Ok(mut names) = TEMPORARY_FILES.lock() {
+                    names.push(path.clone());
+                }
+                return Ok((file, Temporary(path)));
+            }
+            Err(cause) if cause.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(cause) => return Err(cause),
+        }
+    }
+}
+
+#[cfg(unix)]
+fn has_other_names(found: &Metadata) -> bool {
+    std::os::unix::fs::MetadataExt::nlink(found) > 1
+}
+
+#[cfg(not(unix))]
+fn has_other_names(_: &Metadata) -> bool {
+    false
+}
+
+/// Gives `file` the owner and mode of another; false if the system refuses.
+fn take_after(file: &File, found: &Metadata) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt as _, fchown};
+        let ours = file.metadata().map(|ours| (ours.uid(), ours.gid()));
+        let owner = (found.uid(), found.gid());
+        if !ours.is_ok_and(|ours| ours == owner) && fchown(file, Some(owner.0), Some(owner.1)).is_err() {
+            return false;
+        }
+    }
+    file.set_permissions(found.permissions()).is_ok()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, PermissionsExt as _, symlink};
+
+    fn write(path: &Path, content: &str) {
+        let mut file = OutputFile::create(path).unwrap();
+        file.write_all(content.as_bytes()).unwrap();
+        file.commit().unwrap();
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_keeps_its_mode_and_owner_and_an_existing_part_file_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        // Only root may give files away.
+        let is_root = std::os::unix::fs::chown(&path, Some(1234), Some(1235)).is_ok();
+        fs::write(folder.path().join("out.csv.part"), "precious").unwrap();
+        write(&path, "new");
+        let found = fs::metadata(&path).unwrap();
+        assert_eq!((fs::read_to_string(&path).unwrap().as_str(), found.mode() & 0o7777), ("new", 0o640));
+        assert!(!is_root || (found.uid(), found.gid()) == (1234, 1235));
+        assert_eq!(fs::read_to_string(folder.path().join("out.csv.part")).unwrap(), "precious");
+        assert_eq!(names(folder.path()), ["out.csv", "out.csv.part"]);
+    }
+
+    #[test]
+    fn links_stay_links_and_their_file_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("data")).unwrap();
+        fs::write(at("data/real"), "old").unwrap();
+        symlink("data/real", at("one")).unwrap();
+        symlink("one", at("two")).unwrap();
+        write(&at("two"), "new");
+        assert!(at("one").is_symlink() && at("two").is_symlink());
+        assert_eq!(fs::read_to_string(at("data/real")).unwrap(), "new");
+        symlink("data/none_yet", at("dangling")).unwrap();
+        write(&at("dangling"), "made");
+        assert_eq!(fs::read_to_string(at("data/none_yet")).unwrap(), "made");
+        symlink("circle", at("circle")).unwrap();
+        assert!(OutputFile::create(&at("circle")).is_err());
+        fs::hard_link(at("data/real"), at("hard")).unwrap();
+        write(&at("hard"), "both");
+        assert_eq!(fs::read_to_string(at("data/real")).unwrap(), "both");
+        assert_eq!(fs::metadata(at("hard")).unwrap().nlink(), 2);
+        assert_eq!(names(&at("data")), ["none_yet", "real"]);
+    }
+
+    #[test]
+    fn devices_and_pipes_are_written_through() {
+        let folder = tempfile::tempdir().unwrap();
+        let null = folder.path().join("null");
+        symlink("/dev/null", &null).unwrap();
+        write(&null, "gone");
+        write(Path::new("/dev/null"), "gone");
+        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+        assert!(null.is_symlink());
+        let fifo = folder.path().join("fifo");
+        assert!(std::process::Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+        let reader = std::thread::spawn({
+            let fifo = fifo.clone();
+            move || fs::read_to_string(fifo).unwrap()
+        });
+        write(&fifo, "through");
+        assert_eq!(reader.join().unwrap(), "through");
+        assert!(fs::metadata(&fifo).unwrap().file_type().is_fifo());
+    }
+
+    #[test]
+    fn without_a_commit_nothing_has_happened() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        let mut half = OutputFile::create(&path).unwrap();
+        half.write_all(b"half").unwrap();
+        drop(half);
+        assert!(names(folder.path()).is_empty());
+        fs::write(&path, "old").unwrap();
+        OutputFile::create(&path).unwrap().write_all(b"half").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(names(folder.path()), ["out"]);
+        assert_eq!(OutputFile::create(folder.path()).unwrap_err().kind(), io::ErrorKind::IsADirectory);
+        assert!(OutputFile::create(&folder.path().join("none/out")).is_err());
+    }
+
+    #[test]
+    fn two_writers_of_one_path_do_not_share_a_temporary_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        let (mut one, mut other) = (OutputFile::create(&path).unwrap(), OutputFile::create(&path).unwrap());
+        one.write_all(b"one").unwrap();
+        other.write_all(b"other").unwrap();
+        other.commit().unwrap();
+        one.commit().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "one");
+        assert_eq!(names(folder.path()), ["out"]);
+    }
+}

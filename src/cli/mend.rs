@@ -1,0 +1,168 @@
+//! Recordings written anew: `record --repair`, and `record RECORDING -o FILE`.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+
+use rowscan_recording::{About, CopyError, Format, OutputFile, Recorded, copy, is_standard_output, repair};
+
+use super::output::{name_of, say};
+use super::record::{open, unreadable};
+use super::recorder::{self, DecodedArgs};
+use super::{Failure, Outcome};
+
+/// `record --repair FILE`: to `output`, or in its place if it is an MCAP file that breaks off.
+pub(super) fn run(
+    file: &Path,
+    output: Option<&Path>,
+    about: About,
+    decoded: DecodedArgs,
+) -> Result<Outcome, Failure> {
+    let format = open(file)?.format();
+    match output {
+        Some(output) if format == Format::Mcap => mend_to(file, output, decoded),
+        Some(output) => convert(file, output, about, decoded),
+        None if format != Format::Mcap => Err(Failure::Usage(format!(
+            "{} is no MCAP file ({format}) and stays as it is: add `-o NEW.mcap` to write what it holds to a new file",
+            file.display()
+        ))),
+        None => in_place(file, decoded),
+    }
+}
+
+/// Writes a recording of any kind to a new MCAP file.
+pub(super) fn convert(
+    file: &Path,
+    output: &Path,
+    about: About,
+    decoded: DecodedArgs,
+) -> Result<Outcome, Failure> {
+    let recording = open(file)?;
+    refuse_to_overwrite(output)?;
+    let about = About { source: Some(file.display().to_string()), ..about };
+    let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
+    let recorded =
+        copy(recording, &mut out, about, decoded.into()).map_err(|error| failure(file, output, error))?;
+    if recorded.packets == 0 {
+        return Err(nothing_in(file));
+    }
+    commit(out, output)?;
+    recorder::tell(output, &recorded);
+    Ok(Outcome::Done)
+}
+
+fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
+    let original = beside(file);
+    if fs::symlink_metadata(&original).is_ok() {
+        return Err(Failure::Usage(format!(
+            "{} would be kept as {1}, which exists already: move {1} away, or name another file with -o",
+            file.display(),
+            original.display()
+        )));
+    }
+    let mut out = BufWriter::new(OutputFile::create(file).map_err(|cause| unwritable(file, cause))?);
+    let (recorded, is_torn) = mend(file, file, &mut out, decoded)?;
+    if !is_torn {
+        say(format_args!("{} is whole: nothing to repair", file.display()));
+        return Ok(Outcome::Done);
+    }
+    keep_original(file, &original).map_err(|cause| unwritable(&original, cause))?;
+    commit(out, file)?;
+    recorder::tell(file, &recorded);
+    say(format_args!("the file as it was is {}", original.display()));
+    Ok(Outcome::Done)
+}
+
+fn mend_to(file: &Path, output: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
+    refuse_to_overwrite(output)?;
+    let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
+    let (recorded, _) = mend(file, output, &mut out, decoded)?;
+    commit(out, output)?;
+    recorder::tell(output, &recorded);
+    Ok(Outcome::Done)
+}
+
+/// Writes all that can be read of an MCAP file; true if something is missing.
+fn mend(
+    file: &Path,
+    output: &Path,
+    out: &mut BufWriter<OutputFile>,
+    decoded: DecodedArgs,
+) -> Result<(Recorded, bool), Failure> {
+    if decoded.is_set() {
+        return Err(Failure::Usage(format!(
+            "a repaired MCAP file keeps the channels it has: leave out --decoded, or convert it with `rowscan record {} -o NEW.mcap`",
+            file.display()
+        )));
+    }
+    let unread = |cause: io::Error| unreadable(file, cause.into());
+    let input = File::open(file).map_err(unread)?;
+    let length = input.metadata().map_err(unread)?.len();
+    let repaired = repair(input, length, out).map_err(|error| failure(file, output, error))?;
+    if repaired.messages == 0 {
+        return Err(nothing_in(file));
+    }
+    let is_torn = repaired.torn.is_some();
+    if let Some(torn) = repaired.torn {
+        say(format_args!("{}: {torn}", file.display()));
+    }
+    Ok((Recorded { packets: repaired.messages, bytes: repaired.bytes, ..Recorded::default() }, is_torn))
+}
+
+/// `FILE.orig`
+fn beside(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".orig");
+    PathBuf::from(name)
+}
+
+/// Gives the file a second name, so that it survives what replaces it. Where it would be written in place (it has several names, or
+/// is a link), or the file system has no second names, it is copied.
+fn keep_original(file: &Path, original: &Path) -> io::Result<()> {
+    let found = fs::symlink_metadata(file)?;
+    if found.is_file() && !has_several_names(&found) && fs::hard_link(file, original).is_ok() {
+        return Ok(());
+    }
+    let mut copy = fs::OpenOptions::new().write(true).create_new(true).open(original)?;
+    io::copy(&mut File::open(file)?, &mut copy)?;
+    copy.sync_all()
+}
+
+#[cfg(unix)]
+fn has_several_names(found: &fs::Metadata) -> bool {
+    std::os::unix::fs::MetadataExt::nlink(found) > 1
+}
+
+#[cfg(not(unix))]
+fn has_several_names(_: &fs::Metadata) -> bool {
+    true
+}
+
+fn refuse_to_overwrite(output: &Path) -> Result<(), Failure> {
+    let holds_bytes = || output.metadata().is_ok_and(|found| found.is_file() && found.len() > 0);
+    if !is_standard_output(output) && holds_bytes() {
+        let found = output.display();
+        return Err(Failure::Usage(format!("{found} exists already; choose another name, or move it away")));
+    }
+    Ok(())
+}
+
+fn commit(out: BufWriter<OutputFile>, output: &Path) -> Result<(), Failure> {
+    let out = out.into_inner().map_err(io::IntoInnerError::into_error);
+    out.and_then(OutputFile::commit).map_err(|cause| unwritable(output, cause))
+}
+
+fn unwritable(output: &Path, cause: io::Error) -> Failure {
+    Failure::Write { what: name_of(output), cause }
+}
+
+fn failure(file: &Path, output: &Path, error: CopyError) -> Failure {
+    match error {
+        CopyError::Read(cause) => unreadable(file, cause),
+        CopyError::Write(cause) => unwritable(output, cause),
+    }
+}
+
+fn nothing_in(file: &Path) -> Failure {
+    Failure::Usage(format!("{} holds no packet that can be read: nothing was written", file.display()))
+}

@@ -1,0 +1,274 @@
+//! What commands write, and what they leave alone: nothing is destroyed that nobody told them to change.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+use crate::common;
+
+use std::io::Cursor;
+use std::path::Path;
+
+use common::binary::{Emulator, assert_says, refused, run};
+use rowscan_protocol::frame::{Dialect, encode};
+use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind};
+
+fn folder() -> (tempfile::TempDir, impl Fn(&str) -> String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().to_owned();
+    (folder, move |name: &str| path.join(name).to_str().expect("UTF-8").to_owned())
+}
+
+fn scan(counter: u16) -> Vec<u8> {
+    let body = format!(
+        "sSN LMDscandata 1 1 16F4C7A 0 0 {counter:X} {counter:X} {0:X} {0:X} 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 3E8 0 \
+         7D0 0 0 0 0 0 0",
+        u32::from(counter) * 20_000,
+    );
+    let mut bytes = Vec::new();
+    encode(Dialect::A, body.as_bytes(), &mut bytes);
+    bytes
+}
+
+/// A recording of so many scans, cut off before its end.
+fn torn(scans: u16) -> Vec<u8> {
+    let mut writer =
+        McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).expect("written");
+    let stream = writer.add_stream("scanner", StreamKind::Cola).expect("written");
+    for counter in 0..scans {
+        let at_ns = 1_000_000_000 + u64::from(counter) * 20_000_000;
+        writer.write(stream, Side::Device, at_ns, 0, &scan(counter)).expect("written");
+    }
+    writer.flush().expect("written");
+    writer.into_inner().into_inner()
+}
+
+#[test]
+fn repair_changes_nothing_but_a_torn_mcap_and_keeps_that() {
+    let (_folder, file) = folder();
+    let raw: Vec<u8> = (0..20).flat_map(scan).collect();
+    let picture = [&b"\x89PNG\r\n\x1a\n"[..], &[7; 9000]].concat();
+    for (name, bytes, says) in
+        [("picture.png", &picture, "it is a PNG picture"), ("scans.bin", &raw, "add `-o NEW.mcap`")]
+    {
+        std::fs::write(file(name), bytes).expect("written");
+        let ended = run(&["record", "--repair", &file(name)]);
+        assert!(ended.code == Some(1) || ended.code == Some(2), "{name}: {:?}", ended.code);
+        assert_says(&ended.stderr, &[name, says]);
+        assert_eq!(&std::fs::read(file(name)).expect("there"), bytes, "{name}");
+    }
+    let path = file("run.mcap");
+    std::fs::write(&path, torn(20)).expect("written");
+    let ended = run(&["record", "--repair", &path]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["20 packets", "run.mcap.orig"]);
+    assert_eq!(std::fs::read(file("run.mcap.orig")).expect("kept"), torn(20));
+    // Whole now: left as it is.
+    let whole = std::fs::read(&path).expect("there");
+    let ended = run(&["record", "--repair", &path]);
+    assert_eq!(ended.code, Some(2), "the original of the first repair is not overwritten");
+    std::fs::remove_file(file("run.mcap.orig")).expect("removed");
+    let ended = run(&["record", "--repair", &path]);
+    assert_eq!(
+        (ended.code, std::fs::read(&path).expect("there") == whole),
+        (Some(0), true),
+        "{}",
+        ended.stderr
+    );
+    assert!(!Path::new(&file("run.mcap.orig")).exists());
+    std::fs::write(&path, &torn(0)).expect("written");
+    assert_says(&refused(&["record", "--repair", &path]), &["no packet that can be read"]);
+    assert_eq!(std::fs::read(&path).expect("there"), torn(0));
+}
+
+#[test]
+fn a_failed_record_is_not_in_the_way_of_the_next() {
+    let (_folder, file) = folder();
+    let path = file("run.mcap");
+    // Nobody listens on the port of a socket that was closed again.
+    let free = std::net::TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("known");
+    let message = refused(&["record", &format!("tcp://{free}"), "-o", &path]);
+    assert_says(&message, &["cannot connect"]);
+    assert!(!Path::new(&path).exists(), "{message}");
+    std::fs::write(&path, b"").expect("written");
+    refused(&["record", &format!("tcp://{free}"), "-o", &path]);
+    assert_eq!(std::fs::metadata(&path).expect("it was there before").len(), 0);
+}
+
+#[cfg(unix)]
+#[test]
+fn exports_go_to_devices_links_and_standard_output() {
+    use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _};
+    let (_folder, file) = folder();
+    let raw: Vec<u8> = (0..3).flat_map(scan).collect();
+    std::fs::write(file("scans.bin"), raw).expect("written");
+    let export = |output: &str| run(&["export", &file("scans.bin"), "--to", "csv", "-o", output]);
+    assert_eq!(export("/dev/null").code, Some(0));
+    assert!(std::fs::metadata("/dev/null").expect("there").file_type().is_char_device());
+    let piped = export("-");
+    assert!(piped.stdout.starts_with("scan,") || piped.stdout.contains("_m,"), "{}", piped.stdout);
+    assert!(!Path::new("-").exists());
+
+    std::fs::write(file("real.csv"), "old").expect("written");
+    std::fs::set_permissions(file("real.csv"), std::fs::Permissions::from_mode(0o640)).expect("set");
+    std::os::unix::fs::symlink("real.csv", file("link.csv")).expect("linked");
+    assert_eq!(export(&file("link.csv")).code, Some(0));
+    assert!(Path::new(&file("link.csv")).is_symlink());
+    assert_eq!(std::fs::read_to_string(file("real.csv")).expect("text"), piped.stdout);
+    let mode = std::fs::metadata(file("real.csv")).expect("there").permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_link_that_is_served_is_not_taken_over() {
+    let (_folder, file) = folder();
+    let link = file("scanner");
+    let first = Emulator::on_a_line("emulate", &["--model", "lms211", "--pty", &link]);
+    let target = std::fs::read_link(&link).expect("a link");
+    let message = refused(&["emulate", "--model", "lms211", "--pty", &link]);
+    assert_says(&message, &["scanner", "served by another rowscan"]);
+    assert_eq!(std::fs::read_link(&link).expect("still there"), target);
+    first.end();
+    assert!(std::fs::symlink_metadata(&link).is_err(), "removed with its owner");
+}
+
+#[test]
+fn a_file_without_a_scan_is_named_by_what_it_holds() {
+    let (_folder, file) = folder();
+    let mut radar = Vec::new();
+    for _ in 0..3 {
+        encode(Dialect::B, b"sSN LMDradardata \0\x01\0\x01", &mut radar);
+    }
+    // Two bytes between STX and ETX are a frame of CoLa A, and no telegram.
+    let noise = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8);
+    let noise: Vec<u8> = noise.filter(|byte| !matches!(byte, 2 | 3)).chain(*b"\x02s\x03").collect();
+    for (name, bytes, says) in [
+        ("radar.bin", &radar, "holds no scan; it holds 3 LMDradardata"),
+        ("noise.bin", &noise, "holds no scan; it holds"),
+        ("run.bin.gz", &b"\x1F\x8B\x08\0packed".to_vec(), "it is a gzip archive: unpack it"),
+        ("drive.bag", &b"#ROSBAG V2.0\n\x45\0\0\0".to_vec(), "it is a ROS 1 bag"),
+    ] {
+        std::fs::write(file(name), bytes).expect("written");
+        let output = file("out.csv");
+        for command in
+            [&["estimate", &file(name)][..], &["export", &file(name), "--to", "csv", "-o", &output]]
+        {
+            let ended = run(command);
+            assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""), "{command:?}: {}", ended.stderr);
+            assert_says(&ended.stderr, &[name, says]);
+        }
+        assert!(!Path::new(&output).exists());
+    }
+}
+
+#[test]
+fn two_bytes_of_an_lms2xx_scan_are_no_cola_telegram() {
+    let (_folder, file) = folder();
+    // A scan of four ranges, among them 371 and 1000 mm: `02 73 03`.
+    let scan = b"\x02\x80\x0c\x00\xb0\x04\x40\xe8\x03\x10\x02\x73\x03\xe8\x03\x10\x08\xb1";
+    std::fs::write(file("sweeps.bin"), scan.repeat(5)).expect("written");
+    let ended = run(&["decode", &file("sweeps.bin"), "--format", "json"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stdout);
+    assert!(!ended.stdout.contains("\"bad\""), "{}", ended.stdout);
+    let info = run(&["record", "--info", &file("sweeps.bin"), "--format", "json"]);
+    let info: serde_json::Value = serde_json::from_str(&info.stdout).expect("json");
+    assert_eq!(info["streams"][0]["kind"], "lms2xx");
+}
+
+#[test]
+fn values_that_cannot_be_are_refused() {
+    let (_folder, file) = folder();
+    assert_says(&refused(&["scan", "--wood", "mesh:1e308,3,1e-300"]), &["half width of 0 to 1 m"]);
+    assert_says(&refused(&["scan", "--pitch", "nan"]), &["--pitch", "expected a number"]);
+    let import = |name: &str, key: &str, content: &str| {
+        std::fs::write(file(name), content).expect("written");
+        let scene =
+            format!("version = 1\n[orchard]\ngenerator = \"import\"\n[orchard.import]\n{key} = \"{name}\"\n");
+        std::fs::write(file("scene.toml"), scene).expect("written");
+        refused(&["orchard", "truth", &file("scene.toml")])
+    };
+    assert_says(
+        &import("far.txt", "branches", "0 0 0 0 0 1e9 0.1\n"),
+        &["far.txt:1", "1000 m of the ground"],
+    );
+    assert_says(&import("empty.obj", "mesh", "v 0 0 0\n"), &["empty.obj", "no face"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
+    let (_folder, file) = folder();
+    std::fs::write(file("scans.bin"), (0..2000).flat_map(scan).collect::<Vec<u8>>()).expect("written");
+    std::fs::create_dir(file("out")).expect("made");
+    let started = std::process::Command::new("sh")
+        .args(["-c", "ulimit -f 8; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_rowscan")])
+        .args(["export", &file("scans.bin"), "--to", "csv", "-o", &file("out/points.csv")])
+        .stdin(std::process::Stdio::null())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("it runs");
+    let ended = common::binary::finish(started);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["cannot write", "points.csv", "too large"]);
+    assert_eq!(std::fs::read_dir(file("out")).expect("there").count(), 0);
+}
+
+#[test]
+fn a_replay_that_would_end_before_it_begins_is_refused() {
+    let (_folder, file) = folder();
+    std::fs::write(file("scans.bin"), (0..200).flat_map(scan).collect::<Vec<u8>>()).expect("written");
+    let args = ["replay", &file("scans.bin"), "--model", "lms111", "--from", "3s", "--until", "2s"];
+    assert_says(&refused(&args), &["--until lies at or before --from"]);
+}
+
+/// Whatever a file holds: scans come out, or a reason.
+#[tokio::test]
+async fn any_bytes_give_a_scan_or_a_reason() {
+    use rowscan_driver::{DriverConfig, Scanner, Source};
+    let (_folder, file) = folder();
+    let path = file("any");
+    let whole: Vec<u8> = (0..6).flat_map(scan).collect();
+    let starts: [&[u8]; 6] =
+        [b"", b"\x89MCAP0\r\n", b"\xD4\xC3\xB2\xA1\x02\0\x04\0", b"\x02\x02\x02\x02", &torn(5), &whole];
+    let mut state = 7_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize
+    };
+    let (mut with_scans, mut refused) = (0, 0);
+    for round in 0..300 {
+        let start = starts[round % starts.len()];
+        let mut bytes = start[..start.len() - random() % (start.len() / 2 + 1)].to_vec();
+        bytes.extend((0..random() % 2000).map(|_| random() as u8));
+        if let (Some(bits), true) = (bytes.len().checked_mul(8).filter(|bits| *bits > 0), round % 2 == 0) {
+            let bit = random() % bits;
+            bytes[bit / 8] ^= 1 << (bit % 8);
+        }
+        std::fs::write(&path, &bytes).expect("written");
+        let source = Source::Recording { path: path.clone().into(), stream: None };
+        let Ok(mut scanner) = Scanner::open(&source, DriverConfig::default()).await else {
+            refused += 1;
+            continue;
+        };
+        let mut scans = 0;
+        loop {
+            match scanner.next().await {
+                Ok(Some(_)) => scans += 1,
+                Ok(None) => {
+                    assert!(scans > 0, "round {round}: the end without a scan and without a reason");
+                    with_scans += 1;
+                    break;
+                }
+                Err(_) => {
+                    refused += 1;
+                    break;
+                }
+            }
+        }
+    }
+    assert!(with_scans > 20 && refused > 100, "{with_scans} with scans, {refused} refused");
+}
