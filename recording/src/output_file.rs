@@ -306,7 +306,8 @@ fn take_after(file: &File, found: &Metadata) -> bool {
     file.set_permissions(found.permissions()).is_ok()
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, PermissionsExt as _, symlink};

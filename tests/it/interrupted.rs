@@ -37,11 +37,13 @@ fn commands_that_serve_end_with_zero() {
 #[test]
 fn commands_without_their_result_end_with_the_signal() {
     let folder = tempfile::tempdir().expect("a folder");
-    let output = folder.path().join("shard.json");
-    let output = output.to_str().expect("UTF-8");
+    let (output, scene) = (folder.path().join("shard.json"), folder.path().join("long.toml"));
+    let (output, scene) = (output.to_str().expect("UTF-8"), scene.to_str().expect("UTF-8"));
+    // Takes a minute to grow.
+    std::fs::write(scene, "version = 1\n[orchard]\npreset = \"mature\"\ntrees = 2000\n").expect("written");
     for (signal, code, args) in [
-        ("INT", 130, &["orchard", "grow", "mature"][..]),
-        ("TERM", 143, &["orchard", "truth", "mature"]),
+        ("INT", 130, &["orchard", "grow", scene][..]),
+        ("TERM", 143, &["orchard", "truth", scene]),
         ("HUP", 129, &["orchard", "statistics", "mature", "--seeds", "1..2000"]),
         ("INT", 130, &["study", "accuracy", "--seeds", "1..2000"]),
         ("TERM", 143, &["study", "calibration", "--seeds", "1..2000"]),

@@ -78,7 +78,7 @@ fn repair_changes_nothing_but_a_torn_mcap_and_keeps_that() {
         ended.stderr
     );
     assert!(!Path::new(&file("run.mcap.orig")).exists());
-    std::fs::write(&path, &torn(0)).expect("written");
+    std::fs::write(&path, torn(0)).expect("written");
     assert_says(&refused(&["record", "--repair", &path]), &["no packet that can be read"]);
     assert_eq!(std::fs::read(&path).expect("there"), torn(0));
 }
