@@ -38,7 +38,7 @@ impl Emulator {
     }
 
     /// A recorded scanner, or any recorded stream: its script comes before `device`'s own answers; `verbatim`, nobody is answered. A
-    /// [`Player`] gives it what it sends by itself.
+    /// [`Player`](crate::Player) gives it what it sends by itself.
     pub fn replay(
         device: Device,
         part: &Part,

@@ -31,7 +31,7 @@ pub enum CalibrationChoice<'a> {
     /// A shipped name or a file.
     Named(&'a str),
     /// This one, or none.
-    Given(Option<Calibration>),
+    Given(Option<Box<Calibration>>),
 }
 
 /// Why a rig cannot be read.
@@ -56,7 +56,7 @@ impl Reading {
         let mount = rig.and_then(|rig| rig.scanners.get(scanner));
         let of_rig = rig.and_then(|rig| rig.calibration.as_deref());
         let calibration = match (calibration, of_rig, mount) {
-            (CalibrationChoice::Given(calibration), ..) => calibration,
+            (CalibrationChoice::Given(calibration), ..) => calibration.map(|given| *given),
             (CalibrationChoice::Named(name), ..) => Some(calibrations::load_calibration(name)?),
             (CalibrationChoice::OfRig, Some(name), Some(mount)) => {
                 calibrations::load_calibration_for(name, &mount.model)?

@@ -66,7 +66,7 @@ impl Trial {
         let scans = stage.scans_per_row(&device);
         let rig = rig_with(&stage.rig, 0, device.model().name);
         let Reading { cola, pipeline, .. } =
-            Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration))?;
+            Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration.map(Box::new)))?;
         let mut pipeline = pipeline.with_estimators(estimators);
         if !estimators.is_empty() {
             pipeline = pipeline.with_trees_found(&CutMethod::ALL);

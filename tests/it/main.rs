@@ -1,6 +1,13 @@
 //! The end-to-end tests of the whole program in one binary, one module a subject. A test that watches its whole process
 //! (allocations, memory) has a binary of its own beside this folder.
 
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
 mod common;
 
 mod bad_input;

@@ -59,7 +59,7 @@ impl Canvas {
             columns,
             rows,
             cell_m,
-            scale_px: scale_px,
+            scale_px,
             ground,
             area_m2: vec![0.0; columns * rows],
             dots: BTreeMap::new(),
