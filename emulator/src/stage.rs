@@ -124,7 +124,7 @@ impl Stage {
         let length_m = self.orchard.length_m();
         let way_m = (length_m - self.rig.start_m).max(0.0);
         if self.scene.drive == Drive::default() {
-            return (way_m / self.rig.speed_m_s * hertz).round() as u64;
+            return ((way_m / self.rig.speed_m_s * hertz).min(LONGEST_PASS_S * hertz)).round() as u64;
         }
         let trajectory = self.scene.trajectory(length_m);
         let scans = 0..(LONGEST_PASS_S * hertz) as u64;

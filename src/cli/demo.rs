@@ -25,6 +25,7 @@ use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
 use rowscan_ports::{NetLine, Pty, Wire};
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
+use rowscan_vehicle::trajectory::Drive;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -191,6 +192,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let watch = Stopwatch::start();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
+    if stage.scene.drive == Drive::default() && stage.rig.speed_m_s == 0.0 {
+        let why = "expected a speed above 0, found `speed_m_s = 0` in the rig: the tractor would never pass the row";
+        return Err(Failure::Usage(why.to_owned()));
+    }
     let Set { scanner: emulator, source, reading, scans, model } = match args.line {
         Line::Tcp => args.on_tcp(&stage).await?,
         Line::Pty | Line::Rfc2217 => args.on_serial(&stage).await?,

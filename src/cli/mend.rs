@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use rowscan_recording::{About, CopyError, Format, OutputFile, Recorded, copy, is_standard_output, repair};
 
 use super::output::{name_of, say};
-use super::record::{open, unreadable};
 use super::recorder::{self, DecodedArgs};
+use super::recording_file::{open, unreadable};
 use super::{Failure, Outcome};
 
 /// `record --repair FILE`: to `output`, or in its place if it is an MCAP file that breaks off.

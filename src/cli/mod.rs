@@ -22,6 +22,7 @@ mod output;
 mod progress;
 mod record;
 mod recorder;
+mod recording_file;
 mod replay;
 mod scan;
 mod scene;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{About, Recording, Side, StreamKind, Taps, account};
+use rowscan_recording::{About, Side, StreamKind, Taps, account};
 use rowscan_scenes::files;
 use serde::Serialize;
 use tokio::task::JoinSet;
@@ -18,6 +18,7 @@ use super::mend;
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
+use super::recording_file::{open, unreadable};
 use super::tractor_outputs::open_bus;
 use super::{Failure, Format, Outcome};
 use rowscan_bus::link::PortEvent;
@@ -248,14 +249,6 @@ async fn follow(
     }
     scanner.stop(PARTING).await;
     Ok(())
-}
-
-pub(super) fn open(file: &Path) -> Result<Recording, Failure> {
-    Recording::open(file).map_err(|cause| unreadable(file, cause))
-}
-
-pub(super) fn unreadable(file: &Path, cause: rowscan_recording::ReadError) -> Failure {
-    rowscan_driver::DriverError::Recording { path: file.to_owned(), cause }.into()
 }
 
 /// All that is known of a recording.

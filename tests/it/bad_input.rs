@@ -151,3 +151,22 @@ fn a_device_of_the_other_dialect_is_found_without_being_asked_for() {
     assert_says(&ended.stderr, &["CoLa A"]);
     assert_says(&ended.stdout, &["\"scans\": 5"]);
 }
+
+#[test]
+fn lengths_speeds_and_models_that_cannot_be_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let standing = folder.path().join("standing.toml");
+    let text = "version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 7\n[rig]\nspeed_m_s = 0.0\n";
+    std::fs::write(&standing, text).expect("written");
+    let standing = standing.to_str().expect("UTF-8");
+    for (arguments, says) in [
+        (&["demo", standing][..], "found `speed_m_s = 0`"),
+        (&["estimate", "x.mcap", "--length", "nan"], "expected a number of metres above 0, found `nan`"),
+        (&["estimate", "x.mcap", "--length", "-1"], "expected a number of metres above 0, found `-1`"),
+        (&["estimate", "x.mcap", "--model", "lms111"], "--rig"),
+    ] {
+        let ended = run(arguments);
+        assert_eq!(ended.code, Some(2), "{arguments:?}: {}", ended.stderr);
+        assert!(ended.stderr.contains(says), "{arguments:?}: {}", ended.stderr);
+    }
+}

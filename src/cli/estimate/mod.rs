@@ -38,7 +38,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     scanner: Vec<usize>,
     /// Model of the scanners, instead of the rig's own; chooses the calibration
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", requires = "rig")]
     model: Option<String>,
     /// A calibration file or a shipped calibration's name, instead of the rig's own
     #[arg(long, value_name = "NAME")]
@@ -47,7 +47,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     scans: Option<u64>,
     /// End after so many metres of row
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = metres, allow_negative_numbers = true)]
     length: Option<f64>,
     /// The dialect tried first
     #[arg(long, value_enum, default_value_t)]
@@ -87,6 +87,14 @@ impl From<CutArg> for CutMethod {
             CutArg::Trunk => Self::Trunk,
             CutArg::Valley => Self::Valley,
         }
+    }
+}
+
+/// A length to go.
+fn metres(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(metres),
+        _ => Err(format!("expected a number of metres above 0, found `{text}`")),
     }
 }
 
