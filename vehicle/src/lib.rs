@@ -14,7 +14,7 @@
 //! let at = SimTime(2_000_000_000);
 //! let motion = tractor.motion(at);
 //! assert_eq!(motion.place.y_m, 3.0);
-//! assert_eq!(Encoder::default().counted_mm(motion.wheel_m), 3000.0);
+//! assert_eq!(Encoder::default().ticks(motion.wheel_m), 3000.0);
 //! let fix = Receiver::new(Gnss::default(), 1).fix(at, &motion);
 //! assert_eq!(fix.speed_m_s, 1.5);
 //! ```

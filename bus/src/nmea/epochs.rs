@@ -37,10 +37,11 @@ impl GnssEpochs {
     /// What it says then.
     pub fn next_epoch(&mut self) -> String {
         let at = self.next();
+        let first_of_a_second = self.epochs % (self.receiver.rate_hz().round().max(1.0) as u64) == 0;
         self.epochs += 1;
         let fix = self.receiver.fix(at, &self.tractor.motion(at));
         let mut text = String::new();
-        for sentence in SENTENCES {
+        for sentence in SENTENCES.iter().filter(|sentence| first_of_a_second || !sentence.once_a_second) {
             sentence.write(&fix, &mut text);
         }
         text

@@ -95,7 +95,7 @@ pub enum NmeaError {
     TooSlow {
         /// Bits a second.
         found: u32,
-        /// Bytes an epoch.
+        /// Bytes an epoch, on average over a second.
         bytes: usize,
         /// Epochs a second.
         rate_hz: f64,
@@ -104,7 +104,12 @@ pub enum NmeaError {
 
 /// Whether a line of so many bits a second carries so many epochs a second.
 fn carries(found: u32, rate_hz: f64) -> Result<(), NmeaError> {
-    let bytes = SENTENCES.iter().map(|sentence| sentence.longest).sum();
+    let each = |once_a_second| {
+        let sentences = SENTENCES.iter().filter(move |sentence| sentence.once_a_second == once_a_second);
+        sentences.map(|sentence| sentence.longest).sum::<usize>() as f64
+    };
+    // What is sent once a second is spread over that second's epochs.
+    let bytes = (each(false) + each(true) / rate_hz.max(1.0)).ceil() as usize;
     match f64::from(found) < bytes as f64 * 10.0 * rate_hz {
         true => Err(NmeaError::TooSlow { found, bytes, rate_hz }),
         false => Ok(()),

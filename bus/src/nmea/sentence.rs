@@ -14,17 +14,19 @@ pub struct Sentence {
     fields: fn(&Fix) -> String,
     /// Bytes it takes on the line at most, `$` to line end.
     pub longest: usize,
+    /// Sent once a second, as real receivers do, so that a line of 38400 bit/s still carries ten epochs a second.
+    pub once_a_second: bool,
 }
 
 /// All sentences, in the order they are sent in.
 pub const SENTENCES: &[Sentence] = &[
-    Sentence { name: "GGA", fields: gga, longest: 92 },
-    Sentence { name: "RMC", fields: rmc, longest: 84 },
-    Sentence { name: "VTG", fields: vtg, longest: 48 },
-    Sentence { name: "ZDA", fields: zda, longest: 38 },
-    Sentence { name: "HDT", fields: hdt, longest: 20 },
-    Sentence { name: "GST", fields: gst, longest: 60 },
-    Sentence { name: "GSA", fields: gsa, longest: 76 },
+    Sentence { name: "GGA", fields: gga, longest: 92, once_a_second: false },
+    Sentence { name: "RMC", fields: rmc, longest: 84, once_a_second: false },
+    Sentence { name: "VTG", fields: vtg, longest: 48, once_a_second: false },
+    Sentence { name: "ZDA", fields: zda, longest: 38, once_a_second: false },
+    Sentence { name: "HDT", fields: hdt, longest: 20, once_a_second: false },
+    Sentence { name: "GST", fields: gst, longest: 64, once_a_second: true },
+    Sentence { name: "GSA", fields: gsa, longest: 76, once_a_second: true },
 ];
 
 impl Sentence {

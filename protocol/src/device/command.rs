@@ -1,6 +1,6 @@
 //! All commands: one line each, with everything that is a fact about the command.
 //!
-//! A command is its telegram (a file in [`crate::telegram`]), its effect (a trait of [`super::context`], implemented in [`super::effect`])
+//! A command is its telegram (a file in [`crate::telegram`]), its effect (a trait of `device::context`, implemented in `device::effect`)
 //! and a line in [`COMMANDS`].
 
 use alloc::format;

@@ -13,7 +13,7 @@ use crate::target::Adjustment;
 /// Row `r` stands at X = r · row spacing; tree `i` of a row stands at y = (i + ½) · spacing and owns the ground y ∈
 /// [i, i + 1) · spacing. Every row repeats forever with period [`Orchard::length_m`].
 ///
-/// A large orchard is made of few distinct trees ([`Layout::distinct_trees`]): each place then names one of them and how it
+/// A large orchard is made of few distinct trees (`distinct_trees` of the layout): each place then names one of them and how it
 /// is turned, and memory grows with the distinct trees only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Orchard {

@@ -25,6 +25,8 @@ pub struct Lms2xxClient {
     machine: Machine,
     /// When bytes came last.
     last_bytes: Option<Duration>,
+    /// Bad frames when the stop was requested: the request itself cuts off what the device is sending, which is no damage.
+    bad_at_stop: Option<u64>,
 }
 
 /// After such a silence an unfinished telegram was cut off by a request, as a device does. The device itself pauses for 14 ms at most; the
@@ -34,12 +36,22 @@ const CUT_OFF: Duration = Duration::from_millis(100);
 impl Lms2xxClient {
     /// A client that finds the device, sets it up, has it stream, and goes on decoding.
     pub fn new(config: Lms2xxConfig) -> Self {
-        Self { decoder: FrameDecoder::new(Listener::Host), machine: Machine::start(config), last_bytes: None }
+        Self {
+            decoder: FrameDecoder::new(Listener::Host),
+            machine: Machine::start(config),
+            last_bytes: None,
+            bad_at_stop: None,
+        }
     }
 
     /// A client that only listens: to a recording, or a tapped line, with one side's frames or both sides'.
     pub fn listen() -> Self {
-        Self { decoder: FrameDecoder::new(Listener::Either), machine: Machine::listen(), last_bytes: None }
+        Self {
+            decoder: FrameDecoder::new(Listener::Either),
+            machine: Machine::listen(),
+            last_bytes: None,
+            bad_at_stop: None,
+        }
     }
 
     /// The rate the line runs at.
@@ -111,6 +123,7 @@ impl HostSession for Lms2xxClient {
     /// The stream ends and the line goes back to 9600.
     fn stop(&mut self, now: Duration) {
         self.machine.set_time(now);
+        self.bad_at_stop.get_or_insert(self.decoder.counts().bad);
         self.machine.stop();
     }
 
@@ -119,7 +132,8 @@ impl HostSession for Lms2xxClient {
     }
 
     fn counts(&self) -> FrameCounts {
-        self.decoder.counts()
+        let counts = self.decoder.counts();
+        FrameCounts { bad: self.bad_at_stop.unwrap_or(counts.bad), ..counts }
     }
 
     fn is_done(&self) -> bool {
