@@ -153,6 +153,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(start) = args.start_when {
         rig = rig.with_start(start);
     }
+    let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
     for (place, scanner) in fitted.iter().enumerate() {
         let stream = scanner.stream(fitted.len());
@@ -174,7 +175,6 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         running.push(emulator);
         sources.extend(source.map(|source| format!(" {source}")));
     }
-    let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     args.tell(&stage, &fitted, &sources);
     let timeline = rig.run();
     interrupt.wait().await;

@@ -32,6 +32,7 @@ class Lms2xx:
     def __init__(self, url, rate=9600, **options):
         self.port = serial.serial_for_url(url, baudrate=rate, timeout=5, **options)
         self.port.reset_input_buffer()
+        self.received = bytearray()
 
     def __enter__(self):
         return self
@@ -40,18 +41,26 @@ class Lms2xx:
         self.port.close()
 
     def read_frame(self):
-        """The next frame's body; hunts for `02 80` as public clients do. None when nothing comes."""
-        window = b""
-        while window[-2:] != b"\x02\x80":
-            byte = self.port.read(1)
-            if not byte:
-                return None
-            window += byte
-        length = self.port.read(2)
-        body = self.port.read(struct.unpack("<H", length)[0])
-        tail = self.port.read(2)
-        assert crc(b"\x02\x80" + length + body) == struct.unpack("<H", tail)[0], "checksum of %s" % body.hex()
-        return body
+        """The next whole frame's body; None when nothing comes. A request cuts off what the device is sending: a frame without its end,
+        or with a reply in its middle, is no frame."""
+        while True:
+            start = self.received.find(b"\x02\x80")
+            del self.received[:max(start, 0) if start >= 0 else max(len(self.received) - 1, 0)]
+            whole = len(self.received) >= 4 and struct.unpack_from("<H", self.received, 2)[0] + 6
+            if start >= 0 and whole and len(self.received) >= whole:
+                found = bytes(self.received[:whole])
+                if crc(found[:-2]) == struct.unpack("<H", found[-2:])[0]:
+                    del self.received[:whole]
+                    return found[4:-2]
+                del self.received[:2]
+                continue
+            bytes_read = self.port.read(max(1, self.port.in_waiting))
+            if not bytes_read:
+                if start < 0:
+                    return None
+                # No more of it comes: it was cut off.
+                del self.received[:2]
+            self.received += bytes_read
 
     def ask(self, body, reply=None):
         """Sends a command, wants its ACK, and gives its reply's body; scans on the way are left out."""

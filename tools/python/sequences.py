@@ -40,7 +40,7 @@ SICK_SCAN_XD_A = [
     (b"sRN ODoprh", form(rb"sRA ODoprh [0-9A-F]+")),
     (b"sRN ODpwrc", form(rb"sRA ODpwrc [0-9A-F]+")),
     (b"sRN LocationName", form(rb"sRA LocationName [0-9A-F]+ .*")),
-    (b"sRN LMPoutputRange", b"sRA LMPoutputRange 1 1388 FFF92233 22550D"),
+    (b"sRN LMPoutputRange", b"sRA LMPoutputRange 1 1388 FFF92230 225510"),
     (b"sWN LMPoutputRange 1 1388 FFF92233 22550D", b"sWA LMPoutputRange"),
     (b"sRN LMPoutputRange", b"sRA LMPoutputRange 1 1388 FFF92233 22550D"),
     *[(b"sRN field%03d" % slot, form(rb"sRA field%03d .+|sFA [0-9A-F]+" % slot)) for slot in range(30)],
@@ -59,6 +59,7 @@ SICK_SCAN_XD_A = [
 ]
 
 _SCAN_AREA = bytes.fromhex("00001388 0001 00001388 FFF92230 00225510")
+_AS_DELIVERED = bytes.fromhex("0001 00001388 FFF92230 00225510")
 _OUTPUT_RANGE = bytes.fromhex("0001 00001388 FFF92233 0022550D")
 _SCANDATACFG = bytes.fromhex("01 00 00 00 00 00 00 00 00 00 01 00 01")
 
@@ -72,7 +73,7 @@ SICK_SCAN_XD_B = [
     (b"sRN ODoprh", form(rb"sRA ODoprh .{4}")),
     (b"sRN ODpwrc", form(rb"sRA ODpwrc .{4}")),
     (b"sRN LocationName", form(rb"sRA LocationName \x00.+")),
-    (b"sRN LMPoutputRange", b"sRA LMPoutputRange " + _OUTPUT_RANGE),
+    (b"sRN LMPoutputRange", b"sRA LMPoutputRange " + _AS_DELIVERED),
     (b"sWN LMPoutputRange " + _OUTPUT_RANGE, b"sWA LMPoutputRange "),
     (b"sRN LMPoutputRange", b"sRA LMPoutputRange " + _OUTPUT_RANGE),
     *[(b"sRN field%03d" % slot, form(rb"sRA field%03d .+|sFA\x00." % slot)) for slot in range(30)],

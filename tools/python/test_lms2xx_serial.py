@@ -196,7 +196,8 @@ def test_a_pause_inside_a_telegram_drops_it(line):
         status = frame(b"\x31")
         lms.port.timeout = 1
         lms.port.write(status[:4])
-        time.sleep(0.2)
+        # More than the half second and the slack that the bench profile allows a busy host.
+        time.sleep(1.3)
         lms.port.write(status[4:])
         assert lms.port.read(1) == b""
         assert lms.ask(b"\x31")[0] == 0xB1
@@ -209,8 +210,8 @@ def test_bad_frames_are_refused_as_the_device_does(line):
         broken[-1] ^= 1
         lms.port.write(broken)
         assert lms.port.read(1) == b"\x15"
-        assert lms.ask(b"\x20\x00WRONGPWD") == b"\xa0\x02\x10"
-        assert lms.ask(b"\x66\x00", reply=0x92) == b"\x92\x10"
+        assert lms.ask(b"\x20\x00WRONGPWD") == b"\xa0\x01\x10"
+        assert lms.ask(b"\x45\x00", reply=0x92) == b"\x92\x10"
         assert lms.ask(b"\x3b\xb4\x00\x19\x00")[1] == 0
 
 
@@ -266,7 +267,7 @@ def test_lines_that_do_not_go_together_are_refused(rowscan, tmp_path):
 def test_a_recorded_scanner_is_one_again(rowscan, line, tmp_path):
     recording = tmp_path / "run.mcap"
 
-    def session(url):
+    def session(url, count):
         """Sets the scanner up and takes its first scans, as any client would."""
         with Lms2xx(url) as lms:
             ident = lms.ask(b"\x3a")
@@ -274,16 +275,17 @@ def test_a_recorded_scanner_is_one_again(rowscan, line, tmp_path):
             lms.millimetres()
             status = lms.ask(b"\x31")
             assert lms.ask(b"\x20\x24") == b"\xa0\x00\x10"
-            scans = [lms.scan() for _ in range(10)]
+            scans = [lms.scan() for _ in range(count)]
             assert lms.ask(b"\x20\x25") == b"\xa0\x00\x10"
-        return ident, status, scans
+        return ident, status, scans[:10]
 
     emulator = line("--time-scale", "max", "--record", str(recording))
-    recorded = session(emulator.url)
+    # More than the replay's client takes: a replay that has sent everything ends.
+    recorded = session(emulator.url, 60)
     assert emulator.close() == 0
     replayed = SerialEmulator(rowscan, str(recording), "--pty", str(tmp_path / "again"), "--time-scale", "max", command="replay")
     try:
-        assert session(replayed.url) == recorded
+        assert session(replayed.url, 10) == recorded
         with Lms2xx(replayed.url, rate=38400) as lms:
             # Other beams than the recorded 361, and another way of output: not done.
             assert lms.ask(b"\x3b\x64\x00\x19\x00")[:6] == b"\xbb\x00\xb4\x00\x32\x00"

@@ -93,7 +93,8 @@ def test_mrpt(connect):
     sequences.play(client, sequences.MRPT)
     reply = client.wait_for_status(7)
     assert (b"\x02" + reply)[11:12] == b"7", "MRPT reads the status at this place"
-    # A poll returns the last scan, which may still be one from before the change.
+    # A poll returns the last scan, which may still be one from before the change, or from before the start, which counts anew.
+    time.sleep(0.2)
     scans = poll(client, 20)
     while scans and scans[0].channel("DIST1").step != 2500:
         del scans[0]

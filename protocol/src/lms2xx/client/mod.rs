@@ -25,8 +25,8 @@ pub struct Lms2xxClient {
     machine: Machine,
     /// When bytes came last.
     last_bytes: Option<Duration>,
-    /// Bad frames when the stop was requested: the request itself cuts off what the device is sending, which is no damage.
-    bad_at_stop: Option<u64>,
+    /// Bad frames while a reply was awaited: a request cuts off what the device is sending, which is no damage.
+    cut_off: u64,
 }
 
 /// After such a silence an unfinished telegram was cut off by a request, as a device does. The device itself pauses for 14 ms at most; the
@@ -40,7 +40,7 @@ impl Lms2xxClient {
             decoder: FrameDecoder::new(Listener::Host),
             machine: Machine::start(config),
             last_bytes: None,
-            bad_at_stop: None,
+            cut_off: 0,
         }
     }
 
@@ -50,7 +50,7 @@ impl Lms2xxClient {
             decoder: FrameDecoder::new(Listener::Either),
             machine: Machine::listen(),
             last_bytes: None,
-            bad_at_stop: None,
+            cut_off: 0,
         }
     }
 
@@ -70,9 +70,16 @@ impl Lms2xxClient {
     fn advance(&mut self) {
         while !self.machine.has_scan() && !self.machine.is_done() {
             // Bytes skipped on the way to this one count.
+            let awaited = self.machine.deadline().is_some();
+            let bad = self.decoder.counts().bad;
             let junk = self.decoder.skip_junk();
-            let Some(heard) = self.decoder.next_received() else { break };
-            self.machine.handle(&heard, junk);
+            let found = self.decoder.next_received().map(|heard| self.machine.handle(&heard, junk)).is_some();
+            if awaited {
+                self.cut_off += self.decoder.counts().bad - bad;
+            }
+            if !found {
+                break;
+            }
         }
     }
 }
@@ -123,7 +130,6 @@ impl HostSession for Lms2xxClient {
     /// The stream ends and the line goes back to 9600.
     fn stop(&mut self, now: Duration) {
         self.machine.set_time(now);
-        self.bad_at_stop.get_or_insert(self.decoder.counts().bad);
         self.machine.stop();
     }
 
@@ -133,7 +139,7 @@ impl HostSession for Lms2xxClient {
 
     fn counts(&self) -> FrameCounts {
         let counts = self.decoder.counts();
-        FrameCounts { bad: self.bad_at_stop.unwrap_or(counts.bad), ..counts }
+        FrameCounts { bad: counts.bad.saturating_sub(self.cut_off), ..counts }
     }
 
     fn is_done(&self) -> bool {
