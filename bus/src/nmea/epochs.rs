@@ -37,7 +37,8 @@ impl GnssEpochs {
     /// What it says then.
     pub fn next_epoch(&mut self) -> String {
         let at = self.next();
-        let first_of_a_second = self.epochs % (self.receiver.rate_hz().round().max(1.0) as u64) == 0;
+        let each_second = self.receiver.rate_hz().round().max(1.0) as u64;
+        let first_of_a_second = self.epochs.is_multiple_of(each_second);
         self.epochs += 1;
         let fix = self.receiver.fix(at, &self.tractor.motion(at));
         let mut text = String::new();
