@@ -12,7 +12,7 @@ use super::pgn::{CANOPY_ADDRESS, tractor};
 
 const MESSAGES: &[&Message] = &[&SUMMARY, &IMPACTED_BANDS, &LEAF_BANDS];
 
-/// A speed not heard for so long is lost, ns: tractors send it every 100 ms.
+/// A speed not heard for so long is lost, ns: tractors send it every 100 ms. So is the canopy without a valid scan for so long.
 const STALE_NS: u64 = 500_000_000;
 
 /// The canopy sensor on the bus. Its time is the scanner's, so that what it says comes as the scans do.
@@ -21,6 +21,8 @@ pub struct CanopyEcu {
     node: Node,
     report: CanopyReport,
     ground_speed: Option<(SimTime, f64)>,
+    /// The scans that the canopy was made of when a valid one came last, and when that was.
+    valid: (u64, Option<SimTime>),
 }
 
 impl Default for CanopyEcu {
@@ -43,7 +45,7 @@ impl CanopyEcu {
     pub fn new(instance: u8) -> Self {
         let address = CANOPY_ADDRESS.saturating_add(instance);
         let node = Node::new(Name::canopy(instance), address, MESSAGES, &[]);
-        Self { node, report: CanopyReport::default(), ground_speed: None }
+        Self { node, report: CanopyReport::default(), ground_speed: None, valid: (0, None) }
     }
 
     /// A bus, or another port of it, opens.
@@ -53,7 +55,7 @@ impl CanopyEcu {
 
     /// A frame was received: answers, and keeps the tractor's speed.
     pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
-        let Self { node, report, ground_speed } = self;
+        let Self { node, report, ground_speed, valid: _ } = self;
         node.handle(at, frame, &mut |message, _| compose(report, message), out);
         if J1939Id::of(frame.id).is_some_and(|id| id.pgn == tractor::GROUND_SPEED.pgn) {
             *ground_speed = tractor::ground_speed_m_s(frame.data()).map(|speed_m_s| (at, speed_m_s));
@@ -67,7 +69,8 @@ impl CanopyEcu {
             .map(|(_, speed)| speed)
     }
 
-    /// A scan taken at `at` has been worked in: says what is due.
+    /// A telegram that came at `at` has been worked in: says what is due. While no valid scan has come for half a second, the canopy's values are
+    /// "not available".
     pub fn tell(
         &mut self,
         at: SimTime,
@@ -75,14 +78,18 @@ impl CanopyEcu {
         row_spacing_m: Option<f64>,
         out: &mut Vec<CanFrame>,
     ) {
+        if pipeline.valid_scans() > self.valid.0 {
+            self.valid = (pipeline.valid_scans(), Some(at));
+        }
         if self.node.next().is_none_or(|due| due > at) {
             return;
         }
-        let window = pipeline.window().unwrap_or_default();
+        let seen = self.valid.1.is_some_and(|valid_at| at.0.saturating_sub(valid_at.0) < STALE_NS);
+        let window = pipeline.window().filter(|_| seen);
         let speed = pipeline.ground_speed();
         self.report = CanopyReport {
             window,
-            leaf_area_m2_per_m: pipeline.leaf_area_m2_per_m(&window),
+            leaf_area_m2_per_m: window.and_then(|window| pipeline.leaf_area_m2_per_m(&window)),
             row_spacing_m,
             speed_m_s: speed.and_then(|speed| speed.speed_m_s),
             advance_source: speed.map(|speed| match speed.source {

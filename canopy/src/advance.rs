@@ -76,11 +76,9 @@ impl Advance {
         if let Link::Steps(steps) = link {
             self.step_m = Some(way_m / f64::from(steps.max(1)));
         }
-        // A tractor that stood knows no step of its own.
-        let step_m = self.step_m.filter(|step_m| *step_m > 0.0).unwrap_or(nominal_step_m);
-        let longest_m = self.max_gap_steps * step_m;
-        // Rounding of the device clock must not turn a gap of exactly the longest length into a longer one.
-        let filled_m = if way_m > longest_m * (1.0 + 1e-9) {
+        let step_m = self.known_step_m(nominal_step_m);
+        let filled_m = if way_m > self.longest_m(nominal_step_m) {
+            let longest_m = self.max_gap_steps * step_m;
             self.gaps += 1;
             self.unfilled_m += way_m - longest_m;
             longest_m
@@ -89,6 +87,17 @@ impl Advance {
         };
         self.open = Some(OpenLine { y_m, before_m: Some(filled_m / 2.0) });
         Step::Opened(Some(self.weigh(open, filled_m / 2.0, way_m.min(step_m))))
+    }
+
+    /// The longest way between two lines that they fill.
+    pub(crate) fn longest_m(&self, nominal_step_m: f64) -> f64 {
+        // Rounding of the device clock must not turn a gap of exactly the longest length into a longer one.
+        self.max_gap_steps * self.known_step_m(nominal_step_m) * (1.0 + 1e-9)
+    }
+
+    /// A tractor that stood knows no step of its own.
+    fn known_step_m(&self, nominal_step_m: f64) -> f64 {
+        self.step_m.filter(|step_m| *step_m > 0.0).unwrap_or(nominal_step_m)
     }
 
     /// The stream ends: gives the last line with its weight.

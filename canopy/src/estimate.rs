@@ -17,6 +17,9 @@ pub struct Estimate {
     pub scans_repeated: u64,
     /// Telegrams missing between the first and the last seen, by the telegram counter; a restart is not a gap.
     pub scans_lost: u64,
+    /// Scan telegrams left out: the device reports an error or a window too dirty to measure through, or its beams point where they cannot. By
+    /// cause in the warnings.
+    pub scans_excluded: u64,
     /// Frames refused by checksum or length. The caller knows them; 0 here.
     pub telegrams_bad: u64,
     /// Beams of the latest scan.
@@ -71,6 +74,15 @@ pub struct Estimate {
     /// What each requested estimator reports for the row; empty if none was.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub measures: Vec<Measure>,
+}
+
+impl Estimate {
+    /// True if nothing is said of the row's areas because too little of it was seen: the reason is among the warnings.
+    pub fn is_withheld(&self) -> bool {
+        self.warnings
+            .iter()
+            .any(|warning| matches!(warning, Warning::NothingValid | Warning::TooMuchExcluded { .. }))
+    }
 }
 
 /// Range statistics of the first echo.

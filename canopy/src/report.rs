@@ -2,6 +2,7 @@
 
 use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
 use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
+use crate::gate::Gate;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::warning::Warning;
@@ -12,6 +13,7 @@ const CLASS_TOLERANCE: f64 = 0.01;
 
 pub(crate) fn estimate(
     counting: &Counting,
+    gate: &Gate,
     ranges: RangeStatistics,
     latest: Option<LatestScan>,
     pass: Option<&RowPass>,
@@ -21,6 +23,7 @@ pub(crate) fn estimate(
         scans: counting.scans,
         scans_repeated: counting.repeated,
         scans_lost: counting.lost,
+        scans_excluded: gate.excluded(),
         points_per_scan: latest.map(|latest| u32::from(latest.beams.count)),
         scan_frequency_hz: counting.frequency_hz(),
         scan_frequency_nominal_hz: latest.map(|latest| latest.frequency_hz).filter(|hz| hz.is_finite()),
@@ -33,10 +36,33 @@ pub(crate) fn estimate(
     if counting.untimed > 0 {
         estimate.warnings.push(Warning::NoDeviceClock { scans: counting.untimed });
     }
-    if let Some(pass) = pass {
+    warn_of_excluded(&mut estimate, gate);
+    if gate.valid == 0 {
+        estimate.warnings.push(Warning::NothingValid);
+        return estimate;
+    }
+    let Some(pass) = pass else { return estimate };
+    let share = gate.blind_share();
+    if share > pass.rig.max_excluded {
+        estimate.advance_m = pass.advance.advance_m();
+        estimate.advance_source = pass.odometry.source();
+        estimate.warnings.push(Warning::TooMuchExcluded { share, limit: pass.rig.max_excluded });
+    } else {
         row(&mut estimate, pass, latest, calibration);
     }
     estimate
+}
+
+/// Says what was left out of the estimate, by cause.
+fn warn_of_excluded(estimate: &mut Estimate, gate: &Gate) {
+    let warnings = &mut estimate.warnings;
+    for (fault, telegrams) in gate.faults().iter() {
+        warnings.push(Warning::Unreadable { fault: fault.clone(), telegrams });
+    }
+    warnings.extend(gate.causes().map(|(why, scans)| Warning::Excluded { why, scans }));
+    if gate.contaminated > 0 {
+        warnings.push(Warning::ContaminationWarning { scans: gate.contaminated });
+    }
 }
 
 /// Fills in everything that needs a rig.

@@ -2,6 +2,7 @@
 
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
+use rowscan_protocol::validity::ScanFault;
 
 use crate::advance::Step;
 use crate::calibration::Calibration;
@@ -9,13 +10,14 @@ use crate::cut::CutMethod;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
 use crate::estimator::EstimatorInfo;
+use crate::gate::{Field, Gate};
 use crate::odometry::GroundSpeed;
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
 use crate::report;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::window::Window;
-use rowscan_protocol::counting::{Counting, Turn, nominal_period_s};
+use rowscan_protocol::counting::{Counting, Link, Turn, nominal_period_s};
 
 /// Scans of one scanner in, an [`Estimate`] out, at any time.
 ///
@@ -30,13 +32,17 @@ use rowscan_protocol::counting::{Counting, Turn, nominal_period_s};
 /// let mut pipeline = Pipeline::new(Some(&Rig::default()), 0, None)?;
 /// pipeline.push(&Scan::default());
 /// let estimate = pipeline.finish();
-/// assert_eq!(estimate.scans, 1);
-/// assert_eq!(estimate.impacted_total_area_m2, Some(0.0));
+/// // A scan without beams is left out, so nothing is known of the row.
+/// assert_eq!((estimate.scans, estimate.scans_excluded), (1, 1));
+/// assert_eq!(estimate.impacted_total_area_m2, None);
 /// # Ok::<(), rowscan_canopy::PipelineError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Pipeline {
     counting: Counting,
+    gate: Gate,
+    /// How the next line that is used follows on the last one: over those left out.
+    link: Option<Link>,
     ranges: Ranges,
     latest: Option<LatestScan>,
     pass: Option<RowPass>,
@@ -65,7 +71,15 @@ impl Pipeline {
             calibration.validate()?;
         }
         let pass = rig.map(|rig| RowPass::new(rig, mount_index, parameters)).transpose()?;
-        Ok(Self { counting: Counting::default(), ranges: Ranges::default(), latest: None, pass, calibration })
+        Ok(Self {
+            counting: Counting::default(),
+            gate: Gate::default(),
+            link: None,
+            ranges: Ranges::default(),
+            latest: None,
+            pass,
+            calibration,
+        })
     }
 
     /// Measures by these estimators as well, from the next scan on: [`Estimate::measures`]. Without a rig they have nothing to measure.
@@ -86,6 +100,13 @@ impl Pipeline {
         self
     }
 
+    /// Leaves out scans whose beams point outside this field, from the next one on.
+    #[must_use]
+    pub fn within_field(mut self, field: Field) -> Self {
+        self.gate.within(field);
+        self
+    }
+
     /// Takes the next scan, in the order of reception. The advance is the encoder's where the rig knows one and the scan has its
     /// reading, else the rig's speed times the device's time.
     pub fn push(&mut self, scan: &Scan) {
@@ -97,24 +118,48 @@ impl Pipeline {
         self.take(scan, Some(speed));
     }
 
+    /// Takes note of a scan telegram that gives no scan, in the order of reception.
+    pub fn push_unreadable(&mut self, fault: &ScanFault) {
+        self.gate.unreadable(fault);
+    }
+
     fn take(&mut self, scan: &Scan, speed: Option<GroundSpeed>) {
         let turn = self.counting.observe(scan);
         self.latest = Some(LatestScan { beams: scan.beams, frequency_hz: scan.scan_frequency_hz });
         let Turn::Line { travel_s, link } = turn else { return };
+        let link = self.link.take().map_or(link, |before| before.and(link));
+        let excluded = self.gate.judge(scan);
+        match excluded {
+            Some(why) => {
+                self.gate.leave_out(why);
+                self.link = Some(link);
+            }
+            None => self.gate.take(scan),
+        }
         let range_m = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
         // What stands beyond the grid has no angle.
         let range_m = range_m.get(..scan.beams.len()).unwrap_or(range_m);
-        self.ranges.add(range_m);
-        if let Some(pass) = &mut self.pass {
-            let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
-            let y_m = pass.odometry.y_m(&pass.rig, scan, travel_s, speed);
-            let Step::Opened(closed) = pass.advance.next(y_m, link, nominal_step_m) else { return };
-            pass.add_open_line(closed);
-            pass.open.beams = scan.beams;
-            pass.open.range_m.clear();
-            pass.open.range_m.extend_from_slice(range_m);
-            pass.open.nominal_step_m = nominal_step_m;
+        if excluded.is_none() {
+            self.ranges.add(range_m);
         }
+        let Some(pass) = &mut self.pass else { return };
+        let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
+        let y_m = pass.odometry.y_m(&pass.rig, scan, travel_s, speed);
+        self.gate.line(excluded, y_m, travel_s, pass.advance.longest_m(nominal_step_m));
+        if excluded.is_some() {
+            return;
+        }
+        let Step::Opened(closed) = pass.advance.next(y_m, link, nominal_step_m) else { return };
+        pass.add_open_line(closed);
+        pass.open.beams = scan.beams;
+        pass.open.range_m.clear();
+        pass.open.range_m.extend_from_slice(range_m);
+        pass.open.nominal_step_m = nominal_step_m;
+    }
+
+    /// Scans that the estimate is made of: those left out and repeated ones are not among them.
+    pub fn valid_scans(&self) -> u64 {
+        self.gate.valid
     }
 
     /// The estimate as if the stream ended here. Costs a copy of the sums; the stream goes on untouched.
@@ -131,6 +176,7 @@ impl Pipeline {
         }
         report::estimate(
             &self.counting,
+            &self.gate,
             self.ranges(),
             self.latest,
             self.pass.as_ref(),

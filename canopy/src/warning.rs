@@ -2,7 +2,10 @@
 
 use std::fmt;
 
+use rowscan_protocol::validity::ScanFault;
 use serde::{Serialize, Serializer};
+
+use crate::gate::Exclusion;
 
 /// What a reader of an estimate must know beside its numbers. Serialises as its text, which begins with its [`code`](Warning::code).
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +63,34 @@ pub enum Warning {
         /// Turns so timed.
         scans: u64,
     },
+    /// Scan telegrams that passed their checksum and gave no scan.
+    Unreadable {
+        /// The first one's fault.
+        fault: ScanFault,
+        /// How many had one of this kind.
+        telegrams: u64,
+    },
+    /// Scans that were left out.
+    Excluded {
+        /// Why.
+        why: Exclusion,
+        /// How many.
+        scans: u64,
+    },
+    /// Scans that were used although the device warned of a dirty window.
+    ContaminationWarning {
+        /// How many.
+        scans: u64,
+    },
+    /// More of the row than the rig's `max_excluded` has no valid scan: areas are withheld.
+    TooMuchExcluded {
+        /// Share of the row.
+        share: f64,
+        /// The rig's limit.
+        limit: f64,
+    },
+    /// No valid scan came: areas are unknown.
+    NothingValid,
     /// The measured ground speed was lost: the last one known was held.
     SpeedHeld {
         /// For so long, seconds.
@@ -86,6 +117,12 @@ impl Warning {
             Self::GapsNotFilled { .. } => "gaps_not_filled",
             Self::Restarts { .. } => "restarts",
             Self::NoDeviceClock { .. } => "no_device_clock",
+            Self::Unreadable { .. } => "unreadable",
+            Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
+            Self::Excluded { .. } => "excluded",
+            Self::ContaminationWarning { .. } => "contamination_warning",
+            Self::TooMuchExcluded { .. } => "too_much_excluded",
+            Self::NothingValid => "nothing_valid",
             Self::SpeedHeld { .. } => "speed_held",
             Self::TooManyCells { .. } => "too_many_cells",
         }
@@ -125,6 +162,23 @@ impl fmt::Display for Warning {
             Self::NoDeviceClock { scans } => {
                 write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
             }
+            Self::Unreadable { fault, telegrams } => {
+                write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())
+            }
+            Self::Excluded { why: Exclusion::OtherLayer, scans } => {
+                write!(f, "{scans} scans are of inclined layers and were not used: the estimate is of the horizontal one")
+            }
+            Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}", reason(*why)),
+            Self::ContaminationWarning { scans } => {
+                write!(f, "the device warns of a dirty window in {scans} scans; they were used: clean the window")
+            }
+            Self::TooMuchExcluded { share, limit } => write!(
+                f,
+                "{:.1} % of the row has no valid scan, the rig's max_excluded allows {:.1} %: areas are withheld",
+                share * 100.0,
+                limit * 100.0
+            ),
+            Self::NothingValid => f.write_str("no valid scan came: areas are unknown"),
             Self::SpeedHeld { seconds } => {
                 write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
             }
@@ -132,6 +186,19 @@ impl fmt::Display for Warning {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }
         }
+    }
+}
+
+/// Why scans were left out, and what to do.
+fn reason(why: Exclusion) -> &'static str {
+    match why {
+        Exclusion::DeviceError => "device_error, the device reports an error",
+        Exclusion::Contamination => "contamination, the window is too dirty to measure through: clean it",
+        Exclusion::OutsideField => {
+            "outside_field, the beams point outside the field of the rig's model: name the model that scanned with --model"
+        }
+        Exclusion::NoBeams => "no_beams, the scan holds no ranges",
+        Exclusion::OtherLayer => "other_layer",
     }
 }
 

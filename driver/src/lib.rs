@@ -53,5 +53,5 @@ pub use config::{Backoff, DriverConfig};
 pub use connection::{Connection, ConnectionEvent};
 pub use error::{DriverError, JunkBytes};
 pub use link_event::{LinkEvent, LinkEvents};
-pub use scanner::{LinkCounts, Record, Scanner};
+pub use scanner::{Arrival, LinkCounts, Record, Scanner};
 pub use source::Source;

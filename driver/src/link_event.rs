@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use rowscan_protocol::host::DeviceInfo;
 use rowscan_protocol::telegram::SopasError;
+use rowscan_protocol::validity::ScanFault;
 use tokio::sync::Notify;
 
 use crate::error::DriverError;
@@ -23,10 +24,11 @@ pub enum LinkEvent {
         /// The device's reason; an LMS2xx gives none.
         error: Option<SopasError>,
     },
-    /// A scan telegram that passed the checksum and could not be read.
+    /// The first scan telegram with this cause that passed its checksum and gives no scan. Later ones are counted:
+    /// [`Scanner::faults`](crate::Scanner::faults).
     Malformed {
         /// Why.
-        reason: String,
+        fault: ScanFault,
     },
     /// The link was lost and will be dialled again after `pause`.
     Lost {

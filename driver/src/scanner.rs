@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
+use rowscan_protocol::validity::{FaultCounts, ScanFault};
 
 use crate::clock::HostTime;
 use crate::config::DriverConfig;
@@ -31,6 +32,26 @@ pub struct Record<'a> {
     pub received: HostTime,
 }
 
+/// What comes from a scanner.
+#[derive(Clone, Debug)]
+pub enum Arrival<'a> {
+    /// A scan.
+    Scan(Record<'a>),
+    /// A scan telegram in a valid frame that gives no scan.
+    Unreadable {
+        /// Why.
+        fault: ScanFault,
+        /// When its last byte was read, as in a [`Record`].
+        received: HostTime,
+    },
+}
+
+/// An [`Arrival`] whose scan is still in the feed.
+enum Heard {
+    Scan,
+    Unreadable(ScanFault),
+}
+
 /// Counts of a link since it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkCounts {
@@ -44,7 +65,7 @@ pub struct LinkCounts {
 pub struct Scanner {
     feed: Box<dyn Feed>,
     events: LinkEvents,
-    malformed: u64,
+    faults: FaultCounts,
 }
 
 impl Scanner {
@@ -78,28 +99,60 @@ impl Scanner {
                 });
             }
         };
-        Ok(Self { feed, events, malformed: 0 })
+        Ok(Self { feed, events, faults: FaultCounts::default() })
     }
 
-    /// The next scan; `None` at the end of a recording.
+    /// The next scan; `None` at the end of a recording. Telegrams that give no scan are counted and passed over.
     ///
     /// A lost live link is dialled again and configured anew; the scans missed meanwhile show in the telegram counters.
     ///
     /// Cancel safe at every await: no scan is lost if the future is dropped, and an attempt to restore the link goes on with the next call.
     pub async fn next(&mut self) -> Result<Option<Record<'_>>, DriverError> {
         loop {
+            match self.next_heard().await? {
+                Some(Heard::Scan) => break,
+                Some(Heard::Unreadable(_)) => {}
+                None => return Ok(None),
+            }
+        }
+        Ok(self.record())
+    }
+
+    /// The next scan, or scan telegram that gives none, in the order they came; else as [`next`](Self::next).
+    pub async fn arrival(&mut self) -> Result<Option<Arrival<'_>>, DriverError> {
+        match self.next_heard().await? {
+            Some(Heard::Scan) => Ok(self.record().map(Arrival::Scan)),
+            Some(Heard::Unreadable(fault)) => {
+                Ok(Some(Arrival::Unreadable { fault, received: self.feed.received() }))
+            }
+            None => Ok(None),
+        }
+    }
+
+    async fn next_heard(&mut self) -> Result<Option<Heard>, DriverError> {
+        loop {
             match poll_fn(|cx| self.feed.poll_event(cx)).await? {
-                Some(HostEvent::Scan) => break,
-                Some(HostEvent::Malformed { reason }) => {
-                    self.malformed += 1;
-                    self.events.push(LinkEvent::Malformed { reason });
+                Some(HostEvent::Scan) => return Ok(Some(Heard::Scan)),
+                Some(HostEvent::Malformed { fault }) => {
+                    if self.faults.count(&fault) {
+                        self.events.push(LinkEvent::Malformed { fault: fault.clone() });
+                    }
+                    return Ok(Some(Heard::Unreadable(fault)));
                 }
                 Some(_) => {}
                 None => return Ok(None),
             }
         }
+    }
+
+    fn record(&self) -> Option<Record<'_>> {
         let received = self.feed.received();
-        Ok(self.feed.scan().map(|scan| Record { scan, received }))
+        self.feed.scan().map(|scan| Record { scan, received })
+    }
+
+    /// Scan telegrams in valid frames that gave no scan, by cause.
+    pub fn faults(&self) -> &FaultCounts {
+        &self.faults
     }
 
     /// Time now on the watch that [`Record::received`] was read from; zero for a recording.
@@ -118,7 +171,7 @@ impl Scanner {
     pub fn counts(&self) -> LinkCounts {
         LinkCounts {
             connections: self.feed.connections(),
-            telegrams_bad: self.feed.frames_bad() + self.malformed,
+            telegrams_bad: self.feed.frames_bad() + self.faults.total(),
         }
     }
 
@@ -143,7 +196,7 @@ impl Scanner {
     ) -> Result<Self, DriverError> {
         let events = LinkEvents::default();
         let feed = live(endpoint, config, &events).await?;
-        Ok(Self { feed, events, malformed: 0 })
+        Ok(Self { feed, events, faults: FaultCounts::default() })
     }
 }
 

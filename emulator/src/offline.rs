@@ -7,8 +7,9 @@ use rowscan_protocol::device::{Device, DialectPolicy, Session};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
 use rowscan_protocol::scan::Scan;
-use rowscan_protocol::telegram::{LmdScandata, NoDistance};
+use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;
+use rowscan_protocol::validity::ScanFault;
 
 use crate::ScannerView;
 use crate::turns::Turns;
@@ -95,7 +96,7 @@ impl Offline {
     }
 
     /// The next turn's scan, into `scan`; false if there is none this turn.
-    pub fn scan_into(&mut self, scan: &mut Scan) -> Result<bool, NoDistance> {
+    pub fn scan_into(&mut self, scan: &mut Scan) -> Result<bool, ScanFault> {
         match self.telegram() {
             Some(telegram) => telegram.to_scan_into(scan).map(|()| true),
             None => Ok(false),

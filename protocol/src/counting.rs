@@ -71,6 +71,18 @@ pub enum Link {
     Broken,
 }
 
+impl Link {
+    /// How a line follows on one two links before, of which the first link is `self`.
+    #[must_use]
+    pub fn and(self, next: Self) -> Self {
+        match (self, next) {
+            (Self::First, _) => Self::First,
+            (Self::Steps(a), Self::Steps(b)) => Self::Steps(a.saturating_add(b)),
+            _ => Self::Broken,
+        }
+    }
+}
+
 impl Counting {
     /// Counts one valid telegram.
     pub fn observe(&mut self, scan: &Scan) -> Turn {

@@ -18,6 +18,7 @@ use crate::frame::{Dialect, FrameCounts};
 use crate::lms2xx::Rate;
 use crate::scan::Scan;
 use crate::telegram::SopasError;
+use crate::validity::ScanFault;
 
 /// One connection to a scanner, or a tapped line, without I/O.
 pub trait HostSession: fmt::Debug {
@@ -72,7 +73,7 @@ impl Transmit {
 }
 
 /// What a session tells its caller.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum HostEvent {
     /// The device is set up and will send scans.
@@ -96,8 +97,8 @@ pub enum HostEvent {
     },
     /// A scan telegram in a valid frame cannot be read.
     Malformed {
-        /// Why, in words.
-        reason: String,
+        /// Why.
+        fault: ScanFault,
     },
     /// The device has restarted and must be set up again. The session is done.
     Restarted,

@@ -39,7 +39,7 @@
 //!
 //! # Features
 //! - `telegrams` (default): frames, telegrams, scanner models, sessions. Without it only the meaning is left ([`scan`], [`angle`], [`random`], [`rig`],
-//!   [`time`], [`calendar`], [`counting`]): all that canopy estimators and scene simulators need to know of a scanner.
+//!   [`time`], [`calendar`], [`counting`], [`validity`]): all that canopy estimators and scene simulators need to know of a scanner.
 //! - `serde`: rigs and the types in them are read and written with serde.
 #![no_std]
 
@@ -54,6 +54,7 @@ pub mod random;
 pub mod rig;
 pub mod scan;
 pub mod time;
+pub mod validity;
 
 #[cfg(feature = "telegrams")]
 pub mod can;

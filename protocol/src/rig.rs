@@ -29,11 +29,22 @@ pub struct Rig {
     /// is not taken from an encoder.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub encoder_ticks_per_m: Option<f64>,
+    /// Share of the row, 0 to 1, that may have no valid scan (device error, dirty window, unreadable telegrams) before areas are withheld.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default_share"))]
+    pub max_excluded: f64,
     /// Calibration class that turns impacted area into leaf area: a shipped calibration's name or a file.
     pub calibration: Option<String>,
     /// The scanners, in the order of the emulator's ports.
     #[cfg_attr(feature = "serde", serde(rename = "scanner"))]
     pub scanners: Vec<Mount>,
+}
+
+/// The share of the row that may have no valid scan where the rig says nothing.
+pub const MAX_EXCLUDED: f64 = 0.05;
+
+#[cfg(feature = "serde")]
+fn is_default_share(share: &f64) -> bool {
+    *share == MAX_EXCLUDED
 }
 
 impl Default for Rig {
@@ -46,6 +57,7 @@ impl Default for Rig {
             trees: None,
             ground_clearance_m: 0.1,
             encoder_ticks_per_m: None,
+            max_excluded: MAX_EXCLUDED,
             calibration: None,
             scanners: alloc::vec![Mount::default()],
         }
@@ -172,6 +184,9 @@ impl Rig {
         if let Some(ticks) = self.encoder_ticks_per_m {
             positive("encoder_ticks_per_m", ticks.abs())?;
         }
+        if !(0.0..=1.0).contains(&self.max_excluded) {
+            return Err(RigError::NoShare { key: "max_excluded", value: self.max_excluded });
+        }
         if self.scanners.is_empty() {
             return Err(RigError::NoScanner);
         }
@@ -196,6 +211,14 @@ pub enum RigError {
     /// A length, speed or rate that must be a positive number is not.
     #[error("rig.{key} must be a positive number, found {value}")]
     NotPositive {
+        /// The key, below `rig`.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// A share that is none.
+    #[error("rig.{key} must be between 0 and 1, found {value}")]
+    NoShare {
         /// The key, below `rig`.
         key: &'static str,
         /// What stands there.

@@ -4,6 +4,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::angle::BeamGrid;
+use crate::validity::DeviceStatus;
 
 /// The range of a beam that came back without an echo. Misses are data: a canopy estimate without them is biased.
 pub const NO_ECHO: f64 = f64::INFINITY;
@@ -15,6 +16,10 @@ pub const NO_ECHO: f64 = f64::INFINITY;
 pub struct Scan {
     /// The device's serial number.
     pub serial_number: u32,
+    /// What the device says of itself.
+    pub status: DeviceStatus,
+    /// Angle of the layer above the horizontal plane of the device, 1/100°; 0 on scanners with one layer.
+    pub layer_centideg: i16,
     /// Counts telegrams; wraps, and keeps running over restarts of the measurement.
     pub telegram_counter: u16,
     /// Counts mirror turns; wraps; some models restart it when measurement starts.

@@ -243,7 +243,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         wall_clock_s: watch.elapsed().as_secs_f64(),
     };
     print(args.format, &outcomes)?;
-    Ok(Outcome::Done)
+    Ok(if outcomes.estimate.is_withheld() { Outcome::Finding } else { Outcome::Done })
 }
 
 /// Feeds the pipeline the scans of one pass of the row.

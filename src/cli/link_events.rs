@@ -59,7 +59,9 @@ fn tell(name: Option<&str>, event: &LinkEvent) {
         LinkEvent::Refused { command, error: Some(error) } => {
             say(format_args!("the scanner refused `{command}` ({error}) and keeps its own setting"));
         }
-        LinkEvent::Malformed { reason } => say(format_args!("a scan telegram made no sense: {reason}")),
+        LinkEvent::Malformed { fault } => {
+            say(format_args!("a scan telegram gives no scan: {fault}; more of this kind are counted"));
+        }
         LinkEvent::Lost { cause, pause } => say(format_args!("{cause}; trying again in {pause:?}")),
         // Events that this version does not know.
         _ => {}

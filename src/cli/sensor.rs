@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline};
+use rowscan_driver::Record;
 use rowscan_protocol::nmea::NmeaLines;
-use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::{DeviceClock, SimTime};
+use rowscan_protocol::validity::ScanFault;
 use serde::Serialize;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -81,6 +82,8 @@ pub(super) struct Sensor {
     measured: Option<Vec<Duration>>,
     clock: DeviceClock,
     now: SimTime,
+    /// When the last telegram came, host time.
+    received: Duration,
     row_spacing_m: Option<f64>,
 }
 
@@ -137,6 +140,7 @@ impl Sensors {
             measured: self.idle.as_ref().map(|_| Vec::new()),
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
+            received: Duration::ZERO,
             row_spacing_m,
         }
     }
@@ -171,9 +175,11 @@ impl Sensors {
 
 impl Sensor {
     /// Works a scan in.
-    pub(super) async fn push(&mut self, pipeline: &mut Pipeline, scan: &Scan) {
+    pub(super) async fn push(&mut self, pipeline: &mut Pipeline, record: Record<'_>) {
+        let scan = record.scan;
         let seconds = self.clock.seconds(scan.scan_time_us);
         self.now = self.now.max(SimTime((seconds * 1e9) as u64));
+        self.received = record.received.0;
         let speed = |source, speed_m_s| GroundSpeed { source, speed_m_s };
         match self.advance {
             AdvanceArg::Auto | AdvanceArg::Encoder => pipeline.push(scan),
@@ -188,6 +194,24 @@ impl Sensor {
                 pipeline.push_at_speed(scan, speed(AdvanceSource::Can, heard));
             }
         }
+        self.tell(pipeline).await;
+    }
+
+    /// Works a telegram in that gives no scan. The device's time is not known, so host time goes on from the last scan.
+    pub(super) async fn unreadable(
+        &mut self,
+        pipeline: &mut Pipeline,
+        fault: &ScanFault,
+        received: Duration,
+    ) {
+        let passed = received.saturating_sub(self.received);
+        self.received = received;
+        self.now = SimTime(self.now.0.saturating_add(passed.as_nanos() as u64));
+        pipeline.push_unreadable(fault);
+        self.tell(pipeline).await;
+    }
+
+    async fn tell(&self, pipeline: &Pipeline) {
         if let Some((can, number)) = &self.can {
             can.tell(*number, self.now, pipeline, self.row_spacing_m).await;
         }

@@ -1,13 +1,13 @@
 //! How one scanner of a rig is read: what a driver asks of the device, and what is made of its scans. Every command, online or offline, and
 //! every study derives both from the rig here.
 
-use rowscan_canopy::{Calibration, Pipeline, PipelineError};
+use rowscan_canopy::{Calibration, Field, Pipeline, PipelineError};
 use rowscan_emulator::stage;
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
-use rowscan_protocol::model::ScanMode;
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::model::{AnyModel, ScanMode};
+use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::calibrations::{self, ConfigError};
 
@@ -71,7 +71,10 @@ impl Reading {
                 ..ColaConfig::default()
             },
             lms2xx: lms2xx_config(rig, scanner),
-            pipeline: Pipeline::new(rig, scanner, calibration)?,
+            pipeline: match mount.and_then(field) {
+                Some(field) => Pipeline::new(rig, scanner, calibration)?.within_field(field),
+                None => Pipeline::new(rig, scanner, calibration)?,
+            },
         })
     }
 }
@@ -83,6 +86,18 @@ pub fn rig_with(rig: &Rig, scanner: usize, model: &str) -> Rig {
         model.clone_into(&mut mount.model);
     }
     rig
+}
+
+/// Where the mount's model can measure, if the model is known.
+fn field(mount: &Mount) -> Option<Field> {
+    let degrees = |angle: i32| f64::from(angle) / 10_000.0;
+    Some(match AnyModel::by_name(&mount.model)? {
+        AnyModel::Cola(model) => {
+            Field { start_deg: degrees(model.start_angle), stop_deg: degrees(model.stop_angle) }
+        }
+        // The widest variant of all.
+        AnyModel::Lms2xx(_) => Field { start_deg: 0.0, stop_deg: 180.0 },
+    })
 }
 
 /// What the rig asks of an LMS2xx: the widest variant with its resolution; the device keeps its own where the rig leaves that open.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo};
 use rowscan_protocol::model::Model;
 use rowscan_protocol::scan::Scan;
-use rowscan_protocol::telegram::NoDistance;
+use rowscan_protocol::validity::ScanFault;
 use rowscan_scenes::{GrowError, Scene, Truth};
 
 use rowscan_emulator::offline::{Offline, SetUpError};
@@ -42,7 +42,7 @@ pub enum TrialError {
     SetUp(#[from] SetUpError),
     /// The device made a telegram that holds no scan.
     #[error("the device made a telegram without a scan: {0}")]
-    Scan(#[from] NoDistance),
+    Scan(#[from] ScanFault),
 }
 
 impl Trial {

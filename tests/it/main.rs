@@ -46,3 +46,4 @@ mod together;
 mod tractor;
 mod tractor_faults;
 mod transcripts;
+mod validity;

@@ -99,8 +99,8 @@ pub const LEAF_BANDS: Message = Message {
 /// What the canopy sensor says about a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CanopyReport {
-    /// The canopy just driven past.
-    pub window: Window,
+    /// The canopy just driven past; `None` while it is not seen.
+    pub window: Option<Window>,
     /// One-sided leaf area per metre; `None` without a calibration.
     pub leaf_area_m2_per_m: Option<f64>,
     /// Distance between rows, metres.
@@ -114,31 +114,39 @@ pub struct CanopyReport {
 impl CanopyReport {
     /// [`SUMMARY`] of it.
     pub fn summary(&self) -> Payload {
-        let window = &self.window;
+        let window = self.window.as_ref();
+        let per_metre = |of: &dyn Fn(&Window) -> f64| window.and_then(|window| window.per_metre(of(window)));
         let lai = self.leaf_area_m2_per_m.zip(self.row_spacing_m).map(|(leaf, spacing)| leaf / spacing);
         SUMMARY.encode(&[
-            window.per_metre(window.impacted_m2()),
+            per_metre(&Window::impacted_m2),
             self.leaf_area_m2_per_m,
-            window.per_metre(window.volume_m3),
+            per_metre(&|window| window.volume_m3),
             lai,
-            window.height_m,
+            window.and_then(|window| window.height_m),
             self.speed_m_s.map(f64::abs),
             self.advance_source,
-            Some(window.length_m),
+            window.map(|window| window.length_m),
         ])
     }
 
     /// [`IMPACTED_BANDS`] of it.
     pub fn impacted_bands(&self) -> Payload {
-        IMPACTED_BANDS.encode(&self.window.bands_m2.map(|area_m2| self.window.per_metre(area_m2)))
+        IMPACTED_BANDS.encode(&self.bands(|window, area_m2| window.per_metre(area_m2)))
     }
 
     /// [`LEAF_BANDS`] of it.
     pub fn leaf_bands(&self) -> Payload {
-        let all_m2 = self.window.impacted_m2();
-        let share = |area_m2: f64| if all_m2 > 0.0 { area_m2 / all_m2 } else { 0.0 };
-        LEAF_BANDS.encode(
-            &self.window.bands_m2.map(|area_m2| self.leaf_area_m2_per_m.map(|leaf| leaf * share(area_m2))),
-        )
+        let share = |window: &Window, area_m2: f64| {
+            let all_m2 = window.impacted_m2();
+            if all_m2 > 0.0 { area_m2 / all_m2 } else { 0.0 }
+        };
+        let leaf =
+            |window: &Window, area_m2| self.leaf_area_m2_per_m.map(|leaf| leaf * share(window, area_m2));
+        LEAF_BANDS.encode(&self.bands(leaf))
+    }
+
+    /// A value a band of height.
+    fn bands(&self, of: impl Fn(&Window, f64) -> Option<f64>) -> [Option<f64>; BANDS] {
+        self.window.map_or([None; BANDS], |window| window.bands_m2.map(|area_m2| of(&window, area_m2)))
     }
 }

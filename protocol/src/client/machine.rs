@@ -1,17 +1,17 @@
 //! The client's state machine, one frame at a time.
 
 use alloc::collections::VecDeque;
-use alloc::format;
+use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::config::ColaConfig;
-use super::scan_error::ScanError;
 use super::step::{Plan, START_UP, STOP, Step};
 use crate::frame::{Dialect, Frame};
 use crate::host::{DeviceInfo, HostEvent, Language};
 use crate::scan::Scan;
 use crate::telegram::{Args, Kind, LmdScandata, SopasError, Telegram, Variable, lmd_scandata};
+use crate::validity::ScanFault;
 
 /// Telegrams that may come between a request and its reply, as events do.
 const MAX_SKIPPED: u32 = 100;
@@ -171,10 +171,11 @@ impl Machine {
 
     fn take_scan(&mut self, args: Args<'_>) {
         let Self { telegram, scan, .. } = self;
-        let taken = args.decode_into(telegram).map_err(ScanError::from);
-        match taken.and_then(|()| telegram.to_scan_into(scan).map_err(ScanError::from)) {
+        let taken =
+            args.decode_into(telegram).map_err(|error| ScanFault::Fields { reason: error.to_string() });
+        match taken.and_then(|()| telegram.to_scan_into(scan)) {
             Ok(()) => self.events.push_back(HostEvent::Scan),
-            Err(error) => self.events.push_back(HostEvent::Malformed { reason: format!("{error}") }),
+            Err(fault) => self.events.push_back(HostEvent::Malformed { fault }),
         }
     }
 

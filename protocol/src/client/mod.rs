@@ -4,7 +4,6 @@
 
 mod config;
 mod machine;
-mod scan_error;
 mod step;
 
 use core::time::Duration;

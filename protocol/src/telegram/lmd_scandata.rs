@@ -4,7 +4,12 @@ use alloc::vec::Vec;
 
 use super::Variable;
 use super::wire::{Fields, FixedText, Reader, ShortString, WireError, Word, Writer, fields};
+use crate::angle::BeamGrid;
 use crate::scan::{EncoderReading, NO_ECHO, Scan};
+use crate::validity::{
+    DeviceStatus, LARGEST_ANGLE_DEG, LARGEST_OFFSET_MM, LARGEST_SCALE, LEAST_ANGLE_DEG, LEAST_SCALE,
+    ScanFault,
+};
 use crate::visit::{Group, Value, Visitor};
 
 /// The monitor event with the same body.
@@ -181,14 +186,6 @@ impl<T: Word> Fields for Channel<T> {
     }
 }
 
-/// A scan telegram without a DIST channel has no ranges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no DIST channel in the scan telegram ({channels} other channels); enable one with LMDscandatacfg")]
-pub struct NoDistance {
-    /// Channels it has.
-    pub channels: usize,
-}
-
 /// Raw distances up to this are no distances: 0 is no echo, 1..=15 are error codes (TiM scanners send 2).
 const LAST_ERROR_CODE: u16 = 15;
 /// Millimetres a metre.
@@ -201,11 +198,17 @@ impl LmdScandata {
     ///
     /// Millimetres become metres here and nowhere else: range = (raw × scale + offset) / 1000. Remission comes from the RSSI
     /// channel with the distance channel's digit, whether 8 or 16 bits wide.
-    pub fn to_scan_into(&self, scan: &mut Scan) -> Result<(), NoDistance> {
+    ///
+    /// A telegram whose numbers cannot be ranges (scale factor 0, an angular step of 0, beams that point nowhere) is refused, and `scan` is left
+    /// as it was.
+    pub fn to_scan_into(&self, scan: &mut Scan) -> Result<(), ScanFault> {
         let distances = || self.channels16.iter().filter(|channel| channel.name.0.starts_with(b"DIST"));
         let Some(first) = distances().next() else {
-            return Err(NoDistance { channels: self.channels16.len() + self.channels8.len() });
+            return Err(ScanFault::NoDistance { channels: self.channels16.len() + self.channels8.len() });
         };
+        distances().try_for_each(Channel::check)?;
+        scan.status = DeviceStatus::of_scandata(self.device_status);
+        scan.layer_centideg = self.layer_angle;
         scan.serial_number = self.serial_number;
         scan.telegram_counter = self.telegram_counter;
         scan.scan_counter = self.scan_counter;
@@ -257,6 +260,29 @@ fn remission_of(distance: FixedText<5>) -> FixedText<5> {
 }
 
 impl Channel<u16> {
+    /// Refuses numbers that no ranges can be made of.
+    fn check(&self) -> Result<(), ScanFault> {
+        if !(LEAST_SCALE..=LARGEST_SCALE).contains(&self.scale) {
+            return Err(ScanFault::ScaleFactor { value: self.scale });
+        }
+        if !(-LARGEST_OFFSET_MM..=LARGEST_OFFSET_MM).contains(&self.offset) {
+            return Err(ScanFault::ScaleOffset { value: self.offset });
+        }
+        let count = self.values.len().min(usize::from(u16::MAX)) as u16;
+        let Some(last) = count.checked_sub(1) else { return Err(ScanFault::NoBeams) };
+        if self.step == 0 && last > 0 {
+            return Err(ScanFault::AngularStep);
+        }
+        let grid = BeamGrid { start: self.start_angle, step: self.step, count };
+        let (start_deg, stop_deg) = (grid.angle_deg(0), grid.angle_deg(usize::from(last)));
+        // A full turn may state its first beam again as its last.
+        let turn = stop_deg - start_deg <= 360.0 + grid.step_deg();
+        if start_deg < LEAST_ANGLE_DEG || stop_deg > LARGEST_ANGLE_DEG || !turn {
+            return Err(ScanFault::Field { start_deg, stop_deg });
+        }
+        Ok(())
+    }
+
     fn ranges_into(&self, range_m: &mut Vec<f64>) {
         let scale = f64::from(self.scale);
         let offset = f64::from(self.offset);

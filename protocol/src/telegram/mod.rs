@@ -44,7 +44,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 pub use kind::Kind;
-pub use lmd_scandata::{Channel, DateTime, Encoder, EventInfo, LmdScandata, NoDistance, Position};
+pub use lmd_scandata::{Channel, DateTime, Encoder, EventInfo, LmdScandata, Position};
 pub use sopas_error::SopasError;
 use wire::{Excerpt, Fields, Reader, WireError, Writer};
 

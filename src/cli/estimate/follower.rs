@@ -1,14 +1,23 @@
 //! One scanner, followed until it ends or enough has been seen.
 
+use std::time::Duration;
+
 use indicatif::ProgressBar;
 use rowscan_canopy::{Estimate, Pipeline};
-use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
+use rowscan_ports::clock;
 use tokio::sync::watch;
 
 use super::super::Failure;
 use super::super::link_events::LinkTeller;
 use super::super::link_options::PARTING;
+use super::super::output::say;
 use super::super::sensor::Sensor;
+
+/// A live scanner whose telegrams hold no valid scan for so long is given up.
+const UNREADABLE: Duration = Duration::from_secs(10);
+/// How often that is looked at while nothing arrives.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// A scanner to be followed.
 pub(super) struct Follower {
@@ -54,7 +63,7 @@ impl Follower {
         estimate.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
         drop(telling);
         // What was seen before a failure is not lost by it.
-        let seen = ended.is_ok() || estimate.scans > 0;
+        let seen = ended.is_ok() || estimate.scans > 0 || estimate.telegrams_bad > 0;
         self.ended(seen.then_some(estimate), ended)
     }
 
@@ -62,14 +71,26 @@ impl Follower {
         Followed { place: self.place, estimate, sensor: self.sensor, ended }
     }
 
-    /// Feeds the pipeline until the source ends or enough has been seen.
+    /// Feeds the pipeline until the source ends, enough has been seen, or nothing it sends makes a scan.
     async fn take(&mut self, scanner: &mut Scanner) -> Result<(), Failure> {
-        let mut before = 0;
-        while let Some(record) = scanner.next().await? {
-            self.sensor.push(&mut self.pipeline, record.scan).await;
-            let received = record.received;
-            self.sensor.written().await;
-            self.sensor.measured(scanner.now().0.saturating_sub(received.0));
+        let (mut before, mut telegrams_since) = (0, None);
+        loop {
+            // Frames that fail their checksum do not arrive: what they mean is looked at from time to time.
+            match clock::within(LOOK_EVERY, scanner.arrival()).await {
+                None => {}
+                Some(arrived) => match arrived? {
+                    None => return Ok(()),
+                    Some(Arrival::Unreadable { fault, received }) => {
+                        self.sensor.unreadable(&mut self.pipeline, &fault, received.0).await;
+                    }
+                    Some(Arrival::Scan(record)) => {
+                        let received = record.received;
+                        self.sensor.push(&mut self.pipeline, record).await;
+                        self.sensor.written().await;
+                        self.sensor.measured(scanner.now().0.saturating_sub(received.0));
+                    }
+                },
+            }
             // A recording never waits by itself.
             tokio::task::coop::consume_budget().await;
             let progress = self.pipeline.progress();
@@ -78,9 +99,18 @@ impl Follower {
             if self.scans.is_some_and(|scans| progress.scans >= scans)
                 || self.length_m.is_some_and(|length_m| progress.advance_m >= Some(length_m))
             {
-                break;
+                return Ok(());
+            }
+            if self.pipeline.valid_scans() == 0 && (progress.scans > 0 || scanner.counts().telegrams_bad > 0)
+            {
+                let now = scanner.now().0;
+                if now.saturating_sub(*telegrams_since.get_or_insert(now)) >= UNREADABLE {
+                    say(format_args!(
+                        "telegrams came for {UNREADABLE:?}, and none held a valid scan: that is all there is to tell"
+                    ));
+                    return Ok(());
+                }
             }
         }
-        Ok(())
     }
 }

@@ -88,8 +88,12 @@ fn facts(estimate: &Estimate) -> String {
     line(
         "scans",
         format!(
-            "{} ({} repeated, {} lost, {} bad telegrams)",
-            estimate.scans, estimate.scans_repeated, estimate.scans_lost, estimate.telegrams_bad
+            "{} ({} repeated, {} lost, {} left out, {} bad telegrams)",
+            estimate.scans,
+            estimate.scans_repeated,
+            estimate.scans_lost,
+            estimate.scans_excluded,
+            estimate.telegrams_bad
         ),
     );
     line(

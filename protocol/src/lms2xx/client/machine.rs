@@ -16,6 +16,7 @@ use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
 use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
 use crate::lms2xx::{Rate, Variant};
 use crate::scan::{Echo, Scan};
+use crate::validity::{DeviceStatus, ScanFault};
 
 /// What a device that has refused a telegram wants before the next.
 const PAUSE_AFTER_NAK: Duration = Duration::from_millis(30);
@@ -307,11 +308,17 @@ impl Machine {
     fn take_scan(&mut self, frame: &Frame<'_>) {
         let taken = self.values.decode_into(frame.body);
         match taken {
+            Ok(()) if self.values.word.count == 0 => {
+                self.events.push_back(HostEvent::Malformed { fault: ScanFault::NoBeams });
+            }
             Ok(()) => {
                 self.fill_scan(frame.len);
                 self.events.push_back(HostEvent::Scan);
             }
-            Err(error) => self.events.push_back(HostEvent::Malformed { reason: error.to_string() }),
+            Err(error) => {
+                let fault = ScanFault::Fields { reason: error.to_string() };
+                self.events.push_back(HostEvent::Malformed { fault });
+            }
         }
     }
 
@@ -358,6 +365,7 @@ impl Machine {
         let unit = unit.unwrap_or(Unit::Mm);
         let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
         let scan = &mut self.scan;
+        scan.status = DeviceStatus::of_lms2xx(self.values.status);
         scan.telegram_counter = number as u16;
         scan.scan_counter = number as u16;
         // Mirror turns are the clock, or the host where they are not counted; it wraps as other scanners' clocks do.

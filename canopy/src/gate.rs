@@ -1,0 +1,300 @@
+//! Which scans an estimate is made of, and whether they are enough of the row.
+//!
+//! A scan of misses is data: a gap in the row is a true zero. A scan whose device reports an error or a window too dirty to measure through is
+//! none, nor is one whose beams point outside its model's field. What is left out is counted by cause, and so is the row driven meanwhile.
+
+use rowscan_protocol::scan::Scan;
+use rowscan_protocol::validity::{DeviceStatus, FaultCounts, ScanFault};
+use serde::Serialize;
+
+/// How far beams may point beyond the field that the model states, degrees: devices differ by a few.
+const FIELD_TOLERANCE_DEG: f64 = 10.0;
+/// For so long after its first telegram a device may report an error without its row counting as unseen: recorded devices do so for up to
+/// seven scans after they start.
+const SETTLING_S: f64 = 2.0;
+
+/// Why a scan is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Exclusion {
+    /// The device reports an error.
+    DeviceError,
+    /// The device reports a contamination error: levels 2 and 3.
+    Contamination,
+    /// Beams outside the field of the rig's model.
+    OutsideField,
+    /// The scan has no beams, or no ranges.
+    NoBeams,
+    /// Another layer than the horizontal one.
+    OtherLayer,
+}
+
+impl Exclusion {
+    /// All of them, in the order they are told.
+    pub(crate) const ALL: [Self; 5] =
+        [Self::DeviceError, Self::Contamination, Self::OutsideField, Self::NoBeams, Self::OtherLayer];
+
+    /// One word to branch on.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::DeviceError => "device_error",
+            Self::Contamination => "contamination",
+            Self::OutsideField => "outside_field",
+            Self::NoBeams => "no_beams",
+            Self::OtherLayer => "other_layer",
+        }
+    }
+
+    /// Whether the row is unseen without such scans: layers come beside the one that is used.
+    fn blinds(self) -> bool {
+        self != Self::OtherLayer
+    }
+}
+
+/// Device angles a model can measure at, degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field {
+    /// The least.
+    pub start_deg: f64,
+    /// The largest.
+    pub stop_deg: f64,
+}
+
+/// Counts what is left out, and the row driven meanwhile.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Gate {
+    field: Option<Field>,
+    /// Scans used.
+    pub(crate) valid: u64,
+    /// Scans used whose device warned of a dirty window.
+    pub(crate) contaminated: u64,
+    excluded: [u64; Exclusion::ALL.len()],
+    faults: FaultCounts,
+    blind: Blind,
+}
+
+/// Row without a valid scan.
+#[derive(Clone, Copy, Debug, Default)]
+struct Blind {
+    /// The first line of all, and the last.
+    first: Option<Place>,
+    last: Option<Place>,
+    /// The last line before scans were left out, while they are.
+    since: Option<Place>,
+    metres: f64,
+    seconds: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    y_m: f64,
+    travel_s: f64,
+}
+
+impl Gate {
+    pub(crate) fn within(&mut self, field: Field) {
+        self.field = Some(field);
+    }
+
+    /// Why the scan is to be left out, if it is.
+    pub(crate) fn judge(&self, scan: &Scan) -> Option<Exclusion> {
+        let beams = &scan.beams;
+        if beams.is_empty() || scan.echoes.first().is_none_or(|echo| echo.range_m.is_empty()) {
+            return Some(Exclusion::NoBeams);
+        }
+        match scan.status {
+            DeviceStatus::Error => return Some(Exclusion::DeviceError),
+            DeviceStatus::ContaminationError => return Some(Exclusion::Contamination),
+            DeviceStatus::Ok | DeviceStatus::ContaminationWarning => {}
+        }
+        let outside = self.field.is_some_and(|field| {
+            beams.angle_deg(0) < field.start_deg - FIELD_TOLERANCE_DEG
+                || beams.angle_deg(beams.len() - 1) > field.stop_deg + FIELD_TOLERANCE_DEG
+        });
+        if outside {
+            return Some(Exclusion::OutsideField);
+        }
+        (scan.layer_centideg != 0).then_some(Exclusion::OtherLayer)
+    }
+
+    /// Counts a scan that is used.
+    pub(crate) fn take(&mut self, scan: &Scan) {
+        self.valid += 1;
+        self.contaminated += u64::from(scan.status == DeviceStatus::ContaminationWarning);
+    }
+
+    /// Counts a scan that is left out.
+    pub(crate) fn leave_out(&mut self, why: Exclusion) {
+        if let Some(count) = Exclusion::ALL.iter().position(|each| *each == why) {
+            if let Some(count) = self.excluded.get_mut(count) {
+                *count += 1;
+            }
+        }
+    }
+
+    /// Counts a telegram that gave no scan. Its place is between the lines before and after it.
+    pub(crate) fn unreadable(&mut self, fault: &ScanFault) {
+        self.faults.count(fault);
+        self.blind.since = self.blind.since.or(self.blind.last);
+    }
+
+    /// A line at this place was used, or left out. `longest_m` is the way that neighbours of a missing line fill.
+    pub(crate) fn line(&mut self, why: Option<Exclusion>, y_m: f64, travel_s: f64, longest_m: f64) {
+        let (here, blind) = (Place { y_m, travel_s }, &mut self.blind);
+        let first = *blind.first.get_or_insert(here);
+        match why {
+            Some(why) if why.blinds() => {
+                let before = blind.last.unwrap_or(here);
+                blind.since.get_or_insert(before);
+            }
+            Some(_) => {}
+            None => {
+                let settling = self.valid == 1 && travel_s - first.travel_s <= SETTLING_S;
+                if settling {
+                    blind.first = Some(here);
+                    blind.since = None;
+                }
+                if let Some(since) = blind.since.take() {
+                    let way_m = (y_m - since.y_m).max(0.0);
+                    if way_m > longest_m || longest_m == 0.0 {
+                        blind.metres += way_m;
+                        blind.seconds += travel_s - since.travel_s;
+                    }
+                }
+            }
+        }
+        blind.last = Some(here);
+    }
+
+    /// Scans left out, but for other layers.
+    pub(crate) fn excluded(&self) -> u64 {
+        self.causes().filter(|(why, _)| why.blinds()).map(|(_, count)| count).sum()
+    }
+
+    /// What was left out, by cause.
+    pub(crate) fn causes(&self) -> impl Iterator<Item = (Exclusion, u64)> {
+        Exclusion::ALL.into_iter().zip(self.excluded).filter(|(_, count)| *count > 0)
+    }
+
+    /// Telegrams that gave no scan, by cause.
+    pub(crate) fn faults(&self) -> &FaultCounts {
+        &self.faults
+    }
+
+    /// Share of the row that has no valid scan because scans were left out: of its length, or of its time where the tractor stood.
+    pub(crate) fn blind_share(&self) -> f64 {
+        let blind = &self.blind;
+        let (Some(first), Some(last)) = (blind.first, blind.last) else { return 0.0 };
+        let open = blind.since.unwrap_or(last);
+        let share =
+            |blind: f64, open: f64, all: f64| (all > 0.0).then(|| ((blind + open) / all).clamp(0.0, 1.0));
+        share(blind.metres, last.y_m - open.y_m, last.y_m - first.y_m)
+            .or_else(|| share(blind.seconds, last.travel_s - open.travel_s, last.travel_s - first.travel_s))
+            .unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::angle::BeamGrid;
+    use rowscan_protocol::scan::Echo;
+
+    fn scan(status: DeviceStatus) -> Scan {
+        Scan {
+            status,
+            beams: BeamGrid::spanning(-450_000, 2_250_000, 5000),
+            echoes: vec![Echo { range_m: vec![f64::INFINITY; 541], remission: Vec::new() }],
+            ..Scan::default()
+        }
+    }
+
+    /// The share of a row of 0.1 m steps, of these scans, of which gaps up to half a metre are filled.
+    fn share(scans: &[Option<Exclusion>]) -> f64 {
+        let mut gate = Gate::default();
+        for (turn, why) in (0..).zip(scans) {
+            match why {
+                Some(why) => gate.leave_out(*why),
+                None => gate.take(&scan(DeviceStatus::Ok)),
+            }
+            gate.line(*why, 0.1 * f64::from(turn), 0.1 * f64::from(turn), 0.5);
+        }
+        gate.blind_share()
+    }
+
+    #[test]
+    fn misses_and_a_dirty_window_are_data_errors_are_not() {
+        let gate = Gate::default();
+        assert_eq!(gate.judge(&scan(DeviceStatus::Ok)), None);
+        assert_eq!(gate.judge(&scan(DeviceStatus::ContaminationWarning)), None);
+        assert_eq!(gate.judge(&scan(DeviceStatus::ContaminationError)), Some(Exclusion::Contamination));
+        assert_eq!(gate.judge(&scan(DeviceStatus::Error)), Some(Exclusion::DeviceError));
+        let layer = Scan { layer_centideg: -250, ..scan(DeviceStatus::Ok) };
+        assert_eq!(gate.judge(&layer), Some(Exclusion::OtherLayer));
+        assert_eq!(gate.judge(&Scan::default()), Some(Exclusion::NoBeams));
+    }
+
+    #[test]
+    fn beams_beyond_the_models_field_are_none_of_its_scans() {
+        let mut gate = Gate::default();
+        gate.within(Field { start_deg: -5.0, stop_deg: 185.0 });
+        assert_eq!(gate.judge(&scan(DeviceStatus::Ok)), Some(Exclusion::OutsideField));
+        let mut inside = scan(DeviceStatus::Ok);
+        inside.beams = BeamGrid::spanning(-100_000, 1_900_000, 5000);
+        assert_eq!(gate.judge(&inside), None);
+    }
+
+    #[test]
+    fn only_stretches_that_neighbours_do_not_fill_are_unseen() {
+        let bad = Some(Exclusion::DeviceError);
+        let mut scans = vec![None; 101];
+        assert_eq!(share(&scans), 0.0);
+        // One in ten: filled.
+        scans.iter_mut().skip(5).step_by(10).for_each(|why| *why = bad);
+        assert_eq!(share(&scans), 0.0);
+        // A metre of ten.
+        let mut scans = vec![None; 101];
+        scans[41..50].fill(bad);
+        assert!((share(&scans) - 0.09 - 0.01).abs() < 1e-9, "{}", share(&scans));
+        // The end.
+        let mut scans = vec![None; 101];
+        scans[51..].fill(bad);
+        assert!((share(&scans) - 0.5).abs() < 1e-9, "{}", share(&scans));
+        // The begin, longer than a device needs to settle.
+        let mut scans = vec![None; 101];
+        scans[..50].fill(bad);
+        assert!((share(&scans) - 0.5).abs() < 1e-9, "{}", share(&scans));
+        scans[7..].fill(None);
+        assert_eq!(share(&scans), 0.0);
+        assert_eq!(share(&vec![Some(Exclusion::OtherLayer); 50]), 0.0);
+    }
+
+    #[test]
+    fn unreadable_telegrams_blind_the_row_they_stand_for() {
+        let mut gate = Gate::default();
+        for turn in 0..100 {
+            if (20..40).contains(&turn) {
+                gate.unreadable(&ScanFault::AngularStep);
+            } else {
+                gate.take(&scan(DeviceStatus::Ok));
+                gate.line(None, 0.1 * f64::from(turn), 0.1 * f64::from(turn), 0.5);
+            }
+        }
+        assert!((gate.blind_share() - 2.1 / 9.9).abs() < 1e-9, "{}", gate.blind_share());
+        assert_eq!(gate.faults().total(), 20);
+    }
+
+    #[test]
+    fn at_standstill_time_stands_for_the_row() {
+        let mut gate = Gate::default();
+        for turn in 0..=10 {
+            let why = (turn > 5).then_some(Exclusion::Contamination);
+            match why {
+                Some(why) => gate.leave_out(why),
+                None => gate.take(&scan(DeviceStatus::Ok)),
+            }
+            gate.line(why, 3.0, f64::from(turn), 0.1);
+        }
+        assert_eq!((gate.blind_share(), gate.excluded()), (0.5, 5));
+    }
+}
