@@ -20,6 +20,18 @@ pub enum AdvanceSource {
     Can,
 }
 
+impl AdvanceSource {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "the rig's constant speed",
+            Self::Encoder => "the wheel encoder",
+            Self::Gnss => "GNSS",
+            Self::Can => "CAN",
+        }
+    }
+}
+
 /// A ground speed as someone measured it, signed: negative in reverse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundSpeed {
@@ -38,13 +50,50 @@ pub(crate) struct Odometry {
     ticks: u32,
     travel_s: f64,
     held_s: f64,
+    choice: EncoderChoice,
+    /// The encoder has counted.
+    moved: bool,
+    /// Lines without a reading of the encoder that was asked for.
+    unread: u64,
+}
+
+/// What is done with the encoder of the scan telegrams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum EncoderChoice {
+    /// Taken if it is there.
+    #[default]
+    IfThere,
+    /// Taken, and nothing else.
+    Only,
+    /// Left.
+    Never,
 }
 
 impl Odometry {
+    /// This one from its first line on, with another choice.
+    pub(crate) fn with_encoder(self, choice: EncoderChoice) -> Self {
+        Self { choice, ..self }
+    }
+
+    /// True while the advance hangs on an encoder that has not counted yet, and another source could be taken.
+    pub(crate) fn may_be_dead(&self) -> bool {
+        self.source == Some(AdvanceSource::Encoder) && self.choice == EncoderChoice::IfThere && !self.moved
+    }
+
+    /// Lines without a reading of the encoder that was asked for.
+    pub(crate) fn unread(&self) -> u64 {
+        self.unread
+    }
+
     /// Y of a line taken `travel_s` after the first. The source is settled by the first line: a measured speed if there is one, an
     /// encoder that the rig knows, else the rig's speed.
     pub(crate) fn y_m(&mut self, rig: &Rig, scan: &Scan, travel_s: f64, speed: Option<GroundSpeed>) -> f64 {
-        let encoder = rig.encoder_ticks_per_m.zip(scan.encoders.first());
+        let encoder = match self.choice {
+            EncoderChoice::Never => None,
+            EncoderChoice::IfThere | EncoderChoice::Only => {
+                rig.encoder_ticks_per_m.zip(scan.encoders.first())
+            }
+        };
         let source = *self.source.get_or_insert_with(|| {
             self.y_m = rig.start_m;
             self.ticks = encoder.map_or(0, |(_, reading)| reading.position_ticks);
@@ -53,6 +102,7 @@ impl Odometry {
             match (speed, encoder) {
                 (Some(speed), _) => speed.source,
                 (None, Some(_)) => AdvanceSource::Encoder,
+                (None, None) if self.choice == EncoderChoice::Only => AdvanceSource::Encoder,
                 (None, None) => AdvanceSource::Constant,
             }
         });
@@ -68,11 +118,14 @@ impl Odometry {
                     // The counter wraps, upwards and back through zero.
                     let ticks = reading.position_ticks.wrapping_sub(self.ticks) as i32;
                     self.ticks = reading.position_ticks;
+                    self.moved |= ticks != 0;
                     let way_m = f64::from(ticks) / ticks_per_m;
                     self.y_m += way_m;
                     if passed_s > 0.0 {
                         self.speed_m_s = way_m / passed_s;
                     }
+                } else {
+                    self.unread += 1;
                 }
             }
             AdvanceSource::Gnss | AdvanceSource::Can => {

@@ -43,7 +43,9 @@ pub(crate) fn estimate(
     }
     let Some(pass) = pass else { return estimate };
     let share = gate.blind_share();
-    if share > pass.rig.max_excluded {
+    if pass.odometry.unread() > 0 {
+        estimate.warnings.push(Warning::NoEncoder { scans: pass.odometry.unread() });
+    } else if share > pass.rig.max_excluded {
         estimate.advance_m = pass.advance.advance_m();
         estimate.advance_source = pass.odometry.source();
         estimate.warnings.push(Warning::TooMuchExcluded { share, limit: pass.rig.max_excluded });

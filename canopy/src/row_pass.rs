@@ -1,11 +1,12 @@
 //! A scanner's way along the row: advance, odometry and the row's sums, one line behind.
 
 use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::counting::Link;
 use rowscan_protocol::rig::{Mount, Rig};
 
-use crate::advance::{Advance, Weighted};
+use crate::advance::{Advance, Step, Weighted};
 use crate::error::PipelineError;
-use crate::odometry::Odometry;
+use crate::odometry::{EncoderChoice, Odometry};
 use crate::parameters::Parameters;
 use crate::row::Row;
 
@@ -53,7 +54,37 @@ impl RowPass {
         })
     }
 
-    pub(crate) fn add_open_line(&mut self, weighted: Option<Weighted>) {
+    /// The same pass by the rig's speed; before the first line.
+    pub(crate) fn without_encoder(&self) -> Self {
+        let odometry = Odometry::default().with_encoder(EncoderChoice::Never);
+        Self { odometry, ..self.clone() }
+    }
+
+    /// Opens a line at `y_m`, and weighs the one before.
+    pub(crate) fn open(
+        &mut self,
+        y_m: f64,
+        link: Link,
+        nominal_step_m: f64,
+        beams: BeamGrid,
+        range_m: &[f64],
+    ) {
+        let Step::Opened(closed) = self.advance.next(y_m, link, nominal_step_m) else { return };
+        self.add_open_line(closed);
+        self.open.beams = beams;
+        self.open.range_m.clear();
+        self.open.range_m.extend_from_slice(range_m);
+        self.open.nominal_step_m = nominal_step_m;
+    }
+
+    /// Ends the stream: weighs the last line and closes the slice.
+    pub(crate) fn close(&mut self) {
+        let closed = self.advance.close(self.open.nominal_step_m);
+        self.add_open_line(closed);
+        self.row.close();
+    }
+
+    fn add_open_line(&mut self, weighted: Option<Weighted>) {
         if let Some(weighted) = weighted {
             self.row.add(self.open.beams, &self.open.range_m, weighted);
         }

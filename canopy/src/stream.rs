@@ -4,20 +4,23 @@ use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
 
-use crate::advance::Step;
 use crate::calibration::Calibration;
 use crate::cut::CutMethod;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
 use crate::estimator::EstimatorInfo;
 use crate::gate::{Field, Gate};
-use crate::odometry::GroundSpeed;
+use crate::odometry::{EncoderChoice, GroundSpeed, Odometry};
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
 use crate::report;
 use crate::row_pass::{LatestScan, RowPass};
+use crate::warning::Warning;
 use crate::window::Window;
 use rowscan_protocol::counting::{Counting, Link, Turn, nominal_period_s};
+
+/// An encoder that has not counted while the rig's speed covers this way, metres, is dead.
+const DEAD_AFTER_M: f64 = 1.0;
 
 /// Scans of one scanner in, an [`Estimate`] out, at any time.
 ///
@@ -46,6 +49,8 @@ pub struct Pipeline {
     ranges: Ranges,
     latest: Option<LatestScan>,
     pass: Option<RowPass>,
+    /// The same by the rig's speed, while the encoder that the pass goes by has not counted yet.
+    fallback: Option<Box<RowPass>>,
     calibration: Option<Calibration>,
 }
 
@@ -78,6 +83,7 @@ impl Pipeline {
             ranges: Ranges::default(),
             latest: None,
             pass,
+            fallback: None,
             calibration,
         })
     }
@@ -107,8 +113,17 @@ impl Pipeline {
         self
     }
 
+    /// Takes the advance from the encoder in the scans and from nothing else, from the first scan on.
+    #[must_use]
+    pub fn by_encoder_only(mut self) -> Self {
+        if let Some(pass) = &mut self.pass {
+            pass.odometry = Odometry::default().with_encoder(EncoderChoice::Only);
+        }
+        self
+    }
+
     /// Takes the next scan, in the order of reception. The advance is the encoder's where the rig knows one and the scan has its
-    /// reading, else the rig's speed times the device's time.
+    /// reading, else the rig's speed times the device's time. An encoder that never counts over a metre of the rig's speed is taken for dead.
     pub fn push(&mut self, scan: &Scan) {
         self.take(scan, None);
     }
@@ -143,18 +158,24 @@ impl Pipeline {
             self.ranges.add(range_m);
         }
         let Some(pass) = &mut self.pass else { return };
+        if pass.odometry.source().is_none() {
+            self.fallback = Some(Box::new(pass.without_encoder()));
+        }
         let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
         let y_m = pass.odometry.y_m(&pass.rig, scan, travel_s, speed);
+        if !pass.odometry.may_be_dead() {
+            self.fallback = None;
+        }
         self.gate.line(excluded, y_m, travel_s, pass.advance.longest_m(nominal_step_m));
+        let fallback_y_m =
+            self.fallback.as_mut().map(|pass| pass.odometry.y_m(&pass.rig, scan, travel_s, None));
         if excluded.is_some() {
             return;
         }
-        let Step::Opened(closed) = pass.advance.next(y_m, link, nominal_step_m) else { return };
-        pass.add_open_line(closed);
-        pass.open.beams = scan.beams;
-        pass.open.range_m.clear();
-        pass.open.range_m.extend_from_slice(range_m);
-        pass.open.nominal_step_m = nominal_step_m;
+        pass.open(y_m, link, nominal_step_m, scan.beams, range_m);
+        if let Some((pass, y_m)) = self.fallback.as_mut().zip(fallback_y_m) {
+            pass.open(y_m, link, nominal_step_m, scan.beams, range_m);
+        }
     }
 
     /// Scans that the estimate is made of: those left out and repeated ones are not among them.
@@ -169,19 +190,24 @@ impl Pipeline {
 
     /// Ends the stream: closes the last line and slice. Scans may still follow, as a new stretch of the same row.
     pub fn finish(&mut self) -> Estimate {
-        if let Some(pass) = &mut self.pass {
-            let closed = pass.advance.close(pass.open.nominal_step_m);
-            pass.add_open_line(closed);
-            pass.row.close();
-        }
-        report::estimate(
+        self.pass.as_mut().map(RowPass::close);
+        self.fallback.as_mut().map(|pass| pass.close());
+        // An encoder that never counted while the rig's speed says that the tractor drove is dead.
+        let dead =
+            self.fallback.as_deref().filter(|by_speed| by_speed.advance.advance_m() >= Some(DEAD_AFTER_M));
+        let pass = dead.or(self.pass.as_ref());
+        let mut estimate = report::estimate(
             &self.counting,
             &self.gate,
             self.ranges(),
             self.latest,
-            self.pass.as_ref(),
+            pass,
             self.calibration.as_ref(),
-        )
+        );
+        if dead.is_some() {
+            estimate.warnings.push(Warning::EncoderStood { lines: self.gate.valid });
+        }
+        estimate
     }
 
     /// How far the stream has come.

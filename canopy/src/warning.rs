@@ -91,6 +91,16 @@ pub enum Warning {
     },
     /// No valid scan came: areas are unknown.
     NothingValid,
+    /// The encoder never counted: the rig's speed was taken instead.
+    EncoderStood {
+        /// Scans in which it stood.
+        lines: u64,
+    },
+    /// The advance was to be taken from the encoder alone, and scans had no reading of it: areas are withheld.
+    NoEncoder {
+        /// So many of them.
+        scans: u64,
+    },
     /// The measured ground speed was lost: the last one known was held.
     SpeedHeld {
         /// For so long, seconds.
@@ -123,6 +133,8 @@ impl Warning {
             Self::ContaminationWarning { .. } => "contamination_warning",
             Self::TooMuchExcluded { .. } => "too_much_excluded",
             Self::NothingValid => "nothing_valid",
+            Self::EncoderStood { .. } => "encoder_stood",
+            Self::NoEncoder { .. } => "no_encoder",
             Self::SpeedHeld { .. } => "speed_held",
             Self::TooManyCells { .. } => "too_many_cells",
         }
@@ -177,6 +189,14 @@ impl fmt::Display for Warning {
                 "{:.1} % of the row has no valid scan, the rig's max_excluded allows {:.1} %: areas are withheld",
                 share * 100.0,
                 limit * 100.0
+            ),
+            Self::EncoderStood { lines } => write!(
+                f,
+                "the encoder stood still in all {lines} scans, so the rig's speed was taken; if the tractor stood, take --advance encoder"
+            ),
+            Self::NoEncoder { scans } => write!(
+                f,
+                "{scans} scans have no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld"
             ),
             Self::NothingValid => f.write_str("no valid scan came: areas are unknown"),
             Self::SpeedHeld { seconds } => {

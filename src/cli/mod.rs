@@ -21,6 +21,7 @@ mod orchard;
 mod output;
 mod progress;
 mod record;
+mod recorded_speed;
 mod recorder;
 mod recording_file;
 mod replay;

@@ -4,15 +4,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline};
-use rowscan_driver::Record;
+use rowscan_driver::{Record, Source};
 use rowscan_protocol::nmea::NmeaLines;
 use rowscan_protocol::time::{DeviceClock, SimTime};
 use rowscan_protocol::validity::ScanFault;
+use rowscan_recording::StreamKind;
 use serde::Serialize;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
 use super::output::say;
+use super::recorded_speed::RecordedSpeed;
 use super::tractor_outputs::{BusArgs, tell_news};
 use super::{Failure, Format};
 use rowscan_bus::nmea::{NmeaSource, SpeedReader};
@@ -23,7 +25,8 @@ use rowscan_ports::Delivery;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]
 pub(super) struct SensorArgs {
-    /// Where the advance comes from; auto: the encoder if the scans carry one, else the rig's constant speed
+    /// Where the advance comes from; auto: the encoder if the scans carry one that counts, else the rig's constant speed; gnss and can are also taken
+    /// from the recording of the scans
     #[arg(long, value_enum, default_value_t)]
     advance: AdvanceArg,
     /// A GNSS receiver's NMEA, for --advance gnss: HOST:PORT of a server, udp:ADDR:PORT, serial:DEV@RATE
@@ -70,6 +73,8 @@ pub(super) struct Sensors {
     advance: AdvanceArg,
     can: Option<Arc<CanopySensors>>,
     gnss: Option<watch::Receiver<Option<f64>>>,
+    /// One a source; empty unless the advance comes from recordings.
+    recorded: Vec<RecordedSpeed>,
     idle: Option<Lateness>,
     _tasks: JoinSet<()>,
 }
@@ -79,6 +84,7 @@ pub(super) struct Sensor {
     advance: AdvanceArg,
     can: Option<(Arc<CanopySensors>, usize)>,
     gnss: Option<watch::Receiver<Option<f64>>>,
+    recorded: Option<RecordedSpeed>,
     measured: Option<Vec<Duration>>,
     clock: DeviceClock,
     now: SimTime,
@@ -88,6 +94,11 @@ pub(super) struct Sensor {
 }
 
 impl SensorArgs {
+    /// Whether the advance comes from the encoder and from nothing else.
+    pub(super) fn only_encoder(&self) -> bool {
+        self.advance == AdvanceArg::Encoder
+    }
+
     /// Whether the scanner shall be asked for its encoder.
     pub(super) fn wants_encoder(&self) -> bool {
         matches!(self.advance, AdvanceArg::Auto | AdvanceArg::Encoder)
@@ -97,13 +108,14 @@ impl SensorArgs {
     pub(super) async fn open(
         &self,
         format: Format,
-        scanners: usize,
+        sources: &[Source],
         delivery: Delivery,
     ) -> Result<Sensors, Failure> {
+        let recorded = self.recorded(sources)?;
         let mut tasks = JoinSet::new();
         let gnss = match (&self.gnss, self.advance) {
             (Some(source), _) => Some(follow_gnss(source.clone(), &mut tasks).await?),
-            (None, AdvanceArg::Gnss) => {
+            (None, AdvanceArg::Gnss) if recorded.is_empty() => {
                 return Err(Failure::Usage(
                     "--advance gnss needs a receiver: --gnss HOST:PORT, or serial:DEV@RATE".to_owned(),
                 ));
@@ -112,12 +124,12 @@ impl SensorArgs {
         };
         let can = match self.bus.open(format).await? {
             Some((bus, inbox)) => {
-                let can = CanopySensors::join(bus, scanners, delivery).await;
+                let can = CanopySensors::join(bus, sources.len(), delivery).await;
                 let news = tell_news(&mut tasks);
                 tasks.spawn(Arc::clone(&can).listen(inbox, news));
                 Some(can)
             }
-            None if self.advance == AdvanceArg::Can => {
+            None if self.advance == AdvanceArg::Can && recorded.is_empty() => {
                 return Err(Failure::Usage(
                     "--advance can needs the tractor's bus: --can udp:239.74.163.2:43113, or another port"
                         .to_owned(),
@@ -126,7 +138,25 @@ impl SensorArgs {
             None => None,
         };
         let idle = self.latency.then(|| Lateness::watch(Duration::from_millis(20), &mut tasks));
-        Ok(Sensors { advance: self.advance, can, gnss, idle, _tasks: tasks })
+        Ok(Sensors { advance: self.advance, can, gnss, recorded, idle, _tasks: tasks })
+    }
+}
+
+impl SensorArgs {
+    /// The speeds that recordings hold, one a source, where the advance comes from there.
+    fn recorded(&self, sources: &[Source]) -> Result<Vec<RecordedSpeed>, Failure> {
+        let kind = match self.advance {
+            AdvanceArg::Gnss if self.gnss.is_none() => StreamKind::Nmea,
+            AdvanceArg::Can => StreamKind::Can,
+            _ => return Ok(Vec::new()),
+        };
+        let all: Result<Option<Vec<_>>, Failure> =
+            sources.iter().map(|source| RecordedSpeed::of(source, kind)).collect();
+        match all {
+            // The bus has it, then.
+            Err(_) if self.advance == AdvanceArg::Can && self.bus.is_given() => Ok(Vec::new()),
+            all => Ok(all?.unwrap_or_default()),
+        }
     }
 }
 
@@ -137,6 +167,7 @@ impl Sensors {
             advance: self.advance,
             can: self.can.as_ref().map(|can| (Arc::clone(can), place)),
             gnss: self.gnss.clone(),
+            recorded: self.recorded.get(place).cloned(),
             measured: self.idle.as_ref().map(|_| Vec::new()),
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
@@ -185,12 +216,19 @@ impl Sensor {
             AdvanceArg::Auto | AdvanceArg::Encoder => pipeline.push(scan),
             AdvanceArg::Constant => pipeline.push_at_speed(scan, speed(AdvanceSource::Constant, None)),
             AdvanceArg::Gnss => {
-                let now = self.gnss.as_ref().and_then(|gnss| *gnss.borrow());
+                let now = match &self.recorded {
+                    Some(recorded) => recorded.at(self.received),
+                    None => self.gnss.as_ref().and_then(|gnss| *gnss.borrow()),
+                };
                 pipeline.push_at_speed(scan, speed(AdvanceSource::Gnss, now));
             }
             AdvanceArg::Can => {
-                let heard =
-                    self.can.as_ref().and_then(|(can, number)| can.ground_speed_m_s(*number, self.now));
+                let heard = match &self.recorded {
+                    Some(recorded) => recorded.at(self.received),
+                    None => {
+                        self.can.as_ref().and_then(|(can, number)| can.ground_speed_m_s(*number, self.now))
+                    }
+                };
                 pipeline.push_at_speed(scan, speed(AdvanceSource::Can, heard));
             }
         }

@@ -28,6 +28,11 @@ pub(super) struct BusArgs {
 }
 
 impl BusArgs {
+    /// Whether there is one.
+    pub(super) fn is_given(&self) -> bool {
+        !self.can.is_empty()
+    }
+
     /// The bus, its ports announced; none without any.
     pub(super) async fn open(&self, format: Format) -> Result<Option<(Bus, Inbox)>, Failure> {
         if self.can.is_empty() {

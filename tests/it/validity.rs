@@ -123,7 +123,7 @@ fn misses_and_a_warning_are_data() {
 fn a_stretch_without_valid_scans_withholds_areas_only_if_it_is_too_long() {
     let (_, whole, _) = estimated(|_| GOOD);
     let with_bad = |bad: std::ops::Range<u16>, said: Said| {
-        estimated(move |counter| if bad.contains(&counter) { said } else { GOOD }, &[])
+        estimated(move |counter| if bad.contains(&counter) { said } else { GOOD })
     };
     for bad in [Said { status: "1 0", ..GOOD }, Said { scale: 0, ..GOOD }] {
         // Four lines: their neighbours fill the gap, to the last square millimetre of a wall.

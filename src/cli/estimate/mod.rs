@@ -130,6 +130,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
         let mut reading = Reading::of(rig.as_ref(), *scanner, args.sensor.wants_encoder(), calibration)?;
         reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+        if args.sensor.only_encoder() {
+            reading.pipeline = reading.pipeline.by_encoder_only();
+        }
         readings.push(reading);
     }
     let orchard = match (&rig, scene) {
@@ -148,7 +151,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
     let recorded = args.sources.iter().all(|source| matches!(source, Source::Recording { .. }));
     let delivery = if recorded { Delivery::Patient } else { Delivery::Paced };
-    let sensors = args.sensor.open(args.format, scanners.len(), delivery).await?;
+    let sensors = args.sensor.open(args.format, &args.sources, delivery).await?;
     let sources: Vec<String> = args.sources.iter().map(Source::to_string).collect();
     let about = About {
         model: args.model.clone(),

@@ -117,7 +117,8 @@ fn facts(estimate: &Estimate) -> String {
             known(ranges.mean_m, 3, "m")
         ),
     );
-    line("advance", known(estimate.advance_m, 3, "m"));
+    let by = estimate.advance_source.map_or_else(String::new, |source| format!(" by {}", source.name()));
+    line("advance", known(estimate.advance_m, 3, "m") + &by);
     line("impacted area I_T", known(estimate.impacted_total_area_m2, 3, "m²"));
     line("leaf area", known(estimate.leaf_area_m2, 2, "m²"));
     line("  by contact", known(estimate.leaf_area_contact_m2, 2, "m²"));

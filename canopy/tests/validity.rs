@@ -1,0 +1,68 @@
+//! Where the advance comes from when a source is dead, and what scans that are left out do to a row.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{lms111, open_rig, wall};
+use rowscan_canopy::{AdvanceSource, Pipeline, Warning};
+use rowscan_protocol::rig::Rig;
+use rowscan_protocol::scan::{EncoderReading, Scan};
+use rowscan_protocol::validity::DeviceStatus;
+
+fn rig() -> Rig {
+    Rig { encoder_ticks_per_m: Some(1000.0), ..open_rig() }
+}
+
+/// Five seconds past a wall, with these encoder readings a scan.
+fn drive(ticks: impl Fn(u32) -> u32) -> Vec<Scan> {
+    let mut scans = common::drive(&rig(), lms111(), 50, 250, wall(1.9));
+    for (turn, scan) in (0..).zip(&mut scans) {
+        scan.encoders = vec![EncoderReading { position_ticks: ticks(turn), speed: 0 }];
+    }
+    scans
+}
+
+fn pushed(mut pipeline: Pipeline, scans: &[Scan]) -> rowscan_canopy::Estimate {
+    scans.iter().for_each(|scan| pipeline.push(scan));
+    pipeline.finish()
+}
+
+#[test]
+fn a_dead_encoder_gives_way_to_the_rigs_speed_and_is_told() {
+    let new = || Pipeline::new(Some(&rig()), 0, None).unwrap();
+    let without = Pipeline::new(Some(&Rig { encoder_ticks_per_m: None, ..rig() }), 0, None).unwrap();
+    let by_speed = pushed(without, &drive(|_| 7));
+    let dead = pushed(new(), &drive(|_| 7));
+    assert_eq!(dead.advance_source, Some(AdvanceSource::Constant));
+    assert_eq!(dead.impacted_total_area_m2, by_speed.impacted_total_area_m2);
+    assert!(dead.warnings.contains(&Warning::EncoderStood { lines: 250 }), "{:?}", dead.warnings);
+    // One that stands first and counts then is alive.
+    let late = pushed(new(), &drive(|turn| turn.saturating_sub(100) * 20));
+    assert_eq!(late.advance_source, Some(AdvanceSource::Encoder));
+    assert!((late.advance_m.unwrap() - 149.0 * 0.02).abs() < 1e-9, "{:?}", late.advance_m);
+    // Who wants the encoder gets it, standing or not.
+    let asked = pushed(new().by_encoder_only(), &drive(|_| 7));
+    assert_eq!((asked.advance_source, asked.advance_m), (Some(AdvanceSource::Encoder), Some(0.0)));
+}
+
+#[test]
+fn an_encoder_that_was_asked_for_and_is_not_there_withholds_areas() {
+    let mut scans = drive(|turn| turn * 20);
+    scans.iter_mut().for_each(|scan| scan.encoders.clear());
+    let estimate = pushed(Pipeline::new(Some(&rig()), 0, None).unwrap().by_encoder_only(), &scans);
+    assert_eq!(estimate.impacted_total_area_m2, None);
+    assert!(estimate.is_withheld() && estimate.warnings.contains(&Warning::NoEncoder { scans: 250 }));
+}
+
+#[test]
+fn lines_that_are_left_out_are_filled_by_their_neighbours() {
+    let whole = drive(|turn| turn * 20);
+    let mut holed = whole.clone();
+    holed.iter_mut().skip(10).step_by(7).for_each(|scan| scan.status = DeviceStatus::Error);
+    let new = || Pipeline::new(Some(&rig()), 0, None).unwrap();
+    let (whole, holed) = (pushed(new(), &whole), pushed(new(), &holed));
+    let area = |estimate: &rowscan_canopy::Estimate| estimate.impacted_total_area_m2.unwrap();
+    assert!((area(&holed) / area(&whole) - 1.0).abs() < 1e-9, "{} {}", area(&holed), area(&whole));
+    assert_eq!((holed.scans, holed.scans_lost, holed.scans_excluded), (250, 0, 35));
+    assert_eq!(holed.scan_frequency_hz, whole.scan_frequency_hz);
+}

@@ -1,0 +1,111 @@
+//! The tractor's ground speed as a recording of the scans holds it beside them: NMEA sentences, or CAN frames.
+
+use std::path::Path;
+use std::str;
+use std::time::Duration;
+
+use rowscan_bus::frame::{CanFrame, J1939Id};
+use rowscan_bus::nmea::SpeedReader;
+use rowscan_bus::pgn::tractor;
+use rowscan_driver::Source;
+use rowscan_protocol::nmea::NmeaLines;
+use rowscan_recording::{Packet, Recording, Side, StreamKind};
+
+use super::Failure;
+
+/// A speed not told for so long is lost: tractors tell it every 100 ms, receivers at least once a second.
+const STALE: Duration = Duration::from_secs(2);
+
+/// What was told, in the order of time since the recording's beginning.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RecordedSpeed {
+    told: Vec<(Duration, Option<f64>)>,
+}
+
+impl RecordedSpeed {
+    /// Of the file that `source` is; none if it is a live scanner.
+    pub(super) fn of(source: &Source, kind: StreamKind) -> Result<Option<Self>, Failure> {
+        let Source::Recording { path, .. } = source else { return Ok(None) };
+        let speed = Self::read(path, kind).map_err(|cause| {
+            Failure::Usage(format!("cannot read the ground speed from {}: {cause}", path.display()))
+        })?;
+        if speed.told.is_empty() {
+            let (what, other) = match kind {
+                StreamKind::Can => ("CAN frame with a ground speed (PGN 65097)", "--can PORT"),
+                _ => ("NMEA sentence VTG with its time", "--gnss HOST:PORT"),
+            };
+            return Err(Failure::Usage(format!(
+                "{} holds no {what} to take the advance from; name another source with {other}, or take --advance constant",
+                path.display()
+            )));
+        }
+        Ok(Some(speed))
+    }
+
+    fn read(path: &Path, kind: StreamKind) -> Result<Self, rowscan_recording::ReadError> {
+        let mut recording = Recording::open(path)?;
+        let mut reader = Reader::default();
+        let mut told = Vec::new();
+        let mut first = None;
+        while let Some(packet) = recording.next_packet()? {
+            let of_kind = recording.streams().get(packet.stream).is_some_and(|stream| stream.kind == kind);
+            if !of_kind
+                || packet.from == Some(Side::Host)
+                || *first.get_or_insert(packet.stream) != packet.stream
+            {
+                continue;
+            }
+            let (Some(at_ns), Some(began_ns)) = (packet.at_ns, recording.began_ns()) else { continue };
+            let at = Duration::from_nanos(at_ns.saturating_sub(began_ns));
+            told.extend(reader.speed(kind, &packet).map(|speed| (at, speed)));
+        }
+        Ok(Self { told })
+    }
+
+    /// The speed at this time since the recording's beginning, m/s; `None` while it is lost.
+    pub(super) fn at(&self, time: Duration) -> Option<f64> {
+        let before = self.told.partition_point(|(at, _)| *at <= time);
+        let (at, speed) = self.told.get(before.checked_sub(1)?)?;
+        speed.filter(|_| time.saturating_sub(*at) <= STALE)
+    }
+}
+
+/// What tells the speed in one stream.
+#[derive(Default)]
+struct Reader {
+    lines: NmeaLines,
+    speed: SpeedReader,
+}
+
+impl Reader {
+    /// What a packet tells last; none if it tells nothing.
+    fn speed(&mut self, kind: StreamKind, packet: &Packet) -> Option<Option<f64>> {
+        if kind == StreamKind::Can {
+            let frame = CanFrame::from_text(str::from_utf8(&packet.bytes).ok()?)?;
+            let is_speed = J1939Id::of(frame.id).is_some_and(|id| id.pgn == tractor::GROUND_SPEED.pgn);
+            return is_speed.then(|| tractor::ground_speed_m_s(frame.data()));
+        }
+        let mut told = None;
+        self.lines.push(&packet.bytes);
+        while let Some(line) = self.lines.next_line() {
+            told = self.speed.line(&line).or(told);
+        }
+        told
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_speed_told_holds_until_it_is_stale() {
+        let s = Duration::from_secs;
+        let speed = RecordedSpeed { told: vec![(s(1), Some(1.5)), (s(2), None), (s(3), Some(-0.5))] };
+        for (at, expected) in
+            [(0, None), (1, Some(1.5)), (2, None), (3, Some(-0.5)), (5, Some(-0.5)), (6, None)]
+        {
+            assert_eq!(speed.at(s(at)), expected, "at {at} s");
+        }
+    }
+}
