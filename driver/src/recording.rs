@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{Packet, ScanReader, Side};
+use rowscan_recording::{Packet, ScanReader, Side, StreamInfo};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
@@ -37,7 +37,7 @@ pub(crate) struct Recording {
 impl Recording {
     /// Opens `path`; the session only listens.
     pub(crate) fn open(path: &Path, stream: Option<&str>, max_payload: usize) -> Result<Self, DriverError> {
-        let recording = rowscan_recording::Recording::open(path)
+        let recording = rowscan_recording::Recording::open_apart(path, stream.as_slice())
             .map_err(|cause| DriverError::Recording { path: path.to_owned(), cause })?;
         Ok(Self {
             path: path.to_owned(),
@@ -119,7 +119,8 @@ impl Recording {
         if let Some(wanted) =
             self.wanted.as_ref().filter(|name| streams.iter().all(|stream| stream.name != **name))
         {
-            let found = streams.iter().map(|stream| stream.name.clone()).collect();
+            let names = |stream: &StreamInfo| [&[stream.name.clone()][..], &stream.connections].concat();
+            let found = streams.iter().flat_map(names).collect();
             return Err(DriverError::NoStream { path: self.path.clone(), wanted: wanted.clone(), found });
         }
         if self.clients.values().all(|client| client.counts().frames == 0) {

@@ -15,6 +15,14 @@ pub enum CopyError {
     /// What is written.
     #[error("{0}")]
     Write(io::Error),
+    /// No such stream.
+    #[error("no stream `{wanted}`; it has {}", found.join(", "))]
+    NoStream {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        found: Vec<String>,
+    },
 }
 
 /// Where packets come from.
@@ -26,9 +34,10 @@ enum From {
 }
 
 /// Writes all that can be read of `recording` to `out` as a whole, indexed MCAP file. What a log does not say of itself is taken from
-/// `about`; one without times gets the device's.
+/// `about`; one without times gets the device's. `only`: one stream, by its name.
 pub fn copy<W: Write + Seek>(
     mut recording: Recording,
+    only: Option<&str>,
     out: W,
     about: About,
     decoded: Decoded,
@@ -46,7 +55,9 @@ pub fn copy<W: Write + Seek>(
     loop {
         let packet = from.next()?;
         for stream in from.recording().streams().iter().skip(streams.len()) {
-            streams.push(writer.add_stream(&stream.name, stream.kind).map_err(CopyError::Write)?);
+            let wanted = only.is_none_or(|only| stream.name == only);
+            let added = wanted.then(|| writer.add_stream(&stream.name, stream.kind)).transpose();
+            streams.push(added.map_err(CopyError::Write)?);
         }
         let Some(packet) = packet else { break };
         let lost_before = match packet.joint {
@@ -54,15 +65,22 @@ pub fn copy<W: Write + Seek>(
             _ => 0,
         };
         if let (Some(stream), Some(side), Some(at_ns)) =
-            (streams.get(packet.stream), packet.from, packet.at_ns)
+            (streams.get(packet.stream).copied().flatten(), packet.from, packet.at_ns)
         {
-            writer.write(*stream, side, at_ns, lost_before, &packet.bytes).map_err(CopyError::Write)?;
+            writer.write(stream, side, at_ns, lost_before, &packet.bytes).map_err(CopyError::Write)?;
             recorded.packets += 1;
             recorded.from_device += u64::from(side == Side::Device);
             recorded.bytes += packet.bytes.len() as u64;
         }
     }
     writer.finish().map_err(CopyError::Write)?;
+    if let From::Frames(frames) = &from {
+        recorded.cut = frames.unfinished();
+    }
+    if let (Some(only), false) = (only, streams.iter().any(Option::is_some)) {
+        let found = from.recording().streams().iter().map(|stream| stream.name.clone()).collect();
+        return Err(CopyError::NoStream { wanted: only.to_owned(), found });
+    }
     Ok(recorded)
 }
 

@@ -161,6 +161,11 @@ impl FrameReader {
         &self.recording
     }
 
+    /// Bytes behind the last frame of each stream: at the end of the recording, what is no whole telegram.
+    pub fn unfinished(&self) -> u64 {
+        self.flows.values().map(|flow| flow.pending.len() as u64).sum()
+    }
+
     /// The next frame; none at the end.
     pub fn next_frame(&mut self) -> Result<Option<RecordedFrame>, ReadError> {
         loop {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::time::Duration;
 
 use crate::scan_reader::MAX_PAYLOAD;
-use crate::{Joint, Packet, ReadError, Recording, ScanReader, Side, StreamKind};
+use crate::{Joint, Packet, ReadError, Recording, ScanReader, Side, StreamInfo, StreamKind};
 
 /// Longer without a scan is an outage.
 const OUTAGE_NS: u64 = 1_000_000_000;
@@ -21,6 +21,8 @@ pub struct StreamReport {
     pub stream: String,
     /// What its bytes are.
     pub kind: StreamKind,
+    /// Of a capture's stream that is several connections, one after the other: their names.
+    pub connections: Vec<String>,
     /// Packets from the device, and to it.
     pub packets_from_device: u64,
     /// See above.
@@ -64,10 +66,7 @@ pub fn account(recording: &mut Recording) -> Result<Vec<StreamReport>, ReadError
     }
     let began_ns = recording.began_ns();
     let reports = recording.streams().iter().enumerate().map(|(number, stream)| {
-        accounts
-            .remove(&number)
-            .unwrap_or_else(|| StreamAccount::new(stream.kind))
-            .report(&stream.name, began_ns)
+        accounts.remove(&number).unwrap_or_else(|| StreamAccount::new(stream.kind)).report(stream, began_ns)
     });
     Ok(reports.collect())
 }
@@ -151,15 +150,16 @@ impl StreamAccount {
         self.line.add(at_ns.saturating_sub(first_ns) as f64 * 1e-9, travel_s);
     }
 
-    fn report(self, name: &str, began_ns: Option<u64>) -> StreamReport {
+    fn report(self, stream: &StreamInfo, began_ns: Option<u64>) -> StreamReport {
         let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
         let Counting { scans, repeated, lost, restarts, .. } = self.counting;
         let intervals = scans.saturating_sub(repeated + 1) as f64;
         let rate = |span: Option<f64>| span.filter(|span| *span > 0.0).map(|span| intervals / span);
         let [packets_from_device, packets_to_device] = self.packets;
         StreamReport {
-            stream: name.to_owned(),
+            stream: stream.name.clone(),
             kind: self.kind,
+            connections: stream.connections.clone(),
             packets_from_device,
             packets_to_device,
             bytes: self.bytes,
@@ -231,7 +231,7 @@ mod tests {
         for i in 0..50_u16 {
             hear(i, u32::from(i) * 20_000, if i == 0 { 8000 } else { 20 });
         }
-        let report = account.report("scanner", Some(0));
+        let report = account.report(&StreamInfo::new("scanner", StreamKind::Cola), Some(0));
         assert_eq!((report.scans, report.scans_repeated, report.scans_lost), (150, 50, 0));
         assert_eq!((report.restarts, report.outages), (1, 1));
         assert!((report.scan_rate_device_hz.unwrap() - 50.0).abs() < 1e-6);

@@ -45,6 +45,8 @@ enum Target {
     Replaced(Replaced),
     Direct(File),
     Stdout(io::Stdout),
+    /// To be copied to what cannot be rewound.
+    Spooled(File, Temporary, Box<Target>),
 }
 
 /// A temporary file, and what becomes of it.
@@ -115,6 +117,17 @@ impl OutputFile {
         }
     }
 
+    /// The same of a content whose beginning is written again at its end. Where that cannot be (a device, a FIFO, standard output), it is
+    /// collected in a file in `folder` and copied on [`commit`](Self::commit).
+    pub fn create_rewound(path: &Path, folder: &Path) -> io::Result<Self> {
+        let file = Self::create(path)?;
+        if !file.is_direct() {
+            return Ok(file);
+        }
+        let (spool, temporary) = create_temporary(&folder.join("spool"), true)?;
+        Ok(Self::of(Target::Spooled(spool, temporary, Box::new(file.target))))
+    }
+
     /// Opens `path` for a content that is kept from its first byte on, such as a live recording. A file that holds bytes already is
     /// refused with [`io::ErrorKind::AlreadyExists`].
     pub fn append_to_new(path: &Path) -> io::Result<(Self, NewFile)> {
@@ -143,13 +156,19 @@ impl OutputFile {
 
     /// True if the bytes leave as they are written and cannot be taken back: to a device, a FIFO or standard output.
     pub fn is_direct(&self) -> bool {
-        !matches!(self.target, Target::Replaced(_))
+        matches!(self.target, Target::Direct(_) | Target::Stdout(_))
     }
 
     /// Puts the content in its place.
     pub fn commit(self) -> io::Result<()> {
         let mut target = match self.target {
             Target::Replaced(target) => target,
+            Target::Spooled(mut spool, _temporary, to) => {
+                let mut out = Self::of(*to);
+                spool.seek(SeekFrom::Start(0))?;
+                io::copy(&mut spool, &mut out)?;
+                return out.commit();
+            }
             Target::Direct(mut file) => return file.flush(),
             Target::Stdout(mut out) => return out.flush(),
         };
@@ -185,7 +204,7 @@ impl OutputFile {
     fn out(&mut self) -> &mut dyn Write {
         match &mut self.target {
             Target::Replaced(target) => &mut target.file,
-            Target::Direct(file) => file,
+            Target::Direct(file) | Target::Spooled(file, ..) => file,
             Target::Stdout(out) => out,
         }
     }
@@ -208,8 +227,8 @@ impl Seek for OutputFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match (&mut self.target, to) {
             (_, SeekFrom::Current(0)) => Ok(self.written),
-            (Target::Replaced(target), to) => {
-                self.written = target.file.seek(to)?;
+            (Target::Replaced(Replaced { file, .. }) | Target::Spooled(file, ..), to) => {
+                self.written = file.seek(to)?;
                 Ok(self.written)
             }
             _ => Err(io::Error::new(io::ErrorKind::NotSeekable, "it cannot be rewound")),
@@ -385,6 +404,25 @@ mod tests {
         write(&fifo, "through");
         assert_eq!(reader.join().unwrap(), "through");
         assert!(fs::metadata(&fifo).unwrap().file_type().is_fifo());
+    }
+
+    #[test]
+    fn what_is_rewound_reaches_a_pipe_in_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let (fifo, spool) = (folder.path().join("fifo"), tempfile::tempdir().unwrap());
+        assert!(std::process::Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+        let reader = std::thread::spawn({
+            let fifo = fifo.clone();
+            move || fs::read_to_string(fifo).unwrap()
+        });
+        let mut file = OutputFile::create_rewound(&fifo, spool.path()).unwrap();
+        file.write_all(b"0 rows").unwrap();
+        file.seek(SeekFrom::Start(0)).unwrap();
+        file.write_all(b"7").unwrap();
+        assert_eq!(names(spool.path()).len(), 1);
+        file.commit().unwrap();
+        assert_eq!(reader.join().unwrap(), "7 rows");
+        assert!(names(spool.path()).is_empty());
     }
 
     #[test]

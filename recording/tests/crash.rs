@@ -133,7 +133,7 @@ fn a_repaired_file_is_whole_and_holds_what_was_left() {
     assert!(torn && left.len() > 10);
     let mut out = Cursor::new(Vec::new());
     let recording = Recording::read(Box::new(Cursor::new(cut.to_vec()))).unwrap();
-    let recorded = copy(recording, &mut out, About::default(), Decoded::default()).unwrap();
+    let recorded = copy(recording, None, &mut out, About::default(), Decoded::default()).unwrap();
     assert_eq!(recorded.packets, left.len() as u64);
     let (again, torn) = read(out.get_ref());
     assert_eq!((again, torn), (left, false));

@@ -6,9 +6,11 @@ use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
 
-use super::output::{name_of, say, write_file};
+use super::interrupt::Interrupt;
+use super::output::{name_of, say};
+use super::table_file::TableFile;
 use super::{Failure, Outcome};
-use crate::export::{Placing, ScanTable, TableFormat, encode, points};
+use crate::export::{Placing, PointRows, RowError, Rows, ScanRows, TableFormat};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -54,38 +56,58 @@ enum What {
     Scans,
 }
 
+impl From<To> for TableFormat {
+    fn from(to: To) -> Self {
+        match to {
+            To::Csv => Self::Csv,
+            To::Ply => Self::Ply,
+            To::Las => Self::Las,
+            To::Npy => Self::Npy,
+            To::Parquet => Self::Parquet,
+        }
+    }
+}
+
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if args.what == What::Scans && matches!(args.to, To::Ply | To::Las) {
         return Err(Failure::Usage(
             "PLY and LAS hold points: expected `--what points`, or another format for scans".to_owned(),
         ));
     }
-    if matches!(args.file, Source::Tcp { .. }) {
+    if !matches!(args.file, Source::Recording { .. }) {
         return Err(Failure::Usage(format!("{} is live: `rowscan record` it first", args.file)));
     }
+    Interrupt::watch()?.finite(export(&args)).await
+}
+
+/// Writes scan after scan, as they are read.
+async fn export(args: &Args) -> Result<Outcome, Failure> {
     let rig: Option<Rig> =
         args.rig.as_deref().map(|name| files::load_rig(name).map(|(rig, _)| rig)).transpose()?;
+    let mut rows: Box<dyn Rows> = match args.what {
+        What::Points => Box::new(PointRows::new(Placing::new(rig, args.scanner))),
+        What::Scans => Box::new(ScanRows::default()),
+    };
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;
-    let mut table = ScanTable::default();
+    let mut file: Option<TableFile> = None;
+    let mut scans: u64 = 0;
     while let Some(record) = scanner.next().await? {
+        let file = match &mut file {
+            Some(file) => file,
+            // Only now: a recording without a scan leaves no file.
+            none => none.insert(TableFile::create(&args.output, args.to.into(), &rows.table(record.scan))?),
+        };
         let time_s = record.received.0.as_secs_f64();
-        table.push(record.scan, time_s).map_err(|error| Failure::Usage(error.to_string()))?;
+        rows.push(record.scan, time_s, &mut |row| file.row(row)).map_err(|error| match error {
+            RowError::OtherBeams(error) => Failure::Usage(error.to_string()),
+            RowError::Write(cause) => file.failure(cause),
+        })?;
+        scans += 1;
+        // A recording never waits by itself, and the user may want to end this.
+        tokio::task::coop::consume_budget().await;
     }
-    let (columns, title) = match args.what {
-        What::Points => (points(table.scans(), Placing::new(rig, args.scanner)), String::new()),
-        What::Scans => (table.columns(), if args.to == To::Csv { table.title() } else { String::new() }),
-    };
-    let format = match args.to {
-        To::Csv => TableFormat::Csv,
-        To::Ply => TableFormat::Ply,
-        To::Las => TableFormat::Las,
-        To::Npy => TableFormat::Npy,
-        To::Parquet => TableFormat::Parquet,
-    };
-    let what = name_of(&args.output);
-    let bytes = encode(&columns, format)
-        .map_err(|cause| Failure::Write { what: what.clone(), cause: std::io::Error::other(cause) })?;
-    write_file(&args.output, &[title.into_bytes(), bytes].concat())?;
-    say(format_args!("{what}: {} rows of {} scans", columns.rows(), table.scans().len()));
+    let Some(file) = file else { return Ok(Outcome::Finding) };
+    let rows = file.commit()?;
+    say(format_args!("{}: {rows} rows of {scans} scans", name_of(&args.output)));
     Ok(Outcome::Done)
 }

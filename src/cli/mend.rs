@@ -8,7 +8,7 @@ use rowscan_recording::{About, CopyError, Format, OutputFile, Recorded, copy, is
 
 use super::output::{name_of, say};
 use super::recorder::{self, DecodedArgs};
-use super::recording_file::{open, unreadable};
+use super::recording_file::{no_stream, open, open_stream, unreadable};
 use super::{Failure, Outcome};
 
 /// `record --repair FILE`: to `output`, or in its place if it is an MCAP file that breaks off.
@@ -21,7 +21,7 @@ pub(super) fn run(
     let format = open(file)?.format();
     match output {
         Some(output) if format == Format::Mcap => mend_to(file, output, decoded),
-        Some(output) => convert(file, output, about, decoded),
+        Some(output) => convert(file, None, output, about, decoded),
         None if format != Format::Mcap => Err(Failure::Usage(format!(
             "{} is no MCAP file ({format}) and stays as it is: add `-o NEW.mcap` to write what it holds to a new file",
             file.display()
@@ -30,24 +30,34 @@ pub(super) fn run(
     }
 }
 
-/// Writes a recording of any kind to a new MCAP file.
+/// Writes a recording of any kind, or one `stream` of it, to a new MCAP file.
 pub(super) fn convert(
     file: &Path,
+    stream: Option<&str>,
     output: &Path,
     about: About,
     decoded: DecodedArgs,
 ) -> Result<Outcome, Failure> {
-    let recording = open(file)?;
+    let recording = open_stream(file, stream)?;
     refuse_to_overwrite(output)?;
     let about = About { source: Some(file.display().to_string()), ..about };
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
-    let recorded =
-        copy(recording, &mut out, about, decoded.into()).map_err(|error| failure(file, output, error))?;
+    let recorded = copy(recording, stream, &mut out, about, decoded.into())
+        .map_err(|error| failure(file, output, error))?;
     if recorded.packets == 0 {
         return Err(nothing_in(file));
     }
     commit(out, output)?;
     recorder::tell(output, &recorded);
+    if recorded.cut > 0 {
+        say(format_args!(
+            "{}: the last {} bytes are no whole telegram, and are not in {}",
+            file.display(),
+            recorded.cut,
+            name_of(output)
+        ));
+        return Ok(Outcome::Finding);
+    }
     Ok(Outcome::Done)
 }
 
@@ -160,6 +170,7 @@ fn failure(file: &Path, output: &Path, error: CopyError) -> Failure {
     match error {
         CopyError::Read(cause) => unreadable(file, cause),
         CopyError::Write(cause) => unwritable(output, cause),
+        CopyError::NoStream { wanted, found } => no_stream(file, wanted, found),
     }
 }
 

@@ -29,6 +29,7 @@ mod scan;
 mod scene;
 mod sensor;
 mod study;
+mod table_file;
 mod tractor_outputs;
 
 use std::io;

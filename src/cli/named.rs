@@ -13,9 +13,14 @@ impl<T: FromStr> FromStr for Named<T> {
     type Err = T::Err;
 
     fn from_str(text: &str) -> Result<Self, T::Err> {
-        // Streams may be called by their address; paths and what stands behind a `?` are no names.
-        let is_name = |name: &str| {
+        // Streams may be called by their address, with `/2` or `/1.2` behind it; paths and what stands behind a `?` are no names.
+        let is_word = |name: &str| {
             !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_.:[]".contains(&b))
+        };
+        let is_number = |text: &str| text.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+        let is_name = |name: &str| match name.split_once('/') {
+            Some((address, number)) => is_word(address) && address.contains(':') && is_number(number),
+            None => is_word(name),
         };
         Ok(match text.split_once('=') {
             Some((name, it)) if is_name(name) => Self { name: Some(name.to_owned()), it: it.parse()? },
@@ -35,7 +40,9 @@ mod tests {
             ("192.168.0.1:2112=127.0.0.1:0", Some("192.168.0.1:2112"), "127.0.0.1:0"),
             ("127.0.0.1:2111", None, "127.0.0.1:2111"),
             ("serial:/dev/ttyUSB0?baud=38400", None, "serial:/dev/ttyUSB0?baud=38400"),
+            ("192.168.0.1:2112/1.2=127.0.0.1:0", Some("192.168.0.1:2112/1.2"), "127.0.0.1:0"),
             ("./a=b", None, "./a=b"),
+            ("a:b/c=d", None, "a:b/c=d"),
         ] {
             let expected = Named { name: name.map(str::to_owned), it: it.to_owned() };
             assert_eq!(text.parse(), Ok(expected), "{text}");

@@ -18,7 +18,7 @@ use super::mend;
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
-use super::recording_file::{open, unreadable};
+use super::recording_file::{no_stream, open_stream, unreadable};
 use super::tractor_outputs::open_bus;
 use super::{Failure, Format, Outcome};
 use rowscan_bus::link::PortEvent;
@@ -41,8 +41,8 @@ pub(super) struct Args {
     #[arg(short, long, value_name = "FILE", required_unless_present_any = ["info", "repair"])]
     output: Option<PathBuf>,
     /// Say what is inside a recording: streams, rates, gaps, clock drift
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "nmea", "can", "output", "repair"])]
-    info: Option<PathBuf>,
+    #[arg(long, value_name = "FILE[#STREAM]", conflicts_with_all = ["sources", "nmea", "can", "output", "repair"])]
+    info: Option<Source>,
     /// Write a recording anew, whole and indexed, to --output. Without it FILE must be an MCAP file that breaks off; it is kept as
     /// FILE.orig
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "nmea", "can"])]
@@ -70,8 +70,10 @@ pub(super) struct Args {
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    if let Some(file) = &args.info {
-        return info(file, args.format);
+    match &args.info {
+        Some(Source::Recording { path, stream }) => return info(path, stream.as_deref(), args.format),
+        Some(live) => return Err(Failure::Usage(format!("{live} is live: `rowscan record` it first"))),
+        None => {}
     }
     let about = About {
         rig: args
@@ -88,9 +90,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         return Interrupt::watch()?.finite(off_runtime("repair the recording", work)).await;
     }
     let Some(output) = &args.output else { return Ok(Outcome::Done) };
-    if let [Named { it: Source::Recording { path, .. }, .. }] = args.sources.as_slice() {
-        let (path, output, decoded) = (path.clone(), output.clone(), args.decoded);
-        let work = move || mend::convert(&path, &output, about, decoded);
+    if let [Named { it: Source::Recording { path, stream }, .. }] = args.sources.as_slice() {
+        let (path, stream, output, decoded) = (path.clone(), stream.clone(), output.clone(), args.decoded);
+        let work = move || mend::convert(&path, stream.as_deref(), &output, about, decoded);
         return Interrupt::watch()?.finite(off_runtime("convert the recording", work)).await;
     }
     if let Some(Named { it: source, .. }) =
@@ -266,9 +268,16 @@ struct Info {
 }
 
 /// Tells what is inside. A file that breaks off is a finding.
-fn info(file: &Path, format: Format) -> Result<Outcome, Failure> {
-    let mut recording = open(file)?;
-    let streams = account(&mut recording).map_err(|cause| unreadable(file, cause))?;
+fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Failure> {
+    let mut recording = open_stream(file, stream)?;
+    let mut streams = account(&mut recording).map_err(|cause| unreadable(file, cause))?;
+    if let Some(wanted) = stream {
+        let found = streams.iter().map(|report| report.stream.clone()).collect();
+        streams.retain(|report| report.stream == wanted);
+        if streams.is_empty() {
+            return Err(no_stream(file, wanted.to_owned(), found));
+        }
+    }
     let about = recording.about().clone();
     let torn = recording.torn().map(ToString::to_string);
     if let Some(torn) = &torn {

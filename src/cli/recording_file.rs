@@ -2,16 +2,27 @@
 
 use std::path::Path;
 
+use rowscan_driver::DriverError;
 use rowscan_recording::Recording;
 
 use super::Failure;
 
 /// Opens a recording.
 pub(super) fn open(file: &Path) -> Result<Recording, Failure> {
-    Recording::open(file).map_err(|cause| unreadable(file, cause))
+    open_stream(file, None)
+}
+
+/// Opens a recording of which a stream is wanted, which may be a single connection of a capture.
+pub(super) fn open_stream(file: &Path, stream: Option<&str>) -> Result<Recording, Failure> {
+    Recording::open_apart(file, stream.as_slice()).map_err(|cause| unreadable(file, cause))
+}
+
+/// The message of a recording that has no such stream.
+pub(super) fn no_stream(file: &Path, wanted: String, found: Vec<String>) -> Failure {
+    DriverError::NoStream { path: file.to_owned(), wanted, found }.into()
 }
 
 /// The message of a recording that cannot be read.
 pub(super) fn unreadable(file: &Path, cause: rowscan_recording::ReadError) -> Failure {
-    rowscan_driver::DriverError::Recording { path: file.to_owned(), cause }.into()
+    DriverError::Recording { path: file.to_owned(), cause }.into()
 }

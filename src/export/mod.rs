@@ -1,6 +1,7 @@
-//! Scans and points of a recording as tables that other programs read.
+//! Scans and points as tables that other programs read.
 //!
-//! An export is columns of numbers; a format is one file that writes them.
+//! A table is columns of numbers; a format is one file that writes them. Rows are written as they come, so a table takes no more
+//! memory than one row, or one row group of Parquet, however long it becomes.
 
 mod csv;
 mod las;
@@ -10,16 +11,28 @@ mod ply;
 mod points;
 mod scans;
 
-pub use points::{Placing, points};
-pub use scans::ScanTable;
+use std::io::{Seek, Write};
 
-/// The numbers of one column.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub use points::{Placing, PointRows};
+pub use scans::{OtherBeams, ScanRows};
+
+use rowscan_protocol::scan::Scan;
+
+/// How the numbers of a column are written. Every kind of them has its place in a 64-bit float, which is what rows are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
     /// 64-bit floats.
-    F64(Vec<f64>),
-    /// 32-bit whole numbers.
-    U32(Vec<u32>),
+    F64,
+    /// 32-bit floats.
+    F32,
+    /// 32-bit whole numbers from 0 on.
+    U32,
+    /// 8-bit whole numbers.
+    U8,
+    /// The number of something, or -1: none. Empty in text.
+    Label,
+    /// One of these names; its place among them in binary formats.
+    Class(&'static [&'static str]),
 }
 
 /// A named column.
@@ -28,57 +41,38 @@ pub struct Column {
     /// Its name, with its unit.
     pub name: String,
     /// Its numbers.
-    pub values: Values,
+    pub kind: Kind,
 }
 
-/// Columns of equal length.
+impl Column {
+    /// A column.
+    pub fn new(name: impl Into<String>, kind: Kind) -> Self {
+        Self { name: name.into(), kind }
+    }
+}
+
+/// What a table is, before its rows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Columns(pub Vec<Column>);
+pub struct Table {
+    /// Its columns.
+    pub columns: Vec<Column>,
+    /// What stands before the header of a text.
+    pub title: String,
+    /// What its numbers mean, for formats with comments.
+    pub note: &'static str,
+}
 
-impl Columns {
-    /// Adds a column of floats.
-    #[must_use]
-    pub fn f64(mut self, name: &str, values: Vec<f64>) -> Self {
-        self.0.push(Column { name: name.to_owned(), values: Values::F64(values) });
-        self
-    }
+/// Where a table is written to.
+pub trait Out: Write + Seek + Send + Sync + 'static {}
+impl<W: Write + Seek + Send + Sync + 'static> Out for W {}
 
-    /// Adds a column of whole numbers.
-    #[must_use]
-    pub fn u32(mut self, name: &str, values: Vec<u32>) -> Self {
-        self.0.push(Column { name: name.to_owned(), values: Values::U32(values) });
-        self
-    }
+/// A table being written.
+pub trait TableWriter<W> {
+    /// Writes a row: a number for every column.
+    fn row(&mut self, row: &[f64]) -> Result<(), ExportError>;
 
-    /// Rows.
-    pub fn rows(&self) -> usize {
-        self.0.first().map_or(0, |column| match &column.values {
-            Values::F64(values) => values.len(),
-            Values::U32(values) => values.len(),
-        })
-    }
-
-    /// The floats of a column, if there is one of that name.
-    fn floats(&self, name: &str) -> Option<&[f64]> {
-        self.0.iter().find(|column| column.name == name).and_then(|column| match &column.values {
-            Values::F64(values) => Some(values.as_slice()),
-            Values::U32(_) => None,
-        })
-    }
-
-    /// Appends row `row` in little-endian bytes.
-    fn write_row(&self, row: usize, out: &mut Vec<u8>) {
-        for column in &self.0 {
-            match &column.values {
-                Values::F64(values) => {
-                    out.extend_from_slice(&values.get(row).copied().unwrap_or_default().to_le_bytes());
-                }
-                Values::U32(values) => {
-                    out.extend_from_slice(&values.get(row).copied().unwrap_or_default().to_le_bytes());
-                }
-            }
-        }
-    }
+    /// Writes what only the end tells, and gives the file back.
+    fn finish(self: Box<Self>) -> Result<W, ExportError>;
 }
 
 /// How a table is written.
@@ -99,62 +93,147 @@ pub enum TableFormat {
 /// Why a table could not be written in a format.
 pub type ExportError = Box<dyn std::error::Error + Send + Sync>;
 
-/// The table as the bytes of a file.
-pub fn encode(columns: &Columns, format: TableFormat) -> Result<Vec<u8>, ExportError> {
-    match format {
-        TableFormat::Csv => csv::encode(columns),
-        TableFormat::Ply => Ok(ply::encode(columns)),
-        TableFormat::Las => las::encode(columns),
-        TableFormat::Npy => Ok(npy::encode(columns)),
-        TableFormat::Parquet => parquet::encode(columns),
+impl TableFormat {
+    /// Begins a table.
+    pub fn begin<W: Out>(self, out: W, table: &Table) -> Result<Box<dyn TableWriter<W>>, ExportError> {
+        Ok(match self {
+            Self::Csv => Box::new(csv::Writer::new(out, table)?),
+            Self::Ply => Box::new(ply::Writer::new(out, table)?),
+            Self::Las => Box::new(las::Writer::new(out, table)?),
+            Self::Npy => Box::new(npy::Writer::new(out, table)?),
+            Self::Parquet => Box::new(parquet::Writer::new(out, table)?),
+        })
+    }
+
+    /// True if its head says how many rows follow, so that the file must be one that can be rewound.
+    pub fn is_rewound(self) -> bool {
+        matches!(self, Self::Ply | Self::Las | Self::Npy)
+    }
+}
+
+/// What a scan becomes in a table.
+pub trait Rows {
+    /// The table, by its first scan.
+    fn table(&self, first: &Scan) -> Table;
+
+    /// The rows of the next scan, which came `time_s` after the recording began; each is given to `put`.
+    fn push(
+        &mut self,
+        scan: &Scan,
+        time_s: f64,
+        put: &mut dyn FnMut(&[f64]) -> Result<(), ExportError>,
+    ) -> Result<(), RowError>;
+}
+
+/// Why a scan is not in a table.
+#[derive(Debug, thiserror::Error)]
+pub enum RowError {
+    /// It does not fit.
+    #[error(transparent)]
+    OtherBeams(#[from] OtherBeams),
+    /// The table cannot be written.
+    #[error(transparent)]
+    Write(#[from] ExportError),
+}
+
+/// Appends a number in little-endian bytes.
+fn put_bytes(kind: Kind, value: f64, out: &mut Vec<u8>) {
+    match kind {
+        Kind::F64 => out.extend_from_slice(&value.to_le_bytes()),
+        Kind::F32 => out.extend_from_slice(&(value as f32).to_le_bytes()),
+        Kind::U32 => out.extend_from_slice(&(value as u32).to_le_bytes()),
+        Kind::U8 | Kind::Class(_) => out.push(value as u8),
+        Kind::Label => out.extend_from_slice(&(value as i32).to_le_bytes()),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use super::*;
 
-    pub(super) fn sample() -> Columns {
-        Columns::default()
-            .f64("x_m", vec![1.0, -2.5])
-            .f64("y_m", vec![0.0, 3.0])
-            .f64("z_m", vec![4.0, 5.0])
-            .u32("beam", vec![7, 8])
+    const CLASSES: &[&str] = &["ground", "leaf"];
+
+    fn encoded(columns: &[(&str, Kind)], rows: &[&[f64]], format: TableFormat) -> Vec<u8> {
+        let columns = columns.iter().map(|(name, kind)| Column::new(*name, *kind)).collect();
+        let table = Table { columns, ..Table::default() };
+        let mut writer = format.begin(Cursor::new(Vec::new()), &table).expect("begun");
+        for row in rows {
+            writer.row(row).expect("written");
+        }
+        writer.finish().expect("finished").into_inner()
+    }
+
+    const COLUMNS: [(&str, Kind); 7] = [
+        ("x_m", Kind::F64),
+        ("y_m", Kind::F64),
+        ("z_m", Kind::F64),
+        ("beam", Kind::U32),
+        ("class", Kind::Class(CLASSES)),
+        ("tree", Kind::Label),
+        ("cos", Kind::F32),
+    ];
+    const ROWS: [&[f64]; 2] =
+        [&[1.0, 0.0, 4.0, 7.0, 1.0, 3.0, 0.5], &[-2.5, 3.0, 5.0, 8.0, 0.0, -1.0, 0.1_f32 as f64]];
+
+    fn sample(format: TableFormat) -> Vec<u8> {
+        encoded(&COLUMNS, &ROWS, format)
     }
 
     #[test]
-    fn every_format_holds_every_row() {
-        let text = String::from_utf8(encode(&sample(), TableFormat::Csv).expect("csv")).expect("text");
-        assert_eq!(text, "x_m,y_m,z_m,beam\n1.0,0.0,4.0,7\n-2.5,3.0,5.0,8\n");
+    fn text_holds_every_row() {
+        let text = String::from_utf8(sample(TableFormat::Csv)).expect("text");
+        assert_eq!(
+            text,
+            "x_m,y_m,z_m,beam,class,tree,cos\n1.0,0.0,4.0,7,leaf,3,0.5\n-2.5,3.0,5.0,8,ground,,0.1\n"
+        );
+    }
 
-        let npy = encode(&sample(), TableFormat::Npy).expect("npy");
+    #[test]
+    fn numpy_gets_the_number_of_rows_at_the_end() {
+        let npy = sample(TableFormat::Npy);
         assert!(npy.starts_with(b"\x93NUMPY\x01\x00"));
-        assert_eq!(npy.len() % 64, 2 * 28, "the header is padded to 64 bytes");
-        assert!(String::from_utf8_lossy(&npy).contains("('beam', '<u4')"));
-        assert_eq!(npy[npy.len() - 4..], 8_u32.to_le_bytes());
-
-        let beams =
-            Columns::default().u32("range_0", vec![1]).u32("range_1", vec![2]).u32("range_7", vec![3]);
-        let npy = encode(&beams, TableFormat::Npy).expect("npy");
+        let row = 3 * 8 + 4 + 1 + 4 + 4;
+        assert_eq!((npy.len() - 2 * row) % 64, 0, "the header is padded to 64 bytes");
+        let head = String::from_utf8_lossy(&npy);
+        assert!(head.contains("('beam', '<u4'), ('class', 'u1'), ('tree', '<i4'), ('cos', '<f4')"));
+        assert!(head.contains("'shape': (2,), }"));
+        let beams: Vec<(String, Kind)> =
+            ["range_0", "range_1", "range_7"].iter().map(|name| ((*name).to_owned(), Kind::U32)).collect();
+        let beams: Vec<(&str, Kind)> = beams.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
+        let npy = encoded(&beams, &[&[1.0, 2.0, 3.0]], TableFormat::Npy);
         assert!(String::from_utf8_lossy(&npy).contains("[('range', '<u4', (2,)), ('range_7', '<u4')]"));
         assert_eq!(npy[npy.len() - 12..], [1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0]);
+    }
 
-        let ply = encode(&sample(), TableFormat::Ply).expect("ply");
-        let header = String::from_utf8_lossy(&ply);
-        assert!(
-            header.starts_with("ply\nformat binary_little_endian 1.0\n")
-                && header.contains("element vertex 2\n")
-        );
-        assert!(header.contains("property double x\n") && header.contains("property uint beam\n"));
+    #[test]
+    fn ply_gets_the_number_of_rows_at_the_end() {
+        let ply = sample(TableFormat::Ply);
+        let mut cursor = Cursor::new(&ply);
+        let parsed = ply_rs_bw::parser::Parser::<ply_rs_bw::ply::DefaultElement>::new()
+            .read_ply(&mut cursor)
+            .expect("PLY");
+        let vertices = &parsed.payload["vertex"];
+        assert_eq!(vertices.len(), 2);
+        use ply_rs_bw::ply::Property;
+        assert_eq!(vertices[1]["x"], Property::Double(-2.5));
+        assert_eq!(vertices[1]["tree"], Property::Int(-1));
+        assert_eq!((&vertices[0]["class"], &vertices[0]["beam"]), (&Property::UChar(1), &Property::UInt(7)));
+    }
 
-        let bytes = encode(&sample(), TableFormat::Las).expect("las");
-        let mut reader = ::las::Reader::new(std::io::Cursor::new(bytes)).expect("las");
+    #[test]
+    fn las_needs_places_and_parquet_begins_and_ends_as_one() {
+        let bytes = sample(TableFormat::Las);
+        let mut reader = ::las::Reader::new(Cursor::new(bytes)).expect("las");
         let all = reader.read_all().expect("points");
         let points: Vec<_> = all.points().map(|point| point.expect("a point")).collect();
         assert_eq!(points.len(), 2);
         assert!((points[1].x + 2.5).abs() < 1e-4 && (points[1].z - 5.0).abs() < 1e-4);
-
-        let bytes = encode(&sample(), TableFormat::Parquet).expect("parquet");
+        let table = Table { columns: vec![Column::new("x_m", Kind::F64)], ..Table::default() };
+        let refused = TableFormat::Las.begin(Cursor::new(Vec::new()), &table).err().expect("refused");
+        assert!(refused.to_string().contains("expected a column `y_m`"));
+        let bytes = sample(TableFormat::Parquet);
         assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
     }
 }

@@ -1,13 +1,57 @@
 //! NumPy's array files, format 1.0. A table is one structured array: `numpy.load(file)["x_m"]`.
 
-use super::{Columns, Values};
+use std::io::SeekFrom;
 
-pub(super) fn encode(columns: &Columns) -> Vec<u8> {
+use super::{Column, ExportError, Kind, Out, Table, TableWriter, put_bytes};
+
+pub(super) struct Writer<W: Out> {
+    out: W,
+    descr: String,
+    kinds: Vec<Kind>,
+    bytes: Vec<u8>,
+    rows: u64,
+}
+
+impl<W: Out> Writer<W> {
+    pub(super) fn new(mut out: W, table: &Table) -> Result<Self, ExportError> {
+        let descr = descr(&table.columns);
+        out.write_all(&head(&descr, &shape(0)))?;
+        let kinds = table.columns.iter().map(|column| column.kind).collect();
+        Ok(Self { out, descr, kinds, bytes: Vec::new(), rows: 0 })
+    }
+}
+
+impl<W: Out> TableWriter<W> for Writer<W> {
+    fn row(&mut self, row: &[f64]) -> Result<(), ExportError> {
+        self.bytes.clear();
+        self.kinds.iter().zip(row).for_each(|(kind, value)| put_bytes(*kind, *value, &mut self.bytes));
+        self.out.write_all(&self.bytes)?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<W, ExportError> {
+        self.out.seek(SeekFrom::Start(0))?;
+        self.out.write_all(&head(&self.descr, &shape(self.rows)))?;
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}
+
+/// So many rows.
+fn shape(rows: u64) -> String {
+    format!("({rows},)")
+}
+
+fn descr(columns: &[Column]) -> String {
     let mut fields: Vec<Field<'_>> = Vec::new();
-    for column in &columns.0 {
-        let kind = match column.values {
-            Values::F64(_) => "<f8",
-            Values::U32(_) => "<u4",
+    for column in columns {
+        let kind = match column.kind {
+            Kind::F64 => "<f8",
+            Kind::F32 => "<f4",
+            Kind::U32 => "<u4",
+            Kind::U8 | Kind::Class(_) => "u1",
+            Kind::Label => "<i4",
         };
         let (name, number) = match column.name.rsplit_once('_') {
             Some((name, number)) => (name, number.parse::<usize>().ok()),
@@ -24,9 +68,7 @@ pub(super) fn encode(columns: &Columns) -> Vec<u8> {
         }
     }
     let fields: Vec<String> = fields.iter().map(Field::told).collect();
-    let mut out = head(&format!("[{}]", fields.join(", ")), &format!("({},)", columns.rows()));
-    (0..columns.rows()).for_each(|row| columns.write_row(row, &mut out));
-    out
+    format!("[{}]", fields.join(", "))
 }
 
 /// A field of the structured array. Columns that are numbered from 0 on are one field with as many values: NumPy refuses to read longer heads.
@@ -46,13 +88,17 @@ impl Field<'_> {
     }
 }
 
-/// What stands before an array's bytes: its element type and its shape, as Python writes them.
+/// What stands before an array's bytes: its element type and its shape, as Python writes them. It is as long for every shape, so that it
+/// can be written again once the rows are counted.
 pub(crate) fn head(descr: &str, shape: &str) -> Vec<u8> {
     /// Magic, version and length, before the dictionary; all together fill a multiple of [`ALIGNED`].
     const PREAMBLE: usize = 10;
     const ALIGNED: usize = 64;
+    /// Two numbers of 64 bits, their brackets and commas.
+    const LONGEST_SHAPE: usize = 2 * 20 + 4;
     let mut dictionary = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}");
-    let len = (PREAMBLE + dictionary.len() + 1).next_multiple_of(ALIGNED) - PREAMBLE;
+    let longest = dictionary.len() + LONGEST_SHAPE.saturating_sub(shape.len());
+    let len = (PREAMBLE + longest + 1).next_multiple_of(ALIGNED) - PREAMBLE;
     dictionary.push_str(&" ".repeat(len - 1 - dictionary.len()));
     dictionary.push('\n');
     let mut out = b"\x93NUMPY\x01\x00".to_vec();

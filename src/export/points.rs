@@ -4,7 +4,7 @@ use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 
-use super::Columns;
+use super::{Column, ExportError, Kind, RowError, Rows, Table};
 
 /// Where a scanner sits, and how far it has come.
 #[derive(Clone, Debug)]
@@ -33,36 +33,53 @@ impl Placing {
 }
 
 /// Every return of every scan: place, range, remission, and which beam of which scan it was. `time_s` counts on the device's clock.
-pub fn points(scans: &[Scan], mut placing: Placing) -> Columns {
-    let (mut x, mut y, mut z) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut range, mut remission, mut time) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut line, mut beams, mut echoes) = (Vec::new(), Vec::new(), Vec::new());
-    for (number, scan) in scans.iter().enumerate() {
-        let time_s = placing.clock.seconds(scan.scan_time_us);
+#[derive(Clone, Debug)]
+pub struct PointRows {
+    placing: Placing,
+    scans: u64,
+}
+
+impl PointRows {
+    /// Points placed so.
+    pub fn new(placing: Placing) -> Self {
+        Self { placing, scans: 0 }
+    }
+}
+
+impl Rows for PointRows {
+    fn table(&self, _: &Scan) -> Table {
+        let column = |(name, kind): (&str, Kind)| Column::new(name, kind);
+        let columns = [
+            ("x_m", Kind::F64),
+            ("y_m", Kind::F64),
+            ("z_m", Kind::F64),
+            ("range_m", Kind::F64),
+            ("remission", Kind::F64),
+            ("time_s", Kind::F64),
+            ("scan", Kind::U32),
+            ("beam", Kind::U32),
+            ("echo", Kind::U32),
+        ];
+        Table { columns: columns.map(column).to_vec(), ..Table::default() }
+    }
+
+    fn push(
+        &mut self,
+        scan: &Scan,
+        _: f64,
+        put: &mut dyn FnMut(&[f64]) -> Result<(), ExportError>,
+    ) -> Result<(), RowError> {
+        let time_s = self.placing.clock.seconds(scan.scan_time_us);
         for (order, echo) in scan.echoes.iter().enumerate() {
             for (beam, &range_m) in echo.range_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite())
             {
-                let [px, py, pz] = placing.place(time_s, scan.beams.angle_deg(beam), range_m);
-                x.push(px);
-                y.push(py);
-                z.push(pz);
-                range.push(range_m);
-                remission.push(f64::from(echo.remission.get(beam).copied().unwrap_or_default()));
-                time.push(time_s);
-                line.push(number as u32);
-                beams.push(beam as u32);
-                echoes.push(order as u32);
+                let [x, y, z] = self.placing.place(time_s, scan.beams.angle_deg(beam), range_m);
+                let remission = f64::from(echo.remission.get(beam).copied().unwrap_or_default());
+                let number = self.scans as f64;
+                put(&[x, y, z, range_m, remission, time_s, number, beam as f64, order as f64])?;
             }
         }
+        self.scans += 1;
+        Ok(())
     }
-    Columns::default()
-        .f64("x_m", x)
-        .f64("y_m", y)
-        .f64("z_m", z)
-        .f64("range_m", range)
-        .f64("remission", remission)
-        .f64("time_s", time)
-        .u32("scan", line)
-        .u32("beam", beams)
-        .u32("echo", echoes)
 }

@@ -13,6 +13,7 @@ mod common;
 mod bad_input;
 mod blindness;
 mod calibrations;
+mod captures;
 mod decode;
 mod determinism;
 mod documents;

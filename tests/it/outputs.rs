@@ -203,18 +203,22 @@ fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
     let (_folder, file) = folder();
     std::fs::write(file("scans.bin"), (0..2000).flat_map(scan).collect::<Vec<u8>>()).expect("written");
     std::fs::create_dir(file("out")).expect("made");
-    let started = std::process::Command::new("sh")
-        .args(["-c", "ulimit -f 8; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_rowscan")])
-        .args(["export", &file("scans.bin"), "--to", "csv", "-o", &file("out/points.csv")])
-        .stdin(std::process::Stdio::null())
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("it runs");
-    let ended = common::binary::finish(started);
-    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
-    assert_says(&ended.stderr, &["cannot write", "points.csv", "too large"]);
-    assert_eq!(std::fs::read_dir(file("out")).expect("there").count(), 0);
+    for format in ["csv", "ply", "las", "npy", "parquet"] {
+        let output = file(&format!("out/points.{format}"));
+        let started = std::process::Command::new("sh")
+            .args(["-c", "ulimit -f 8; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_rowscan")])
+            .args(["export", &file("scans.bin"), "--to", format, "-o", &output])
+            .stdin(std::process::Stdio::null())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("it runs");
+        let ended = common::binary::finish(started);
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert_says(&ended.stderr, &["cannot write", &format!("points.{format}"), "too large"]);
+        assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
+        assert_eq!(std::fs::read_dir(file("out")).expect("there").count(), 0);
+    }
 }
 
 #[test]
@@ -271,4 +275,23 @@ async fn any_bytes_give_a_scan_or_a_reason() {
         }
     }
     assert!(with_scans > 20 && refused > 100, "{with_scans} with scans, {refused} refused");
+}
+
+#[test]
+fn a_raw_file_that_ends_inside_a_telegram_is_converted_and_told() {
+    let (_folder, file) = folder();
+    let whole: Vec<u8> = (0..5).flat_map(scan).collect();
+    std::fs::write(file("cut.bin"), &whole[..whole.len() - 7]).expect("written");
+    let ended = run(&["record", &file("cut.bin"), "-o", &file("cut.mcap")]);
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    let rest = scan(4).len() - 7;
+    assert_says(&ended.stderr, &["4 packets", &format!("the last {rest} bytes are no whole telegram")]);
+    std::fs::write(file("whole.bin"), &whole).expect("written");
+    let ended = run(&["record", &file("whole.bin"), "-o", &file("whole.mcap")]);
+    assert_eq!(
+        (ended.code, ended.stderr.contains("no whole telegram")),
+        (Some(0), false),
+        "{}",
+        ended.stderr
+    );
 }

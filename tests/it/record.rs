@@ -13,6 +13,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use common::binary::{Emulator, assert_says, finish, refused, rowscan, run};
+use common::captured::{Segments, Sent, pcap};
 use common::recorded::{estimate, folder};
 use rowscan_recording::{Recording, Side};
 use serde_json::Value;
@@ -20,15 +21,13 @@ use serde_json::Value;
 /// Both directions as an Ethernet capture, so many bytes a segment, some of them out of order and some twice.
 fn capture(recording: &Path, to: &str) {
     let mut recording = Recording::open(recording).expect("it opens");
-    let mut file: Vec<u8> =
-        [0xA1B2_C3D4_u32, 0x0002_0004, 0, 0, 65535, 1].iter().flat_map(|word| word.to_be_bytes()).collect();
-    let mut sent = [1000_u32, 5000];
+    let mut segments = Segments::new();
     let mut packets = Vec::new();
     while let Some(packet) = recording.next_packet().expect("it reads") {
-        let from_device = usize::from(packet.from == Some(Side::Device));
         for bytes in packet.bytes.chunks(700) {
-            packets.push((packet.at_ns.expect("timed"), from_device, sent[from_device], bytes.to_vec()));
-            sent[from_device] += bytes.len() as u32;
+            let (at_ns, from_device) = (packet.at_ns.expect("timed"), packet.from == Some(Side::Device));
+            let sent = Sent { at_ns, port: 50_000, from_device, bytes: bytes.to_vec() };
+            packets.push((at_ns, segments.packet(&sent)));
         }
     }
     for i in (5..packets.len().saturating_sub(1)).step_by(7) {
@@ -37,24 +36,7 @@ fn capture(recording: &Path, to: &str) {
     for i in (3..packets.len()).step_by(11) {
         packets.push(packets[i].clone());
     }
-    for (at_ns, from_device, sequence, bytes) in packets {
-        let ends = [([192, 168, 0, 5], 50_000_u16), ([192, 168, 0, 1], 2112)];
-        let (from, to) = (ends[from_device], ends[1 - from_device]);
-        let mut packet = vec![0_u8; 12];
-        packet.extend([0x08, 0x00, 0x45, 0]);
-        packet.extend((40 + bytes.len() as u16).to_be_bytes());
-        packet.extend([0, 0, 0x40, 0, 64, 6, 0, 0]);
-        packet.extend([from.0, to.0].concat());
-        packet.extend([from.1.to_be_bytes(), to.1.to_be_bytes()].concat());
-        packet.extend(sequence.to_be_bytes());
-        packet.extend([0, 0, 0, 0, 0x50, 0x18, 0, 0, 0, 0, 0, 0]);
-        packet.extend(&bytes);
-        let len = packet.len() as u32;
-        let (seconds, micros) = ((at_ns / 1_000_000_000) as u32, (at_ns % 1_000_000_000 / 1000) as u32);
-        file.extend([seconds, micros, len, len].iter().flat_map(|word| word.to_be_bytes()));
-        file.extend(packet);
-    }
-    std::fs::write(to, file).expect("written");
+    std::fs::write(to, pcap(packets)).expect("written");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A recording while it plays, all chosen streams in one: read as it goes, over and over if it loops.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
 use rowscan_protocol::device::{DeviceEvent as Event, monitor_event, scan_event};
@@ -8,10 +8,10 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::telegram::{Kind, LmdScandata};
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Recording, Side, StreamKind};
+use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Side, StreamKind};
 
 use super::stamps::{Restamp, Stamps};
-use super::{Part, ReplayError, unreadable};
+use super::{Part, ReplayError, survey, unreadable};
 
 /// What is played, and how.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +31,8 @@ pub struct Played {
 /// The chosen streams, frame by frame, in the order they were recorded in.
 pub struct Playback {
     path: PathBuf,
+    /// Streams of a capture that are single connections have to be asked for.
+    names: Vec<String>,
     tracks: Vec<Track>,
     played: Played,
     frames: FrameReader,
@@ -75,7 +77,8 @@ impl std::fmt::Debug for Playback {
 impl Playback {
     /// These parts of the recording at `path`.
     pub fn open(path: PathBuf, parts: &[&Part], played: Played) -> Result<Self, ReplayError> {
-        let frames = open(&path).map_err(unreadable(&path))?;
+        let names: Vec<String> = parts.iter().map(|part| part.name.clone()).collect();
+        let frames = open(&path, &names).map_err(unreadable(&path))?;
         let track = |part: &&Part| Track {
             stream: part.stream,
             verbatim: part.is_verbatim(played.verbatim),
@@ -86,6 +89,7 @@ impl Playback {
             tracks: parts.iter().map(track).collect(),
             skip_until_ns: played.from_ns,
             path,
+            names,
             played,
             frames,
             rounds: 0,
@@ -100,7 +104,7 @@ impl Playback {
     }
 
     fn begin(&mut self, from_ns: u64) -> Result<(), ReadError> {
-        self.frames = open(&self.path)?;
+        self.frames = open(&self.path, &self.names)?;
         self.skip_until_ns = from_ns;
         self.tracks.iter_mut().for_each(|track| track.jumped = true);
         self.found = 0;
@@ -213,6 +217,7 @@ fn encode(event: Option<Event>, dialect: Dialect, scan: &LmdScandata) -> Vec<u8>
     bytes
 }
 
-fn open(path: &std::path::Path) -> Result<FrameReader, ReadError> {
-    Recording::open(path).map(FrameReader::new)
+fn open(path: &Path, names: &[String]) -> Result<FrameReader, ReadError> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    survey::open(path, &names)
 }

@@ -10,7 +10,9 @@ use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
-use rowscan_recording::{About, FrameReader, RecordedFrame, Recording, Side, StreamKind};
+use rowscan_recording::{
+    About, FrameReader, ReadError, RecordedFrame, Recording, Side, StreamInfo, StreamKind,
+};
 
 use super::{Lms2xxPart, ReplayError, Script, unreadable};
 
@@ -36,6 +38,8 @@ pub struct Part {
     pub name: String,
     /// What its bytes are.
     pub kind: StreamKind,
+    /// Names of its connections, where it is several.
+    pub connections: Vec<String>,
     /// What was asked and answered.
     pub script: Arc<Script>,
     /// DeviceIdent, if it was asked for.
@@ -66,12 +70,17 @@ fn is_scan(telegram: &Telegram<'_>) -> bool {
 impl Survey {
     /// Reads a recording to its end.
     pub fn read(path: &Path) -> Result<Self, ReplayError> {
+        Self::read_apart(path, &[])
+    }
+
+    /// The same; of a capture, connections of these names are streams of their own ([`Recording::open_apart`]).
+    pub fn read_apart(path: &Path, connections: &[&str]) -> Result<Self, ReplayError> {
         let fail = unreadable(path);
-        let mut frames = FrameReader::new(Recording::open(path).map_err(&fail)?);
+        let mut frames = FrameReader::new(Recording::open_apart(path, connections).map_err(&fail)?);
         let mut parts: Vec<Part> = Vec::new();
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             for (stream, info) in frames.recording().streams().iter().enumerate().skip(parts.len()) {
-                parts.push(Part::new(stream, info.name.clone(), info.kind));
+                parts.push(Part::new(stream, info));
             }
             let Some(part) = parts.get_mut(frame.stream) else { continue };
             match frame.telegram() {
@@ -109,7 +118,7 @@ impl Survey {
         }
         let recording = frames.recording();
         for (stream, info) in recording.streams().iter().enumerate().skip(parts.len()) {
-            parts.push(Part::new(stream, info.name.clone(), info.kind));
+            parts.push(Part::new(stream, info));
         }
         let torn = recording.torn().map(ToString::to_string);
         Ok(Self { path: path.to_owned(), about: recording.about().clone(), parts, torn })
@@ -118,7 +127,7 @@ impl Survey {
     /// Time of a part's scan number `number`, from 0; none if it has fewer.
     pub fn scan_at(&self, part: &Part, number: u64) -> Result<Option<u64>, ReplayError> {
         let fail = unreadable(&self.path);
-        let mut frames = FrameReader::new(Recording::open(&self.path).map_err(&fail)?);
+        let mut frames = open(&self.path, &self.names()).map_err(&fail)?;
         let mut scans = 0;
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             let is_scan = match frame.kind {
@@ -162,6 +171,11 @@ impl Survey {
         Some(scanners(true)).filter(|chosen| !chosen.is_empty()).unwrap_or_else(|| scanners(false))
     }
 
+    /// Its streams' names.
+    fn names(&self) -> Vec<&str> {
+        self.parts.iter().map(|part| part.name.as_str()).collect()
+    }
+
     /// There is nothing to play.
     pub fn nothing(&self) -> ReplayError {
         ReplayError::Nothing { path: self.path.clone(), found: self.found() }
@@ -172,9 +186,18 @@ impl Survey {
             true => format!("{} ({}, {} scans)", part.name, part.kind, part.scans),
             false => format!("{} ({})", part.name, part.kind),
         };
+        let told = |part: &Part| match part.connections.as_slice() {
+            [] => told(part),
+            connections => format!("{}, of the connections {}", told(part), connections.join(", ")),
+        };
         let names: Vec<String> = self.parts.iter().map(told).collect();
         if names.is_empty() { "no stream".to_owned() } else { names.join(", ") }
     }
+}
+
+/// Reads a recording anew, with the streams of a survey.
+pub(super) fn open(path: &Path, names: &[&str]) -> Result<FrameReader, ReadError> {
+    Recording::open_apart(path, names).map(FrameReader::new)
 }
 
 /// `sEA LMDscandata 1`, or the monitor's.
@@ -185,11 +208,12 @@ fn is_subscription(telegram: &Telegram<'_>) -> bool {
 }
 
 impl Part {
-    fn new(stream: usize, name: String, kind: StreamKind) -> Self {
+    fn new(stream: usize, info: &StreamInfo) -> Self {
         Self {
             stream,
-            name,
-            kind,
+            name: info.name.clone(),
+            kind: info.kind,
+            connections: info.connections.clone(),
             script: Arc::default(),
             ident: None,
             first_scan: None,

@@ -145,7 +145,7 @@ fn add(
     let known = streams.iter().position(|stream| stream.name == name);
     let stream = known.unwrap_or_else(|| {
         let kind = text(KIND_KEY).and_then(|kind| kind.parse().ok()).unwrap_or(StreamKind::Bytes);
-        streams.push(StreamInfo { name: name.to_owned(), kind });
+        streams.push(StreamInfo::new(name, kind));
         streams.len() - 1
     });
     channels.entry(found.id).or_insert(Channel { stream, from, next: None });

@@ -41,6 +41,15 @@ pub struct StreamInfo {
     pub name: String,
     /// What its bytes are.
     pub kind: StreamKind,
+    /// Of a capture's stream that is several connections, one after the other: their names, for [`Recording::open_apart`].
+    pub connections: Vec<String>,
+}
+
+impl StreamInfo {
+    /// A stream.
+    pub(crate) fn new(name: impl Into<String>, kind: StreamKind) -> Self {
+        Self { name: name.into(), kind, connections: Vec::new() }
+    }
 }
 
 /// Why a recording cannot be read.
@@ -134,15 +143,25 @@ impl std::fmt::Debug for Recording {
 impl Recording {
     /// Opens a file and recognises its format.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
+        Self::open_apart(path, &[])
+    }
+
+    /// The same; of a capture, the connections of these names (see [`StreamInfo::connections`]) are streams of their own, and no part of
+    /// the streams they belong to. Other names are passed over.
+    pub fn open_apart(path: &Path, connections: &[&str]) -> Result<Self, ReadError> {
         let file = File::open(path)?;
         if file.metadata()?.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory").into());
         }
-        Self::read(Box::new(file))
+        Self::read_apart(Box::new(file), connections)
     }
 
     /// Reads a recording from any bytes; never panics, whatever they are.
-    pub fn read(mut input: Box<dyn Read + Send>) -> Result<Self, ReadError> {
+    pub fn read(input: Box<dyn Read + Send>) -> Result<Self, ReadError> {
+        Self::read_apart(input, &[])
+    }
+
+    fn read_apart(mut input: Box<dyn Read + Send>, connections: &[&str]) -> Result<Self, ReadError> {
         let mut head = Vec::new();
         input.by_ref().take(CHUNK as u64).read_to_end(&mut head)?;
         if head.is_empty() {
@@ -158,7 +177,7 @@ impl Recording {
         let format = Format::of(&head);
         let kind = language(&head);
         let mut input: Box<dyn Read + Send> = Box::new(Cursor::new(head).chain(input));
-        let scanner = |kind| StreamInfo { name: "scanner".to_owned(), kind };
+        let scanner = |kind| StreamInfo::new("scanner", kind);
         let mut recording = Self {
             format,
             about: About::default(),
@@ -179,7 +198,7 @@ impl Recording {
                 let capture = capture::read(&bytes).unwrap_or_default();
                 recording.began_ns = capture.began_ns;
                 recording.torn = capture.torn;
-                let (packets, streams) = sides::packets(capture.connections);
+                let (packets, streams) = sides::packets(capture.connections, connections);
                 recording.streams = streams;
                 recording.packets = Packets::Listed(packets.into_iter());
             }
@@ -195,7 +214,7 @@ impl Recording {
             Format::Candump => {
                 let (packets, interfaces) = candump::packets(&text(input)?)?;
                 recording.streams =
-                    interfaces.into_iter().map(|name| StreamInfo { name, kind: StreamKind::Can }).collect();
+                    interfaces.into_iter().map(|name| StreamInfo::new(name, StreamKind::Can)).collect();
                 recording.packets = Packets::Listed(packets.into_iter());
             }
             Format::Ranges => {

@@ -76,7 +76,7 @@ enum StampsArg {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let asked = args.model.as_deref().map(models::find).transpose()?;
-    let survey = Survey::read(&args.file)?;
+    let survey = Survey::read_apart(&args.file, &args.places.names())?;
     if let Some(torn) = &survey.torn {
         say(format_args!("{}: {torn}; what comes before is played", args.file.display()));
     }
@@ -159,6 +159,13 @@ fn tell_streams(survey: &Survey, played: &[&Part]) {
             (true, true) => {
                 let answers = part.script.len();
                 say(format_args!("{}: {} scans, {answers} recorded answers", part.name, part.scans));
+                if let [first, .., last] = part.connections.as_slice() {
+                    say(format_args!(
+                        "{}: {} connections one after the other; --stream plays one of {first} to {last}",
+                        part.name,
+                        part.connections.len()
+                    ));
+                }
             }
             (true, false) => say(format_args!("{}: {}, in step", part.name, part.kind)),
             (false, _) if part.begins_ns.is_some() => {

@@ -113,6 +113,12 @@ impl PlaceArgs {
         places.concat()
     }
 
+    /// The streams that are asked for by name.
+    pub(super) fn names(&self) -> Vec<&str> {
+        let of_places = self.places().into_iter().filter_map(|(name, _)| name);
+        self.stream.iter().map(String::as_str).chain(of_places).collect()
+    }
+
     /// Every place with its stream, in the order of the recording's streams.
     pub(super) fn seats<'a>(&'a self, survey: &'a Survey) -> Result<Vec<Seat<'a>>, Failure> {
         let mut places = self.places();

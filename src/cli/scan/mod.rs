@@ -4,7 +4,7 @@ mod layout;
 mod matrix;
 mod points;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use rowscan_scenes::caster::Class;
@@ -16,7 +16,9 @@ use serde::Serialize;
 use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
 use super::output::{self, say};
+use super::table_file::TableFile;
 use super::{Failure, Format, Outcome, progress};
+use crate::export::TableFormat;
 use rowscan_emulator::stage::Stage;
 
 pub(super) use layout::ScanArgs;
@@ -264,37 +266,37 @@ fn write(
     lines: &[LineRecord],
     named: &dyn Fn(&str) -> PathBuf,
 ) -> Result<(), Failure> {
-    let points: Vec<Point> = lines.iter().flat_map(|line| line.points.iter().copied()).collect();
     let columns: Vec<&[f64]> = lines.iter().map(|line| line.ranges.as_slice()).collect();
     for file in files {
-        let (path, bytes): (PathBuf, Vec<u8>) = match file {
-            File::Matrix => (named("_L.csv"), matrix::csv(plan, stage, &columns)),
+        let path = match file {
+            File::Matrix => {
+                let path = named("_L.csv");
+                output::write_file(&path, &matrix::csv(plan, stage, &columns))?;
+                path
+            }
             File::Npy => {
+                let path = named("_L.npy");
                 output::write_file(&named("_L.txt"), matrix::head(plan, stage).as_bytes())?;
-                (named("_L.npy"), matrix::npy(plan, &columns))
+                output::write_file(&path, &matrix::npy(plan, &columns))?;
+                path
             }
-            File::Csv => {
-                let path = named("_points.csv");
-                let bytes = points::csv(&points).map_err(|cause| trouble(&path, cause))?;
-                (path, bytes)
-            }
-            File::Ply => {
-                let path = named("_points.ply");
-                let bytes = points::ply(points.clone()).map_err(|cause| trouble(&path, cause))?;
-                (path, bytes)
-            }
-            File::Las => {
-                let path = named("_points.las");
-                let bytes = points::las(plan, &points).map_err(|cause| trouble(&path, cause))?;
-                (path, bytes)
-            }
+            File::Csv => write_points(named("_points.csv"), TableFormat::Csv, lines)?,
+            File::Ply => write_points(named("_points.ply"), TableFormat::Ply, lines)?,
+            File::Las => write_points(named("_points.las"), TableFormat::Las, lines)?,
         };
-        output::write_file(&path, &bytes)?;
         say(format_args!("wrote {}", path.display()));
     }
     Ok(())
 }
 
-fn trouble(path: &Path, cause: impl std::fmt::Display) -> Failure {
-    Failure::Write { what: path.display().to_string(), cause: std::io::Error::other(cause.to_string()) }
+/// Writes every return.
+fn write_points(path: PathBuf, format: TableFormat, lines: &[LineRecord]) -> Result<PathBuf, Failure> {
+    let mut file = TableFile::create(&path, format, &points::table(format))?;
+    let mut row = Vec::new();
+    for point in lines.iter().flat_map(|line| &line.points) {
+        points::row(point, format, &mut row);
+        file.row(&row).map_err(|cause| file.failure(cause))?;
+    }
+    file.commit()?;
+    Ok(path)
 }

@@ -1,17 +1,9 @@
-//! The returns of a scan as points with their truth: CSV, PLY, LAS.
+//! The returns of a scan as points with their truth: the columns of CSV, PLY and LAS.
 
-use std::error::Error;
-use std::io::Cursor;
-
-use las::point::{Classification, Format};
-use las::{Builder, Transform, Vector, Vlr};
-use ply_rs_bw::ply::{
-    Addable, ElementDef, Encoding, Ply, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
-    PropertyType, ScalarType,
-};
 use rowscan_scenes::caster::{Class, Return};
 use rowscan_scenes::scan::{CastLine, ScanPlan};
-use serde::Serialize;
+
+use crate::export::{Column, Kind, Table, TableFormat};
 
 /// One return.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,13 +20,15 @@ pub(super) struct Point {
     beam: u32,
     line: u32,
     cos_incidence: f32,
-    swept: f32,
+    /// The beam's angle, degrees; 0 in an orthogonal scan.
+    scan_angle: f32,
 }
 
 /// The returns of one line: of every beam what it met first, and the leaves behind a first leaf. Escapes are no points; matrix L
 /// has them.
 pub(super) fn of_line(plan: &ScanPlan, line: &CastLine<'_>) -> Vec<Point> {
     let mut points = Vec::new();
+    let angular = plan.settings().kind.is_angular();
     for (beam, (start, direction)) in plan.beams().rays(line.origin).enumerate() {
         let Some(nearest) = line.layers.nearest().get(beam).filter(|found| found.is_hit()) else { continue };
         let behind = line.layers.leaves(beam).get(1..).unwrap_or(&[]);
@@ -55,52 +49,66 @@ pub(super) fn of_line(plan: &ScanPlan, line: &CastLine<'_>) -> Vec<Point> {
                 beam: beam as u32,
                 line: line.index as u32,
                 cos_incidence,
-                swept: plan.swept(beam) as f32,
+                scan_angle: if angular { plan.swept(beam) as f32 } else { 0.0 },
             });
         }
     }
     points
 }
 
-/// A point as a line of text; no tree and no organ for the ground.
-#[derive(Serialize)]
-struct Record {
-    x_m: f64,
-    y_m: f64,
-    z_m: f64,
-    class: &'static str,
-    tree: Option<u32>,
-    organ: Option<u32>,
-    order: u8,
-    range_m: f64,
-    beam: u32,
-    step: u32,
-    cos_incidence: f32,
-}
+/// A column of the points' table, and its number for a point.
+type Field = (&'static str, Kind, fn(&Point) -> f64);
 
-pub(super) fn csv(points: &[Point]) -> Result<Vec<u8>, Box<dyn Error>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for point in points {
-        let [x_m, y_m, z_m] = point.at;
-        let label = |number: u32| Some(number).filter(|number| *number != Return::NO_LABEL);
-        writer.serialize(Record {
-            x_m,
-            y_m,
-            z_m,
-            class: point.class.name(),
-            tree: label(point.tree),
-            organ: label(point.organ),
-            order: point.order,
-            range_m: point.range_m,
-            beam: point.beam,
-            step: point.line,
-            cos_incidence: point.cos_incidence,
-        })?;
-    }
-    Ok(writer.into_inner()?)
-}
+/// Text; no tree and no organ for the ground.
+const CSV: &[Field] = &[
+    ("x_m", Kind::F64, |point| point.at[0]),
+    ("y_m", Kind::F64, |point| point.at[1]),
+    ("z_m", Kind::F64, |point| point.at[2]),
+    ("class", Kind::Class(CLASSES), |point| f64::from(code(point.class))),
+    ("tree", Kind::Label, |point| label(point.tree)),
+    ("organ", Kind::Label, |point| label(point.organ)),
+    ("order", Kind::U8, |point| f64::from(point.order)),
+    ("range_m", Kind::F64, |point| point.range_m),
+    ("beam", Kind::U32, |point| f64::from(point.beam)),
+    ("step", Kind::U32, |point| f64::from(point.line)),
+    ("cos_incidence", Kind::F32, |point| f64::from(point.cos_incidence)),
+];
 
-/// Number of a class in PLY, as its header says.
+/// Binary PLY; -1 for no tree and no organ.
+const PLY: &[Field] = &[
+    ("x", Kind::F64, |point| point.at[0]),
+    ("y", Kind::F64, |point| point.at[1]),
+    ("z", Kind::F64, |point| point.at[2]),
+    ("range", Kind::F64, |point| point.range_m),
+    ("class", Kind::U8, |point| f64::from(code(point.class))),
+    ("order", Kind::U8, |point| f64::from(point.order)),
+    ("tree", Kind::Label, |point| label(point.tree)),
+    ("organ", Kind::Label, |point| label(point.organ)),
+    ("beam", Kind::Label, |point| f64::from(point.beam)),
+    ("step", Kind::Label, |point| f64::from(point.line)),
+];
+
+/// LAS: GPS time holds the number of the line, the point source the number of the tree (counted from 1, 0 for the ground), the extra bytes
+/// the number of the leaf or branch within its tree.
+const LAS: &[Field] = &[
+    ("x_m", Kind::F64, |point| point.at[0]),
+    ("y_m", Kind::F64, |point| point.at[1]),
+    ("z_m", Kind::F64, |point| point.at[2]),
+    ("return_number", Kind::U8, |point| f64::from(point.order)),
+    ("number_of_returns", Kind::U8, |point| f64::from(point.of)),
+    ("classification", Kind::U8, |point| f64::from(las_class(point.class))),
+    ("scan_angle", Kind::F32, |point| f64::from(point.scan_angle)),
+    ("point_source_id", Kind::U32, |point| {
+        f64::from(u16::try_from(point.tree.wrapping_add(1)).unwrap_or(u16::MAX))
+    }),
+    ("gps_time", Kind::F64, |point| f64::from(point.line)),
+    ("organ", Kind::Label, |point| label(point.organ)),
+];
+
+/// Names of classes, at the numbers that PLY has for them.
+const CLASSES: &[&str] = &["ground", "leaf", "wood", "fruit", "post", "wire"];
+
+/// Number of a class, as PLY's header says.
 fn code(class: Class) -> u8 {
     match class {
         Class::Leaf => 1,
@@ -112,145 +120,53 @@ fn code(class: Class) -> u8 {
     }
 }
 
-impl PropertyAccess for Point {
-    /// Reading is not what this is for.
-    fn new() -> Self {
-        let Return { range_m, class, tree, organ, cos_incidence } = Return::MISS;
-        Self {
-            at: [0.0; 3],
-            class,
-            tree,
-            organ,
-            order: 0,
-            of: 0,
-            range_m,
-            beam: 0,
-            line: 0,
-            cos_incidence,
-            swept: 0.0,
-        }
-    }
-
-    fn set_property(&mut self, _: &str, _: Property) -> PropertyAccessResult {
-        PropertyAccessResult::Ignored
-    }
-
-    fn get_double(&self, property: &str) -> Option<f64> {
-        let [x, y, z] = self.at;
-        match property {
-            "x" => Some(x),
-            "y" => Some(y),
-            "z" => Some(z),
-            "range" => Some(self.range_m),
-            _ => None,
-        }
-    }
-
-    fn get_uchar(&self, property: &str) -> Option<u8> {
-        match property {
-            "class" => Some(code(self.class)),
-            "order" => Some(self.order),
-            _ => None,
-        }
-    }
-
-    fn get_int(&self, property: &str) -> Option<i32> {
-        // The ground's missing labels become -1.
-        let number = |value: u32| Some(i32::try_from(value).unwrap_or(-1));
-        match property {
-            "tree" => number(self.tree),
-            "organ" => number(self.organ),
-            "beam" => number(self.beam),
-            "step" => number(self.line),
-            _ => None,
-        }
+/// Class of LAS: ground and high vegetation as the format has them, what it has no class for from 64 on, the first that is left to the user.
+fn las_class(class: Class) -> u8 {
+    match class {
+        Class::None => 1,
+        Class::Ground => 2,
+        Class::Leaf => 5,
+        Class::Wood => 64,
+        Class::Fruit => 65,
+        Class::Post => 66,
+        Class::Wire => 67,
     }
 }
 
-pub(super) fn ply(points: Vec<Point>) -> Result<Vec<u8>, Box<dyn Error>> {
-    let mut ply = Ply::<Point>::new();
-    ply.header.encoding = Encoding::BinaryLittleEndian;
-    ply.header.comments.push(format!(
-        "rowscan {}; metres; class 0 ground, 1 leaf, 2 wood, 3 fruit, 4 post, 5 wire",
-        env!("CARGO_PKG_VERSION")
-    ));
-    let mut vertex = ElementDef::new("vertex".to_owned());
-    for (name, kind) in [
-        ("x", ScalarType::Double),
-        ("y", ScalarType::Double),
-        ("z", ScalarType::Double),
-        ("range", ScalarType::Double),
-        ("class", ScalarType::UChar),
-        ("order", ScalarType::UChar),
-        ("tree", ScalarType::Int),
-        ("organ", ScalarType::Int),
-        ("beam", ScalarType::Int),
-        ("step", ScalarType::Int),
-    ] {
-        vertex.properties.add(PropertyDef::new(name.to_owned(), PropertyType::Scalar(kind)));
-    }
-    ply.header.elements.add(vertex);
-    ply.payload.insert("vertex".to_owned(), points);
-    let mut bytes = Vec::new();
-    ply_rs_bw::writer::Writer::new().write_ply(&mut bytes, &mut ply)?;
-    Ok(bytes)
+/// A number; -1 for none.
+fn label(number: u32) -> f64 {
+    if number == Return::NO_LABEL { -1.0 } else { f64::from(number) }
 }
 
-/// LAS class for wood, the first that is left to the user; fruit, post and wire follow. Leaves are high vegetation, as the format
-/// has it.
-const LAS_WOOD: u8 = 64;
-
-/// The record that names the extra bytes of every point: one unsigned 32-bit number `organ` (LAS 1.4 R15, "Extra Bytes").
-fn organ_record() -> Vlr {
-    const UNSIGNED_32: u8 = 5;
-    const HAS_NO_DATA: u8 = 1;
-    let mut data = vec![0; 192];
-    let mut put = |from: usize, bytes: &[u8]| {
-        data.iter_mut().skip(from).zip(bytes).for_each(|(place, byte)| *place = *byte);
-    };
-    put(2, &[UNSIGNED_32, HAS_NO_DATA]);
-    put(4, b"organ");
-    put(40, &u64::from(Return::NO_LABEL).to_le_bytes());
-    put(160, b"leaf or branch within its tree");
-    Vlr { user_id: "LASF_Spec".to_owned(), record_id: 4, description: "Extra bytes".to_owned(), data }
+fn fields(format: TableFormat) -> &'static [Field] {
+    match format {
+        TableFormat::Ply => PLY,
+        TableFormat::Las => LAS,
+        _ => CSV,
+    }
 }
 
-/// LAS 1.4, point format 6, tenths of a millimetre. GPS time holds the number of the line, the point source the number of the tree
-/// (counted from 1, 0 for the ground), the extra bytes the number of the leaf or branch within its tree.
-pub(super) fn las(plan: &ScanPlan, points: &[Point]) -> Result<Vec<u8>, Box<dyn Error>> {
-    let mut builder = Builder::from((1, 4));
-    builder.point_format = Format::new(6)?;
-    builder.point_format.extra_bytes = 4;
-    builder.vlrs.push(organ_record());
-    builder.generating_software = format!("rowscan {}", env!("CARGO_PKG_VERSION"));
-    let tenth = Transform { scale: 1e-4, offset: 0.0 };
-    builder.transforms = Vector { x: tenth, y: tenth, z: tenth };
-    let mut writer = las::Writer::new(Cursor::new(Vec::new()), builder.into_header()?)?;
-    let angular = plan.settings().kind.is_angular();
-    for point in points {
-        let [x, y, z] = point.at;
-        writer.write_point(las::Point {
-            x,
-            y,
-            z,
-            return_number: point.order,
-            number_of_returns: point.of,
-            classification: match point.class {
-                Class::Leaf => Classification::HighVegetation,
-                Class::Wood => Classification::new(LAS_WOOD)?,
-                Class::Fruit => Classification::new(LAS_WOOD + 1)?,
-                Class::Post => Classification::new(LAS_WOOD + 2)?,
-                Class::Wire => Classification::new(LAS_WOOD + 3)?,
-                Class::Ground => Classification::Ground,
-                Class::None => Classification::Unclassified,
-            },
-            scan_angle: if angular { point.swept } else { 0.0 },
-            point_source_id: u16::try_from(point.tree.wrapping_add(1)).unwrap_or(u16::MAX),
-            gps_time: Some(f64::from(point.line)),
-            extra_bytes: point.organ.to_le_bytes().to_vec(),
-            ..las::Point::default()
-        })?;
+/// The table of points as a format has it.
+pub(super) fn table(format: TableFormat) -> Table {
+    let columns = fields(format).iter().map(|(name, kind, _)| Column::new(*name, *kind)).collect();
+    let note = "; class 0 ground, 1 leaf, 2 wood, 3 fruit, 4 post, 5 wire";
+    Table { columns, note, ..Table::default() }
+}
+
+/// A point as a row of that table.
+pub(super) fn row(point: &Point, format: TableFormat, row: &mut Vec<f64>) {
+    row.clear();
+    row.extend(fields(format).iter().map(|(_, _, of)| of(point)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_class_of_a_return_has_its_name_at_its_number() {
+        for class in Class::ALL.iter().filter(|class| **class != Class::None) {
+            assert_eq!(CLASSES.get(usize::from(code(*class))), Some(&class.name()));
+        }
     }
-    writer.close()?;
-    Ok(writer.into_inner()?.into_inner())
 }

@@ -1,0 +1,167 @@
+//! Captures with several connections to one scanner: every command sees the same streams, and says what it leaves out.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+use crate::common;
+
+use common::binary::{Emulator, assert_says, refused, run};
+use common::captured::{DEVICE, Segments, Sent, pcap};
+use common::recorded::folder;
+use rowscan_protocol::frame::{Dialect, encode};
+use serde_json::Value;
+
+/// A scanner at 50 Hz: three beams, counters and clock running on whoever is connected.
+struct Talk {
+    sent: Vec<Sent>,
+}
+
+impl Talk {
+    fn new() -> Self {
+        Self { sent: Vec::new() }
+    }
+
+    fn say(&mut self, at_ms: u64, port: u16, from_device: bool, body: &str) {
+        let mut bytes = Vec::new();
+        encode(Dialect::A, body.as_bytes(), &mut bytes);
+        self.sent.push(Sent { at_ns: (1_700_000_000_000 + at_ms) * 1_000_000, port, from_device, bytes });
+    }
+
+    /// A client subscribes before the scan of this number.
+    fn connect(&mut self, port: u16, scan: u16) {
+        let at_ms = u64::from(scan) * 20;
+        self.say(at_ms - 10, port, false, "sEN LMDscandata 1");
+        self.say(at_ms - 9, port, true, "sEA LMDscandata 1");
+    }
+
+    fn scan(&mut self, port: u16, number: u16) {
+        let body = format!(
+            "sSN LMDscandata 1 1 16F4C7A 0 0 {number:X} {number:X} {0:X} {0:X} 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 \
+             FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0",
+            u32::from(number) * 20_000,
+        );
+        self.say(u64::from(number) * 20, port, true, &body);
+    }
+
+    fn write(&self, path: &str) {
+        let mut segments = Segments::new();
+        let packets = self.sent.iter().map(|sent| (sent.at_ns, segments.packet(sent)));
+        std::fs::write(path, pcap(packets.collect::<Vec<_>>())).expect("written");
+    }
+}
+
+fn info(source: &str) -> Value {
+    let told = run(&["record", "--info", source, "--format", "json"]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    serde_json::from_str(&told.stdout).expect("json")
+}
+
+/// Scans and what was said beside them.
+fn estimated(source: &str) -> (Value, String) {
+    let told = run(&["estimate", source, "--format", "json"]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    (serde_json::from_str(&told.stdout).expect("json"), told.stderr)
+}
+
+fn exported(source: &str) -> (usize, String) {
+    let told = run(&["export", source, "--to", "csv", "--what", "scans", "-o", "-"]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    // A title and a header stand before the scans.
+    (told.stdout.lines().count() - 2, told.stderr)
+}
+
+/// A client gets as many scans of a replay, and no more are sent.
+fn assert_replayed(file: &str, more: &[&str], scans: usize) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sent = folder.path().join("sent.mcap");
+    let sent = sent.to_str().expect("UTF-8");
+    let args = [&[file, "--model", "lms111", "--time-scale", "max", "--record", sent], more].concat();
+    let mut replay = Emulator::command("replay", &args);
+    let told = run(&["estimate", &replay.url(), "--scans", &scans.to_string(), "--format", "json"]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    // It ends by itself once the last scan is out.
+    assert!(replay.child.wait().expect("it ends").success());
+    assert_eq!(info(sent)["streams"][0]["scans"], scans);
+}
+
+#[test]
+fn a_reconnect_is_one_stream_and_each_connection_has_a_name() {
+    let (_folder, file) = folder();
+    let path = file("reconnect.pcap");
+    let mut talk = Talk::new();
+    talk.connect(50_000, 1);
+    (1..=66).for_each(|number| talk.scan(50_000, number));
+    // Away for 20 scans.
+    talk.connect(50_001, 87);
+    (87..=219).for_each(|number| talk.scan(50_001, number));
+    talk.write(&path);
+
+    let whole = info(&path);
+    let streams = whole["streams"].as_array().expect("listed");
+    assert_eq!((streams.len(), &streams[0]["stream"]), (1, &DEVICE.into()));
+    assert_eq!((&streams[0]["scans"], &streams[0]["scans_lost"]), (&199.into(), &20.into()));
+    let names = [format!("{DEVICE}/1.1"), format!("{DEVICE}/1.2")];
+    assert_eq!(streams[0]["connections"], serde_json::json!(names));
+    let (found, said) = estimated(&path);
+    assert_eq!((&found["scans"], &found["scans_lost"]), (&199.into(), &20.into()));
+    assert!(!said.contains("left out"), "{said}");
+    assert_eq!(exported(&path).0, 199);
+    assert_replayed(&path, &[], 199);
+
+    for (name, scans) in names.iter().zip([66, 133]) {
+        let one = format!("{path}#{name}");
+        assert_eq!(info(&one)["streams"][0]["scans"], scans);
+        assert_eq!(estimated(&one).0["scans"], scans);
+        assert_eq!(exported(&one).0, scans);
+        assert_replayed(&path, &["--stream", name], scans);
+        let copy = file(&format!("{scans}.mcap"));
+        let ended = run(&["record", &one, "-o", &copy]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        assert_eq!(estimated(&copy).0["scans"], scans);
+    }
+    for args in [&["estimate"][..], &["record", "--info"]] {
+        let message = refused(&[args, &[&format!("{path}#{DEVICE}/1.3")]].concat());
+        assert_says(&message, &["no stream", "/1.3", DEVICE]);
+    }
+}
+
+#[test]
+fn two_clients_at_once_are_two_streams_and_the_one_left_out_is_told() {
+    let (_folder, file) = folder();
+    let path = file("two.pcap");
+    let mut talk = Talk::new();
+    talk.connect(50_000, 1);
+    talk.connect(50_001, 1);
+    for number in 1..=200 {
+        talk.scan(50_000, number);
+        talk.scan(50_001, number);
+    }
+    talk.write(&path);
+    let second = format!("{DEVICE}/2");
+
+    let told = |source: &str| {
+        let told = info(source);
+        let streams = told["streams"].as_array().expect("listed").clone();
+        let keys = ["stream", "scans", "scans_lost", "telegrams_bad", "packets_lost"];
+        streams.iter().map(|stream| keys.map(|key| stream[key].to_string()).join(" ")).collect::<Vec<_>>()
+    };
+    let expected = [format!("\"{DEVICE}\" 200 0 0 0"), format!("\"{second}\" 200 0 0 0")];
+    assert_eq!(told(&path), expected);
+    let copy = file("two.mcap");
+    let ended = run(&["record", &path, "-o", &copy]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert_eq!(told(&copy), expected);
+    for source in [&path, &copy] {
+        let (found, said) = estimated(source);
+        assert_eq!((&found["scans"], &found["telegrams_bad"]), (&200.into(), &0.into()));
+        assert_says(&said, &["left out", &second, "#STREAM"]);
+        let (scans, said) = exported(source);
+        assert_eq!(scans, 200);
+        assert_says(&said, &["left out", &second]);
+        assert_eq!(estimated(&format!("{source}#{second}")).0["scans"], 200);
+    }
+    assert_replayed(&path, &["--stream", &second], 200);
+}

@@ -1,0 +1,57 @@
+//! Network captures written for a test.
+
+/// Where the scanner sits.
+pub const DEVICE: &str = "192.168.0.1:2112";
+
+/// One packet of a capture: when, ns; the client's port; who sent it; what.
+pub struct Sent {
+    pub at_ns: u64,
+    pub port: u16,
+    pub from_device: bool,
+    pub bytes: Vec<u8>,
+}
+
+/// TCP segments of Ethernet packets: each connection's bytes are numbered on from packet to packet.
+pub struct Segments {
+    /// By port and direction.
+    next: std::collections::BTreeMap<(u16, bool), u32>,
+}
+
+impl Segments {
+    pub fn new() -> Self {
+        Self { next: std::collections::BTreeMap::new() }
+    }
+
+    /// The Ethernet packet that carries this.
+    pub fn packet(&mut self, sent: &Sent) -> Vec<u8> {
+        let first = if sent.from_device { 5000 } else { 1000 };
+        let next = self.next.entry((sent.port, sent.from_device)).or_insert(first);
+        let sequence = *next;
+        *next += sent.bytes.len() as u32;
+        let ends = [([192, 168, 0, 5], sent.port), ([192, 168, 0, 1], 2112)];
+        let (from, to) = (ends[usize::from(sent.from_device)], ends[usize::from(!sent.from_device)]);
+        let mut packet = vec![0_u8; 12];
+        packet.extend([0x08, 0x00, 0x45, 0]);
+        packet.extend((40 + sent.bytes.len() as u16).to_be_bytes());
+        packet.extend([0, 0, 0x40, 0, 64, 6, 0, 0]);
+        packet.extend([from.0, to.0].concat());
+        packet.extend([from.1.to_be_bytes(), to.1.to_be_bytes()].concat());
+        packet.extend(sequence.to_be_bytes());
+        packet.extend([0, 0, 0, 0, 0x50, 0x18, 0, 0, 0, 0, 0, 0]);
+        packet.extend(&sent.bytes);
+        packet
+    }
+}
+
+/// A pcap file of packets with their times, ns.
+pub fn pcap(packets: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Vec<u8> {
+    let mut file: Vec<u8> =
+        [0xA1B2_C3D4_u32, 0x0002_0004, 0, 0, 65535, 1].iter().flat_map(|word| word.to_be_bytes()).collect();
+    for (at_ns, packet) in packets {
+        let len = packet.len() as u32;
+        let (seconds, micros) = ((at_ns / 1_000_000_000) as u32, (at_ns % 1_000_000_000 / 1000) as u32);
+        file.extend([seconds, micros, len, len].iter().flat_map(|word| word.to_be_bytes()));
+        file.extend(packet);
+    }
+    file
+}
