@@ -155,6 +155,14 @@ impl Mount {
         }
     }
 
+    /// Which way along the row the roof looks, and with it layers of positive elevation: 1 towards larger Y, −1 towards smaller.
+    pub fn roof_sense(&self) -> f64 {
+        match (self.orientation, self.roof, self.row) {
+            (Orientation::Side, Roof::Forward, _) | (Orientation::Up, _, RowSide::Left) => 1.0,
+            (Orientation::Side, Roof::Backward, _) | (Orientation::Up, _, RowSide::Right) => -1.0,
+        }
+    }
+
     /// The mirror's place when the tractor is at `y_m`.
     pub fn pose(&self, y_m: f64) -> Pose {
         Pose { x_m: -self.distance_m, y_m, z_m: self.height_m }

@@ -45,7 +45,7 @@ pub(crate) fn laser_scan(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
     text(&json!({
         "timestamp": timestamp(at_ns),
         "frame_id": frame,
-        "pose": origin(),
+        "pose": tilted(scan.layer_centideg),
         "start_angle": angle(0),
         "end_angle": angle(beams.len().saturating_sub(1)),
         "ranges": ranges,
@@ -56,11 +56,14 @@ pub(crate) fn laser_scan(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
 /// Every echo that came back: x, y, z and remission, packed as 32-bit floats.
 pub(crate) fn point_cloud(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
     let mut data = Vec::new();
+    let (up, ahead) = (f64::from(scan.layer_centideg) / 100.0).to_radians().sin_cos();
     for echo in &scan.echoes {
         for (beam, range_m) in echo.range_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite()) {
             let (sin, cos) = scan.beams.angle_deg(beam).to_radians().sin_cos();
             let remission = echo.remission.get(beam).copied().unwrap_or_default();
-            let values = [(range_m * cos) as f32, (range_m * sin) as f32, 0.0, f32::from(remission)];
+            let plane_m = range_m * ahead;
+            let values =
+                [(plane_m * cos) as f32, (plane_m * sin) as f32, (range_m * up) as f32, f32::from(remission)];
             values.iter().for_each(|value| data.extend_from_slice(&value.to_le_bytes()));
         }
     }
@@ -101,6 +104,15 @@ pub(crate) fn can_frame(at_ns: u64, frame: &CanFrame) -> Vec<u8> {
 
 fn timestamp(at_ns: u64) -> Value {
     json!({ "sec": at_ns / 1_000_000_000, "nsec": at_ns % 1_000_000_000 })
+}
+
+/// The plane of a layer: turned up about the axis to the right, so that it is exact straight ahead. The points lie on a cone.
+fn tilted(layer_centideg: i16) -> Value {
+    let (sin, cos) = (f64::from(layer_centideg) / 200.0).to_radians().sin_cos();
+    json!({
+        "position": { "x": 0.0, "y": 0.0, "z": 0.0 },
+        "orientation": { "x": sin, "y": 0.0, "z": 0.0, "w": cos },
+    })
 }
 
 fn origin() -> Value {

@@ -100,6 +100,7 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
         let time_s = record.received.0.as_secs_f64();
         rows.push(record.scan, time_s, &mut |row| file.row(row)).map_err(|error| match error {
             RowError::OtherBeams(error) => Failure::Usage(error.to_string()),
+            RowError::OtherLayer(error) => Failure::Usage(error.to_string()),
             RowError::Write(cause) => file.failure(cause),
         })?;
         scans += 1;

@@ -14,7 +14,7 @@ mod scans;
 use std::io::{Seek, Write};
 
 pub use points::{Placing, PointRows};
-pub use scans::{OtherBeams, ScanRows};
+pub use scans::{OtherBeams, OtherLayer, ScanRows};
 
 use rowscan_protocol::scan::Scan;
 
@@ -131,6 +131,9 @@ pub enum RowError {
     /// It does not fit.
     #[error(transparent)]
     OtherBeams(#[from] OtherBeams),
+    /// Nor does this.
+    #[error(transparent)]
+    OtherLayer(#[from] OtherLayer),
     /// The table cannot be written.
     #[error(transparent)]
     Write(#[from] ExportError),

@@ -14,21 +14,24 @@ pub struct Placing {
 }
 
 impl Placing {
-    /// Scanner number `index` of a rig, in the scene's frame. Without a rig: x along device angle 0°, y along 90°, z = 0.
+    /// Scanner number `index` of a rig, in the scene's frame. Without a rig: x along device angle 0°, y along 90°, z up from
+    /// the housing: 0 but for inclined layers.
     pub fn new(rig: Option<Rig>, index: usize) -> Self {
         let mounted = rig.and_then(|rig| rig.scanners.get(index).cloned().map(|mount| (rig, mount)));
         Self { rig: mounted, clock: DeviceClock::default() }
     }
 
-    /// A point, by time since the first scan, device angle and range.
-    fn place(&self, time_s: f64, alpha_deg: f64, range_m: f64) -> [f64; 3] {
+    /// A point, by time since the first scan, device angle, elevation of the layer and range.
+    fn place(&self, time_s: f64, alpha_deg: f64, layer_deg: f64, range_m: f64) -> [f64; 3] {
+        let (up, ahead) = layer_deg.to_radians().sin_cos();
+        let (up_m, range_m) = (range_m * up, range_m * ahead);
         let Some((rig, mount)) = &self.rig else {
             let (sin, cos) = alpha_deg.to_radians().sin_cos();
-            return [range_m * cos, range_m * sin, 0.0];
+            return [range_m * cos, range_m * sin, up_m];
         };
         let pose = mount.pose(rig.y_m(time_s));
         let (sin, cos) = mount.theta_deg(alpha_deg).to_radians().sin_cos();
-        [pose.x_m + range_m * cos, pose.y_m, pose.z_m + range_m * sin]
+        [pose.x_m + range_m * cos, pose.y_m + mount.roof_sense() * up_m, pose.z_m + range_m * sin]
     }
 }
 
@@ -59,6 +62,7 @@ impl Rows for PointRows {
             ("scan", Kind::U32),
             ("beam", Kind::U32),
             ("echo", Kind::U32),
+            ("layer_deg", Kind::F64),
         ];
         Table { columns: columns.map(column).to_vec(), ..Table::default() }
     }
@@ -70,13 +74,14 @@ impl Rows for PointRows {
         put: &mut dyn FnMut(&[f64]) -> Result<(), ExportError>,
     ) -> Result<(), RowError> {
         let time_s = self.placing.clock.seconds(scan.scan_time_us);
+        let layer_deg = f64::from(scan.layer_centideg) / 100.0;
         for (order, echo) in scan.echoes.iter().enumerate() {
             for (beam, &range_m) in echo.range_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite())
             {
-                let [x, y, z] = self.placing.place(time_s, scan.beams.angle_deg(beam), range_m);
+                let [x, y, z] = self.placing.place(time_s, scan.beams.angle_deg(beam), layer_deg, range_m);
                 let remission = f64::from(echo.remission.get(beam).copied().unwrap_or_default());
                 let number = self.scans as f64;
-                put(&[x, y, z, range_m, remission, time_s, number, beam as f64, order as f64])?;
+                put(&[x, y, z, range_m, remission, time_s, number, beam as f64, order as f64, layer_deg])?;
             }
         }
         self.scans += 1;

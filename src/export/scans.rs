@@ -8,7 +8,8 @@ use super::{Column, ExportError, Kind, RowError, Rows, Table};
 /// All scans of one stream with one beam grid; millimetres, 0 where a beam met nothing.
 #[derive(Clone, Debug, Default)]
 pub struct ScanRows {
-    beams: Option<BeamGrid>,
+    /// Grid and layer of the first scan.
+    first: Option<(BeamGrid, i16)>,
     scans: u64,
     row: Vec<f64>,
 }
@@ -28,6 +29,22 @@ pub struct OtherBeams {
     pub expected: usize,
 }
 
+/// A scan of another layer than those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "scan {number} is of the layer {}°, the scans before it of {}°: one table takes one layer; `--what points` takes all, each in its place",
+    f64::from(*found) / 100.0,
+    f64::from(*expected) / 100.0
+)]
+pub struct OtherLayer {
+    /// Which, from 0.
+    pub number: u64,
+    /// Its layer, 1/100°.
+    pub found: i16,
+    /// Theirs.
+    pub expected: i16,
+}
+
 impl Rows for ScanRows {
     fn table(&self, first: &Scan) -> Table {
         let mut columns = vec![
@@ -45,7 +62,10 @@ impl Rows for ScanRows {
         time_s: f64,
         put: &mut dyn FnMut(&[f64]) -> Result<(), ExportError>,
     ) -> Result<(), RowError> {
-        let beams = *self.beams.get_or_insert(scan.beams);
+        let (beams, layer) = *self.first.get_or_insert((scan.beams, scan.layer_centideg));
+        if layer != scan.layer_centideg {
+            return Err(OtherLayer { number: self.scans, found: scan.layer_centideg, expected: layer }.into());
+        }
         if beams != scan.beams {
             let (found, expected) = (scan.beams.len(), beams.len());
             return Err(OtherBeams { number: self.scans, found, expected }.into());

@@ -162,3 +162,26 @@ fn scans_of_inclined_layers_are_told_and_not_flattened() {
     let area = |estimate: &Value| estimate["impacted_total_area_m2"].as_f64().expect("a number");
     assert!((area(&layers) / area(&plane) - 1.0).abs() < 0.01, "{} {}", area(&layers), area(&plane));
 }
+
+#[test]
+fn a_layers_points_lie_above_the_plane_and_two_layers_make_no_table() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("layers.bin");
+    let up = Said { layer: "FA", ..GOOD };
+    std::fs::write(&path, [telegram(1, up), telegram(2, GOOD)].concat()).expect("written");
+    let path = path.to_str().expect("UTF-8");
+    let ended = run(&["export", path, "--to", "csv", "--what", "points", "-o", "-"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let mut points = csv::Reader::from_reader(ended.stdout.as_bytes());
+    let head = points.headers().expect("a header").clone();
+    let column = |name: &str| head.iter().position(|column| column == name).expect("the column is there");
+    let (z, layer) = (column("z_m"), column("layer_deg"));
+    for point in points.records() {
+        let point = point.expect("a record");
+        let number = |at: usize| point[at].parse::<f64>().expect("a number");
+        assert!((number(z) - 1.8 * number(layer).to_radians().sin()).abs() < 1e-9, "{point:?}");
+    }
+    let table = run(&["export", path, "--to", "csv", "--what", "scans", "-o", "-"]);
+    assert_eq!(table.code, Some(2));
+    assert_says(&table.stderr, &["scan 1 is of the layer 0°, the scans before it of 2.5°", "--what points"]);
+}

@@ -145,9 +145,6 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         }
         _ => None,
     };
-    if rig.is_none() {
-        say("no rig given: areas stay unknown; say where the scanner sits with --rig");
-    }
     let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
     let recorded = args.sources.iter().all(|source| matches!(source, Source::Recording { .. }));
     let delivery = if recorded { Delivery::Patient } else { Delivery::Paced };
@@ -213,6 +210,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let withheld = told.iter().any(|told| told.estimate.is_withheld());
     if !told.is_empty() {
+        if rig.is_none() {
+            say("no rig given: areas stay unknown; say where the scanner sits with --rig");
+        }
         print::print(args.format, &told)?;
     } else if let Some(cause) = failed {
         // A source that never gave a scan has nothing to show, nor has its recording.
