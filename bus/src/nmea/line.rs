@@ -7,14 +7,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
 use tokio::sync::{Notify, broadcast, mpsc};
 use tokio::task::JoinSet;
 
 use super::sentence::SENTENCES;
 use rowscan_ports::in_flight::{InFlight, Pending};
-use rowscan_ports::{Delivery, Port, PortError, Pty, Untaken};
+use rowscan_ports::{Delivery, Port, PortError, Pty, Untaken, Wire, uart};
 
 /// Epochs a client may be behind before it loses some.
 const QUEUE: usize = 256;
@@ -30,7 +30,7 @@ pub enum NmeaAddress {
     Tcp(String),
     /// `udp:HOST:PORT`: datagrams to there.
     Udp(String),
-    /// `pty:LINK`: a pseudo-terminal; `pty:LINK@4800` at the pace of such a line.
+    /// `pty:LINK`: a pseudo-terminal that any rate reads; `pty:LINK@4800` at the pace of such a line, garbage to who listens at another rate.
     Pty(PathBuf, Option<u32>),
     /// `serial:DEV@RATE`: a serial port at that rate.
     Serial(PathBuf, u32),
@@ -175,7 +175,7 @@ impl NmeaLine {
                 let taker = takers.enter();
                 tasks.spawn(async move {
                     let _taker = taker;
-                    write_line(port, queue).await;
+                    write_line(port, None, queue).await;
                 });
                 NmeaPlace::Path(device.clone())
             }
@@ -184,7 +184,7 @@ impl NmeaLine {
                 let mut pty = Pty::open(link)?;
                 let path = pty.path().to_owned();
                 untaken = Some(pty.untaken()?);
-                let takers = Arc::clone(&takers);
+                let (takers, rate) = (Arc::clone(&takers), *rate);
                 tasks.spawn(async move {
                     // What nobody reads is dropped, as on a cable without a receiver.
                     let opened = loop {
@@ -195,7 +195,7 @@ impl NmeaLine {
                     };
                     if opened.is_ok() {
                         let _taker = takers.enter();
-                        write_line(pty, queue).await;
+                        write_line(pty, rate, queue).await;
                     }
                 });
                 NmeaPlace::Path(path)
@@ -314,15 +314,20 @@ async fn send_datagrams(socket: UdpSocket, mut queue: mpsc::Receiver<Epoch>, _ta
     }
 }
 
-async fn write_line(wire: impl AsyncRead + AsyncWrite, mut queue: mpsc::Receiver<Epoch>) {
-    let (mut reader, mut writer) = tokio::io::split(wire);
+/// Writes epochs to a line of this rate; without one, of whatever rate its reader has set.
+async fn write_line(mut wire: impl Wire, rate: Option<u32>, mut queue: mpsc::Receiver<Epoch>) {
     let mut ignored = [0; 256];
     loop {
         tokio::select! {
-            read = reader.read(&mut ignored) => if read.is_err() { return },
+            read = wire.read(&mut ignored) => if read.is_err() { return },
             epoch = queue.recv() => {
                 let Some((epoch, _pending)) = epoch else { return };
-                if writer.write_all(&epoch).await.is_err() { return }
+                // A reader at another rate hears what it would on copper. A port that cannot tell has the right one.
+                let heard = match rate.zip(wire.client_rate().ok().flatten()) {
+                    Some((from, to)) if !uart::understands(from, to) => Bytes::from(uart::hear(&epoch, from, to)),
+                    _ => epoch,
+                };
+                if wire.write_all(&heard).await.is_err() { return }
             }
         }
     }
@@ -370,5 +375,26 @@ mod tests {
         assert_eq!(read.expect("in time").expect("it is read"), 18);
         assert_eq!(&heard, b"$GNHDT,0.00,T*00\r\n");
         assert_eq!(rowscan_ports::Wire::client_rate(&far).unwrap(), Some(38_400));
+    }
+
+    #[tokio::test]
+    async fn who_listens_at_another_rate_hears_no_sentence() {
+        let folder = tempfile::tempdir().unwrap();
+        for (client, line_rate, clean) in
+            [(9600, Some(38_400), false), (38_400, Some(38_400), true), (9600, None, true)]
+        {
+            let link = folder.path().join(format!("gps{client}{}", line_rate.is_some()));
+            let line = NmeaLine::open(&NmeaAddress::Pty(link.clone(), line_rate), 1.0).await.unwrap();
+            let mut port = Port::open(&link, client).unwrap();
+            while !line.has_taker() {
+                tokio::task::yield_now().await;
+            }
+            let sentence = b"$GNHDT,0.00,T*00\r\n";
+            line.send(Bytes::from_static(sentence), Delivery::Patient).await;
+            let mut heard = [0; 64];
+            let within = std::time::Duration::from_secs(10);
+            let read = tokio::time::timeout(within, port.read(&mut heard)).await.expect("in time").unwrap();
+            assert_eq!(&heard[..read] == sentence, clean, "{client} {line_rate:?}: {:?}", &heard[..read]);
+        }
     }
 }
