@@ -9,9 +9,9 @@ use serde::Serialize;
 
 /// How far beams may point beyond the field that the model states, degrees: devices differ by a few.
 const FIELD_TOLERANCE_DEG: f64 = 10.0;
-/// For so long after its first telegram a device may report an error without its row counting as unseen: recorded devices do so for up to
-/// seven scans after they start.
-const SETTLING_S: f64 = 2.0;
+/// So many scans after a device has started may be marked as errors and are used all the same: recorded devices mark up to seven (LMS111;
+/// an LMS511 one) whose ranges are those of the scans that follow.
+const START_UP_MARKS: u64 = 10;
 
 /// Why a scan is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -61,11 +61,15 @@ pub struct Field {
 }
 
 /// Counts what is left out, and the row driven meanwhile.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Gate {
     field: Option<Field>,
     /// Scans used.
     pub(crate) valid: u64,
+    /// Scans used that were marked as a device does that has just started.
+    marked: u64,
+    /// The marks since it started; none once an unmarked scan has come.
+    starting: Option<u64>,
     /// Scans used whose device warned of a dirty window.
     pub(crate) contaminated: u64,
     excluded: [u64; Exclusion::ALL.len()],
@@ -91,9 +95,29 @@ struct Place {
     travel_s: f64,
 }
 
+impl Default for Gate {
+    fn default() -> Self {
+        Self {
+            field: None,
+            valid: 0,
+            marked: 0,
+            starting: Some(0),
+            contaminated: 0,
+            excluded: [0; Exclusion::ALL.len()],
+            faults: FaultCounts::default(),
+            blind: Blind::default(),
+        }
+    }
+}
+
 impl Gate {
     pub(crate) fn within(&mut self, field: Field) {
         self.field = Some(field);
+    }
+
+    /// The device has restarted, as far as the scans tell.
+    pub(crate) fn restart(&mut self) {
+        self.starting = Some(0);
     }
 
     /// Why the scan is to be left out, if it is.
@@ -103,6 +127,7 @@ impl Gate {
             return Some(Exclusion::NoBeams);
         }
         match scan.status {
+            DeviceStatus::Error if self.starting.is_some_and(|marks| marks < START_UP_MARKS) => {}
             DeviceStatus::Error => return Some(Exclusion::DeviceError),
             DeviceStatus::ContaminationError => return Some(Exclusion::Contamination),
             DeviceStatus::Ok | DeviceStatus::ContaminationWarning => {}
@@ -119,6 +144,12 @@ impl Gate {
 
     /// Counts a scan that is used.
     pub(crate) fn take(&mut self, scan: &Scan) {
+        if scan.status == DeviceStatus::Error {
+            self.marked += 1;
+            self.starting = self.starting.map(|marks| marks + 1);
+            return;
+        }
+        self.starting = None;
         self.valid += 1;
         self.contaminated += u64::from(scan.status == DeviceStatus::ContaminationWarning);
     }
@@ -141,7 +172,7 @@ impl Gate {
     /// A line at this place was used, or left out. `longest_m` is the way that neighbours of a missing line fill.
     pub(crate) fn line(&mut self, why: Option<Exclusion>, y_m: f64, travel_s: f64, longest_m: f64) {
         let (here, blind) = (Place { y_m, travel_s }, &mut self.blind);
-        let first = *blind.first.get_or_insert(here);
+        blind.first.get_or_insert(here);
         match why {
             Some(why) if why.blinds() => {
                 let before = blind.last.unwrap_or(here);
@@ -149,11 +180,6 @@ impl Gate {
             }
             Some(_) => {}
             None => {
-                let settling = self.valid == 1 && travel_s - first.travel_s <= SETTLING_S;
-                if settling {
-                    blind.first = Some(here);
-                    blind.since = None;
-                }
                 if let Some(since) = blind.since.take() {
                     let way_m = (y_m - since.y_m).max(0.0);
                     if way_m > longest_m || longest_m == 0.0 {
@@ -171,9 +197,15 @@ impl Gate {
         self.causes().filter(|(why, _)| why.blinds()).map(|(_, count)| count).sum()
     }
 
-    /// What was left out, by cause.
+    /// What was left out, by cause. Where no scan was without a mark, the marks were no start-up.
     pub(crate) fn causes(&self) -> impl Iterator<Item = (Exclusion, u64)> {
-        Exclusion::ALL.into_iter().zip(self.excluded).filter(|(_, count)| *count > 0)
+        let marked = if self.valid == 0 { self.marked } else { 0 };
+        let all = Exclusion::ALL.into_iter().zip(self.excluded);
+        let all = all.map(move |(why, count)| match why {
+            Exclusion::DeviceError => (why, count + marked),
+            _ => (why, count),
+        });
+        all.filter(|(_, count)| *count > 0)
     }
 
     /// Telegrams that gave no scan, by cause.
@@ -228,10 +260,35 @@ mod tests {
         assert_eq!(gate.judge(&scan(DeviceStatus::Ok)), None);
         assert_eq!(gate.judge(&scan(DeviceStatus::ContaminationWarning)), None);
         assert_eq!(gate.judge(&scan(DeviceStatus::ContaminationError)), Some(Exclusion::Contamination));
-        assert_eq!(gate.judge(&scan(DeviceStatus::Error)), Some(Exclusion::DeviceError));
+        assert_eq!(started().judge(&scan(DeviceStatus::Error)), Some(Exclusion::DeviceError));
         let layer = Scan { layer_centideg: -250, ..scan(DeviceStatus::Ok) };
         assert_eq!(gate.judge(&layer), Some(Exclusion::OtherLayer));
         assert_eq!(gate.judge(&Scan::default()), Some(Exclusion::NoBeams));
+    }
+
+    /// A gate that has seen a scan.
+    fn started() -> Gate {
+        let mut gate = Gate::default();
+        gate.take(&scan(DeviceStatus::Ok));
+        gate
+    }
+
+    #[test]
+    fn the_marks_of_a_start_are_data_if_scans_without_follow() {
+        let (marked, mut gate) = (scan(DeviceStatus::Error), Gate::default());
+        let offer = |gate: &mut Gate, scan: &Scan| match gate.judge(scan) {
+            Some(why) => gate.leave_out(why),
+            None => gate.take(scan),
+        };
+        (0..7).for_each(|_| offer(&mut gate, &marked));
+        assert_eq!((gate.valid, gate.excluded()), (0, 7), "nothing valid came: they count for nothing");
+        offer(&mut gate, &scan(DeviceStatus::Ok));
+        assert_eq!((gate.valid, gate.excluded()), (1, 0));
+        offer(&mut gate, &marked);
+        assert_eq!((gate.valid, gate.excluded()), (1, 1), "not after a start");
+        gate.restart();
+        (0..30).for_each(|_| offer(&mut gate, &marked));
+        assert_eq!((gate.valid, gate.excluded()), (1, 21));
     }
 
     #[test]
@@ -260,12 +317,10 @@ mod tests {
         let mut scans = vec![None; 101];
         scans[51..].fill(bad);
         assert!((share(&scans) - 0.5).abs() < 1e-9, "{}", share(&scans));
-        // The begin, longer than a device needs to settle.
+        // The begin.
         let mut scans = vec![None; 101];
         scans[..50].fill(bad);
         assert!((share(&scans) - 0.5).abs() < 1e-9, "{}", share(&scans));
-        scans[7..].fill(None);
-        assert_eq!(share(&scans), 0.0);
         assert_eq!(share(&vec![Some(Exclusion::OtherLayer); 50]), 0.0);
     }
 

@@ -143,6 +143,9 @@ impl Pipeline {
         self.latest = Some(LatestScan { beams: scan.beams, frequency_hz: scan.scan_frequency_hz });
         let Turn::Line { travel_s, link } = turn else { return };
         let link = self.link.take().map_or(link, |before| before.and(link));
+        if link == Link::Broken {
+            self.gate.restart();
+        }
         let excluded = self.gate.judge(scan);
         match excluded {
             Some(why) => {

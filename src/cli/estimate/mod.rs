@@ -208,7 +208,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             side_by_side,
         });
     }
-    let withheld = told.iter().any(|told| told.estimate.is_withheld());
+    // Without a rig nobody asked for areas.
+    let nothing = |told: &Told| told.estimate.scans == 0 || rig.is_some() && told.estimate.is_withheld();
+    let withheld = told.iter().any(nothing);
     if !told.is_empty() {
         if rig.is_none() {
             say("no rig given: areas stay unknown; say where the scanner sits with --rig");
