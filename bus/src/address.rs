@@ -13,6 +13,13 @@ pub enum BusAddress {
     Socketcan(String),
     /// `socketcand:HOST:PORT`: a socketcand server.
     Socketcand(String),
+    /// `socketcand-client:HOST:PORT/BUS`: the bus of a socketcand server elsewhere.
+    SocketcandClient {
+        /// Host and port.
+        server: String,
+        /// The bus's name there.
+        bus: String,
+    },
     /// `udp:GROUP:PORT`: python-can's `udp_multicast`.
     Udp(SocketAddr),
     /// `candump:FILE`: a log as candump -L writes it.
@@ -22,7 +29,7 @@ pub enum BusAddress {
 /// A name that is no port.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected slcan:LINK, socketcan:INTERFACE, socketcand:HOST:PORT, udp:GROUP:PORT (a multicast group such as 239.74.163.2:43113) or \
+    "expected slcan:LINK, socketcan:INTERFACE, socketcand:HOST:PORT (a server), socketcand-client:HOST:PORT/BUS, udp:GROUP:PORT (a multicast group such as 239.74.163.2:43113) or \
      candump:FILE, found `{0}`"
 )]
 pub struct BusAddressError(String);
@@ -37,6 +44,15 @@ impl FromStr for BusAddress {
             "slcan" => Ok(Self::Slcan(place.into())),
             "socketcan" => Ok(Self::Socketcan(place.to_owned())),
             "socketcand" if place.contains(':') => Ok(Self::Socketcand(place.to_owned())),
+            "socketcand-client" => {
+                let (server, bus) = place.split_once('/').unwrap_or((place, "can0"));
+                let is_name =
+                    !bus.is_empty() && bus.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(&b));
+                if !server.contains(':') || !is_name {
+                    return Err(wrong());
+                }
+                Ok(Self::SocketcandClient { server: server.to_owned(), bus: bus.to_owned() })
+            }
             "udp" => place
                 .parse()
                 .ok()
@@ -57,6 +73,11 @@ mod tests {
     fn names_say_what_they_are() {
         assert_eq!("slcan:/tmp/can".parse(), Ok(BusAddress::Slcan("/tmp/can".into())));
         assert_eq!("socketcand:127.0.0.1:0".parse(), Ok(BusAddress::Socketcand("127.0.0.1:0".into())));
+        let client =
+            |server: &str, bus: &str| BusAddress::SocketcandClient { server: server.into(), bus: bus.into() };
+        assert_eq!("socketcand-client:gate:29536/can1".parse(), Ok(client("gate:29536", "can1")));
+        assert_eq!("socketcand-client:gate:29536".parse(), Ok(client("gate:29536", "can0")));
+        assert!("socketcand-client:gate:1/a b".parse::<BusAddress>().is_err());
         assert!(matches!("udp:239.74.163.2:43113".parse(), Ok(BusAddress::Udp(_))));
         for wrong in ["can0", "slcan:", "udp:127.0.0.1:5", "udp:239.1.1.1", "socketcand:7", ""] {
             let message = wrong.parse::<BusAddress>().unwrap_err().to_string();

@@ -17,6 +17,9 @@ pub enum BusLoss {
     /// The interface is down or gone.
     #[error("the CAN interface is down or gone; nothing is sent until it is up again")]
     Down,
+    /// The socketcand server closed the connection.
+    #[error("the socketcand server is gone; nothing is sent until it is back, which is tried all the time")]
+    ServerGone,
     /// The host runs the adapter at another rate.
     #[error("the slcan adapter was opened at another rate than the bus's 250 kbit/s (S5); it is off the bus")]
     WrongRate,

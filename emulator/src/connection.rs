@@ -2,7 +2,6 @@
 
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use rowscan_protocol::device::{AfterReply, Reply, Session};
 use rowscan_recording::{Side, StreamKind, Tap};
@@ -10,21 +9,47 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 
 use crate::replay::ScriptedReplies;
-use crate::roster::{Member, QueuedTelegram, Wants};
+use crate::roster::{Member, QueuedTelegram, TurnedOut, Wants};
 use crate::shared::{Program, Shared};
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 4096;
 
 /// Serves one client until it leaves, is turned out, or the device drops it. A house full of speakers refuses it.
-pub(crate) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, stream: S) {
-    let Some((member, scans)) = shared.roster.join() else {
-        shared.counts.refused.fetch_add(1, Ordering::Relaxed);
+pub(crate) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, peer: String, stream: S) {
+    let counts = &shared.counts;
+    let Some(joined) = shared.roster.join(peer.clone()) else {
+        if let Some(so_far) = counts.refused.count() {
+            let limit = shared.roster.limit();
+            tracing::warn!(
+                "{peer} is refused: {limit} clients are served, and none is silent or idle ({so_far} so far)"
+            );
+        }
         return;
     };
-    let entry = RosterEntry { shared: &shared, member };
+    match &joined.instead_of {
+        Some((member, TurnedOut::Silent)) => {
+            if let Some(so_far) = counts.silent.count() {
+                tracing::warn!(
+                    "{} makes room for {peer}: it never sent a telegram ({so_far} so far)",
+                    member.peer()
+                );
+            }
+        }
+        Some((member, TurnedOut::Idle(idle))) => {
+            if let Some(so_far) = counts.idle.count() {
+                let seconds = idle.as_secs();
+                tracing::warn!(
+                    "{} makes room for {peer}: it was idle for {seconds} s ({so_far} so far)",
+                    member.peer()
+                );
+            }
+        }
+        None => {}
+    }
+    let entry = RosterEntry { shared: &shared, member: joined.member };
     let ended = tokio::select! {
-        ended = converse(&shared, &entry.member, scans, stream) => ended,
+        ended = converse(&shared, &entry.member, joined.scans, stream) => ended,
         () = entry.member.turned_out() => Ok(()),
     };
     if let Err(cause) = ended {
@@ -83,11 +108,12 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 if read == 0 {
                     return Ok(());
                 }
+                shared.roster.passes(member);
                 tap.record(Side::Host, &chunk[..read]);
                 if verbatim {
                     continue;
                 }
-                let saved = shared.converse(&mut session, scripted.as_mut(), &chunk[..read], &mut replies);
+                let saved = shared.converse(member.peer(), &mut session, scripted.as_mut(), &chunk[..read], &mut replies);
                 if session.counts().frames > 0 {
                     member.has_spoken();
                 }
@@ -95,7 +121,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                 if let (Some(settings), Some(file)) = (saved, &shared.config.state) {
                     file.keep(settings).await?;
                 }
-                if send(shared, &mut writer, &mut replies, &tap).await? {
+                if send(shared, member, &mut writer, &mut replies, &tap).await? {
                     return writer.shutdown().await;
                 }
                 // Only now: no scan may overtake the reply to its subscription.
@@ -109,7 +135,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
             telegram = telegrams.recv() => match telegram {
                 // What was queued when the client unsubscribed is not sent any more.
                 Some(QueuedTelegram { event, frame, pending: _pending }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
-                    writer.write_all(&frame).await?;
+                    write(shared, member, &mut writer, &frame).await?;
                     tap.record(Side::Device, &frame);
                 }
                 Some(_) => {}
@@ -123,7 +149,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                     }
                     session.poll_events(&mut device, shared.clock.now(), &mut replies);
                 }
-                send(shared, &mut writer, &mut replies, &tap).await?;
+                send(shared, member, &mut writer, &mut replies, &tap).await?;
             }
         }
     }
@@ -132,6 +158,7 @@ async fn converse<S: AsyncRead + AsyncWrite>(
 /// Sends replies and events, each when the device is done with it; true if the connection ends with them.
 async fn send<W: AsyncWrite + Unpin>(
     shared: &Shared,
+    member: &Member,
     writer: &mut W,
     replies: &mut Vec<Reply>,
     tap: &Tap,
@@ -139,11 +166,24 @@ async fn send<W: AsyncWrite + Unpin>(
     for reply in replies.drain(..) {
         shared.clock.rest(reply.delay).await;
         // One write a reply: many clients take whatever one read gives as the whole reply.
-        writer.write_all(&reply.bytes).await?;
+        write(shared, member, writer, &reply.bytes).await?;
         tap.record(Side::Device, &reply.bytes);
         if let Some(AfterReply::Close) = reply.after {
             return Ok(true);
         }
     }
     Ok(false)
+}
+
+/// Writes to a client; one that takes nothing for long is idle.
+async fn write<W: AsyncWrite + Unpin>(
+    shared: &Shared,
+    member: &Member,
+    writer: &mut W,
+    bytes: &[u8],
+) -> io::Result<()> {
+    shared.roster.writes(member, true);
+    writer.write_all(bytes).await?;
+    shared.roster.writes(member, false);
+    Ok(())
 }

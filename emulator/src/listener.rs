@@ -4,8 +4,8 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use socket2::{SockRef, TcpKeepalive};
-use tokio::net::{TcpListener, TcpStream};
+use rowscan_ports::keep_alive;
+use tokio::net::TcpListener;
 use tokio::task::JoinSet;
 
 use crate::clock;
@@ -56,11 +56,11 @@ pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
     loop {
         tokio::select! {
             accepted = listener.accept() => match accepted {
-                Ok((stream, _)) => {
-                    if let Err(cause) = prepare(&stream) {
+                Ok((stream, peer)) => {
+                    if let Err(cause) = keep_alive(&stream) {
                         tracing::debug!(%cause, "socket options refused");
                     }
-                    clients.spawn(connection::serve(Arc::clone(&shared), stream));
+                    clients.spawn(connection::serve(Arc::clone(&shared), peer.to_string(), stream));
                 }
                 Err(cause) => {
                     // Out of descriptors, most likely: the clients already here must not suffer for it.
@@ -71,18 +71,4 @@ pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
             Some(_) = clients.join_next() => {}
         }
     }
-}
-
-fn prepare(stream: &TcpStream) -> io::Result<()> {
-    stream.set_nodelay(true)?;
-    SockRef::from(stream).set_tcp_keepalive(&keepalive())
-}
-
-/// A client whose machine is gone is noticed within a minute, and makes room: 30 s of silence, then four probes.
-fn keepalive() -> TcpKeepalive {
-    let seconds = std::time::Duration::from_secs;
-    let keepalive = TcpKeepalive::new().with_time(seconds(30)).with_interval(seconds(5));
-    #[cfg(target_os = "linux")]
-    let keepalive = keepalive.with_retries(4);
-    keepalive
 }

@@ -6,8 +6,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use bytes::Bytes;
 use rowscan_protocol::device::{DeviceEvent as Event, Session, Subscriptions};
 use rowscan_protocol::frame::Dialect;
+use std::time::Duration;
+
 use tokio::sync::{Notify, mpsc};
 
+use crate::clock::Stopwatch;
 use rowscan_ports::in_flight::Pending;
 
 /// Scan telegrams a client may lag behind; at 50 Hz a little over a second.
@@ -18,7 +21,29 @@ pub(crate) const QUEUE: usize = 64;
 pub(crate) struct Roster {
     members: Mutex<Vec<Arc<Member>>>,
     limit: usize,
+    /// In a full house, who is idle for longer makes room.
+    idle_limit: Duration,
     next: AtomicU64,
+    watch: Stopwatch,
+}
+
+/// Why a client was turned out of a full house.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TurnedOut {
+    /// It never sent a valid telegram.
+    Silent,
+    /// Nothing passed for so long.
+    Idle(Duration),
+}
+
+/// A client taken in.
+#[derive(Debug)]
+pub(crate) struct Joined {
+    pub(crate) member: Arc<Member>,
+    /// Its scans come through here.
+    pub(crate) scans: mpsc::Receiver<QueuedTelegram>,
+    /// Who made room for it.
+    pub(crate) instead_of: Option<(Arc<Member>, TurnedOut)>,
 }
 
 /// One connected client, as the mirror sees it.
@@ -28,8 +53,14 @@ pub(crate) struct Member {
     queue: mpsc::Sender<QueuedTelegram>,
     /// What is wanted of the scans, if anything.
     wants: Mutex<Option<Wants>>,
+    /// Who it is, for messages.
+    peer: String,
     /// It has sent at least one valid telegram.
     spoke: AtomicBool,
+    /// When bytes last passed in either direction, ms on the roster's watch.
+    passed_ms: AtomicU64,
+    /// Something is being written to it.
+    writing: AtomicBool,
     /// Rung to turn this client out.
     leave: Notify,
 }
@@ -80,28 +111,68 @@ impl Wants {
 }
 
 impl Roster {
-    pub(crate) fn new(limit: usize) -> Self {
-        Self { members: Mutex::default(), limit: limit.max(1), next: AtomicU64::new(0) }
+    pub(crate) fn new(limit: usize, idle_limit: Duration) -> Self {
+        let (members, next) = (Mutex::default(), AtomicU64::new(0));
+        Self { members, limit: limit.max(1), idle_limit, next, watch: Stopwatch::start() }
     }
 
-    /// Takes a client in, with the queue its scans will come through. When the house is full, the client that has been
-    /// connected longest without a single valid telegram is turned out; if all have spoken, the newcomer is refused.
-    pub(crate) fn join(&self) -> Option<(Arc<Member>, mpsc::Receiver<QueuedTelegram>)> {
+    /// Takes a client in. When the house is full, the client that has been connected longest without a single valid telegram is turned
+    /// out; if all have spoken, the one that is idle longest, beyond the limit; if none is, the newcomer is refused.
+    pub(crate) fn join(&self, peer: String) -> Option<Joined> {
         let mut members = self.lock();
+        let mut instead_of = None;
         if members.len() >= self.limit {
-            let silent = members.iter().position(|member| !member.spoke.load(Ordering::Relaxed))?;
-            members.remove(silent).leave.notify_one();
+            let (index, why) = self.dispensable(&members)?;
+            let member = members.remove(index);
+            member.leave.notify_one();
+            instead_of = Some((member, why));
         }
         let (queue, scans) = mpsc::channel(QUEUE);
         let member = Arc::new(Member {
             id: self.next.fetch_add(1, Ordering::Relaxed),
             queue,
             wants: Mutex::new(None),
+            peer,
             spoke: AtomicBool::new(false),
+            passed_ms: AtomicU64::new(self.now_ms()),
+            writing: AtomicBool::new(false),
             leave: Notify::new(),
         });
         members.push(Arc::clone(&member));
-        Some((member, scans))
+        Some(Joined { member, scans, instead_of })
+    }
+
+    /// Who may go.
+    fn dispensable(&self, members: &[Arc<Member>]) -> Option<(usize, TurnedOut)> {
+        if let Some(silent) = members.iter().position(|member| !member.spoke.load(Ordering::Relaxed)) {
+            return Some((silent, TurnedOut::Silent));
+        }
+        let now_ms = self.now_ms();
+        let idle = |(index, member): (usize, &Arc<Member>)| Some((index, member.idle(now_ms)?));
+        let longest = members.iter().enumerate().filter_map(idle).max_by_key(|(_, idle)| *idle);
+        longest
+            .filter(|(_, idle)| *idle >= self.idle_limit)
+            .map(|(index, idle)| (index, TurnedOut::Idle(idle)))
+    }
+
+    /// Clients at most.
+    pub(crate) fn limit(&self) -> usize {
+        self.limit
+    }
+
+    /// Bytes pass between a client and the scanner.
+    pub(crate) fn passes(&self, member: &Member) {
+        member.passed_ms.store(self.now_ms(), Ordering::Relaxed);
+    }
+
+    /// Something is being written to a client, or has been.
+    pub(crate) fn writes(&self, member: &Member, writing: bool) {
+        member.writing.store(writing, Ordering::Relaxed);
+        self.passes(member);
+    }
+
+    fn now_ms(&self) -> u64 {
+        u64::try_from(self.watch.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 
     pub(crate) fn leave(&self, member: &Member) {
@@ -142,6 +213,18 @@ impl Member {
         *self.wants.lock().unwrap_or_else(PoisonError::into_inner) = wants;
     }
 
+    /// How long nothing has passed; none for one that waits for scans and takes what comes.
+    fn idle(&self, now_ms: u64) -> Option<Duration> {
+        let waits = self.wants().is_some() && !self.writing.load(Ordering::Relaxed);
+        let passed_ms = self.passed_ms.load(Ordering::Relaxed);
+        (!waits).then(|| Duration::from_millis(now_ms.saturating_sub(passed_ms)))
+    }
+
+    /// Who it is, for messages.
+    pub(crate) fn peer(&self) -> &str {
+        &self.peer
+    }
+
     pub(crate) fn has_spoken(&self) {
         self.spoke.store(true, Ordering::Relaxed);
     }
@@ -159,18 +242,60 @@ impl Member {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tokio::time::advance;
 
-    #[test]
-    fn a_full_house_turns_out_the_longest_silent_client_and_no_other() {
-        let roster = Roster::new(2);
-        let (speaker, _a) = roster.join().expect("room");
-        speaker.has_spoken();
-        let (silent, _b) = roster.join().expect("room");
-        let (newcomer, _c) = roster.join().expect("the silent one goes");
+    const LIMIT: Duration = Duration::from_secs(60);
+
+    fn join(roster: &Roster) -> (Joined, Option<TurnedOut>) {
+        let joined = roster.join("a client".to_owned()).expect("room");
+        let why = joined.instead_of.as_ref().map(|(_, why)| *why);
+        (joined, why)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_full_house_turns_out_the_longest_silent_client_and_no_other() {
+        let roster = Roster::new(2, LIMIT);
+        let (speaker, _) = join(&roster);
+        speaker.member.has_spoken();
+        let (silent, _) = join(&roster);
+        let (newcomer, why) = join(&roster);
+        assert_eq!(why, Some(TurnedOut::Silent));
         let ids: Vec<u64> = roster.lock().iter().map(|member| member.id).collect();
-        assert_eq!(ids, [speaker.id, newcomer.id]);
-        assert!(!ids.contains(&silent.id));
-        newcomer.has_spoken();
-        assert!(roster.join().is_none(), "all have spoken: the newcomer is refused");
+        assert_eq!(ids, [speaker.member.id, newcomer.member.id]);
+        assert!(!ids.contains(&silent.member.id));
+        newcomer.member.has_spoken();
+        assert!(
+            roster.join(String::new()).is_none(),
+            "all have spoken, and none is idle: the newcomer is refused"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn clients_that_spoke_once_make_room_after_the_limit_and_takers_of_scans_do_not() {
+        let roster = Roster::new(3, LIMIT);
+        let all = [join(&roster).0, join(&roster).0, join(&roster).0];
+        all.iter().for_each(|joined| joined.member.has_spoken());
+        let [taker, stuck, asker] = &all;
+        let wants = Wants { dialect: Dialect::B, subscriptions: Subscriptions::default() };
+        taker.member.set_wants(Some(wants));
+        stuck.member.set_wants(Some(wants));
+        advance(LIMIT / 2).await;
+        // Its machine does not read: the write never ends.
+        roster.writes(&stuck.member, true);
+        advance(LIMIT / 2).await;
+        roster.passes(&asker.member);
+        assert!(roster.join(String::new()).is_none());
+        advance(LIMIT / 2).await;
+        let (next, why) = join(&roster);
+        assert_eq!(why, Some(TurnedOut::Idle(LIMIT)));
+        assert_eq!(next.instead_of.expect("somebody").0.id, stuck.member.id);
+        next.member.has_spoken();
+        advance(LIMIT / 2).await;
+        let (next, _) = join(&roster);
+        assert_eq!(next.instead_of.expect("somebody").0.id, asker.member.id);
+        next.member.has_spoken();
+        advance(LIMIT * 100).await;
+        roster.lock().iter().for_each(|member| roster.passes(member));
+        assert!(roster.join(String::new()).is_none(), "who waits for scans stays");
     }
 }

@@ -3,8 +3,8 @@
 //! One task serves each client (`connection`); the mirror turns on the rig's timeline (`mirror`). They share the device behind a lock
 //! (`shared`) and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
 
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
 
 use rowscan_protocol::device::Device;
 use tokio::sync::Notify;
@@ -13,6 +13,7 @@ use tokio::task::JoinSet;
 use crate::clock::SimClock;
 use crate::connection;
 use crate::listener::{self, Bound, ListenError};
+use crate::refused_settings::RefusedSetting;
 use crate::replay::Part;
 use crate::running::Running;
 use crate::shared::{EmulatorConfig, EmulatorCounts, Program, Shared};
@@ -66,7 +67,7 @@ impl Emulator {
     where
         S: tokio::io::AsyncRead + tokio::io::AsyncWrite + Send + 'static,
     {
-        self.tasks.spawn(connection::serve(Arc::clone(&self.shared), stream));
+        self.tasks.spawn(connection::serve(Arc::clone(&self.shared), "a line".to_owned(), stream));
     }
 
     /// What it has done so far.
@@ -76,8 +77,15 @@ impl Emulator {
             scans_sent: counts.sent.load(Ordering::Relaxed),
             scans_dropped: counts.dropped.load(Ordering::Relaxed),
             scans_missed: counts.missed.load(Ordering::Relaxed),
-            connections_refused: counts.refused.load(Ordering::Relaxed),
+            connections_refused: counts.refused.total(),
+            connections_silent: counts.silent.total(),
+            connections_idle: counts.idle.total(),
         }
+    }
+
+    /// What a replay has refused because the recorded scans would have to be others.
+    pub fn refused_settings(&self) -> Vec<RefusedSetting> {
+        self.shared.refused_settings.lock().unwrap_or_else(PoisonError::into_inner).list()
     }
 
     /// The clock its mirror turns by.

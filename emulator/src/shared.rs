@@ -2,20 +2,28 @@
 
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
+use rowscan_ports::Tally;
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
+use rowscan_protocol::frame::Frame;
+use rowscan_protocol::telegram::Telegram;
 use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
 
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
 use crate::line_change::LineChange;
+use crate::refused_settings::RefusedSettings;
 use crate::replay::{self, Script, ScriptedReplies};
 use crate::roster::Roster;
 use crate::state_file::StateFile;
 
 /// Clients served at once, unless told otherwise.
 pub const MAX_CLIENTS: usize = 32;
+
+/// How long a client may be idle in a full house, unless told otherwise.
+pub const IDLE_LIMIT: Duration = Duration::from_secs(60);
 
 /// How a virtual scanner is run.
 #[derive(Clone, Debug)]
@@ -28,6 +36,8 @@ pub struct EmulatorConfig {
     pub dialects: DialectPolicy,
     /// Clients served at once.
     pub max_clients: usize,
+    /// In a full house, a client through which nothing has passed for so long makes room; host time.
+    pub idle_limit: Duration,
     /// Where mEEwriteall keeps the settings.
     pub state: Option<StateFile>,
     /// Digital lines that change on the way, in any order.
@@ -47,6 +57,7 @@ impl Default for EmulatorConfig {
             timer: Timer::default(),
             dialects: DialectPolicy::Auto,
             max_clients: MAX_CLIENTS,
+            idle_limit: IDLE_LIMIT,
             state: None,
             line_changes: Vec::new(),
             latency: None,
@@ -73,6 +84,7 @@ pub(crate) struct Shared {
     pub(crate) in_flight: InFlight,
     pub(crate) config: EmulatorConfig,
     pub(crate) counts: Counts,
+    pub(crate) refused_settings: Mutex<RefusedSettings>,
 }
 
 /// How many polls for scans there were.
@@ -99,7 +111,9 @@ pub(crate) struct Counts {
     pub(crate) sent: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) missed: AtomicU64,
-    pub(crate) refused: AtomicU64,
+    pub(crate) refused: Tally,
+    pub(crate) silent: Tally,
+    pub(crate) idle: Tally,
 }
 
 /// What a virtual scanner has done.
@@ -113,6 +127,10 @@ pub struct EmulatorCounts {
     pub scans_missed: u64,
     /// Connections turned away because the house was full.
     pub connections_refused: u64,
+    /// Connections closed in a full house because not one valid telegram had come.
+    pub connections_silent: u64,
+    /// Connections closed in a full house because nothing had passed for [`EmulatorConfig::idle_limit`].
+    pub connections_idle: u64,
 }
 
 impl Shared {
@@ -127,7 +145,8 @@ impl Shared {
             device: Mutex::new(device),
             clock,
             program,
-            roster: Roster::new(config.max_clients),
+            roster: Roster::new(config.max_clients, config.idle_limit),
+            refused_settings: Mutex::default(),
             interest,
             polls: watch::Sender::default(),
             news: watch::Sender::default(),
@@ -151,9 +170,10 @@ impl Shared {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lets `session` answer, as it is prompted; the settings, if mEEwriteall was among the requests.
+    /// Lets `session` answer `peer`, as it is prompted; the settings, if mEEwriteall was among the requests.
     pub(crate) fn converse(
         &self,
+        peer: &str,
         session: &mut Session,
         mut scripted: Option<&mut ScriptedReplies>,
         bytes: &[u8],
@@ -163,10 +183,13 @@ impl Shared {
         let saves = device.saves();
         let now = self.clock.now();
         let mut polls = 0;
-        session.handle_bytes_with(&mut device, now, bytes, replies, &mut |frame, reply| {
+        let mut fixed = device.fixed_by_recording();
+        session.handle_bytes_with(&mut device, now, bytes, replies, &mut |device, frame, reply| {
             polls += u64::from(replay::polls(frame));
-            if let Some(scripted) = &mut scripted {
-                scripted.amend(frame, reply);
+            let is_fixed = std::mem::replace(&mut fixed, device.fixed_by_recording()) != fixed;
+            let replaced = scripted.as_mut().is_some_and(|scripted| scripted.amend(frame, reply));
+            if is_fixed && !replaced {
+                self.note_refused(peer, frame);
             }
         });
         if polls > 0 {
@@ -174,6 +197,15 @@ impl Shared {
         }
         self.spread(&device);
         (device.saves() != saves).then(|| device.saved_settings())
+    }
+
+    /// Notes a setting that the recording does not allow.
+    fn note_refused(&self, peer: &str, frame: &Frame<'_>) {
+        let name = Telegram::parse(frame.dialect, frame.payload).map_or("", |telegram| telegram.name);
+        let mut refused = self.refused_settings.lock().unwrap_or_else(PoisonError::into_inner);
+        if refused.note(peer, name) {
+            tracing::warn!("{name} of {peer} is refused: the recorded scans would have to be others");
+        }
     }
 
     /// Whether anybody has ever polled for scans.

@@ -3,6 +3,7 @@
 pub mod clock;
 mod delivery;
 pub mod in_flight;
+mod keepalive;
 mod link;
 mod name_lock;
 mod net;
@@ -11,6 +12,7 @@ mod occupancy;
 mod port;
 #[cfg_attr(not(target_os = "linux"), path = "pty_elsewhere.rs")]
 mod pty;
+mod tally;
 pub mod uart;
 mod wire;
 
@@ -18,10 +20,12 @@ use std::io;
 use std::path::PathBuf;
 
 pub use delivery::{Delivered, Delivery};
+pub use keepalive::keep_alive;
 pub use link::LinkError;
 pub use net::NetLine;
 pub use port::Port;
 pub use pty::{Pty, Untaken};
+pub use tally::Tally;
 pub use wire::Wire;
 
 /// Why a line could not be opened.

@@ -9,7 +9,7 @@ use rowscan_protocol::rfc2217;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 
-use crate::{PortError, Wire};
+use crate::{PortError, Tally, Wire, keep_alive};
 
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 512;
@@ -23,6 +23,7 @@ pub struct NetLine {
     address: SocketAddr,
     telnet: bool,
     client: Option<Session>,
+    refused: Tally,
 }
 
 #[derive(Debug)]
@@ -49,7 +50,7 @@ impl NetLine {
         let fail = |cause| PortError::Listen { address: address.to_owned(), cause };
         let listener = TcpListener::bind(address).await.map_err(fail)?;
         let address = listener.local_addr().map_err(fail)?;
-        Ok(Self { listener, address, telnet, client: None })
+        Ok(Self { listener, address, telnet, client: None, refused: Tally::default() })
     }
 
     /// Where it listens, with the real port where 0 was asked for.
@@ -62,14 +63,20 @@ impl NetLine {
         while let Poll::Ready(accepted) = self.listener.poll_accept(cx) {
             match accepted {
                 Ok((stream, _)) if self.client.is_none() => {
-                    if let Err(cause) = stream.set_nodelay(true) {
-                        tracing::debug!(%cause, "socket option refused");
+                    if let Err(cause) = keep_alive(&stream) {
+                        tracing::debug!(%cause, "socket options refused");
                     }
                     let server = self.telnet.then(rfc2217::Server::new);
                     self.client = Some(Session { stream, server, arrived: Vec::new(), out: Vec::new() });
                 }
-                // A serial line has one other end.
-                Ok(_) => {}
+                Ok((_, client)) => {
+                    if let Some(so_far) = self.refused.count() {
+                        tracing::warn!(
+                            "{client} is refused: the serial line at {} has a client already ({so_far} refused so far)",
+                            self.address
+                        );
+                    }
+                }
                 Err(cause) => {
                     tracing::warn!(%cause, "cannot accept");
                     return;

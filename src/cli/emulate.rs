@@ -3,8 +3,7 @@
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, MAX_CLIENTS, Rig, ScannerView, SerialConfig, SerialEmulator, StartWhen,
-    ViewError,
+    Bound, Emulator, EmulatorConfig, Rig, ScannerView, SerialConfig, SerialEmulator, StartWhen, ViewError,
 };
 use rowscan_protocol::device::{Device, DialectPolicy};
 use rowscan_protocol::frame::Dialect;
@@ -13,6 +12,7 @@ use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_recording::{About, Taps};
 use rowscan_vehicle::Tractor;
 
+use super::client_limits::{self, ClientLimitArgs};
 use super::device::DeviceArgs;
 use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
 use super::interrupt::Interrupt;
@@ -51,9 +51,8 @@ pub(super) struct Args {
     /// Be the tractor alone: GNSS and CAN without any scanner
     #[arg(long, conflicts_with = "scanner")]
     no_scanner: bool,
-    /// Clients served at once
-    #[arg(long, value_name = "N", default_value_t = MAX_CLIENTS)]
-    max_clients: usize,
+    #[command(flatten)]
+    clients: ClientLimitArgs,
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -130,8 +129,11 @@ impl Running {
             Self::Cola(emulator) => {
                 let counts = emulator.counts();
                 format!(
-                    "{} scans sent, {} dropped for slow clients, {} missed by a slow host, {} connections refused",
-                    counts.scans_sent, counts.scans_dropped, counts.scans_missed, counts.connections_refused
+                    "{} scans sent, {} dropped for slow clients, {} missed by a slow host; {}",
+                    counts.scans_sent,
+                    counts.scans_dropped,
+                    counts.scans_missed,
+                    client_limits::told(&counts)
                 )
             }
             Self::Lms2xx(emulator) => {
@@ -178,7 +180,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     args.tell(&stage, &fitted, &sources);
     let timeline = rig.run();
     interrupt.wait().await;
-    running.iter().for_each(|scanner| say(scanner.summary()));
+    for (scanner, fitted) in running.iter().zip(&fitted) {
+        say(scanner.summary());
+        if let Running::Cola(emulator) = scanner {
+            let stream = fitted.stream(running.len());
+            client_limits::announce(args.format, stream.as_deref(), &emulator.counts())?;
+        }
+    }
     drop((running, timeline));
     Ok(taping.finish())
 }
@@ -231,13 +239,12 @@ impl Args {
             taps,
             time_scale: self.time_scale,
             dialects: self.dialect.into(),
-            max_clients: self.max_clients,
             state,
             line_changes,
             stream,
             ..EmulatorConfig::default()
         };
-        Ok((device, world, config))
+        Ok((device, world, self.clients.of(config)))
     }
 
     /// An LMS2xx as the flags have it, with its line.

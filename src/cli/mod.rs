@@ -2,6 +2,7 @@
 
 mod blocking;
 mod bus;
+mod client_limits;
 mod decode;
 mod demo;
 mod device;

@@ -34,7 +34,7 @@ pub(super) struct Args {
     /// A GNSS receiver beside the scanners; repeatable: tcp:HOST:PORT, udp:ADDR:PORT, serial:DEV@RATE [its name: gnss]
     #[arg(long, value_name = "[NAME=]RECEIVER")]
     nmea: Vec<Named<NmeaSource>>,
-    /// A port of a CAN bus beside them; repeatable: socketcan:can0, udp:GROUP:PORT, slcan:LINK, socketcand:ADDR [its name: can]
+    /// A port of a CAN bus beside them; repeatable: socketcan:can0, udp:GROUP:PORT, slcan:LINK, socketcand:ADDR, socketcand-client:HOST:PORT/BUS [its name: can]
     #[arg(long, value_name = "[NAME=]PORT")]
     can: Vec<Named<BusAddress>>,
     /// The file to write

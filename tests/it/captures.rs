@@ -9,49 +9,9 @@
 use crate::common;
 
 use common::binary::{Emulator, assert_says, refused, run};
-use common::captured::{DEVICE, Segments, Sent, pcap};
+use common::captured::{DEVICE, Talk};
 use common::recorded::folder;
-use rowscan_protocol::frame::{Dialect, encode};
 use serde_json::Value;
-
-/// A scanner at 50 Hz: three beams, counters and clock running on whoever is connected.
-struct Talk {
-    sent: Vec<Sent>,
-}
-
-impl Talk {
-    fn new() -> Self {
-        Self { sent: Vec::new() }
-    }
-
-    fn say(&mut self, at_ms: u64, port: u16, from_device: bool, body: &str) {
-        let mut bytes = Vec::new();
-        encode(Dialect::A, body.as_bytes(), &mut bytes);
-        self.sent.push(Sent { at_ns: (1_700_000_000_000 + at_ms) * 1_000_000, port, from_device, bytes });
-    }
-
-    /// A client subscribes before the scan of this number.
-    fn connect(&mut self, port: u16, scan: u16) {
-        let at_ms = u64::from(scan) * 20;
-        self.say(at_ms - 10, port, false, "sEN LMDscandata 1");
-        self.say(at_ms - 9, port, true, "sEA LMDscandata 1");
-    }
-
-    fn scan(&mut self, port: u16, number: u16) {
-        let body = format!(
-            "sSN LMDscandata 1 1 16F4C7A 0 0 {number:X} {number:X} {0:X} {0:X} 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 \
-             FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0",
-            u32::from(number) * 20_000,
-        );
-        self.say(u64::from(number) * 20, port, true, &body);
-    }
-
-    fn write(&self, path: &str) {
-        let mut segments = Segments::new();
-        let packets = self.sent.iter().map(|sent| (sent.at_ns, segments.packet(sent)));
-        std::fs::write(path, pcap(packets.collect::<Vec<_>>())).expect("written");
-    }
-}
 
 fn info(source: &str) -> Value {
     let told = run(&["record", "--info", source, "--format", "json"]);
@@ -164,4 +124,30 @@ fn two_clients_at_once_are_two_streams_and_the_one_left_out_is_told() {
         assert_eq!(estimated(&format!("{source}#{second}")).0["scans"], 200);
     }
     assert_replayed(&path, &["--stream", &second], 200);
+}
+
+#[test]
+fn repeats_restarts_and_outages_are_counted_alike_by_all() {
+    let (_folder, file) = folder();
+    let path = file("doubled.pcap");
+    let mut talk = Talk::new();
+    talk.connect(50_000, 1000);
+    // Every telegram twice; four are missing.
+    for number in (1000..1100).filter(|number| !(1050..1054).contains(number)) {
+        talk.scan(50_000, number);
+        talk.scan(50_000, number);
+    }
+    // Switched off, and on again eight seconds later.
+    (0..100).for_each(|number| talk.scan_at(30_000 + u64::from(number) * 20, 50_000, number));
+    talk.write(&path);
+    let stream = &info(&path)["streams"][0];
+    let (found, said) = estimated(&path);
+    for (key, expected) in [("scans", 292), ("scans_repeated", 96), ("scans_lost", 4)] {
+        assert_eq!((&stream[key], &found[key]), (&expected.into(), &expected.into()), "{key}");
+    }
+    assert_eq!((&stream["restarts"], &stream["outages"]), (&1.into(), &1.into()));
+    assert!(found["warnings"].to_string().contains("restarts"), "{found} {said}");
+    let hertz = |value: &Value| value.as_f64().expect("measured");
+    assert_eq!(hertz(&stream["scan_rate_device_hz"]), hertz(&found["scan_frequency_hz"]));
+    assert!((hertz(&found["scan_frequency_hz"]) - 50.0).abs() < 1e-9);
 }

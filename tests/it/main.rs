@@ -14,6 +14,7 @@ mod bad_input;
 mod blindness;
 mod calibrations;
 mod captures;
+mod client_limits;
 mod decode;
 mod determinism;
 mod documents;

@@ -80,6 +80,22 @@ fn folder() -> (tempfile::TempDir, PathBuf, PathBuf) {
     (folder, x, y)
 }
 
+/// Without the replies that were captured twice, milliseconds apart: those go out once.
+fn replies_once(packets: Packets) -> Packets {
+    let mut last: Option<(Duration, Vec<u8>)> = None;
+    let is_new = |(at, from, bytes): &(Duration, Side, Vec<u8>)| {
+        let is_reply = *from == Side::Device && !bytes.windows(4).any(|four| four == b"sSN ");
+        let known = last.as_ref().is_some_and(|(before, last)| {
+            last == bytes && at.saturating_sub(*before) < Duration::from_millis(50)
+        });
+        if is_reply {
+            last = Some((*at, bytes.clone()));
+        }
+        !(is_reply && known)
+    };
+    packets.into_iter().filter(is_new).collect()
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_replayed_recording_recorded_again_has_the_same_bytes() {
     let Some(facts) = facts("replaying real recordings") else { return };
@@ -93,13 +109,18 @@ async fn a_replayed_recording_recorded_again_has_the_same_bytes() {
         let packets = recorded(&facts.join("protocol/recordings"), name);
         let (_folder, x, y) = folder();
         write(&x, &packets);
+        let packets = replies_once(packets);
         let recorder = recorder(&y);
         let mut replayed = replay(&x, model, TimeScale::Paced(1.0), played(), recorder.taps());
         let received = ask_again(&mut replayed, &packets).await;
         replayed.player.ended().await;
         drop(replayed);
         recorder.finish().expect("kept");
-        let expected = sent_by(Side::Device, &x);
+        let expected: Vec<u8> = packets
+            .iter()
+            .filter(|(_, from, _)| *from == Side::Device)
+            .flat_map(|(.., bytes)| bytes.clone())
+            .collect();
         assert_same(name, &received, &expected);
         assert_same(name, &sent_by(Side::Device, &y), &expected);
         assert_same(name, &sent_by(Side::Host, &y), &sent_by(Side::Host, &x));

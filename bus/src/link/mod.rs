@@ -4,6 +4,7 @@ pub mod candump;
 pub mod slcan;
 pub mod socketcan;
 pub mod socketcand;
+pub mod socketcand_client;
 pub mod udp;
 
 use std::io;
@@ -76,6 +77,8 @@ pub enum Link {
     Socketcan(socketcan::SocketcanLink),
     /// A socketcand server.
     Socketcand(socketcand::SocketcandLink),
+    /// The bus of a socketcand server elsewhere.
+    SocketcandClient(Box<socketcand_client::SocketcandClientLink>),
     /// UDP multicast.
     Udp(udp::UdpLink),
     /// A log file.
@@ -100,6 +103,9 @@ impl Link {
             BusAddress::Slcan(link) => Self::Slcan(Box::new(slcan::SlcanLink::open(link)?)),
             BusAddress::Socketcan(interface) => Self::Socketcan(socketcan::SocketcanLink::open(interface)?),
             BusAddress::Socketcand(place) => Self::Socketcand(socketcand::SocketcandLink::open(place).await?),
+            BusAddress::SocketcandClient { server, bus } => Self::SocketcandClient(Box::new(
+                socketcand_client::SocketcandClientLink::open(server, bus).await?,
+            )),
             BusAddress::Udp(group) => Self::Udp(udp::UdpLink::open(*group)?),
             BusAddress::Candump(path) => Self::Candump(candump::CandumpLink::open(path)?),
         })
@@ -111,6 +117,7 @@ impl Link {
             Self::Slcan(link) => link.run(queue, ear).await,
             Self::Socketcan(link) => link.run(queue, ear).await,
             Self::Socketcand(link) => link.run(queue, ear).await,
+            Self::SocketcandClient(link) => link.run(queue, ear).await,
             Self::Udp(link) => link.run(queue, ear).await,
             Self::Candump(link) => link.run(queue).await,
         }
@@ -118,14 +125,18 @@ impl Link {
 
     /// Whether frames can be heard there without anyone opening it first.
     pub fn is_open_from_the_start(&self) -> bool {
-        matches!(self, Self::Socketcan(_) | Self::Udp(_) | Self::Candump(_))
+        matches!(self, Self::Socketcan(_) | Self::SocketcandClient(_) | Self::Udp(_) | Self::Candump(_))
     }
 
     /// What its client has not read yet, where that can be told.
     pub(super) fn untaken(&self) -> Result<Option<Untaken>, BusError> {
         match self {
             Self::Slcan(link) => Ok(Some(link.untaken()?)),
-            Self::Socketcan(_) | Self::Socketcand(_) | Self::Udp(_) | Self::Candump(_) => Ok(None),
+            Self::Socketcan(_)
+            | Self::Socketcand(_)
+            | Self::SocketcandClient(_)
+            | Self::Udp(_)
+            | Self::Candump(_) => Ok(None),
         }
     }
 
@@ -135,6 +146,7 @@ impl Link {
             Self::Slcan(_) => "slcan",
             Self::Socketcan(_) => "socketcan",
             Self::Socketcand(_) => "socketcand",
+            Self::SocketcandClient(_) => "socketcand-client",
             Self::Udp(_) => "udp",
             Self::Candump(_) => "candump",
         }
@@ -146,6 +158,7 @@ impl Link {
             Self::Slcan(link) => Found::Path(link.path().to_owned()),
             Self::Socketcan(link) => Found::Name(link.interface().to_owned()),
             Self::Socketcand(link) => Found::Address(link.address()),
+            Self::SocketcandClient(link) => Found::Address(link.address()),
             Self::Udp(link) => Found::Address(link.group()),
             Self::Candump(link) => Found::Path(link.path().to_owned()),
         }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::net::SocketAddr;
 
 use rowscan_ports::in_flight::Pending;
+use rowscan_ports::{Tally, keep_alive};
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
@@ -131,7 +132,7 @@ impl SocketcandLink {
 
     pub(super) async fn run(self, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
         let mut clients: Vec<mpsc::Sender<OutgoingFrame>> = Vec::new();
-        let mut tasks = JoinSet::new();
+        let (mut tasks, refused) = (JoinSet::new(), Tally::default());
         loop {
             tokio::select! {
                 accepted = self.listener.accept() => {
@@ -142,7 +143,11 @@ impl SocketcandLink {
                             clients.push(outbox);
                             tasks.spawn(serve(stream, queue, ear.clone()));
                         }
-                        Ok(_) => {}
+                        Ok((_, client)) => {
+                            if let Some(so_far) = refused.count() {
+                                tracing::warn!("{client} is refused: {MAX_CLIENTS} clients are on the CAN bus already ({so_far} so far)");
+                            }
+                        }
                         Err(_) => rowscan_ports::clock::retry_pause().await,
                     }
                 }
@@ -160,7 +165,7 @@ impl SocketcandLink {
 }
 
 async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
-    let _ = stream.set_nodelay(true);
+    let _ = keep_alive(&stream);
     let (mut reader, mut writer) = stream.split();
     let mut conversation = Conversation::default();
     let (mut bytes, mut answers, mut heard) = ([0; 512], String::from(Conversation::GREETING), Vec::new());

@@ -14,7 +14,7 @@ use tokio::task::JoinSet;
 
 use super::sentence::SENTENCES;
 use rowscan_ports::in_flight::{InFlight, Pending};
-use rowscan_ports::{Delivery, Port, PortError, Pty, Untaken, Wire, uart};
+use rowscan_ports::{Delivery, Port, PortError, Pty, Tally, Untaken, Wire, keep_alive, uart};
 
 /// Epochs a client may be behind before it loses some.
 const QUEUE: usize = 256;
@@ -266,7 +266,7 @@ impl Drop for Taker {
 /// A client gone takes nothing with it; one that is behind loses epochs, alone.
 async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>, takers: Arc<Takers>) {
     let (spread, _) = broadcast::channel(QUEUE);
-    let mut clients = JoinSet::new();
+    let (mut clients, refused) = (JoinSet::new(), Tally::default());
     loop {
         tokio::select! {
             accepted = listener.accept() => match accepted {
@@ -277,7 +277,11 @@ async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>, takers: 
                         serve_client(stream, epochs).await;
                     });
                 }
-                Ok(_) => {}
+                Ok((_, client)) => {
+                    if let Some(so_far) = refused.count() {
+                        tracing::warn!("{client} is refused: {MAX_CLIENTS} clients get NMEA sentences already ({so_far} so far)");
+                    }
+                }
                 Err(_) => rowscan_ports::clock::retry_pause().await,
             },
             epoch = queue.recv() => {
@@ -291,7 +295,7 @@ async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>, takers: 
 }
 
 async fn serve_client(mut stream: TcpStream, mut epochs: broadcast::Receiver<Epoch>) {
-    let _ = stream.set_nodelay(true);
+    let _ = keep_alive(&stream);
     let (mut reader, mut writer) = stream.split();
     let mut ignored = [0; 256];
     loop {
@@ -396,5 +400,31 @@ mod tests {
             let read = tokio::time::timeout(within, port.read(&mut heard)).await.expect("in time").unwrap();
             assert_eq!(&heard[..read] == sentence, clean, "{client} {line_rate:?}: {:?}", &heard[..read]);
         }
+    }
+
+    #[tokio::test]
+    async fn the_client_after_the_last_is_refused_at_once() {
+        let line = NmeaLine::open(&NmeaAddress::Tcp("127.0.0.1:0".to_owned()), 1.0).await.unwrap();
+        let NmeaPlace::Address(address) = *line.place() else { panic!("a server") };
+        let mut served = Vec::new();
+        for _ in 0..MAX_CLIENTS {
+            served.push(TcpStream::connect(address).await.unwrap());
+        }
+        let mut refused = TcpStream::connect(address).await.unwrap();
+        let ended = tokio::time::timeout(std::time::Duration::from_secs(10), refused.read_u8()).await;
+        assert!(ended.expect("it does not hang").is_err(), "nothing is sent to it");
+        // Who leaves makes room.
+        line.send(Bytes::from_static(b"$A\r\n"), Delivery::Patient).await;
+        assert_eq!(served[0].read_u8().await.unwrap(), b'$');
+        served.clear();
+        while line.takers.count.load(Ordering::Relaxed) > 0 {
+            tokio::task::yield_now().await;
+        }
+        let mut next = TcpStream::connect(address).await.unwrap();
+        while !line.has_taker() {
+            tokio::task::yield_now().await;
+        }
+        line.send(Bytes::from_static(b"$B\r\n"), Delivery::Patient).await;
+        assert_eq!(next.read_u8().await.unwrap(), b'$');
     }
 }

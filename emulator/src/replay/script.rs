@@ -23,7 +23,7 @@ pub struct Script {
     /// Requests without an answer so far.
     open: Vec<Request>,
     /// What was answered last.
-    last: Option<(Request, Vec<u8>)>,
+    last: Option<Vec<u8>>,
     /// What the host sent was recorded too.
     both_sides: bool,
 }
@@ -52,31 +52,21 @@ impl Script {
             telegram.kind == Kind::Fa || name == Ok(telegram.name)
         };
         let request = match self.open.iter().position(answers) {
-            Some(0) => Some(self.open.remove(0)),
-            // A reply that came twice, as captures have it, is part of what was answered.
-            _ if self.last.as_ref().is_some_and(|(_, bytes)| *bytes == frame.bytes) => None,
+            Some(0) => self.open.remove(0),
+            // What was answered came twice, as some captures have it: nobody asked twice.
+            _ if self.last.as_ref() == Some(&frame.bytes) => return,
             Some(skipped) => {
                 self.open.drain(..skipped);
-                Some(self.open.remove(0))
+                self.open.remove(0)
             }
             // Without the host's side, a value still says what was asked.
             None if !self.both_sides && telegram.kind == Kind::Ra => {
-                Some((dialect, format!("sRN {}", telegram.name).into_bytes()))
+                (dialect, format!("sRN {}", telegram.name).into_bytes())
             }
             None => return,
         };
-        match (request, &mut self.last) {
-            (Some(request), last) => {
-                self.answers.entry(request.clone()).or_default().push(frame.bytes.clone());
-                *last = Some((request, frame.bytes.clone()));
-            }
-            (None, Some((request, _))) => {
-                if let Some(answer) = self.answers.get_mut(request).and_then(|answers| answers.last_mut()) {
-                    answer.extend_from_slice(&frame.bytes);
-                }
-            }
-            (None, None) => {}
-        }
+        self.answers.entry(request).or_default().push(frame.bytes.clone());
+        self.last = Some(frame.bytes.clone());
     }
 
     /// The recorded values (`sRA`).
@@ -108,20 +98,21 @@ impl ScriptedReplies {
         Self { script, said: HashMap::new() }
     }
 
-    /// Puts the recorded answer in the place of the device's own. What the device refuses for want of a login stays refused.
-    pub(crate) fn amend(&mut self, request: &Frame<'_>, reply: &mut Reply) {
+    /// Puts the recorded answer in the place of the device's own, and tells whether it did. What the device refuses for want of a login
+    /// stays refused.
+    pub(crate) fn amend(&mut self, request: &Frame<'_>, reply: &mut Reply) -> bool {
         let key = (request.dialect, request.payload.to_vec());
-        let Some(answers) = self.script.answers.get(&key) else { return };
+        let Some(answers) = self.script.answers.get(&key) else { return false };
         let denied = [SopasError::MethodAccessDenied, SopasError::WriteAccessDenied];
         if refusal(request.dialect, &reply.bytes).is_some_and(|error| denied.contains(&error)) {
-            return;
+            return false;
         }
         let name = Telegram::parse(request.dialect, request.payload).map_or("", |telegram| telegram.name);
         // Once the recorded answers are used up, the device's own state is the truth of what changes by itself.
         let is_live = command::by_name(name).is_some_and(|command| command.is_live);
         let said = self.said.entry(key).or_default();
         let answer = match answers.get(*said) {
-            None if is_live => return,
+            None if is_live => return false,
             None => answers.last(),
             some => some,
         };
@@ -129,6 +120,7 @@ impl ScriptedReplies {
         if let Some(answer) = answer {
             reply.bytes.clone_from(answer);
         }
+        answer.is_some()
     }
 }
 
@@ -144,4 +136,39 @@ fn refusal(dialect: Dialect, frame: &[u8]) -> Option<SopasError> {
 pub(crate) fn polls(request: &Frame<'_>) -> bool {
     Telegram::parse(request.dialect, request.payload)
         .is_ok_and(|telegram| telegram.kind == Kind::Rn && telegram.name == LmdScandata::NAME)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_recording::StreamKind;
+
+    fn frame(from: Side, body: &str, at_ms: u64) -> RecordedFrame {
+        let mut bytes = Vec::new();
+        encode(Dialect::A, body.as_bytes(), &mut bytes);
+        let at_ns = at_ms * 1_000_000;
+        let (stream, frame_at, kind) = (0, 0, StreamKind::Cola);
+        RecordedFrame { stream, kind, from, at_ns, bytes, frame_at, dialect: Some(Dialect::A) }
+    }
+
+    #[test]
+    fn a_reply_that_was_recorded_twice_is_said_once() {
+        let mut script = Script::default();
+        for frame in [
+            frame(Side::Host, "sRN SCdevicestate", 0),
+            frame(Side::Device, "sRA SCdevicestate 1", 2),
+            frame(Side::Device, "sRA SCdevicestate 1", 5),
+            frame(Side::Host, "sRN SCdevicestate", 100),
+            frame(Side::Device, "sRA SCdevicestate 1", 102),
+            frame(Side::Host, "sRN DeviceIdent", 200),
+            frame(Side::Device, "sRA SCdevicestate 1", 201),
+            frame(Side::Device, "sRA DeviceIdent 1 A 1 B", 203),
+        ] {
+            script.take(&frame);
+        }
+        let said = |request: &str| script.answers[&(Dialect::A, request.as_bytes().to_vec())].clone();
+        let once = frame(Side::Device, "sRA SCdevicestate 1", 0).bytes;
+        assert_eq!(said("sRN SCdevicestate"), [once.clone(), once]);
+        assert_eq!(said("sRN DeviceIdent"), [frame(Side::Device, "sRA DeviceIdent 1 A 1 B", 0).bytes]);
+    }
 }

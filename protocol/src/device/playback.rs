@@ -58,6 +58,7 @@ impl Device {
         let same = self.settings.shapes_scans_like(&before, self.model, self.mirror().beams);
         if self.plays_back && !same {
             self.settings = before;
+            self.fixed += 1;
             return Err(Fault::FixedByRecording.into());
         }
         Ok(())

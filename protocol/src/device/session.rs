@@ -81,17 +81,17 @@ impl Session {
 
     /// Handles bytes from the host and appends the replies, in order.
     pub fn handle_bytes(&mut self, device: &mut Device, now: SimTime, bytes: &[u8], out: &mut Vec<Reply>) {
-        self.handle_bytes_with(device, now, bytes, out, &mut |_, _| {});
+        self.handle_bytes_with(device, now, bytes, out, &mut |_, _, _| {});
     }
 
-    /// The same; `amend` sees each request with the device's reply and may replace the reply.
+    /// The same; `amend` sees the device after each request, the request and the reply, and may replace the reply.
     pub fn handle_bytes_with(
         &mut self,
         device: &mut Device,
         now: SimTime,
         bytes: &[u8],
         out: &mut Vec<Reply>,
-        amend: &mut dyn FnMut(&Frame<'_>, &mut Reply),
+        amend: &mut dyn FnMut(&Device, &Frame<'_>, &mut Reply),
     ) {
         if !core::mem::replace(&mut self.begun, true) {
             self.begin(device);
@@ -110,7 +110,7 @@ impl Session {
             let reply = reply(&frame, &mut Context { device, access, now });
             let after = self.access.closing.then_some(AfterReply::Close);
             let mut reply = Reply { bytes: reply, delay: self.access.delay, after };
-            amend(&frame, &mut reply);
+            amend(device, &frame, &mut reply);
             out.push(reply);
             self.begin_subscriptions(device, subscribed);
             self.settle_dialect();

@@ -92,6 +92,8 @@ pub struct Device {
     pub(super) has_scan: bool,
     /// Scans and events come from a recording.
     pub(super) plays_back: bool,
+    /// Settings refused because of that.
+    pub(super) fixed: u32,
 }
 
 /// What the device counts.
@@ -131,6 +133,7 @@ impl Device {
             last_scan: LmdScandata::default(),
             has_scan: false,
             plays_back: false,
+            fixed: 0,
             identity,
         }
     }
@@ -188,6 +191,11 @@ impl Device {
         if self.plays_back { core::slice::from_ref(&self.settings.mode) } else { self.model.modes }
     }
 
+    /// How many settings were refused because the recorded scans would have to be others.
+    pub fn fixed_by_recording(&self) -> u32 {
+        self.fixed
+    }
+
     /// How often mEEwriteall has been called: when this number changes, [`Self::saved_settings`] has changed.
     pub fn saves(&self) -> u32 {
         self.saves
@@ -213,6 +221,7 @@ impl Device {
             clock: self.clock.restarted(now),
             ticks: self.ticks,
             plays_back: self.plays_back,
+            fixed: self.fixed,
             ..fresh
         };
         self.condition.reboots = self.condition.reboots.wrapping_add(1);

@@ -8,6 +8,7 @@ mod stand;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::client_limits::ClientLimitArgs;
 use super::interrupt::Interrupt;
 use super::output::say;
 use super::recorder::RecordArgs;
@@ -16,7 +17,7 @@ use orders::{Order, next_order, read_orders};
 use places::{Places, Seek};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
-use rowscan_emulator::{MAX_CLIENTS, Player};
+use rowscan_emulator::{Player, RefusedSetting};
 use seats::{PlaceArgs, Sort};
 use stand::Stand;
 
@@ -53,9 +54,8 @@ pub(super) struct Args {
     /// Take `pause`, `play` and `seek PLACE` from standard input, a line each
     #[arg(long)]
     control: bool,
-    /// Clients served at once by each stream
-    #[arg(long, value_name = "N", default_value_t = MAX_CLIENTS)]
-    max_clients: usize,
+    #[command(flatten)]
+    clients: ClientLimitArgs,
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -146,6 +146,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         let late = |fraction| player.lateness(number, fraction).unwrap_or_default();
         let sent = live.told(player.played(number));
         say(format_args!("{}: {sent}; late by {:?} (p50), {:?} (p99)", part.name, late(0.5), late(0.99)));
+        let stream = (parts.len() > 1).then_some(part.name.as_str());
+        live.announce(args.format, stream)?;
+        for refused in live.refused_settings() {
+            let RefusedSetting { client, setting, times } = refused;
+            say(format_args!("{}: refused {setting} to {client}, {times} times", part.name));
+        }
     }
     drop((player, lives));
     Ok(taping.finish())

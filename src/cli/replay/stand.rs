@@ -7,11 +7,12 @@ use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::model::{AnyModel, MODELS};
 use rowscan_recording::{StreamKind, Taps};
 
-use super::super::Failure;
+use super::super::client_limits;
 use super::super::endpoint::{self, announce_stream};
 use super::super::line::pause_slack;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
+use super::super::{Failure, Format};
 use super::Args;
 use super::seats::{Place, Seat, Sort};
 use rowscan_bus::BusAddress;
@@ -19,7 +20,9 @@ use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::replay::{
     Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
 };
-use rowscan_emulator::{Bound, Emulator, EmulatorConfig, Outlet, SerialConfig, SerialEmulator};
+use rowscan_emulator::{
+    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator,
+};
 use rowscan_ports::{NetLine, Pty, Wire};
 
 /// What every stream is opened with.
@@ -46,8 +49,10 @@ impl Live {
             Self::Cola(emulator) => {
                 let counts = emulator.counts();
                 format!(
-                    "{} telegrams sent, {} dropped for slow clients",
-                    counts.scans_sent, counts.scans_dropped
+                    "{} telegrams sent, {} dropped for slow clients; {}",
+                    counts.scans_sent,
+                    counts.scans_dropped,
+                    client_limits::told(&counts)
                 )
             }
             Self::Lms2xx(emulator) => {
@@ -55,6 +60,22 @@ impl Live {
                 format!("{} telegrams sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost)
             }
             Self::Beside => format!("{played} packets sent"),
+        }
+    }
+
+    /// The same of its clients for scripts.
+    pub(super) fn announce(&self, format: Format, stream: Option<&str>) -> Result<(), Failure> {
+        match self {
+            Self::Cola(emulator) => client_limits::announce(format, stream, &emulator.counts()),
+            Self::Lms2xx(_) | Self::Beside => Ok(()),
+        }
+    }
+
+    /// Settings that clients wanted and the recording does not allow.
+    pub(super) fn refused_settings(&self) -> Vec<RefusedSetting> {
+        match self {
+            Self::Cola(emulator) => emulator.refused_settings(),
+            Self::Lms2xx(_) | Self::Beside => Vec::new(),
         }
     }
 }
@@ -109,12 +130,11 @@ impl Stand<'_> {
             }
             Sort::Line => {
                 let device = device(args, self.survey, part, self.asked)?;
-                let config = EmulatorConfig {
+                let config = args.clients.of(EmulatorConfig {
                     time_scale: args.time_scale,
-                    max_clients: args.max_clients,
                     taps: self.taps.clone(),
                     ..EmulatorConfig::default()
-                };
+                });
                 let mut emulator =
                     Emulator::replay(device, part, args.verbatim, Arc::clone(&self.clock), config);
                 let mut untaken = Vec::new();

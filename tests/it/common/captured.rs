@@ -1,5 +1,7 @@
 //! Network captures written for a test.
 
+use rowscan_protocol::frame::{Dialect, encode};
+
 /// Where the scanner sits.
 pub const DEVICE: &str = "192.168.0.1:2112";
 
@@ -54,4 +56,48 @@ pub fn pcap(packets: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Vec<u8> {
         file.extend(packet);
     }
     file
+}
+
+/// A scanner at 50 Hz: three beams, counters and clock running on whoever is connected.
+pub struct Talk {
+    sent: Vec<Sent>,
+}
+
+impl Talk {
+    pub fn new() -> Self {
+        Self { sent: Vec::new() }
+    }
+
+    fn say(&mut self, at_ms: u64, port: u16, from_device: bool, body: &str) {
+        let mut bytes = Vec::new();
+        encode(Dialect::A, body.as_bytes(), &mut bytes);
+        self.sent.push(Sent { at_ns: (1_700_000_000_000 + at_ms) * 1_000_000, port, from_device, bytes });
+    }
+
+    /// A client subscribes before the scan of this number.
+    pub fn connect(&mut self, port: u16, scan: u16) {
+        let at_ms = u64::from(scan) * 20;
+        self.say(at_ms - 10, port, false, "sEN LMDscandata 1");
+        self.say(at_ms - 9, port, true, "sEA LMDscandata 1");
+    }
+
+    pub fn scan(&mut self, port: u16, number: u16) {
+        self.scan_at(u64::from(number) * 20, port, number);
+    }
+
+    /// The same, at another time of the host.
+    pub fn scan_at(&mut self, at_ms: u64, port: u16, number: u16) {
+        let body = format!(
+            "sSN LMDscandata 1 1 16F4C7A 0 0 {number:X} {number:X} {0:X} {0:X} 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 \
+             FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0",
+            u32::from(number) * 20_000,
+        );
+        self.say(at_ms, port, true, &body);
+    }
+
+    pub fn write(&self, path: &str) {
+        let mut segments = Segments::new();
+        let packets = self.sent.iter().map(|sent| (sent.at_ns, segments.packet(sent)));
+        std::fs::write(path, pcap(packets.collect::<Vec<_>>())).expect("written");
+    }
 }

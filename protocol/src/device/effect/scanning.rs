@@ -68,6 +68,7 @@ pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u
         device.settings.mode = mode;
         return OK;
     }
+    device.fixed += u32::from(device.plays_back && device.model.modes.contains(&mode));
     let known = |matches: fn(&ScanMode, &ScanMode) -> bool| {
         device.legal_modes().iter().any(|other| matches(other, &mode))
     };

@@ -1,0 +1,47 @@
+//! TCP connections whose other end may vanish.
+
+use std::io;
+use std::time::Duration;
+
+use socket2::{SockRef, TcpKeepalive};
+use tokio::net::TcpStream;
+
+/// Silence before the first probe.
+const SILENCE: Duration = Duration::from_secs(30);
+/// From probe to probe.
+const INTERVAL: Duration = Duration::from_secs(5);
+/// Unanswered probes that end a connection.
+#[cfg(target_os = "linux")]
+const PROBES: u32 = 4;
+
+/// Sends small packets at once, and notices a machine that is gone within a minute: 30 s of silence, then four probes 5 s apart.
+pub fn keep_alive(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    let keepalive = TcpKeepalive::new().with_time(SILENCE).with_interval(INTERVAL);
+    #[cfg(target_os = "linux")]
+    let keepalive = keepalive.with_retries(PROBES);
+    SockRef::from(stream).set_tcp_keepalive(&keepalive)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn the_system_has_the_interval_and_the_count() {
+        let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let stream = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();
+        keep_alive(&stream).unwrap();
+        let socket = SockRef::from(&stream);
+        assert!(socket.keepalive().unwrap());
+        #[cfg(target_os = "linux")]
+        assert_eq!(
+            (
+                socket.tcp_keepalive_time().unwrap(),
+                socket.tcp_keepalive_interval().unwrap(),
+                socket.tcp_keepalive_retries().unwrap()
+            ),
+            (SILENCE, INTERVAL, PROBES)
+        );
+    }
+}

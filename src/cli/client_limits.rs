@@ -1,0 +1,68 @@
+//! How many clients a scanner serves at once, and what came of those limits.
+
+use std::time::Duration;
+
+use rowscan_emulator::{EmulatorConfig, EmulatorCounts, IDLE_LIMIT, MAX_CLIENTS};
+use serde::Serialize;
+
+use super::output::print_json;
+use super::{Failure, Format};
+
+/// Flags for the limits.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct ClientLimitArgs {
+    /// Clients served at once by each scanner
+    #[arg(long, value_name = "N", default_value_t = MAX_CLIENTS, value_parser = clients)]
+    max_clients: usize,
+    /// With all places taken, a client through which nothing has passed for so many seconds makes room for the next; one that waits for
+    /// scans does not
+    #[arg(long, value_name = "SECONDS", default_value_t = IDLE_LIMIT.as_secs_f64(), value_parser = seconds)]
+    idle_limit: f64,
+}
+
+fn clients(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number| (1..=1000).contains(number));
+    number.ok_or_else(|| format!("expected 1 to 1000 clients, found `{text}`"))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| (0.0..=1e6).contains(number));
+    number.ok_or_else(|| format!("expected 0 to 1000000 seconds, found `{text}`"))
+}
+
+impl ClientLimitArgs {
+    /// A scanner's configuration with these limits.
+    pub(super) fn of(self, config: EmulatorConfig) -> EmulatorConfig {
+        let idle_limit = Duration::from_secs_f64(self.idle_limit);
+        EmulatorConfig { max_clients: self.max_clients, idle_limit, ..config }
+    }
+}
+
+/// What came of the limits, for people.
+pub(super) fn told(counts: &EmulatorCounts) -> String {
+    let EmulatorCounts { connections_refused, connections_silent, connections_idle, .. } = counts;
+    format!(
+        "connections: {connections_refused} refused, {connections_silent} closed as silent, {connections_idle} as idle"
+    )
+}
+
+/// The same for scripts.
+#[derive(Serialize)]
+struct Connections<'a> {
+    event: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stream: Option<&'a str>,
+    refused: u64,
+    silent: u64,
+    idle: u64,
+}
+
+/// Tells scripts what came of the limits, at the end.
+pub(super) fn announce(format: Format, stream: Option<&str>, counts: &EmulatorCounts) -> Result<(), Failure> {
+    if !matches!(format, Format::Json | Format::Jsonl) {
+        return Ok(());
+    }
+    let &EmulatorCounts { connections_refused, connections_silent, connections_idle, .. } = counts;
+    let (refused, silent, idle) = (connections_refused, connections_silent, connections_idle);
+    print_json(Format::Jsonl, &Connections { event: "connections", stream, refused, silent, idle })
+}
