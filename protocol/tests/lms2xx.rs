@@ -230,7 +230,7 @@ impl Line {
                 }
                 if let Some(bytes) = self.device.poll_transmit(now) {
                     let rate = self.device.rate();
-                    self.free = self.free.max(now) + rate.transmission(bytes.len());
+                    self.free = self.device.pace().end(self.free.max(now), bytes.len());
                     self.to_client.push_back((self.free, rate, bytes));
                     self.device.transmitted(now);
                 }

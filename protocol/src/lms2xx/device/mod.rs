@@ -8,6 +8,7 @@
 //! free, [`Device::plan`] gives the mirror turns of the next scan telegram; once they are over, hand them to [`Device::measure`].
 
 mod answer;
+mod pace;
 mod recorded;
 mod saved;
 mod status;
@@ -18,6 +19,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
+pub use pace::Pace;
 pub use recorded::Recorded;
 pub use saved::SavedBlockError;
 pub(crate) use status::{place, rate_of};

@@ -37,6 +37,13 @@ impl Sweep {
         SimTime((u128::from(turn) * 1_000_000_000 / u128::from(TURNS_PER_SECOND)) as u64)
     }
 
+    /// The turn that `at` lies in.
+    pub fn turn_of(at: SimTime) -> u64 {
+        let near = (u128::from(at.0) * u128::from(TURNS_PER_SECOND) / 1_000_000_000) as u64;
+        // Turn begins are rounded down to a nanosecond, so look one on.
+        if Self::turn_at(near + 1) <= at { near + 1 } else { near }
+    }
+
     /// When its last turn is over.
     pub fn done(&self) -> SimTime {
         Self::turn_at(self.first + u64::from(self.turns))

@@ -23,6 +23,7 @@ pub(super) const OUTDOOR: Model = Model {
     turn_step_centideg: 100,
     takes_variants: true,
     reflectivity: false,
+    bytes_a_turn: 508,
     configuration: Configuration::new(MeasuringMode(0), Unit::Cm),
     min_range_m: 0.05,
     max_range_m: 80.0,
@@ -36,6 +37,7 @@ pub(super) const OUTDOOR: Model = Model {
         "values on request and as a stream: all, every 2nd or 20th, mean of 2 to 250, sub-range, mean of a sub-range, partial scans, range and reflectivity by parts; cm and mm; measuring modes 0 to 6, 0F, 3F; scan index and telegram index",
         "power-on text, installation and diagnostic mode, passwords, variant, both parts of the configuration, status, errors, counters, field set, outputs, permanent rate, reset, four rates",
         "a request interrupts what is being sent; with `--profile bench` a telegram with a pause of 0.5 s inside it is dropped, with `field` one of 6 ms, and bytes closer than 55 µs at 500 000 bits a second are lost",
+        "at 500 000 bits a second at most 508 bytes leave in one mirror turn (559 on an S14): a telegram of 732 bytes pauses until the next",
         "older firmware by --firmware: V02.10 has a configuration block of 32 bytes and no indices",
     ],
     not_emulated: &[
@@ -43,7 +45,6 @@ pub(super) const OUTDOOR: Model = Model {
         "evaluation fields (40, 45, 46), contours, restart and dazzle evaluation: 92 for the fields; the rest is kept in the configuration block, without effect; field flags are 0",
         "the positioning aid (69): 92; partial sub-ranges (bit 15 of 27 and 37): out of range, 92",
         "pollution and calibration values of the status, operating hours, outputs: constant; no error is ever reported",
-        "the pause of a telegram at 500 000 bits a second after 508 bytes of a mirror turn: telegrams are sent without it",
         "an address other than 0",
     ],
     evidence: &[
