@@ -360,8 +360,8 @@ impl Lms2xxScanner {
             let seen = Beams { range_mm: &echo.range_mm, remission: &echo.remission };
             self.device.measure(sweep, turn, seen);
         }
-        self.device.finish(sweep.done(), sweep);
-        self.counts.sent.fetch_add(1, Ordering::Relaxed);
+        let sent = self.device.finish(sweep.done(), sweep);
+        self.counts.sent.fetch_add(u64::from(sent), Ordering::Relaxed);
         true
     }
 }

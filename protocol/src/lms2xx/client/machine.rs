@@ -9,7 +9,7 @@ use super::config::Lms2xxConfig;
 use super::step::Step;
 use crate::host::{DeviceInfo, HostEvent, Language, Transmit};
 use crate::lms2xx::configuration::Configuration;
-use crate::lms2xx::frame::{Frame, MAX_BODY, OVERHEAD, Received};
+use crate::lms2xx::frame::{Frame, LONGEST_SCAN, Received};
 use crate::lms2xx::model::{self, Model};
 use crate::lms2xx::settings_reply::SettingsReply;
 use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
@@ -338,11 +338,7 @@ impl Machine {
                 let first = parts.spans().first().map_or(1, |span| span.first.max(1));
                 beams.start += i32::from(first - 1) * i32::from(whole.step);
             }
-            Output::Partial
-            | Output::Every(_)
-            | Output::All
-            | Output::Mean { .. }
-            | Output::Reflectivity(_) => {}
+            _ => {}
         }
         let turns = match (self.values.output, self.known.model) {
             (Output::Partial, _) => 1,
@@ -441,7 +437,7 @@ impl Machine {
 
     /// The longest telegram may be on the line before the reply, and the request and the reply take their time too.
     fn line_time(&self) -> Duration {
-        self.rate.transmission(MAX_BODY + OVERHEAD + 200)
+        self.rate.transmission(LONGEST_SCAN + 200)
     }
 
     fn finish(&mut self, event: HostEvent) {
