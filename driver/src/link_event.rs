@@ -23,6 +23,11 @@ pub enum LinkEvent {
         /// The device's reason; an LMS2xx gives none.
         error: Option<SopasError>,
     },
+    /// The device cannot do something that would be of use.
+    Limited {
+        /// What it cannot do, and what follows.
+        what: &'static str,
+    },
     /// A scan telegram that passed the checksum and could not be read.
     Malformed {
         /// Why.

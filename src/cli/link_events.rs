@@ -59,6 +59,7 @@ fn tell(name: Option<&str>, event: &LinkEvent) {
         LinkEvent::Refused { command, error: Some(error) } => {
             say(format_args!("the scanner refused `{command}` ({error}) and keeps its own setting"));
         }
+        LinkEvent::Limited { what } => say(format_args!("the scanner: {what}")),
         LinkEvent::Malformed { reason } => say(format_args!("a scan telegram made no sense: {reason}")),
         LinkEvent::Lost { cause, pause } => say(format_args!("{cause}; trying again in {pause:?}")),
         // Events that this version does not know.
