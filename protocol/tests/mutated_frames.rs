@@ -77,7 +77,7 @@ fn mend_lms2xx(bytes: &mut Vec<u8>) {
 }
 
 /// The length and the checksum of a CoLa B frame; a CoLa A one has neither.
-fn mend_cola(bytes: &mut Vec<u8>) {
+fn mend_cola(bytes: &mut [u8]) {
     if bytes.len() <= 9 || bytes[0] != 0x02 || bytes[1] != 0x02 {
         return;
     }
@@ -280,7 +280,9 @@ fn cola_replies(dialect: Dialect) -> Vec<Vec<u8>> {
         encode_cola(dialect, text.as_bytes(), &mut frame);
         frame
     };
-    SAID.iter().map(frame).collect()
+    // As many scans as of all the rest.
+    let scans = SAID.iter().rev().take(1).cycle().take(SAID.len());
+    SAID.iter().chain(scans).map(frame).collect()
 }
 
 fn mutate_for_cola_client(seed: u64, sessions: u64) -> Figures {
@@ -301,7 +303,7 @@ fn mutate_for_cola_client(seed: u64, sessions: u64) -> Figures {
             0 => ColaClient::listen(4096),
             _ => ColaClient::new(ColaConfig::default(), dialect),
         };
-        figures.add(mutate_replies(&mut random, &mut client, replies, mend_cola, is_frame));
+        figures.add(mutate_replies(&mut random, &mut client, replies, |bytes| mend_cola(bytes), is_frame));
     }
     figures
 }
