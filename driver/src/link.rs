@@ -169,6 +169,7 @@ impl<E: Endpoint> Link<E> {
             HostEvent::Refused { command, error, fatal: true } => {
                 return Err(self.endpoint.refused(command, error));
             }
+            HostEvent::Limited { what } => self.events.push(LinkEvent::Limited { what }),
             HostEvent::Refused { command, error, fatal: false } => {
                 self.events.push(LinkEvent::Refused { command, error });
             }

@@ -24,6 +24,11 @@ pub enum LinkEvent {
         /// The device's reason; an LMS2xx gives none.
         error: Option<SopasError>,
     },
+    /// The device cannot do something that would be of use.
+    Limited {
+        /// What it cannot do, and what follows.
+        what: &'static str,
+    },
     /// The first scan telegram with this cause that passed its checksum and gives no scan. Later ones are counted:
     /// [`Scanner::faults`](crate::Scanner::faults).
     Malformed {

@@ -11,8 +11,7 @@ use std::time::Duration;
 use rowscan_ports::in_flight::Pending;
 use rowscan_ports::{Delivery, Wire, uart};
 use rowscan_protocol::device::Mirror;
-use rowscan_protocol::lms2xx::Rate;
-use rowscan_protocol::lms2xx::device::{Beams, Device, Sweep};
+use rowscan_protocol::lms2xx::device::{Beams, Device, Pace, Sweep};
 use rowscan_protocol::lms2xx::model::TURNS_PER_SECOND;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, Tap, Taps};
@@ -95,13 +94,13 @@ struct Arriving {
 struct Sending {
     bytes: Vec<u8>,
     began: SimTime,
-    rate: Rate,
+    pace: Pace,
     handed_on: usize,
 }
 
 impl Sending {
     fn end(&self) -> SimTime {
-        self.began + self.rate.transmission(self.bytes.len())
+        self.pace.end(self.began, self.bytes.len())
     }
 
     /// Ends behind the byte that is on the line: a request has come.
@@ -112,9 +111,7 @@ impl Sending {
 
     /// Bytes that have left by `now`.
     fn left(&self, now: SimTime) -> usize {
-        let elapsed = now.0.saturating_sub(self.began.0);
-        let bytes = u128::from(elapsed) * u128::from(self.rate.bits_per_second()) / 10_000_000_000;
-        usize::try_from(bytes).unwrap_or(usize::MAX).min(self.bytes.len())
+        self.pace.left(self.began, self.bytes.len(), now)
     }
 }
 
@@ -241,8 +238,10 @@ impl Lms2xxScanner {
                 TimeScale::Paced(scale) => PIECE.mul_f64(scale),
                 TimeScale::Max => return sending.end(),
             };
-            let next = sending.began + sending.rate.transmission(sending.handed_on) + pace;
-            next.min(sending.end())
+            let next = sending.pace.end(sending.began, sending.handed_on) + pace;
+            // In a telegram's pause nothing leaves.
+            let more = sending.pace.end(sending.began, sending.handed_on + 1);
+            next.max(more).min(sending.end())
         });
         // While something is being sent the device's next bytes wait for its end.
         let device = self.device.poll_timeout().filter(|_| self.sending.is_none());
@@ -259,7 +258,7 @@ impl Lms2xxScanner {
         if let Some(bytes) = self.device.poll_transmit(now) {
             self.tap.record(Side::Device, &bytes);
             let began = self.free.max(now);
-            let sending = Sending { bytes, began, rate: self.device.rate(), handed_on: 0 };
+            let sending = Sending { bytes, began, pace: self.device.pace(), handed_on: 0 };
             self.free = sending.end();
             self.sending = Some(sending);
         }
@@ -312,7 +311,7 @@ impl Lms2xxScanner {
         let left = sending.left(now);
         let piece = sending.bytes.get(sending.handed_on..left).unwrap_or_default();
         if !piece.is_empty() {
-            let own = sending.rate.bits_per_second();
+            let own = sending.pace.rate.bits_per_second();
             let rate = self.wire.client_rate()?.unwrap_or(own);
             let heard = uart::hear(piece, own, rate);
             self.write(&heard, delivery).await?;
@@ -361,8 +360,8 @@ impl Lms2xxScanner {
             let seen = Beams { range_mm: &echo.range_mm, remission: &echo.remission };
             self.device.measure(sweep, turn, seen);
         }
-        self.device.finish(sweep.done(), sweep);
-        self.counts.sent.fetch_add(1, Ordering::Relaxed);
+        let sent = self.device.finish(sweep.done(), sweep);
+        self.counts.sent.fetch_add(u64::from(sent), Ordering::Relaxed);
         true
     }
 }

@@ -8,7 +8,7 @@ use rowscan_protocol::device::Profile;
 use rowscan_protocol::host::HostSession;
 use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Options};
-use rowscan_protocol::lms2xx::frame::{FrameDecoder, Received, Listener};
+use rowscan_protocol::lms2xx::frame::{FrameDecoder, Listener, MAX_BODY, OVERHEAD, Received};
 use rowscan_protocol::lms2xx::model::MODELS;
 use rowscan_protocol::time::SimTime;
 
@@ -27,7 +27,7 @@ fuzz_target!(|data: &[u8]| {
                 Received::Broken => {}
             }
         }
-        assert!(decoder.pending() <= 818);
+        assert!(decoder.pending() <= MAX_BODY + OVERHEAD);
     }
     decoder.finish();
     while let Some(heard) = decoder.next_received() {
@@ -48,7 +48,7 @@ fuzz_target!(|data: &[u8]| {
         now = now + Duration::from_millis(u64::from(cut));
         device.handle_bytes(now, Duration::from_micros(u64::from(cut)), piece);
         while let Some(sent) = device.poll_transmit(now) {
-            assert!(sent.len() <= 818);
+            assert!(sent.len() <= MAX_BODY + OVERHEAD);
             device.transmitted(now);
         }
         if let Some(sweep) = device.plan(now) {

@@ -89,6 +89,11 @@ pub enum HostEvent {
         /// The start-up cannot go on without it: the session is done.
         fatal: bool,
     },
+    /// The device cannot do something that would be of use; scans come nevertheless.
+    Limited {
+        /// What it cannot do, and what follows.
+        what: &'static str,
+    },
     /// No answer in time: the wrong dialect or rate, or no device. The session is done. Try the other CoLa dialect over a new connection:
     /// some devices stay silent for the rest of one that began in the wrong dialect.
     NoAnswer {

@@ -230,7 +230,7 @@ impl Line {
                 }
                 if let Some(bytes) = self.device.poll_transmit(now) {
                     let rate = self.device.rate();
-                    self.free = self.free.max(now) + rate.transmission(bytes.len());
+                    self.free = self.device.pace().end(self.free.max(now), bytes.len());
                     self.to_client.push_back((self.free, rate, bytes));
                     self.device.transmitted(now);
                 }
@@ -495,6 +495,9 @@ fn a_client_sets_up_old_firmware() {
         assert!(line.is_ready(), "{name}: {:?}", line.events);
         assert!(line.scans.len() > 20);
         assert_eq!(line.device.saves(), 1, "its memory is written once");
+        let told =
+            |event: &HostEvent| matches!(event, HostEvent::Limited { what } if what.contains("32 bytes"));
+        assert_eq!(line.events.iter().filter(|event| told(event)).count(), 1, "{:?}", line.events);
         assert!((line.client.scan().echoes[0].range_m[0] - 1.0).abs() < 0.001);
         // And found as it should be the next time.
         let again = Line { client: Lms2xxClient::new(Lms2xxConfig::default()), events: Vec::new(), ..line };
@@ -503,6 +506,132 @@ fn a_client_sets_up_old_firmware() {
         assert!(again.is_ready());
         assert_eq!(again.device.saves(), 1);
     }
+}
+
+/// Remission beside the ranges: `F5`, and `C4` from an S14.
+#[test]
+fn a_client_reads_remission_where_it_asks_for_it() {
+    for (name, count, remission) in
+        [("lms200", 361, 0x4000 / 5), ("lms211", 201, 0x4000 / 5), ("lms291-s14", 181, 0x40)]
+    {
+        let config = Lms2xxConfig { remission: true, ..Lms2xxConfig::default() };
+        let mut line = Line::new(device(name, Options::default()), config);
+        line.run(Duration::from_secs(20));
+        assert!(line.is_ready(), "{name}: {:?}", line.events);
+        assert!(line.scans.len() > 20, "{name}: {} scans", line.scans.len());
+        let echo = &line.client.scan().echoes[0];
+        assert_eq!((echo.range_m.len(), echo.remission.clone()), (count, vec![remission; count]), "{name}");
+        // 1 m and a millimetre a beam of each turn: no bit of a value is taken for something else.
+        let furthest = echo.range_m.iter().copied().fold(0.0, f64::max);
+        assert!((echo.range_m[0] - 1.0).abs() < 1e-9 && furthest < 1.19, "{name}: {furthest}");
+    }
+}
+
+/// A device that refuses to send remission still sends ranges, and says so.
+#[test]
+fn a_device_without_remission_is_read_without_it() {
+    let config = Lms2xxConfig { remission: true, rate: Rate::R9600, ..Lms2xxConfig::default() };
+    let mut client = Lms2xxClient::new(config);
+    let mut now = Duration::ZERO;
+    client.handle_bytes(now, &[]);
+    let (mut device, mut asked_for) = (device("lms200", Options::default()), Vec::new());
+    for _ in 0..40 {
+        now += Duration::from_millis(50);
+        for frame in asked(&mut client) {
+            let body = &frame[4..frame.len() - 2];
+            asked_for.push(body[..2.min(body.len())].to_vec());
+            if body[0] == 0x20 && body[1] == 0x2B {
+                client.handle_bytes(now, &reply(&[0x92, 0x10]));
+                continue;
+            }
+            let at = SimTime(now.as_nanos() as u64);
+            device.handle_bytes(at, Duration::ZERO, &frame);
+            while let Some(sent) = device.poll_transmit(at) {
+                device.transmitted(at);
+                client.handle_bytes(now, &sent);
+            }
+        }
+    }
+    assert_eq!(asked_for[asked_for.len() - 2..], [[0x20, 0x2B], [0x20, 0x24]]);
+    let mut events = Vec::new();
+    while let Some(event) = client.poll_event() {
+        events.push(event);
+    }
+    let refused = |event: &HostEvent| matches!(event, HostEvent::Refused { command, fatal: false, .. } if command.contains("20 2B"));
+    assert!(events.iter().any(refused) && matches!(events.last(), Some(HostEvent::Ready(_))), "{events:?}");
+}
+
+/// A configuration block that cannot be read: the status says what the bits of a value mean, and the telegram its unit.
+#[test]
+fn values_are_read_in_the_mode_of_the_status_where_the_block_is_foreign() {
+    let mut client = Lms2xxClient::new(Lms2xxConfig { rate: Rate::R9600, ..Lms2xxConfig::default() });
+    let mut now = Duration::ZERO;
+    client.handle_bytes(now, &[]);
+    let mut status = vec![0; 154];
+    status[0] = 0xB1;
+    status[102] = 4;
+    (status[107], status[109]) = (180, 100);
+    let mut scan = vec![0xB0, 181, 0x40];
+    // 10 m, and the flags of both fields.
+    scan.extend((0..181).flat_map(|_| (0xC000_u16 | 10_000).to_le_bytes()));
+    scan.push(0x10);
+    let mut wrote = false;
+    for _ in 0..20 {
+        now += Duration::from_millis(50);
+        for frame in asked(&mut client) {
+            wrote |= frame[4] == 0x77;
+            client.handle_bytes(
+                now,
+                &reply(&match frame[4] {
+                    0x31 => status.clone(),
+                    0x3A => b"\xBALMS200;30106;V01.00 \x10".to_vec(),
+                    // No device known here has 30 bytes.
+                    0x74 => [&[0xF4][..], &[0; 30], &[0x10]].concat(),
+                    _ => vec![0xA0, 0, 0x10],
+                }),
+            );
+        }
+    }
+    client.handle_bytes(now, &reply(&scan)[1..]);
+    let mut limited = 0;
+    while let Some(event) = client.poll_event() {
+        limited +=
+            usize::from(matches!(event, HostEvent::Limited { what } if what.contains("unknown length")));
+    }
+    assert!(!wrote && limited == 1);
+    assert_eq!(client.scan().echoes[0].range_m, vec![10.0; 181]);
+}
+
+/// SICK's Quick Manual prints an F7 with the result 0 and the block as it was written.
+#[test]
+fn a_write_that_says_no_and_took_the_block_is_done() {
+    let mut client = Lms2xxClient::new(Lms2xxConfig { rate: Rate::R9600, ..Lms2xxConfig::default() });
+    let mut now = Duration::ZERO;
+    client.handle_bytes(now, &[]);
+    let mut device = device("lms200", Options::default());
+    for _ in 0..40 {
+        now += Duration::from_millis(50);
+        for frame in asked(&mut client) {
+            let at = SimTime(now.as_nanos() as u64);
+            device.handle_bytes(at, Duration::ZERO, &frame);
+            while let Some(sent) = device.poll_transmit(at) {
+                device.transmitted(at);
+                let mut body = sent.get(4..sent.len().max(6) - 2).unwrap_or_default().to_vec();
+                match body.first() {
+                    Some(0xF7) => {
+                        body[1] = 0;
+                        client.handle_bytes(now, &reply(&body)[1..]);
+                    }
+                    _ => client.handle_bytes(now, &sent),
+                }
+            }
+        }
+    }
+    let mut events = Vec::new();
+    while let Some(event) = client.poll_event() {
+        events.push(event);
+    }
+    assert!(matches!(events.as_slice(), [HostEvent::Ready(_)]), "{events:?}");
 }
 
 /// The commands of CARMEN's and ARIA's start-ups: the rate is searched by 20 25, the configuration written in several lengths, the variant

@@ -8,7 +8,7 @@ use rowscan_protocol::lms2xx::device::{Beams, Device, Options, Start, Sweep};
 use rowscan_protocol::lms2xx::firmware::Firmware;
 use rowscan_protocol::lms2xx::frame::{FrameDecoder, Listener, Received, checksum, encode};
 use rowscan_protocol::lms2xx::listing::{LISTING, SentIn};
-use rowscan_protocol::lms2xx::values::{Output, Values};
+use rowscan_protocol::lms2xx::values::{Output, Span, Values};
 use rowscan_protocol::lms2xx::{Rate, Variant, model};
 use rowscan_protocol::time::SimTime;
 
@@ -382,4 +382,191 @@ fn bytes_beyond_what_is_known_are_ignored() {
     assert_eq!(bench.ask(&[0x31, 1, 2])[0], 0xB1);
     assert_eq!(bench.ask(&[&[0x77][..], &[0; 40]].concat())[..2], [0xF7, 1]);
     assert_eq!(bench.ask(&[0x20, 0x25, 7]), [0xA0, 0, 0x10]);
+}
+
+fn values_of(body: &[u8]) -> Values {
+    let mut values = Values::default();
+    values.decode_into(body).unwrap();
+    values
+}
+
+/// Everything is 2 m away; the field's border 2.5 m to the right half, 0.5 m to the left.
+fn right_half(bench: &mut Bench, field: u8) {
+    let mut body = vec![0x40, 1, 0x40 | field, 0xB4, 0, 50, 0, 2, 0, 10];
+    let radii = (0..11).map(|ray| if ray < 5 { 2500_u16 } else { 500 });
+    radii.for_each(|radius| body.extend(radius.to_le_bytes()));
+    assert_eq!(bench.ask(&body)[..2], [0xC0, 1]);
+}
+
+#[test]
+fn a_field_sets_the_flags_of_the_values_in_it_and_pulls_its_output_low() {
+    let mut bench = Bench::installed("lms200", Options::default());
+    right_half(&mut bench, 0);
+    let configured = bench.ask(&[0x45, 1, 0]);
+    assert_eq!(configured[..10], [0xC5, 1, 0x42, 0, 0xB4, 0, 50, 0, 0, 10]);
+    let flags = |bench: &mut Bench| -> Vec<u16> {
+        values_of(&bench.ask(&[0x30, 1])).values.iter().map(|value| value >> 13).collect()
+    };
+    // Mode 0: bit 13 is field A. 0° to 89.5° lie in it.
+    assert_eq!(flags(&mut bench), [[1; 180].as_slice(), &[0; 181]].concat());
+    assert_eq!(bench.ask(&[0x4A]), [0xCA, 0, 1, 1, 0x10]);
+    // Mode 4: bit 14. Means carry none.
+    bench.ask(&[0x77, 0, 0, 0x46, 0, 0, 4, 1]);
+    assert_eq!(flags(&mut bench)[..2], [2, 2]);
+    assert!(values_of(&bench.ask(&[0x36, 2])).values.iter().all(|value| *value == 2000));
+    // The other set is as delivered.
+    bench.ask(&[0x41, 2]);
+    assert_eq!(bench.ask(&[0x4A]), [0xCA, 1, 1, 1, 0x10]);
+    // An object must be wider than the blanking: half a circle of 2 m is 3.1 m.
+    bench.ask(&[0x41, 1]);
+    for (blanking_cm, level) in [(300_u16, 0), (330, 1)] {
+        bench.ask(&[&[0x77][..], &blanking_cm.to_le_bytes()].concat());
+        assert_eq!(bench.ask(&[0x4A])[1], level, "{blanking_cm} cm");
+    }
+}
+
+#[test]
+fn an_output_waits_for_as_many_scans_as_the_configuration_asks_for() {
+    let mut bench = Bench::installed("lms200", Options::default());
+    right_half(&mut bench, 1);
+    bench.ask(&[0x77, 0, 0, 0x46, 0, 0, 0, 1, 0, 0, 3]);
+    bench.ask(&[0x20, 0x24]);
+    let mut levels = Vec::new();
+    for _ in 0..4 {
+        bench.measure();
+        bench.sent();
+        bench.device.handle_bytes(bench.now, Duration::ZERO, &request(&[0x4A]));
+        assert_eq!(bench.sent(), Some(vec![0x06]));
+        levels.push(body_of(&bench.sent().unwrap())[2]);
+    }
+    assert_eq!(levels, [1, 1, 0, 0]);
+}
+
+#[test]
+fn what_is_only_told_while_a_field_is_infringed_is_silent_otherwise() {
+    for (mode, count) in [(0x21, 10), (0x23, 3)] {
+        let mut bench = Bench::installed("lms200", Options::default());
+        bench.ask(&[0x20, mode]);
+        bench.measure().unwrap();
+        assert_eq!(bench.sent(), None, "20 {mode:02X}");
+        bench.ask(b"\x20\x00SICK_LMS");
+        right_half(&mut bench, 0);
+        bench.ask(&[0x20, mode]);
+        bench.measure().unwrap();
+        let values = values_of(&body_of(&bench.sent().unwrap()));
+        assert_eq!(values.values.len(), count);
+        match mode {
+            // 18° a segment; the first five are in the field.
+            0x21 => assert_eq!(values.values, [[0x2000 | 2000; 5], [2000; 5]].concat()),
+            // At 0.5° an object of 2 m is 0 mm ahead of the scanner's own line, or nearly.
+            _ => assert_eq!((values.values[0], values.values[1..].to_vec()), (1, vec![0x1FFD, 0x1FFD])),
+        }
+    }
+}
+
+#[test]
+fn values_come_with_fields_as_coordinates_and_by_segments() {
+    let mut bench = Bench::installed("lms200", Options::default());
+    right_half(&mut bench, 2);
+    let body = bench.ask(&[0x3E, 180, 0, 181, 0]);
+    // 89.5° and 90°: the value, and how far A, B and C reach.
+    let values = values_of(&body);
+    assert_eq!(values.values, [2000, 50, 50, 2500, 2000, 50, 50, 500]);
+    assert_eq!(bench.ask(&[0x3E, 1, 0, 101, 0]), [0x92, 0x10], "100 at most");
+    let body = bench.ask(&[0x76, 1, 0, 121, 0]);
+    let values = values_of(&body);
+    assert_eq!(values.values[..2], [2000, 0]);
+    // 60°.
+    assert_eq!(values.values[240..], [1000, 1732]);
+    let body = bench.ask(&[0x76, 0x69, 1, 0x69, 1]);
+    assert_eq!(values_of(&body).values, [0x8000 | 2000, 0], "to the left, X is negative");
+    assert_eq!(bench.ask(&[0x20, 0x2C, 4, 1, 0, 100, 0]), [0xA0, 0, 0x10]);
+    bench.measure();
+    let values = values_of(&body_of(&bench.sent().unwrap()));
+    assert_eq!((values.output, values.values), (Output::Range(Span { first: 1, last: 100 }), vec![2000; 4]));
+    assert_eq!(bench.ask(&[0x20, 0x2C, 1, 0, 1, 0, 100, 0]), [0x92, 0x10]);
+}
+
+#[test]
+fn a_field_is_taught_in() {
+    let mut bench = Bench::installed("lms200", Options::default());
+    let teach = |step: u8| [0x46, 1, 0x40, 0xB4, 0, 50, 0, step, 100, 0, 0, 0, 0, 0];
+    assert_eq!(bench.ask(&teach(0)), [0xC6, 3, 0x10]);
+    assert_eq!(bench.ask(&teach(1)), [0xC6, 1, 0x10]);
+    // 100 mm before the contour; 361 radii behind nine bytes.
+    let configured = bench.ask(&[0x45, 1, 0]);
+    assert_eq!(configured[..9], [0xC5, 1, 0x43, 0, 0xB4, 0, 50, 0, 0]);
+    assert_eq!((configured.len(), &configured[9..11]), (9 + 2 * 361 + 1, &1900_u16.to_le_bytes()[..]));
+    assert_eq!(values_of(&bench.ask(&[0x30, 3])).values, vec![1900; 361]);
+    assert_eq!(bench.ask(&[0x4A])[1..4], [1, 1, 1]);
+    assert_eq!(bench.ask(&teach(1)), [0x92, 0x10]);
+    bench.ask(&teach(0));
+    assert_eq!(bench.ask(&teach(2)), [0xC6, 0, 0x10]);
+}
+
+#[test]
+fn a_direct_sub_range_is_a_telegram_a_mirror_turn() {
+    let mut bench = Bench::new("lms200", Options::default());
+    let first = values_of(&bench.ask(&[0x37, 1, 0x80, 4, 0x80]));
+    bench.measure().unwrap();
+    let second = values_of(&body_of(&bench.sent().unwrap()));
+    let span = Span { first: 1, last: 4 };
+    assert_eq!((first.output, first.word.partial, first.values.len()), (Output::Direct(span), Some(0), 2));
+    assert_eq!((second.output, second.word.partial, second.values.len()), (Output::Direct(span), Some(2), 2));
+    assert!(bench.measure().is_none(), "two turns make a scan of 0.5°");
+}
+
+/// A public driver asks for remission in measuring mode 0D, over 181 values; the listing's example asks for 401.
+#[test]
+fn range_and_reflectivity_of_a_whole_scan_is_one_frame() {
+    let mut bench = Bench::installed("lms291", Options::default());
+    assert_eq!(bench.ask(&[0x77, 0, 0, 0x46, 0, 1, 0x0D, 1])[1], 1);
+    for (variant, count) in [([0xB4, 0, 100, 0], 181_u16), ([0x64, 0, 25, 0], 401)] {
+        bench.ask(&[&[0x3B][..], &variant].concat());
+        let parts = [&[0x75, 1, 0, 1, 0][..], &count.to_le_bytes()].concat();
+        let body = bench.ask(&parts);
+        let values = values_of(&body);
+        assert_eq!((values.values.len(), values.part_reflectivity.len()), (count.into(), count.into()));
+        assert_eq!(values.values[0], 2000);
+    }
+    // No more than the longest scan has.
+    assert_eq!(bench.ask(&[0x75, 2, 0, 1, 0, 0x91, 1, 1, 0, 1, 0]), [0x92, 0x10]);
+}
+
+#[test]
+fn dirt_shows_in_the_status_in_every_reply_and_among_the_errors() {
+    for (contamination, status, errors, channel) in [
+        (0, 0x10, &[][..], 1000_u16),
+        (1, 0x92, &[2, 18], 650),
+        (2, 0x93, &[3, 18], 250),
+        (3, 0x93, &[3, 18, 3, 19], 250),
+    ] {
+        let mut bench = Bench::new("lms200", Options { contamination, ..Options::default() });
+        let body = bench.ask(&[0x31]);
+        assert_eq!((body[153], &body[19..21]), (status, &channel.to_le_bytes()[..]));
+        assert_eq!(&body[43..45], &1000_u16.to_le_bytes(), "as it was calibrated");
+        assert_eq!(bench.ask(&[0x32]), [&[0xB2][..], errors, &[status]].concat());
+        assert_eq!(bench.ask(&[0x30, 1]).last(), Some(&status));
+    }
+}
+
+#[test]
+fn in_the_field_readings_of_the_status_vary_and_repeat() {
+    let readings = || {
+        let options = Options { profile: Profile::Field, ..Options::default() };
+        let mut bench = Bench::new("lms200", options);
+        let mut read = Vec::new();
+        for _ in 0..20 {
+            bench.now = bench.now + Duration::from_millis(100);
+            let body = bench.ask(&[0x31]);
+            let word = |at: usize| u16::from_le_bytes([body[at], body[at + 1]]);
+            assert!((147..=149).contains(&word(67)), "motor {}", word(67));
+            assert!((992..=1008).contains(&word(19)), "channel {}", word(19));
+            read.push((word(67), word(19)));
+        }
+        read
+    };
+    let read = readings();
+    assert!(read.iter().any(|one| one.0 != read[0].0) && read.iter().any(|one| one.1 != read[0].1));
+    assert_eq!(read, readings());
 }

@@ -193,6 +193,21 @@ impl DeviceArgs {
         (self.boot_s, self.save_s)
     }
 
+    /// Dirt on the front screen.
+    pub(super) fn contamination(&self) -> u8 {
+        self.contamination
+    }
+
+    /// Sets the fields A, B and C of an LMS2xx.
+    pub(super) fn lms2xx_fields(&self, device: &mut lms2xx::device::Device) -> Result<(), Failure> {
+        let set = |(number, radius_mm): (usize, &u16)| device.set_field(number, *radius_mm);
+        if self.field.iter().enumerate().all(set) {
+            return Ok(());
+        }
+        let found = self.field.len();
+        Err(Failure::Usage(format!("--field: an LMS2xx has 3 fields, A, B and C; found {found}")))
+    }
+
     /// Where an LMS2xx keeps its configuration block; it begins with what is there.
     pub(super) fn lms2xx_state(
         &self,

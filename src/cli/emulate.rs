@@ -258,6 +258,7 @@ impl Args {
     ) -> Result<(lms2xx::device::Device, ScannerView, Opened, SerialConfig), Failure> {
         let options = line::options(&self.device, &self.line, self.time_scale)?;
         let (mut device, world) = stage.serial_scanner_on(tractor, index, model, options)?;
+        self.device.lms2xx_fields(&mut device)?;
         let state = self.device.lms2xx_state(&mut device)?;
         let rate = device.rate().bits_per_second();
         let line = self.line.open_one(&self.tcp, rate, self.format).await?;

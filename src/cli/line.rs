@@ -130,5 +130,6 @@ pub(super) fn options(device: &DeviceArgs, line: &LineArgs, scale: TimeScale) ->
     };
     let (boot, save) = device.times();
     let (start, stored_rate) = (device.lms2xx_start()?, line.stored_rate()?);
-    Ok(Options { profile, start, stored_rate, pause_slack, firmware: line.firmware, boot, save })
+    let (firmware, contamination) = (line.firmware, device.contamination());
+    Ok(Options { profile, start, stored_rate, pause_slack, firmware, boot, save, contamination })
 }

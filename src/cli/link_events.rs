@@ -59,6 +59,7 @@ fn tell(name: Option<&str>, event: &LinkEvent) {
         LinkEvent::Refused { command, error: Some(error) } => {
             say(format_args!("the scanner refused `{command}` ({error}) and keeps its own setting"));
         }
+        LinkEvent::Limited { what } => say(format_args!("the scanner: {what}")),
         LinkEvent::Malformed { fault } => {
             say(format_args!("a scan telegram gives no scan: {fault}; more of this kind are counted"));
         }

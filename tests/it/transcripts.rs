@@ -8,6 +8,7 @@
 )]
 
 mod script;
+mod times;
 
 use crate::common;
 
@@ -17,7 +18,7 @@ use std::time::Duration;
 use common::small_scene;
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig};
-use rowscan_protocol::device::DialectPolicy;
+use rowscan_protocol::device::{DialectPolicy, Options};
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
 use rowscan_protocol::model::{self, MODELS, Model};
 use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram};
@@ -55,6 +56,10 @@ struct Run<'a> {
     dialect: Dialect,
     within: Duration,
     subscribed: bool,
+    /// How long a scan may take.
+    scan_limit: Duration,
+    began: tokio::time::Instant,
+    first_scan: Option<Duration>,
 }
 
 /// What went wrong, in words.
@@ -71,14 +76,37 @@ impl<'a> Run<'a> {
         model: &'static Model,
         dialect: Dialect,
         policy: DialectPolicy,
+        options: Options,
     ) -> Self {
         let (device, world) = stage.scanner(0, model).expect("it fits");
+        let device = device.with_options(options);
         let config = EmulatorConfig { dialects: policy, ..EmulatorConfig::default() };
         let mut emulator = Emulator::start(device, world, config);
         let (stream, there) = tokio::io::duplex(MAX_PAYLOAD);
         emulator.attach(there);
         let within = Duration::from_secs(5);
-        Self { script, model, emulator, stream, decoder: decoder(), dialect, within, subscribed: false }
+        Self {
+            script,
+            model,
+            emulator,
+            stream,
+            decoder: decoder(),
+            dialect,
+            within,
+            subscribed: false,
+            scan_limit: SCAN_LIMIT,
+            began: tokio::time::Instant::now(),
+            first_scan: None,
+        }
+    }
+
+    /// Hangs up and dials again.
+    fn reconnect(&mut self) {
+        let (stream, there) = tokio::io::duplex(MAX_PAYLOAD);
+        self.stream = stream;
+        self.decoder = decoder();
+        self.subscribed = false;
+        self.emulator.attach(there);
     }
 
     async fn play(&mut self) -> Outcome<()> {
@@ -90,13 +118,7 @@ impl<'a> Run<'a> {
                 Step::Scans { count, channels, poll } => self.scans(*count, channels, *poll).await?,
                 Step::Wait(time) => tokio::time::sleep(*time).await,
                 Step::Within(time) => self.within = *time,
-                Step::Reconnect => {
-                    let (stream, there) = tokio::io::duplex(MAX_PAYLOAD);
-                    self.stream = stream;
-                    self.decoder = decoder();
-                    self.subscribed = false;
-                    self.emulator.attach(there);
-                }
+                Step::Reconnect => self.reconnect(),
                 Step::In(dialect) => self.dialect = *dialect,
             }
         }
@@ -203,7 +225,7 @@ impl<'a> Run<'a> {
                     Exchange { text: "sRN LMDscandata".to_owned(), hex: String::new(), reply: Expected::Any };
                 self.send(&request).await;
             }
-            let limit = SCAN_LIMIT.min(self.within);
+            let limit = self.scan_limit.min(self.within);
             let payload = self.receive(limit).await.map_err(|error| format!("scan {seen}: {error}"))?;
             let telegram = Telegram::parse(self.dialect, &payload).map_err(|error| error.to_string())?;
             let wanted = if poll { Kind::Ra } else { Kind::Sn };
@@ -220,6 +242,7 @@ impl<'a> Run<'a> {
             let scan: LmdScandata =
                 telegram.args.decode().map_err(|error| format!("scan {seen}: {error}"))?;
             self.check(&scan, channels)?;
+            self.first_scan.get_or_insert(self.began.elapsed());
             if let Some(last) = &last {
                 let step = scan.scan_counter.wrapping_sub(last.scan_counter);
                 if poll && step == 0 {
@@ -266,7 +289,7 @@ async fn every_client_gets_the_replies_it_waits_for() {
                 };
                 for policy in policies {
                     runs += 1;
-                    let mut run = Run::new(&stage, script, model, dialect, policy);
+                    let mut run = Run::new(&stage, script, model, dialect, policy, Options::default());
                     if let Err(error) = run.play().await {
                         let title = model.title;
                         failures.push(format!("{file} ({title}, {dialect}, {policy:?}): {error}"));

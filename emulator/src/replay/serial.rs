@@ -28,7 +28,7 @@ impl Lms2xxPart {
             Some(SettingsReply::Type(text)) => {
                 self.type_text.get_or_insert(text.to_owned());
             }
-            Some(SettingsReply::Status(variant, _)) | Some(SettingsReply::Variant(variant))
+            Some(SettingsReply::Status { variant, .. }) | Some(SettingsReply::Variant(variant))
                 if self.values.is_none() =>
             {
                 self.variant = Some(variant);

@@ -119,6 +119,11 @@ impl Configuration {
         self.block[AVAILABILITY] = self.block[AVAILABILITY] & !INDICES | if on { INDICES } else { 0 };
     }
 
+    /// The largest object that fields do not see, centimetres.
+    pub fn blanking_cm(&self) -> u16 {
+        u16::from_le_bytes([self.block[0], self.block[1]])
+    }
+
     /// Evaluations until an infringed field counts.
     pub fn evaluations(&self) -> u8 {
         self.block[EVALUATIONS]

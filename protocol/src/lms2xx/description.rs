@@ -17,6 +17,10 @@ impl Request<'_> {
             Self::Type => "type",
             Self::Variant(_) => "variant",
             Self::FieldSet(_) => "field_set",
+            Self::SetField(_) => "set_field",
+            Self::ReadField(..) => "read_field",
+            Self::Teach(_) => "teach",
+            Self::Positioning(..) => "positioning",
             Self::Password(..) => "password",
             Self::Outputs => "outputs",
             Self::Permanent(_) => "permanent",
@@ -40,6 +44,19 @@ impl Request<'_> {
             Self::Password(step, level, _) => {
                 integer(visitor, "step", None, (*step).into());
                 integer(visitor, "level", None, (*level).into());
+            }
+            Self::ReadField(set, field) => {
+                integer(visitor, "set", None, (*set).into());
+                integer(visitor, "field", None, (*field).into());
+            }
+            Self::SetField(bytes) | Self::Teach(bytes) => {
+                visitor.field("data", None);
+                list(visitor, bytes.iter().map(|byte| (*byte).into()));
+            }
+            Self::Positioning(step, span) => {
+                integer(visitor, "step_centideg", Some("1/100°"), (*step).into());
+                integer(visitor, "start_deg", Some("°"), span.first.into());
+                integer(visitor, "stop_deg", Some("°"), span.last.into());
             }
             Self::WriteConfiguration(bytes) | Self::WritePart2(bytes) => {
                 visitor.field("configuration", None);
@@ -122,12 +139,22 @@ fn visit_output(output: Output, visitor: &mut dyn Visitor) {
         Output::Reflectivity(_) => "reflectivity",
         Output::Every(_) => "every",
         Output::Parts(_) => "parts",
+        Output::Direct(_) => "direct",
+        Output::Segments { .. } => "segments",
+        Output::Fields(_) => "fields",
+        Output::Cartesian(_) => "cartesian",
+        Output::Minima(_) => "minima",
+        Output::Perpendicular(_) => "perpendicular",
+        Output::Taught => "taught",
     };
     text(visitor, "output", name);
     if let Output::Mean { scans } | Output::MeanRange { scans, .. } = output {
         integer(visitor, "scans", None, scans.into());
     }
-    if let Output::Range(span) | Output::MeanRange { span, .. } | Output::Reflectivity(span) = output {
+    if let Output::Segments { segments, .. } = output {
+        integer(visitor, "segments", None, segments.into());
+    }
+    if let Some(span) = output.span() {
         integer(visitor, "first", None, span.first.into());
         integer(visitor, "last", None, span.last.into());
     }

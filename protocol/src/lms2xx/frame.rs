@@ -21,8 +21,10 @@ pub const ACK: u8 = 0x06;
 pub const NAK: u8 = 0x15;
 /// Added to the address in what a device sends.
 pub const FROM_DEVICE: u8 = 0x80;
-/// Largest body, bytes.
-pub const MAX_BODY: usize = 812;
+/// Largest body, bytes: 401 values with their reflectivities in five parts, `F5`, with indices.
+pub const MAX_BODY: usize = 1 + 2 + 5 * 6 + 401 * 4 + 2 + 1;
+/// The longest scan without reflectivities, bytes with its frame: 401 values and indices.
+pub const LONGEST_SCAN: usize = 814;
 /// Start, address and length.
 const HEADER: usize = 4;
 /// Header and CRC.
@@ -108,7 +110,7 @@ impl Frame<'_> {
 /// Finds frames in a byte stream that comes in pieces.
 ///
 /// After a rejected start the search goes on one byte further, so that a good frame inside the bytes a broken one claimed is found. A
-/// start claims at most 818 bytes, which bounds what hostile input costs, and what is kept of it.
+/// start claims at most 1646 bytes, which bounds what hostile input costs, and what is kept of it.
 #[derive(Clone, Debug)]
 pub struct FrameDecoder {
     listener: Listener,

@@ -11,6 +11,7 @@ pub mod firmware;
 pub mod frame;
 pub mod listing;
 pub mod model;
+mod output;
 pub mod settings_reply;
 pub mod telegram;
 pub mod values;

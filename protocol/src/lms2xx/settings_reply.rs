@@ -3,7 +3,7 @@
 use super::configuration::Configuration;
 use super::device::{place, rate_of};
 use super::telegram::{REPLY, command};
-use super::values::Values;
+use super::values::{MeasuringMode, Values};
 use super::{Rate, Variant};
 
 /// One reply that describes the device or its settings.
@@ -11,8 +11,15 @@ use super::{Rate, Variant};
 pub enum SettingsReply<'a> {
     /// `BA`: name and variant, `;`, software; as sent, with the blanks behind it.
     Type(&'a str),
-    /// `B1`: how it is set, and the rate it runs at where that is one of the known codes.
-    Status(Variant, Option<Rate>),
+    /// `B1`.
+    Status {
+        /// How it is set.
+        variant: Variant,
+        /// The rate it runs at, where that is one of the known codes.
+        rate: Option<Rate>,
+        /// What its values mean.
+        mode: MeasuringMode,
+    },
     /// `BB`: how it is set from now on.
     Variant(Variant),
     /// `F4` or `F7`: its configuration block.
@@ -35,7 +42,8 @@ impl<'a> SettingsReply<'a> {
             command::STATUS => {
                 let code = body.get(place::RATE..).and_then(<[u8]>::first_chunk);
                 let rate = code.and_then(|code| rate_of(u16::from_le_bytes(*code)));
-                Some(Self::Status(variant(place::ANGLE)?, rate))
+                let mode = MeasuringMode(*body.get(place::MEASURING_MODE)?);
+                Some(Self::Status { variant: variant(place::ANGLE)?, rate, mode })
             }
             // Behind whether it was done.
             command::VARIANT => variant(2).map(Self::Variant),

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::values::{Output, Parts, Span};
+use super::output::{Output, Parts, Span, When};
 use super::{Rate, Variant, frame};
 
 /// The password of the installation mode.
@@ -32,6 +32,12 @@ pub mod command {
     pub const TYPE: u8 = 0x3A;
     pub const VARIANT: u8 = 0x3B;
     pub const MEAN_RANGE: u8 = 0x3F;
+    pub const FIELDS: u8 = 0x3E;
+    pub const SET_FIELD: u8 = 0x40;
+    pub const READ_FIELD: u8 = 0x45;
+    pub const TEACH: u8 = 0x46;
+    pub const POSITIONING: u8 = 0x69;
+    pub const CARTESIAN: u8 = 0x76;
     pub const FIELD_SET: u8 = 0x41;
     pub const PASSWORD: u8 = 0x42;
     pub const REFLECTIVITY: u8 = 0x44;
@@ -52,7 +58,7 @@ pub enum Mode {
     Installation([u8; 8]),
     /// `10`: diagnostic.
     Diagnostic,
-    /// `24`, `26`, `27`, `28`, `2A`, `2B`, `50`: the device streams values.
+    /// `20` to `24`, `26` to `29`, `2A` to `2C`, `50`: the device streams values.
     Stream(Output),
     /// `25`: values on request; ends a stream, and the installation mode.
     OnRequest,
@@ -72,7 +78,7 @@ pub enum Request<'a> {
     Reset,
     /// `20`: change the operating mode.
     Mode(Mode),
-    /// `30`, `36`, `37`, `3F`, `44`, `75`: one scan in this form.
+    /// `30`, `36`, `37`, `3E`, `3F`, `44`, `75`, `76`: one scan in this form.
     Values(Output),
     /// `31`: status.
     Status,
@@ -84,6 +90,14 @@ pub enum Request<'a> {
     Type,
     /// `3B`: angle and resolution.
     Variant(Variant),
+    /// `40`: configure a field; its data.
+    SetField(&'a [u8]),
+    /// `45`: a field as it is configured: set from 1, field from 0.
+    ReadField(u8, u8),
+    /// `46`: teach a field in; its data.
+    Teach(&'a [u8]),
+    /// `69`: the positioning aid: resolution, then start and stop of its first range.
+    Positioning(u8, Span),
     /// `41`: ask for the active field set (0), or switch to 1 or 2.
     FieldSet(u8),
     /// `42`: a new password: step (0 new, 1 confirm), level, the password.
@@ -109,8 +123,19 @@ fn word(bytes: [u8; 2]) -> u16 {
 }
 
 fn span(bytes: [u8; 4]) -> Span {
-    let [a, b, c, d] = bytes;
-    Span { first: word([a, b]), last: word([c, d]) }
+    Span::of_bytes(bytes)
+}
+
+/// Bit 15 of either word: each partial scan at once.
+const DIRECT: u16 = 0x8000;
+
+/// The sub-range of `27` and `37`.
+fn sub_range(bytes: [u8; 4]) -> Output {
+    let Span { first, last } = span(bytes);
+    match (first | last) & DIRECT {
+        0 => Output::Range(Span { first, last }),
+        _ => Output::Direct(Span { first: first & !DIRECT, last: last & !DIRECT }),
+    }
 }
 
 impl Mode {
@@ -121,12 +146,21 @@ impl Mode {
             [0x24, ..] => Self::Stream(Output::All),
             [0x25, ..] => Self::OnRequest,
             [0x26, scans, ..] => Self::Stream(Output::Mean { scans }),
-            [0x27, a, b, c, d, ..] => Self::Stream(Output::Range(span([a, b, c, d]))),
+            [0x20, ..] => Self::Stream(Output::Minima(When::Always)),
+            [0x21, ..] => Self::Stream(Output::Minima(When::Infringed)),
+            [0x22, ..] => Self::Stream(Output::Perpendicular(When::Always)),
+            [0x23, ..] => Self::Stream(Output::Perpendicular(When::Infringed)),
+            [0x27, a, b, c, d, ..] => Self::Stream(sub_range([a, b, c, d])),
             // The listing's table has the number as a word, its text and public clients as a byte.
             [0x28, scans, 0, a, b, c, d] | [0x28, scans, a, b, c, d] => {
                 Self::Stream(Output::MeanRange { scans, span: span([a, b, c, d]) })
             }
+            [0x29, a, b, c, d, ..] => Self::Stream(Output::Fields(span([a, b, c, d]))),
             [0x2A, ..] => Self::Stream(Output::Partial),
+            // Not the shape of 2B, which a public client sends.
+            [0x2C, segments, a, b, c, d] => {
+                Self::Stream(Output::Segments { segments, span: span([a, b, c, d]) })
+            }
             [0x2B, ref parts @ ..] => Self::Stream(Output::Parts(Parts::parse(parts)?)),
             [0x30, ref password @ ..] => Self::PasswordTest(*password.first_chunk()?),
             [0x50, a, b, c, d, ..] => Self::Stream(Output::Reflectivity(span([a, b, c, d]))),
@@ -143,13 +177,19 @@ impl Mode {
             Self::OnRequest => 0x25,
             Self::Stream(Output::All) => 0x24,
             Self::Stream(Output::Mean { .. }) => 0x26,
-            Self::Stream(Output::Range(_)) => 0x27,
+            Self::Stream(Output::Range(_) | Output::Direct(_)) => 0x27,
+            Self::Stream(Output::Minima(When::Always)) => 0x20,
+            Self::Stream(Output::Minima(When::Infringed)) => 0x21,
+            Self::Stream(Output::Perpendicular(When::Always)) => 0x22,
+            Self::Stream(Output::Perpendicular(When::Infringed)) => 0x23,
+            Self::Stream(Output::Fields(_)) => 0x29,
+            Self::Stream(Output::Segments { .. }) => 0x2C,
             Self::Stream(Output::MeanRange { .. }) => 0x28,
             Self::Stream(Output::Partial) => 0x2A,
             Self::Stream(Output::Parts(_)) => 0x2B,
             Self::Stream(Output::Reflectivity(_)) => 0x50,
             // Never streamed: sent on request only.
-            Self::Stream(Output::Every(_)) => 0x24,
+            Self::Stream(Output::Every(_) | Output::Cartesian(_) | Output::Taught) => 0x24,
             Self::PasswordTest(_) => 0x30,
             Self::Rate(rate) => rate.mode(),
             Self::Other(number) => number,
@@ -167,12 +207,16 @@ impl Mode {
 }
 
 fn encode_output(output: Output, out: &mut Vec<u8>) {
-    if let Output::Mean { scans } | Output::MeanRange { scans, .. } = output {
+    if let Output::Mean { scans }
+    | Output::MeanRange { scans, .. }
+    | Output::Segments { segments: scans, .. } = output
+    {
         out.push(scans);
     }
-    if let Output::Range(span) | Output::MeanRange { span, .. } | Output::Reflectivity(span) = output {
-        out.extend_from_slice(&span.first.to_le_bytes());
-        out.extend_from_slice(&span.last.to_le_bytes());
+    let direct = if matches!(output, Output::Direct(_)) { DIRECT } else { 0 };
+    if let Some(span) = output.span() {
+        out.extend_from_slice(&(span.first | direct).to_le_bytes());
+        out.extend_from_slice(&(span.last | direct).to_le_bytes());
     }
     if let Output::Parts(parts) = output {
         out.extend_from_slice(&(parts.spans().len() as u16).to_le_bytes());
@@ -194,11 +238,23 @@ impl<'a> Request<'a> {
             (command::RESET, _) => Self::Reset,
             (command::MODE, data) => Mode::parse(data).map_or(Self::Unknown(command), Self::Mode),
             (command::VALUES, [0x01, ..]) => Self::Values(Output::All),
+            (command::VALUES, [0x02, ..]) => Self::Values(Output::Perpendicular(When::Always)),
+            (command::VALUES, [0x03, ..]) => Self::Values(Output::Taught),
             (command::VALUES, [0x06, ..]) => Self::Values(Output::Every(2)),
             (command::VALUES, [0x07, ..]) => Self::Values(Output::Every(20)),
             (command::VALUES, [0x08, ..]) => Self::Values(Output::Partial),
             (command::MEAN, &[scans, ..]) => Self::Values(Output::Mean { scans }),
-            (command::RANGE, &[a, b, c, d, ..]) => Self::Values(Output::Range(span([a, b, c, d]))),
+            (command::RANGE, &[a, b, c, d, ..]) => Self::Values(sub_range([a, b, c, d])),
+            (command::FIELDS, &[a, b, c, d, ..]) => Self::Values(Output::Fields(span([a, b, c, d]))),
+            (command::CARTESIAN, &[a, b, c, d, ..]) => Self::Values(Output::Cartesian(span([a, b, c, d]))),
+            (command::SET_FIELD, data) => Self::SetField(data),
+            // The listing's own example has the set alone.
+            (command::READ_FIELD, &[set]) => Self::ReadField(set, 0),
+            (command::READ_FIELD, &[set, field, ..]) => Self::ReadField(set, field),
+            (command::TEACH, data) => Self::Teach(data),
+            (command::POSITIONING, &[step, 1..=3, a, b, c, d, ..]) => {
+                Self::Positioning(step, span([a, b, c, d]))
+            }
             (command::MEAN_RANGE, &[scans, a, b, c, d, ..]) => {
                 Self::Values(Output::MeanRange { scans, span: span([a, b, c, d]) })
             }
@@ -241,6 +297,10 @@ impl<'a> Request<'a> {
             Self::Counters => command::COUNTERS,
             Self::Type => command::TYPE,
             Self::Variant(_) => command::VARIANT,
+            Self::SetField(_) => command::SET_FIELD,
+            Self::ReadField(..) => command::READ_FIELD,
+            Self::Teach(_) => command::TEACH,
+            Self::Positioning(..) => command::POSITIONING,
             Self::FieldSet(_) => command::FIELD_SET,
             Self::Password(..) => command::PASSWORD,
             Self::Outputs => command::OUTPUTS,
@@ -271,6 +331,8 @@ impl<'a> Request<'a> {
                 Self::Values(Output::All) => out.push(0x01),
                 Self::Values(Output::Every(step)) => out.push(if *step == 2 { 0x06 } else { 0x07 }),
                 Self::Values(Output::Partial) => out.push(0x08),
+                Self::Values(Output::Perpendicular(_)) => out.push(0x02),
+                Self::Values(Output::Taught) => out.push(0x03),
                 Self::Values(output) => encode_output(*output, out),
                 Self::Variant(variant) => {
                     out.extend_from_slice(&variant.angle_deg.to_le_bytes());
@@ -281,7 +343,16 @@ impl<'a> Request<'a> {
                     out.extend_from_slice(&[*step, *level]);
                     out.extend_from_slice(password);
                 }
-                Self::WriteConfiguration(bytes) | Self::WritePart2(bytes) => out.extend_from_slice(bytes),
+                Self::ReadField(set, field) => out.extend_from_slice(&[*set, *field]),
+                Self::Positioning(step, span) => {
+                    out.extend_from_slice(&[*step, 1]);
+                    out.extend_from_slice(&span.first.to_le_bytes());
+                    out.extend_from_slice(&span.last.to_le_bytes());
+                }
+                Self::WriteConfiguration(bytes)
+                | Self::WritePart2(bytes)
+                | Self::SetField(bytes)
+                | Self::Teach(bytes) => out.extend_from_slice(bytes),
                 _ => {}
             }
         });

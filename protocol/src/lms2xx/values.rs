@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+pub use super::output::{MAX_PARTS, Output, Parts, Span, When};
 use crate::scan::NO_ECHO;
 
 /// Unit of the values.
@@ -33,7 +34,8 @@ impl Unit {
         }
     }
 
-    fn digits(self, range_mm: u16) -> u16 {
+    /// Millimetres in this unit.
+    pub fn digits(self, range_mm: u16) -> u16 {
         match self {
             Self::Cm => (range_mm + 5 * u16::from(range_mm < u16::MAX - 5)) / 10,
             Self::Mm => range_mm,
@@ -53,6 +55,7 @@ impl Unit {
 /// | 5 | 15 bits | reflector |
 /// | 6 | 15 bits | field A |
 /// | 0F | 15 bits | none |
+/// | 0D, 0E | 15 bits, assumed | none; remission beside the range (`F5`), normalised or direct |
 /// | 3F | – | the value is a reflectivity |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeasuringMode(pub u8);
@@ -84,17 +87,20 @@ impl NoRange {
 impl MeasuringMode {
     /// 32 m, one flag for field A: what public clients set for millimetres.
     pub const RANGE_32_M: Self = Self(6);
+    /// Remission beside the range, normalised: what a public client sets for that. The listing has it as reserved, and SICK's Quick Manual
+    /// prints a device in it.
+    pub const WITH_REMISSION: Self = Self(0x0D);
 
     /// True if a device has it.
     pub fn is_known(self) -> bool {
-        matches!(self.0, 0..=6 | 0x0F | 0x3F)
+        matches!(self.0, 0..=6 | 0x0D..=0x0F | 0x3F)
     }
 
     /// Bits of the range.
     pub fn range_bits(self) -> u32 {
         match self.0 {
             3 | 4 => 14,
-            5 | 6 | 0x0F => 15,
+            5 | 6 | 0x0D..=0x0F => 15,
             0x3F => 16,
             _ => 13,
         }
@@ -102,6 +108,25 @@ impl MeasuringMode {
 
     fn top(self) -> u16 {
         u16::MAX >> (16 - self.range_bits())
+    }
+
+    /// The bits of the fields A, B and C in a value, lowest first; none where the mode does not tell of that field.
+    pub fn field_bits(self) -> [u16; 3] {
+        const BIT_13: u16 = 1 << 13;
+        const BIT_14: u16 = 1 << 14;
+        const BIT_15: u16 = 1 << 15;
+        match self.0 {
+            0 => [BIT_13, BIT_14, 0],
+            2 => [BIT_13, BIT_14, BIT_15],
+            4 => [BIT_14, BIT_15, 0],
+            6 => [BIT_15, 0, 0],
+            _ => [0; 3],
+        }
+    }
+
+    /// The code of this reason.
+    pub fn code(self, reason: NoRange) -> u16 {
+        self.top() - reason as u16
     }
 
     /// A measured range, millimetres (0 for none), as a value; `remission` on the 16-bit scale where the mode carries it.
@@ -149,130 +174,6 @@ impl MeasuringMode {
         let greatest = values.iter().copied().max().unwrap_or(0);
         let fits = |mode: &Self| greatest <= mode.top() && greatest > mode.farthest();
         [Self(0), Self(4)].into_iter().find(fits).unwrap_or(Self::RANGE_32_M)
-    }
-}
-
-/// Which values a scan telegram carries, and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Output {
-    /// `B0`: all.
-    All,
-    /// `B0` with the partial scan's index: one mirror turn of an interlaced scan a telegram.
-    Partial,
-    /// `B6`: the mean of so many scans.
-    Mean {
-        /// How many.
-        scans: u8,
-    },
-    /// `B7`: these, counted from 1.
-    Range(Span),
-    /// `BF`: these, the mean of so many scans.
-    MeanRange {
-        /// How many.
-        scans: u8,
-        /// Which values.
-        span: Span,
-    },
-    /// `C4`: all ranges, and the reflectivity of these.
-    Reflectivity(Span),
-    /// `B0`: every so many-th value, from the first on.
-    Every(u8),
-    /// `F5`: range and reflectivity of these parts.
-    Parts(Parts),
-}
-
-/// Up to five parts of a scan.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Parts {
-    spans: [Span; MAX_PARTS],
-    count: u8,
-}
-
-/// Parts that one request can name.
-pub const MAX_PARTS: usize = 5;
-
-impl Parts {
-    /// These parts; `None` unless there are one to five.
-    pub fn new(spans: &[Span]) -> Option<Self> {
-        let mut parts = Self { count: u8::try_from(spans.len()).ok()?, ..Self::default() };
-        parts.spans.get_mut(..spans.len())?.copy_from_slice(spans);
-        (!spans.is_empty()).then_some(parts)
-    }
-
-    /// Reads the number of parts and the parts.
-    pub(super) fn parse(data: &[u8]) -> Option<Self> {
-        let mut cursor = Cursor(data);
-        let count = cursor.word().ok().filter(|count| usize::from(*count) <= MAX_PARTS)?;
-        let spans: Option<Vec<Span>> = (0..count).map(|_| cursor.span().ok()).collect();
-        Self::new(&spans?)
-    }
-
-    /// The parts.
-    pub fn spans(&self) -> &[Span] {
-        self.spans.get(..usize::from(self.count)).unwrap_or_default()
-    }
-}
-
-/// Values counted from 1, both ends in it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Span {
-    /// The first.
-    pub first: u16,
-    /// The last.
-    pub last: u16,
-}
-
-impl Span {
-    /// True if a scan of `count` values has them.
-    pub fn lies_within(self, count: u16) -> bool {
-        (1..=self.last).contains(&self.first) && self.last <= count
-    }
-
-    /// How many values it names.
-    pub fn count(self) -> u16 {
-        self.last.saturating_add(1).saturating_sub(self.first)
-    }
-
-    /// The part of `values` it names.
-    pub fn of<T>(self, values: &[T]) -> &[T] {
-        values.get(usize::from(self.first.max(1) - 1)..usize::from(self.last)).unwrap_or_default()
-    }
-}
-
-/// Scans that go into a mean.
-const MEAN_SCANS: core::ops::RangeInclusive<u8> = 2..=250;
-
-impl Output {
-    /// Scans that go into one telegram.
-    pub fn scans(self) -> u8 {
-        match self {
-            Self::Mean { scans } | Self::MeanRange { scans, .. } => scans.max(1),
-            _ => 1,
-        }
-    }
-
-    /// The telegram's command.
-    pub fn command(self) -> u8 {
-        match self {
-            Self::All | Self::Partial | Self::Every(_) => 0xB0,
-            Self::Mean { .. } => 0xB6,
-            Self::Range(_) => 0xB7,
-            Self::MeanRange { .. } => 0xBF,
-            Self::Reflectivity(_) => 0xC4,
-            Self::Parts(_) => 0xF5,
-        }
-    }
-
-    /// True if a scan of `count` values can be sent in this form.
-    pub fn is_possible(self, count: u16) -> bool {
-        match self {
-            Self::All | Self::Partial => true,
-            Self::Every(step) => step >= 1,
-            Self::Mean { scans } => MEAN_SCANS.contains(&scans),
-            Self::Range(span) | Self::Reflectivity(span) => span.lies_within(count),
-            Self::MeanRange { scans, span } => MEAN_SCANS.contains(&scans) && span.lies_within(count),
-            Self::Parts(parts) => parts.spans().iter().all(|span| span.lies_within(count)),
-        }
     }
 }
 
@@ -333,7 +234,7 @@ pub struct Values {
 #[non_exhaustive]
 pub enum ValuesError {
     /// Another command.
-    #[error("expected a scan telegram (B0, B6, B7, BF, C4, F5), found {0:02X}")]
+    #[error("expected a scan telegram (B0, B6, B7, BE, BF, C4, F5, F6), found {0:02X}")]
     Command(u8),
     /// It ends early.
     #[error("{expected} values announced, {found} bytes found")]
@@ -376,7 +277,11 @@ impl Values {
         out.push(self.output.command());
         match self.output {
             Output::Mean { scans } => out.push(scans),
-            Output::Range(span) => {
+            Output::Range(span)
+            | Output::Direct(span)
+            | Output::Segments { span, .. }
+            | Output::Fields(span)
+            | Output::Cartesian(span) => {
                 word(out, span.first);
                 word(out, span.last);
             }
@@ -386,7 +291,13 @@ impl Values {
                 word(out, span.last);
             }
             Output::Parts(parts) => return self.encode_parts(parts, out),
-            Output::All | Output::Partial | Output::Reflectivity(_) | Output::Every(_) => {}
+            Output::All
+            | Output::Partial
+            | Output::Reflectivity(_)
+            | Output::Every(_)
+            | Output::Minima(_)
+            | Output::Perpendicular(_)
+            | Output::Taught => {}
         }
         word(out, self.word.encode());
         self.values.iter().for_each(|value| word(out, *value));
@@ -432,6 +343,8 @@ impl Values {
             0xB7 => Output::Range(cursor.span()?),
             0xBF => Output::MeanRange { scans: cursor.byte()?, span: cursor.span()? },
             0xC4 => Output::Reflectivity(Span { first: 0, last: 0 }),
+            0xBE => Output::Fields(cursor.span()?),
+            0xF6 => Output::Cartesian(cursor.span()?),
             0xF5 => return self.decode_parts(cursor),
             other => return Err(ValuesError::Command(other)),
         };
@@ -456,6 +369,7 @@ impl Values {
                 Output::Reflectivity(span)
             }
             Output::All if self.word.partial.is_some() => Output::Partial,
+            Output::Range(span) if self.word.partial.is_some() => Output::Direct(span),
             other => other,
         };
         self.decode_end(cursor)

@@ -62,7 +62,9 @@ pub(super) const LMS1XX: Model = Model {
         "one or two echoes, echo filter, encoder block from LICencset, LICsrc and LICencres",
         "scan counter restarts at 4 with LMCstartmeas; the next 7 scans carry device status 1",
     ],
-    not_emulated: &["50 Hz/0.25° interlaced: mLMPsetscancfg answers 2"],
+    not_emulated: &[
+        "50 Hz/0.25° interlaced: mLMPsetscancfg answers 2; how telegrams of the two turns differ is in no public source",
+    ],
     evidence: &[
         "recorded LMS111, V1.80.2: firmware text, version, counters, times, status and output bytes, digital lines, period 20112 µs ±50",
         "LMPoutputRange: as delivered, by several public sources (FFF92230 to 225510); the recorded read (FFF92233, 22550D) came before its client's write of the same, so it is as a client left it",
@@ -116,8 +118,8 @@ pub(super) const LMS5XX: Model = Model {
         "telegram version 0; the first scan after LMCstartmeas carries device status 1",
     ],
     not_emulated: &[
-        "interlaced scan modes: mLMPsetscancfg answers 2",
-        "scale factor 2 for ranges over 65.5 m: such ranges read as no echo",
+        "interlaced scan modes (0.083° and 0.042°): mLMPsetscancfg answers 2; SICK's own driver has none on an LMS5xx either, and its manual lists no such values",
+        "scale factor 2 for ranges over 65.5 m: such ranges read as no echo; the telegram that switches to it is in no public source (LMDscandatascalefactor is another family's)",
     ],
     evidence: &[
         "recorded LMS511, V1.80: firmware text, output range, version, times, status and output bytes, digital lines, period 40008 µs ±260",

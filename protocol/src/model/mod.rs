@@ -69,7 +69,7 @@ pub const ALL_EVIDENCE: &[&str] = &[
 pub const NOT_MODELLED: &[(&str, &str)] = &[
     (
         "LMS1000",
-        "its finer scan modes are interlaced and its beams need the ANGL1 channel; neither is emulated",
+        "its finer scan modes are interlaced (0.375° and 0.1875°: a telegram a turn, the first of a sequence with one beam more, by its manual) and its beams need the ANGL1 channel, whose contents are in no public source; neither is emulated",
     ),
     ("MRS1000", "four layers"),
 ];

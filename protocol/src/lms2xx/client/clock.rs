@@ -61,7 +61,7 @@ impl ScanClock {
         }
         let stride = *self.stride.get_or_insert(step).min(&mut step.clone());
         self.stride = Some(stride);
-        u64::from((step + stride / 2) / stride).max(1)
+        ((u64::from(step) + u64::from(stride / 2)) / u64::from(stride)).max(1)
     }
 }
 
@@ -90,5 +90,13 @@ mod tests {
         let counted: std::vec::Vec<u64> =
             [250, 10, 26, 58, 74].into_iter().map(|index| clock.count(Some(index))).collect();
         assert_eq!(counted, [0, 1, 2, 4, 5]);
+    }
+
+    #[test]
+    fn a_gap_of_nearly_a_whole_turn_of_the_index_is_counted_too() {
+        let mut clock = ScanClock::default();
+        let counted: std::vec::Vec<u64> =
+            [0, 16, 14].into_iter().map(|index| clock.count(Some(index))).collect();
+        assert_eq!(counted, [0, 1, 17]);
     }
 }

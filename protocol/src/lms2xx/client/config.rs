@@ -20,6 +20,8 @@ pub struct Lms2xxConfig {
     pub measuring_mode: MeasuringMode,
     /// Have the device count mirror turns beside the values, so that lost telegrams show.
     pub real_time_index: bool,
+    /// Ask for remission beside the ranges: `F5` (`C4` from an S14), twice as long on the line. It sets the measuring mode for that.
+    pub remission: bool,
     /// How long a reply may take, beside its transmission and that of what is on the line before it.
     pub reply_timeout: Duration,
     /// The same for a write of the configuration block: the device's EEPROM is slow.
@@ -37,6 +39,7 @@ impl Default for Lms2xxConfig {
             unit: Unit::Mm,
             measuring_mode: MeasuringMode::RANGE_32_M,
             real_time_index: true,
+            remission: false,
             reply_timeout: Duration::from_millis(300),
             save_timeout: Duration::from_secs(15),
             settle: Duration::from_millis(300),

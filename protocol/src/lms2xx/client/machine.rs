@@ -1,22 +1,23 @@
 //! The client's state machine, one frame at a time.
 
+mod scans;
+mod settings;
+
 use alloc::collections::VecDeque;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use core::time::Duration;
 
-use super::clock::{ScanClock, period};
+use super::clock::ScanClock;
 use super::config::Lms2xxConfig;
 use super::step::Step;
 use crate::host::{DeviceInfo, HostEvent, Language, Transmit};
 use crate::lms2xx::configuration::Configuration;
-use crate::lms2xx::frame::{Frame, MAX_BODY, OVERHEAD, Received};
-use crate::lms2xx::model::{self, Model};
-use crate::lms2xx::settings_reply::SettingsReply;
+use crate::lms2xx::frame::{Frame, LONGEST_SCAN, Received};
+use crate::lms2xx::model::Model;
 use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
-use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit, Values};
+use crate::lms2xx::values::{MeasuringMode, Output, Values};
 use crate::lms2xx::{Rate, Variant};
-use crate::scan::{Echo, Scan};
-use crate::validity::{DeviceStatus, ScanFault};
+use crate::scan::Scan;
 
 /// What a device that has refused a telegram wants before the next.
 const PAUSE_AFTER_NAK: Duration = Duration::from_millis(30);
@@ -217,31 +218,6 @@ impl Machine {
         }
     }
 
-    /// Takes note of what any reply says of the device's settings.
-    fn learn(&mut self, body: &[u8]) {
-        match SettingsReply::parse(body) {
-            Some(SettingsReply::Type(text)) => {
-                let text = text.trim_end_matches(|c: char| !c.is_ascii_graphic());
-                let (ident, firmware) = text.rsplit_once(';').unwrap_or((text, ""));
-                (self.ident, self.firmware) = (ident.into(), firmware.into());
-                self.known.model = model::by_type_text(text);
-            }
-            Some(SettingsReply::Status(variant, rate)) => {
-                self.known.variant = Some(variant);
-                if let (Step::Listening, Some(rate)) = (self.step, rate) {
-                    self.rate = rate;
-                    self.rate_known = true;
-                }
-            }
-            Some(SettingsReply::Variant(variant)) => self.known.variant = Some(variant),
-            Some(SettingsReply::Configuration(configuration)) => {
-                self.known.mode = Some(configuration.measuring_mode());
-                self.known.configuration = Some(configuration);
-            }
-            None => {}
-        }
-    }
-
     fn answered(&mut self) {
         let next = match self.step {
             Step::Quiet if self.rate != self.config.rate && !self.stays => Step::Raise(self.config.rate),
@@ -250,17 +226,20 @@ impl Machine {
             Step::Type => Step::Status,
             Step::Status => Step::Installation,
             Step::Installation => Step::Read,
-            Step::Read => match self.wanted_configuration() {
-                Some(configuration) => Step::Write(configuration),
-                None => Step::Monitor,
-            },
+            Step::Read => {
+                self.tell_limits();
+                match self.wanted_configuration() {
+                    Some(configuration) => Step::Write(configuration),
+                    None => Step::Monitor,
+                }
+            }
             Step::Write(_) => Step::Monitor,
             Step::Monitor => match self.config.variant.filter(|wanted| self.known.variant != Some(*wanted)) {
                 Some(variant) => Step::Variant(variant),
-                None => Step::Stream,
+                None => Step::Stream(self.wanted_output()),
             },
-            Step::Variant(_) => Step::Stream,
-            Step::Stream => {
+            Step::Variant(_) => Step::Stream(self.wanted_output()),
+            Step::Stream(_) => {
                 self.events.push_back(HostEvent::Ready(DeviceInfo {
                     ident: self.ident.clone(),
                     firmware: self.firmware.clone(),
@@ -273,15 +252,6 @@ impl Machine {
             Step::Settle | Step::Streaming | Step::Listening | Step::Done => return,
         };
         self.begin(next);
-    }
-
-    /// The configuration to be written, if the device has another. Its EEPROM does not last for ever.
-    fn wanted_configuration(&self) -> Option<Configuration> {
-        let mut wanted = self.known.configuration?;
-        wanted.set_unit(self.config.unit);
-        wanted.set_measuring_mode(self.config.measuring_mode);
-        wanted.set_real_time_index(self.config.real_time_index && wanted.has_indices());
-        (Some(wanted) != self.known.configuration).then_some(wanted)
     }
 
     fn refused(&mut self) {
@@ -298,107 +268,15 @@ impl Machine {
                 self.events.push_back(event);
                 self.begin(Step::Monitor);
             }
+            Step::Stream(_) => {
+                self.events.push_back(event);
+                self.begin(Step::Stream(Output::All));
+            }
             _ => {
                 self.events.push_back(event);
                 self.answered();
             }
         }
-    }
-
-    fn take_scan(&mut self, frame: &Frame<'_>) {
-        let taken = self.values.decode_into(frame.body);
-        match taken {
-            Ok(()) if self.values.word.count == 0 => {
-                self.events.push_back(HostEvent::Malformed { fault: ScanFault::NoBeams });
-            }
-            Ok(()) => {
-                self.fill_scan(frame.len);
-                self.events.push_back(HostEvent::Scan);
-            }
-            Err(error) => {
-                let fault = ScanFault::Fields { reason: error.to_string() };
-                self.events.push_back(HostEvent::Malformed { fault });
-            }
-        }
-    }
-
-    fn fill_scan(&mut self, frame: usize) {
-        let CountWord { mut count, partial, unit } = self.values.word;
-        if let Output::Parts(parts) = self.values.output {
-            // The beams of a scan follow one another: of several parts, the first.
-            count = parts.spans().first().map_or(0, |span| span.count()).min(count);
-        }
-        let variant = self.known.variant.unwrap_or_else(|| self.guess(count));
-        let whole = variant.beams();
-        let mut beams = whole;
-        beams.count = count;
-        match self.values.output {
-            Output::Range(span) | Output::MeanRange { span, .. } => {
-                beams.start += i32::from(span.first.max(1) - 1) * i32::from(whole.step);
-            }
-            // Over 180° whatever the variant; what an S14 sends is not known.
-            Output::Partial if self.known.model.is_none_or(|model| model.takes_variants) => {
-                beams.start = i32::from(partial.unwrap_or_default()) * 2_500;
-                beams.step = 10_000;
-            }
-            Output::Parts(parts) => {
-                let first = parts.spans().first().map_or(1, |span| span.first.max(1));
-                beams.start += i32::from(first - 1) * i32::from(whole.step);
-            }
-            Output::Partial
-            | Output::Every(_)
-            | Output::All
-            | Output::Mean { .. }
-            | Output::Reflectivity(_) => {}
-        }
-        let turns = match (self.values.output, self.known.model) {
-            (Output::Partial, _) => 1,
-            (_, Some(model)) => model.turns(variant),
-            (_, None) => u32::from((100 / variant.step_centideg.max(1)).max(1)),
-        };
-        let by_rate = period(self.rate, frame, turns);
-        let number = self.clock.count(self.values.real_time_index);
-        let scan_period = match self.clock.period(turns) {
-            Some(counted) if !self.rate_known => counted,
-            _ => by_rate,
-        };
-        let unit = unit.unwrap_or(Unit::Mm);
-        let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
-        let scan = &mut self.scan;
-        scan.status = DeviceStatus::of_lms2xx(self.values.status);
-        scan.telegram_counter = number as u16;
-        scan.scan_counter = number as u16;
-        // Mirror turns are the clock, or the host where they are not counted; it wraps as other scanners' clocks do.
-        scan.scan_time_us = match (self.values.real_time_index, self.now) {
-            (None, Some(now)) => now.as_micros() as u32,
-            _ => (u128::from(number) * scan_period.as_nanos() / 1000) as u32,
-        };
-        scan.transmit_time_us = scan.scan_time_us;
-        scan.scan_frequency_hz = 1.0 / scan_period.as_secs_f64();
-        scan.beams = beams;
-        scan.echoes.resize_with(1, Echo::default);
-        for Echo { range_m, remission } in &mut scan.echoes {
-            range_m.clear();
-            let values = self.values.values.iter().take(usize::from(count));
-            range_m.extend(values.map(|value| mode.decode_m(unit, *value)));
-            remission.clear();
-            // As long as the beams, or empty.
-            if self.values.reflectivity.len() == self.values.values.len() {
-                remission.extend(self.values.reflectivity.iter().map(|digit| u16::from(*digit)));
-            }
-            remission.extend(self.values.part_reflectivity.iter().take(range_m.len()));
-        }
-    }
-
-    /// The variant of so many values, where nothing else is known.
-    fn guess(&self, count: u16) -> Variant {
-        let of =
-            |model: &&'static Model| model.variants.iter().copied().find(|variant| variant.count() == count);
-        let known = self.known.model.into_iter();
-        known
-            .chain(model::MODELS.iter().copied())
-            .find_map(|model| of(&model))
-            .unwrap_or(Variant { angle_deg: count.saturating_sub(1).min(180), step_centideg: 100 })
     }
 
     fn try_next_rate(&mut self) {
@@ -449,7 +327,7 @@ impl Machine {
 
     /// The longest telegram may be on the line before the reply, and the request and the reply take their time too.
     fn line_time(&self) -> Duration {
-        self.rate.transmission(MAX_BODY + OVERHEAD + 200)
+        self.rate.transmission(LONGEST_SCAN + 200)
     }
 
     fn finish(&mut self, event: HostEvent) {

@@ -25,7 +25,7 @@ pub(super) enum Step {
     /// Leave the installation mode.
     Monitor,
     Variant(Variant),
-    Stream,
+    Stream(Output),
     /// Scans come.
     Streaming,
     /// End the stream, for good.
@@ -49,7 +49,7 @@ impl Step {
             Self::Read => Request::ReadConfiguration,
             Self::Write(configuration) => Request::WriteConfiguration(configuration.bytes()),
             Self::Variant(variant) => Request::Variant(*variant),
-            Self::Stream => Request::Mode(Mode::Stream(Output::All)),
+            Self::Stream(output) => Request::Mode(Mode::Stream(*output)),
             Self::Settle | Self::Streaming | Self::Listening | Self::Done => return None,
         })
     }
@@ -65,7 +65,9 @@ impl Step {
             Self::Read => "read the configuration (74)",
             Self::Write(_) => "write the configuration (77)",
             Self::Variant(_) => "angle and resolution (3B)",
-            Self::Stream => "stream all values (20 24)",
+            Self::Stream(Output::Parts(_)) => "stream range and reflectivity (20 2B)",
+            Self::Stream(Output::Reflectivity(_)) => "stream range and reflectivity (20 50)",
+            Self::Stream(_) => "stream all values (20 24)",
             Self::Settle | Self::Streaming | Self::Listening | Self::Done => "",
         }
     }
@@ -85,7 +87,11 @@ impl Step {
 
     /// True if scans can come without it.
     pub(super) fn is_optional(&self) -> bool {
-        matches!(self, Self::Raise(_) | Self::Installation | Self::Read | Self::Write(_) | Self::Variant(_))
+        match self {
+            Self::Raise(_) | Self::Installation | Self::Read | Self::Write(_) | Self::Variant(_) => true,
+            Self::Stream(output) => *output != Output::All,
+            _ => false,
+        }
     }
 
     /// What `body` says to this step: none if it is no answer to it.
@@ -100,7 +106,12 @@ impl Step {
         }
         Some(match request {
             Request::Mode(_) => data.first() == Some(&0),
-            Request::Variant(_) | Request::WriteConfiguration(_) => data.first() == Some(&1),
+            Request::Variant(_) => data.first() == Some(&1),
+            // SICK's Quick Manual prints an F7 that says no and has taken the block.
+            Request::WriteConfiguration(block) => match data {
+                [done, now @ .., _status] => *done == 1 || now == block,
+                _ => false,
+            },
             _ => true,
         })
     }

@@ -7,7 +7,7 @@ use core::time::Duration;
 
 use super::{After, Device, OperatingMode};
 use crate::lms2xx::Variant;
-use crate::lms2xx::telegram::{Mode, REFUSED, Request, STATUS_OK};
+use crate::lms2xx::telegram::{Mode, REFUSED, Request};
 use crate::lms2xx::values::Output;
 
 /// A reply being made.
@@ -18,6 +18,8 @@ pub(super) struct Answer {
     /// How long a real device takes. It ignores what is sent meanwhile.
     pub(super) takes: Duration,
     pub(super) after: Option<After>,
+    /// A scan is to be made for the reply first.
+    pub(super) later: bool,
 }
 
 /// Results in `A0`; a fault in the device would be 2.
@@ -32,10 +34,11 @@ const TO_BE_CONFIRMED: u8 = 2;
 
 /// Bytes of part 2 of the configuration.
 pub(super) const PART_2_LENGTH: usize = 84;
-/// Operating hours in units of two hours, and power-ons: constant, and of a device that has worked for a while.
-const COUNTERS: [u16; 2] = [617, 56];
-/// The three switching outputs: no field infringed.
-const OUTPUTS_HIGH: [u8; 3] = [1; 3];
+/// Operating hours in units of two hours, and power-ons before this run: those of a device that has worked for a while.
+const OPERATING_HOURS: u16 = 617;
+const POWER_ONS: u16 = 56;
+/// Resolutions that the positioning aid has, 1/100°.
+const POSITIONING_STEPS: [u8; 3] = [25, 50, 100];
 
 impl Device {
     pub(super) fn carry_out(&mut self, request: Request<'_>) -> Answer {
@@ -44,14 +47,15 @@ impl Device {
             && self.can_put_out(output)
         {
             self.asked = Some(output);
+            self.partials = 0;
             return answer;
         }
         let mut body = alloc::vec![request.reply()];
         if self.reply_to(request, &mut body, &mut answer).is_none() {
             body = alloc::vec![REFUSED];
         }
-        body.push(STATUS_OK);
-        answer.body = Some(body);
+        body.push(self.status_byte());
+        answer.body = Some(body).filter(|_| !answer.later);
         answer
     }
 
@@ -61,9 +65,10 @@ impl Device {
             Request::Reset => answer.after = Some(After::Restart),
             Request::Mode(mode) => body.push(self.change_mode(mode, answer)?),
             Request::Status => self.status(body),
-            Request::Errors => {}
+            Request::Errors => self.errors(body),
             Request::Counters if self.model.outdoor => {
-                COUNTERS.iter().for_each(|word| body.extend_from_slice(&word.to_le_bytes()));
+                body.extend_from_slice(&OPERATING_HOURS.to_le_bytes());
+                body.extend_from_slice(&(POWER_ONS + self.power_ons).to_le_bytes());
             }
             Request::Type => body.extend_from_slice(self.type_text().as_bytes()),
             Request::Variant(variant) => self.choose_variant(variant, body),
@@ -76,7 +81,18 @@ impl Device {
             Request::Password(step @ 0..=1, level @ 0..=1, password) if self.is_set_up() => {
                 body.extend_from_slice(&[self.set_password(step, password), level]);
             }
-            Request::Outputs => body.extend_from_slice(&OUTPUTS_HIGH),
+            Request::SetField(data) if self.is_set_up() && !self.is_fast() => {
+                self.configure_field(data, body)
+            }
+            Request::ReadField(set, field) if !self.is_fast() => self.read_field(set, field, body)?,
+            Request::Teach(data) if self.is_set_up() && !self.is_fast() => self.teach(data, body, answer)?,
+            Request::Outputs => self.ask_outputs(body, answer),
+            Request::Positioning(step, span) => {
+                let fits = POSITIONING_STEPS.contains(&step) && span.first < span.last && span.last <= 180;
+                body.extend_from_slice(&[u8::from(fits), step]);
+                body.extend_from_slice(&span.first.to_le_bytes());
+                body.extend_from_slice(&span.last.to_le_bytes());
+            }
             Request::Permanent(what @ 0..=2) if self.is_set_up() => {
                 match what {
                     0 => self.kept_rate = crate::lms2xx::Rate::R9600,
@@ -194,7 +210,8 @@ impl Device {
     fn can_put_out(&self, output: Output) -> bool {
         let has = match output {
             Output::Reflectivity(_) => self.model.reflectivity,
-            Output::Parts(_) => !self.is_fast(),
+            Output::Parts(_) | Output::Fields(_) | Output::Cartesian(_) => !self.is_fast(),
+            Output::Taught => self.active_fields()[0].taught_mm().is_some(),
             _ => true,
         };
         let honoured = self.recorded.as_ref().is_none_or(|recorded| recorded.output == output);

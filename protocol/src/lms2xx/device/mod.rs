@@ -8,6 +8,10 @@
 //! free, [`Device::plan`] gives the mirror turns of the next scan telegram; once they are over, hand them to [`Device::measure`].
 
 mod answer;
+mod evaluation;
+mod fields;
+mod fill;
+mod pace;
 mod recorded;
 mod saved;
 mod status;
@@ -18,6 +22,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
+pub use pace::Pace;
 pub use recorded::Recorded;
 pub use saved::SavedBlockError;
 pub(crate) use status::{place, rate_of};
@@ -27,11 +32,13 @@ use super::configuration::Configuration;
 use super::firmware::Firmware;
 use super::frame::{ACK, FROM_DEVICE, FrameCounts, FrameDecoder, Listener, NAK, Received, encode};
 use super::model::{LEAST_SPACING, LONGEST_PAUSE, Model};
-use super::telegram::{PASSWORD, POWER_ON, Request, STATUS_OK};
+use super::telegram::{PASSWORD, POWER_ON, Request};
 use super::values::{MeasuringMode, Output, Unit};
 use super::{Rate, Variant};
 use crate::device::Profile;
 use crate::time::SimTime;
+use evaluation::{Job, Teaching};
+use fields::Fields;
 use sweep::Collected;
 
 /// Frames and bytes that wait for the line; what is asked beyond that goes unanswered.
@@ -55,6 +62,8 @@ pub struct Options {
     pub firmware: Option<Firmware>,
     /// From power-up until the power-on text; the model's own time where there is none. `field` profile only.
     pub boot: Option<Duration>,
+    /// Dirt on the front window: 0 clean, 1 a warning, 2 an error, 3 an error of both channels.
+    pub contamination: u8,
     /// From a write of the configuration block to its reply; the model's own times where there is none. `field` profile only.
     pub save: Option<Duration>,
 }
@@ -127,6 +136,14 @@ pub struct Device {
     /// One that waits for its confirmation.
     new_password: Option<[u8; 8]>,
     field_set: u8,
+    fields: Fields,
+    /// Scans in a row that each field was infringed in.
+    infringed: [u8; 3],
+    teaching: Option<Teaching>,
+    /// What the scan that was asked for is made for, if not for its values.
+    job: Option<Job>,
+    /// Power-ons and restarts so far.
+    power_ons: u16,
     /// Part 2 of the configuration.
     part_2: [u8; answer::PART_2_LENGTH],
     /// What it streams.
@@ -178,6 +195,11 @@ impl Device {
             password: PASSWORD,
             new_password: None,
             field_set: 1,
+            fields: Fields::default(),
+            infringed: [0; 3],
+            teaching: None,
+            job: None,
+            power_ons: 0,
             part_2: [0; answer::PART_2_LENGTH],
             interrupt: false,
             deaf_until: SimTime::ZERO,
@@ -278,7 +300,7 @@ impl Device {
             self.condition = Condition::Up;
             let mut body = alloc::vec![POWER_ON];
             body.extend_from_slice(self.type_text().as_bytes());
-            body.push(STATUS_OK);
+            body.push(self.status_byte());
             self.send(now, &body, None);
         }
     }
@@ -333,6 +355,10 @@ impl Device {
         self.deaf_until = SimTime::ZERO;
         self.stream = None;
         self.asked = None;
+        self.job = None;
+        self.teaching = None;
+        self.infringed = [0; 3];
+        self.power_ons = self.power_ons.saturating_add(1);
         self.waiting.clear();
         self.decoder = FrameDecoder::new(Listener::Device);
         self.last_byte = None;
@@ -376,6 +402,7 @@ impl Device {
     fn cut_off(&mut self) {
         self.waiting.retain(|waiting| !waiting.is_values);
         self.asked = None;
+        self.job = None;
         self.interrupt = self.after.is_none();
     }
 

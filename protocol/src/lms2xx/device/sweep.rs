@@ -9,8 +9,7 @@ use crate::lms2xx::Variant;
 use crate::lms2xx::frame::FROM_DEVICE;
 use crate::lms2xx::frame::encode_with;
 use crate::lms2xx::model::TURNS_PER_SECOND;
-use crate::lms2xx::telegram::STATUS_OK;
-use crate::lms2xx::values::{CountWord, Output, Values};
+use crate::lms2xx::values::{Output, Values};
 use crate::time::SimTime;
 
 /// Mirror turns that a telegram will hold.
@@ -37,6 +36,13 @@ impl Sweep {
         SimTime((u128::from(turn) * 1_000_000_000 / u128::from(TURNS_PER_SECOND)) as u64)
     }
 
+    /// The turn that `at` lies in.
+    pub fn turn_of(at: SimTime) -> u64 {
+        let near = (u128::from(at.0) * u128::from(TURNS_PER_SECOND) / 1_000_000_000) as u64;
+        // Turn begins are rounded down to a nanosecond, so look one on.
+        if Self::turn_at(near + 1) <= at { near + 1 } else { near }
+    }
+
     /// When its last turn is over.
     pub fn done(&self) -> SimTime {
         Self::turn_at(self.first + u64::from(self.turns))
@@ -53,8 +59,10 @@ impl Sweep {
 pub(super) struct Collected {
     range_mm: Vec<u64>,
     hits: Vec<u32>,
-    remission: Vec<u16>,
-    values: Values,
+    pub(super) remission: Vec<u16>,
+    /// Beam by beam: the mean of the turns that saw something, 0 if none did.
+    pub(super) mean_mm: Vec<u16>,
+    pub(super) values: Values,
 }
 
 /// Partial scans are those of 180° in steps of a quarter, whatever variant is set.
@@ -68,7 +76,7 @@ impl Device {
     }
 
     /// What the mirror's turns measure in this form, and how many of them make a whole scan.
-    fn raster(&self, output: Option<Output>) -> (Variant, u32) {
+    pub(super) fn raster(&self, output: Option<Output>) -> (Variant, u32) {
         match output {
             // What an S14 sends is not known: its own turns.
             Some(Output::Partial) if !self.is_fast() => (PARTIAL, PARTIAL_TURNS),
@@ -78,9 +86,9 @@ impl Device {
 
     /// Which of its `turns` this one is. Partial scans come in turn however many mirror turns lie between them, so that a host can put them
     /// together on a slow line too.
-    fn part(&self, output: Option<Output>, turn: u64, turns: u64) -> u64 {
+    pub(super) fn part(&self, output: Option<Output>, turn: u64, turns: u64) -> u64 {
         match output {
-            Some(Output::Partial) => self.partials % turns.max(1),
+            Some(Output::Partial | Output::Direct(_)) => self.partials % turns.max(1),
             _ => turn % turns.max(1),
         }
     }
@@ -93,7 +101,7 @@ impl Device {
         }
         let output = self.output()?;
         let unit = match output {
-            Output::Partial => 1,
+            Output::Partial | Output::Direct(_) => 1,
             _ => u64::from(self.raster(Some(output)).1),
         };
         let turns = unit * u64::from(output.scans());
@@ -142,75 +150,48 @@ impl Device {
         }
     }
 
-    /// Puts the telegram of a sweep on the line.
-    pub fn finish(&mut self, now: SimTime, sweep: Sweep) {
-        let Some(output) = self.asked.take().or(self.stream) else { return };
+    /// Puts the telegram of a sweep on the line; false if what it saw is not to be sent.
+    pub fn finish(&mut self, now: SimTime, sweep: Sweep) -> bool {
+        let Some(output) = self.output() else { return false };
+        let turns = self.raster(Some(output)).1;
         self.next_turn = sweep.first + u64::from(sweep.turns);
         let mut collected = core::mem::take(&mut self.collected);
-        self.fill(&mut collected, output, sweep);
-        self.partials += u64::from(output == Output::Partial);
-        if self.configuration.real_time_index() && self.firmware.has_indices() {
-            collected.values.real_time_index = Some((self.next_turn % 256) as u8);
-            self.telegrams = self.telegrams.wrapping_add(1);
-            collected.values.telegram_index = Some(self.telegrams);
+        collected.mean();
+        self.evaluate(output, &collected);
+        let job = self.job.take();
+        if let Some(job) = job {
+            self.end_job(now, job, &collected);
+        } else if self.is_due(output) || self.asked.is_some() {
+            self.fill(&mut collected, output, sweep);
+            self.partials += u64::from(matches!(output, Output::Partial | Output::Direct(_)));
+            self.send_values(now, &mut collected.values);
         }
-        let mut frame = Vec::new();
-        encode_with(FROM_DEVICE, &mut frame, |out| collected.values.encode(out));
+        // A request for the partial scans of a sub-range is answered by as many telegrams.
+        let more = matches!(output, Output::Direct(_)) && !self.partials.is_multiple_of(turns.into());
+        if !more {
+            self.asked = None;
+        }
         self.collected = collected;
-        self.queue_values(now, frame);
+        !self.waiting.is_empty()
     }
 
-    fn fill(&self, collected: &mut Collected, output: Output, sweep: Sweep) {
-        let (mode, unit) = (self.configuration.measuring_mode(), self.configuration.unit());
-        let Collected { range_mm, hits, remission, values } = collected;
-        let (variant, turns) = self.raster(Some(output));
-        let turns = turns as usize;
-        let part = usize::try_from(self.part(Some(output), sweep.first, turns as u64)).unwrap_or_default();
-        let value = |place: usize| {
-            let (sum, hits) = (range_mm.get(place).copied(), hits.get(place).copied());
-            // A mean over the turns that saw something.
-            let mean = sum.unwrap_or_default() / u64::from(hits.unwrap_or_default().max(1));
-            let digits = remission.get(place).copied().unwrap_or_default();
-            mode.encode(unit.unwrap_or_default(), mean as u16, digits)
-        };
-        let count = usize::from(variant.count());
-        values.values.clear();
-        values.reflectivity.clear();
-        values.part_reflectivity.clear();
-        match output {
-            Output::Partial => values.values.extend((part..count).step_by(turns).map(value)),
-            Output::Range(span) | Output::MeanRange { span, .. } => {
-                values.values.extend((usize::from(span.first.max(1)) - 1..usize::from(span.last)).map(value));
-            }
-            Output::Every(step) => {
-                values.values.extend((0..count).step_by(usize::from(step.max(1))).map(value));
-            }
-            Output::Parts(parts) => {
-                for span in parts.spans() {
-                    let places = usize::from(span.first.max(1)) - 1..usize::from(span.last);
-                    values.values.extend(places.map(value));
-                    // A scale of its own, to about 13 000.
-                    let reflectivity = span.of(remission).iter().map(|digits| digits / 5);
-                    values.part_reflectivity.extend(reflectivity);
-                }
-            }
-            Output::All | Output::Mean { .. } | Output::Reflectivity(_) => {
-                values.values.extend((0..count).map(value));
-            }
+    fn send_values(&mut self, now: SimTime, values: &mut Values) {
+        if self.configuration.real_time_index() && self.firmware.has_indices() {
+            values.real_time_index = Some((self.next_turn % 256) as u8);
+            self.telegrams = self.telegrams.wrapping_add(1);
+            values.telegram_index = Some(self.telegrams);
         }
-        if let Output::Reflectivity(span) = output {
-            values.reflectivity.extend(span.of(remission).iter().map(|digits| (digits >> 8) as u8));
-        }
-        // In quarter degrees, whatever the resolution.
-        let quarter = part * usize::from(variant.step_centideg) / 25;
-        values.output = output;
-        values.word = CountWord {
-            count: values.values.len() as u16,
-            partial: (output == Output::Partial).then_some(quarter as u8),
-            unit,
-        };
-        (values.real_time_index, values.telegram_index) = (None, None);
-        values.status = STATUS_OK;
+        let mut frame = Vec::new();
+        encode_with(FROM_DEVICE, &mut frame, |out| values.encode(out));
+        self.queue_values(now, frame);
+    }
+}
+
+impl Collected {
+    fn mean(&mut self) {
+        self.mean_mm.clear();
+        let mean = |(sum, hits): (&u64, &u32)| (sum / u64::from((*hits).max(1))) as u16;
+        self.mean_mm.extend(self.range_mm.iter().zip(&self.hits).map(mean));
     }
 }
 

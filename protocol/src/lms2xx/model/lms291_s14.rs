@@ -14,6 +14,7 @@ pub(super) static LMS291_S14: Model = Model {
     turn_step_centideg: 50,
     takes_variants: false,
     reflectivity: true,
+    bytes_a_turn: 559,
     emulates: &[
         "90° with 0.5° in one mirror turn; the variant is fixed: 3B answers 0",
         "what the other LMS2xx have, and range with reflectivity (mode 50)",

@@ -40,6 +40,8 @@ pub struct Model {
     pub takes_variants: bool,
     /// Whether it has range with reflectivity, mode 50.
     pub reflectivity: bool,
+    /// Most bytes that leave it in one mirror turn.
+    pub bytes_a_turn: usize,
     /// Configuration block out of the box.
     pub configuration: Configuration,
     /// Nearest range, metres.

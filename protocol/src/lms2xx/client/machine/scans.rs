@@ -1,0 +1,107 @@
+//! Turns telegrams of values into scans.
+
+use alloc::string::ToString;
+
+use super::super::clock::period;
+use super::Machine;
+use crate::host::HostEvent;
+use crate::lms2xx::Variant;
+use crate::lms2xx::frame::Frame;
+use crate::lms2xx::model::{self, Model};
+use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit};
+use crate::scan::Echo;
+use crate::validity::{DeviceStatus, ScanFault};
+
+impl Machine {
+    pub(super) fn take_scan(&mut self, frame: &Frame<'_>) {
+        let taken = self.values.decode_into(frame.body);
+        match taken {
+            Ok(()) if self.values.word.count == 0 => {
+                self.events.push_back(HostEvent::Malformed { fault: ScanFault::NoBeams });
+            }
+            Ok(()) => {
+                self.fill_scan(frame.len);
+                self.events.push_back(HostEvent::Scan);
+            }
+            Err(error) => {
+                let fault = ScanFault::Fields { reason: error.to_string() };
+                self.events.push_back(HostEvent::Malformed { fault });
+            }
+        }
+    }
+
+    fn fill_scan(&mut self, frame: usize) {
+        let CountWord { mut count, partial, unit } = self.values.word;
+        if let Output::Parts(parts) = self.values.output {
+            // The beams of a scan follow one another: of several parts, the first.
+            count = parts.spans().first().map_or(0, |span| span.count()).min(count);
+        }
+        let variant = self.known.variant.unwrap_or_else(|| self.guess(count));
+        let whole = variant.beams();
+        let mut beams = whole;
+        beams.count = count;
+        match self.values.output {
+            Output::Range(span) | Output::MeanRange { span, .. } => {
+                beams.start += i32::from(span.first.max(1) - 1) * i32::from(whole.step);
+            }
+            // Over 180° whatever the variant; what an S14 sends is not known.
+            Output::Partial if self.known.model.is_none_or(|model| model.takes_variants) => {
+                beams.start = i32::from(partial.unwrap_or_default()) * 2_500;
+                beams.step = 10_000;
+            }
+            Output::Parts(parts) => {
+                let first = parts.spans().first().map_or(1, |span| span.first.max(1));
+                beams.start += i32::from(first - 1) * i32::from(whole.step);
+            }
+            _ => {}
+        }
+        let turns = match (self.values.output, self.known.model) {
+            (Output::Partial, _) => 1,
+            (_, Some(model)) => model.turns(variant),
+            (_, None) => u32::from((100 / variant.step_centideg.max(1)).max(1)),
+        };
+        let by_rate = period(self.rate, frame, turns);
+        let number = self.clock.count(self.values.real_time_index);
+        let scan_period = match self.clock.period(turns) {
+            Some(counted) if !self.rate_known => counted,
+            _ => by_rate,
+        };
+        let unit = unit.unwrap_or(Unit::Mm);
+        let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
+        let scan = &mut self.scan;
+        scan.status = DeviceStatus::of_lms2xx(self.values.status);
+        scan.telegram_counter = number as u16;
+        scan.scan_counter = number as u16;
+        // Mirror turns are the clock, or the host where they are not counted; it wraps as other scanners' clocks do.
+        scan.scan_time_us = match (self.values.real_time_index, self.now) {
+            (None, Some(now)) => now.as_micros() as u32,
+            _ => (u128::from(number) * scan_period.as_nanos() / 1000) as u32,
+        };
+        scan.transmit_time_us = scan.scan_time_us;
+        scan.scan_frequency_hz = 1.0 / scan_period.as_secs_f64();
+        scan.beams = beams;
+        scan.echoes.resize_with(1, Echo::default);
+        for Echo { range_m, remission } in &mut scan.echoes {
+            range_m.clear();
+            let values = self.values.values.iter().take(usize::from(count));
+            range_m.extend(values.map(|value| mode.decode_m(unit, *value)));
+            remission.clear();
+            // As long as the beams, or empty.
+            if self.values.reflectivity.len() == self.values.values.len() {
+                remission.extend(self.values.reflectivity.iter().map(|digit| u16::from(*digit)));
+            }
+            remission.extend(self.values.part_reflectivity.iter().take(range_m.len()));
+        }
+    }
+
+    /// The variant of so many values, where nothing else is known.
+    fn guess(&self, count: u16) -> Variant {
+        let of =
+            |model: &&'static Model| model.variants.iter().copied().find(|variant| variant.count() == count);
+        let known = self.known.model.into_iter();
+        known
+            .chain(model::MODELS.iter().copied())
+            .find_map(|model| of(&model))
+            .unwrap_or(Variant { angle_deg: count.saturating_sub(1).min(180), step_centideg: 100 })
+    }
+}
