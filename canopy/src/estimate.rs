@@ -77,14 +77,9 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// True if nothing is said of the row's areas because too little of it was seen: the reason is among the warnings.
+    /// True if nothing is said of the row's areas. With a rig, the reason is among the warnings.
     pub fn is_withheld(&self) -> bool {
-        self.warnings.iter().any(|warning| {
-            matches!(
-                warning,
-                Warning::NothingValid | Warning::NoEncoder { .. } | Warning::TooMuchExcluded { .. }
-            )
-        })
+        self.impacted_total_area_m2.is_none()
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
 use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
 use crate::gate::Gate;
+use crate::odometry::AdvanceSource;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::warning::Warning;
@@ -26,14 +27,18 @@ pub(crate) fn estimate(
         scans_excluded: gate.excluded(),
         points_per_scan: latest.map(|latest| u32::from(latest.beams.count)),
         scan_frequency_hz: counting.frequency_hz(),
-        scan_frequency_nominal_hz: latest.map(|latest| latest.frequency_hz).filter(|hz| hz.is_finite()),
+        scan_frequency_nominal_hz: latest
+            .map(|latest| latest.frequency_hz)
+            .filter(|hz| hz.is_finite() && *hz > 0.0),
         ranges,
         ..Estimate::default()
     };
     if counting.restarts > 0 {
         estimate.warnings.push(Warning::Restarts { restarts: counting.restarts });
     }
-    if counting.untimed > 0 {
+    if counting.timeless > 0 {
+        estimate.warnings.push(Warning::NoTime { scans: counting.timeless });
+    } else if counting.untimed > 0 {
         estimate.warnings.push(Warning::NoDeviceClock { scans: counting.untimed });
     }
     warn_of_excluded(&mut estimate, gate);
@@ -43,7 +48,9 @@ pub(crate) fn estimate(
     }
     let Some(pass) = pass else { return estimate };
     let share = gate.blind_share();
-    if pass.odometry.unread() > 0 {
+    if counting.timeless > 0 && pass.odometry.source() != Some(AdvanceSource::Encoder) {
+        // How far the tractor came meanwhile is unknown.
+    } else if pass.odometry.unread() > 0 {
         estimate.warnings.push(Warning::NoEncoder { scans: pass.odometry.unread() });
     } else if share > pass.rig.max_excluded {
         estimate.advance_m = pass.advance.advance_m();

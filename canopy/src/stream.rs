@@ -113,6 +113,13 @@ impl Pipeline {
         self
     }
 
+    /// Takes this frequency, scans a second, where the scans state none.
+    #[must_use]
+    pub fn at_frequency(mut self, frequency_hz: f64) -> Self {
+        self.counting.assume_hz(frequency_hz);
+        self
+    }
+
     /// Takes the advance from the encoder in the scans and from nothing else, from the first scan on.
     #[must_use]
     pub fn by_encoder_only(mut self) -> Self {
@@ -140,7 +147,7 @@ impl Pipeline {
 
     fn take(&mut self, scan: &Scan, speed: Option<GroundSpeed>) {
         let turn = self.counting.observe(scan);
-        self.latest = Some(LatestScan { beams: scan.beams, frequency_hz: scan.scan_frequency_hz });
+        self.latest = Some(LatestScan { beams: scan.beams, frequency_hz: self.counting.nominal_hz(scan) });
         let Turn::Line { travel_s, link } = turn else { return };
         let link = self.link.take().map_or(link, |before| before.and(link));
         if link == Link::Broken {
@@ -164,7 +171,7 @@ impl Pipeline {
         if pass.odometry.source().is_none() {
             self.fallback = Some(Box::new(pass.without_encoder()));
         }
-        let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(scan.scan_frequency_hz);
+        let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(self.counting.nominal_hz(scan));
         let y_m = pass.odometry.y_m(&pass.rig, scan, travel_s, speed);
         if !pass.odometry.may_be_dead() {
             self.fallback = None;

@@ -101,6 +101,11 @@ pub enum Warning {
         /// So many of them.
         scans: u64,
     },
+    /// Neither clock nor frequency tells how long scans took: areas are withheld, unless an encoder tells the way.
+    NoTime {
+        /// So many of them.
+        scans: u64,
+    },
     /// The measured ground speed was lost: the last one known was held.
     SpeedHeld {
         /// For so long, seconds.
@@ -135,6 +140,7 @@ impl Warning {
             Self::NothingValid => "nothing_valid",
             Self::EncoderStood { .. } => "encoder_stood",
             Self::NoEncoder { .. } => "no_encoder",
+            Self::NoTime { .. } => "no_time",
             Self::SpeedHeld { .. } => "speed_held",
             Self::TooManyCells { .. } => "too_many_cells",
         }
@@ -199,6 +205,10 @@ impl fmt::Display for Warning {
                 "{scans} scans have no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld"
             ),
             Self::NothingValid => f.write_str("no valid scan came: areas are unknown"),
+            Self::NoTime { scans } => write!(
+                f,
+                "{scans} scans come without times, and nothing tells their rate: it is unknown, and with it the way; give it with --hertz"
+            ),
             Self::SpeedHeld { seconds } => {
                 write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
             }

@@ -28,6 +28,9 @@ pub struct Counting {
     pub restarts: u64,
     /// Telegrams whose device clock stood still.
     pub untimed: u64,
+    /// Those of them for which no frequency is known either: how long they took is unknown.
+    pub timeless: u64,
+    assumed_hz: f64,
     last: Option<Reading>,
     clock: DeviceClock,
     /// Travel time when `clock` started.
@@ -98,12 +101,14 @@ impl Counting {
             self.repeated += 1;
             return Turn::Repeated;
         }
-        let nominal_s = nominal_period_s(scan.scan_frequency_hz);
+        let frequency_hz = self.nominal_hz(scan);
+        let nominal_s = nominal_period_s(frequency_hz);
         if steps == 0 || steps > u16::MAX / 2 || clock_us < 0 {
             return self.restart(counter, time_us, last.travel_s + self.period_s.unwrap_or(nominal_s));
         }
         if clock_us == 0 {
             self.untimed += 1;
+            self.timeless += u64::from(!is_frequency(frequency_hz));
             self.lost += u64::from(steps - 1);
             let travel_s = last.travel_s + f64::from(steps) * nominal_s;
             self.rebase(time_us, travel_s);
@@ -122,6 +127,16 @@ impl Counting {
             return self.line(counter, time_us, travel_s, Link::Broken);
         }
         self.restart(counter, time_us, last.travel_s + self.period_s.unwrap_or(nominal_s))
+    }
+
+    /// Takes this frequency, telegrams a second, where a telegram states none.
+    pub fn assume_hz(&mut self, frequency_hz: f64) {
+        self.assumed_hz = frequency_hz;
+    }
+
+    /// The stated frequency, or the assumed one; 0 if there is neither.
+    pub fn nominal_hz(&self, scan: &Scan) -> f64 {
+        if is_frequency(scan.scan_frequency_hz) { scan.scan_frequency_hz } else { self.assumed_hz }
     }
 
     /// Telegrams a second on the device clock, lost ones included.
@@ -162,9 +177,14 @@ impl Counting {
     }
 }
 
+/// True for what a scanner's frequency can be.
+fn is_frequency(frequency_hz: f64) -> bool {
+    (0.01..=10_000.0).contains(&frequency_hz)
+}
+
 /// The period a stated frequency stands for, seconds.
 pub fn nominal_period_s(frequency_hz: f64) -> f64 {
-    if (0.01..=10_000.0).contains(&frequency_hz) { 1.0 / frequency_hz } else { FALLBACK_PERIOD_S }
+    if is_frequency(frequency_hz) { 1.0 / frequency_hz } else { FALLBACK_PERIOD_S }
 }
 
 #[cfg(test)]
@@ -285,5 +305,21 @@ mod tests {
         assert_eq!((c.lost, c.untimed, c.restarts), (2, 2, 0));
         assert!((travel_s(&turns[2]) - 0.08).abs() < 1e-12);
         assert_eq!(c.frequency_hz(), None);
+        assert_eq!(c.timeless, 0);
+    }
+
+    #[test]
+    fn without_a_frequency_too_nothing_is_known_unless_it_is_given() {
+        let bare = |counter| Scan { scan_frequency_hz: 0.0, ..scan(counter, 0) };
+        let mut counting = Counting::default();
+        (0..4).for_each(|counter| {
+            counting.observe(&bare(counter));
+        });
+        assert_eq!((counting.untimed, counting.timeless), (3, 3));
+        let mut counting = Counting::default();
+        counting.assume_hz(4.7);
+        let last = (0..4).map(|counter| counting.observe(&bare(counter))).last();
+        assert!((travel_s(&last.unwrap()) - 3.0 / 4.7).abs() < 1e-12);
+        assert_eq!((counting.untimed, counting.timeless), (3, 0));
     }
 }

@@ -28,7 +28,7 @@ pub struct Scan {
     pub scan_time_us: u32,
     /// Device clock when the telegram was sent, µs since power-up.
     pub transmit_time_us: u32,
-    /// Mirror turns a second, as the telegram states it.
+    /// Mirror turns a second, as the telegram states it; 0 where nothing tells it (an LMS2xx in bytes without times, index and rate).
     pub scan_frequency_hz: f64,
     /// Where the beams point.
     pub beams: BeamGrid,

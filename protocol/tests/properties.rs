@@ -299,6 +299,7 @@ fn small_scan(value: u16) -> LmdScandata {
     let channel = |name: &[u8; 5]| Channel {
         name: FixedText(*name),
         scale: 1.0,
+        step: 2500,
         values: vec![value; 1081],
         ..Channel::default()
     };
@@ -344,6 +345,7 @@ fn remission_is_found_by_the_distance_channels_digit_in_either_width() {
         name: FixedText(*name),
         scale: 2.0,
         offset: 1.0,
+        step: 5000,
         values: vec![1000, 16, 15, 2, 0],
         ..Channel::default()
     };

@@ -49,6 +49,9 @@ pub(super) struct Args {
     /// End after so many metres of row
     #[arg(long, value_name = "METRES", value_parser = metres, allow_negative_numbers = true)]
     length: Option<f64>,
+    /// Scans a second, for recordings that tell neither times nor a rate
+    #[arg(long, value_name = "HZ", value_parser = hertz)]
+    hertz: Option<f64>,
     /// The dialect tried first
     #[arg(long, value_enum, default_value_t)]
     prefer: Prefer,
@@ -87,6 +90,14 @@ impl From<CutArg> for CutMethod {
             CutArg::Trunk => Self::Trunk,
             CutArg::Valley => Self::Valley,
         }
+    }
+}
+
+/// A rate of scans.
+fn hertz(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(hertz) if (0.01..=10_000.0).contains(&hertz) => Ok(hertz),
+        _ => Err(format!("expected 0.01 to 10000 scans a second, found `{text}`")),
     }
 }
 
@@ -130,6 +141,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
         let mut reading = Reading::of(rig.as_ref(), *scanner, args.sensor.wants_encoder(), calibration)?;
         reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+        if let Some(hertz) = args.hertz {
+            reading.pipeline = reading.pipeline.at_frequency(hertz);
+        }
         if args.sensor.only_encoder() {
             reading.pipeline = reading.pipeline.by_encoder_only();
         }

@@ -39,10 +39,11 @@ impl ScanClock {
         (turns > 0).then(|| scan_time(turns_a_scan).saturating_mul(turns.div_ceil(turns_a_scan.max(1))))
     }
 
-    /// A telegram with this index came; gives its number, lost ones counted.
-    pub(super) fn count(&mut self, index: Option<u8>) -> u64 {
+    /// A telegram with this index came, perhaps the last one again; gives its number, lost ones counted.
+    pub(super) fn count(&mut self, index: Option<u8>, again: bool) -> u64 {
         let steps = match self.last {
             None => 0,
+            Some(_) if again => 0,
             Some(last) => match (last.index, index) {
                 (Some(before), Some(index)) => self.steps_by_index(index.wrapping_sub(before)),
                 // Nobody counts: what was lost is not known, and is not made up from times that hosts delay.
@@ -80,7 +81,7 @@ mod tests {
     #[test]
     fn without_an_index_nothing_is_known_to_be_lost() {
         let mut clock = ScanClock::default();
-        let counted: std::vec::Vec<u64> = (0..4).map(|_| clock.count(None)).collect();
+        let counted: std::vec::Vec<u64> = (0..4).map(|_| clock.count(None, false)).collect();
         assert_eq!(counted, [0, 1, 2, 3]);
     }
 
@@ -88,7 +89,7 @@ mod tests {
     fn a_gap_in_the_index_is_lost_telegrams() {
         let mut clock = ScanClock::default();
         let counted: std::vec::Vec<u64> =
-            [250, 10, 26, 58, 74].into_iter().map(|index| clock.count(Some(index))).collect();
+            [250, 10, 26, 58, 74].into_iter().map(|index| clock.count(Some(index), false)).collect();
         assert_eq!(counted, [0, 1, 2, 4, 5]);
     }
 
@@ -96,7 +97,7 @@ mod tests {
     fn a_gap_of_nearly_a_whole_turn_of_the_index_is_counted_too() {
         let mut clock = ScanClock::default();
         let counted: std::vec::Vec<u64> =
-            [0, 16, 14].into_iter().map(|index| clock.count(Some(index))).collect();
+            [0, 16, 14].into_iter().map(|index| clock.count(Some(index), false)).collect();
         assert_eq!(counted, [0, 1, 17]);
     }
 }

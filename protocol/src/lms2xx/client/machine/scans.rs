@@ -20,7 +20,11 @@ impl Machine {
                 self.events.push_back(HostEvent::Malformed { fault: ScanFault::NoBeams });
             }
             Ok(()) => {
-                self.fill_scan(frame.len);
+                // A telegram to the last byte, its index too: the same one again.
+                let again = self.values.real_time_index.is_some() && self.last_values == frame.body;
+                self.last_values.clear();
+                self.last_values.extend_from_slice(frame.body);
+                self.fill_scan(frame.len, again);
                 self.events.push_back(HostEvent::Scan);
             }
             Err(error) => {
@@ -30,7 +34,7 @@ impl Machine {
         }
     }
 
-    fn fill_scan(&mut self, frame: usize) {
+    fn fill_scan(&mut self, frame: usize, again: bool) {
         let CountWord { mut count, partial, unit } = self.values.word;
         if let Output::Parts(parts) = self.values.output {
             // The beams of a scan follow one another: of several parts, the first.
@@ -61,11 +65,10 @@ impl Machine {
             (_, None) => u32::from((100 / variant.step_centideg.max(1)).max(1)),
         };
         let by_rate = period(self.rate, frame, turns);
-        let number = self.clock.count(self.values.real_time_index);
-        let scan_period = match self.clock.period(turns) {
-            Some(counted) if !self.rate_known => counted,
-            _ => by_rate,
-        };
+        let number = self.clock.count(self.values.real_time_index, again);
+        let known_period = if self.rate_known { Some(by_rate) } else { self.clock.period(turns) };
+        // In bytes without times, index and rate nothing tells it.
+        let scan_period = known_period.unwrap_or(by_rate);
         let unit = unit.unwrap_or(Unit::Mm);
         let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
         let scan = &mut self.scan;
@@ -78,7 +81,7 @@ impl Machine {
             _ => (u128::from(number) * scan_period.as_nanos() / 1000) as u32,
         };
         scan.transmit_time_us = scan.scan_time_us;
-        scan.scan_frequency_hz = 1.0 / scan_period.as_secs_f64();
+        scan.scan_frequency_hz = known_period.map_or(0.0, |period| 1.0 / period.as_secs_f64());
         scan.beams = beams;
         scan.echoes.resize_with(1, Echo::default);
         for Echo { range_m, remission } in &mut scan.echoes {
