@@ -34,6 +34,7 @@ mod line_change;
 mod line_changes;
 mod listener;
 mod lms2xx;
+pub mod lockstep;
 mod mirror;
 pub mod offline;
 mod outlet;
