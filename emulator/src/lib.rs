@@ -36,6 +36,7 @@ mod listener;
 mod lms2xx;
 mod mirror;
 pub mod offline;
+pub mod offline_lms2xx;
 mod outlet;
 mod playback_queue;
 mod player;
