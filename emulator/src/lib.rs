@@ -37,6 +37,7 @@ mod lms2xx;
 pub mod lockstep;
 mod mirror;
 pub mod offline;
+pub mod offline_lms2xx;
 mod outlet;
 mod playback_queue;
 mod player;
