@@ -6,7 +6,7 @@ Formats: MCAP 0 (https://mcap.dev/spec), pcapng (draft-ietf-opsawg-pcapng), CoLa
 import struct
 
 from cola import HEADER_B, START_B, checksum
-from lms2xx import crc
+from crc16 import crc
 
 #: A longer payload is no telegram.
 LONGEST = 64 * 1024
