@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::device::Mirror;
 use rowscan_protocol::time::SimTime;
 
@@ -93,6 +94,10 @@ impl MirrorSource {
         telegram.deliver(&self.shared, &self.audience, firing.delivery).await;
         let polled = heard && self.shared.answer_polls();
         polled || !self.audience.is_empty()
+    }
+
+    pub(crate) fn in_flight(&self) -> &InFlight {
+        &self.shared.in_flight
     }
 
     /// What it needs time for: it starts up, or somebody takes its scans.

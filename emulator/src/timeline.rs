@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use rowscan_ports::Delivery;
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use tokio::sync::Notify;
@@ -114,6 +115,17 @@ impl Source {
         }
     }
 
+    /// What it has handed over and is not written yet.
+    fn in_flight(&self, all: &mut Vec<InFlight>) {
+        match self {
+            Self::Mirror(mirror) => all.push(mirror.in_flight().clone()),
+            Self::Bus(bus) => all.push(bus.in_flight().clone()),
+            Self::Gnss(gnss) => all.extend(gnss.in_flight().cloned()),
+            // A line is written where it acts.
+            Self::Lms2xx(_) | Self::LineChanges(_) => {}
+        }
+    }
+
     /// Its place among those due at the same instant.
     pub(crate) fn rank(&self) -> u8 {
         match self {
@@ -191,8 +203,10 @@ impl Timeline {
                 () = reach(&clock, &mut pacer, due) => {
                     let at = due.unwrap_or_default();
                     let scanned = self.sources.iter_mut().any(|source| source.is_scanner() && source.next() == Some(at));
+                    // From the first step that is heard.
+                    let heard = self.begun || self.is_ready();
                     self.fire(at).await?;
-                    if scanned && self.begun {
+                    if scanned && heard {
                         self.wait_for(at, Wait::Step).await?;
                     }
                 }
@@ -204,8 +218,11 @@ impl Timeline {
     /// they send.
     async fn wait_for(&mut self, at: SimTime, wait: Wait) -> Result<(), LockstepError> {
         let Some(mut lockstep) = self.lockstep.take() else { return Ok(()) };
+        let mut pending = Vec::new();
+        self.sources.iter().for_each(|source| source.in_flight(&mut pending));
         let acknowledged = {
             let mut acknowledged = pin!(async {
+                lockstep.written(at, &pending).await?;
                 match wait {
                     Wait::Source => lockstep.settled(at).await,
                     Wait::Step => {
@@ -311,7 +328,7 @@ impl Timeline {
                     self.sources.remove(number);
                 }
             }
-            if self.begun {
+            if ready {
                 self.wait_for(at, Wait::Source).await?;
             }
         }

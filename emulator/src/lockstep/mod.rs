@@ -17,6 +17,7 @@ mod watch;
 use std::fmt;
 use std::time::Duration;
 
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 
 pub use level::{Ack, AckError};
@@ -114,6 +115,19 @@ impl Lockstep {
         if let Some(replies) = &self.replies {
             replies.ask(Asked { step: self.step, at });
         }
+    }
+
+    /// Waits until what has been handed over is written. Cancel safe.
+    pub(crate) async fn written(&self, at: SimTime, pending: &[InFlight]) -> Result<(), LockstepError> {
+        let deadline = self.config.deadline;
+        let written = async {
+            for pending in pending {
+                pending.flushed().await;
+            }
+        };
+        let missing = || "a peer's socket takes nothing more".to_owned();
+        let error = || LockstepError { step: self.step, at, deadline, missing: missing() };
+        rowscan_ports::clock::within(deadline, written).await.ok_or_else(error)
     }
 
     /// Waits until the participants have taken in what one source has sent, as far as the kernel tells: so the order in which a participant

@@ -82,6 +82,12 @@ pub(super) fn sockets(process: &str) -> io::Result<HashSet<u32>> {
     Ok(found)
 }
 
+/// This program's open descriptors.
+pub(super) fn descriptors() -> io::Result<Vec<u32>> {
+    let open = fs::read_dir("/proc/self/fd")?;
+    Ok(open.flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok()).collect())
+}
+
 /// The processes that have this socket open.
 pub(super) fn owners(inode: u32) -> Vec<u32> {
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();

@@ -12,6 +12,8 @@ use netlink_packet_sock_diag::inet::{ExtensionFlags, InetRequest, InetResponseHe
 use netlink_sys::Socket;
 use netlink_sys::protocols::NETLINK_SOCK_DIAG;
 
+use super::processes;
+
 /// Room for one answer of the kernel.
 const ANSWER: usize = 64 * 1024;
 
@@ -39,13 +41,23 @@ pub(super) struct FarEnd {
     pub(super) inode: u32,
 }
 
-/// A line to the kernel.
+/// A line to the kernel. All sockets are listed only when this program's descriptors change: that takes the kernel a hundred times as long as
+/// telling of one.
 #[derive(Debug)]
 pub(super) struct Sockets {
     netlink: Socket,
     answer: Vec<u8>,
-    /// Whether a socket is this program's, by its number.
-    own: HashMap<u32, bool>,
+    known: Vec<Known>,
+    /// Descriptors open when the sockets were listed.
+    descriptors: Vec<u32>,
+}
+
+/// A connection of this program, as the kernel is asked for it.
+#[derive(Clone, Debug)]
+struct Known {
+    peer: SocketAddr,
+    here: (u8, SocketId),
+    far: Option<(u8, SocketId)>,
 }
 
 impl Sockets {
@@ -53,45 +65,78 @@ impl Sockets {
         let mut netlink = Socket::new(NETLINK_SOCK_DIAG)?;
         netlink.bind_auto()?;
         netlink.connect(&netlink_sys::SocketAddr::new(0, 0))?;
-        Ok(Self { netlink, answer: Vec::with_capacity(ANSWER), own: HashMap::new() })
+        let (answer, known) = (Vec::with_capacity(ANSWER), Vec::new());
+        Ok(Self { netlink, answer, known, descriptors: Vec::new() })
     }
 
     /// This program's open TCP connections.
     pub(super) fn connections(&mut self) -> io::Result<Vec<Connection>> {
-        let mut all = Vec::new();
-        for family in [AF_INET, AF_INET6] {
-            self.dump(family, &mut all)?;
+        let descriptors = processes::descriptors()?;
+        if descriptors != self.descriptors {
+            self.find()?;
+            self.descriptors = descriptors;
         }
-        if all.iter().any(|socket| !self.own.contains_key(&socket.inode)) {
-            let own = own_sockets()?;
-            self.own = all.iter().map(|socket| (socket.inode, own.contains(&socket.inode))).collect();
+        let mut connections = Vec::new();
+        for Known { peer, here, far } in self.known.clone() {
+            let Some(near) = self.ask(&here)? else {
+                // Gone meanwhile, and its descriptor may be another's.
+                self.descriptors.clear();
+                continue;
+            };
+            let far = far.map(|far| self.ask(&far)).transpose()?.flatten();
+            let far =
+                far.map(|far| FarEnd { unread: far.recv_queue, unsent: far.send_queue, inode: far.inode });
+            connections.push(Connection { peer, unsent: near.send_queue, unheard: near.recv_queue, far });
         }
-        let by_ends: HashMap<(SocketAddr, SocketAddr), &InetResponseHeader> =
-            all.iter().map(|socket| (ends(socket), socket)).collect();
-        let mine = all.iter().filter(|socket| self.own.get(&socket.inode).copied().unwrap_or(false));
-        Ok(mine
-            .map(|socket| {
-                let (here, peer) = ends(socket);
-                let far = by_ends.get(&(peer, here)).map(|far| FarEnd {
-                    unread: far.recv_queue,
-                    unsent: far.send_queue,
-                    inode: far.inode,
-                });
-                Connection { peer, unsent: socket.send_queue, unheard: socket.recv_queue, far }
-            })
-            .collect())
+        Ok(connections)
     }
 
-    /// All established connections of a family.
-    fn dump(&mut self, family: u8, found: &mut Vec<InetResponseHeader>) -> io::Result<()> {
+    /// Lists all sockets to find this program's connections and their other ends.
+    fn find(&mut self) -> io::Result<()> {
+        let mut all = Vec::new();
+        for family in [AF_INET, AF_INET6] {
+            let socket_id = if family == AF_INET { SocketId::new_v4() } else { SocketId::new_v6() };
+            self.request(family, socket_id, NLM_F_REQUEST | NLM_F_DUMP, &mut all)?;
+        }
+        let own = processes::sockets("self")?;
+        let named = |socket: &InetResponseHeader| (socket.family, socket.socket_id.clone());
+        let by_ends: HashMap<(SocketAddr, SocketAddr), (u8, SocketId)> =
+            all.iter().map(|socket| (ends(socket), named(socket))).collect();
+        let mine = all.iter().filter(|socket| own.contains(&socket.inode));
+        self.known = mine
+            .map(|socket| {
+                let (here, peer) = ends(socket);
+                Known { peer, here: named(socket), far: by_ends.get(&(peer, here)).cloned() }
+            })
+            .collect();
+        Ok(())
+    }
+
+    /// What the kernel knows of one socket; none if it is gone.
+    fn ask(&mut self, (family, socket_id): &(u8, SocketId)) -> io::Result<Option<InetResponseHeader>> {
+        let mut found = Vec::new();
+        match self.request(*family, socket_id.clone(), NLM_F_REQUEST, &mut found) {
+            Ok(()) => Ok(found.pop()),
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(cause) => Err(cause),
+        }
+    }
+
+    fn request(
+        &mut self,
+        family: u8,
+        socket_id: SocketId,
+        flags: u16,
+        found: &mut Vec<InetResponseHeader>,
+    ) -> io::Result<()> {
         let mut header = NetlinkHeader::default();
-        header.flags = NLM_F_REQUEST | NLM_F_DUMP;
+        header.flags = flags;
         let request = InetRequest {
             family,
             protocol: IPPROTO_TCP,
             extensions: ExtensionFlags::empty(),
             states: StateFlags::ESTABLISHED | StateFlags::CLOSE_WAIT,
-            socket_id: if family == AF_INET { SocketId::new_v4() } else { SocketId::new_v6() },
+            socket_id,
         };
         let mut message = NetlinkMessage::new(header, SockDiagMessage::InetRequest(request).into());
         message.finalize();
@@ -117,6 +162,9 @@ impl Sockets {
                 // Messages begin at multiples of four bytes.
                 rest = rest.get(length.next_multiple_of(4).max(4)..).unwrap_or_default();
             }
+            if flags & NLM_F_DUMP != NLM_F_DUMP {
+                return Ok(());
+            }
         }
     }
 }
@@ -125,11 +173,6 @@ fn ends(socket: &InetResponseHeader) -> (SocketAddr, SocketAddr) {
     let id = &socket.socket_id;
     let address = |ip: std::net::IpAddr, port| SocketAddr::new(ip.to_canonical(), port);
     (address(id.source_address, id.source_port), address(id.destination_address, id.destination_port))
-}
-
-/// The sockets this program has open.
-fn own_sockets() -> io::Result<std::collections::HashSet<u32>> {
-    super::processes::sockets("self")
 }
 
 #[cfg(test)]
