@@ -84,6 +84,11 @@ impl Bus {
         }
     }
 
+    /// What has been sent and is not written yet.
+    pub fn in_flight(&self) -> &InFlight {
+        &self.in_flight
+    }
+
     /// Waits until the ports have written everything sent so far. Cancel safe.
     pub async fn written(&self) {
         self.in_flight.flushed().await;

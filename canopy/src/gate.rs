@@ -156,11 +156,8 @@ impl Gate {
 
     /// Counts a scan that is left out.
     pub(crate) fn leave_out(&mut self, why: Exclusion) {
-        if let Some(count) = Exclusion::ALL.iter().position(|each| *each == why) {
-            if let Some(count) = self.excluded.get_mut(count) {
-                *count += 1;
-            }
-        }
+        let places = Exclusion::ALL.iter().zip(&mut self.excluded);
+        places.filter(|(each, _)| **each == why).for_each(|(_, count)| *count += 1);
     }
 
     /// Counts a telegram that gave no scan. Its place is between the lines before and after it.
@@ -321,7 +318,7 @@ mod tests {
         let mut scans = vec![None; 101];
         scans[..50].fill(bad);
         assert!((share(&scans) - 0.5).abs() < 1e-9, "{}", share(&scans));
-        assert_eq!(share(&vec![Some(Exclusion::OtherLayer); 50]), 0.0);
+        assert_eq!(share(&[Some(Exclusion::OtherLayer); 50]), 0.0);
     }
 
     #[test]

@@ -11,10 +11,19 @@ macro_rules! shipped {
 
 shipped! {
     "mature-lms111",
+    "mature-lms200",
+    "mature-lms221",
+    "mature-lms291",
     "mature-lms511",
     "paper-lms111",
+    "paper-lms200",
+    "paper-lms221",
+    "paper-lms291",
     "paper-lms511",
     "spindle-lms111",
+    "spindle-lms200",
+    "spindle-lms221",
+    "spindle-lms291",
     "spindle-lms511",
 }
 

@@ -200,8 +200,9 @@ impl Pipeline {
 
     /// Ends the stream: closes the last line and slice. Scans may still follow, as a new stretch of the same row.
     pub fn finish(&mut self) -> Estimate {
-        self.pass.as_mut().map(RowPass::close);
-        self.fallback.as_mut().map(|pass| pass.close());
+        for pass in self.pass.iter_mut().chain(self.fallback.as_deref_mut()) {
+            pass.close();
+        }
         // An encoder that never counted while the rig's speed says that the tractor drove is dead.
         let dead =
             self.fallback.as_deref().filter(|by_speed| by_speed.advance.advance_m() >= Some(DEAD_AFTER_M));

@@ -7,6 +7,7 @@ use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, BusWatch, CanFrame, Inbox};
 use rowscan_ports::Delivery;
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::mpsc;
@@ -111,6 +112,10 @@ impl BusOutput {
             }
             self.send(at, replies, delivery).await;
         }
+    }
+
+    pub(crate) fn in_flight(&self) -> &InFlight {
+        self.bus.in_flight()
     }
 
     pub(crate) fn has_taker(&self) -> bool {

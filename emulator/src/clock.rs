@@ -201,6 +201,16 @@ pub(crate) async fn step_aside() {
     .await;
 }
 
+/// A pause between two looks at something that nobody tells of: short at first, so that a fast peer costs little; then a millisecond, so that
+/// a slow one gets the processor.
+pub(crate) async fn look_again(looks: u32) {
+    const AT_ONCE: u32 = 200;
+    match looks {
+        0..AT_ONCE => tokio::task::yield_now().await,
+        _ => tokio::time::sleep(Duration::from_millis(1)).await,
+    }
+}
+
 /// The host time that simulated time `at` takes.
 fn host_time(at: SimTime, scale: f64) -> Duration {
     Duration::from_secs_f64(at.as_secs_f64() / scale)

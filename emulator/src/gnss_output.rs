@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_ports::Delivery;
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::Notify;
@@ -49,6 +50,10 @@ impl GnssOutput {
             }
         }
         false
+    }
+
+    pub(crate) fn in_flight(&self) -> impl Iterator<Item = &InFlight> {
+        self.lines.iter().map(NmeaLine::in_flight)
     }
 
     pub(crate) fn has_taker(&self) -> bool {

@@ -4,7 +4,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use rowscan_ports::keep_alive;
+use rowscan_ports::{keep_alive, keep_near};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
 
@@ -57,7 +57,8 @@ pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
         tokio::select! {
             accepted = listener.accept() => match accepted {
                 Ok((stream, peer)) => {
-                    if let Err(cause) = keep_alive(&stream) {
+                    let patient = shared.clock.delivery().is_patient();
+                    if let Err(cause) = keep_alive(&stream).and_then(|()| if patient { keep_near(&stream) } else { Ok(()) }) {
                         tracing::debug!(%cause, "socket options refused");
                     }
                     clients.spawn(connection::serve(Arc::clone(&shared), peer.to_string(), stream));

@@ -17,6 +17,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, Tap, Taps};
 use tokio::io::{AsyncWriteExt, ReadBuf};
 
+use crate::ScannerView;
 use crate::clock::{SimClock, TimeScale};
 use crate::firing::{Claim, Firing};
 use crate::playback_queue::{Recorded, Values};
@@ -349,19 +350,24 @@ impl Lms2xxScanner {
         self.wire.flush().await
     }
 
-    /// Looks once a mirror turn, each from where the tractor then was, and has the telegram made.
+    /// Has the telegram of a sweep made.
     fn measure(&mut self, sweep: Sweep) -> bool {
         let Values::Seen(world) = &mut self.values else { return false };
-        for turn in sweep.turns() {
-            let beams = self.device.turn_beams(turn);
-            let mirror = Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams };
-            world.look(mirror, Sweep::turn_at(turn));
-            let echo = world.echo();
-            let seen = Beams { range_mm: &echo.range_mm, remission: &echo.remission };
-            self.device.measure(sweep, turn, seen);
-        }
+        look(&mut self.device, world, sweep);
         let sent = self.device.finish(sweep.done(), sweep);
         self.counts.sent.fetch_add(u64::from(sent), Ordering::Relaxed);
         true
+    }
+}
+
+/// Looks once a mirror turn, each from where the tractor then is.
+pub(crate) fn look(device: &mut Device, world: &mut ScannerView, sweep: Sweep) {
+    for turn in sweep.turns() {
+        let beams = device.turn_beams(turn);
+        let mirror = Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams };
+        world.look(mirror, Sweep::turn_at(turn));
+        let echo = world.echo();
+        let seen = Beams { range_mm: &echo.range_mm, remission: &echo.remission };
+        device.measure(sweep, turn, seen);
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::device::Mirror;
 use rowscan_protocol::time::SimTime;
 
@@ -95,6 +96,10 @@ impl MirrorSource {
         polled || !self.audience.is_empty()
     }
 
+    pub(crate) fn in_flight(&self) -> &InFlight {
+        &self.shared.in_flight
+    }
+
     /// What it needs time for: it starts up, or somebody takes its scans.
     pub(crate) fn claim(&self) -> Claim {
         let device = self.shared.device();
@@ -122,7 +127,12 @@ fn leave_out(shared: &Shared, at: SimTime, encoder_ticks: f64) -> Mirror {
     let mut device = shared.device();
     device.set_encoder_ticks(encoder_ticks);
     let missed = device.miss(at);
-    shared.counts.missed.fetch_add(missed.into(), Ordering::Relaxed);
+    let missed = u64::from(missed);
+    let so_far = shared.counts.missed.fetch_add(missed, Ordering::Relaxed) + missed;
+    // At each doubling: a host that is too slow must not be made slower.
+    if missed > 0 && so_far.is_power_of_two() {
+        tracing::warn!("the host is too slow: {so_far} scans missed so far");
+    }
     shared.clock.reached(at);
     device.mirror()
 }

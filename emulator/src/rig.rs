@@ -18,6 +18,7 @@ use crate::clock::{SimClock, TimeScale, Timer};
 use crate::gnss_output::GnssOutput;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::{Lms2xxScanner, SerialConfig};
+use crate::lockstep::Lockstep;
 use crate::mirror::MirrorSource;
 use crate::playback_queue::{self, Values};
 use crate::running::Running;
@@ -54,6 +55,7 @@ impl Rig {
             tractor,
             changed: Arc::new(Notify::new()),
             begun: false,
+            lockstep: None,
         };
         Self { timeline }
     }
@@ -69,6 +71,13 @@ impl Rig {
     #[must_use]
     pub fn with_start(mut self, start: StartWhen) -> Self {
         self.timeline.start = start;
+        self
+    }
+
+    /// The same in lockstep: time at [`TimeScale::Max`] waits for acknowledgements as well.
+    #[must_use]
+    pub fn in_lockstep(mut self, lockstep: Lockstep) -> Self {
+        self.timeline.lockstep = Some(lockstep);
         self
     }
 

@@ -11,8 +11,11 @@ use std::time::Duration;
 use tokio::sync::{Notify, mpsc};
 
 use crate::clock::Stopwatch;
+use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::Pending;
 
+/// Scan telegrams a client may lag behind where time waits for it: the clock is to stay near.
+const PATIENT_QUEUE: usize = 2;
 /// Scan telegrams a client may lag behind; at 50 Hz a little over a second.
 pub(crate) const QUEUE: usize = 64;
 
@@ -21,6 +24,8 @@ pub(crate) const QUEUE: usize = 64;
 pub(crate) struct Roster {
     members: Mutex<Vec<Arc<Member>>>,
     limit: usize,
+    /// Telegrams that wait for a client at most.
+    queue: usize,
     /// In a full house, who is idle for longer makes room.
     idle_limit: Duration,
     next: AtomicU64,
@@ -111,9 +116,10 @@ impl Wants {
 }
 
 impl Roster {
-    pub(crate) fn new(limit: usize, idle_limit: Duration) -> Self {
+    pub(crate) fn new(limit: usize, idle_limit: Duration, delivery: Delivery) -> Self {
         let (members, next) = (Mutex::default(), AtomicU64::new(0));
-        Self { members, limit: limit.max(1), idle_limit, next, watch: Stopwatch::start() }
+        let queue = if delivery.is_patient() { PATIENT_QUEUE } else { QUEUE };
+        Self { members, limit: limit.max(1), queue, idle_limit, next, watch: Stopwatch::start() }
     }
 
     /// Takes a client in. When the house is full, the client that has been connected longest without a single valid telegram is turned
@@ -127,7 +133,7 @@ impl Roster {
             member.leave.notify_one();
             instead_of = Some((member, why));
         }
-        let (queue, scans) = mpsc::channel(QUEUE);
+        let (queue, scans) = mpsc::channel(self.queue);
         let member = Arc::new(Member {
             id: self.next.fetch_add(1, Ordering::Relaxed),
             queue,
@@ -254,7 +260,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn a_full_house_turns_out_the_longest_silent_client_and_no_other() {
-        let roster = Roster::new(2, LIMIT);
+        let roster = Roster::new(2, LIMIT, Delivery::Paced);
         let (speaker, _) = join(&roster);
         speaker.member.has_spoken();
         let (silent, _) = join(&roster);
@@ -272,7 +278,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn clients_that_spoke_once_make_room_after_the_limit_and_takers_of_scans_do_not() {
-        let roster = Roster::new(3, LIMIT);
+        let roster = Roster::new(3, LIMIT, Delivery::Paced);
         let all = [join(&roster).0, join(&roster).0, join(&roster).0];
         all.iter().for_each(|joined| joined.member.has_spoken());
         let [taker, stuck, asker] = &all;

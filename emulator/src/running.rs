@@ -2,16 +2,27 @@
 
 use tokio::task::JoinSet;
 
+use crate::lockstep::LockstepError;
+
 /// A rig that runs. Dropping it ends its timeline, with its serial lines, GNSS lines and bus.
 #[derive(Debug)]
 pub struct Running {
-    _timeline: JoinSet<()>,
+    timeline: JoinSet<Result<(), LockstepError>>,
 }
 
 impl Running {
-    pub(crate) fn new(timeline: impl Future<Output = ()> + Send + 'static) -> Self {
+    pub(crate) fn new(timeline: impl Future<Output = Result<(), LockstepError>> + Send + 'static) -> Self {
         let mut tasks = JoinSet::new();
         tasks.spawn(timeline);
-        Self { _timeline: tasks }
+        Self { timeline: tasks }
+    }
+
+    /// Waits until the timeline ends by itself, which only a lockstep clock does. Cancel safe.
+    pub async fn failed(&mut self) -> LockstepError {
+        match self.timeline.join_next().await {
+            Some(Ok(Err(error))) => error,
+            // It runs for ever otherwise.
+            _ => std::future::pending().await,
+        }
     }
 }

@@ -141,11 +141,12 @@ impl Shared {
         interest: Arc<Notify>,
         config: EmulatorConfig,
     ) -> Arc<Self> {
+        let delivery = clock.delivery();
         Arc::new(Self {
             device: Mutex::new(device),
             clock,
             program,
-            roster: Roster::new(config.max_clients, config.idle_limit),
+            roster: Roster::new(config.max_clients, config.idle_limit, delivery),
             refused_settings: Mutex::default(),
             interest,
             polls: watch::Sender::default(),

@@ -5,10 +5,12 @@
 //! [`Source::respond`] answers. Sources due at the same instant fire in the order of the rig: line changes, scanners, CAN, GNSS.
 
 use std::io;
+use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use rowscan_ports::Delivery;
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use tokio::sync::Notify;
@@ -19,6 +21,7 @@ use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::Lms2xxScanner;
+use crate::lockstep::{Lockstep, LockstepError};
 use crate::mirror::MirrorSource;
 use crate::start::StartWhen;
 
@@ -112,6 +115,17 @@ impl Source {
         }
     }
 
+    /// What it has handed over and is not written yet.
+    fn in_flight(&self, all: &mut Vec<InFlight>) {
+        match self {
+            Self::Mirror(mirror) => all.push(mirror.in_flight().clone()),
+            Self::Bus(bus) => all.push(bus.in_flight().clone()),
+            Self::Gnss(gnss) => all.extend(gnss.in_flight().cloned()),
+            // A line is written where it acts.
+            Self::Lms2xx(_) | Self::LineChanges(_) => {}
+        }
+    }
+
     /// Its place among those due at the same instant.
     pub(crate) fn rank(&self) -> u8 {
         match self {
@@ -143,6 +157,15 @@ impl Source {
     }
 }
 
+/// What a clock in lockstep waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wait {
+    /// What one source has sent is taken in.
+    Source,
+    /// The step is acknowledged.
+    Step,
+}
+
 /// All sources of one rig.
 #[derive(Debug)]
 pub(crate) struct Timeline {
@@ -155,11 +178,13 @@ pub(crate) struct Timeline {
     pub(crate) changed: Arc<Notify>,
     /// Sources know that the drive has started.
     pub(crate) begun: bool,
+    /// Waits for acknowledgements, if the clock runs in lockstep.
+    pub(crate) lockstep: Option<Lockstep>,
 }
 
 impl Timeline {
-    /// Runs for as long as the rig is emulated.
-    pub(crate) async fn run(mut self) {
+    /// Runs for as long as the rig is emulated, or until a step is not acknowledged.
+    pub(crate) async fn run(mut self) -> Result<(), LockstepError> {
         let (clock, changed) = (Arc::clone(&self.clock), Arc::clone(&self.changed));
         let mut pacer = Pacer::new(&clock, &self.timer);
         if self.start == StartWhen::Now {
@@ -175,9 +200,47 @@ impl Timeline {
                 biased;
                 () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
                 () = changed.notified() => {}
-                () = reach(&clock, &mut pacer, due) => self.fire(due.unwrap_or_default()).await,
+                () = reach(&clock, &mut pacer, due) => {
+                    let at = due.unwrap_or_default();
+                    let scanned = self.sources.iter_mut().any(|source| source.is_scanner() && source.next() == Some(at));
+                    // From the first step that is heard.
+                    let heard = self.begun || self.is_ready();
+                    self.fire(at).await?;
+                    if scanned && heard {
+                        self.wait_for(at, Wait::Step).await?;
+                    }
+                }
             }
         }
+    }
+
+    /// Waits until all participants have acknowledged what was due until `at`, or have taken in what one source sent; takes in meanwhile what
+    /// they send.
+    async fn wait_for(&mut self, at: SimTime, wait: Wait) -> Result<(), LockstepError> {
+        let Some(mut lockstep) = self.lockstep.take() else { return Ok(()) };
+        let mut pending = Vec::new();
+        self.sources.iter().for_each(|source| source.in_flight(&mut pending));
+        let acknowledged = {
+            let mut acknowledged = pin!(async {
+                lockstep.written(at, &pending).await?;
+                match wait {
+                    Wait::Source => lockstep.settled(at).await,
+                    Wait::Step => {
+                        lockstep.begin(at);
+                        lockstep.acknowledged(at).await
+                    }
+                }
+            });
+            loop {
+                tokio::select! {
+                    biased;
+                    () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
+                    acknowledged = &mut acknowledged => break acknowledged,
+                }
+            }
+        };
+        self.lockstep = Some(lockstep);
+        acknowledged
     }
 
     /// The next instant that something acts at; none while time waits.
@@ -212,6 +275,9 @@ impl Timeline {
 
     /// The drive may start.
     fn is_ready(&self) -> bool {
+        if self.lockstep.as_ref().is_some_and(|lockstep| !lockstep.has_participants()) {
+            return false;
+        }
         match self.start {
             StartWhen::Now => true,
             StartWhen::First => self.takers().any(Source::has_taker),
@@ -242,25 +308,29 @@ impl Timeline {
         }
     }
 
-    async fn fire(&mut self, at: SimTime) {
+    async fn fire(&mut self, at: SimTime) -> Result<(), LockstepError> {
         let delivery = self.clock.delivery();
         let ready = self.begun || self.is_ready();
         let firing = Firing { at, heard: ready || !delivery.is_patient(), delivery };
-        let (mut taken, mut gone) = (false, None);
-        for (number, source) in self.sources.iter_mut().enumerate() {
+        let (mut taken, mut number) = (false, 0);
+        while let Some(source) = self.sources.get_mut(number) {
             if source.next().is_none_or(|next| next > at) {
+                number += 1;
                 continue;
             }
             match source.fire(firing).await {
-                Ok(took) => taken |= took,
+                Ok(took) => {
+                    taken |= took;
+                    number += 1;
+                }
                 Err(cause) => {
                     tracing::error!(%cause, "the line is gone");
-                    gone = Some(number);
+                    self.sources.remove(number);
                 }
             }
-        }
-        if let Some(number) = gone {
-            self.sources.remove(number);
+            if ready {
+                self.wait_for(at, Wait::Source).await?;
+            }
         }
         if ready && taken {
             self.tractor.begin(at);
@@ -269,6 +339,7 @@ impl Timeline {
             // What was sent leaves before the next line is cast on the same thread.
             clock::step_aside().await;
         }
+        Ok(())
     }
 
     /// Ready once any source has taken something from its peers.

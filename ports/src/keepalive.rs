@@ -23,6 +23,14 @@ pub fn keep_alive(stream: &TcpStream) -> io::Result<()> {
     SockRef::from(stream).set_tcp_keepalive(&keepalive)
 }
 
+/// Bytes that the system may keep for a peer that does not read, where time waits for it. Linux doubles it.
+const SEND_BUFFER: usize = 32 * 1024;
+
+/// Keeps what waits to be sent below 64 KiB. What the peer's own system buffers comes on top.
+pub fn keep_near(stream: &TcpStream) -> io::Result<()> {
+    SockRef::from(stream).set_send_buffer_size(SEND_BUFFER)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

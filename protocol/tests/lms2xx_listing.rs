@@ -529,7 +529,8 @@ fn range_and_reflectivity_of_a_whole_scan_is_one_frame() {
         assert_eq!((values.values.len(), values.part_reflectivity.len()), (count.into(), count.into()));
         assert_eq!(values.values[0], 2000);
     }
-    // No more than the longest scan has.
+    // No part beyond the scan, and no more than the longest scan has.
+    assert_eq!(bench.ask(&[0x75, 1, 0, 1, 0, 0x92, 1]), [0x92, 0x10]);
     assert_eq!(bench.ask(&[0x75, 2, 0, 1, 0, 0x91, 1, 1, 0, 1, 0]), [0x92, 0x10]);
 }
 

@@ -1,5 +1,7 @@
 //! Telegrams that pass their checksum and whose numbers cannot be a scan.
 
+#![allow(clippy::unwrap_used)]
+
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::wire::FixedText;
 use rowscan_protocol::telegram::{Channel, LmdScandata};

@@ -3,10 +3,6 @@
 use std::time::Duration;
 
 use rowscan_emulator::{EmulatorConfig, EmulatorCounts, IDLE_LIMIT, MAX_CLIENTS};
-use serde::Serialize;
-
-use super::output::print_json;
-use super::{Failure, Format};
 
 /// Flags for the limits.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -44,25 +40,4 @@ pub(super) fn told(counts: &EmulatorCounts) -> String {
     format!(
         "connections: {connections_refused} refused, {connections_silent} closed as silent, {connections_idle} as idle"
     )
-}
-
-/// The same for scripts.
-#[derive(Serialize)]
-struct Connections<'a> {
-    event: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stream: Option<&'a str>,
-    refused: u64,
-    silent: u64,
-    idle: u64,
-}
-
-/// Tells scripts what came of the limits, at the end.
-pub(super) fn announce(format: Format, stream: Option<&str>, counts: &EmulatorCounts) -> Result<(), Failure> {
-    if !matches!(format, Format::Json | Format::Jsonl) {
-        return Ok(());
-    }
-    let &EmulatorCounts { connections_refused, connections_silent, connections_idle, .. } = counts;
-    let (refused, silent, idle) = (connections_refused, connections_silent, connections_idle);
-    print_json(Format::Jsonl, &Connections { event: "connections", stream, refused, silent, idle })
 }

@@ -62,8 +62,6 @@ enum Line {
 
 /// The LMS2xx of a demo that names none.
 const SERIAL_MODEL: &str = "lms291";
-/// The calibration of an LMS2xx's demo: it has none of its own, so another model's, and the estimate warns.
-const NEAREST_CALIBRATION: &str = "spindle-lms111";
 
 /// The virtual scanner of a demo.
 enum Virtual {
@@ -145,7 +143,7 @@ impl Args {
         let options = lms2xx::device::Options { pause_slack, ..Default::default() };
         let (device, world) = stage.serial_scanner(0, model, options)?;
         let calibration =
-            CalibrationChoice::Named(self.calibration.as_deref().unwrap_or(NEAREST_CALIBRATION));
+            self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
         let reading = Reading::of(Some(&rig_with(&stage.rig, 0, model.name)), 0, true, calibration)?;
         let hertz = f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(model.turns(device.variant()));
         let scans = stage.scans_to_row_end(hertz);

@@ -15,8 +15,10 @@ use rowscan_vehicle::Tractor;
 use super::client_limits::{self, ClientLimitArgs};
 use super::device::DeviceArgs;
 use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
+use super::events::{self, End};
 use super::interrupt::Interrupt;
 use super::line::{self, LineArgs, Opened};
+use super::lockstep::LockstepArgs;
 use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
@@ -36,9 +38,15 @@ pub(super) struct Args {
     /// Listen on this address; repeatable; port 0 takes a free one [default: 127.0.0.1:2111 and 127.0.0.1:2112; of a second scanner 2121 and 2122, and so on]
     #[arg(long, value_name = "ADDR")]
     tcp: Vec<String>,
-    /// Simulated seconds a second, or `max`: as fast as the clients take it
-    #[arg(long, value_name = "K", default_value = "1")]
-    time_scale: TimeScale,
+    /// Simulated seconds a second, or `max`: as fast as the clients take it; at most 64 KiB and two telegrams a client wait to be sent, and what the
+    /// client's own system buffers comes on top [default: 1]
+    #[arg(long, value_name = "K")]
+    time_scale: Option<TimeScale>,
+    #[command(flatten)]
+    lockstep: LockstepArgs,
+    /// Exit with 1 if the host was too slow for a scan
+    #[arg(long)]
+    strict_time: bool,
     /// What sets the tractor going: the first scanner with a taker, all scanners with takers, or the start of the process [default: first; at --time-scale max: all]
     #[arg(long, value_name = "first|all|now")]
     start_when: Option<StartWhen>,
@@ -123,6 +131,22 @@ enum Running {
 }
 
 impl Running {
+    /// What it has done, for scripts.
+    fn end<'a>(&self, stream: Option<&'a str>) -> End<'a> {
+        match self {
+            Self::Cola(emulator) => End::cola(stream, &emulator.counts()),
+            Self::Lms2xx(emulator) => End::lms2xx(stream, emulator.counts()),
+        }
+    }
+
+    /// Scans that the host was too slow for. An LMS2xx sends what it has, late.
+    fn missed(&self) -> u64 {
+        match self {
+            Self::Cola(emulator) => emulator.counts().scans_missed,
+            Self::Lms2xx(_) => 0,
+        }
+    }
+
     /// One line for people on what it has done.
     fn summary(&self) -> String {
         match self {
@@ -144,14 +168,18 @@ impl Running {
     }
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
+    args.time_scale = Some(args.lockstep.time_scale(args.time_scale)?);
     let mut interrupt = Interrupt::watch()?;
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     let fitted = args.fitted(&stage)?;
     let models: Vec<&str> = fitted.iter().map(|fitted| fitted.model.name()).collect();
     let taping = args.tape(&stage, &models.join(", "))?;
     let tractor = stage.tractor();
-    let mut rig = Rig::new(tractor.clone(), args.time_scale).with_timer(Timer::system());
+    let mut rig = Rig::new(tractor.clone(), args.scale()).with_timer(Timer::system());
+    if let Some(lockstep) = args.lockstep.open(args.format).await? {
+        rig = rig.in_lockstep(lockstep);
+    }
     if let Some(start) = args.start_when {
         rig = rig.with_start(start);
     }
@@ -178,20 +206,35 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         sources.extend(source.map(|source| format!(" {source}")));
     }
     args.tell(&stage, &fitted, &sources);
-    let timeline = rig.run();
-    interrupt.wait().await;
+    events::ready(args.format)?;
+    let mut timeline = rig.run();
+    let failed = tokio::select! {
+        () = interrupt.wait() => None,
+        error = timeline.failed() => Some(error),
+    };
+    let mut missed = 0;
     for (scanner, fitted) in running.iter().zip(&fitted) {
         say(scanner.summary());
-        if let Running::Cola(emulator) = scanner {
-            let stream = fitted.stream(running.len());
-            client_limits::announce(args.format, stream.as_deref(), &emulator.counts())?;
-        }
+        scanner.end(fitted.stream(running.len()).as_deref()).tell(args.format)?;
+        missed += scanner.missed();
     }
     drop((running, timeline));
-    Ok(taping.finish())
+    let outcome = taping.finish();
+    match failed {
+        Some(error) => Err(error.into()),
+        None if args.strict_time && missed > 0 => {
+            say(format_args!("--strict-time: {missed} scans were missed because the host was too slow"));
+            Ok(Outcome::Finding)
+        }
+        None => Ok(outcome),
+    }
 }
 
 impl Args {
+    fn scale(&self) -> TimeScale {
+        self.time_scale.unwrap_or(TimeScale::Paced(1.0))
+    }
+
     /// The scanners asked for, with their models.
     fn fitted(&self, stage: &Stage) -> Result<Vec<Fitted>, Failure> {
         let asked = match (self.no_scanner, self.scanner.is_empty()) {
@@ -221,7 +264,7 @@ impl Args {
             ..About::default()
         };
         // A clock that waits for its clients can wait for the disk too.
-        self.record.start(about, self.time_scale.delivery().is_patient())
+        self.record.start(about, self.scale().delivery().is_patient())
     }
 
     /// A CoLa scanner as the flags have it.
@@ -237,7 +280,7 @@ impl Args {
         let (device, state, line_changes) = self.device.set_up(device, stage.scene.seed, index)?;
         let config = EmulatorConfig {
             taps,
-            time_scale: self.time_scale,
+            time_scale: self.scale(),
             dialects: self.dialect.into(),
             state,
             line_changes,
@@ -256,13 +299,13 @@ impl Args {
         stream: Option<String>,
         taps: Taps,
     ) -> Result<(lms2xx::device::Device, ScannerView, Opened, SerialConfig), Failure> {
-        let options = line::options(&self.device, &self.line, self.time_scale)?;
+        let options = line::options(&self.device, &self.line, self.scale())?;
         let (mut device, world) = stage.serial_scanner_on(tractor, index, model, options)?;
         self.device.lms2xx_fields(&mut device)?;
         let state = self.device.lms2xx_state(&mut device)?;
         let rate = device.rate().bits_per_second();
         let line = self.line.open_one(&self.tcp, rate, self.format).await?;
-        let config = SerialConfig { time_scale: self.time_scale, state, taps, stream };
+        let config = SerialConfig { time_scale: self.scale(), state, taps, stream };
         Ok((device, world, line, config))
     }
 
@@ -293,7 +336,7 @@ impl Args {
         let titles: Vec<&str> = fitted.iter().map(|fitted| fitted.model.title()).collect();
         let titles = if titles.is_empty() { "no scanner".to_owned() } else { titles.join(" and ") };
         let (scene, seed) = (&self.scene.name, stage.scene.seed);
-        let start = self.start_when.unwrap_or(StartWhen::default_at(self.time_scale));
+        let start = self.start_when.unwrap_or(StartWhen::default_at(self.scale()));
         let starts = match (start, fitted.len()) {
             (StartWhen::Now, _) => "the tractor starts now",
             (_, 0) => "the tractor starts with the first client",

@@ -11,6 +11,8 @@ use super::output::{name_of, say};
 use super::table_file::TableFile;
 use super::{Failure, Outcome};
 use crate::export::{Placing, PointRows, RowError, Rows, ScanRows, TableFormat};
+use rowscan_emulator::ViewError;
+use rowscan_emulator::stage::StageError;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -29,7 +31,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
     /// The rig's scanner this is, from 0
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "rig")]
     scanner: usize,
 }
 
@@ -84,6 +86,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 async fn export(args: &Args) -> Result<Outcome, Failure> {
     let rig: Option<Rig> =
         args.rig.as_deref().map(|name| files::load_rig(name).map(|(rig, _)| rig)).transpose()?;
+    if let Some(found) = rig.as_ref().map(|rig| rig.scanners.len()).filter(|found| args.scanner >= *found) {
+        return Err(StageError::from(ViewError::NoSuchScanner { index: args.scanner, found }).into());
+    }
     let mut rows: Box<dyn Rows> = match args.what {
         What::Points => Box::new(PointRows::new(Placing::new(rig, args.scanner))),
         What::Scans => Box::new(ScanRows::default()),

@@ -10,6 +10,7 @@ mod emulate;
 mod endpoint;
 mod estimate;
 mod estimators;
+mod events;
 mod export;
 mod faulting;
 mod faults;
@@ -17,6 +18,7 @@ mod interrupt;
 mod line;
 mod link_events;
 mod link_options;
+mod lockstep;
 mod mend;
 mod models;
 mod named;
@@ -125,6 +127,12 @@ pub enum Failure {
     /// A calibration.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A clock in lockstep could not begin.
+    #[error(transparent)]
+    LockstepOpen(#[from] rowscan_emulator::lockstep::LockstepOpenError),
+    /// A step was not acknowledged.
+    #[error(transparent)]
+    Lockstep(#[from] rowscan_emulator::lockstep::LockstepError),
     /// A name that is no scanner model.
     #[error("unknown scanner model `{found}`; known are {known} (see `rowscan models`)")]
     UnknownModel {

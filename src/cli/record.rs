@@ -51,7 +51,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     scans: Option<u64>,
     /// End after so many seconds
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// The rig the scanners sit on, kept in the file: a rig file, a scene file or a built-in scene's name
     #[arg(long, value_name = "RIG")]
@@ -67,6 +67,11 @@ pub(super) struct Args {
     /// How to write --info
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds > 0.0);
+    seconds.ok_or_else(|| format!("expected a number of seconds above 0, found `{text}`"))
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {

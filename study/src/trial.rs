@@ -1,13 +1,18 @@
 //! One row, scanned in memory and estimated, beside its truth: what calibrations and accuracy tables are made of.
 
 use rayon::prelude::*;
+use rowscan_canopy::Pipeline;
 use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo};
-use rowscan_protocol::model::Model;
+use rowscan_protocol::client::ColaConfig;
+use rowscan_protocol::lms2xx::client::Lms2xxConfig;
+use rowscan_protocol::lms2xx::{self, Rate};
+use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
 use rowscan_scenes::{GrowError, Scene, Truth};
 
 use rowscan_emulator::offline::{Offline, SetUpError};
+use rowscan_emulator::offline_lms2xx::OfflineLms2xx;
 use rowscan_emulator::stage::{Stage, StageError};
 
 use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
@@ -49,7 +54,7 @@ impl Trial {
     /// Grows the scene's row, drives past it once, and estimates.
     pub fn run(
         scene: Scene,
-        model: &'static Model,
+        model: impl Into<AnyModel>,
         calibration: Option<Calibration>,
     ) -> Result<Self, TrialError> {
         Self::drive_past(&Stage::grow(scene, &|_, _| {})?, model, calibration, &[])
@@ -58,26 +63,21 @@ impl Trial {
     /// Drives past a grown row once, and estimates; with estimators, by these as well, and the trees found in the data.
     pub fn drive_past(
         stage: &Stage,
-        model: &'static Model,
+        model: impl Into<AnyModel>,
         calibration: Option<Calibration>,
         estimators: &[&'static EstimatorInfo],
     ) -> Result<Self, TrialError> {
-        let (device, world) = stage.scanner(0, model)?;
-        let scans = stage.scans_per_row(&device);
-        let rig = rig_with(&stage.rig, 0, device.model().name);
-        let Reading { cola, pipeline, .. } =
+        let model = model.into();
+        let rig = rig_with(&stage.rig, 0, model.name());
+        let Reading { cola, lms2xx, pipeline } =
             Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration.map(Box::new)))?;
         let mut pipeline = pipeline.with_estimators(estimators);
         if !estimators.is_empty() {
             pipeline = pipeline.with_trees_found(&CutMethod::ALL);
         }
-        let mut offline = Offline::new(device, world);
-        offline.set_up(cola)?;
-        let mut scan = Scan::default();
-        for _ in 0..scans {
-            if offline.scan_into(&mut scan)? {
-                pipeline.push(&scan);
-            }
+        match model {
+            AnyModel::Cola(model) => push_cola(stage, model, cola, &mut pipeline)?,
+            AnyModel::Lms2xx(model) => push_lms2xx(stage, model, lms2xx, &mut pipeline)?,
         }
         Ok(Self {
             seed: stage.scene.seed,
@@ -91,10 +91,11 @@ impl Trial {
     pub fn run_seeds(
         scene: &Scene,
         seeds: &[u64],
-        model: &'static Model,
+        model: impl Into<AnyModel>,
         calibration: Option<&Calibration>,
         done: &(dyn Fn() + Sync),
     ) -> Result<Vec<Self>, TrialError> {
+        let model = model.into();
         seeds
             .par_iter()
             .map(|&seed| {
@@ -104,4 +105,43 @@ impl Trial {
             })
             .collect()
     }
+}
+
+/// The scans of one pass, into `pipeline`.
+fn push_cola(
+    stage: &Stage,
+    model: &'static Model,
+    config: ColaConfig,
+    pipeline: &mut Pipeline,
+) -> Result<(), TrialError> {
+    let (device, world) = stage.scanner(0, model)?;
+    let scans = stage.scans_per_row(&device);
+    let mut offline = Offline::new(device, world);
+    offline.set_up(config)?;
+    let mut scan = Scan::default();
+    for _ in 0..scans {
+        if offline.scan_into(&mut scan)? {
+            pipeline.push(&scan);
+        }
+    }
+    Ok(())
+}
+
+/// The same of an LMS2xx, on the fastest line: no scan is left out.
+fn push_lms2xx(
+    stage: &Stage,
+    model: &'static lms2xx::model::Model,
+    config: Lms2xxConfig,
+    pipeline: &mut Pipeline,
+) -> Result<(), TrialError> {
+    let (device, world) = stage.serial_scanner(0, model, lms2xx::device::Options::default())?;
+    let turns = model.turns(device.variant());
+    let scans = stage.scans_to_row_end(f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(turns));
+    let mut offline = OfflineLms2xx::set_up(device, world, Lms2xxConfig { rate: Rate::R500000, ..config })?;
+    for _ in 0..scans {
+        if let Some(scan) = offline.scan() {
+            pipeline.push(scan);
+        }
+    }
+    Ok(())
 }

@@ -45,6 +45,14 @@ fn the_default_scenes_calibration() {
     assert_made_by_its_command("spindle-lms111");
 }
 
+/// The device's own telegrams on its own line, in memory.
+#[test]
+fn the_calibrations_of_the_lms2xx() {
+    for name in ["paper-lms200", "paper-lms291", "spindle-lms221"] {
+        assert_made_by_its_command(name);
+    }
+}
+
 #[test]
 fn the_small_trees_calibrations_for_both_models() {
     assert_made_by_its_command("paper-lms111");

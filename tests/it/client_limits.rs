@@ -92,8 +92,8 @@ fn clients_that_spoke_once_make_room_when_they_are_idle() {
     assert_eq!(gone, 1);
     let (last, said) = server.end();
     assert_eq!(
-        (&last["event"], &last["idle"], &last["refused"]),
-        (&"connections".into(), &1.into(), &0.into())
+        (&last["event"], &last["connections_idle"], &last["connections_refused"]),
+        (&"end".into(), &1.into(), &0.into())
     );
     assert_says(
         &said,
@@ -114,7 +114,7 @@ fn a_client_too_many_is_refused_and_told_who_it_was() {
     let silent = server.connect();
     drop((clients, silent));
     let (last, said) = server.end();
-    assert!(last["refused"].as_u64() >= Some(1), "{last}");
+    assert!(last["connections_refused"].as_u64() >= Some(1), "{last}");
     assert_says(&said, &[&format!("127.0.0.1:{port} is refused: 2 clients are served"), "closed as silent"]);
 }
 

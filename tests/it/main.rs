@@ -10,6 +10,7 @@
 
 mod common;
 
+mod any_bytes;
 mod bad_input;
 mod blindness;
 mod calibrations;

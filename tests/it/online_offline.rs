@@ -8,15 +8,20 @@
 
 use crate::common;
 
+use std::time::Duration;
+
 use common::small_scene;
 use rowscan_canopy::Estimate;
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Emulator, EmulatorConfig};
+use rowscan_emulator::{Emulator, EmulatorConfig, SerialConfig, SerialEmulator};
+use rowscan_ports::NetLine;
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{self, Model};
+use rowscan_recording::Taps;
 use rowscan_scenes::Scene;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::Trial;
@@ -90,5 +95,43 @@ async fn areas_agree_to_the_last_bit_for_each_model_and_dialect() {
             assert_eq!((online.scans_lost, online.scans_repeated), (0, 0), "{} {dialect}", model.name);
             assert_eq!(bits(&online), bits(&offline), "{} {dialect}", model.name);
         }
+    }
+}
+
+async fn online_on_a_line(model: &'static lms2xx::model::Model) -> Estimate {
+    let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
+    let options = lms2xx::device::Options { pause_slack: Duration::from_secs(3600), ..Default::default() };
+    let (device, world) = stage.serial_scanner(0, model, options).expect("it fits");
+    let rig = rig_with(&stage.rig, 0, model.name);
+    let Reading { lms2xx: config, mut pipeline, .. } =
+        Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None)).expect("sound rig");
+    let hertz = f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(model.turns(device.variant()));
+    let scans = stage.scans_to_row_end(hertz);
+    let line = NetLine::rfc2217("127.0.0.1:0").await.expect("a free port");
+    let source = Source::Rfc2217 { address: line.address().to_string(), rate: lms2xx::Rate::R500000 };
+    let serial =
+        SerialConfig { time_scale: TimeScale::Max, state: None, taps: Taps::default(), stream: None };
+    let _emulator = SerialEmulator::start(device, world, Box::new(line), serial);
+    let config = DriverConfig { lms2xx: config, ..DriverConfig::default() };
+    let mut scanner = Scanner::open(&source, config).await.expect("it answers");
+    while pipeline.progress().scans < scans {
+        pipeline.push(scanner.next().await.expect("the link holds").expect("a scan").scan);
+    }
+    pipeline.finish()
+}
+
+/// The two begin at different mirror turns, so times differ by a nanosecond here and there.
+#[tokio::test]
+async fn an_lms2xx_on_its_line_and_in_memory_see_the_same_row() {
+    for model in
+        lms2xx::model::MODELS.iter().copied().filter(|model| ["lms200", "lms291"].contains(&model.name))
+    {
+        let offline = Trial::run(small_scene(), model, None).expect("it runs").estimate;
+        let online = online_on_a_line(model).await;
+        assert_eq!((online.scans, online.scans_lost), (offline.scans, 0), "{}", model.name);
+        let area = |estimate: &Estimate| estimate.impacted_total_area_m2.expect("the rig is known");
+        assert!(area(&offline) > 0.5, "{}: the row was seen", model.name);
+        let off = area(&online) / area(&offline) - 1.0;
+        assert!(off.abs() < 1e-3, "{}: {off:+e}", model.name);
     }
 }

@@ -183,6 +183,20 @@ fn values_that_cannot_be_are_refused() {
     let (_folder, file) = folder();
     assert_says(&refused(&["scan", "--wood", "mesh:1e308,3,1e-300"]), &["half width of 0 to 1 m"]);
     assert_says(&refused(&["scan", "--pitch", "nan"]), &["--pitch", "expected a number"]);
+    for value in ["nan", "-1", "0", "inf"] {
+        assert_says(&refused(&["estimate", "x", "--length", value]), &["--length", "metres above 0", value]);
+        let message = refused(&["record", "tcp://127.0.0.1:1", "-o", "y", "--seconds", value]);
+        assert_says(&message, &["--seconds", "seconds above 0", value]);
+    }
+    assert_says(&refused(&["estimate", "x", "--model", "lms111"]), &["--rig"]);
+    assert_says(&refused(&["emulate", "--max-clients", "100000"]), &["1 to 1000 clients"]);
+    assert_says(&refused(&["emulate", "--idle-limit", "nan"]), &["0 to 1000000 seconds"]);
+    std::fs::write(file("zero.toml"), "version = 1\n[rig]\nspeed_m_s = 0\n").expect("written");
+    assert_says(&refused(&["demo", &file("zero.toml")]), &["a speed above 0", "speed_m_s = 0"]);
+    let no_such = ["export", "x", "--to", "csv", "-o", "y", "--rig", "spindle", "--scanner", "99"];
+    assert_says(&refused(&no_such), &["99"]);
+    std::fs::write(file("many.toml"), "version = 1\n[orchard]\ntrees = 100000\n").expect("written");
+    assert_says(&refused(&["orchard", "truth", &file("many.toml")]), &["distinct_trees"]);
     let import = |name: &str, key: &str, content: &str| {
         std::fs::write(file(name), content).expect("written");
         let scene =

@@ -5,19 +5,11 @@ import time
 
 import serial
 
+from crc16 import crc
+
 ACK = b"\x06"
 #: Operating mode that switches to a rate.
 RATES = {9600: 0x42, 19200: 0x41, 38400: 0x40, 500000: 0x48}
-
-
-def crc(data):
-    """SICK's CRC-16: two data bytes go into every step."""
-    value, previous = 0, 0
-    for byte in data:
-        value = ((value << 1) ^ 0x8005) & 0xFFFF if value & 0x8000 else value << 1
-        value ^= previous << 8 | byte
-        previous = byte
-    return value
 
 
 def frame(body):

@@ -209,6 +209,11 @@ impl NmeaLine {
         &self.place
     }
 
+    /// What has been sent and is not written yet.
+    pub fn in_flight(&self) -> &InFlight {
+        &self.in_flight
+    }
+
     /// Waits until whoever listens has everything. Cancel safe.
     pub async fn taken(&self) {
         self.in_flight.flushed().await;

@@ -5,9 +5,9 @@ use super::values::{Output, Unit, Values};
 use crate::visit::{Group, Value, Visitor};
 
 impl Request<'_> {
-    /// Visits the request's fields.
-    pub fn visit(&self, visitor: &mut dyn Visitor) {
-        let name = match self {
+    /// What it asks, in a word.
+    fn name(&self) -> &'static str {
+        match self {
             Self::Reset => "reset",
             Self::Mode(_) => "mode",
             Self::Values(_) => "values",
@@ -29,9 +29,13 @@ impl Request<'_> {
             Self::ReadConfiguration => "read_configuration",
             Self::WriteConfiguration(_) => "write_configuration",
             Self::Unknown(_) => "unknown",
-        };
+        }
+    }
+
+    /// Visits the request's fields.
+    pub fn visit(&self, visitor: &mut dyn Visitor) {
         visitor.begin(Group::Struct);
-        text(visitor, "request", name);
+        text(visitor, "request", self.name());
         match self {
             Self::Mode(mode) => visit_mode(*mode, visitor),
             Self::Values(output) => visit_output(*output, visitor),

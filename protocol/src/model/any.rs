@@ -12,6 +12,18 @@ pub enum AnyModel {
     Lms2xx(&'static lms2xx::model::Model),
 }
 
+impl From<&'static Model> for AnyModel {
+    fn from(model: &'static Model) -> Self {
+        Self::Cola(model)
+    }
+}
+
+impl From<&'static lms2xx::model::Model> for AnyModel {
+    fn from(model: &'static lms2xx::model::Model) -> Self {
+        Self::Lms2xx(model)
+    }
+}
+
 impl AnyModel {
     /// All, CoLa first.
     pub fn all() -> impl Iterator<Item = Self> {
@@ -43,6 +55,14 @@ impl AnyModel {
         match self {
             Self::Cola(model) => model.title,
             Self::Lms2xx(model) => model.title,
+        }
+    }
+
+    /// Angle between beams out of the box, 1/10000°.
+    pub fn default_step(self) -> u16 {
+        match self {
+            Self::Cola(model) => model.default_mode.step,
+            Self::Lms2xx(model) => model.default_variant.beams().step,
         }
     }
 

@@ -1,9 +1,9 @@
 //! Network captures: pcap and pcapng files, packet by packet.
 
+use pcap_parser::Linktype;
 use pcap_parser::pcap::{LegacyPcapBlock, parse_pcap_frame, parse_pcap_frame_be, parse_pcap_header};
 use pcap_parser::pcapng::{Block, InterfaceDescriptionBlock, parse_block_be, parse_block_le};
 use pcap_parser::traits::PcapNGPacketBlock;
-use pcap_parser::{Linktype, PcapError};
 
 use super::segment::segment;
 use super::tcp::{Connections, Flows};
@@ -95,11 +95,8 @@ impl Packets {
                     self.block(&block, &mut interfaces);
                     after
                 }
-                // A damaged block is skipped; the next one is where its length says.
-                Err(
-                    pcap_parser::nom::Err::Error(PcapError::NomError(..)) | pcap_parser::nom::Err::Failure(_),
-                ) => after_block(rest, little).ok_or_else(|| torn(file, rest))?,
-                Err(_) => return Err(torn(file, rest)),
+                // A damaged block is skipped, also one whose packet is said to be longer than itself; the next one is where its length says.
+                Err(_) => after_block(rest, little).ok_or_else(|| torn(file, rest))?,
             };
         }
         Ok(())
@@ -211,6 +208,13 @@ mod tests {
         let damaged = [capture(None, 7, false), block(1, &[0; 4], false), capture(None, 8, false)].concat();
         let capture = read(&damaged).expect("a capture");
         assert_eq!((capture.began_ns, capture.torn), (Some(7_000), None));
+        // A packet of 64 MiB in a block of 36 bytes.
+        let mut longer = self::capture(None, 7, false);
+        let captured_len = longer.len() - 36 + 20;
+        longer[captured_len + 3] = 4;
+        longer.extend(self::capture(None, 8, false));
+        let capture = read(&longer).expect("a capture");
+        assert_eq!((capture.began_ns, capture.torn), (Some(8_000), None));
     }
 
     #[test]

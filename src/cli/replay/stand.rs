@@ -9,6 +9,7 @@ use rowscan_recording::{StreamKind, Taps};
 
 use super::super::client_limits;
 use super::super::endpoint::{self, announce_stream};
+use super::super::events::End;
 use super::super::line::pause_slack;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
@@ -66,8 +67,9 @@ impl Live {
     /// The same of its clients for scripts.
     pub(super) fn announce(&self, format: Format, stream: Option<&str>) -> Result<(), Failure> {
         match self {
-            Self::Cola(emulator) => client_limits::announce(format, stream, &emulator.counts()),
-            Self::Lms2xx(_) | Self::Beside => Ok(()),
+            Self::Cola(emulator) => End::cola(stream, &emulator.counts()).tell(format),
+            Self::Lms2xx(emulator) => End::lms2xx(stream, emulator.counts()).tell(format),
+            Self::Beside => Ok(()),
         }
     }
 

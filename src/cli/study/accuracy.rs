@@ -106,10 +106,10 @@ struct Accuracy {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scene = args.scene.scene()?;
     let rig = scene.resolved_rig();
-    let model = args.scene.model(&rig, 0)?;
+    let model = args.scene.any_model(&rig, 0)?;
     let calibration = match (&args.calibration, &rig.calibration) {
         (Some(name), _) => Some(calibrations::load_calibration(name)?),
-        (None, Some(name)) => calibrations::load_calibration_for(name, model.name)?,
+        (None, Some(name)) => calibrations::load_calibration_for(name, model.name())?,
         (None, None) => None,
     };
     if let Some(seed) =
@@ -134,7 +134,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Format::Json | Format::Jsonl => {
             output::print_json(
                 args.format,
-                &Accuracy { scene: args.scene.name, model: model.name, rows, summary },
+                &Accuracy { scene: args.scene.name, model: model.name(), rows, summary },
             )?;
         }
         Format::Csv => output::print_rows(args.format, &rows)?,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
 use rowscan_protocol::angle::exact_step_deg;
-use rowscan_protocol::model::Model;
+use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 
 use super::rows::{Seeds, tries};
@@ -27,14 +27,15 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scene = args.scene.scene()?;
-    let model = args.scene.model(&scene.resolved_rig(), 0)?;
+    let model = args.scene.any_model(&scene.resolved_rig(), 0)?;
     let seeds = args.seeds.0;
     let class = class_of(&scene, model);
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
     let provenance = Provenance {
         command: format!(
             "rowscan study calibration {} --model {} --seeds {range}",
-            args.scene.name, model.name
+            args.scene.name,
+            model.name()
         ),
         seeds: seeds.clone(),
     };
@@ -54,20 +55,20 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 /// What a calibration made on this scene is valid for.
-fn class_of(scene: &Scene, model: &Model) -> CalibrationClass {
+fn class_of(scene: &Scene, model: AnyModel) -> CalibrationClass {
     let tree = scene.orchard.tree_parameters();
     CalibrationClass {
         preset: scene.orchard.preset.to_string(),
         shady_threshold_percent: tree.shady_percent,
         growth_stage: format!("{} iterations", tree.iterations),
         tree_spacing_m: scene.orchard.layout().tree_spacing_m,
-        scanner_model: model.name.to_owned(),
+        scanner_model: model.name().to_owned(),
         resolution_deg: scene
             .resolved_rig()
             .scanners
             .first()
             .and_then(|mount| mount.resolution_deg)
-            .unwrap_or_else(|| exact_step_deg(model.default_mode.step)),
+            .unwrap_or_else(|| exact_step_deg(model.default_step())),
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
     }

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use rowscan_canopy::Calibration;
-use rowscan_protocol::model::Model;
+use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 
 use crate::cli::blocking::off_runtime;
@@ -37,7 +37,7 @@ impl FromStr for Seeds {
 pub(super) async fn tries(
     scene: Scene,
     seeds: Vec<u64>,
-    model: &'static Model,
+    model: AnyModel,
     calibration: Option<Calibration>,
 ) -> Result<Vec<Trial>, Failure> {
     let bar = progress::bar("trying", "rows", seeds.len() as u64);

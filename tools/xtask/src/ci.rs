@@ -4,13 +4,14 @@ use std::process::ExitCode;
 
 use crate::steps::{self, Outcome, Step};
 use crate::workspace::Workspace;
-use crate::{layering, licences, lint, python, readme, rust_tests, shell};
+use crate::{advisories, layering, licences, lint, python, readme, rust_tests, shell};
 
 /// Every step, quick ones first.
 const STEPS: &[Step] = &[
     Step::new("invariants", |workspace| Outcome::from_result(lint::check(workspace))),
     Step::new("layering", |workspace| Outcome::from_result(layering::check(workspace))),
     Step::new("licences", |workspace| Outcome::from_result(licences::check(workspace))),
+    Step::new("advisories", advisories::check),
     Step::new("format", |workspace| cargo(workspace, &["fmt", "--all", "--check"])),
     Step::new("clippy", |workspace| {
         cargo(workspace, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])

@@ -1,5 +1,6 @@
 //! The project's habits as commands. `cargo xtask` lists them.
 
+mod advisories;
 mod bench;
 mod ci;
 mod counts;

@@ -1,0 +1,183 @@
+//! What other programs on this machine are doing, by `/proc`: whose a socket is, and whether a program waits for input.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io;
+
+/// System calls in which a thread waits for input, for time or for another thread, by their numbers on this architecture.
+#[cfg(target_arch = "x86_64")]
+const WAITS: &[(u64, &str)] = &[
+    (0, "read"),
+    (7, "poll"),
+    (17, "pread64"),
+    (19, "readv"),
+    (23, "select"),
+    (34, "pause"),
+    (43, "accept"),
+    (45, "recvfrom"),
+    (47, "recvmsg"),
+    (61, "wait4"),
+    (128, "rt_sigtimedwait"),
+    (202, "futex"),
+    (208, "io_getevents"),
+    (219, "restart_syscall"),
+    (232, "epoll_wait"),
+    (247, "waitid"),
+    (270, "pselect6"),
+    (271, "ppoll"),
+    (281, "epoll_pwait"),
+    (288, "accept4"),
+    (299, "recvmmsg"),
+    (441, "epoll_pwait2"),
+    (449, "futex_waitv"),
+];
+/// The same on 64-bit ARM.
+#[cfg(target_arch = "aarch64")]
+const WAITS: &[(u64, &str)] = &[
+    (4, "io_getevents"),
+    (22, "epoll_pwait"),
+    (63, "read"),
+    (65, "readv"),
+    (67, "pread64"),
+    (72, "pselect6"),
+    (73, "ppoll"),
+    (95, "waitid"),
+    (98, "futex"),
+    (128, "restart_syscall"),
+    (137, "rt_sigtimedwait"),
+    (202, "accept"),
+    (207, "recvfrom"),
+    (212, "recvmsg"),
+    (242, "accept4"),
+    (243, "recvmmsg"),
+    (260, "wait4"),
+    (441, "epoll_pwait2"),
+    (449, "futex_waitv"),
+];
+/// Elsewhere nothing counts as waiting.
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+const WAITS: &[(u64, &str)] = &[];
+
+/// What a program does at the moment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Doing {
+    /// Every thread waits for input, time or another thread.
+    Waits,
+    /// A thread does something else.
+    Works(String),
+    /// It is gone.
+    Gone,
+}
+
+/// The sockets that a process (`self`, or a number) has open.
+pub(super) fn sockets(process: &str) -> io::Result<HashSet<u32>> {
+    let mut found = HashSet::new();
+    for descriptor in fs::read_dir(format!("/proc/{process}/fd"))? {
+        // A descriptor may be closed meanwhile.
+        let Ok(target) = descriptor.and_then(|descriptor| fs::read_link(descriptor.path())) else { continue };
+        let target = target.to_string_lossy();
+        let inode = target.strip_prefix("socket:[").and_then(|rest| rest.strip_suffix(']'));
+        found.extend(inode.and_then(|inode| inode.parse::<u32>().ok()));
+    }
+    Ok(found)
+}
+
+/// This program's open descriptors.
+pub(super) fn descriptors() -> io::Result<Vec<u32>> {
+    let open = fs::read_dir("/proc/self/fd")?;
+    Ok(open.flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok()).collect())
+}
+
+/// The processes that have this socket open.
+pub(super) fn owners(inode: u32) -> Vec<u32> {
+    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    let numbers = processes.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
+    numbers.filter(|process| sockets(&process.to_string()).is_ok_and(|open| open.contains(&inode))).collect()
+}
+
+/// What a process does.
+pub(super) fn doing(process: u32) -> Doing {
+    let Ok(threads) = fs::read_dir(format!("/proc/{process}/task")) else { return Doing::Gone };
+    for thread in threads.flatten() {
+        let read = |file: &str| fs::read_to_string(thread.path().join(file));
+        // A thread may end meanwhile.
+        let Ok(stat) = read("stat") else { continue };
+        let state = stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next());
+        match state {
+            // A stopped program waits for nothing: it will work once it goes on.
+            Some('T' | 't') => return Doing::Works("it is stopped".to_owned()),
+            Some('Z' | 'X') => return Doing::Gone,
+            _ => {}
+        }
+        let call = match read("syscall") {
+            Ok(call) => call,
+            Err(cause) if cause.kind() == io::ErrorKind::PermissionDenied => {
+                return Doing::Works("its system calls may not be looked at (ptrace rights)".to_owned());
+            }
+            Err(_) => continue,
+        };
+        let number = call.split(' ').next().and_then(|number| number.trim().parse::<i64>().ok());
+        let waits =
+            number.is_some_and(|number| WAITS.iter().any(|(wait, _)| u64::try_from(number) == Ok(*wait)));
+        if !waits {
+            return Doing::Works(format!(
+                "a thread runs ({})",
+                call.trim().chars().take(40).collect::<String>()
+            ));
+        }
+    }
+    Doing::Waits
+}
+
+/// The system calls its threads are in, for a message.
+pub(super) fn calls(process: u32) -> String {
+    let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
+    let names = threads.map(|thread| {
+        let call = fs::read_to_string(thread.path().join("syscall")).unwrap_or_default();
+        let number = call.split(' ').next().unwrap_or_default().trim().to_owned();
+        let name = WAITS.iter().find(|(wait, _)| wait.to_string() == number);
+        name.map_or(number, |(_, name)| (*name).to_owned())
+    });
+    names.take(16).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+mod tests {
+    use super::*;
+    use std::process::{Command, Stdio};
+
+    fn until(process: u32, wanted: impl Fn(&Doing) -> bool) {
+        // The kernel takes its time; that it gets there is the assertion.
+        while !wanted(&doing(process)) {
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn a_program_that_reads_waits_and_a_stopped_one_does_not() {
+        let mut child = Command::new("cat").stdin(Stdio::piped()).spawn().unwrap();
+        until(child.id(), |doing| *doing == Doing::Waits);
+        let signal = |name: &str| {
+            Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+        };
+        signal("-STOP");
+        until(child.id(), |doing| matches!(doing, Doing::Works(why) if why == "it is stopped"));
+        signal("-CONT");
+        until(child.id(), |doing| *doing == Doing::Waits);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert_eq!(doing(child.id()), Doing::Gone);
+    }
+
+    #[test]
+    fn a_program_that_computes_works() {
+        let mut child = Command::new("sh").args(["-c", "while :; do :; done"]).spawn().unwrap();
+        until(child.id(), |doing| matches!(doing, Doing::Works(_)));
+        for _ in 0..100 {
+            assert!(matches!(doing(child.id()), Doing::Works(_)));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+}

@@ -1,0 +1,145 @@
+//! Acknowledgements by the participants themselves: a TCP endpoint that says which step has been sent, and is told when it has been worked in.
+//!
+//! ```text
+//! rowscan      STEP 17 340000000     step 17 is out; simulated time is 340 000 000 ns
+//! participant  ACK 17                all of it is worked in, and what it said in answer is on its way
+//! ```
+
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rowscan_protocol::time::SimTime;
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+/// Participants at once.
+const MOST: usize = 32;
+/// The longest line a participant may send.
+const LONGEST: u64 = 64;
+
+/// A step that was sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Asked {
+    pub(super) step: u64,
+    pub(super) at: SimTime,
+}
+
+/// The endpoint with its participants.
+#[derive(Debug)]
+pub(super) struct Replies {
+    address: SocketAddr,
+    asked: watch::Sender<Asked>,
+    heard: Arc<Mutex<Vec<Participant>>>,
+    _tasks: JoinSet<()>,
+}
+
+/// One participant.
+#[derive(Clone, Debug)]
+pub(super) struct Participant {
+    number: u64,
+    pub(super) peer: SocketAddr,
+    /// The last step it has acknowledged.
+    pub(super) acknowledged: u64,
+    /// What it said that is no acknowledgement.
+    pub(super) nonsense: Option<String>,
+}
+
+impl Replies {
+    pub(super) async fn listen(address: &str) -> std::io::Result<Self> {
+        let listener = TcpListener::bind(address).await?;
+        let address = listener.local_addr()?;
+        let asked = watch::Sender::new(Asked::default());
+        let heard = Arc::<Mutex<Vec<Participant>>>::default();
+        let mut tasks = JoinSet::new();
+        tasks.spawn(accept(listener, asked.clone(), Arc::clone(&heard)));
+        Ok(Self { address, asked, heard, _tasks: tasks })
+    }
+
+    pub(super) fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Tells everyone that a step is out.
+    pub(super) fn ask(&self, asked: Asked) {
+        self.asked.send_replace(asked);
+    }
+
+    /// Who takes part, with what they said last.
+    pub(super) fn participants(&self) -> Vec<Participant> {
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+async fn accept(listener: TcpListener, asked: watch::Sender<Asked>, heard: Arc<Mutex<Vec<Participant>>>) {
+    let (mut serving, mut number) = (JoinSet::new(), 0);
+    loop {
+        tokio::select! {
+            accepted = listener.accept() => match accepted {
+                Ok((stream, peer)) if serving.len() < MOST => {
+                    number += 1;
+                    serving.spawn(serve(stream, peer, number, asked.subscribe(), Arc::clone(&heard)));
+                }
+                Ok(_) => {}
+                Err(_) => rowscan_ports::clock::retry_pause().await,
+            },
+            Some(_) = serving.join_next() => {}
+        }
+    }
+}
+
+/// Serves one participant until it leaves: it drops out of the steps at once.
+async fn serve(
+    stream: TcpStream,
+    peer: SocketAddr,
+    number: u64,
+    mut asked: watch::Receiver<Asked>,
+    heard: Arc<Mutex<Vec<Participant>>>,
+) {
+    let change = |change: &dyn Fn(&mut Participant)| {
+        let mut all = heard.lock().unwrap_or_else(PoisonError::into_inner);
+        all.iter_mut().filter(|participant| participant.number == number).for_each(change);
+    };
+    let _ = stream.set_nodelay(true);
+    let (reader, mut writer) = stream.into_split();
+    let mut reader = BufReader::new(reader);
+    // Steps before it came are none of its.
+    let joined = *asked.borrow_and_update();
+    heard.lock().unwrap_or_else(PoisonError::into_inner).push(Participant {
+        number,
+        peer,
+        acknowledged: joined.step,
+        nonsense: None,
+    });
+    let mut line = Vec::new();
+    loop {
+        let mut limited = (&mut reader).take(LONGEST);
+        tokio::select! {
+            changed = asked.changed() => {
+                let Asked { step, at } = *asked.borrow_and_update();
+                let text = format!("STEP {step} {}\n", at.0);
+                if changed.is_err() || writer.write_all(text.as_bytes()).await.is_err() {
+                    break;
+                }
+            }
+            read = limited.read_until(b'\n', &mut line) => {
+                if !matches!(read, Ok(1..)) {
+                    break;
+                }
+                let asked = asked.borrow().step;
+                let text = String::from_utf8_lossy(&line).trim().to_owned();
+                let step = text.strip_prefix("ACK ").and_then(|step| step.parse::<u64>().ok());
+                match step {
+                    // One that comes again changes nothing.
+                    Some(step) if step <= asked => change(&|participant| {
+                        participant.acknowledged = participant.acknowledged.max(step);
+                    }),
+                    _ => change(&|participant| participant.nonsense = Some(text.clone())),
+                }
+                line.clear();
+            }
+        }
+    }
+    heard.lock().unwrap_or_else(PoisonError::into_inner).retain(|participant| participant.number != number);
+}

@@ -1,0 +1,80 @@
+//! Events for scripts beside the endpoints: that all of these are there, and what had been done by the end.
+
+use rowscan_emulator::{EmulatorCounts, SerialCounts};
+use serde::Serialize;
+
+use super::output::print_json;
+use super::{Failure, Format};
+
+#[derive(Serialize)]
+struct Ready {
+    event: &'static str,
+}
+
+/// Tells scripts that every endpoint has been announced.
+pub(super) fn ready(format: Format) -> Result<(), Failure> {
+    match format {
+        Format::Json | Format::Jsonl => print_json(Format::Jsonl, &Ready { event: "ready" }),
+        Format::Csv | Format::Table => Ok(()),
+    }
+}
+
+/// What one scanner had done by the end.
+#[derive(Serialize)]
+pub(super) struct End<'a> {
+    event: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stream: Option<&'a str>,
+    scans_sent: u64,
+    #[serde(flatten)]
+    of: Of,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Of {
+    Cola {
+        /// Telegrams that clients were too slow to take.
+        scans_dropped: u64,
+        /// Scans left out because the host was too slow.
+        scans_missed: u64,
+        connections_refused: u64,
+        connections_silent: u64,
+        connections_idle: u64,
+    },
+    Lms2xx {
+        bytes_lost: u64,
+    },
+}
+
+impl<'a> End<'a> {
+    /// Of a CoLa scanner.
+    pub(super) fn cola(stream: Option<&'a str>, counts: &EmulatorCounts) -> Self {
+        let of = Of::Cola {
+            scans_dropped: counts.scans_dropped,
+            scans_missed: counts.scans_missed,
+            connections_refused: counts.connections_refused,
+            connections_silent: counts.connections_silent,
+            connections_idle: counts.connections_idle,
+        };
+        Self { event: "end", stream, scans_sent: counts.scans_sent, of }
+    }
+
+    /// Of an LMS2xx.
+    pub(super) fn lms2xx(stream: Option<&'a str>, counts: SerialCounts) -> Self {
+        Self {
+            event: "end",
+            stream,
+            scans_sent: counts.scans_sent,
+            of: Of::Lms2xx { bytes_lost: counts.bytes_lost },
+        }
+    }
+
+    /// Tells scripts.
+    pub(super) fn tell(&self, format: Format) -> Result<(), Failure> {
+        match format {
+            Format::Json | Format::Jsonl => print_json(Format::Jsonl, self),
+            Format::Csv | Format::Table => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Whether the simulated clock waits for its participants, and for what of them.
+
+use std::time::Duration;
+
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::lockstep::{Ack, Lockstep, LockstepConfig};
+
+use super::endpoint::{Place, announce_stream};
+use super::{Failure, Format};
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Clock")]
+pub(super) struct LockstepArgs {
+    /// What drives simulated time: the host's clock by --time-scale, or the participants, who acknowledge each step
+    #[arg(long, value_enum, default_value_t)]
+    clock: ClockArg,
+    /// What counts as an acknowledgement, in lockstep: sent (the peers' kernels have it), read (the peers have read it), idle (they have and wait for
+    /// input), reply:HOST:PORT (they say so there); repeatable, all are needed [default: idle]
+    #[arg(long, value_name = "LEVEL")]
+    ack: Vec<Ack>,
+    /// Host seconds after which a missing acknowledgement ends the run, exit code 2
+    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = seconds)]
+    deadline_wall_s: f64,
+}
+
+/// What drives simulated time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum ClockArg {
+    /// The host's clock
+    #[default]
+    Paced,
+    /// The participants
+    Lockstep,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err(format!("expected 0.001 to 86400 seconds, found `{text}`")),
+    }
+}
+
+impl LockstepArgs {
+    /// The time scale that the clock asks for: in lockstep, as fast as acknowledgements come.
+    pub(super) fn time_scale(&self, asked: Option<TimeScale>) -> Result<TimeScale, Failure> {
+        match (self.clock, asked) {
+            (ClockArg::Paced, _) if !self.ack.is_empty() => {
+                Err(Failure::Usage("--ack is of a clock in lockstep: add --clock lockstep".to_owned()))
+            }
+            (ClockArg::Paced, asked) => Ok(asked.unwrap_or(TimeScale::Paced(1.0))),
+            (ClockArg::Lockstep, None | Some(TimeScale::Max)) => Ok(TimeScale::Max),
+            (ClockArg::Lockstep, Some(TimeScale::Paced(_))) => Err(Failure::Usage(
+                "in lockstep the participants set the pace: leave --time-scale out".to_owned(),
+            )),
+        }
+    }
+
+    /// The steps, their endpoint announced; none without lockstep.
+    pub(super) async fn open(&self, format: Format) -> Result<Option<Lockstep>, Failure> {
+        if self.clock != ClockArg::Lockstep {
+            return Ok(None);
+        }
+        let acks = if self.ack.is_empty() { vec![Ack::Idle] } else { self.ack.clone() };
+        let deadline = Duration::from_secs_f64(self.deadline_wall_s);
+        let lockstep = Lockstep::open(LockstepConfig { acks, deadline }).await?;
+        if let Some(address) = lockstep.address() {
+            announce_stream(format, None, "ack", Place::Address(&address))?;
+        }
+        Ok(Some(lockstep))
+    }
+}

@@ -1,0 +1,146 @@
+//! Whatever a file holds, in whatever form: exit 0 only if a scan came out, and else a reason.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+use crate::common;
+
+use std::io::Cursor;
+use std::path::Path;
+
+use common::binary::run;
+use common::captured::Talk;
+use common::recorded::folder;
+use rowscan_protocol::frame::{Dialect, encode};
+use rowscan_protocol::lms2xx;
+use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind};
+use serde_json::Value;
+
+/// Rounds for each kind of file and command.
+const ROUNDS: usize = 12;
+
+/// The same numbers in every run (PCG's multiplier and increment).
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % bound.max(1)
+    }
+}
+
+fn scan(dialect: Dialect, counter: u16) -> Vec<u8> {
+    use rowscan_protocol::telegram::LmdScandata;
+    use rowscan_protocol::telegram::lmd_scandata::Channel;
+    use rowscan_protocol::telegram::wire::FixedText;
+    let channel = Channel {
+        name: FixedText(*b"DIST1"),
+        scale: 1.0,
+        step: 5000,
+        values: vec![1000, 0, 2000],
+        ..Channel::default()
+    };
+    let scan = LmdScandata {
+        version: 1,
+        telegram_counter: counter,
+        scan_time_us: u32::from(counter) * 20_000,
+        scan_frequency: 5000,
+        channels16: vec![channel],
+        ..LmdScandata::default()
+    };
+    let mut bytes = Vec::new();
+    rowscan_protocol::device::scan_event(dialect, &scan, &mut bytes);
+    bytes
+}
+
+/// One file of every form that holds scans, and one of each that holds none.
+fn files(capture: &Path) -> Vec<(&'static str, Vec<u8>)> {
+    let mut talk = Talk::new();
+    talk.connect(50_000, 1);
+    (1..=6).for_each(|number| talk.scan(50_000, number));
+    talk.write(capture.to_str().expect("UTF-8"));
+    let mut writer =
+        McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).expect("written");
+    let stream = writer.add_stream("scanner", StreamKind::Cola).expect("written");
+    for counter in 0..6 {
+        let at_ns = 1_700_000_000_000_000_000 + u64::from(counter) * 20_000_000;
+        writer.write(stream, Side::Device, at_ns, 0, &scan(Dialect::B, counter)).expect("written");
+    }
+    writer.finish().expect("written");
+    let raw = |dialect| (0..6).flat_map(|counter| scan(dialect, counter)).collect::<Vec<u8>>();
+    let hex = raw(Dialect::A).iter().map(|byte| format!("{byte:02X} ")).collect::<String>();
+    let mut serial = Vec::new();
+    for _ in 0..6 {
+        // 181 values in centimetres, then the status.
+        let mut body = vec![0xB0, 181, 0];
+        (0..181_u16).for_each(|value| body.extend((100 + value).to_le_bytes()));
+        body.push(0x10);
+        lms2xx::frame::encode(lms2xx::frame::FROM_DEVICE, &body, &mut serial);
+    }
+    let mut others = Vec::new();
+    encode(Dialect::B, b"sSN LMDradardata \x01\x02", &mut others);
+    let ranges = "# rowscan ranges 1; frequency_hz 50; start_deg 0; step_deg 1; unit mm\n\
+                  time_s,telegram_counter,scan_time_us,range_0,range_1\n0,1,0,1000,0\n0.02,2,20000,1000,2000\n";
+    vec![
+        ("mcap", writer.into_inner().into_inner()),
+        ("capture", std::fs::read(capture).expect("written")),
+        ("CoLa A", raw(Dialect::A)),
+        ("CoLa B", raw(Dialect::B)),
+        ("hex", hex.into_bytes()),
+        ("LMS2xx", serial),
+        ("ranges", ranges.as_bytes().to_vec()),
+        ("radar", others),
+        ("candump", b"(1700000000.000001) can0 18FEF100#0102\n".to_vec()),
+        ("nothing", Vec::new()),
+    ]
+}
+
+#[test]
+fn exit_0_means_that_a_scan_came_out_and_anything_else_has_a_reason() {
+    let (_folder, file) = folder();
+    let (path, table) = (file("any"), file("any.csv"));
+    let mut numbers = Numbers(14);
+    let (mut with_scans, mut without) = (0, 0);
+    for (name, whole) in files(file("any.pcap").as_ref()) {
+        for round in 0..ROUNDS {
+            let mut bytes = whole.clone();
+            // The first as it is, then cut, flipped, and with noise behind.
+            if round > 0 {
+                bytes.truncate(bytes.len() - numbers.below(bytes.len() / 2 + 1) * (round % 2));
+                for _ in 0..round {
+                    let at = numbers.below(bytes.len());
+                    if let Some(byte) = bytes.get_mut(at) {
+                        *byte ^= 1 << numbers.below(8);
+                    }
+                }
+                bytes.extend((0..numbers.below(300) * (round % 3)).map(|_| numbers.below(256) as u8));
+            }
+            std::fs::write(&path, &bytes).expect("written");
+            let context = |said: &str| format!("{name}, round {round}: {said}");
+
+            let told = run(&["estimate", &path, "--format", "json"]);
+            let scans = serde_json::from_str::<Value>(&told.stdout)
+                .map_or(0, |found| found["scans"].as_u64().expect("a count"));
+            assert!(
+                told.code == Some(0) || told.code == Some(1) || told.code == Some(2),
+                "{}",
+                context(&told.stderr)
+            );
+            assert!(told.code != Some(0) || scans > 0, "{}", context(&told.stderr));
+            assert!(told.code == Some(0) || !told.stderr.trim().is_empty(), "{}", context("no reason"));
+
+            let _ = std::fs::remove_file(&table);
+            let told = run(&["export", &path, "--to", "csv", "--what", "scans", "-o", &table]);
+            let rows =
+                std::fs::read_to_string(&table).map_or(0, |text| text.lines().count().saturating_sub(2));
+            // A table there is one with scans, and whole.
+            assert_eq!(told.code == Some(0), rows > 0, "{}", context(&told.stderr));
+            assert!(told.code == Some(0) || told.stderr.contains("rowscan: "), "{}", context("no reason"));
+            if told.code == Some(0) { with_scans += 1 } else { without += 1 }
+        }
+    }
+    assert!(with_scans > 30 && without > 30, "{with_scans} with scans, {without} without");
+}
