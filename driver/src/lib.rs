@@ -28,6 +28,8 @@
 #[cfg(not(any(feature = "tcp", feature = "serial", feature = "recordings")))]
 compile_error!("rowscan-driver opens nothing without a feature: enable `tcp`, `serial` or `recordings`");
 
+#[cfg(any(feature = "tcp", feature = "serial"))]
+mod byte_stream;
 mod clock;
 mod config;
 mod connection;
@@ -48,6 +50,8 @@ mod source;
 
 pub use {rowscan_protocol, rowscan_recording};
 
+#[cfg(any(feature = "tcp", feature = "serial"))]
+pub use byte_stream::ByteStream;
 pub use clock::HostTime;
 pub use config::{Backoff, DriverConfig};
 pub use connection::{Connection, ConnectionEvent};

@@ -12,6 +12,8 @@ mod estimate;
 mod estimators;
 mod events;
 mod export;
+mod faulting;
+mod faults;
 mod interrupt;
 mod line;
 mod link_events;
@@ -23,6 +25,7 @@ mod named;
 mod orchard;
 mod output;
 mod progress;
+mod proxy;
 mod record;
 mod recorded_speed;
 mod recorder;
@@ -82,6 +85,10 @@ enum Command {
     /// The messages on the CAN bus: DBC file, tables, logs in words
     #[command(subcommand)]
     Bus(bus::Command),
+    /// Stand between a scanner and its client, and have things go wrong on the way
+    Proxy(proxy::Args),
+    /// List the faults that can go into a file for --faults
+    Faults(faults::Args),
     /// List the scanner models, what each emulates and what not
     Models(models::Args),
 }
@@ -176,6 +183,14 @@ pub enum Failure {
     /// Samples no calibration can be fitted to.
     #[error(transparent)]
     Fit(#[from] rowscan_canopy::FitError),
+    /// A fault that does not fit.
+    #[error("{file}: {cause}")]
+    Fault {
+        /// The file it stands in.
+        file: String,
+        /// Why not.
+        cause: rowscan_faults::FaultError,
+    },
     /// Standard input or a file.
     #[error("cannot read {what}: {cause}")]
     Read {
@@ -263,6 +278,8 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Export(args) => export::run(args).await,
             Command::Decode(args) => decode::run(args),
             Command::Bus(command) => bus::run(command),
+            Command::Proxy(args) => proxy::run(args).await,
+            Command::Faults(args) => faults::run(args),
             Command::Models(args) => models::run(args),
         }
     });

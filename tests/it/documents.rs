@@ -17,6 +17,7 @@ fn the_pages_of_models_and_refusals_are_up_to_date() {
     for (page, arguments) in [
         ("docs/models.md", &["models", "--markdown"][..]),
         ("docs/refusals.md", &["models", "--refusals", "--markdown"]),
+        ("docs/faults.md", &["faults", "--markdown"]),
         ("docs/orchard-parameters.md", &["orchard", "parameters", "paper", "--markdown"]),
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);

@@ -29,6 +29,7 @@ mod nmea;
 mod online_offline;
 mod orchards;
 mod outputs;
+mod proxy;
 mod pty;
 mod record;
 mod record_lms2xx;

@@ -3,7 +3,7 @@
 #[cfg(feature = "tcp")]
 mod cola;
 #[cfg(feature = "tcp")]
-mod dial;
+pub(crate) mod dial;
 mod lms2xx;
 mod port;
 
@@ -13,7 +13,7 @@ use std::pin::Pin;
 #[cfg(feature = "tcp")]
 pub(crate) use cola::ColaEndpoint;
 pub(crate) use lms2xx::Lms2xxEndpoint;
-pub(crate) use port::Place;
+pub(crate) use port::{Place, Port};
 use rowscan_protocol::frame::FrameCounts;
 use rowscan_protocol::host::{DeviceInfo, HostSession};
 use rowscan_protocol::lms2xx::Rate;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use rowscan_protocol::rig::RigError;
+use rowscan_strict_toml::TomlError;
 
-use super::strict::TomlError;
 use crate::scene::SceneError;
 
 /// Why a scene or a rig could not be loaded. Each message names the file and what to do.

@@ -13,9 +13,8 @@
 mod error;
 mod scene;
 mod source_text;
-mod strict;
 
 pub use error::{LoadError, nearest};
+pub use rowscan_strict_toml::{TomlError, from_toml};
 pub use scene::{fill, load_rig, load_scene, scene_from_text};
 pub use source_text::SourceText;
-pub use strict::{TomlError, from_toml};

@@ -7,7 +7,6 @@ use serde::Deserialize;
 
 use super::error::LoadError;
 use super::source_text::SourceText;
-use super::strict;
 use crate::builtin;
 use crate::parameters::SceneFile;
 use crate::scene::Scene;
@@ -41,7 +40,7 @@ pub fn fill(file: &mut SceneFile, folder: &Path) -> Result<(), LoadError> {
 /// # Errors
 /// The message, without a place.
 pub fn scene_from_text(text: &str) -> Result<Scene, String> {
-    let scene: Scene = strict::from_toml(text).map_err(|error| error.message)?;
+    let scene: Scene = rowscan_strict_toml::from_toml(text).map_err(|error| error.message)?;
     scene.validate().map_err(|cause| cause.to_string())?;
     Ok(scene)
 }

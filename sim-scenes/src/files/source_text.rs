@@ -5,7 +5,6 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 
 use super::error::LoadError;
-use super::strict;
 
 /// A text and where it comes from.
 #[derive(Clone, Debug)]
@@ -50,6 +49,7 @@ impl SourceText {
     /// # Errors
     /// The first error with its line.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LoadError> {
-        strict::from_toml(&self.text).map_err(|error| LoadError::Content { place: self.place.clone(), error })
+        rowscan_strict_toml::from_toml(&self.text)
+            .map_err(|error| LoadError::Content { place: self.place.clone(), error })
     }
 }

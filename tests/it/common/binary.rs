@@ -154,6 +154,50 @@ pub fn listening(name: &str, args: &[&str], count: usize) -> (Child, Vec<serde_j
     (child, endpoints)
 }
 
+/// A command that tells what happens in JSON lines. Ended when dropped.
+pub struct Telling {
+    pub child: Child,
+    lines: std::io::Lines<BufReader<std::process::ChildStdout>>,
+}
+
+impl Telling {
+    pub fn start(name: &str, args: &[&str]) -> Self {
+        let mut command = rowscan();
+        command.args([name, "--format", "jsonl"]).args(args).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().expect("the binary runs");
+        let lines = BufReader::new(child.stdout.take().expect("piped")).lines();
+        Self { child, lines }
+    }
+
+    /// The next line; none at the end.
+    pub fn next(&mut self) -> Option<serde_json::Value> {
+        let line = self.lines.next()?.expect("text");
+        Some(serde_json::from_str(&line).expect("json"))
+    }
+
+    /// Where it listens; its first line.
+    pub fn address(&mut self) -> String {
+        let line = self.next().expect("it listens");
+        assert_eq!(line["event"], "listening", "{line}");
+        line["address"].as_str().or(line["path"].as_str()).expect("a place").to_owned()
+    }
+
+    /// Ends it as Ctrl-C does; what it still tells.
+    pub fn end(mut self) -> Vec<serde_json::Value> {
+        interrupt(&self.child);
+        let rest = std::iter::from_fn(|| self.next()).collect();
+        assert!(wait(&mut self.child).success());
+        rest
+    }
+}
+
+impl Drop for Telling {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
 impl Drop for Emulator {
     fn drop(&mut self) {
         let _ = self.child.kill();

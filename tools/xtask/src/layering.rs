@@ -118,6 +118,28 @@ const RULES: &[Rule] = &[
         why: "ports carry bytes and know nothing of what they mean",
     },
     Rule {
+        package: "rowscan-faults",
+        features: Features::All,
+        forbidden: &[
+            "clap",
+            "rowscan-driver",
+            "rowscan-canopy",
+            "rowscan-scenes",
+            "rowscan-vehicle",
+            "rowscan-bus",
+            "rowscan-recording",
+            "rowscan-emulator",
+            "rowscan",
+        ],
+        why: "faults know bytes and telegrams' boundaries, no device, no driver and no command line",
+    },
+    Rule {
+        package: "rowscan-strict-toml",
+        features: Features::All,
+        forbidden: &["tokio", "mio", "socket2", "rowscan-protocol", "rowscan"],
+        why: "a reader of files knows nothing of what they describe",
+    },
+    Rule {
         package: "rowscan-bus",
         features: Features::All,
         forbidden: &["rowscan-driver", "rowscan-scenes", "rowscan-emulator", "rowscan"],

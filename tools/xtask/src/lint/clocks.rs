@@ -15,6 +15,7 @@ pub struct Clock {
 pub const CLOCKS: &[Clock] = &[
     Clock { name: "driver", folder: "driver/src/", file: "driver/src/clock.rs" },
     Clock { name: "emulator", folder: "emulator/src/", file: "emulator/src/clock.rs" },
+    Clock { name: "faults", folder: "faults/src/", file: "faults/src/clock.rs" },
     Clock { name: "ports", folder: "ports/src/", file: "ports/src/clock.rs" },
     // These two wait by the clock of `ports` and of `emulator` alone.
     Clock { name: "bus", folder: "bus/src/", file: "" },

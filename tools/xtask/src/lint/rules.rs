@@ -22,8 +22,14 @@ impl Rule {
     }
 }
 
-const SANS_IO: &[&str] =
-    &["protocol/src/", "recording/src/", "canopy/src/", "vehicle/src/", "sim-scenes/src/"];
+const SANS_IO: &[&str] = &[
+    "protocol/src/",
+    "recording/src/",
+    "canopy/src/",
+    "vehicle/src/",
+    "sim-scenes/src/",
+    "strict-toml/src/",
+];
 
 /// Every rule on words.
 pub const ALL: &[Rule] = &[

@@ -1,4 +1,4 @@
-//! TOML with errors a user can act on: the line, what was found, what was expected, and the nearest valid key.
+//! The deserializer.
 //!
 //! A deserializer of our own over the parsed, spanned document, because only so do serde's typed errors (unknown field,
 //! unknown variant) reach us as data and not as a sentence to be searched.
@@ -14,16 +14,13 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A document that is refused, with the line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TomlError {
-    /// Line of the offending key or value, from 1; 0 if it concerns the whole document.
-    pub line: usize,
-    /// What is wrong, with the remedy.
-    pub message: String,
-}
+use crate::error::{TomlError, suggestion};
+use crate::table::WITH_LINE;
 
-/// Reads a document strictly: unknown keys are refused.
+/// Reads a document strictly: unknown keys are refused where `T` denies them.
+///
+/// # Errors
+/// The first error with its line.
 pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     let document = DeTable::parse(text).map_err(|error| TomlError {
         line: error.span().map_or(0, |span| line_of(text, &span)),
@@ -31,7 +28,7 @@ pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     })?;
     let span = document.span();
     let value = Spanned::new(span, DeValue::Table(document.into_inner()));
-    T::deserialize(Value(value)).map_err(|error| TomlError {
+    T::deserialize(Value(value, text)).map_err(|error| TomlError {
         line: error.span.as_ref().map_or(0, |span| line_of(text, span)),
         message: error.kind.to_string(),
     })
@@ -41,7 +38,7 @@ fn line_of(text: &str, span: &Range<usize>) -> usize {
     text.as_bytes().iter().take(span.start).filter(|byte| **byte == b'\n').count() + 1
 }
 
-/// A error of serde's, kept as data.
+/// An error of serde's, kept as data.
 #[derive(Debug)]
 struct DocumentError {
     span: Option<Range<usize>>,
@@ -61,32 +58,15 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownKey { found, valid } => {
-                write!(f, "unknown key `{found}`")?;
-                suggest(f, found, valid)
+                write!(f, "unknown key `{found}`{}", suggestion(found, valid))
             }
             Self::UnknownChoice { found, valid } => {
-                write!(f, "unknown value `{found}`")?;
-                suggest(f, found, valid)
+                write!(f, "unknown value `{found}`{}", suggestion(found, valid))
             }
             Self::MissingKey(key) => write!(f, "the key `{key}` is missing; add it"),
             Self::Mismatch { found, expected } => write!(f, "expected {expected}, found {found}"),
             Self::Other(message) => f.write_str(message),
         }
-    }
-}
-
-/// How alike two keys must be (Jaro-Winkler) for one to be offered for the other.
-const ALIKE: f64 = 0.7;
-
-fn suggest(f: &mut fmt::Formatter<'_>, found: &str, valid: &[&str]) -> fmt::Result {
-    let nearest = valid
-        .iter()
-        .map(|key| (strsim::jaro_winkler(found, key), *key))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(likeness, _)| *likeness >= ALIKE);
-    match nearest {
-        Some((_, key)) => write!(f, "; did you mean `{key}`?"),
-        None => write!(f, "; valid here: {}", valid.join(", ")),
     }
 }
 
@@ -139,8 +119,8 @@ impl serde::de::Error for DocumentError {
     }
 }
 
-/// One value of the document.
-struct Value<'i>(Spanned<DeValue<'i>>);
+/// One value of the document, with the whole text.
+struct Value<'i>(Spanned<DeValue<'i>>, &'i str);
 
 impl<'de> Deserializer<'de> for Value<'_> {
     type Error = DocumentError;
@@ -163,8 +143,10 @@ impl<'de> Deserializer<'de> for Value<'_> {
             },
             DeValue::Boolean(boolean) => visitor.visit_bool(boolean),
             DeValue::Datetime(datetime) => visitor.visit_string(datetime.to_string()),
-            DeValue::Array(items) => visitor.visit_seq(Items(items.into_iter())),
-            DeValue::Table(table) => visitor.visit_map(Entries { entries: table.into_iter(), pending: None }),
+            DeValue::Array(items) => visitor.visit_seq(Items(items.into_iter(), self.1)),
+            DeValue::Table(table) => {
+                visitor.visit_map(Entries { entries: table.into_iter(), pending: None, text: self.1 })
+            }
         };
         visited.map_err(|error| error.at(&span))
     }
@@ -175,9 +157,14 @@ impl<'de> Deserializer<'de> for Value<'_> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
-        _: &'static str,
+        name: &'static str,
         visitor: V,
     ) -> Result<V::Value, DocumentError> {
+        if name == WITH_LINE {
+            let span = self.0.span();
+            let pair = WithLine { line: Some(line_of(self.1, &span)), value: Some(self) };
+            return visitor.visit_seq(pair).map_err(|error| error.at(&span));
+        }
         visitor.visit_newtype_struct(self)
     }
 
@@ -190,7 +177,7 @@ impl<'de> Deserializer<'de> for Value<'_> {
         let span = self.0.span();
         let visited = match self.0.into_inner() {
             DeValue::String(name) => visitor.visit_enum(name.into_deserializer()),
-            DeValue::Table(table) => visitor.visit_enum(Choice(table)),
+            DeValue::Table(table) => visitor.visit_enum(Choice(table, self.1)),
             other => Err(DocumentError::new(Problem::Mismatch {
                 found: other.type_str().to_owned(),
                 expected: "a name or a table".to_owned(),
@@ -205,7 +192,27 @@ impl<'de> Deserializer<'de> for Value<'_> {
     }
 }
 
-struct Items<'i>(<toml::de::DeArray<'i> as IntoIterator>::IntoIter);
+/// A value behind its line, as [`Located`](crate::Located) takes them.
+struct WithLine<'i> {
+    line: Option<usize>,
+    value: Option<Value<'i>>,
+}
+
+impl<'de> SeqAccess<'de> for WithLine<'_> {
+    type Error = DocumentError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, DocumentError> {
+        if let Some(line) = self.line.take() {
+            return seed.deserialize((line as u64).into_deserializer()).map(Some);
+        }
+        self.value.take().map(|value| seed.deserialize(value)).transpose()
+    }
+}
+
+struct Items<'i>(<toml::de::DeArray<'i> as IntoIterator>::IntoIter, &'i str);
 
 impl<'de> SeqAccess<'de> for Items<'_> {
     type Error = DocumentError;
@@ -214,13 +221,14 @@ impl<'de> SeqAccess<'de> for Items<'_> {
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, DocumentError> {
-        self.0.next().map(|item| seed.deserialize(Value(item))).transpose()
+        self.0.next().map(|item| seed.deserialize(Value(item, self.1))).transpose()
     }
 }
 
 struct Entries<'i> {
     entries: <DeTable<'i> as IntoIterator>::IntoIter,
     pending: Option<Spanned<DeValue<'i>>>,
+    text: &'i str,
 }
 
 impl<'de> MapAccess<'de> for Entries<'_> {
@@ -236,14 +244,14 @@ impl<'de> MapAccess<'de> for Entries<'_> {
 
     fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, DocumentError> {
         match self.pending.take() {
-            Some(value) => seed.deserialize(Value(value)),
+            Some(value) => seed.deserialize(Value(value, self.text)),
             None => Err(DocumentError::custom("a value was asked for before its key")),
         }
     }
 }
 
 /// An enum value written as a table of one key: `{ cylinder = { radius_m = 0.1 } }`.
-struct Choice<'i>(DeTable<'i>);
+struct Choice<'i>(DeTable<'i>, &'i str);
 
 impl<'de, 'i> EnumAccess<'de> for Choice<'i> {
     type Error = DocumentError;
@@ -258,7 +266,7 @@ impl<'de, 'i> EnumAccess<'de> for Choice<'i> {
                 let variant = seed
                     .deserialize(name.into_deserializer())
                     .map_err(|error: DocumentError| error.at(&span))?;
-                Ok((variant, Value(value)))
+                Ok((variant, Value(value, self.1)))
             }
             _ => Err(DocumentError::custom("expected a table of exactly one key, the choice's name")),
         }

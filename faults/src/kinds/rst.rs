@@ -1,0 +1,16 @@
+//! A connection reset.
+
+use crate::event::Direction;
+use crate::fault::{Action, Cut, Fault, Layer};
+
+pub(super) const FAULT: Fault = Fault {
+    name: "rst",
+    layer: Layer::Connection,
+    parameters: &[],
+    directions: &Direction::BOTH,
+    on_wires: false,
+    about: "The connection is reset, both ways.",
+    reports: "disconnected, reason, once",
+    recovery: "redial with backoff, configure anew, stream",
+    make: |_| Ok(Action::Cut(Cut::Reset)),
+};

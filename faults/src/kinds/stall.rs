@@ -1,0 +1,16 @@
+//! Nothing passes.
+
+use crate::event::Direction;
+use crate::fault::{Action, Fault, Layer};
+
+pub(super) const FAULT: Fault = Fault {
+    name: "stall",
+    layer: Layer::Bytes,
+    parameters: &[],
+    directions: &Direction::BOTH,
+    on_wires: true,
+    about: "Nothing passes; what was sent waits, as on a cable that is out for less than TCP's patience.",
+    reports: "`stalled` after its own timeout",
+    recovery: "resumes, or reconnects; loss = counter gap, exact",
+    make: |_| Ok(Action::Hold),
+};

@@ -1,0 +1,298 @@
+//! One direction of one connection: telegrams found, acted on, queued with the time they may leave. Sans I/O.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use crate::event::Direction;
+use crate::fault::{Piece, Work};
+use crate::plan::{Link, Plan};
+use crate::telegram::{Language, Mark, Tracker};
+
+/// What looks like an unfinished telegram is let go as it is if nothing follows for so long.
+const GAP: Duration = Duration::from_millis(500);
+
+#[derive(Debug)]
+pub(crate) struct Lane {
+    link: Link,
+    direction: Direction,
+    tracker: Tracker,
+    /// Bytes that came so far.
+    seen: u64,
+    /// The last of them that were not let go: what may be a telegram.
+    held: Vec<u8>,
+    held_since: Duration,
+    queue: VecDeque<Piece>,
+    queued: usize,
+    /// When the last one queued leaves.
+    free: Duration,
+    /// Telegrams that leave behind so many others.
+    behind: Vec<(u32, Vec<u8>)>,
+    joined: Option<Joined>,
+    /// So many telegrams are lost.
+    dropping: u32,
+    flushes: u64,
+}
+
+/// Telegrams that wait to leave in one piece.
+#[derive(Debug)]
+struct Joined {
+    left: u32,
+    until: Duration,
+    bytes: Vec<u8>,
+}
+
+impl Lane {
+    pub(crate) fn new(link: Link, language: Language, direction: Direction, flushes: u64) -> Self {
+        Self {
+            link,
+            direction,
+            tracker: Tracker::new(language, direction),
+            seen: 0,
+            held: Vec::new(),
+            held_since: Duration::ZERO,
+            queue: VecDeque::new(),
+            queued: 0,
+            free: Duration::ZERO,
+            behind: Vec::new(),
+            joined: None,
+            dropping: 0,
+            flushes,
+        }
+    }
+
+    /// True if nothing waits in it.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.queue.is_empty()
+            && self.held.is_empty()
+            && self.behind.is_empty()
+            && self.joined.is_none()
+            && self.dropping == 0
+    }
+
+    /// True if nothing is to be written.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.queue.is_empty()
+    }
+
+    /// Bytes that wait.
+    pub(crate) fn waiting(&self) -> usize {
+        self.queued + self.held.len()
+    }
+
+    /// Bytes that pass without us are followed.
+    pub(crate) fn observe(&mut self, bytes: &[u8], now: Duration, plan: &mut Plan) {
+        self.seen += bytes.len() as u64;
+        plan.comes(self.link, self.direction, bytes.len());
+        self.tracker.push(bytes);
+        while let Some(mark) = self.tracker.next() {
+            self.pass_by(&mark, now, plan);
+        }
+    }
+
+    /// A telegram that faults cannot act on any more.
+    fn pass_by(&mut self, mark: &Mark, now: Duration, plan: &mut Plan) {
+        plan.telegram(self.link, self.direction, mark, now, None);
+        plan.telegram_done(self.link, mark, now);
+    }
+
+    /// Takes bytes.
+    pub(crate) fn push(&mut self, bytes: &[u8], now: Duration, plan: &mut Plan) {
+        if plan.vanishes(self.link, self.direction) {
+            return self.observe(bytes, now, plan);
+        }
+        self.seen += bytes.len() as u64;
+        plan.comes(self.link, self.direction, bytes.len());
+        self.held.extend_from_slice(bytes);
+        self.held_since = now;
+        self.tracker.push(bytes);
+        self.find(now, plan);
+        let unfinished = if plan.assembles(self.link, self.direction) { self.tracker.pending() } else { 0 };
+        let junk = self.held.len().saturating_sub(unfinished);
+        self.let_go(junk, now, plan);
+    }
+
+    /// Acts on the telegrams that are whole.
+    fn find(&mut self, now: Duration, plan: &mut Plan) {
+        while let Some(mark) = self.tracker.next() {
+            let base = self.seen - self.held.len() as u64;
+            let Some(before) = mark.offset.checked_sub(base) else {
+                // Its beginning has passed.
+                let rest = (mark.offset + mark.len as u64).saturating_sub(base);
+                self.let_go(usize::try_from(rest).unwrap_or(usize::MAX), now, plan);
+                self.pass_by(&mark, now, plan);
+                continue;
+            };
+            self.let_go(usize::try_from(before).unwrap_or(usize::MAX), now, plan);
+            let bytes: Vec<u8> = self.held.drain(..mark.len.min(self.held.len())).collect();
+            self.act(bytes, &mark, now, plan);
+        }
+    }
+
+    fn act(&mut self, bytes: Vec<u8>, mark: &Mark, now: Duration, plan: &mut Plan) {
+        if self.dropping > 0 {
+            self.dropping -= 1;
+            return self.pass_by(mark, now, plan);
+        }
+        let regions = mark.kind.regions(bytes.len());
+        let mut work = Work::new(bytes, regions, mark.kind.foreign(self.direction));
+        plan.telegram(self.link, self.direction, mark, now, Some(&mut work));
+        self.place(work, now, plan);
+        plan.telegram_done(self.link, mark, now);
+    }
+
+    /// Puts a telegram where the faults want it.
+    fn place(&mut self, work: Work, now: Duration, plan: &mut Plan) {
+        if let Some(further) = work.drop {
+            self.dropping = further;
+            return;
+        }
+        let copies = 1 + work.copies as usize;
+        if work.behind > 0 {
+            self.behind.push((work.behind, work.bytes.repeat(copies)));
+            return;
+        }
+        match (&mut self.joined, work.joined) {
+            (Some(joined), _) => {
+                joined.bytes.extend(work.bytes.repeat(copies));
+                joined.left = joined.left.saturating_sub(1);
+                if joined.left == 0 {
+                    self.part(now, plan);
+                }
+            }
+            (None, Some((left, wait))) => {
+                let until = now.saturating_add(wait);
+                self.joined = Some(Joined { left, until, bytes: work.bytes.repeat(copies) });
+            }
+            (None, None) => {
+                let pieces = pieces(&work);
+                for _ in 0..copies {
+                    self.enqueue(&pieces, now, plan);
+                }
+            }
+        }
+        self.behind.iter_mut().for_each(|(left, _)| *left -= 1);
+        for (_, bytes) in self.behind.extract_if(.., |(left, _)| *left == 0).collect::<Vec<_>>() {
+            self.pass(bytes, now, plan);
+        }
+    }
+
+    /// Lets the first `bytes` of what is held go as they are.
+    fn let_go(&mut self, bytes: usize, now: Duration, plan: &mut Plan) {
+        let bytes: Vec<u8> = self.held.drain(..bytes.min(self.held.len())).collect();
+        self.pass(bytes, now, plan);
+    }
+
+    /// Queues bytes in their order.
+    fn pass(&mut self, bytes: Vec<u8>, now: Duration, plan: &mut Plan) {
+        match &mut self.joined {
+            Some(joined) => joined.bytes.extend(bytes),
+            None => self.enqueue(&[(bytes, Duration::ZERO)], now, plan),
+        }
+    }
+
+    /// Ends the wait of what leaves in one piece.
+    fn part(&mut self, now: Duration, plan: &mut Plan) {
+        if let Some(joined) = self.joined.take() {
+            self.enqueue(&[(joined.bytes, Duration::ZERO)], now, plan);
+        }
+    }
+
+    /// Queues pieces, each so long after the one before.
+    fn enqueue(&mut self, pieces: &[(Vec<u8>, Duration)], now: Duration, plan: &mut Plan) {
+        if plan.is_cut(self.link, self.direction) || plan.vanishes(self.link, self.direction) {
+            return;
+        }
+        // Behind a cut telegram the next one does not count its pieces' gaps from now.
+        let mut due = now;
+        for (bytes, gap) in pieces {
+            due = if gap.is_zero() { due } else { due.max(self.free).saturating_add(*gap) };
+            let piece = Piece { due, bytes: bytes.clone() };
+            for mut piece in plan.shape(self.link, self.direction, piece, self.free) {
+                if piece.bytes.is_empty() {
+                    continue;
+                }
+                piece.due = piece.due.max(self.free);
+                self.free = piece.due;
+                self.queued += piece.bytes.len();
+                self.queue.push_back(piece);
+            }
+        }
+    }
+
+    /// No more bytes come.
+    pub(crate) fn finish(&mut self, now: Duration, plan: &mut Plan) {
+        self.tracker.finish();
+        self.find(now, plan);
+        self.let_go(usize::MAX, now, plan);
+        self.part(now, plan);
+        for (_, bytes) in std::mem::take(&mut self.behind) {
+            self.pass(bytes, now, plan);
+        }
+    }
+
+    /// Lets go what has waited long enough.
+    pub(crate) fn tick(&mut self, now: Duration, plan: &mut Plan) {
+        if self.flushes != plan.flushes {
+            self.flushes = plan.flushes;
+            self.dropping = 0;
+            self.finish(now, plan);
+            self.queue.iter_mut().for_each(|piece| piece.due = piece.due.min(now));
+            self.free = self.free.min(now);
+        }
+        if !self.held.is_empty() && now >= self.held_since.saturating_add(GAP) {
+            self.tracker.finish();
+            self.find(now, plan);
+            self.let_go(usize::MAX, now, plan);
+        }
+        if self.joined.as_ref().is_some_and(|joined| joined.until <= now) {
+            self.part(now, plan);
+        }
+    }
+
+    /// What waits is lost.
+    pub(crate) fn lose(&mut self) {
+        self.queue.clear();
+        self.queued = 0;
+    }
+
+    /// When it wants to be looked at next.
+    pub(crate) fn next_due(&self, holds: bool) -> Option<Duration> {
+        let front = self.queue.front().filter(|_| !holds).map(|piece| piece.due);
+        let held = (!self.held.is_empty()).then(|| self.held_since.saturating_add(GAP));
+        let joined = self.joined.as_ref().map(|joined| joined.until);
+        [front, held, joined].into_iter().flatten().min()
+    }
+
+    /// The bytes that may leave now.
+    pub(crate) fn ready(&self, now: Duration) -> Option<&[u8]> {
+        self.queue.front().filter(|piece| piece.due <= now).map(|piece| piece.bytes.as_slice())
+    }
+
+    /// So many of them have left.
+    pub(crate) fn left(&mut self, bytes: usize) {
+        let Some(front) = self.queue.front_mut() else { return };
+        let bytes = bytes.min(front.bytes.len());
+        front.bytes.drain(..bytes);
+        self.queued -= bytes;
+        if front.bytes.is_empty() {
+            self.queue.pop_front();
+        }
+    }
+}
+
+/// A telegram's bytes, cut where the faults want it.
+fn pieces(work: &Work) -> Vec<(Vec<u8>, Duration)> {
+    let len = work.bytes.len();
+    let mut cuts = work.cuts.clone();
+    cuts.retain(|(at, _)| (1..len).contains(at));
+    cuts.sort_unstable();
+    cuts.dedup_by_key(|(at, _)| *at);
+    let mut pieces = Vec::with_capacity(cuts.len() + 1);
+    let (mut from, mut gap) = (0, Duration::ZERO);
+    for (at, next_gap) in cuts {
+        pieces.push((work.bytes.get(from..at).unwrap_or_default().to_vec(), gap));
+        (from, gap) = (at, next_gap);
+    }
+    pieces.push((work.bytes.get(from..).unwrap_or_default().to_vec(), gap));
+    pieces
+}

@@ -1,0 +1,123 @@
+//! The page of documentation, written from the table.
+
+use std::fmt::Write;
+
+use crate::event::Direction;
+use crate::fault::Fault;
+use crate::kinds::{FAULTS, NOT_HERE};
+use crate::parameter::Form;
+
+const INTRODUCTION: &str = "\
+# Faults
+
+Written by `rowscan faults --markdown`; a test holds that it is up to date.
+
+A file of faults goes to `rowscan proxy --faults FILE`, between a real scanner and its client, and to `rowscan emulate --faults FILE`. It is strict TOML: an \
+unknown key is refused with its line and the nearest valid one.
+
+```toml
+[[fault]]
+id = \"out\"
+name = \"stall\"
+at = { scan = 500 }
+for = { s = 8 }
+
+[[fault]]
+name = \"flip\"
+region = \"payload\"
+at = { after = \"out.end\", plus_s = 2 }
+every = { scans = 100 }
+count = 5
+```
+
+While no fault is active every byte passes untouched. All faults end with the program, by a reset, and by a removal; what they hold back then goes at once. \
+Connections that were cut stay cut.
+
+## Keys that every fault has
+
+| key | value | default |
+|---|---|---|
+| `name` | the fault | must be given |
+| `id` | how events and `after` name it | the name; `flip-2` for a second one |
+| `on` | the one stream it acts on: `scanner0`, `scanner1` of `emulate` and `replay`, the name before the source of `proxy` (`left=tcp://…`, else `scanner0`) | every stream |
+| `direction` | `to_client`, `to_device`, `both` | see the table |
+| `at` | one of `{ s }` seconds on the host's clock of faults (simulated time in `emulate`, since the start in `proxy`), `{ scan }` the scan telegram of this number on a connection, from 1, \
+`{ after = \"ID\" }` or `{ after = \"ID.end\", plus_s }` the first begin or end of another fault, `{ row_m }`, `{ tree }` the tractor's place (only where there is one) | at once |
+| `for` | `{ s }`, or `{ scans }` scan telegrams of the stream | a fault of telegrams: one telegram; else until healed |
+| `until` | as `at`; instead of `for` | |
+| `every` | `{ s }` or `{ scans }` from one beginning to the next | once |
+| `p` | probability of each telegram, piece or connection; of faults that have none, of each beginning | 1 |
+| `count` | at most so many telegrams or connections; of other faults, beginnings | 1 telegram, unless `for`, `until`, `p` or `every` is given |
+
+`scan` counts on one connection: after a reconnect it begins at 1 again. A fault that a scan began acts on that scan's connection only. A fault of telegrams begins with the next \
+telegram, never inside one. What looks like an unfinished telegram is let go as it is when nothing follows for 500 ms.
+
+Random choices are keyed by seed, fault, stream and number of the event: the same seed and the same telegrams give the same bytes. Faults that `s` or `row_m` begins \
+depend on what passes at that time; `scan` does not.
+
+At most 64 KiB wait each way behind a fault; then whoever writes must wait, as for a full socket. At `--time-scale max` there is no bound, because time itself would wait.
+
+## Events
+
+`{\"event\":\"fault\"}` with `what` (`begin`, `act`, `skipped`, `end`, `healed`), `id`, `name`, `on`, `at_s`, and as far as known `row_m`, `connection` (from 1), `direction`, `offset` \
+(before faults, in that connection and direction), `scan`, `acts`, `reason`. `skipped` says that the fault could not act on this telegram, such as a checksum in CoLa A.
+
+A recording beside faults holds what went over the client's wire: after faults what the client got, before faults what it sent.
+
+## The table
+
+";
+
+/// docs/faults.md.
+pub fn markdown() -> String {
+    let mut page = INTRODUCTION.to_owned();
+    page += "| fault | acts on | direction | does | a driver must report | recovery expected |\n|---|---|---|---|---|---|\n";
+    for fault in FAULTS {
+        let ways = directions(fault);
+        let (layer, Fault { name, about, reports, recovery, .. }) = (fault.layer.name(), fault);
+        let _ = writeln!(page, "| `{name}` | {layer} | {ways} | {about} | {reports} | {recovery} |");
+    }
+    page += "\nOn serial wires (`--pty`, `--serial`, `--rfc2217`) there are no connections: ";
+    let wireless: Vec<String> =
+        FAULTS.iter().filter(|fault| !fault.on_wires).map(|fault| format!("`{}`", fault.name)).collect();
+    let _ = write!(page, "{} are refused there.\n\n## Parameters\n\n", wireless.join(", "));
+    page += "| fault | key | value | default | |\n|---|---|---|---|---|\n";
+    for fault in FAULTS {
+        for parameter in fault.parameters {
+            let (form, key) = (form(parameter.form), parameter.key);
+            let _ = writeln!(
+                page,
+                "| `{}` | `{key}` | {form} | {} | {} |",
+                fault.name, parameter.default, parameter.about
+            );
+        }
+    }
+    page += "\n## Not here\n\nThese rows of the fault table are not built; a file that asks for one is refused with the reason.\n\n| fault | why |\n|---|---|\n";
+    for (names, why) in NOT_HERE {
+        let names: Vec<String> = names.split(" / ").map(|name| format!("`{name}`")).collect();
+        let _ = writeln!(page, "| {} | {why} |", names.join(", "));
+    }
+    page += "\nOf the rows that are there, `drop`, `duplicate` and `reorder` leave telegram counters as the device wrote them (`counters = \"patched\"` is not there), and `at = { command }` is not \
+             there. `accept_silent` and `half_open` cannot keep the system from completing the TCP handshake, as a pulled cable would.\n";
+    page
+}
+
+fn directions(fault: &Fault) -> &'static str {
+    match fault.directions {
+        [] => "–",
+        [Direction::ToClient] => "to_client",
+        [Direction::ToDevice] => "to_device",
+        _ => "both",
+    }
+}
+
+/// What a parameter takes, in words.
+fn form(form: Form) -> String {
+    match form {
+        Form::Number(low, high) => format!("number, {low} to {high}"),
+        Form::Whole(low, high) => format!("integer, {low} to {high}"),
+        Form::Wholes(low, high) => format!("integer or list of them, {low} to {high}"),
+        Form::Word(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
+        Form::Hex => "hex digits".to_owned(),
+    }
+}

@@ -1,0 +1,176 @@
+//! One fault as it is written, and the file of them.
+
+use std::time::Duration;
+
+use rowscan_strict_toml::{Located, Table, TomlError, Value, from_toml, suggestion};
+use serde::Deserialize;
+
+use crate::event::Direction;
+use crate::fault::{Action, Cut, Fault, Layer};
+use crate::kinds::FAULTS;
+use crate::settings::{self, Settings};
+use crate::when::{At, Lasts};
+
+/// Keys that every fault has.
+pub(crate) const COMMON: &[&str] =
+    &["name", "id", "on", "direction", "at", "for", "until", "every", "p", "count"];
+
+/// From one beginning to the next, at least.
+const SHORTEST_PERIOD: Duration = Duration::from_millis(1);
+
+/// One fault of a plan, checked.
+#[derive(Clone, Debug)]
+pub struct FaultSpec {
+    /// How events and `after` name it; as the fault, where absent.
+    pub id: Option<String>,
+    /// Its line of the table.
+    pub fault: &'static Fault,
+    /// The one stream it acts on; every stream, where absent.
+    pub on: Option<String>,
+    /// Which way it acts.
+    pub directions: Vec<Direction>,
+    /// When it begins.
+    pub at: At,
+    /// How long it lasts.
+    pub lasts: Option<Lasts>,
+    /// When it is over, whatever else.
+    pub until: Option<At>,
+    /// From one beginning to the next.
+    pub every: Option<Lasts>,
+    /// The probability of each event.
+    pub p: Option<f64>,
+    /// Most acts.
+    pub count: Option<u64>,
+    /// Its own parameters, as they were written.
+    pub parameters: Table,
+}
+
+/// A file of faults.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    version: Option<u32>,
+    #[serde(default)]
+    fault: Vec<Table>,
+}
+
+/// Reads a file of `[[fault]]` tables.
+///
+/// # Errors
+/// The first error with its line and, for an unknown key or name, the nearest valid one.
+pub fn read(text: &str) -> Result<Vec<FaultSpec>, TomlError> {
+    let file: File = from_toml(text)?;
+    match file.version {
+        None | Some(1) => file.fault.iter().map(FaultSpec::from_table).collect(),
+        Some(other) => {
+            Err(TomlError { line: 0, message: format!("expected version 1 of fault files, found {other}") })
+        }
+    }
+}
+
+impl FaultSpec {
+    /// Reads one table, of a file, of a scenario, or of JSON.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn from_table(table: &Table) -> Result<Self, TomlError> {
+        let refuse = |line: usize, message: String| TomlError { line, message };
+        let Some(name) = table.entries.get("name") else {
+            return Err(refuse(table.line, "the key `name` is missing; add it".to_owned()));
+        };
+        let fault = find(name)?;
+        let own: Vec<&str> = fault.parameters.iter().map(|parameter| parameter.key).collect();
+        let valid = [COMMON, &own].concat();
+        if let Some((key, value)) = table.entries.iter().find(|(key, _)| !valid.contains(&key.as_str())) {
+            let message = format!("unknown key `{key}` of `{}`{}", fault.name, suggestion(key, &valid));
+            return Err(refuse(value.line, message));
+        }
+        let given = |key: &str| table.entries.get(key);
+        let word = |key: &str| {
+            given(key).map(|found| settings::text(found, "a string").map(str::to_owned)).transpose()
+        };
+        let count = given("count").map(|found| settings::whole(found, 1, i64::MAX)).transpose()?;
+        let spec = Self {
+            id: word("id")?,
+            fault,
+            on: word("on")?,
+            directions: given("direction").map_or(Ok(fault.directions.to_vec()), directions)?,
+            at: given("at").map(At::read).transpose()?.unwrap_or_default(),
+            lasts: given("for").map(Lasts::read).transpose()?,
+            until: given("until").map(At::read).transpose()?,
+            every: given("every").map(Lasts::read).transpose()?,
+            p: given("p").map(|found| settings::number(found, 0.0, 1.0)).transpose()?,
+            count: count.map(i64::unsigned_abs),
+            parameters: table.clone(),
+        };
+        if let (Some(_), Some(until)) = (&spec.lasts, given("until")) {
+            return Err(refuse(
+                until.line,
+                "`for` and `until` are two ways to say one thing; leave one out".to_owned(),
+            ));
+        }
+        if let (Layer::Accept, Some(found)) = (fault.layer, given("direction")) {
+            return Err(refuse(found.line, format!("`{}` has no direction; leave it out", fault.name)));
+        }
+        let instant = matches!(spec.action()?, Action::Cut(Cut::Reset | Cut::Finish | Cut::HalfClose));
+        if let Some(found) = given("for").or(given("until")).filter(|_| instant) {
+            let message = format!("`{}` happens at once and lasts; leave `for` and `until` out", fault.name);
+            return Err(refuse(found.line, message));
+        }
+        if let (Some(Lasts::Time(period)), Some(found)) = (spec.every, given("every"))
+            && period < SHORTEST_PERIOD
+        {
+            return Err(refuse(found.line, "expected `every` of 0.001 s or more".to_owned()));
+        }
+        Ok(spec)
+    }
+
+    /// What it does; every stream has its own.
+    pub(crate) fn action(&self) -> Result<Action, TomlError> {
+        (self.fault.make)(&Settings { table: &self.parameters, parameters: self.fault.parameters })
+    }
+
+    /// True if it needs to know where the tractor is.
+    pub fn needs_row(&self) -> bool {
+        self.at.needs_row() || self.until.as_ref().is_some_and(At::needs_row)
+    }
+
+    /// True if it ends with its first act: nothing says how long it lasts.
+    pub(crate) fn is_single(&self) -> bool {
+        self.lasts.is_none() && self.until.is_none() && self.p.is_none()
+    }
+}
+
+/// The table's line of this name.
+fn find(found: &Located) -> Result<&'static Fault, TomlError> {
+    let name = settings::text(found, "the name of a fault")?;
+    let names: Vec<&str> = FAULTS.iter().map(|fault| fault.name).collect();
+    FAULTS.iter().copied().find(|fault| fault.name == name).ok_or_else(|| TomlError {
+        line: found.line,
+        message: match crate::kinds::NOT_HERE
+            .iter()
+            .find(|(known, _)| known.split(" / ").any(|known| known == name))
+        {
+            Some((_, why)) => format!("the fault `{name}` is not there yet: {why}"),
+            None => format!("unknown fault `{name}`{}", suggestion(name, &names)),
+        },
+    })
+}
+
+fn directions(found: &Located) -> Result<Vec<Direction>, TomlError> {
+    let words = ["to_client", "to_device", "both"];
+    match &found.value {
+        Value::Text(text) if text == "to_client" => Ok(vec![Direction::ToClient]),
+        Value::Text(text) if text == "to_device" => Ok(vec![Direction::ToDevice]),
+        Value::Text(text) if text == "both" => Ok(Direction::BOTH.to_vec()),
+        Value::Text(text) => Err(TomlError {
+            line: found.line,
+            message: format!("unknown value `{text}`{}", suggestion(text, &words)),
+        }),
+        other => Err(TomlError {
+            line: found.line,
+            message: format!("expected one of {}, found {}", words.join(", "), other.kind()),
+        }),
+    }
+}
