@@ -27,6 +27,7 @@
 mod bus_output;
 pub mod clock;
 mod connection;
+mod end;
 mod firing;
 mod gnss_output;
 mod lateness;
@@ -57,6 +58,7 @@ mod timeline;
 mod turns;
 mod view;
 
+pub use end::EndWhen;
 pub use line_change::LineChange;
 pub use listener::{Bound, ListenError};
 pub use lms2xx::{SerialConfig, SerialCounts};

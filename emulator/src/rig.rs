@@ -15,6 +15,7 @@ use tokio::sync::{Notify, mpsc};
 
 use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
+use crate::end::EndWhen;
 use crate::gnss_output::GnssOutput;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::{Lms2xxScanner, SerialConfig};
@@ -56,6 +57,8 @@ impl Rig {
             changed: Arc::new(Notify::new()),
             begun: false,
             lockstep: None,
+            end: None,
+            scan_instants: 0,
         };
         Self { timeline }
     }
@@ -79,6 +82,18 @@ impl Rig {
     pub fn in_lockstep(mut self, lockstep: Lockstep) -> Self {
         self.timeline.lockstep = Some(lockstep);
         self
+    }
+
+    /// The same with an end of time; see [`Running::ended`].
+    #[must_use]
+    pub fn until(mut self, end: EndWhen) -> Self {
+        self.timeline.end = Some(end);
+        self
+    }
+
+    /// The clock that everything on it acts by.
+    pub fn clock(&self) -> Arc<SimClock> {
+        Arc::clone(&self.timeline.clock)
     }
 
     /// Adds a CoLa scanner. No one can connect until [`Emulator::listen`] or [`Emulator::attach`]. The rig's clock and timer count, not the
