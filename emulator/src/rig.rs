@@ -96,6 +96,11 @@ impl Rig {
         Arc::clone(&self.timeline.clock)
     }
 
+    /// The tractor that everything on it rides on.
+    pub fn tractor(&self) -> Tractor {
+        self.timeline.tractor.clone()
+    }
+
     /// Adds a CoLa scanner. No one can connect until [`Emulator::listen`] or [`Emulator::attach`]. The rig's clock and timer count, not the
     /// configuration's.
     pub fn scanner(&mut self, device: Device, world: ScannerView, mut config: EmulatorConfig) -> Emulator {
