@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use rowscan_check::{Options, Tried, Verdict, report, worst};
-use rowscan_recording::OutputFile;
 use tokio::sync::watch;
 
 use super::interrupt::Interrupt;
-use super::output::{print, printable, say};
+use super::output::{print, printable, say, write_file};
 use super::{Failure, Outcome};
 
 #[derive(Debug, clap::Args)]
@@ -82,7 +81,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             work.await
         }
     };
-    let (tried, told) = ended.map_err(|cause| Failure::System { what: "run the scenarios", cause: cause.into() })?;
+    let (tried, told) =
+        ended.map_err(|cause| Failure::System { what: "run the scenarios", cause: cause.into() })?;
     told?;
     let tried = tried?;
     args.write(&tried)?;
@@ -109,8 +109,7 @@ impl Args {
         }
         let Some(path) = &self.junit else { return Ok(()) };
         let what = path.display().to_string();
-        let failed = |cause| Failure::Write { what: what.clone(), cause };
-        let text = report::junit(tried).map_err(|error| failed(std::io::Error::other(error)))?;
-        write_file(path, &text).map_err(failed)
+        let failed = |error| Failure::Write { what, cause: std::io::Error::other(error) };
+        write_file(path, &report::junit(tried).map_err(failed)?)
     }
 }

@@ -49,7 +49,7 @@ fn junit_has_one_case_an_expectation_and_no_control_characters() {
     let output = suite.system_out.as_ref().expect("kept").as_str();
     assert!(output.len() <= OUTPUT_LIMIT && output.ends_with("the end"));
     // On one line as the attribute, and in the text, for readers that take either.
-    assert_eq!(text.matches("expected &lt;a &amp; &quot;b&quot;&gt;[31m, found none").count(), 1, "{text}");
+    assert_eq!(text.matches("expected &lt;a &amp; &quot;b&quot;&gt;[31m, found none").count(), 2, "{text}");
     assert!(text.contains("again: rowscan check a.toml --seed 7"));
 }
 
