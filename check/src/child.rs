@@ -27,6 +27,8 @@ const SETPRIV: &str = "/usr/bin/setpriv";
 #[derive(Debug)]
 pub(crate) struct Start<'a> {
     pub(crate) id: &'a str,
+    /// The command as the scenario has it, for the journal: ports differ from run to run.
+    pub(crate) written: &'a [String],
     pub(crate) command: Vec<String>,
     pub(crate) env: BTreeMap<String, String>,
     /// Its working folder, where its logs go too.
@@ -75,7 +77,7 @@ impl Child {
         command.process_group(0);
         let mut child = command.spawn().map_err(failed)?;
         let group = child.id().and_then(|id| i32::try_from(id).ok());
-        journal.note(format!("{}.started", start.id), start.command.join(" "));
+        journal.note(format!("{}.started", start.id), start.written.join(" "));
         let (tell, exited) = watch::channel(None);
         let mut tasks = JoinSet::new();
         if let Some(pipe) = child.stdout.take() {

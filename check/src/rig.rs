@@ -10,7 +10,7 @@ use rowscan_bus::tractor::TractorEcu;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Emulator, EmulatorConfig, EndWhen, Rig, Running};
+use rowscan_emulator::{Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running};
 use rowscan_protocol::device::Options;
 use rowscan_scenes::files::load_scene;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
@@ -28,6 +28,8 @@ pub(crate) struct Bench {
     pub(crate) journal: Journal,
     pub(crate) witness: Witness,
     pub(crate) running: Running,
+    /// Holds the drive until every child is ready.
+    pub(crate) hold: Hold,
     /// Where things are, by placeholder.
     pub(crate) places: BTreeMap<String, String>,
     emulators: Vec<Emulator>,
@@ -48,6 +50,7 @@ impl Bench {
         let scale = scenario.clock.scale.map_or(TimeScale::Max, TimeScale::Paced);
         let tractor = stage.tractor();
         let mut rig = Rig::new(tractor.clone(), scale).with_timer(Timer::system()).until(end(scenario.end));
+        let hold = rig.hold();
         let mut places = BTreeMap::new();
         if scenario.clock.mode == Mode::Lockstep {
             let config =
@@ -76,7 +79,7 @@ impl Bench {
             let epochs = GnssEpochs::new(tractor, stage.receiver());
             rig.gnss(epochs, lines, &witness.taps());
         }
-        Ok(Self { stage, journal, witness, running: rig.run(), places, emulators })
+        Ok(Self { stage, journal, witness, running: rig.run(), hold, places, emulators })
     }
 
     /// Scans left out because the host was too slow, of all scanners.

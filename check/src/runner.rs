@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use regex_lite::Regex;
+use rowscan_emulator::Hold;
 use rowscan_protocol::time::SimTime;
 
 use crate::child::{Child, Start};
@@ -80,11 +81,11 @@ async fn drive(
     let journal = bench.journal.clone();
     record.journal = Some(journal.clone());
     let mut children = Vec::new();
-    let Bench { running, places, .. } = &mut bench;
+    let Bench { running, places, hold, .. } = &mut bench;
     let ended: Result<(), Failure> = tokio::select! {
         biased;
         ended = running.ended() => ended.map_err(Failure::from),
-        ended = accompany(scenario, folder, record.seed, places, &journal, &mut children) => ended,
+        ended = accompany(scenario, folder, record.seed, (places, hold), &journal, &mut children) => ended,
     };
     record.ended = journal.now();
     journal.note("end", ended.as_ref().err().map(ToString::to_string).unwrap_or_default());
@@ -113,7 +114,7 @@ async fn accompany(
     scenario: &Scenario,
     folder: &Path,
     seed: u64,
-    places: &BTreeMap<String, String>,
+    (places, hold): (&BTreeMap<String, String>, &Hold),
     journal: &Journal,
     children: &mut Vec<Child>,
 ) -> Result<(), Failure> {
@@ -125,6 +126,7 @@ async fn accompany(
         ready(scenario, spec, child, folder, places, startup).await?;
         journal.note(format!("{}.ready", spec.id), "");
     }
+    hold.release();
     let (mut last, mut since) = (journal.now(), Stopwatch::start());
     loop {
         clock::look_again().await;
@@ -187,7 +189,7 @@ fn start<'a>(
     if let Ready::Line(pattern) = &spec.ready {
         patterns.push((READY, pattern.clone()));
     }
-    Ok(Start { id: &spec.id, command, env, folder, patterns })
+    Ok(Start { id: &spec.id, written: &spec.command, command, env, folder, patterns })
 }
 
 /// A text with its placeholders filled in.

@@ -30,6 +30,7 @@ mod connection;
 mod end;
 mod firing;
 mod gnss_output;
+mod hold;
 mod lateness;
 mod line_change;
 mod line_changes;
@@ -59,6 +60,7 @@ mod turns;
 mod view;
 
 pub use end::EndWhen;
+pub use hold::Hold;
 pub use line_change::LineChange;
 pub use listener::{Bound, ListenError};
 pub use lms2xx::{SerialConfig, SerialCounts};

@@ -17,6 +17,7 @@ use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
 use crate::end::EndWhen;
 use crate::gnss_output::GnssOutput;
+use crate::hold::Hold;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::{Lms2xxScanner, SerialConfig};
 use crate::lockstep::Lockstep;
@@ -58,6 +59,7 @@ impl Rig {
             begun: false,
             lockstep: None,
             end: None,
+            hold: None,
             scan_instants: 0,
         };
         Self { timeline }
@@ -89,6 +91,13 @@ impl Rig {
     pub fn until(mut self, end: EndWhen) -> Self {
         self.timeline.end = Some(end);
         self
+    }
+
+    /// Holds the start of the drive; takers count only from [`Hold::release`] on. Where nothing may be lost, time stands still until then.
+    pub fn hold(&mut self) -> Hold {
+        let hold = Hold::new(Arc::clone(&self.timeline.changed));
+        self.timeline.hold = Some(hold.clone());
+        hold
     }
 
     /// The clock that everything on it acts by.

@@ -19,6 +19,7 @@ use crate::clock::{self, Pacer, SimClock, Timer};
 use crate::end::EndWhen;
 use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
+use crate::hold::Hold;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::Lms2xxScanner;
 use crate::lockstep::{Lockstep, LockstepError};
@@ -169,6 +170,8 @@ pub(crate) struct Timeline {
     pub(crate) begun: bool,
     /// Waits for acknowledgements, if the clock runs in lockstep.
     pub(crate) lockstep: Option<Lockstep>,
+    /// Holds the start of the drive, if anything does.
+    pub(crate) hold: Option<Hold>,
     /// Where time stops, if anywhere.
     pub(crate) end: Option<EndWhen>,
     /// Instants so far at which scans went to a taker.
@@ -266,6 +269,9 @@ impl Timeline {
 
     /// The drive may start.
     fn is_ready(&self) -> bool {
+        if self.hold.as_ref().is_some_and(|hold| !hold.is_released()) {
+            return false;
+        }
         if self.lockstep.as_ref().is_some_and(|lockstep| !lockstep.has_participants()) {
             return false;
         }

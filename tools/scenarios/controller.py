@@ -31,7 +31,7 @@ def main(address, *flags):
     with socket.create_connection((host, int(port))) as connection, open("decisions.jsonl", "w", buffering=1) as log:
         if "--deaf" not in flags:
             connection.sendall(b"\x02sEN LMDscandata 1\x03")
-        print("connected to", address)
+        print("connected")
         for number, telegram in enumerate(t for t in telegrams(connection) if t.startswith(b"sSN LMDscandata ")):
             near = sum(8 < distance < NEAR_MM for distance in distances_mm(telegram))
             counter = int(telegram.split(b" ")[7], 16)
