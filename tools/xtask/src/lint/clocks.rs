@@ -16,6 +16,7 @@ pub const CLOCKS: &[Clock] = &[
     Clock { name: "driver", folder: "driver/src/", file: "driver/src/clock.rs" },
     Clock { name: "emulator", folder: "emulator/src/", file: "emulator/src/clock.rs" },
     Clock { name: "ports", folder: "ports/src/", file: "ports/src/clock.rs" },
+    Clock { name: "check", folder: "check/src/", file: "check/src/clock.rs" },
     // These two wait by the clock of `ports` and of `emulator` alone.
     Clock { name: "bus", folder: "bus/src/", file: "" },
     Clock { name: "rowscan", folder: "src/", file: "" },
