@@ -27,8 +27,10 @@
 mod bus_output;
 pub mod clock;
 mod connection;
+mod end;
 mod firing;
 mod gnss_output;
+mod hold;
 mod lateness;
 mod line_change;
 mod line_changes;
@@ -57,6 +59,8 @@ mod timeline;
 mod turns;
 mod view;
 
+pub use end::EndWhen;
+pub use hold::Hold;
 pub use line_change::LineChange;
 pub use listener::{Bound, ListenError};
 pub use lms2xx::{SerialConfig, SerialCounts};

@@ -15,7 +15,9 @@ use tokio::sync::{Notify, mpsc};
 
 use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
+use crate::end::EndWhen;
 use crate::gnss_output::GnssOutput;
+use crate::hold::Hold;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::{Lms2xxScanner, SerialConfig};
 use crate::lockstep::Lockstep;
@@ -56,6 +58,9 @@ impl Rig {
             changed: Arc::new(Notify::new()),
             begun: false,
             lockstep: None,
+            end: None,
+            hold: None,
+            scan_instants: 0,
         };
         Self { timeline }
     }
@@ -79,6 +84,30 @@ impl Rig {
     pub fn in_lockstep(mut self, lockstep: Lockstep) -> Self {
         self.timeline.lockstep = Some(lockstep);
         self
+    }
+
+    /// The same with an end of time; see [`Running::ended`].
+    #[must_use]
+    pub fn until(mut self, end: EndWhen) -> Self {
+        self.timeline.end = Some(end);
+        self
+    }
+
+    /// Holds the start of the drive; takers count only from [`Hold::release`] on. Where nothing may be lost, time stands still until then.
+    pub fn hold(&mut self) -> Hold {
+        let hold = Hold::new(Arc::clone(&self.timeline.changed));
+        self.timeline.hold = Some(hold.clone());
+        hold
+    }
+
+    /// The clock that everything on it acts by.
+    pub fn clock(&self) -> Arc<SimClock> {
+        Arc::clone(&self.timeline.clock)
+    }
+
+    /// The tractor that everything on it rides on.
+    pub fn tractor(&self) -> Tractor {
+        self.timeline.tractor.clone()
     }
 
     /// Adds a CoLa scanner. No one can connect until [`Emulator::listen`] or [`Emulator::attach`]. The rig's clock and timer count, not the

@@ -17,10 +17,19 @@ impl Running {
         Self { timeline: tasks }
     }
 
-    /// Waits until the timeline ends by itself, which only a lockstep clock does. Cancel safe.
+    /// Waits until a clock in lockstep fails. Cancel safe.
     pub async fn failed(&mut self) -> LockstepError {
+        match self.ended().await {
+            Err(error) => error,
+            Ok(()) => std::future::pending().await,
+        }
+    }
+
+    /// Waits until the timeline ends by itself: at the end it was given ([`Rig::until`](crate::Rig::until)), or because a clock in lockstep
+    /// fails. Cancel safe.
+    pub async fn ended(&mut self) -> Result<(), LockstepError> {
         match self.timeline.join_next().await {
-            Some(Ok(Err(error))) => error,
+            Some(Ok(ended)) => ended,
             // It runs for ever otherwise.
             _ => std::future::pending().await,
         }

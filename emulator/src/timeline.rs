@@ -17,8 +17,10 @@ use tokio::sync::Notify;
 
 use crate::bus_output::BusOutput;
 use crate::clock::{self, Pacer, SimClock, Timer};
+use crate::end::EndWhen;
 use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
+use crate::hold::Hold;
 use crate::line_changes::LineChanges;
 use crate::lms2xx::Lms2xxScanner;
 use crate::lockstep::{Lockstep, LockstepError};
@@ -180,10 +182,16 @@ pub(crate) struct Timeline {
     pub(crate) begun: bool,
     /// Waits for acknowledgements, if the clock runs in lockstep.
     pub(crate) lockstep: Option<Lockstep>,
+    /// Holds the start of the drive, if anything does.
+    pub(crate) hold: Option<Hold>,
+    /// Where time stops, if anywhere.
+    pub(crate) end: Option<EndWhen>,
+    /// Instants so far at which scans went to a taker.
+    pub(crate) scan_instants: u64,
 }
 
 impl Timeline {
-    /// Runs for as long as the rig is emulated, or until a step is not acknowledged.
+    /// Runs until its end, if it has one, or until a step is not acknowledged.
     pub(crate) async fn run(mut self) -> Result<(), LockstepError> {
         let (clock, changed) = (Arc::clone(&self.clock), Arc::clone(&self.changed));
         let mut pacer = Pacer::new(&clock, &self.timer);
@@ -194,6 +202,9 @@ impl Timeline {
             self.follow_start();
             let due = self.due();
             if let Some(at) = due {
+                if self.end.is_some_and(|end| end.is_before(at, &self.tractor, self.scan_instants)) {
+                    return Ok(());
+                }
                 self.prepare(at);
             }
             tokio::select! {
@@ -275,6 +286,9 @@ impl Timeline {
 
     /// The drive may start.
     fn is_ready(&self) -> bool {
+        if self.hold.as_ref().is_some_and(|hold| !hold.is_released()) {
+            return false;
+        }
         if self.lockstep.as_ref().is_some_and(|lockstep| !lockstep.has_participants()) {
             return false;
         }
@@ -312,7 +326,7 @@ impl Timeline {
         let delivery = self.clock.delivery();
         let ready = self.begun || self.is_ready();
         let firing = Firing { at, heard: ready || !delivery.is_patient(), delivery };
-        let (mut taken, mut number) = (false, 0);
+        let (mut taken, mut scanned, mut number) = (false, false, 0);
         while let Some(source) = self.sources.get_mut(number) {
             if source.next().is_none_or(|next| next > at) {
                 number += 1;
@@ -321,6 +335,7 @@ impl Timeline {
             match source.fire(firing).await {
                 Ok(took) => {
                     taken |= took;
+                    scanned |= took && source.is_scanner();
                     number += 1;
                 }
                 Err(cause) => {
@@ -332,6 +347,7 @@ impl Timeline {
                 self.wait_for(at, Wait::Source).await?;
             }
         }
+        self.scan_instants += u64::from(scanned);
         if ready && taken {
             self.tractor.begin(at);
         }

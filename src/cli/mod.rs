@@ -2,6 +2,7 @@
 
 mod blocking;
 mod bus;
+mod check;
 mod client_limits;
 mod decode;
 mod demo;
@@ -63,6 +64,8 @@ enum Command {
     Demo(demo::Args),
     /// Be a scanner that drives past an orchard
     Emulate(emulate::Args),
+    /// Run scenarios against a controller and judge what it does: a test bench for CI; exit code 0 passed, 1 failed, 2 not judged
+    Check(check::Args),
     /// Estimate leaf area from a live scanner or a recording
     #[command(after_long_help = estimators::list())]
     Estimate(estimate::Args),
@@ -133,6 +136,15 @@ pub enum Failure {
     /// A step was not acknowledged.
     #[error(transparent)]
     Lockstep(#[from] rowscan_emulator::lockstep::LockstepError),
+    /// Scenarios that could not be tried.
+    #[error(transparent)]
+    Check(#[from] rowscan_check::CheckError),
+    /// Expectations that the bench could not judge.
+    #[error("{errors} expectations could not be judged; each says why")]
+    Unjudged {
+        /// How many.
+        errors: usize,
+    },
     /// A name that is no scanner model.
     #[error("unknown scanner model `{found}`; known are {known} (see `rowscan models`)")]
     UnknownModel {
@@ -269,6 +281,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
         match cli.command {
             Command::Demo(args) => demo::run(args).await,
             Command::Emulate(args) => emulate::run(args).await,
+            Command::Check(args) => check::run(args).await,
             Command::Estimate(args) => estimate::run(args).await,
             Command::Orchard(command) => orchard::run(command).await,
             Command::Scan(args) => scan::run(args).await,

@@ -15,6 +15,7 @@ mod bad_input;
 mod blindness;
 mod calibrations;
 mod captures;
+mod check;
 mod client_limits;
 mod decode;
 mod determinism;

@@ -166,6 +166,12 @@ const RULES: &[Rule] = &[
         forbidden: &["clap", "comfy-table", "rowscan-driver", "rowscan"],
         why: "studies print nothing and open no link",
     },
+    Rule {
+        package: "rowscan-check",
+        features: Features::All,
+        forbidden: &["clap", "comfy-table", "rowscan-driver", "rowscan"],
+        why: "the bench is a library beneath the command line, and never talks by our own driver",
+    },
 ];
 
 /// Checks every rule.

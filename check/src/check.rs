@@ -1,0 +1,216 @@
+//! Scenarios tried one after the other, with each of their seeds.
+
+use std::path::{Path, PathBuf};
+
+use tokio::sync::watch;
+
+use crate::judge;
+use crate::runner::{self, RunRecord};
+use crate::scenario::{Mode, Scenario};
+use crate::verdict::{Case, Tried, Verdict};
+use crate::what::Kind;
+
+/// Events told with a failure.
+const LAST_EVENTS: usize = 5;
+
+/// How scenarios are tried.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Only this seed.
+    pub seed: Option<u64>,
+    /// Stop after the first expectation that does not hold or cannot be judged.
+    pub fail_fast: bool,
+    /// Where the runs' folders are made and kept; they go again without it.
+    pub keep: Option<PathBuf>,
+}
+
+/// Why nothing could be tried.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {what}: {cause}")]
+pub struct CheckError {
+    what: &'static str,
+    cause: std::io::Error,
+}
+
+/// Tries scenarios, each seed on its own; `tell` hears of each that is done. Blocks; children die with the calling thread. When `cancelled`
+/// turns true it ends, its children with it, and gives what is done.
+///
+/// # Errors
+/// No runtime, or no folder for the runs.
+pub fn check(
+    scenarios: &[PathBuf],
+    options: &Options,
+    mut cancelled: watch::Receiver<bool>,
+    tell: &mut dyn FnMut(&Tried),
+) -> Result<Vec<Tried>, CheckError> {
+    let failed = |what| move |cause| CheckError { what, cause };
+    // One thread: nothing that is delivered is counted later than it is acknowledged.
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.map_err(failed("start the runtime"))?;
+    let temporary = tempfile::tempdir().map_err(failed("make a folder"))?;
+    let root = options.keep.clone().unwrap_or_else(|| temporary.path().to_owned());
+    let root = std::path::absolute(root).map_err(failed("name a folder"))?;
+    let mut all = Vec::new();
+    runtime.block_on(async {
+        let work = async {
+            for (number, path) in scenarios.iter().enumerate() {
+                let folder = root.join(format!("{:02}-{}", number + 1, name_of(path)));
+                if !try_seeds(path, options, &folder, &mut all, tell).await {
+                    break;
+                }
+            }
+        };
+        tokio::select! {
+            () = work => {}
+            // The sender may go: then nobody cancels.
+            () = async { if cancelled.wait_for(|cancelled| *cancelled).await.is_err() { std::future::pending().await } } => {}
+        }
+    });
+    Ok(all)
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_stem().map_or("scenario".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// The command that runs a scenario again.
+fn rerun(path: &Path, seed: Option<u64>) -> String {
+    let seed = seed.map_or(String::new(), |seed| format!(" --seed {seed}"));
+    format!("rowscan check {}{seed}", path.display())
+}
+
+/// Tries a scenario with its seeds; false if nothing else shall be tried.
+async fn try_seeds(
+    path: &Path,
+    options: &Options,
+    folder: &Path,
+    all: &mut Vec<Tried>,
+    tell: &mut dyn FnMut(&Tried),
+) -> bool {
+    let goes_on =
+        |tried: &Tried| !options.fail_fast || tried.cases.iter().all(|case| case.verdict <= Verdict::Skipped);
+    let scenario = match Scenario::load(path) {
+        Ok(scenario) => scenario,
+        Err(error) => {
+            let tried = unjudged(path, &error.to_string());
+            tell(&tried);
+            let goes_on = goes_on(&tried);
+            all.push(tried);
+            return goes_on;
+        }
+    };
+    let seeds: Vec<Option<u64>> = match (options.seed, scenario.seed) {
+        (Some(seed), _) => vec![Some(seed)],
+        (None, Some(first)) => (0..scenario.seeds).map(|n| Some(first.wrapping_add(n.into()))).collect(),
+        (None, None) if scenario.seeds == 1 => vec![None],
+        (None, None) => (1..=scenario.seeds).map(|n| Some(n.into())).collect(),
+    };
+    for seed in seeds {
+        let tried = try_one(&scenario, seed, folder).await;
+        tell(&tried);
+        let goes_on = goes_on(&tried);
+        all.push(tried);
+        if !goes_on {
+            return false;
+        }
+    }
+    true
+}
+
+/// A scenario that did not come to run.
+fn unjudged(path: &Path, why: &str) -> Tried {
+    let case = Case {
+        name: "the scenario is sound".to_owned(),
+        verdict: Verdict::Error,
+        message: why.to_owned(),
+        t_s: None,
+        row_m: None,
+        tree: None,
+        last_events: Vec::new(),
+        rerun: rerun(path, None),
+    };
+    Tried {
+        scenario: path.to_owned(),
+        name: name_of(path),
+        seed: None,
+        facts: Vec::new(),
+        cases: vec![case],
+        events: Vec::new(),
+        output: String::new(),
+        simulated_s: 0.0,
+        wall_s: 0.0,
+    }
+}
+
+async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path) -> Tried {
+    if let Some(why) = &scenario.refusal {
+        return Tried { facts: facts(scenario), seed, ..unjudged(&scenario.path, why) };
+    }
+    let agreeing = scenario.expects.iter().filter(|expect| expect.what.kind == Kind::SameBytes);
+    let runs_wanted = agreeing.map(|expect| expect.runs).max().unwrap_or(1);
+    let mut runs = Vec::new();
+    for number in 1..=runs_wanted {
+        let seed_name = seed.map_or("own".to_owned(), |seed| seed.to_string());
+        let folder = folder.join(format!("seed-{seed_name}-run-{number}"));
+        if let Err(cause) = fresh(&folder) {
+            return unjudged(&scenario.path, &format!("cannot make {}: {cause}", folder.display()));
+        }
+        runs.push(runner::run(scenario, seed, &folder).await);
+    }
+    let Some(run) = runs.first() else { return unjudged(&scenario.path, "it was not run") };
+    let expects = scenario.expects.iter().enumerate();
+    let cases = expects.map(|(number, _)| case(scenario, number, &runs)).collect();
+    let tails = run.children.iter().map(|(id, child)| format!("[{id}]\n{}", child.tail));
+    let mut facts = facts(scenario);
+    facts.push(("scans_missed", run.scans_missed.to_string()));
+    Tried {
+        scenario: scenario.path.clone(),
+        name: name_of(&scenario.path),
+        seed: Some(run.seed),
+        facts,
+        cases,
+        events: run.events.clone(),
+        output: tails.collect(),
+        simulated_s: run.ended.as_secs_f64(),
+        wall_s: runs.iter().map(|run| run.wall_s).sum(),
+    }
+}
+
+/// An empty folder: what an earlier check left in it would be taken for this one's.
+fn fresh(folder: &Path) -> std::io::Result<()> {
+    match std::fs::remove_dir_all(folder) {
+        Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => return Err(cause),
+        _ => {}
+    }
+    std::fs::create_dir_all(folder)
+}
+
+fn facts(scenario: &Scenario) -> Vec<(&'static str, String)> {
+    let mode = match scenario.clock.mode {
+        Mode::Paced => "paced",
+        Mode::Lockstep => "lockstep",
+    };
+    vec![("scene", scenario.scene.clone()), ("clock", mode.to_owned())]
+}
+
+fn case(scenario: &Scenario, number: usize, runs: &[RunRecord]) -> Case {
+    let expect = &scenario.expects[number];
+    let judged = judge::judge(scenario, number, expect, runs);
+    let run = &runs[0];
+    let at = judged.at.unwrap_or(run.ended);
+    let row_m = run.journal.as_ref().map(|journal| journal.row_m(at));
+    let until = run.events.iter().filter(|event| event.t_s <= at.as_secs_f64());
+    let words: Vec<String> = until.map(crate::journal::Event::words).collect();
+    let is_bad = judged.verdict > Verdict::Skipped;
+    let last = words.len().saturating_sub(LAST_EVENTS);
+    Case {
+        name: format!("{}. {} [seed {}]", number + 1, expect.title(), run.seed),
+        verdict: judged.verdict,
+        message: judged.message,
+        t_s: run.journal.as_ref().map(|_| at.as_secs_f64()),
+        row_m,
+        tree: row_m.and_then(|row_m| run.truth.as_ref()?.beside(row_m)),
+        last_events: if is_bad { words[last..].to_vec() } else { Vec::new() },
+        rerun: rerun(&scenario.path, Some(run.seed)),
+    }
+}

@@ -1,0 +1,180 @@
+//! A child: started in its own process group, watched, told to end.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
+use std::sync::Arc;
+use std::time::Duration;
+
+use regex_lite::Regex;
+use tokio::process::Command;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+use crate::clock;
+use crate::journal::Journal;
+use crate::output::Output;
+
+/// How long a child that was told to end may take, host time, before it is killed.
+const GRACE: Duration = Duration::from_secs(3);
+/// How long its output may take to end after it, host time: a grandchild may hold it open.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+/// Where the program stands that has a child end with us. Not everywhere: then only an orderly end takes the children along.
+const SETPRIV: &str = "/usr/bin/setpriv";
+
+/// What a child is started with: placeholders filled in.
+#[derive(Debug)]
+pub(crate) struct Start<'a> {
+    pub(crate) id: &'a str,
+    /// The command as the scenario has it, for the journal: ports differ from run to run.
+    pub(crate) written: &'a [String],
+    pub(crate) command: Vec<String>,
+    pub(crate) env: BTreeMap<String, String>,
+    /// Its working folder, where its logs go too.
+    pub(crate) folder: &'a Path,
+    /// What is looked for in its output, by number.
+    pub(crate) patterns: Vec<(usize, Regex)>,
+}
+
+/// Why a child could not be started.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot start `{program}`: {cause}")]
+pub(crate) struct StartError {
+    program: String,
+    cause: io::Error,
+}
+
+/// A running child. Dropping it kills its group.
+#[derive(Debug)]
+pub(crate) struct Child {
+    pub(crate) id: String,
+    pub(crate) output: Arc<Output>,
+    group: Option<i32>,
+    exited: watch::Receiver<Option<i32>>,
+    tasks: JoinSet<()>,
+}
+
+impl Child {
+    /// Starts it. On Linux it dies with the calling thread.
+    pub(crate) fn start(start: Start<'_>, journal: &Journal) -> Result<Self, StartError> {
+        let program = start.command.first().cloned().unwrap_or_default();
+        let failed = |cause| StartError { program: program.clone(), cause };
+        if program.contains('/') && !Path::new(&program).is_file() {
+            return Err(failed(io::Error::from(io::ErrorKind::NotFound)));
+        }
+        let output = Output::create(start.folder, start.id, start.patterns, journal.clone());
+        let output = Arc::new(output.map_err(failed)?);
+        let mut command = command(&start.command);
+        command
+            .current_dir(start.folder)
+            .envs(&start.env)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .kill_on_drop(true);
+        #[cfg(unix)]
+        command.process_group(0);
+        let mut child = command.spawn().map_err(failed)?;
+        let group = child.id().and_then(|id| i32::try_from(id).ok());
+        journal.note(format!("{}.started", start.id), start.written.join(" "));
+        let (tell, exited) = watch::channel(None);
+        let mut tasks = JoinSet::new();
+        if let Some(pipe) = child.stdout.take() {
+            tasks.spawn(Arc::clone(&output).follow("out", pipe));
+        }
+        if let Some(pipe) = child.stderr.take() {
+            tasks.spawn(Arc::clone(&output).follow("err", pipe));
+        }
+        let (id, journal) = (start.id.to_owned(), journal.clone());
+        tokio::spawn(async move {
+            let code = child.wait().await.ok().and_then(exit_code);
+            let told = code.map_or("its code is unknown".to_owned(), |code| format!("code {code}"));
+            journal.note(format!("{id}.exited"), told);
+            // Nobody needs to hear it.
+            let _ = tell.send(Some(code.unwrap_or(-1)));
+        });
+        Ok(Self { id: start.id.to_owned(), output, group, exited, tasks })
+    }
+
+    /// Its exit code, once it has ended; -1 where the system does not tell.
+    pub(crate) fn exit_code(&self) -> Option<i32> {
+        *self.exited.borrow()
+    }
+
+    /// Waits until it has ended. Cancel safe.
+    pub(crate) async fn exited(&self) {
+        let mut exited = self.exited.clone();
+        // The sender says it before it goes.
+        let _ = exited.wait_for(Option::is_some).await;
+    }
+
+    /// Tells it to end, then kills it and what is left of its group; waits for its last output.
+    pub(crate) async fn end(&mut self) {
+        if self.exit_code().is_none() {
+            self.signal(Signal::Terminate);
+            if clock::within(GRACE, self.exited()).await.is_none() {
+                self.signal(Signal::Kill);
+                self.exited().await;
+            }
+        }
+        self.signal(Signal::Kill);
+        self.group = None;
+        let tasks = &mut self.tasks;
+        let _ = clock::within(LAST_WORDS, async { while tasks.join_next().await.is_some() {} }).await;
+    }
+
+    #[cfg(unix)]
+    fn signal(&self, signal: Signal) {
+        use rustix::process::{Pid, kill_process_group};
+        let signal = match signal {
+            Signal::Terminate => rustix::process::Signal::TERM,
+            Signal::Kill => rustix::process::Signal::KILL,
+        };
+        if let Some(group) = self.group.and_then(Pid::from_raw) {
+            // It is gone: so much the better.
+            let _ = kill_process_group(group, signal);
+        }
+    }
+
+    #[cfg(not(unix))]
+    fn signal(&self, _: Signal) {}
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        self.signal(Signal::Kill);
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Signal {
+    Terminate,
+    Kill,
+}
+
+/// The command; through `setpriv`, where that is, which asks the kernel to kill the child when our thread ends.
+fn command(words: &[String]) -> Command {
+    let direct = || {
+        let mut command = Command::new(words.first().map_or("", String::as_str));
+        command.args(words.get(1..).unwrap_or_default());
+        command
+    };
+    if !PathBuf::from(SETPRIV).is_file() {
+        return direct();
+    }
+    let mut command = Command::new(SETPRIV);
+    command.args(["--pdeathsig", "KILL", "--"]).args(words);
+    command
+}
+
+#[cfg(unix)]
+fn exit_code(status: ExitStatus) -> Option<i32> {
+    use std::os::unix::process::ExitStatusExt;
+    status.code().or_else(|| status.signal().map(|signal| 128 + signal))
+}
+
+#[cfg(not(unix))]
+fn exit_code(status: ExitStatus) -> Option<i32> {
+    status.code()
+}

@@ -1,0 +1,90 @@
+//! What happened in a run, and when.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rowscan_emulator::clock::SimClock;
+use rowscan_protocol::time::SimTime;
+use rowscan_vehicle::Tractor;
+use serde::Serialize;
+
+use crate::clock::Stopwatch;
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Event {
+    /// Whose and what, such as `sut.exited`.
+    pub event: String,
+    /// Simulated seconds since the start of time.
+    pub t_s: f64,
+    /// Where the tractor was, metres along the row.
+    pub row_m: f64,
+    /// Host seconds since the start of the run.
+    pub wall_s: f64,
+    /// More about it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub detail: String,
+}
+
+impl Event {
+    /// In words, the host's time left out.
+    pub fn words(&self) -> String {
+        let detail = if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
+        format!("{:.3} s, {:.2} m: {}{detail}", self.t_s, self.row_m, self.event)
+    }
+}
+
+/// The events of one run, in their order. Clones share it.
+#[derive(Clone, Debug)]
+pub(crate) struct Journal {
+    clock: Arc<SimClock>,
+    tractor: Tractor,
+    stopwatch: Stopwatch,
+    events: Arc<Mutex<Vec<Event>>>,
+}
+
+impl Journal {
+    pub(crate) fn new(clock: Arc<SimClock>, tractor: Tractor) -> Self {
+        Self { clock, tractor, stopwatch: Stopwatch::start(), events: Arc::default() }
+    }
+
+    /// Simulated time now.
+    pub(crate) fn now(&self) -> SimTime {
+        self.clock.now()
+    }
+
+    /// Host seconds since the start of the run.
+    pub(crate) fn wall_s(&self) -> f64 {
+        self.stopwatch.elapsed().as_secs_f64()
+    }
+
+    /// Where the tractor is at `at`, metres along the row.
+    pub(crate) fn row_m(&self, at: SimTime) -> f64 {
+        self.tractor.motion(at).place.y_m
+    }
+
+    /// Whether the drive has started.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.tractor.began().is_some()
+    }
+
+    pub(crate) fn note(&self, event: impl Into<String>, detail: impl Into<String>) {
+        let at = self.now();
+        let event = Event {
+            event: event.into(),
+            t_s: at.as_secs_f64(),
+            row_m: self.row_m(at),
+            wall_s: self.wall_s(),
+            detail: detail.into(),
+        };
+        self.lock().push(event);
+    }
+
+    /// All events so far.
+    pub(crate) fn events(&self) -> Vec<Event> {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Event>> {
+        self.events.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,29 @@
+//! A test bench for controllers of orchard scanners: a scenario file names a virtual rig, children, an end and expectations; out come
+//! verdicts.
+//!
+//! ```text
+//! scenario ──► rig (emulator) ──► bytes to the child ──► witness: counts, times, estimate ──► judge ──► verdicts ──► text, JUnit, TAP, JSON lines
+//!                                 children ──► output, exit codes ───────────────────────────┘
+//! ```
+
+mod check;
+mod child;
+mod clock;
+mod fault;
+mod journal;
+mod judge;
+mod output;
+pub mod report;
+mod rig;
+mod runner;
+pub mod scenario;
+mod truth;
+mod verdict;
+pub mod what;
+mod witness;
+
+pub use check::{CheckError, Options, check};
+pub use fault::{Direction, FaultTable};
+pub use journal::Event;
+pub use scenario::{Scenario, ScenarioError};
+pub use verdict::{Case, Tried, Verdict, worst};

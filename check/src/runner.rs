@@ -1,0 +1,263 @@
+//! One run of a scenario: the rig's time goes from its start to the end, children start, are watched and end.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use regex_lite::Regex;
+use rowscan_emulator::Hold;
+use rowscan_protocol::time::SimTime;
+
+use crate::child::{Child, Start};
+use crate::clock::{self, Stopwatch};
+use crate::journal::{Event, Journal};
+use crate::rig::{self, Bench, Failure};
+use crate::scenario::{Mode, Ready, RunSpec, Scenario};
+use crate::truth;
+use crate::witness::Stream;
+
+/// A pattern's number in a child's output that says it is ready: beyond those of expectations.
+const READY: usize = usize::MAX;
+
+/// What one run left.
+#[derive(Debug)]
+pub(crate) struct RunRecord {
+    pub(crate) seed: u64,
+    pub(crate) folder: PathBuf,
+    pub(crate) events: Vec<Event>,
+    pub(crate) streams: BTreeMap<String, Stream>,
+    pub(crate) children: BTreeMap<String, ChildRecord>,
+    /// Why it cannot be judged.
+    pub(crate) error: Option<String>,
+    /// When it ended, simulated.
+    pub(crate) ended: SimTime,
+    pub(crate) journal: Option<Journal>,
+    pub(crate) wall_s: f64,
+    pub(crate) scans_missed: u64,
+    pub(crate) truth: Option<truth::Trees>,
+}
+
+/// What one child left.
+#[derive(Debug)]
+pub(crate) struct ChildRecord {
+    pub(crate) exit_code: Option<i32>,
+    pub(crate) tail: String,
+    /// When the patterns of expectations matched, by the expectation's number.
+    pub(crate) matches: BTreeMap<usize, Vec<SimTime>>,
+}
+
+/// Runs `scenario` once with `seed`, in `folder`.
+pub(crate) async fn run(scenario: &Scenario, seed: Option<u64>, folder: &Path) -> RunRecord {
+    let stopwatch = Stopwatch::start();
+    let mut record = RunRecord {
+        seed: seed.unwrap_or_default(),
+        folder: folder.to_owned(),
+        events: Vec::new(),
+        streams: BTreeMap::new(),
+        children: BTreeMap::new(),
+        error: None,
+        ended: SimTime::ZERO,
+        journal: None,
+        wall_s: 0.0,
+        scans_missed: 0,
+        truth: None,
+    };
+    if let Err(failure) = drive(scenario, seed, folder, &mut record).await {
+        record.error = Some(failure.to_string());
+    }
+    record.wall_s = stopwatch.elapsed().as_secs_f64();
+    record
+}
+
+async fn drive(
+    scenario: &Scenario,
+    seed: Option<u64>,
+    folder: &Path,
+    record: &mut RunRecord,
+) -> Result<(), Failure> {
+    let stage = rig::grow(scenario, seed)?;
+    record.seed = stage.scene.seed;
+    let mut bench = Bench::start(scenario, stage, folder).await?;
+    let journal = bench.journal.clone();
+    record.journal = Some(journal.clone());
+    let mut children = Vec::new();
+    let Bench { running, places, hold, .. } = &mut bench;
+    let ended: Result<(), Failure> = tokio::select! {
+        biased;
+        ended = running.ended() => ended.map_err(Failure::from),
+        ended = accompany(scenario, folder, record.seed, (places, hold), &journal, &mut children) => ended,
+    };
+    record.ended = journal.now();
+    journal.note("end", ended.as_ref().err().map(ToString::to_string).unwrap_or_default());
+    record.streams = bench.witness.close();
+    for child in &mut children {
+        child.end().await;
+        record.children.insert(child.id.clone(), record_of(scenario, child));
+    }
+    record.events = journal.events();
+    record.scans_missed = bench.scans_missed();
+    record.truth = Some(truth::Trees::of(&bench.stage));
+    ended?;
+    if children.len() < scenario.runs.len() {
+        return Err("the end came before every child had started; move `end` or shorten `ready`".into());
+    }
+    Ok(())
+}
+
+fn record_of(scenario: &Scenario, child: &Child) -> ChildRecord {
+    let matches = (0..scenario.expects.len()).map(|number| (number, child.output.matches(number)));
+    ChildRecord { exit_code: child.exit_code(), tail: child.output.tail(), matches: matches.collect() }
+}
+
+/// Starts the children one after the other and watches them; ends when all have ended, or with why the run cannot go on.
+async fn accompany(
+    scenario: &Scenario,
+    folder: &Path,
+    seed: u64,
+    (places, hold): (&BTreeMap<String, String>, &Hold),
+    journal: &Journal,
+    children: &mut Vec<Child>,
+) -> Result<(), Failure> {
+    let startup = Stopwatch::start();
+    for spec in &scenario.runs {
+        let child = Child::start(start(scenario, spec, folder, seed, places)?, journal)?;
+        children.push(child);
+        let Some(child) = children.last() else { continue };
+        ready(scenario, spec, child, folder, places, startup).await?;
+        journal.note(format!("{}.ready", spec.id), "");
+    }
+    hold.release();
+    let (mut last, mut since) = (journal.now(), Stopwatch::start());
+    loop {
+        clock::look_again().await;
+        if !children.is_empty() && children.iter().all(|child| child.exit_code().is_some()) {
+            return Ok(());
+        }
+        let limit = scenario.clock.startup;
+        if !journal.has_begun() && startup.elapsed() > limit {
+            return Err(format!(
+                "no one took scans within {limit:?} (`startup_wall_s`): the drive has not started"
+            )
+            .into());
+        }
+        if journal.now() != last {
+            (last, since) = (journal.now(), Stopwatch::start());
+        }
+        // A step that is not acknowledged ends the run by itself; this is time that no one asks for.
+        let limit = 2 * scenario.clock.deadline;
+        if scenario.clock.mode == Mode::Lockstep && journal.has_begun() && since.elapsed() > limit {
+            return Err(format!("time has stood still for {limit:?}: no one takes scans any more").into());
+        }
+    }
+}
+
+/// What a child is started with.
+fn start<'a>(
+    scenario: &Scenario,
+    spec: &'a RunSpec,
+    folder: &'a Path,
+    seed: u64,
+    places: &BTreeMap<String, String>,
+) -> Result<Start<'a>, Failure> {
+    let here = std::path::absolute(scenario.folder())?;
+    let fill = |text: &str| fill(text, places, &here, folder);
+    let mut command = spec.command.iter().map(|word| fill(word)).collect::<Result<Vec<_>, _>>()?;
+    if let Some(program) = command.first_mut()
+        && program.contains('/')
+        && Path::new(program.as_str()).is_relative()
+    {
+        // A program beside the scenario.
+        *program = here.join(&program).to_string_lossy().into_owned();
+    }
+    let mut env = BTreeMap::from([
+        ("ROWSCAN_SEED".to_owned(), seed.to_string()),
+        ("PYTHONUNBUFFERED".to_owned(), "1".to_owned()),
+    ]);
+    let first = scenario.devices.first().and_then(|device| places.get(&format!("{}.tcp", device.id)));
+    env.extend(first.map(|address| ("ROWSCAN_ADDRESS".to_owned(), address.clone())));
+    for (place, value) in places {
+        let name: String = place.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        env.insert(format!("ROWSCAN_{}", name.to_ascii_uppercase()), value.clone());
+    }
+    for (name, value) in &spec.env {
+        env.insert(name.clone(), fill(value)?);
+    }
+    let of_this = |on: &Option<String>| on.as_ref().map_or(scenario.runs.len() == 1, |on| *on == spec.id);
+    let wanted = scenario.expects.iter().enumerate().filter(|(_, expect)| of_this(&expect.on));
+    let mut patterns: Vec<(usize, Regex)> =
+        wanted.filter_map(|(number, expect)| Some((number, expect.matches.as_ref()?.0.clone()))).collect();
+    if let Ready::Line(pattern) = &spec.ready {
+        patterns.push((READY, pattern.clone()));
+    }
+    Ok(Start { id: &spec.id, written: &spec.command, command, env, folder, patterns })
+}
+
+/// A text with its placeholders filled in.
+fn fill(
+    text: &str,
+    places: &BTreeMap<String, String>,
+    here: &Path,
+    folder: &Path,
+) -> Result<String, Failure> {
+    let mut filled = text.replace("{scenario}", &here.to_string_lossy());
+    filled = filled.replace("{run}", &folder.to_string_lossy());
+    for (place, value) in places {
+        filled = filled.replace(&format!("{{{place}}}"), value);
+    }
+    // What looks like a placeholder and is none would reach the child as it is.
+    let is_name = |name: &&str| {
+        !name.is_empty()
+            && name.contains('.')
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c))
+    };
+    let left =
+        filled.split('{').skip(1).filter_map(|rest| rest.split_once('}')).map(|(name, _)| name).find(is_name);
+    match left {
+        Some(name) => {
+            let known: Vec<&str> = places.keys().map(String::as_str).collect();
+            Err(format!("nothing is called `{{{name}}}`; known are {}, scenario, run", known.join(", "))
+                .into())
+        }
+        None => Ok(filled),
+    }
+}
+
+/// Waits until a child is ready.
+async fn ready(
+    scenario: &Scenario,
+    spec: &RunSpec,
+    child: &Child,
+    folder: &Path,
+    places: &BTreeMap<String, String>,
+    startup: Stopwatch,
+) -> Result<(), Failure> {
+    let alive = Stopwatch::start();
+    let limit = scenario.clock.startup;
+    loop {
+        if let Some(code) = child.exit_code() {
+            let tail = child.output.tail();
+            let last = tail.lines().last().unwrap_or("nothing");
+            return Err(format!(
+                "`{}` exited with code {code} before it was ready; it last said: {last}",
+                spec.id
+            )
+            .into());
+        }
+        let is_ready = match &spec.ready {
+            Ready::Alive(time) => alive.elapsed() >= *time,
+            Ready::Line(_) => !child.output.matches(READY).is_empty(),
+            Ready::Port(address) => {
+                let address = fill(address, places, scenario.folder(), folder)?;
+                tokio::net::TcpStream::connect(address).await.is_ok()
+            }
+            Ready::File(file) => folder.join(file).exists(),
+        };
+        if is_ready {
+            return Ok(());
+        }
+        if startup.elapsed() > limit {
+            return Err(format!("`{}` was not ready within {limit:?} (`startup_wall_s`)", spec.id).into());
+        }
+        clock::rest(Duration::from_millis(10)).await;
+    }
+}

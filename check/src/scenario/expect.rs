@@ -1,0 +1,254 @@
+//! `[[expect]]` tables.
+
+use rowscan_scenes::files::nearest;
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::what::{self, Kind, WHATS, What};
+
+/// An expectation as it is written.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Table {
+    what: String,
+    on: Option<String>,
+    of: Option<String>,
+    file: Option<String>,
+    after: Option<String>,
+    within_s: Option<f64>,
+    between: Option<(Value, Value)>,
+    equals: Option<Value>,
+    equals_run_without: Option<String>,
+    above: Option<f64>,
+    below: Option<f64>,
+    abs_below: Option<f64>,
+    p95_below: Option<f64>,
+    tolerance: Option<f64>,
+    matches: Option<String>,
+    runs: Option<u32>,
+    all: Option<String>,
+    edge: Option<String>,
+    element: Option<u32>,
+    ddi: Option<u32>,
+    value: Option<Value>,
+}
+
+/// An expectation whose keys fit what it expects.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(try_from = "Table")]
+pub struct Expect {
+    /// What is expected.
+    pub what: &'static What,
+    /// The device or child it is of; where there is only one, it may be left out.
+    pub on: Option<String>,
+    /// The file of `bytes_of` and `same_bytes`.
+    pub file: Option<String>,
+    /// The event it counts from.
+    pub after: Option<String>,
+    /// Simulated seconds after that.
+    pub within_s: Option<f64>,
+    /// The events it counts between.
+    pub between_events: Option<(String, String)>,
+    /// What a number must be.
+    pub bounds: Bounds,
+    /// The text it must equal: another file, or `device`.
+    pub equals_text: Option<String>,
+    /// The same of a run without faults.
+    pub equals_run_without: Option<String>,
+    /// The pattern of a log line.
+    pub matches: Option<Pattern>,
+    /// Runs that must agree.
+    pub runs: u32,
+}
+
+/// What a number must be; all that are given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bounds {
+    /// Exactly this.
+    pub equals: Option<f64>,
+    /// More than this.
+    pub above: Option<f64>,
+    /// Less than this.
+    pub below: Option<f64>,
+    /// Nearer to 0 than this.
+    pub abs_below: Option<f64>,
+    /// Within these, both included.
+    pub between: Option<(f64, f64)>,
+    /// How far from `equals` it may be.
+    pub tolerance: f64,
+}
+
+/// A regular expression with its text.
+#[derive(Clone, Debug)]
+pub struct Pattern(pub regex_lite::Regex);
+
+impl Bounds {
+    /// True if there is none.
+    pub fn is_empty(&self) -> bool {
+        *self == Self { tolerance: self.tolerance, ..Self::default() }
+    }
+
+    /// True if `value` is within all of them.
+    pub fn hold(&self, value: f64) -> bool {
+        self.equals.is_none_or(|wanted| (value - wanted).abs() <= self.tolerance)
+            && self.above.is_none_or(|least| value > least)
+            && self.below.is_none_or(|most| value < most)
+            && self.abs_below.is_none_or(|most| value.abs() < most)
+            && self.between.is_none_or(|(least, most)| (least..=most).contains(&value))
+    }
+
+    /// In words.
+    pub fn words(&self) -> String {
+        let mut words = Vec::new();
+        if let Some(equals) = self.equals {
+            let near = if self.tolerance > 0.0 { format!(" ± {}", self.tolerance) } else { String::new() };
+            words.push(format!("{equals}{near}"));
+        }
+        words.extend(self.above.map(|least| format!("above {least}")));
+        words.extend(self.below.map(|most| format!("below {most}")));
+        words.extend(self.abs_below.map(|most| format!("nearer to 0 than {most}")));
+        words.extend(self.between.map(|(least, most)| format!("{least} to {most}")));
+        words.join(", ")
+    }
+}
+
+impl Table {
+    /// The keys that are given, `what` apart.
+    fn given(&self) -> Vec<&'static str> {
+        let given = [
+            ("on", self.on.is_some()),
+            ("of", self.of.is_some()),
+            ("file", self.file.is_some()),
+            ("after", self.after.is_some()),
+            ("within_s", self.within_s.is_some()),
+            ("between", self.between.is_some()),
+            ("equals", self.equals.is_some()),
+            ("equals_run_without", self.equals_run_without.is_some()),
+            ("above", self.above.is_some()),
+            ("below", self.below.is_some()),
+            ("abs_below", self.abs_below.is_some()),
+            ("p95_below", self.p95_below.is_some()),
+            ("tolerance", self.tolerance.is_some()),
+            ("matches", self.matches.is_some()),
+            ("runs", self.runs.is_some()),
+            ("all", self.all.is_some()),
+            ("edge", self.edge.is_some()),
+            ("element", self.element.is_some()),
+            ("ddi", self.ddi.is_some()),
+            ("value", self.value.is_some()),
+        ];
+        given.into_iter().filter(|(_, is_given)| *is_given).map(|(key, _)| key).collect()
+    }
+}
+
+impl TryFrom<Table> for Expect {
+    type Error = String;
+
+    fn try_from(table: Table) -> Result<Self, String> {
+        if table.what.is_empty() {
+            return Err("the key `what` is missing; add it".to_owned());
+        }
+        let names: Vec<&str> = WHATS.iter().map(|what| what.name).collect();
+        let what = what::by_name(&table.what).ok_or_else(|| match nearest(&table.what, &names) {
+            near if near.is_empty() => {
+                format!("unknown `what`: `{}`; known are {}", table.what, names.join(", "))
+            }
+            near => format!("unknown `what`: `{}`{near}", table.what),
+        })?;
+        if let Some(wrong) = table.given().into_iter().find(|key| !what.keys.contains(key)) {
+            let valid = what.keys.join(", ");
+            return Err(format!("`{wrong}` does not go with `{}`; valid here: {valid}", what.name));
+        }
+        let expect = Self::of(what, table)?;
+        expect.complete()?;
+        Ok(expect)
+    }
+}
+
+impl Expect {
+    fn of(what: &'static What, table: Table) -> Result<Self, String> {
+        let (equals, equals_text) = match table.equals {
+            None => (None, None),
+            Some(Value::String(text)) => (None, Some(text)),
+            Some(value) => match value.as_f64() {
+                Some(number) => (Some(number), None),
+                None => return Err(format!("`equals`: expected a number or a text, found {value}")),
+            },
+        };
+        let (between, between_events) = match table.between {
+            None => (None, None),
+            Some((Value::String(from), Value::String(to))) => (None, Some((from, to))),
+            Some((from, to)) => match (from.as_f64(), to.as_f64()) {
+                (Some(least), Some(most)) => (Some((least, most)), None),
+                _ => return Err("`between`: expected two numbers or two events".to_owned()),
+            },
+        };
+        let pattern = |text: String| {
+            regex_lite::Regex::new(&text)
+                .map_err(|error| format!("`matches`: `{text}` is no pattern: {error}"))
+        };
+        let names_file = what.kind == Kind::SameBytes;
+        Ok(Self {
+            what,
+            file: if names_file { table.of.clone() } else { table.file },
+            on: table.on.or(table.of.filter(|_| !names_file)),
+            after: table.after,
+            within_s: table.within_s,
+            between_events,
+            bounds: Bounds {
+                equals,
+                above: table.above,
+                below: table.below,
+                abs_below: table.abs_below,
+                between,
+                tolerance: table.tolerance.unwrap_or(0.0),
+            },
+            equals_text,
+            equals_run_without: table.equals_run_without,
+            matches: table.matches.map(pattern).transpose()?.map(Pattern),
+            runs: table.runs.unwrap_or(2),
+        })
+    }
+
+    /// Refuses one that expects nothing.
+    fn complete(&self) -> Result<(), String> {
+        let name = self.what.name;
+        let lacks = |keys: &str| Err(format!("`{name}` expects nothing yet; add {keys}"));
+        let compared = self.equals_text.is_some() || self.equals_run_without.is_some();
+        match self.what.kind {
+            Kind::NextScan if self.within_s.is_none() => lacks("`within_s`"),
+            Kind::Count(_) | Kind::Measure(_) if self.bounds.is_empty() && !compared => {
+                lacks("`equals`, `above`, `below` or `between`")
+            }
+            Kind::Log if self.matches.is_none() => lacks("`matches`"),
+            Kind::BytesOf if self.file.is_none() => lacks("`file`"),
+            Kind::BytesOf if !compared => lacks("`equals`, the other file"),
+            Kind::SameBytes if self.file.is_none() => lacks("`of`, the file"),
+            Kind::SameBytes if self.runs < 2 => Err("`runs`: expected 2 or more".to_owned()),
+            _ => Ok(()),
+        }
+    }
+
+    /// What it expects of whom, in a few words: the same words in every run.
+    pub fn title(&self) -> String {
+        let mut title = self.what.name.to_owned();
+        for (word, text) in [("of", &self.file), ("on", &self.on), ("after", &self.after)] {
+            if let Some(text) = text {
+                title += &format!(" {word} {text}");
+            }
+        }
+        if let Some((from, to)) = &self.between_events {
+            title += &format!(" between {from} and {to}");
+        }
+        if let Some(seconds) = self.within_s {
+            title += &format!(" within {seconds} s");
+        }
+        if let Some(Pattern(pattern)) = &self.matches {
+            title += &format!(" matches {}", pattern.as_str());
+        }
+        match self.bounds.words() {
+            words if words.is_empty() => title,
+            words => title + ": " + &words,
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Scenario files: strict TOML; a file may `use` another and change some of its keys.
+
+mod expect;
+mod file;
+mod settle;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use rowscan_emulator::lockstep::Ack;
+use rowscan_protocol::device::{Profile, Start};
+use rowscan_protocol::model::Model;
+use rowscan_scenes::files::from_toml;
+
+pub use expect::{Bounds, Expect};
+pub use file::Mode;
+use file::ScenarioFile;
+
+use crate::fault::FaultTable;
+
+/// How many files may use one another.
+const DEEPEST: usize = 8;
+
+/// A scenario, its values checked.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Where it stands.
+    pub path: PathBuf,
+    /// Scene by name or path.
+    pub scene: String,
+    /// The scene's seed; the scene's own where absent.
+    pub seed: Option<u64>,
+    /// Seeds to try, from `seed` on.
+    pub seeds: u32,
+    /// What drives time.
+    pub clock: Clock,
+    /// When it is over.
+    pub end: End,
+    /// The scanners.
+    pub devices: Vec<DeviceSpec>,
+    /// CAN ports by id.
+    pub buses: Vec<PortSpec>,
+    /// Places for GNSS sentences by id.
+    pub nmea: Vec<PortSpec>,
+    /// The children.
+    pub runs: Vec<RunSpec>,
+    /// Faults, as written.
+    pub faults: Vec<FaultTable>,
+    /// What is expected.
+    pub expects: Vec<Expect>,
+    /// Why it cannot be run, though it is sound.
+    pub refusal: Option<String>,
+}
+
+/// What drives time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clock {
+    /// Paced or lockstep.
+    pub mode: Mode,
+    /// Simulated seconds a host second; none: as fast as it goes.
+    pub scale: Option<f64>,
+    /// What acknowledges a step.
+    pub acks: Vec<Ack>,
+    /// Host time for a step.
+    pub deadline: Duration,
+    /// Host time until every child is ready and every scanner has a taker.
+    pub startup: Duration,
+}
+
+/// When a scenario is over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum End {
+    /// So many metres along the row.
+    RowM(f64),
+    /// So many simulated seconds after the drive has started.
+    Seconds(f64),
+    /// So many scans.
+    Scans(u64),
+}
+
+/// A scanner.
+#[derive(Clone, Debug)]
+pub struct DeviceSpec {
+    /// Its name in the scenario.
+    pub id: String,
+    /// Its model.
+    pub model: &'static Model,
+    /// Where it listens.
+    pub tcp: String,
+    /// Times and jitter.
+    pub profile: Profile,
+    /// How it is found.
+    pub start: Start,
+    /// Number in the rig.
+    pub scanner: usize,
+}
+
+/// A port by name.
+#[derive(Clone, Debug)]
+pub struct PortSpec {
+    /// Its name in the scenario.
+    pub id: String,
+    /// As `emulate --can` and `--nmea` take it.
+    pub port: String,
+}
+
+/// A child.
+#[derive(Clone, Debug)]
+pub struct RunSpec {
+    /// Its name in the scenario.
+    pub id: String,
+    /// Program and arguments, with placeholders.
+    pub command: Vec<String>,
+    /// When it is ready.
+    pub ready: Ready,
+    /// Its environment besides ours, with placeholders.
+    pub env: BTreeMap<String, String>,
+}
+
+/// When a child is ready.
+#[derive(Clone, Debug)]
+pub enum Ready {
+    /// Alive for so long, host time.
+    Alive(Duration),
+    /// A line of its output matches.
+    Line(regex_lite::Regex),
+    /// Something listens there.
+    Port(String),
+    /// This file of the run's folder is there.
+    File(String),
+}
+
+/// Why a scenario cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// The file could not be read.
+    #[error("cannot read {}: {cause}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        cause: std::io::Error,
+    },
+    /// The file is not a scenario.
+    #[error("{}:{line}: {message}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1; 0 if it concerns the whole.
+        line: usize,
+        /// What is wrong, with the remedy.
+        message: String,
+    },
+    /// A value that cannot be.
+    #[error("{}: {message}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with the remedy.
+        message: String,
+    },
+}
+
+impl Scenario {
+    /// Reads a scenario with what it uses.
+    ///
+    /// # Errors
+    /// A file that cannot be read, content that is refused, files that use one another in a circle.
+    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        let mut file = read(path)?;
+        let mut from = path.to_owned();
+        for _ in 0..DEEPEST {
+            let Some(base) = file.base.take() else {
+                let value = |message| ScenarioError::Value { path: path.to_owned(), message };
+                return settle::settle(path, file).map_err(value);
+            };
+            from = from.parent().unwrap_or(Path::new("")).join(base);
+            let base = read(&from)?;
+            let further = base.base.clone();
+            file = file.over(base);
+            file.base = further;
+        }
+        Err(ScenarioError::Value {
+            path: path.to_owned(),
+            message: format!("more than {DEEPEST} files use one another, or in a circle; break it up"),
+        })
+    }
+
+    /// The folder it stands in.
+    pub fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+}
+
+fn read(path: &Path) -> Result<ScenarioFile, ScenarioError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|cause| ScenarioError::Read { path: path.to_owned(), cause })?;
+    from_toml(&text).map_err(|error| ScenarioError::Content {
+        path: path.to_owned(),
+        line: error.line,
+        message: error.message,
+    })
+}
+
+#[cfg(test)]
+mod tests;

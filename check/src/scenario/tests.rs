@@ -1,0 +1,270 @@
+#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::path::PathBuf;
+
+use super::*;
+
+/// What the examples share.
+const BASE: &str = r#"
+version = 1
+scene = "spindle"
+seed = 7
+end = { row_m = 18 }
+[[device]]
+id = "left"
+model = "lms111"
+[[run]]
+id = "sut"
+command = ["./controller", "{left.tcp}"]
+"#;
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().expect("a folder"));
+        folder.file("base.toml", BASE);
+        folder
+    }
+
+    fn file(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        path
+    }
+
+    fn load(&self, text: &str) -> Result<Scenario, ScenarioError> {
+        Scenario::load(&self.file("it.toml", text))
+    }
+
+    fn refused(&self, text: &str) -> String {
+        let message = self.load(text).expect_err(text).to_string();
+        message.rsplit("it.toml").next().unwrap_or_default().to_owned()
+    }
+}
+
+/// Examples 1 to 8 of the fact sheet, with what keeps each from running.
+const EXAMPLES: [(&str, &str); 8] = [
+    (
+        "faults on the byte path land separately; found `power`",
+        r#"
+version = 1
+scene = "spindle"
+seed = 7
+clock = { mode = "paced", scale = 1 }
+end = { row_m = 18 }
+[[device]]
+id = "left"
+model = "lms111"
+tcp = "127.0.0.1:0"
+profile = "field"
+start = "off"
+[[run]]
+id = "sut"
+command = ["./controller", "--scanner", "{left.tcp}"]
+ready = { alive_s = 1 }
+[[fault]]
+name = "power"
+on = "left"
+at = { s = 0 }
+for = { s = 20 }
+[[expect]]
+what = "first_scan"
+after = "power.end"
+within_s = 12
+"#,
+    ),
+    (
+        "found `power`",
+        r#"
+use = "base.toml"
+[[fault]]
+id = "crank"
+name = "power"
+on = "left"
+at = { tree = 4 }
+for = { s = 1.4 }
+dips = [[0, 6.0], [300, 9.0], [900, 12.0]]
+[[expect]]
+what = "scans_lost"
+between = ["crank", "crank.recovered"]
+equals = "device"
+[[expect]]
+what = "streaming"
+after = "crank.end"
+within_s = 35
+"#,
+    ),
+    (
+        "found `split`",
+        r#"
+use = "base.toml"
+clock = { mode = "lockstep", ack = { sut = "idle" }, deadline_wall_s = 5 }
+fault = [{ name = "split", on = "left", direction = "to_client", at = { scan = 10 }, sweep = { offset = "all" } }]
+expect = [{ what = "bytes_of", file = "decisions.jsonl", equals_run_without = "faults" }]
+"#,
+    ),
+    (
+        "found `half_open`",
+        r#"
+use = "base.toml"
+fault = [{ id = "out", name = "half_open", on = "left", at = { row_m = 6.0 }, for = { s = 8 } }]
+expect = [
+  { what = "log", of = "sut", matches = "(?i)lost|disconnect", after = "out", within_s = 5 },
+  { what = "valves", all = "closed", after = "out", within_s = 2 },
+  { what = "reconnects", equals = 1 },
+]
+"#,
+    ),
+    (
+        "found `encoder`",
+        r#"
+use = "base.toml"
+fault = [{ name = "encoder", slip = 0.15, at = { tree = 3 }, until = { tree = 6 } }]
+expect = [
+  { what = "leaf_area_error", abs_below = 0.08 },
+  { what = "latency_error_m", edge = "leading", p95_below = 0.10 },
+]
+"#,
+    ),
+    (
+        "found `clock_wrap`",
+        r#"
+use = "base.toml"
+fault = [
+  { name = "clock_wrap", on = "left", at = { row_m = 9 } },
+  { name = "clock_step", on = "left", s = -3600, at = { row_m = 12 } },
+]
+expect = [{ what = "impacted_total_area_m2", equals_run_without = "faults", tolerance = 0 }]
+"#,
+    ),
+    (
+        "needs the sprayer",
+        r#"
+use = "base.toml"
+bus = [{ id = "can0", port = "udp-aog:127.0.0.1:2234" }]
+run = [{ id = "tc", command = ["tc-server", "--udp", "2234"], ready = { frame = "pgn:0xCB00 cmd:0xE" } }]
+fault = [{ id = "off", name = "bus_off", on = "can0", at = { s = 20 }, for = { s = 8 } }]
+expect = [
+  { what = "valves", all = "closed", after = "off", within_s = 6.5 },
+  { what = "ddi", element = 1, ddi = 161, value = "as_setpoint", after = "off.end", within_s = 10 },
+]
+"#,
+    ),
+    (
+        "needs the sprayer",
+        r#"
+scene = "spindle"
+seed = 7
+version = 1
+clock = { mode = "lockstep", step_ms = 20, ack = { sut = { frame = "NozzleDuty", counter = "Step" } }, deadline_wall_s = 5 }
+end = { row_m = 60 }
+sprayer = { boom = "boom.toml", input = "dbc:nozzles.dbc", compute_ms = 4 }
+repeat = { seeds = 5 }
+[[device]]
+id = "left"
+model = "lms111"
+tcp = "127.0.0.1:0"
+[[bus]]
+id = "can0"
+port = "slcan:./can"
+[[run]]
+id = "sut"
+command = ["./controller", "{left.tcp}", "{can0.path}"]
+[[fault]]
+name = "jitter"
+on = "left"
+sd_ms = 8
+p = 0.2
+[[expect]]
+what = "off_target_share"
+below = 0.25
+[[expect]]
+what = "recall"
+above = 0.95
+[[expect]]
+what = "saved_litres"
+between = [0.27, 0.80]
+[[expect]]
+what = "same_bytes"
+of = "valves.jsonl"
+runs = 2
+"#,
+    ),
+];
+
+#[test]
+fn the_eight_examples_parse_and_say_what_they_wait_for() {
+    let folder = Folder::new();
+    for (number, (waits_for, text)) in EXAMPLES.iter().enumerate() {
+        let scenario = folder.load(text).unwrap_or_else(|error| panic!("example {}: {error}", number + 1));
+        let refusal = scenario.refusal.expect("it cannot be run yet");
+        assert!(refusal.contains(waits_for), "example {}: {refusal}", number + 1);
+        assert!(!scenario.faults.is_empty());
+    }
+}
+
+#[test]
+fn a_file_replaces_its_base_key_by_key() {
+    let folder = Folder::new();
+    let scenario = folder
+        .load("use = \"base.toml\"\nseed = 8\nend = { scans = 5 }\nexpect = [{ what = \"scans_lost\", equals = 0 }]\n")
+        .expect("sound");
+    assert_eq!((scenario.seed, scenario.end), (Some(8), End::Scans(5)));
+    assert_eq!((scenario.devices.len(), scenario.runs.len(), scenario.refusal), (1, 1, None));
+    let message = folder.refused("use = \"it.toml\"\n");
+    assert!(message.contains("in a circle"), "{message}");
+}
+
+#[test]
+fn a_fault_keeps_its_parameters() {
+    let folder = Folder::new();
+    let scenario = folder.load(EXAMPLES[1].1).expect("sound");
+    let fault = &scenario.faults[0];
+    assert_eq!((fault.id.as_deref(), fault.on.as_deref()), (Some("crank"), Some("left")));
+    assert_eq!(fault.parameters["dips"], serde_json::json!([[0, 6.0], [300, 9.0], [900, 12.0]]));
+}
+
+#[test]
+fn mistakes_are_told_with_line_and_remedy() {
+    let folder = Folder::new();
+    let use_base = "use = \"base.toml\"\n";
+    for (text, expected) in [
+        ("sed = 7\n", ":1: unknown key `sed`; did you mean `seed`?"),
+        (
+            "version = 1\n[[device]]\nid = \"a\"\nmodle = \"lms111\"\n",
+            ":4: unknown key `modle`; did you mean `model`?",
+        ),
+        (
+            "\n[[expect]]\nwhat = \"scan_lost\"\nequals = 0\n",
+            ":2: unknown `what`: `scan_lost`; did you mean `scans_lost`?",
+        ),
+        (
+            "[[expect]]\nwhat = \"exit_code\"\nmatches = \"x\"\n",
+            ":1: `matches` does not go with `exit_code`; valid here: of, equals",
+        ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\n",
+            ":1: `scans_lost` expects nothing yet; add `equals`, `above`, `below` or `between`",
+        ),
+        ("[[expect]]\nwhat = \"log\"\nmatches = \"(\"\n", ":1: `matches`: `(` is no pattern"),
+    ] {
+        let message = folder.refused(text);
+        assert!(message.contains(expected), "{text}: {message}");
+    }
+    let expects = "expect = [{ what = \"scans_lost\", equals = 0 }]\n";
+    for (text, expected) in [
+        ("clock = { ack = { sut = \"idle\" } }\n", "add `mode = \"lockstep\"`"),
+        ("clock = { mode = \"lockstep\", scale = 2 }\n", "leave `scale` out"),
+        ("clock = { mode = \"lockstep\", ack = { sud = \"idle\" } }\n", "there is no [[run]] with id `sud`"),
+        ("clock = { mode = \"lockstep\", ack = { sut = \"never\" } }\n", "expected sent, read, idle"),
+        ("end = { row_m = 1, s = 2 }\n", "expected one of `row_m`, `s`"),
+        ("device = [{ id = \"left\", model = \"lms999\" }]\n", "found `lms999`"),
+        ("run = [{ id = \"left\", command = [\"x\"] }]\n", "two things are called `left`"),
+        ("version = 2\n", "`version`: expected 1, found 2"),
+    ] {
+        let message = folder.refused(&format!("{use_base}{text}{expects}"));
+        assert!(message.contains(expected), "{text}: {message}");
+    }
+    assert!(folder.refused(use_base).contains("it expects nothing; add an [[expect]]"));
+}

@@ -1,0 +1,46 @@
+//! What is really there, as far as verdicts need it.
+
+use rowscan_canopy::Estimate;
+use rowscan_emulator::stage::Stage;
+
+/// The trees of the row.
+#[derive(Clone, Debug)]
+pub(crate) struct Trees(Vec<Tree>);
+
+#[derive(Clone, Copy, Debug)]
+struct Tree {
+    number: u32,
+    y_m: Option<f64>,
+    /// Leaf area between the tree's borders, whoever's leaves they are: what an estimate by tree can know.
+    leaf_area_m2: Option<f64>,
+}
+
+impl Trees {
+    pub(crate) fn of(stage: &Stage) -> Self {
+        let trees = stage.orchard.truth().trees;
+        let tree = |tree: &rowscan_scenes::TreeTruth| Tree {
+            number: tree.tree,
+            y_m: tree.y_m,
+            leaf_area_m2: tree.cell_leaf_area_m2,
+        };
+        Self(trees.iter().map(tree).collect())
+    }
+
+    /// The tree nearest to `row_m` along the row.
+    pub(crate) fn beside(&self, row_m: f64) -> Option<u32> {
+        let away = |tree: &&Tree| tree.y_m.map_or(f64::INFINITY, |y_m| (y_m - row_m).abs());
+        let nearest = self.0.iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
+        nearest.y_m.map(|_| nearest.number)
+    }
+
+    /// (estimate − truth) / truth of the leaf area, over the trees scanned from end to end; none without any.
+    pub(crate) fn leaf_area_error(&self, estimate: &Estimate) -> Option<f64> {
+        let (mut found_m2, mut real_m2) = (0.0, 0.0);
+        for found in estimate.trees.iter().filter(|tree| tree.complete) {
+            let real = self.0.iter().find(|tree| tree.number == found.tree)?;
+            found_m2 += found.leaf_area_m2?;
+            real_m2 += real.leaf_area_m2?;
+        }
+        (real_m2 > 0.0).then(|| (found_m2 - real_m2) / real_m2)
+    }
+}

@@ -1,0 +1,75 @@
+//! What came out.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::journal::Event;
+
+/// How one expectation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// It holds.
+    Passed,
+    /// It was not judged, for a reason that is told.
+    Skipped,
+    /// It does not hold.
+    Failed,
+    /// The bench could not judge it.
+    Error,
+}
+
+/// One expectation of one run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Case {
+    /// Unique within its scenario: number, words, seed.
+    pub name: String,
+    /// How it ended.
+    pub verdict: Verdict,
+    /// One line: expected, found.
+    pub message: String,
+    /// When it was decided, simulated seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub t_s: Option<f64>,
+    /// Where the tractor was, metres along the row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub row_m: Option<f64>,
+    /// The tree nearest to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tree: Option<u32>,
+    /// The last events until then, in words.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub last_events: Vec<String>,
+    /// The command that runs it again.
+    pub rerun: String,
+}
+
+/// One scenario with one seed.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// The scenario's file.
+    pub scenario: PathBuf,
+    /// Name of its file without the ending.
+    pub name: String,
+    /// Its seed, if it came to run.
+    pub seed: Option<u64>,
+    /// Facts for the report: scene, clock.
+    pub facts: Vec<(&'static str, String)>,
+    /// Its expectations.
+    pub cases: Vec<Case>,
+    /// What happened.
+    pub events: Vec<Event>,
+    /// The end of what its children wrote.
+    pub output: String,
+    /// Simulated seconds.
+    pub simulated_s: f64,
+    /// Host seconds.
+    pub wall_s: f64,
+}
+
+/// The verdict of all: the worst one.
+pub fn worst<'a>(tried: impl IntoIterator<Item = &'a Tried>) -> Verdict {
+    let verdicts = tried.into_iter().flat_map(|tried| tried.cases.iter().map(|case| case.verdict));
+    verdicts.max().unwrap_or(Verdict::Error)
+}

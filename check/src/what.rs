@@ -1,0 +1,163 @@
+//! What a scenario can expect: one line each.
+
+/// A thing that can be expected.
+#[derive(Debug)]
+pub struct What {
+    /// As `what = "…"` names it.
+    pub name: &'static str,
+    /// The keys that go with it.
+    pub keys: &'static [&'static str],
+    /// What it tells, its unit and its source.
+    pub tells: &'static str,
+    /// Who judges it.
+    pub kind: Kind,
+}
+
+/// How an expectation is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The time of a stream's next scan.
+    NextScan,
+    /// A count of one device's delivered bytes.
+    Count(Count),
+    /// A measure of the bench's own estimate of the delivered bytes.
+    Measure(Measure),
+    /// A line of a child's output.
+    Log,
+    /// A file of the run's folder beside another.
+    BytesOf,
+    /// A file of the run's folder in several runs.
+    SameBytes,
+    /// How a child ended.
+    ExitCode,
+    /// Not before there is a sprayer.
+    Sprayer,
+}
+
+/// Counts of one device's delivered bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Count {
+    /// Telegrams missing by the counters.
+    ScansLost,
+    /// Telegrams that came again.
+    ScansRepeated,
+    /// Telegrams that cannot be read.
+    TelegramsBad,
+    /// Connections after the first.
+    Reconnects,
+}
+
+/// Measures of the bench's own estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// Impacted total area, m².
+    ImpactedTotalArea,
+    /// (estimate − truth) / truth of the leaf area.
+    LeafAreaError,
+}
+
+const COUNT: &[&str] = &["on", "equals", "above", "below", "between", "after"];
+const MEASURE: &[&str] =
+    &["on", "equals", "above", "below", "abs_below", "between", "equals_run_without", "tolerance"];
+
+const fn sprayer(name: &'static str, keys: &'static [&'static str], tells: &'static str) -> What {
+    What { name, keys, tells, kind: Kind::Sprayer }
+}
+
+/// All of them.
+pub const WHATS: &[What] = &[
+    What {
+        name: "first_scan",
+        keys: &["on", "after", "within_s"],
+        tells: "the first scan delivered after an event, or after the start of time, comes within so many simulated seconds",
+        kind: Kind::NextScan,
+    },
+    What {
+        name: "streaming",
+        keys: &["on", "after", "within_s"],
+        tells: "the same as `first_scan`: scans are delivered again",
+        kind: Kind::NextScan,
+    },
+    What {
+        name: "scans_lost",
+        keys: COUNT,
+        tells: "scan telegrams missing by their counters, over all connections to the device",
+        kind: Kind::Count(Count::ScansLost),
+    },
+    What {
+        name: "scans_repeated",
+        keys: COUNT,
+        tells: "scan telegrams that came again",
+        kind: Kind::Count(Count::ScansRepeated),
+    },
+    What {
+        name: "telegrams_bad",
+        keys: COUNT,
+        tells: "broken frames, and scan telegrams in good frames that cannot be read",
+        kind: Kind::Count(Count::TelegramsBad),
+    },
+    What {
+        name: "reconnects",
+        keys: COUNT,
+        tells: "connections to the device after the first",
+        kind: Kind::Count(Count::Reconnects),
+    },
+    What {
+        name: "impacted_total_area_m2",
+        keys: MEASURE,
+        tells: "impacted total area I_T of the delivered scans, m²",
+        kind: Kind::Measure(Measure::ImpactedTotalArea),
+    },
+    What {
+        name: "leaf_area_error",
+        keys: MEASURE,
+        tells: "(estimate − truth) / truth of the leaf area, summed over the trees scanned from end to end; truth by cell",
+        kind: Kind::Measure(Measure::LeafAreaError),
+    },
+    What {
+        name: "log",
+        keys: &["of", "matches", "after", "within_s"],
+        tells: "a line of the child's output matches a regular expression; its time is that at which the bench read it",
+        kind: Kind::Log,
+    },
+    What {
+        name: "bytes_of",
+        keys: &["file", "equals", "equals_run_without"],
+        tells: "a file of the run's folder has the same bytes as another (relative to the scenario)",
+        kind: Kind::BytesOf,
+    },
+    What {
+        name: "same_bytes",
+        keys: &["of", "runs"],
+        tells: "a file of the run's folder has the same bytes in so many runs of one seed [2]",
+        kind: Kind::SameBytes,
+    },
+    What {
+        name: "exit_code",
+        keys: &["of", "equals"],
+        tells: "the child's exit code [0]; 128 and the signal's number if a signal ended it",
+        kind: Kind::ExitCode,
+    },
+    sprayer("latency_error_m", &["edge", "p95_below"], "distance between a valve's edge and the canopy's, m"),
+    sprayer("valves", &["all", "after", "within_s"], "state of the valves"),
+    sprayer("ddi", &["element", "ddi", "value", "after", "within_s"], "a value of the task controller"),
+    sprayer("off_target_share", &["above", "below"], "share of the dose beside the canopy"),
+    sprayer("recall", &["above", "below"], "share of the canopy that was sprayed"),
+    sprayer("saved_litres", &["above", "below", "between"], "dose saved against a sprayer that is always on"),
+];
+
+/// What is called `name`.
+pub(crate) fn by_name(name: &str) -> Option<&'static What> {
+    WHATS.iter().find(|what| what.name == name)
+}
+
+/// The table as Markdown, as docs/bench.md has it.
+pub fn markdown() -> String {
+    let mut text = "| what | keys | tells |\n|---|---|---|\n".to_owned();
+    for what in WHATS {
+        let keys: Vec<String> = what.keys.iter().map(|key| format!("`{key}`")).collect();
+        let needs = if what.kind == Kind::Sprayer { "; needs the sprayer: answered *error*" } else { "" };
+        text += &format!("| `{}` | {} | {}{needs} |\n", what.name, keys.join(", "), what.tells);
+    }
+    text
+}

@@ -1,0 +1,98 @@
+#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::offline::Offline;
+use rowscan_emulator::stage::Stage;
+use rowscan_protocol::client::ColaConfig;
+use rowscan_protocol::device::scan_event;
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::model;
+use rowscan_scenes::files::scene_from_text;
+use rowscan_study::reading::{CalibrationChoice, Reading};
+
+use super::*;
+
+/// A witness of one device, and so many of its scan telegrams in CoLa B.
+fn bench(scans: usize) -> (Witness, Vec<Vec<u8>>) {
+    let scene = scene_from_text("version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 5\n");
+    let stage = Stage::grow(scene.expect("sound"), &|_, _| {}).expect("it grows");
+    let (device, view) = stage.scanner(0, model::by_name("lms111").expect("known")).expect("it fits");
+    let mut offline = Offline::new(device, view);
+    offline.set_up(ColaConfig::default()).expect("set up");
+    let mut telegrams = Vec::new();
+    while telegrams.len() < scans {
+        let mut frame = Vec::new();
+        scan_event(Dialect::B, offline.telegram().expect("a telegram"), &mut frame);
+        telegrams.push(frame);
+    }
+    let rig = rowscan_emulator::Rig::new(stage.tractor(), TimeScale::Max);
+    let witness = Witness::new(Journal::new(rig.clock(), stage.tractor()));
+    let reading = Reading::of(Some(&stage.rig), 0, true, CalibrationChoice::OfRig).expect("read");
+    witness.watch("left", reading.pipeline);
+    (witness, telegrams)
+}
+
+/// The bytes of these telegrams over one connection.
+fn deliver<'a>(witness: &Witness, telegrams: impl IntoIterator<Item = &'a Vec<u8>>) {
+    let tap = witness.taps().open("left", StreamKind::Cola);
+    // In pieces, as a link gives them.
+    for telegram in telegrams {
+        telegram.chunks(100).for_each(|bytes| tap.record(Side::Device, bytes));
+    }
+}
+
+/// Lost, repeated, bad, connections.
+fn counted(witness: &Witness) -> (u64, u64, u64, u64) {
+    let counts = witness.close()["left"].counts();
+    (counts.scans_lost, counts.scans_repeated, counts.telegrams_bad, counts.connections)
+}
+
+#[test]
+fn whole_telegrams_are_no_fault() {
+    let (witness, telegrams) = bench(10);
+    deliver(&witness, &telegrams);
+    let streams = witness.close();
+    let stream = &streams["left"];
+    assert_eq!((stream.counts().scans, stream.scan_times.len()), (10, 10));
+    assert_eq!(stream.counts().rare(), Counts { connections: 1, ..Counts::default() });
+    assert_eq!(stream.estimate.as_ref().map(|estimate| estimate.scans), Some(10));
+}
+
+#[test]
+fn what_is_lost_repeated_or_broken_on_the_way_is_counted() {
+    let (witness, telegrams) = bench(10);
+    deliver(&witness, telegrams.iter().enumerate().filter(|(n, _)| !(4..7).contains(n)).map(|(_, t)| t));
+    assert_eq!(counted(&witness), (3, 0, 0, 1));
+
+    let (witness, telegrams) = bench(10);
+    deliver(&witness, telegrams[..5].iter().chain(&telegrams[4..]));
+    assert_eq!(counted(&witness), (0, 1, 0, 1));
+
+    let (witness, mut telegrams) = bench(10);
+    let last = telegrams[5].len() - 1;
+    telegrams[5][last] ^= 1;
+    deliver(&witness, &telegrams);
+    assert_eq!(counted(&witness), (1, 0, 1, 1));
+}
+
+#[test]
+fn a_connection_that_ends_inside_a_telegram_and_another_one() {
+    let (witness, telegrams) = bench(10);
+    let cut = telegrams[3][..200].to_vec();
+    deliver(&witness, telegrams[..3].iter().chain([&cut]));
+    deliver(&witness, &telegrams[6..]);
+    let (lost, repeated, _, connections) = counted(&witness);
+    assert_eq!((lost, repeated, connections), (3, 0, 2));
+}
+
+#[test]
+fn scans_over_two_connections_at_once_count_once() {
+    let (witness, telegrams) = bench(4);
+    let taps = witness.taps();
+    let (first, second) = (taps.open("left", StreamKind::Cola), taps.open("left", StreamKind::Cola));
+    for telegram in &telegrams {
+        first.record(Side::Device, telegram);
+        second.record(Side::Device, telegram);
+    }
+    assert_eq!(counted(&witness), (0, 0, 0, 2));
+}

@@ -1,0 +1,50 @@
+//! When a rig's time ends by itself.
+
+use std::time::Duration;
+
+use rowscan_protocol::time::SimTime;
+use rowscan_vehicle::Tractor;
+
+/// Where time stops. Everything due until then is sent, and acknowledged in lockstep; nothing later is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EndWhen {
+    /// So long after the drive has started.
+    Driven(Duration),
+    /// The tractor is so many metres along the row.
+    RowM(f64),
+    /// So many instants at which scans went to a taker; scanners that turn together share an instant.
+    Scans(u64),
+}
+
+impl EndWhen {
+    /// True if what is due at `at` comes after the end, after so many instants with scans.
+    pub(crate) fn is_before(self, at: SimTime, tractor: &Tractor, scan_instants: u64) -> bool {
+        let Some(began) = tractor.began() else { return false };
+        match self {
+            Self::Driven(time) => at > began + time,
+            Self::RowM(row_m) => tractor.motion(at).place.y_m > row_m,
+            Self::Scans(scans) => scan_instants >= scans,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rowscan_vehicle::trajectory::Trajectory;
+
+    use super::*;
+
+    #[test]
+    fn an_end_is_reached_only_by_a_drive_that_has_started() {
+        let tractor = Tractor::new(Trajectory::straight(0.0, 2.0));
+        let second = SimTime::ZERO + Duration::from_secs(1);
+        let ends = [EndWhen::Driven(Duration::from_millis(500)), EndWhen::RowM(1.5), EndWhen::Scans(3)];
+        assert!(ends.iter().all(|end| !end.is_before(second, &tractor, 3)));
+        tractor.begin(SimTime::ZERO);
+        assert!(ends.iter().all(|end| end.is_before(second, &tractor, 3)));
+        // What is due at the end itself is sent.
+        assert!(!EndWhen::Driven(Duration::from_secs(1)).is_before(second, &tractor, 0));
+        assert!(!EndWhen::RowM(2.0).is_before(second, &tractor, 0));
+        assert!(!EndWhen::Scans(3).is_before(second, &tractor, 2));
+    }
+}
