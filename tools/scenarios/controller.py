@@ -1,4 +1,4 @@
-"""A controller of 30 lines: reads scans in CoLa A and decides on each of them whether the nozzles open.
+"""A controller of 44 lines: reads scans in CoLa A and decides on each of them whether the nozzles open.
 
 usage: controller.py HOST:PORT [--quit-after N] [--deaf]
 """
