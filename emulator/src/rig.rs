@@ -138,6 +138,11 @@ impl Rig {
         timeline.sources.push(Source::Gnss(output));
     }
 
+    /// The clock that all of it runs by.
+    pub fn clock(&self) -> Arc<SimClock> {
+        Arc::clone(&self.timeline.clock)
+    }
+
     /// Starts time.
     pub fn run(mut self) -> Running {
         // Sources due at one instant fire in this order, however they were added.

@@ -3,7 +3,7 @@
 use rowscan_emulator::{EmulatorCounts, SerialCounts};
 use serde::Serialize;
 
-use super::output::print_json;
+use super::output::print_event;
 use super::{Failure, Format};
 
 #[derive(Serialize)]
@@ -14,7 +14,7 @@ struct Ready {
 /// Tells scripts that every endpoint has been announced.
 pub(super) fn ready(format: Format) -> Result<(), Failure> {
     match format {
-        Format::Json | Format::Jsonl => print_json(Format::Jsonl, &Ready { event: "ready" }),
+        Format::Json | Format::Jsonl => print_event(&Ready { event: "ready" }),
         Format::Csv | Format::Table => Ok(()),
     }
 }
@@ -73,7 +73,7 @@ impl<'a> End<'a> {
     /// Tells scripts.
     pub(super) fn tell(&self, format: Format) -> Result<(), Failure> {
         match format {
-            Format::Json | Format::Jsonl => print_json(Format::Jsonl, self),
+            Format::Json | Format::Jsonl => print_event(self),
             Format::Csv | Format::Table => Ok(()),
         }
     }

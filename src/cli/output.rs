@@ -70,6 +70,14 @@ pub(super) fn print_json(format: Format, document: &impl Serialize) -> Result<()
     print(&(text.map_err(json_failure)? + "\n"))
 }
 
+/// Tells a script what happens, a line an event. A script may read where a command listens and then no more: that does not end the command.
+pub(super) fn print_event(event: &impl Serialize) -> Result<(), Failure> {
+    match print_json(Format::Jsonl, event) {
+        Err(Failure::Write { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        told => told,
+    }
+}
+
 /// Writes what was measured beside a result: behind the document as one of its own for jsonl, else for people.
 pub(super) fn tell_latency(format: Format, latency: &impl Serialize) -> Result<(), Failure> {
     match format {
