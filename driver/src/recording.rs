@@ -120,7 +120,9 @@ impl Recording {
             self.wanted.as_ref().filter(|name| streams.iter().all(|stream| stream.name != **name))
         {
             let names = |stream: &StreamInfo| [&[stream.name.clone()][..], &stream.connections].concat();
-            let found = streams.iter().flat_map(names).collect();
+            let mut found: Vec<String> = streams.iter().flat_map(names).collect();
+            // Which stream came first into the file is the host's doing.
+            found.sort();
             return Err(DriverError::NoStream { path: self.path.clone(), wanted: wanted.clone(), found });
         }
         if self.clients.values().all(|client| client.counts().frames == 0) {

@@ -13,6 +13,7 @@ use std::time::{Duration, SystemTime};
 use rowscan_ports::Delivery;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::WallClock;
+use tokio::sync::Notify;
 use tokio::time::{Instant, sleep_until};
 
 /// How simulated time runs against the host's.
@@ -79,12 +80,14 @@ pub struct SimClock {
     epoch: Instant,
     /// The latest instant the mirror reached, ns; what time it is while the clock waits for its clients.
     reached: AtomicU64,
+    /// Notified when it gets further.
+    moved: Notify,
 }
 
 impl SimClock {
     /// Starts simulated time at zero, now.
     pub fn start(scale: TimeScale) -> Self {
-        Self { scale, epoch: Instant::now(), reached: AtomicU64::new(0) }
+        Self { scale, epoch: Instant::now(), reached: AtomicU64::new(0), moved: Notify::new() }
     }
 
     /// The host's instant that `at` is due at, on a paced clock.
@@ -134,6 +137,22 @@ impl SimClock {
     /// Simulated time has come to `at`.
     pub(crate) fn reached(&self, at: SimTime) {
         self.reached.fetch_max(at.0, Ordering::Relaxed);
+        self.moved.notify_waiters();
+    }
+
+    /// Waits until it is `at`, and moves nothing: for whoever follows time and does not make it.
+    pub(crate) async fn passes(&self, at: SimTime) {
+        if let TimeScale::Paced(scale) = self.scale {
+            return sleep_until(self.epoch + host_time(at, scale)).await;
+        }
+        loop {
+            let mut moved = std::pin::pin!(self.moved.notified());
+            moved.as_mut().enable();
+            if self.now() >= at {
+                return;
+            }
+            moved.await;
+        }
     }
 
     /// Rests for a simulated time, as a device does that is at work; not at all while the clock waits for its clients.

@@ -3,6 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
+use rowscan_faults::Direction;
 use rowscan_protocol::device::{AfterReply, Reply, Session};
 use rowscan_recording::{Side, StreamKind, Tap};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
@@ -16,7 +17,13 @@ use crate::shared::{Program, Shared};
 const READ_CHUNK: usize = 4096;
 
 /// Serves one client until it leaves, is turned out, or the device drops it. A house full of speakers refuses it.
-pub(crate) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, peer: String, stream: S) {
+/// `on_reset` has the connection end with a reset when it is dropped, where there is such a thing.
+pub(crate) async fn serve<S: AsyncRead + AsyncWrite + Unpin>(
+    shared: Arc<Shared>,
+    peer: String,
+    stream: S,
+    on_reset: fn(&S),
+) {
     let counts = &shared.counts;
     let Some(joined) = shared.roster.join(peer.clone()) else {
         if let Some(so_far) = counts.refused.count() {
@@ -49,7 +56,7 @@ pub(crate) async fn serve<S: AsyncRead + AsyncWrite>(shared: Arc<Shared>, peer: 
     }
     let entry = RosterEntry { shared: &shared, member: joined.member };
     let ended = tokio::select! {
-        ended = converse(&shared, &entry.member, joined.scans, stream) => ended,
+        ended = converse_through_faults(&shared, &entry.member, joined.scans, stream, on_reset) => ended,
         () = entry.member.turned_out() => Ok(()),
     };
     if let Err(cause) = ended {
@@ -72,21 +79,43 @@ impl Drop for RosterEntry<'_> {
     }
 }
 
-async fn converse<S: AsyncRead + AsyncWrite>(
+/// Converses through the scanner's faults, if it has any. What is recorded then is what goes over the client's wire.
+async fn converse_through_faults<S: AsyncRead + AsyncWrite + Unpin>(
     shared: &Shared,
     member: &Member,
-    mut telegrams: mpsc::Receiver<QueuedTelegram>,
+    telegrams: mpsc::Receiver<QueuedTelegram>,
     stream: S,
+    on_reset: fn(&S),
 ) -> io::Result<()> {
-    let (mut reader, mut writer) = tokio::io::split(stream);
-    let tap = match &shared.program {
+    let tap = tap_of(shared);
+    let Some(faults) = &shared.config.faults else {
+        return converse(shared, member, telegrams, stream, tap).await;
+    };
+    let stream = faults.wrap(stream, on_reset).witnessed(move |direction, bytes| {
+        tap.record(if direction == Direction::ToClient { Side::Device } else { Side::Host }, bytes);
+    });
+    converse(shared, member, telegrams, stream, Tap::default()).await
+}
+
+fn tap_of(shared: &Shared) -> Tap {
+    match &shared.program {
         Program::Device => {
             let stream = shared.config.stream.as_deref();
             shared.config.taps.open(stream.unwrap_or(shared.device().model().name), StreamKind::Cola)
         }
         Program::Script(name, _) => shared.config.taps.open(name, StreamKind::Cola),
         Program::Verbatim(name, kind) => shared.config.taps.open(name, *kind),
-    };
+    }
+}
+
+async fn converse<S: AsyncRead + AsyncWrite>(
+    shared: &Shared,
+    member: &Member,
+    mut telegrams: mpsc::Receiver<QueuedTelegram>,
+    stream: S,
+    tap: Tap,
+) -> io::Result<()> {
+    let (mut reader, mut writer) = tokio::io::split(stream);
     let mut scripted = match &shared.program {
         Program::Script(_, script) => Some(ScriptedReplies::new(Arc::clone(script))),
         Program::Device | Program::Verbatim(..) => None,

@@ -4,6 +4,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
+use rowscan_faults::{GatedListener, reset_on_drop};
 use rowscan_ports::{keep_alive, keep_near};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
@@ -53,6 +54,10 @@ pub(crate) async fn bind(address: &str) -> Result<(TcpListener, Bound), ListenEr
 /// Takes clients in for as long as the scanner runs.
 pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
     let mut clients = JoinSet::new();
+    let mut listener = match GatedListener::new(listener, shared.config.faults.clone()) {
+        Ok(listener) => listener,
+        Err(cause) => return tracing::warn!(%cause, "cannot listen"),
+    };
     loop {
         tokio::select! {
             accepted = listener.accept() => match accepted {
@@ -61,7 +66,8 @@ pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
                     if let Err(cause) = keep_alive(&stream).and_then(|()| if patient { keep_near(&stream) } else { Ok(()) }) {
                         tracing::debug!(%cause, "socket options refused");
                     }
-                    clients.spawn(connection::serve(Arc::clone(&shared), peer.to_string(), stream));
+                    let shared = Arc::clone(&shared);
+                    clients.spawn(connection::serve(shared, peer.to_string(), stream, reset_on_drop));
                 }
                 Err(cause) => {
                     // Out of descriptors, most likely: the clients already here must not suffer for it.

@@ -65,9 +65,9 @@ impl Emulator {
     /// Serves one client on any byte stream, as if it had connected.
     pub fn attach<S>(&mut self, stream: S)
     where
-        S: tokio::io::AsyncRead + tokio::io::AsyncWrite + Send + 'static,
+        S: tokio::io::AsyncRead + tokio::io::AsyncWrite + Unpin + Send + 'static,
     {
-        self.tasks.spawn(connection::serve(Arc::clone(&self.shared), "a line".to_owned(), stream));
+        self.tasks.spawn(connection::serve(Arc::clone(&self.shared), "a line".to_owned(), stream, |_| ()));
     }
 
     /// What it has done so far.

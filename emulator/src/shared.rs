@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use rowscan_faults::StreamFaults;
 use rowscan_ports::Tally;
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
@@ -48,6 +49,8 @@ pub struct EmulatorConfig {
     pub taps: Taps,
     /// What those streams are called; as the model is, where absent.
     pub stream: Option<String>,
+    /// What goes wrong between it and its clients. Then a recording holds what went over the clients' wires.
+    pub faults: Option<StreamFaults>,
 }
 
 impl Default for EmulatorConfig {
@@ -63,6 +66,7 @@ impl Default for EmulatorConfig {
             latency: None,
             taps: Taps::default(),
             stream: None,
+            faults: None,
         }
     }
 }

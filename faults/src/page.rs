@@ -12,7 +12,7 @@ const INTRODUCTION: &str = "\
 
 Written by `rowscan faults --markdown`; a test holds that it is up to date.
 
-A file of faults goes to `rowscan proxy --faults FILE`, between a real scanner and its client, and to `rowscan emulate --faults FILE`. It is strict TOML: an \
+A file of faults goes to `rowscan proxy --faults FILE`, between a real scanner and its client, to `rowscan emulate --faults FILE` and to `rowscan replay --faults FILE`. It is strict TOML: an \
 unknown key is refused with its line and the nearest valid one.
 
 ```toml
@@ -39,9 +39,9 @@ Connections that were cut stay cut.
 |---|---|---|
 | `name` | the fault | must be given |
 | `id` | how events and `after` name it | the name; `flip-2` for a second one |
-| `on` | the one stream it acts on: `scanner0`, `scanner1` of `emulate` and `replay`, the name before the source of `proxy` (`left=tcp://…`, else `scanner0`) | every stream |
+| `on` | the one stream it acts on: `scanner0`, `scanner1` of `emulate`, the recorded stream of `replay`, the name before the source of `proxy` (`left=tcp://…`, else `scanner0`) | every stream |
 | `direction` | `to_client`, `to_device`, `both` | see the table |
-| `at` | one of `{ s }` seconds on the host's clock of faults (simulated time in `emulate`, since the start in `proxy`), `{ scan }` the scan telegram of this number on a connection, from 1, \
+| `at` | one of `{ s }` seconds of simulated time; of a proxy, since its start, `{ scan }` the scan telegram of this number on a connection, from 1, \
 `{ after = \"ID\" }` or `{ after = \"ID.end\", plus_s }` the first begin or end of another fault, `{ row_m }`, `{ tree }` the tractor's place (only where there is one) | at once |
 | `for` | `{ s }`, or `{ scans }` scan telegrams of the stream | a fault of telegrams: one telegram; else until healed |
 | `until` | as `at`; instead of `for` | |
@@ -56,6 +56,8 @@ Random choices are keyed by seed, fault, stream and number of the event: the sam
 depend on what passes at that time; `scan` does not.
 
 At most 64 KiB wait each way behind a fault; then whoever writes must wait, as for a full socket. At `--time-scale max` there is no bound, because time itself would wait.
+
+In lockstep, what `delay`, `jitter`, `stall` or `bandwidth` holds back is no part of a step: it leaves when its time has come, and the step does not wait for it.
 
 ## Events
 

@@ -24,6 +24,24 @@ pub trait Wire: AsyncRead + AsyncWrite + Unpin + Send + fmt::Debug {
     }
 }
 
+impl Wire for Box<dyn Wire> {
+    fn client_rate(&self) -> io::Result<Option<u32>> {
+        (**self).client_rate()
+    }
+
+    fn set_rate(&mut self, rate: u32) -> io::Result<()> {
+        (**self).set_rate(rate)
+    }
+
+    fn is_open(&self) -> bool {
+        (**self).is_open()
+    }
+
+    fn is_copper(&self) -> bool {
+        (**self).is_copper()
+    }
+}
+
 impl Wire for Pty {
     fn client_rate(&self) -> io::Result<Option<u32>> {
         Pty::client_rate(self).map(Some)

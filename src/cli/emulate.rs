@@ -1,21 +1,26 @@
 //! `rowscan emulate`
 
+use std::sync::Arc;
+
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, Rig, ScannerView, SerialConfig, SerialEmulator, StartWhen, ViewError,
+    Bound, Emulator, EmulatorConfig, Rig, ScannerView, SerialConfig, SerialEmulator, StageRow, StartWhen,
+    ViewError,
 };
+use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_protocol::device::{Device, DialectPolicy};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
-use rowscan_recording::{About, Taps};
+use rowscan_recording::{About, StreamKind, Taps};
 use rowscan_vehicle::Tractor;
 
 use super::client_limits::{self, ClientLimitArgs};
 use super::device::DeviceArgs;
 use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
 use super::events::{self, End};
+use super::faulting::{FaultArgs, Faulting, through};
 use super::interrupt::Interrupt;
 use super::line::{self, LineArgs, Opened};
 use super::lockstep::LockstepArgs;
@@ -69,6 +74,8 @@ pub(super) struct Args {
     #[command(flatten)]
     tractor_outputs: TractorOutputArgs,
     #[command(flatten)]
+    faults: FaultArgs,
+    #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
     record: RecordArgs,
@@ -121,6 +128,17 @@ impl Fitted {
     /// What its stream is called, where it is one of several.
     fn stream(&self, of: usize) -> Option<String> {
         (of > 1).then(|| format!("scanner{}", self.index))
+    }
+
+    /// Its part of the faults, if there are any.
+    fn faults(&self, faulting: Option<&Faulting>, on_a_line: bool) -> Option<StreamFaults> {
+        let (medium, language) = match self.model {
+            AnyModel::Cola(_) if !on_a_line => (Medium::Tcp, Language::Cola),
+            AnyModel::Cola(_) => (Medium::Wire, Language::Cola),
+            AnyModel::Lms2xx(_) => (Medium::Wire, Language::Lms2xx),
+        };
+        let control = faulting?.control();
+        Some(control.stream(&format!("scanner{}", self.index), medium, language))
     }
 }
 
@@ -183,6 +201,10 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     if let Some(start) = args.start_when {
         rig = rig.with_start(start);
     }
+    let script = args.faults.read()?;
+    let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
+    let faulting =
+        script.is_some().then(|| Faulting::start(stage.scene.seed, rig.clock(), Some(row), args.format));
     let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
     for (place, scanner) in fitted.iter().enumerate() {
@@ -191,19 +213,29 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
             AnyModel::Cola(model) => {
                 let set_up =
                     args.cola(&stage, &tractor, (scanner.index, model), stream.clone(), taping.taps())?;
-                let mut emulator = rig.scanner(set_up.0, set_up.1, set_up.2);
+                let (device, view, mut config) = set_up;
+                config.faults = scanner.faults(faulting.as_ref(), args.addresses(&fitted, place).is_empty());
+                let mut emulator = rig.scanner(device, view, config);
                 let source = args.listen(&mut emulator, &fitted, place, stream.as_deref()).await?;
                 (Running::Cola(emulator), source)
             }
             AnyModel::Lms2xx(model) => {
                 let set_up =
                     args.lms2xx(&stage, &tractor, (scanner.index, model), stream, taping.taps()).await?;
-                let (device, world, line, config) = set_up;
+                let (device, world, mut line, mut config) = set_up;
+                if let Some(faults) = scanner.faults(faulting.as_ref(), false) {
+                    let name = config.stream.as_deref().unwrap_or(model.name);
+                    let tap = std::mem::take(&mut config.taps).open(name, StreamKind::Lms2xx);
+                    line.wire = through(line.wire, &faults, tap);
+                }
                 (Running::Lms2xx(rig.lms2xx(device, world, line.wire, config)), line.source)
             }
         };
         running.push(emulator);
         sources.extend(source.map(|source| format!(" {source}")));
+    }
+    if let Some(faulting) = &faulting {
+        faulting.begin(script)?;
     }
     args.tell(&stage, &fitted, &sources);
     events::ready(args.format)?;
@@ -212,6 +244,9 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         () = interrupt.wait() => None,
         error = timeline.failed() => Some(error),
     };
+    if let Some(faulting) = faulting {
+        faulting.finish().await?;
+    }
     let mut missed = 0;
     for (scanner, fitted) in running.iter().zip(&fitted) {
         say(scanner.summary());

@@ -3,7 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use rowscan_faults::{Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, What, read};
+use rowscan_faults::{
+    Clock, Direction, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, StreamFaults, What, read,
+};
+use rowscan_ports::Wire;
+use rowscan_recording::{Side, Tap};
 use rowscan_scenes::files::LoadError;
 use serde::Serialize;
 use tokio::sync::oneshot;
@@ -17,7 +21,7 @@ use super::{Failure, Format};
 pub(super) struct FaultArgs {
     /// Have things go wrong on the way to the client and back, as this file says (docs/faults.md)
     #[arg(long = "faults", value_name = "FILE")]
-    file: Option<PathBuf>,
+    fault_file: Option<PathBuf>,
 }
 
 /// The line that tells a script what a fault did.
@@ -37,7 +41,7 @@ pub(super) struct FaultFile {
 impl FaultArgs {
     /// Reads the file, if one is given.
     pub(super) fn read(&self) -> Result<Option<FaultFile>, Failure> {
-        let Some(path) = &self.file else { return Ok(None) };
+        let Some(path) = &self.fault_file else { return Ok(None) };
         let name = path.display().to_string();
         let text =
             std::fs::read_to_string(path).map_err(|cause| LoadError::Read { path: path.clone(), cause })?;
@@ -91,12 +95,11 @@ impl Faulting {
     }
 }
 
-/// A script may read where a command listens and then no more: that must not end what it listens to.
-pub(super) fn unless_unread(told: Result<(), Failure>) -> Result<(), Failure> {
-    match told {
-        Err(Failure::Write { cause, .. }) if cause.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        other => other,
-    }
+/// A serial wire with faults on it; `tap` records what goes over it.
+pub(super) fn through(wire: Box<dyn Wire>, faults: &StreamFaults, tap: Tap) -> Box<dyn Wire> {
+    Box::new(faults.wrap(wire, |_| ()).witnessed(move |direction, bytes| {
+        tap.record(if direction == Direction::ToClient { Side::Device } else { Side::Host }, bytes);
+    }))
 }
 
 /// Tells events until it is stopped, and then what is left.
@@ -128,7 +131,7 @@ async fn tell(
 
 fn tell_one(event: &FaultEvent, format: Format) -> Result<(), Failure> {
     if matches!(format, Format::Json | Format::Jsonl) {
-        return unless_unread(output::print_json(Format::Jsonl, &Line { event: "fault", fault: event }));
+        return output::print_event(&Line { event: "fault", fault: event });
     }
     let what = match event.what {
         What::Begin => "begins",

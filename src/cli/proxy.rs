@@ -21,7 +21,7 @@ use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
 
 use super::endpoint::{Place, announce_stream};
-use super::faulting::{FaultArgs, Faulting, unless_unread};
+use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::link_options::stream_kind;
 use super::named::Named;
@@ -270,7 +270,7 @@ impl Proxy {
 
     fn tell(&self, line: Line) -> Result<(), Failure> {
         if matches!(self.format, Format::Json | Format::Jsonl) {
-            return unless_unread(output::print_json(Format::Jsonl, &line));
+            return output::print_event(&line);
         }
         let Line { event, peer, to_client_bytes, to_device_bytes, reason, .. } = line;
         let peer = peer.map(|peer| format!(" {peer}")).unwrap_or_default();

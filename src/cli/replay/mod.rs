@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::client_limits::ClientLimitArgs;
+use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::output::say;
 use super::recorder::RecordArgs;
@@ -59,6 +60,8 @@ pub(super) struct Args {
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    #[command(flatten)]
+    faults: FaultArgs,
     #[command(flatten)]
     record: RecordArgs,
 }
@@ -116,12 +119,28 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let playhead = Arc::new(Playhead::new(start_ns));
     let taping = args.record.start(survey.about.clone(), args.time_scale.delivery().is_patient())?;
     let tape = Playback::open(survey.path.clone(), &parts, played)?;
-    let stand = Stand { args: &args, survey: &survey, asked, clock: Arc::clone(&clock), taps: taping.taps() };
+    let script = args.faults.read()?;
+    let seed = survey.about.seed.unwrap_or(1);
+    let faulting = script.is_some().then(|| {
+        let clock: Arc<SimClock> = Arc::clone(&clock);
+        Faulting::start(seed, clock, None, args.format)
+    });
+    let stand = Stand {
+        args: &args,
+        survey: &survey,
+        asked,
+        clock: Arc::clone(&clock),
+        taps: taping.taps(),
+        faulting: faulting.as_ref(),
+    };
     let (mut lives, mut outlets) = (Vec::new(), Vec::new());
     for seat in &seats {
         let (live, outlet) = stand.open(seat, seats.len() > 1).await?;
         lives.push(live);
         outlets.push(outlet);
+    }
+    if let Some(faulting) = &faulting {
+        faulting.begin(script)?;
     }
     tell_streams(&survey, &parts);
     let player = Player::start(tape, outlets, Arc::clone(&playhead), Arc::clone(&clock), &Timer::system());
@@ -141,6 +160,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
                 }
             },
         }
+    }
+    if let Some(faulting) = faulting {
+        faulting.finish().await?;
     }
     for (number, (live, part)) in lives.iter().zip(&parts).enumerate() {
         let late = |fraction| player.lateness(number, fraction).unwrap_or_default();

@@ -10,6 +10,7 @@ use rowscan_recording::{StreamKind, Taps};
 use super::super::client_limits;
 use super::super::endpoint::{self, announce_stream};
 use super::super::events::End;
+use super::super::faulting::{Faulting, through};
 use super::super::line::pause_slack;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
@@ -24,6 +25,7 @@ use rowscan_emulator::replay::{
 use rowscan_emulator::{
     Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator,
 };
+use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_ports::{NetLine, Pty, Wire};
 
 /// What every stream is opened with.
@@ -33,6 +35,7 @@ pub(super) struct Stand<'a> {
     pub(super) asked: Option<AnyModel>,
     pub(super) clock: Arc<SimClock>,
     pub(super) taps: Taps,
+    pub(super) faulting: Option<&'a Faulting>,
 }
 
 /// What stands at a stream's places.
@@ -115,11 +118,29 @@ impl Stand<'_> {
         };
         let options = Options { pause_slack: pause_slack(args.time_scale), ..Options::default() };
         let device = lms2xx_device_of(part, model, options);
-        let config =
+        let mut config =
             SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone(), stream: None };
+        let wire = match self.faults(seat) {
+            Some(faults) => {
+                through(wire, &faults, std::mem::take(&mut config.taps).open(&part.name, StreamKind::Lms2xx))
+            }
+            None => wire,
+        };
         let emulator = SerialEmulator::replay(device, &part.name, wire, Arc::clone(&self.clock), config);
         let outlet = Outlet::lms2xx(&emulator).ok_or_else(one_line)?;
         Ok((Live::Lms2xx(emulator), outlet.read_by(untaken)))
+    }
+
+    /// A stream's part of the faults, if there are any.
+    fn faults(&self, seat: &Seat<'_>) -> Option<StreamFaults> {
+        let is_net = seat.places.iter().any(|place| matches!(place, Place::Tcp(_)));
+        let (medium, language) = match seat.part.kind {
+            // Its bare bytes over TCP are a wire all the same.
+            StreamKind::Lms2xx => (Medium::Wire, Language::Lms2xx),
+            _ if is_net => (Medium::Tcp, Language::Cola),
+            _ => (Medium::Wire, Language::Cola),
+        };
+        Some(self.faulting?.control().stream(&seat.part.name, medium, language))
     }
 
     /// Opens a stream's places; `named`: which stream is at which place must be told.
@@ -135,6 +156,7 @@ impl Stand<'_> {
                 let config = args.clients.of(EmulatorConfig {
                     time_scale: args.time_scale,
                     taps: self.taps.clone(),
+                    faults: self.faults(seat),
                     ..EmulatorConfig::default()
                 });
                 let mut emulator =
