@@ -150,6 +150,26 @@ async fn the_bytes_of_requests_are_faulted_on_their_way_to_the_device() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_cut_at_any_byte_of_a_request_changes_nothing_for_the_device() {
+    for speech in Speech::ALL {
+        let request = speech.request();
+        for offset in 1..request.len() {
+            let text = format!("[[fault]]\nname = \"split\"\ndirection = \"to_device\"\noffset = {offset}\n");
+            let (control, _events) = FaultControl::new(1, Arc::new(HostClock::start()), None);
+            let stream = control.stream("left", Medium::Tcp, speech.language());
+            control.add_all(read(&text).expect("sound")).expect("fits");
+            let (mut client, device) = tokio::io::duplex(1024);
+            let mut device = stream.wrap(device, |_| ());
+            client.write_all(&request).await.expect("open");
+            let mut got = vec![0; 1024];
+            let first = device.read(&mut got).await.expect("open");
+            let rest = device.read(got.get_mut(first..).expect("room")).await.expect("open");
+            assert_eq!((first, got.get(..first + rest)), (offset, Some(request.as_slice())), "{speech:?}");
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn what_is_no_telegram_is_let_go_as_it_is() {
     let (_control, _events, mut device, mut client) = pair("[[fault]]\nname = \"drop\"\nfor = { s = 60 }\n");
     let junk = b"\x02\x02\x02\x02\0\0\x10\0sRN never finished";

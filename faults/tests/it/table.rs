@@ -207,7 +207,7 @@ fn every_fault_of_the_table_has_a_case() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_cut_at_any_byte_of_a_telegram_changes_nothing_each_way() {
+async fn a_cut_at_any_byte_of_a_telegram_changes_nothing_for_the_client() {
     for speech in Speech::ALL {
         let clean = run(speech, "", 1).await;
         for offset in 1..speech.scan(5).len() {

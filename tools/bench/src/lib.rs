@@ -8,6 +8,7 @@ pub mod hectare;
 pub mod loopback;
 pub mod measure;
 pub mod peer;
+pub mod proxy;
 #[cfg(target_os = "linux")]
 pub mod replay;
 pub mod row;

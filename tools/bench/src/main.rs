@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use rowscan_bench::measure::Report;
-use rowscan_bench::{caster, codec, fleet, hectare, replay, shady};
+use rowscan_bench::{caster, codec, fleet, hectare, proxy, replay, shady};
 
 /// A bench: its name and what runs it with the arguments after it.
 type Bench = (&'static str, fn(&mut Report, &[String]));
@@ -13,6 +13,7 @@ const BENCHES: &[Bench] = &[
     ("codec", codec::run),
     ("fleet", fleet::run),
     ("hectare", hectare::run),
+    ("proxy", proxy::run),
     ("replay", replay::run),
     ("shady", shady::run),
 ];
