@@ -6,8 +6,9 @@ use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
+use super::error_frame::ErrorFrame;
 use super::link::{self, Link};
-use super::port_event::{OutgoingFrame, PortEvent};
+use super::port_event::{Outgoing, OutgoingFrame, PortEvent};
 use super::{BusAddress, BusError, CanFrame};
 use rowscan_ports::in_flight::InFlight;
 use rowscan_ports::{Delivered, Delivery, Untaken};
@@ -73,7 +74,8 @@ impl Bus {
             if Some(number) == from {
                 continue;
             }
-            let outgoing = OutgoingFrame { at, frame, pending: self.in_flight.enter() };
+            let outgoing =
+                OutgoingFrame { at, what: Outgoing::Frame(frame), pending: self.in_flight.enter() };
             // A port that is gone needs nothing.
             if delivery.put(port, outgoing).await == Delivered::Lost {
                 self.dropped.fetch_add(1, Ordering::Relaxed);
@@ -81,6 +83,17 @@ impl Bus {
         }
         if delivery.is_patient() {
             self.in_flight.below(MOST_PENDING).await;
+        }
+    }
+
+    /// Has the ports tell what their controllers would, where they can.
+    pub async fn tell(&self, at: SimTime, error: ErrorFrame, delivery: Delivery) {
+        for port in &self.ports {
+            let pending = self.in_flight.enter();
+            let outgoing = OutgoingFrame { at, what: Outgoing::Error(error), pending };
+            if delivery.put(port, outgoing).await == Delivered::Lost {
+                self.dropped.fetch_add(1, Ordering::Relaxed);
+            }
         }
     }
 

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_faults::StreamFaults;
 use rowscan_ports::in_flight::Pending;
 use rowscan_ports::{Delivery, Wire, uart};
 use rowscan_protocol::device::Mirror;
@@ -19,6 +20,7 @@ use tokio::io::{AsyncWriteExt, ReadBuf};
 
 use crate::ScannerView;
 use crate::clock::{SimClock, TimeScale};
+use crate::faulted::DeviceFaults;
 use crate::firing::{Claim, Firing};
 use crate::playback_queue::{Recorded, Values};
 use crate::state_file::StateFile;
@@ -41,6 +43,8 @@ pub struct SerialConfig {
     pub taps: Taps,
     /// What its stream is called; as the model is, where absent.
     pub stream: Option<String>,
+    /// What goes wrong with it and on its line. Then a recording holds what went over the client's wire.
+    pub faults: Option<StreamFaults>,
 }
 
 /// What a virtual LMS2xx has done.
@@ -79,6 +83,8 @@ pub(crate) struct Lms2xxScanner {
     /// When the line was, or will be, free of what the device sends.
     free: SimTime,
     pub(crate) counts: Arc<Counts>,
+    /// What goes wrong with the device itself.
+    troubles: Option<Arc<DeviceFaults>>,
 }
 
 /// Bytes from a client, on their way.
@@ -140,11 +146,28 @@ impl Lms2xxScanner {
             sweep: None,
             free: SimTime::ZERO,
             counts: Arc::default(),
+            troubles: None,
+        }
+    }
+
+    /// The same with what goes wrong with it.
+    pub(crate) fn troubled(self, troubles: Option<Arc<DeviceFaults>>) -> Self {
+        Self { troubles, ..self }
+    }
+
+    /// Does what goes wrong, or comes right, by now.
+    fn obey(&mut self) {
+        let Some(troubles) = &self.troubles else { return };
+        if troubles.act_on_lms2xx(&mut self.device, self.clock.now()) {
+            self.sending = None;
+            self.sweep = None;
+            self.arriving.clear();
         }
     }
 
     /// When there is something to do next. What the device has to say now sets out.
     pub(crate) fn next(&mut self) -> Option<SimTime> {
+        self.obey();
         self.device.handle_timeout(self.clock.now());
         self.begin_sending();
         self.sweep = self.plan();
@@ -248,7 +271,8 @@ impl Lms2xxScanner {
         let device = self.device.poll_timeout().filter(|_| self.sending.is_none());
         let arriving = self.arriving.front().map(|arriving| arriving.last);
         let sweep = self.sweep.map(|sweep| sweep.done());
-        [piece, device, arriving, sweep].into_iter().flatten().min()
+        let trouble = self.troubles.as_ref().and_then(|troubles| troubles.next());
+        [piece, device, arriving, sweep, trouble].into_iter().flatten().min()
     }
 
     fn begin_sending(&mut self) {

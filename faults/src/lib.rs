@@ -5,10 +5,11 @@
 //!
 //! | part | is |
 //! |---|---|
-//! | [`FAULTS`] | the table: every fault with its parameters |
+//! | [`faults`] | the table: every fault with its parameters |
 //! | [`FaultSpec`], [`read`] | one fault as it is written in TOML or JSON |
 //! | [`FaultControl`] | the plan that all streams share: list, add, remove, reset |
 //! | [`StreamFaults`] | one stream's part of it: wraps connections, guards its listener |
+//! | [`Part`] | what else faults act on: a device, a drive, a bus; their owners act, this crate says when |
 //! | [`FaultEvent`] | begin, act and end of a fault, for the host to log |
 //!
 //! Randomness is keyed by (seed, fault, stream, event number). Time comes from a [`Clock`].
@@ -46,10 +47,9 @@ mod kinds;
 mod lane;
 mod listener;
 mod page;
-mod parameter;
+mod part;
 mod plan;
 mod relay;
-mod settings;
 mod spec;
 mod stream;
 mod telegram;
@@ -60,12 +60,13 @@ pub use control::{FaultControl, FaultError, FaultStatus};
 pub use event::{Direction, FaultEvent, FaultEvents, What};
 pub use fault::{Fault, Layer};
 pub use handle::StreamFaults;
-pub use kinds::{FAULTS, NOT_HERE};
+pub use kinds::{NOT_HERE, faults};
 pub use listener::{GatedListener, reset_on_drop};
 pub use page::markdown;
-pub use parameter::{Form, Parameter};
+pub use part::{Fit, Order, Part};
 pub use plan::{Medium, Row};
 pub use relay::{Relayed, relay};
+pub use rowscan_fault_table::{Family, Form, Parameter, PartFault};
 pub use spec::{FaultSpec, read};
 pub use stream::FaultyStream;
 pub use telegram::Language;

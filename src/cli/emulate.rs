@@ -13,14 +13,14 @@ use rowscan_protocol::device::{Device, DialectPolicy};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
-use rowscan_recording::{About, StreamKind, Taps};
+use rowscan_recording::{About, Taps};
 use rowscan_vehicle::Tractor;
 
 use super::client_limits::{self, ClientLimitArgs};
 use super::device::DeviceArgs;
 use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
 use super::events::{self, End};
-use super::faulting::{FaultArgs, Faulting, through};
+use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::line::{self, LineArgs, Opened};
 use super::lockstep::LockstepArgs;
@@ -205,6 +205,9 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
     let faulting =
         script.is_some().then(|| Faulting::start(stage.scene.seed, rig.clock(), Some(row), args.format));
+    if let Some(faulting) = &faulting {
+        rig.set_faults(faulting.control());
+    }
     let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
     for (place, scanner) in fitted.iter().enumerate() {
@@ -222,12 +225,8 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
             AnyModel::Lms2xx(model) => {
                 let set_up =
                     args.lms2xx(&stage, &tractor, (scanner.index, model), stream, taping.taps()).await?;
-                let (device, world, mut line, mut config) = set_up;
-                if let Some(faults) = scanner.faults(faulting.as_ref(), false) {
-                    let name = config.stream.as_deref().unwrap_or(model.name);
-                    let tap = std::mem::take(&mut config.taps).open(name, StreamKind::Lms2xx);
-                    line.wire = through(line.wire, &faults, tap);
-                }
+                let (device, world, line, mut config) = set_up;
+                config.faults = scanner.faults(faulting.as_ref(), false);
                 (Running::Lms2xx(rig.lms2xx(device, world, line.wire, config)), line.source)
             }
         };
@@ -340,7 +339,7 @@ impl Args {
         let state = self.device.lms2xx_state(&mut device)?;
         let rate = device.rate().bits_per_second();
         let line = self.line.open_one(&self.tcp, rate, self.format).await?;
-        let config = SerialConfig { time_scale: self.scale(), state, taps, stream };
+        let config = SerialConfig { time_scale: self.scale(), state, taps, stream, faults: None };
         Ok((device, world, line, config))
     }
 

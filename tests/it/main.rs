@@ -31,6 +31,7 @@ mod nmea;
 mod online_offline;
 mod orchards;
 mod outputs;
+mod part_faults;
 mod proxy;
 mod pty;
 mod record;

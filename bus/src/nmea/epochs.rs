@@ -1,8 +1,8 @@
 //! When the receiver speaks: every so many milliseconds of simulated time, all its sentences one behind the other.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_vehicle::Tractor;
 use rowscan_vehicle::gnss::Receiver;
+use rowscan_vehicle::{Report, Tractor};
 
 use super::sentence::SENTENCES;
 
@@ -40,11 +40,27 @@ impl GnssEpochs {
         let each_second = self.receiver.rate_hz().round().max(1.0) as u64;
         let first_of_a_second = self.epochs.is_multiple_of(each_second);
         self.epochs += 1;
-        let fix = self.receiver.fix(at, &self.tractor.motion(at));
+        let Report { fix, bad_checksum } = self.tractor.report(&self.receiver, at);
         let mut text = String::new();
         for sentence in SENTENCES.iter().filter(|sentence| first_of_a_second || !sentence.once_a_second) {
             sentence.write(&fix, &mut text);
         }
+        if bad_checksum {
+            spoil_checksums(&mut text);
+        }
         text
     }
+}
+
+/// Makes every checksum another one: the last digit is inverted.
+fn spoil_checksums(text: &mut String) {
+    let spoilt = text.split_inclusive('\n').map(|line| {
+        let end = line.trim_end().len();
+        let digit = line.get(end.saturating_sub(1)..end).and_then(|digit| u8::from_str_radix(digit, 16).ok());
+        match (line.get(..end.saturating_sub(1)), digit) {
+            (Some(head), Some(digit)) => format!("{head}{:X}\r\n", digit ^ 0xF),
+            _ => line.to_owned(),
+        }
+    });
+    *text = spoilt.collect();
 }

@@ -1,6 +1,6 @@
 //! Files of faults: what is refused, where, and with which remedy.
 
-use rowscan_faults::{At, FAULTS, FaultSpec, Lasts, NOT_HERE, markdown, read};
+use rowscan_faults::{At, FaultSpec, Lasts, NOT_HERE, faults, markdown, read};
 use rowscan_strict_toml::{Table, TomlError};
 
 fn refusal(text: &str) -> (usize, String) {
@@ -47,7 +47,7 @@ fn mistakes_name_their_line_and_the_remedy() {
         (
             "name = \"flip\"\nat = { s = 3, scan = 2 }\n",
             3,
-            "expected one of s, scan, row_m, tree, after, plus_s, found several",
+            "expected one of s, scan, command, row_m, tree, after, plus_s, found several",
         ),
         ("name = \"flip\"\nat = { s = 3, plus_s = 2 }\n", 3, "`plus_s` goes with `after`; leave it out"),
         (
@@ -94,7 +94,7 @@ fn a_fault_may_come_as_json() {
 #[test]
 fn the_page_names_every_fault_parameter_and_row_that_is_not_there() {
     let page = markdown();
-    for fault in FAULTS {
+    for fault in faults() {
         assert!(page.contains(&format!("| `{}` | {} |", fault.name, fault.layer.name())), "{}", fault.name);
         for parameter in fault.parameters {
             assert!(

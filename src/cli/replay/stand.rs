@@ -10,7 +10,7 @@ use rowscan_recording::{StreamKind, Taps};
 use super::super::client_limits;
 use super::super::endpoint::{self, announce_stream};
 use super::super::events::End;
-use super::super::faulting::{Faulting, through};
+use super::super::faulting::Faulting;
 use super::super::line::pause_slack;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
@@ -118,13 +118,12 @@ impl Stand<'_> {
         };
         let options = Options { pause_slack: pause_slack(args.time_scale), ..Options::default() };
         let device = lms2xx_device_of(part, model, options);
-        let mut config =
-            SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone(), stream: None };
-        let wire = match self.faults(seat) {
-            Some(faults) => {
-                through(wire, &faults, std::mem::take(&mut config.taps).open(&part.name, StreamKind::Lms2xx))
-            }
-            None => wire,
+        let config = SerialConfig {
+            time_scale: args.time_scale,
+            state: None,
+            taps: self.taps.clone(),
+            stream: None,
+            faults: self.faults(seat),
         };
         let emulator = SerialEmulator::replay(device, &part.name, wire, Arc::clone(&self.clock), config);
         let outlet = Outlet::lms2xx(&emulator).ok_or_else(one_line)?;
