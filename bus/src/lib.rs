@@ -6,6 +6,7 @@
 
 mod address;
 pub mod canopy;
+mod datagrams;
 mod dbc;
 pub mod error_frame;
 pub mod frame;
@@ -23,6 +24,7 @@ pub mod tractor;
 pub mod troubles;
 
 pub use address::{BusAddress, BusAddressError};
+pub use datagrams::Datagrams;
 pub use dbc::{dbc, load, markdown};
 pub use error_frame::ErrorFrame;
 pub use frame::{CanFrame, CanId, J1939Id};

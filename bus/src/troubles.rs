@@ -253,3 +253,159 @@ fn filler(number: u64) -> Option<CanFrame> {
     let id: CanId = FILLER.id();
     CanFrame::new(id, &number.to_le_bytes())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pgn::tractor::GROUND_SPEED;
+    use rowscan_vehicle::Tractor;
+    use rowscan_vehicle::gnss::{Gnss, Receiver};
+    use rowscan_vehicle::trajectory::Trajectory;
+
+    const MS: u64 = 1_000_000;
+    /// When the fault begins and ends.
+    const SPAN: (u64, u64) = (2000, 4000);
+
+    /// What goes out in six seconds, with the fault between two and four, by the millisecond.
+    fn heard(fault: Option<BusFault>) -> Vec<(u64, Carried)> {
+        let tractor = Tractor::new(Trajectory::straight(0.0, 1.0));
+        tractor.begin(SimTime::ZERO);
+        let mut ecu = TractorEcu::new(tractor, Receiver::new(Gnss::default(), 1));
+        let (mut troubles, mut all, mut said) = (Troubles::default(), Vec::new(), Vec::new());
+        ecu.open(SimTime::ZERO, &mut said);
+        for ms in 0..6000 {
+            let at = SimTime(ms * MS);
+            let mut out = Vec::new();
+            if let Some(fault) = fault.filter(|_| ms == SPAN.0) {
+                out.extend(troubles.begin(1, fault, at, &mut ecu));
+            }
+            if ms == SPAN.1 {
+                out.extend(troubles.end(1, at, &mut ecu));
+            }
+            if troubles.next().is_some_and(|due| due <= at) {
+                out.extend(troubles.poll(at, &mut ecu));
+            }
+            if ecu.next().is_some_and(|due| due <= at) {
+                ecu.poll(at, &mut said);
+            }
+            let frames = said.drain(..).map(|frame| (Speaker::Tractor, frame)).collect();
+            out.extend(troubles.carry(at, &mut ecu, frames));
+            all.extend(out.into_iter().map(|carried| (ms, carried)));
+        }
+        all
+    }
+
+    /// Ground speeds a second: of the tractor, and of others, m/s each.
+    fn speeds(all: &[(u64, Carried)], from_ms: u64) -> (Vec<f64>, Vec<f64>) {
+        let (mut ours, mut others) = (Vec::new(), Vec::new());
+        for (ms, carried) in all {
+            let Carried::Frame(_, frame) = carried else { continue };
+            let Some(id) = J1939Id::of(frame.id).filter(|id| id.pgn == GROUND_SPEED.pgn) else { continue };
+            let speed = GROUND_SPEED.decode(frame.data()).into_iter().flatten().next().expect("a speed");
+            if (from_ms..from_ms + 1000).contains(ms) {
+                if id.source == TRACTOR_ADDRESS { ours.push(speed) } else { others.push(speed) }
+            }
+        }
+        (ours, others)
+    }
+
+    fn errors(all: &[(u64, Carried)]) -> Vec<(u64, u32)> {
+        let error = |(ms, carried): &(u64, Carried)| match carried {
+            Carried::Error(error) => Some((*ms, error.class)),
+            Carried::Frame(..) => None,
+        };
+        all.iter().filter_map(error).collect()
+    }
+
+    fn claims(all: &[(u64, Carried)]) -> Vec<(u64, u8)> {
+        let claim = |(ms, carried): &(u64, Carried)| match carried {
+            Carried::Frame(_, frame) => {
+                let id = J1939Id::of(frame.id)?;
+                (id.pgn == crate::pgn::network::ADDRESS_CLAIMED.pgn).then_some((*ms, id.source))
+            }
+            Carried::Error(_) => None,
+        };
+        all.iter().filter_map(claim).collect()
+    }
+
+    #[test]
+    fn without_a_fault_the_tractor_speaks_all_the_time() {
+        let all = heard(None);
+        assert_eq!((errors(&all), claims(&all)), (vec![], vec![(0, TRACTOR_ADDRESS)]));
+        for from_ms in [1000, 2500, 4500] {
+            assert_eq!((speeds(&all, from_ms).0.len(), speeds(&all, from_ms).1.len()), (10, 0));
+        }
+    }
+
+    #[test]
+    fn what_silences_the_tractor_ends_with_a_new_claim_and_its_frames() {
+        let (begin, end) = SPAN;
+        for (fault, told) in [
+            (BusFault::Off { restart: None }, vec![(begin, 0x40), (end, 0x100)]),
+            (BusFault::NoTecu, vec![]),
+            (BusFault::AddressSteal { address: None }, vec![]),
+        ] {
+            let all = heard(Some(fault));
+            let count = |from_ms| speeds(&all, from_ms).0.len();
+            assert_eq!((count(1000), count(2500)), (10, 0), "{fault:?}");
+            // It may speak 250 ms after its claim.
+            assert!((7..=10).contains(&count(4250)), "{fault:?}: {}", count(4250));
+            assert_eq!(errors(&all), told, "{fault:?}");
+            assert!(claims(&all).contains(&(end, TRACTOR_ADDRESS)), "{fault:?}: {:?}", claims(&all));
+        }
+        let stolen = claims(&heard(Some(BusFault::AddressSteal { address: None })));
+        assert_eq!(
+            stolen.iter().filter(|(ms, _)| *ms == begin).map(|(_, address)| *address).collect::<Vec<_>>(),
+            [TRACTOR_ADDRESS, 0xFE]
+        );
+    }
+
+    #[test]
+    fn nobody_acknowledges_and_nothing_is_heard() {
+        let all = heard(Some(BusFault::AckNone));
+        assert_eq!((speeds(&all, 2500).0.len(), speeds(&all, 4500).0.len()), (0, 10));
+        let told = errors(&all);
+        assert_eq!((told.len(), told[0]), (20, (SPAN.0, 0x20 | 0x80)));
+    }
+
+    #[test]
+    fn two_tractors_tell_two_speeds() {
+        let all = heard(Some(BusFault::TwoTecu { address: 241, speed_ratio: 1.5 }));
+        let (ours, others) = speeds(&all, 2500);
+        assert_eq!((ours.len(), others.len()), (10, 10));
+        assert!(
+            ours.iter().all(|speed| *speed == 1.0) && others.iter().all(|speed| *speed == 1.5),
+            "{others:?}"
+        );
+        assert_eq!(speeds(&all, 4500).1.len(), 0);
+    }
+
+    #[test]
+    fn a_name_twice_is_claimed_at_another_address() {
+        let all = heard(Some(BusFault::NameClash { address: 200 }));
+        assert_eq!(claims(&all), [(0, TRACTOR_ADDRESS), (SPAN.0, 200)]);
+    }
+
+    #[test]
+    fn the_bus_is_filled_by_its_share() {
+        let all = heard(Some(BusFault::Load { share: 0.5 }));
+        let bits: u32 = all
+            .iter()
+            .filter_map(|(_, carried)| match carried {
+                Carried::Frame(Speaker::Ghost(_), frame) => Some(frame.bits_at_most()),
+                _ => None,
+            })
+            .sum();
+        // Half of 250 kbit/s for two seconds.
+        assert!((f64::from(bits) - 250_000.0).abs() < 1000.0, "{bits}");
+    }
+
+    #[test]
+    fn errors_are_told_at_their_rate_and_states_once() {
+        let all = heard(Some(BusFault::Error { code: 4, per_s: 5.0 }));
+        assert_eq!(errors(&all).len(), 10);
+        assert_eq!(speeds(&all, 2500).0.len(), 10, "frames pass");
+        let all = heard(Some(BusFault::Passive { counters: (130, 0) }));
+        assert_eq!(errors(&all), [(SPAN.0, 0x204), (SPAN.1, 0x004)]);
+    }
+}

@@ -192,7 +192,7 @@ impl Rig {
         news: Option<mpsc::Sender<BusNews>>,
         taps: &Taps,
     ) {
-        let faults = BusFaults::new(&self.timeline.changed);
+        let faults = BusFaults::new(&self.timeline.changed, bus.0.datagrams());
         if let Some(source) = &self.faults {
             source.control().part(&format!("can{}", self.buses.len()), faults.part());
         }
@@ -204,8 +204,18 @@ impl Rig {
 
     /// Adds the tractor's GNSS receiver with its lines.
     pub fn gnss(&mut self, epochs: GnssEpochs, lines: Vec<NmeaLine>, taps: &Taps) {
+        if lines.iter().any(NmeaLine::is_datagrams) {
+            self.receivers.sends_datagrams.store(true, Ordering::Relaxed);
+        }
         let timeline = &mut self.timeline;
-        let output = GnssOutput::new(epochs, lines, timeline.clock.delivery(), &timeline.changed, taps);
+        let output = GnssOutput::new(
+            epochs,
+            lines,
+            timeline.clock.delivery(),
+            &timeline.changed,
+            taps,
+            self.receivers.datagrams.clone(),
+        );
         timeline.sources.push(Source::Gnss(output));
         self.receivers.gnss.store(true, Ordering::Relaxed);
     }

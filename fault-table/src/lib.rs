@@ -10,12 +10,17 @@
 
 pub mod bus;
 pub mod clock;
+pub mod datagrams;
 pub mod device;
 mod parameter;
+mod part_fault;
 mod row;
+mod rows;
 mod settings;
 pub mod vehicle;
 
 pub use parameter::{Form, Parameter};
-pub use row::{Family, PartFault, ROWS, Row};
+pub use part_fault::PartFault;
+pub use row::{Family, Row};
+pub use rows::ROWS;
 pub use settings::{Settings, read_number, read_text, read_whole};

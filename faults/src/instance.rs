@@ -124,6 +124,7 @@ impl Instance {
     pub(crate) fn draws_each(&self) -> bool {
         matches!(self.spec.fault.layer, Layer::Telegram | Layer::Accept)
             || matches!(self.action, Action::Piece(_))
+            || matches!(&self.action, Action::Part(fault) if fault.draws_each())
     }
 
     /// What it waits for to begin.
@@ -206,6 +207,14 @@ impl Instance {
         };
         most.is_some_and(|most| self.window_acts >= most)
             || self.spec.count.is_some_and(|most| self.acts >= most)
+    }
+
+    /// It begins, or ends, no sooner.
+    pub(crate) fn earliest(&self) -> Duration {
+        match self.phase {
+            Phase::Active(window) => window.began,
+            Phase::Waiting | Phase::Done => self.not_before,
+        }
     }
 
     /// The command that it waits for.

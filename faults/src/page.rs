@@ -46,7 +46,7 @@ Connections that were cut stay cut.
 | `for` | `{ s }`, or `{ scans }` scan telegrams of the stream | a fault of telegrams: one telegram; else until healed |
 | `until` | as `at`; instead of `for` | |
 | `every` | `{ s }` or `{ scans }` from one beginning to the next | once |
-| `p` | probability of each telegram, piece or connection; of faults that have none, of each beginning | 1 |
+| `p` | probability of each telegram, piece, connection or datagram; of faults that have none, of each beginning | 1 |
 | `count` | at most so many telegrams or connections; of other faults, beginnings | 1 telegram, unless `for`, `until`, `p` or `every` is given |
 
 `scan` counts on one connection: after a reconnect it begins at 1 again. A fault that a scan began acts on that scan's connection only. A fault of telegrams begins with the next \
@@ -62,7 +62,7 @@ In lockstep, what `delay`, `jitter`, `stall` or `bandwidth` holds back is no par
 ## Parts
 
 Faults of the byte path act wherever bytes pass. The others act on a part of an emulated rig, at an instant of simulated time: a *device* or *clock* fault on a scanner (by the name of \
-its stream), a *vehicle* fault on `tractor`, `encoder` or `gnss`, a *bus* fault on `can0` (all ports of `--can` are one bus). A part that is not there refuses them, with the reason; so \
+its stream), a *vehicle* fault on `tractor`, `encoder` or `gnss`, a *bus* fault on `can0` (all ports of `--can` are one bus), a *datagrams* fault on `gnss` or `can0` where they send UDP. A part that is not there refuses them, with the reason; so \
 do `replay` and `proxy`, because a recording and a real device have no such part. The truth of where the tractor is stands in the events (`row_m`): `stop`, `reverse`, \
 `speed_command`, `lateral` and `bounce` move scanners, encoder and antenna with it; `encoder` and `gnss` change only what is reported. Time itself goes on evenly, whatever a clock says. \
 A fault of a part that `row_m` or `tree` begins does so within 10 ms.

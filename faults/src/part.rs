@@ -16,6 +16,8 @@ pub struct Order<'a> {
     pub fault: &'a PartFault,
     /// Seed of its random choices.
     pub seed: u64,
+    /// The probability that is given, for faults that draw for each thing they act on.
+    pub p: f64,
 }
 
 /// What a part makes of a fault.

@@ -22,6 +22,7 @@ mod determinism;
 mod documents;
 mod emulated_device;
 mod exports;
+mod fault_table;
 mod faults;
 mod frozen_clock;
 mod hostile;

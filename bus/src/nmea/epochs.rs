@@ -64,3 +64,28 @@ fn spoil_checksums(text: &mut String) {
     });
     *text = spoilt.collect();
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_fault_table::vehicle::GnssFault;
+    use rowscan_vehicle::VehicleFault;
+    use rowscan_vehicle::gnss::Gnss;
+    use rowscan_vehicle::trajectory::Trajectory;
+
+    #[test]
+    fn checksums_are_wrong_as_long_as_the_fault_lasts() {
+        let tractor = Tractor::new(Trajectory::straight(0.0, 1.0));
+        let fault = GnssFault { bad_checksum: true, ..GnssFault::default() };
+        tractor.begin_fault(1, VehicleFault::Gnss(fault), SimTime(1_000_000_000));
+        tractor.end_fault(1, SimTime(2_000_000_000));
+        let mut epochs = GnssEpochs::new(tractor, Receiver::new(Gnss::default(), 1));
+        let mut good = Vec::new();
+        while epochs.next() < SimTime(3_000_000_000) {
+            let text = epochs.next_epoch();
+            let right = text.lines().filter(|line| rowscan_protocol::nmea::sentence(line).is_some()).count();
+            good.push(if right == 0 { 0 } else { text.lines().count() - right + 1 });
+        }
+        assert_eq!(good, [[1; 10], [0; 10], [1; 10]].concat());
+    }
+}

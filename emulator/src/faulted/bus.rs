@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rowscan_bus::CanFrame;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::troubles::{Carried, Speaker, Troubles};
+use rowscan_bus::{CanFrame, Datagrams};
 use rowscan_fault_table::PartFault;
 use rowscan_fault_table::bus::BusFault;
 use rowscan_faults::{Fit, Order, Part};
@@ -19,21 +19,38 @@ type BusOrder = (u64, Option<BusFault>);
 
 /// What the plan orders of one bus.
 #[derive(Debug)]
-struct BusPart(Orders<BusOrder>);
+struct BusPart {
+    orders: Orders<BusOrder>,
+    /// What becomes of what it sends as datagrams, if it does.
+    datagrams: Option<Datagrams>,
+}
 
 impl Part for BusPart {
     fn fits(&self, fault: &PartFault) -> Fit {
-        if matches!(fault, PartFault::Bus(_)) { Fit::Acts } else { Fit::Foreign }
+        match fault {
+            PartFault::Bus(_) => Fit::Acts,
+            PartFault::Datagrams(_) if self.datagrams.is_some() => Fit::Acts,
+            _ => Fit::Foreign,
+        }
     }
 
     fn begin(&self, order: &Order<'_>) {
-        if let PartFault::Bus(fault) = order.fault {
-            self.0.push(SimTime::ZERO + order.at, (order.key, Some(*fault)));
+        match (order.fault, &self.datagrams) {
+            (PartFault::Bus(fault), _) => {
+                self.orders.push(SimTime::ZERO + order.at, (order.key, Some(*fault)));
+            }
+            (PartFault::Datagrams(fault), Some(datagrams)) => {
+                datagrams.begin(order.key, *fault, order.p, order.seed);
+            }
+            _ => {}
         }
     }
 
     fn end(&self, key: u64, at: Duration) {
-        self.0.push(SimTime::ZERO + at, (key, None));
+        if let Some(datagrams) = &self.datagrams {
+            datagrams.end(key);
+        }
+        self.orders.push(SimTime::ZERO + at, (key, None));
     }
 }
 
@@ -45,8 +62,9 @@ pub(crate) struct BusFaults {
 }
 
 impl BusFaults {
-    pub(crate) fn new(changed: &Arc<Notify>) -> Self {
-        Self { part: Arc::new(BusPart(Orders::new(changed))), troubles: Troubles::default() }
+    pub(crate) fn new(changed: &Arc<Notify>, datagrams: Option<Datagrams>) -> Self {
+        let part = BusPart { orders: Orders::new(changed), datagrams };
+        Self { part: Arc::new(part), troubles: Troubles::default() }
     }
 
     /// What the plan knows it by.
@@ -55,13 +73,13 @@ impl BusFaults {
     }
 
     pub(crate) fn next(&self) -> Option<SimTime> {
-        [self.part.0.next(), self.troubles.next()].into_iter().flatten().min()
+        [self.part.orders.next(), self.troubles.next()].into_iter().flatten().min()
     }
 
     /// Does what is due by `now`.
     pub(crate) fn act(&mut self, now: SimTime, ecu: &mut TractorEcu) -> Vec<Carried> {
         let mut out = Vec::new();
-        while let Some((at, (key, fault))) = self.part.0.take(now) {
+        while let Some((at, (key, fault))) = self.part.orders.take(now) {
             out.extend(match fault {
                 Some(fault) => self.troubles.begin(key, fault, at, ecu),
                 None => self.troubles.end(key, at, ecu),

@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use rowscan_fault_table::PartFault;
 use rowscan_fault_table::clock::ClockFault;
-use rowscan_fault_table::device::broken::Piece;
-use rowscan_fault_table::device::{Answer, Broken, DeviceFault, Dirt, Power, Refusal, Stored};
+use rowscan_fault_table::device::{Answer, Broken, DeviceFault, Dirt, Piece, Power, Refusal, Stored};
 use rowscan_faults::{Fit, Order, Part};
 use rowscan_protocol::device::{self, Device, LeftBehind, RefusedWith, Trouble};
 use rowscan_protocol::frame::Dialect;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use rowscan_bus::Datagrams;
 use rowscan_fault_table::PartFault;
 use rowscan_faults::{FaultControl, Fit, Order, Part};
 use rowscan_protocol::time::SimTime;
@@ -16,6 +17,10 @@ pub(crate) struct Receivers {
     pub(crate) encoder: Arc<AtomicBool>,
     /// Somebody who tells positions.
     pub(crate) gnss: Arc<AtomicBool>,
+    /// Sentences that go out as datagrams.
+    pub(crate) sends_datagrams: Arc<AtomicBool>,
+    /// What becomes of those.
+    pub(crate) datagrams: Datagrams,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +36,7 @@ pub(crate) struct VehiclePart {
     tractor: Tractor,
     kind: Kind,
     seen: Arc<AtomicBool>,
+    receivers: Receivers,
 }
 
 impl VehiclePart {
@@ -42,7 +48,10 @@ impl VehiclePart {
             ("gnss", Kind::Gnss, Arc::clone(&receivers.gnss)),
         ];
         for (name, kind, seen) in parts {
-            control.part(name, Arc::new(Self { tractor: tractor.clone(), kind, seen }));
+            control.part(
+                name,
+                Arc::new(Self { tractor: tractor.clone(), kind, seen, receivers: receivers.clone() }),
+            );
         }
     }
 
@@ -58,6 +67,10 @@ impl VehiclePart {
 
 impl Part for VehiclePart {
     fn fits(&self, fault: &PartFault) -> Fit {
+        if matches!(fault, PartFault::Datagrams(_)) && self.kind == Kind::Gnss {
+            let sends = self.receivers.sends_datagrams.load(Ordering::Relaxed);
+            return if sends { Fit::Acts } else { Fit::Foreign };
+        }
         match (self.fault(fault), self.seen.load(Ordering::Relaxed), self.kind) {
             (None, ..) => Fit::Foreign,
             (Some(_), true, _) => Fit::Acts,
@@ -72,12 +85,16 @@ impl Part for VehiclePart {
     }
 
     fn begin(&self, order: &Order<'_>) {
+        if let (Kind::Gnss, PartFault::Datagrams(fault)) = (self.kind, order.fault) {
+            self.receivers.datagrams.begin(order.key, *fault, order.p, order.seed);
+        }
         if let Some(fault) = self.fault(order.fault) {
             self.tractor.begin_fault(order.key, fault, SimTime::ZERO + order.at);
         }
     }
 
     fn end(&self, key: u64, at: Duration) {
+        self.receivers.datagrams.end(key);
         self.tractor.end_fault(key, SimTime::ZERO + at);
     }
 }

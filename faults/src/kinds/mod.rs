@@ -78,7 +78,6 @@ pub const NOT_HERE: &[(&str, &str)] = &[
     ),
     ("tc_lost / tc_busy / ddop_refused / heartbeat_stop", SPRAYER),
     ("valve_stuck / valve_slow / pump_low / flow_meter_off", SPRAYER),
-    ("udp_loss / udp_dup", "no stream of a scanner is UDP here"),
 ];
 
 /// Why there are no faults of it.

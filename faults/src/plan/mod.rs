@@ -110,10 +110,17 @@ struct Detail {
     reason: Option<String>,
 }
 
-/// The next instant at which a place is looked for.
+/// How many times a place has been looked for since time zero.
+fn looks(now: Duration) -> u32 {
+    u32::try_from(now.as_nanos() / LOOK.as_nanos()).unwrap_or(u32::MAX)
+}
+
+fn last_look(now: Duration) -> Duration {
+    LOOK.saturating_mul(looks(now))
+}
+
 fn next_look(now: Duration) -> Duration {
-    let looks = now.as_nanos() / LOOK.as_nanos() + 1;
-    LOOK.saturating_mul(u32::try_from(looks).unwrap_or(u32::MAX))
+    LOOK.saturating_mul(looks(now).saturating_add(1))
 }
 
 impl Plan {
@@ -158,8 +165,10 @@ impl Plan {
         if self.instances.is_empty() {
             return;
         }
+        // On a grid, so that it does not depend on who looks, and when.
+        let looked = last_look(now);
         loop {
-            let place = self.place(now);
+            let place = self.place(looked);
             let due = |(number, instance): (usize, &Instance)| {
                 let due = match instance.phase {
                     Phase::Waiting => instance.begins(&self.happened, place),
@@ -168,7 +177,7 @@ impl Plan {
                 };
                 match due {
                     Due::At(at) if at <= now => Some((at, number)),
-                    Due::Row(true) => Some((now, number)),
+                    Due::Row(true) => Some((looked.max(instance.earliest()), number)),
                     _ => None,
                 }
             };
@@ -266,7 +275,13 @@ impl Plan {
         let Action::Part(fault) = &instance.action else { return };
         self.orders += 1;
         instance.order = self.orders;
-        let order = Order { key: instance.order, at, fault, seed: instance.window_seed() };
+        let order = Order {
+            key: instance.order,
+            at,
+            fault,
+            seed: instance.window_seed(),
+            p: instance.spec.p.unwrap_or(1.0),
+        };
         if let Some(part) = self.streams.get(instance.stream).and_then(|stream| stream.part.as_ref()) {
             part.begin(&order);
         }

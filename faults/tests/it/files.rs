@@ -51,9 +51,9 @@ fn mistakes_name_their_line_and_the_remedy() {
         ),
         ("name = \"flip\"\nat = { s = 3, plus_s = 2 }\n", 3, "`plus_s` goes with `after`; leave it out"),
         (
-            "name = \"flip\"\nat = { command = \"sRN\" }\n",
+            "name = \"flip\"\nat = { command = \" \" }\n",
             3,
-            "`command` is nothing a byte path knows; use `scan`, `s` or `after`",
+            "expected a command such as \"sWN LMDscandatacfg\", or \"20\" of an LMS2xx, found an empty text",
         ),
         ("name = \"flip\"\np = 1.5\n", 3, "expected a number from 0 to 1, found number `1.5`"),
         (

@@ -2,41 +2,16 @@
 
 use std::time::Duration;
 
-use crate::device::DeviceFault;
-use crate::{Family, Form, Parameter, PartFault, Row};
+use crate::device::{DeviceFault, Power};
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
 
 /// LMS1xx data sheet: 10.8 to 30 V.
 const LEAST_V: f64 = 10.8;
 
-/// A supply that fails.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Power {
-    /// Off for so long.
-    pub off: Option<Duration>,
-    /// The supply's voltage from each instant on.
-    pub dips: Vec<(Duration, f64)>,
-    /// It is off below this voltage.
-    pub least_v: f64,
-}
-
-impl Power {
-    /// When the supply goes off and comes back, from the fault's begin; no end where only the fault's end is one.
-    pub fn outage(&self) -> (Duration, Option<Duration>) {
-        let low = |(_, volts): &&(Duration, f64)| *volts < self.least_v;
-        let Some((first, _)) = self.dips.iter().find(low) else { return (Duration::ZERO, self.off) };
-        let last_low = self.dips.iter().rposition(|(_, volts)| *volts < self.least_v);
-        let back = last_low.and_then(|last| self.dips.get(last + 1)).map(|(at, _)| *at);
-        (*first, back.or(self.off))
-    }
-
-    /// How long the fault lasts by itself.
-    pub(crate) fn lasts(&self) -> Option<Duration> {
-        self.off.or_else(|| self.outage().1)
-    }
-}
-
 /// The supply is off for a time, or dips.
-pub const ROW: Row = Row {
+pub(super) const ROW: Row = Row {
     name: "power",
     family: Family::Device,
     parameters: &[

@@ -2,35 +2,11 @@
 
 use std::time::Duration;
 
-use crate::{Family, Form, Parameter, PartFault, Row, Settings};
-
-/// A fault of the drive.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DriveFault {
-    /// It makes for this speed, then for its own again.
-    Speed {
-        /// Speed, m/s; negative in reverse.
-        m_s: f64,
-        /// How fast the speed changes, m/s².
-        change_m_s2: f64,
-    },
-    /// It is shifted to its right, and back at the end.
-    Lateral {
-        /// How far, metres; negative: left.
-        m: f64,
-        /// How long the shift takes.
-        over: Duration,
-    },
-    /// It goes up and down, and rolls.
-    Bounce {
-        /// Up and down by so many metres.
-        m: f64,
-        /// So often a second.
-        hz: f64,
-        /// Rolls by so many radians.
-        roll_rad: f64,
-    },
-}
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
+use crate::settings::Settings;
+use crate::vehicle::DriveFault;
 
 const CHANGE: Parameter =
     Parameter::new("change_m_s2", Form::Number(0.01, 100.0), "0.5", "how fast the speed changes, m/s²");
@@ -41,7 +17,7 @@ fn speed(settings: &Settings<'_>, m_s: f64) -> Result<PartFault, rowscan_strict_
 }
 
 /// Another speed.
-pub const SPEED_COMMAND: Row = Row {
+pub(super) const SPEED_COMMAND: Row = Row {
     name: "speed_command",
     family: Family::Vehicle,
     parameters: &[Parameter::new("m_s", Form::Number(0.0, 15.0), "must be given", "speed, m/s"), CHANGE],
@@ -52,7 +28,7 @@ pub const SPEED_COMMAND: Row = Row {
 };
 
 /// No speed.
-pub const STOP: Row = Row {
+pub(super) const STOP: Row = Row {
     name: "stop",
     family: Family::Vehicle,
     parameters: &[CHANGE],
@@ -63,7 +39,7 @@ pub const STOP: Row = Row {
 };
 
 /// The other way.
-pub const REVERSE: Row = Row {
+pub(super) const REVERSE: Row = Row {
     name: "reverse",
     family: Family::Vehicle,
     parameters: &[Parameter::new("m_s", Form::Number(0.0, 15.0), "1", "speed in reverse, m/s"), CHANGE],
@@ -74,7 +50,7 @@ pub const REVERSE: Row = Row {
 };
 
 /// Beside its way.
-pub const LATERAL: Row = Row {
+pub(super) const LATERAL: Row = Row {
     name: "lateral",
     family: Family::Vehicle,
     parameters: &[
@@ -91,7 +67,7 @@ pub const LATERAL: Row = Row {
 };
 
 /// Up and down.
-pub const BOUNCE: Row = Row {
+pub(super) const BOUNCE: Row = Row {
     name: "bounce",
     family: Family::Vehicle,
     parameters: &[

@@ -1,7 +1,10 @@
 //! Faults of the nodes on a bus.
 
-use super::BusFault;
-use crate::{Family, Form, Parameter, PartFault, Row, Settings};
+use crate::bus::BusFault;
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
+use crate::settings::Settings;
 
 const ADDRESS: Form = Form::Whole(0, 253);
 
@@ -10,7 +13,7 @@ fn address(settings: &Settings<'_>) -> Result<Option<u8>, rowscan_strict_toml::T
 }
 
 /// An address is taken.
-pub const ADDRESS_STEAL: Row = Row {
+pub(super) const ADDRESS_STEAL: Row = Row {
     name: "address_steal",
     family: Family::Bus,
     parameters: &[Parameter::new("sa", ADDRESS, "the tractor's", "the address")],
@@ -21,7 +24,7 @@ pub const ADDRESS_STEAL: Row = Row {
 };
 
 /// No tractor.
-pub const NO_TECU: Row = Row {
+pub(super) const NO_TECU: Row = Row {
     name: "no_tecu",
     family: Family::Bus,
     parameters: &[],
@@ -32,7 +35,7 @@ pub const NO_TECU: Row = Row {
 };
 
 /// Two tractors.
-pub const TWO_TECU: Row = Row {
+pub(super) const TWO_TECU: Row = Row {
     name: "two_tecu",
     family: Family::Bus,
     parameters: &[
@@ -54,7 +57,7 @@ pub const TWO_TECU: Row = Row {
 };
 
 /// A NAME twice.
-pub const NAME_CLASH: Row = Row {
+pub(super) const NAME_CLASH: Row = Row {
     name: "name_clash",
     family: Family::Bus,
     parameters: &[Parameter::new("sa", ADDRESS, "241", "address of the second")],

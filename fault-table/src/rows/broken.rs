@@ -1,27 +1,9 @@
 //! A part of the scanner that fails.
 
-use crate::device::DeviceFault;
-use crate::{Family, Form, Parameter, PartFault, Row};
-
-/// A part that fails.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Broken {
-    /// Which.
-    pub part: Piece,
-    /// The device stays out of order after the end, until it is restarted.
-    pub until_reboot: bool,
-}
-
-/// A part of a scanner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Piece {
-    /// The mirror's motor.
-    Motor,
-    /// The laser.
-    Laser,
-    /// What cools or heats it.
-    Temperature,
-}
+use crate::device::{Broken, DeviceFault, Piece};
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
 
 const PARAMETERS: &[Parameter] = &[Parameter::new(
     "until_reboot",
@@ -48,21 +30,21 @@ macro_rules! row {
 }
 
 /// The motor.
-pub const MOTOR: Row = row!(
+pub(super) const MOTOR: Row = row!(
     "motor",
     Piece::Motor,
     "The mirror stands: no scans; SCdevicestate tells an error, STlms an undefined state.",
     PARAMETERS
 );
 /// The laser.
-pub const LASER: Row = row!(
+pub(super) const LASER: Row = row!(
     "laser",
     Piece::Laser,
     "The laser is off: scans go on, no beam sees anything, and their device status tells an error.",
     PARAMETERS
 );
 /// The temperature.
-pub const TEMPERATURE: Row = row!(
+pub(super) const TEMPERATURE: Row = row!(
     "temperature",
     Piece::Temperature,
     "Too hot or too cold: STlms tells it, and the device status of scans an error; scans go on.",

@@ -2,8 +2,10 @@
 
 use std::time::Duration;
 
-use super::BusFault;
-use crate::{Family, Form, Parameter, PartFault, Row};
+use crate::bus::BusFault;
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
 
 /// Rules of the wire, and data[2] of an error frame (Linux, `can/error.h`).
 const RULES: &[(&str, u8)] =
@@ -11,7 +13,7 @@ const RULES: &[(&str, u8)] =
 const RULE_NAMES: &[&str] = &["bit", "form", "stuff", "overload", "active"];
 
 /// Bus-off.
-pub const OFF: Row = Row {
+pub(super) const OFF: Row = Row {
     name: "bus_off",
     family: Family::Bus,
     parameters: &[Parameter::new(
@@ -30,7 +32,7 @@ pub const OFF: Row = Row {
 };
 
 /// Error passive.
-pub const PASSIVE: Row = Row {
+pub(super) const PASSIVE: Row = Row {
     name: "bus_passive",
     family: Family::Bus,
     parameters: &[
@@ -51,7 +53,7 @@ pub const PASSIVE: Row = Row {
 };
 
 /// A full bus.
-pub const LOAD: Row = Row {
+pub(super) const LOAD: Row = Row {
     name: "bus_load",
     family: Family::Bus,
     parameters: &[Parameter::new(
@@ -67,7 +69,7 @@ pub const LOAD: Row = Row {
 };
 
 /// Errors on the wire.
-pub const ERROR: Row = Row {
+pub(super) const ERROR: Row = Row {
     name: "bus_error",
     family: Family::Bus,
     parameters: &[
@@ -86,7 +88,7 @@ pub const ERROR: Row = Row {
 };
 
 /// No acknowledgement.
-pub const ACK_NONE: Row = Row {
+pub(super) const ACK_NONE: Row = Row {
     name: "ack_none",
     family: Family::Bus,
     parameters: &[],

@@ -1,8 +1,5 @@
 //! Faults of a CAN bus.
 
-pub mod controller;
-pub mod node;
-
 use std::time::Duration;
 
 /// A fault of a bus.

@@ -2,19 +2,10 @@
 
 use std::time::Duration;
 
-use crate::device::DeviceFault;
-use crate::{Family, Form, Parameter, PartFault, Row};
-
-/// Dirt on the front screen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dirt {
-    /// 1 a warning, 2 an error, 3 a serious error.
-    pub level: u8,
-    /// Beams between these device angles see nothing, degrees; all that the level says where absent.
-    pub sector_deg: Option<(f64, f64)>,
-    /// The level is reached step by step over this time.
-    pub ramp: Duration,
-}
+use crate::device::{DeviceFault, Dirt};
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
 
 const PARAMETERS: &[Parameter] = &[
     Parameter::new("level", Form::Whole(1, 3), "2", "1 a warning, 2 an error, 3 a serious error"),
@@ -53,9 +44,9 @@ const fn row(name: &'static str, about: &'static str) -> Row {
 }
 
 /// By the CoLa scanners' name.
-pub const CONTAMINATION: Row = row(
+pub(super) const CONTAMINATION: Row = row(
     "contamination",
     "Dirt on the front screen: LCMstate, the device status of scans, or an LMS2xx's status byte and errors tell it.",
 );
 /// By the LMS2xx's name.
-pub const POLLUTION: Row = row("pollution", "The same as `contamination`, by the LMS2xx's name.");
+pub(super) const POLLUTION: Row = row("pollution", "The same as `contamination`, by the LMS2xx's name.");

@@ -1,30 +1,14 @@
 //! Faults of the wheel encoder: what is counted is not what was driven.
 
-use crate::{Family, Form, Parameter, PartFault, Row};
-
-/// A fault of the wheel encoder.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EncoderFault {
-    /// Share of the way that the wheel rolls that is not driven.
-    pub slip: f64,
-    /// Share of the ticks that are missed.
-    pub missed: f64,
-    /// Share of the ticks that are counted twice.
-    pub extra: f64,
-    /// It gives no ticks.
-    pub stuck: bool,
-    /// It counts the other way.
-    pub reversed: bool,
-    /// Its count wraps at the beginning.
-    pub wrap: bool,
-    /// Its cable is out: no ticks.
-    pub cable_out: bool,
-}
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
+use crate::vehicle::EncoderFault;
 
 const SHARE: Form = Form::Number(0.0, 1.0);
 
 /// What is counted is not what was driven.
-pub const ROW: Row = Row {
+pub(super) const ROW: Row = Row {
     name: "encoder",
     family: Family::Vehicle,
     parameters: &[

@@ -1,33 +1,15 @@
 //! Faults of the GNSS receiver: what it reports is not where the tractor is.
 
-use crate::{Family, Form, Parameter, PartFault, Row};
-
-/// A fault of the GNSS receiver.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct GnssFault {
-    /// No position.
-    pub lost: bool,
-    /// RTK without fixed ambiguities: decimetres.
-    pub float: bool,
-    /// The last fix comes again and again.
-    pub stale: bool,
-    /// Sentences have wrong checksums.
-    pub bad_checksum: bool,
-    /// The position is off by so many metres.
-    pub jump_m: f64,
-    /// Into this direction, degrees clockwise from north.
-    pub jump_deg: f64,
-    /// The antenna is so much farther ahead, and farther right, than the receiver reckons with, metres.
-    pub lever_arm_m: (f64, f64),
-    /// Time is so many seconds later.
-    pub time_s: f64,
-}
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
+use crate::vehicle::GnssFault;
 
 /// Seconds that GPS time is ahead of UTC since 2017: what a receiver is off by that has not heard of them yet.
 const LEAP_S: f64 = 18.0;
 
 /// What is reported is not where the tractor is.
-pub const ROW: Row = Row {
+pub(super) const ROW: Row = Row {
     name: "gnss",
     family: Family::Vehicle,
     parameters: &[

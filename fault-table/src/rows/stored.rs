@@ -1,27 +1,14 @@
 //! What a device is found with: somebody had it before.
 
-use crate::device::DeviceFault;
-use crate::{Family, Form, Parameter, PartFault, Row};
-
-/// What a device is found with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Stored {
-    /// This dialect, `a` or `b`.
-    pub dialect: Option<char>,
-    /// Rate of an LMS2xx, bits a second.
-    pub rate: Option<u32>,
-    /// Other contents of scan telegrams and a narrower range of angles.
-    pub config: bool,
-    /// It streams to its line already.
-    pub streaming: bool,
-    /// A client is logged in and has stopped the scans.
-    pub other_client: bool,
-}
+use crate::device::{DeviceFault, Stored};
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
 
 const DIALECTS: &[&str] = &["a", "b"];
 
 /// The settings of somebody before.
-pub const ROW: Row = Row {
+pub(super) const ROW: Row = Row {
     name: "stored",
     family: Family::Device,
     parameters: &[

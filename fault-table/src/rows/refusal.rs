@@ -1,27 +1,10 @@
 //! What a device refuses.
 
-use crate::device::DeviceFault;
-use crate::{Family, Form, Parameter, PartFault, Row, Settings};
-
-/// A refusal of commands.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal {
-    /// Commands that begin so, such as `sWN LMDscandatacfg` or `mEEwriteall`; every one where absent.
-    pub command: Option<String>,
-    /// What is answered.
-    pub answer: Answer,
-    /// SCdevicestate says busy meanwhile.
-    pub busy: bool,
-}
-
-/// What is answered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
-    /// `sFA` with this code.
-    Code(u16),
-    /// The method's own way to say no: its result is 0.
-    Declined,
-}
+use crate::device::{Answer, DeviceFault, Refusal};
+use crate::parameter::{Form, Parameter};
+use crate::part_fault::PartFault;
+use crate::row::{Family, Row};
+use crate::settings::Settings;
 
 fn refusal(command: Option<String>, answer: Answer, busy: bool) -> PartFault {
     PartFault::Device(DeviceFault::Refusal(Refusal { command, answer, busy }))
@@ -39,7 +22,7 @@ const COMMAND: Parameter = Parameter::new(
 );
 
 /// No login.
-pub const LOGIN: Row = Row {
+pub(super) const LOGIN: Row = Row {
     name: "login",
     family: Family::Device,
     parameters: &[],
@@ -50,7 +33,7 @@ pub const LOGIN: Row = Row {
 };
 
 /// Busy.
-pub const BUSY: Row = Row {
+pub(super) const BUSY: Row = Row {
     name: "busy",
     family: Family::Device,
     parameters: &[COMMAND],
@@ -64,7 +47,7 @@ pub const BUSY: Row = Row {
 };
 
 /// No room for settings.
-pub const EEPROM_FULL: Row = Row {
+pub(super) const EEPROM_FULL: Row = Row {
     name: "eeprom_full",
     family: Family::Device,
     parameters: &[],
@@ -75,7 +58,7 @@ pub const EEPROM_FULL: Row = Row {
 };
 
 /// Any code.
-pub const FAULT_CODE: Row = Row {
+pub(super) const FAULT_CODE: Row = Row {
     name: "fault_code",
     family: Family::Device,
     parameters: &[
