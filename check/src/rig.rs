@@ -12,12 +12,12 @@ use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{
-    Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running, SerialConfig, SerialEmulator, StageRow, faulty_wire,
-    pause_slack,
+    Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running, SerialConfig, SerialEmulator, StageRow,
+    faulty_wire, pause_slack,
 };
 use rowscan_faults::{FaultControl, Language, Medium};
 use rowscan_ports::Pty;
-use rowscan_protocol::device::{Options, Start};
+use rowscan_protocol::device::{DialectPolicy, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::Model;
 use rowscan_recording::{StreamKind, Taps};
@@ -111,7 +111,19 @@ impl Bench {
         let mut driving = JoinSet::new();
         driving.spawn(desk.clone().drive());
         let running = rig.run();
-        Ok(Self { stage, journal, witness, running, hold, places, desk, tractor, frames, emulators, _driving: driving })
+        Ok(Self {
+            stage,
+            journal,
+            witness,
+            running,
+            hold,
+            places,
+            desk,
+            tractor,
+            frames,
+            emulators,
+            _driving: driving,
+        })
     }
 
     /// Scans left out because the host was too slow, of all scanners.
@@ -192,6 +204,10 @@ impl Wiring<'_> {
             taps: self.witness.taps(),
             stream: Some(spec.id.clone()),
             faults: Some(self.control.stream(&spec.id, Medium::Tcp, Language::Cola)),
+            dialects: match start {
+                Start::Stored(dialect) => DialectPolicy::Strict(dialect),
+                _ => DialectPolicy::Auto,
+            },
             ..EmulatorConfig::default()
         };
         let emulator = self.rig.scanner(device, view, config);
