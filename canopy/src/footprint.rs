@@ -84,8 +84,7 @@ impl Footprint {
 
     /// The share of the spot that a leaf must fill to be an echo: what the threshold asks for, P_min r² / (ρ cos i) with P_min = 0.1 / r10².
     pub fn threshold(&self, range_m: f64) -> f64 {
-        let by_power =
-            0.1 * (range_m / self.r10_m).powi(2) / (self.leaf.reflectance * self.leaf.cosine);
+        let by_power = 0.1 * (range_m / self.r10_m).powi(2) / (self.leaf.reflectance * self.leaf.cosine);
         by_power.max(self.least_share).min(1.0)
     }
 

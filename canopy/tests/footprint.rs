@@ -121,15 +121,25 @@ fn footprint(radius_m: f64, least_share: f64, clumping: f64) -> Footprint {
 fn corrected_by_the_inflation_spots_see_what_rays_see() {
     let shares = [0.01, 0.06, 0.25];
     // Corrected, by radius (mm) and share: the fact sheet's own Monte Carlo, 8.3.
-    let expected =
-        [(0.5, 5.75, [1.00, 0.98, 0.97]), (0.5, 11.5, [0.98, 0.95, 0.90]), (0.5, 19.0, [0.96, 0.89, 0.81]), (1.5, 19.0, [0.96, 0.91, 0.90])];
+    let expected = [
+        (0.5, 5.75, [1.00, 0.98, 0.97]),
+        (0.5, 11.5, [0.98, 0.95, 0.90]),
+        (0.5, 19.0, [0.96, 0.89, 0.81]),
+        (1.5, 19.0, [0.96, 0.91, 0.90]),
+    ];
     for (index, radius_mm, corrected) in expected {
         let radius_m = radius_mm / 1000.0;
         let seen = exponents(index, 1, radius_m, &shares);
         for ((share, raw), wanted) in shares.iter().zip(&seen.spots).zip(corrected) {
             let found = raw / seen.rays / footprint(radius_m, *share, 1.0).inflation(1.0, 0.5);
-            println!("{index} {radius_mm} {share} raw {:.3} found {found:.3} wanted {wanted}", raw / seen.rays);
-            assert!((found - wanted).abs() < 0.03, "LAI {index}, R {radius_mm} mm, share {share}: {found:.3}");
+            println!(
+                "{index} {radius_mm} {share} raw {:.3} found {found:.3} wanted {wanted}",
+                raw / seen.rays
+            );
+            assert!(
+                (found - wanted).abs() < 0.03,
+                "LAI {index}, R {radius_mm} mm, share {share}: {found:.3}"
+            );
         }
     }
 }

@@ -110,12 +110,7 @@ impl Paths {
     }
 
     /// Cuts a beam at every voxel face it crosses; gives where it enters the region.
-    fn walk(
-        &mut self,
-        beam: &Beam,
-        height_m: f64,
-        (region, parameters): (&Region, &Parameters),
-    ) -> f64 {
+    fn walk(&mut self, beam: &Beam, height_m: f64, (region, parameters): (&Region, &Parameters)) -> f64 {
         let across = |k: usize| (region.x_m + k as f64 * region.dx_m) / beam.cos;
         let up = |k: usize| (region.z_m + k as f64 * region.dz_m - height_m) / beam.sin;
         let (mut entry_m, mut exit_m) = (across(0), across(region.nx));
