@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, Inbox};
-use rowscan_faults::{Direction, FaultControl, Part, StreamFaults};
+use rowscan_faults::{FaultControl, Part, StreamFaults};
 use rowscan_ports::Wire;
 use rowscan_protocol::device::Device;
 use rowscan_protocol::lms2xx;
-use rowscan_recording::{Side, StreamKind, Tap, Taps};
+use rowscan_recording::{StreamKind, Taps};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::trajectory::Trajectory;
 use tokio::sync::{Notify, mpsc};
@@ -166,14 +166,13 @@ impl Rig {
         let tap = config.taps.open(stream, StreamKind::Lms2xx);
         let values = Values::Seen(Box::new(world));
         let clock = Arc::clone(&self.timeline.clock);
-        let (mut wire, mut tap, mut troubles) = (wire, tap, None);
-        if let Some(faults) = &config.faults {
+        // Faults of its line, if it has any, know it by its name.
+        let troubles = wire.belongings().and_then(|it| it.downcast_ref::<StreamFaults>()).map(|faults| {
             self.set_faults(&faults.control());
             let device = DeviceFaults::lms2xx(&self.timeline.changed);
             faults.part(Arc::<DeviceFaults>::clone(&device));
-            troubles = Some(device);
-            wire = through(wire, faults, std::mem::take(&mut tap));
-        }
+            device
+        });
         let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap).troubled(troubles);
         let emulator = SerialEmulator::of(&scanner);
         self.add_lms2xx(scanner);
@@ -229,13 +228,6 @@ impl Rig {
     }
 }
 
-/// A serial wire with faults on it; `tap` records what goes over it.
-fn through(wire: Box<dyn Wire>, faults: &StreamFaults, tap: Tap) -> Box<dyn Wire> {
-    Box::new(faults.wrap(wire, |_| ()).witnessed(move |direction, bytes| {
-        tap.record(if direction == Direction::ToClient { Side::Device } else { Side::Host }, bytes);
-    }))
-}
-
 /// Scanners that are alone on their tractor.
 impl Emulator {
     /// Starts `device` in `world`, alone on its tractor. No one can connect until [`Emulator::listen`] or [`Emulator::attach`].
@@ -268,12 +260,7 @@ impl SerialEmulator {
         config: SerialConfig,
     ) -> Self {
         let (queue, values) = playback_queue::queue(clock.delivery());
-        let mut tap = config.taps.open(name, StreamKind::Lms2xx);
-        // Of a recorded device only the bytes can go wrong.
-        let wire = match &config.faults {
-            Some(faults) => through(wire, faults, std::mem::take(&mut tap)),
-            None => wire,
-        };
+        let tap = config.taps.open(name, StreamKind::Lms2xx);
         let mut rig = Rig::playback(Arc::clone(&clock));
         let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
         let emulator = Self::of(&scanner);

@@ -5,7 +5,7 @@
 //!
 //! | part | is |
 //! |---|---|
-//! | [`faults`] | the table: every fault with its parameters |
+//! | [`FAULTS`] | the table: every fault with its parameters |
 //! | [`FaultSpec`], [`read`] | one fault as it is written in TOML or JSON |
 //! | [`FaultControl`] | the plan that all streams share: list, add, remove, reset |
 //! | [`StreamFaults`] | one stream's part of it: wraps connections, guards its listener |
@@ -60,7 +60,7 @@ pub use control::{FaultControl, FaultError, FaultStatus};
 pub use event::{Direction, FaultEvent, FaultEvents, What};
 pub use fault::{Fault, Layer};
 pub use handle::StreamFaults;
-pub use kinds::{NOT_HERE, faults};
+pub use kinds::{FAULTS, NOT_HERE};
 pub use listener::{GatedListener, reset_on_drop};
 pub use page::markdown;
 pub use part::{Fit, Order, Part};

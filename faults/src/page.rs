@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::event::Direction;
 use crate::fault::Fault;
-use crate::kinds::{NOT_HERE, faults};
+use crate::kinds::{FAULTS, NOT_HERE};
 
 const INTRODUCTION: &str = "\
 # Faults
@@ -84,17 +84,17 @@ A recording beside faults holds what went over the client's wire: after faults w
 pub fn markdown() -> String {
     let mut page = INTRODUCTION.to_owned();
     page += "| fault | acts on | direction | does | a driver must report | recovery expected |\n|---|---|---|---|---|---|\n";
-    for fault in faults() {
+    for fault in FAULTS.iter() {
         let ways = directions(fault);
         let (layer, Fault { name, about, reports, recovery, .. }) = (fault.layer.name(), fault);
         let _ = writeln!(page, "| `{name}` | {layer} | {ways} | {about} | {reports} | {recovery} |");
     }
     page += "\nOn serial wires (`--pty`, `--serial`, `--rfc2217`) there are no connections: ";
     let wireless: Vec<String> =
-        faults().filter(|fault| !fault.on_wires).map(|fault| format!("`{}`", fault.name)).collect();
+        FAULTS.iter().filter(|fault| !fault.on_wires).map(|fault| format!("`{}`", fault.name)).collect();
     let _ = write!(page, "{} are refused there.\n\n## Parameters\n\n", wireless.join(", "));
     page += "| fault | key | value | default | |\n|---|---|---|---|---|\n";
-    for fault in faults() {
+    for fault in FAULTS.iter() {
         for parameter in fault.parameters {
             let (form, key) = (parameter.form.words(), parameter.key);
             let _ = writeln!(

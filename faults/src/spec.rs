@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::event::Direction;
 use crate::fault::{Action, Cut, Fault, Layer};
-use crate::kinds::faults;
+use crate::kinds::FAULTS;
 use crate::when::{At, Lasts};
 
 /// Keys that every fault has.
@@ -157,8 +157,8 @@ impl FaultSpec {
 /// The table's line of this name.
 fn find(found: &Located) -> Result<&'static Fault, TomlError> {
     let name = read_text(found, "the name of a fault")?;
-    let names: Vec<&str> = faults().map(|fault| fault.name).collect();
-    faults().find(|fault| fault.name == name).ok_or_else(|| TomlError {
+    let names: Vec<&str> = FAULTS.iter().map(|fault| fault.name).collect();
+    FAULTS.iter().find(|fault| fault.name == name).ok_or_else(|| TomlError {
         line: found.line,
         message: match crate::kinds::NOT_HERE
             .iter()

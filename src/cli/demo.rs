@@ -160,13 +160,8 @@ impl Args {
                 (Box::new(pty), Source::Serial { path: link, rate })
             }
         };
-        let config = SerialConfig {
-            time_scale: self.time_scale,
-            state: None,
-            taps: Taps::default(),
-            stream: None,
-            faults: None,
-        };
+        let config =
+            SerialConfig { time_scale: self.time_scale, state: None, taps: Taps::default(), stream: None };
         let scanner = Virtual::Lms2xx(SerialEmulator::start(device, world, wire, config));
         Ok(Set { scanner, source, reading, scans, model: model.name })
     }

@@ -6,14 +6,14 @@ use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
     Bound, Emulator, EmulatorConfig, Rig, ScannerView, SerialConfig, SerialEmulator, StageRow, StartWhen,
-    ViewError,
+    ViewError, faulty_wire,
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_protocol::device::{Device, DialectPolicy};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
-use rowscan_recording::{About, Taps};
+use rowscan_recording::{About, StreamKind, Taps};
 use rowscan_vehicle::Tractor;
 
 use super::client_limits::{self, ClientLimitArgs};
@@ -225,8 +225,12 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
             AnyModel::Lms2xx(model) => {
                 let set_up =
                     args.lms2xx(&stage, &tractor, (scanner.index, model), stream, taping.taps()).await?;
-                let (device, world, line, mut config) = set_up;
-                config.faults = scanner.faults(faulting.as_ref(), false);
+                let (device, world, mut line, mut config) = set_up;
+                if let Some(faults) = scanner.faults(faulting.as_ref(), false) {
+                    let name = config.stream.as_deref().unwrap_or(model.name);
+                    let tap = std::mem::take(&mut config.taps).open(name, StreamKind::Lms2xx);
+                    line.wire = faulty_wire(line.wire, &faults, tap);
+                }
                 (Running::Lms2xx(rig.lms2xx(device, world, line.wire, config)), line.source)
             }
         };
@@ -339,7 +343,7 @@ impl Args {
         let state = self.device.lms2xx_state(&mut device)?;
         let rate = device.rate().bits_per_second();
         let line = self.line.open_one(&self.tcp, rate, self.format).await?;
-        let config = SerialConfig { time_scale: self.scale(), state, taps, stream, faults: None };
+        let config = SerialConfig { time_scale: self.scale(), state, taps, stream };
         Ok((device, world, line, config))
     }
 

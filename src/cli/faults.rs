@@ -1,6 +1,6 @@
 //! `rowscan faults`
 
-use rowscan_faults::{Fault, NOT_HERE, faults, markdown};
+use rowscan_faults::{FAULTS, Fault, NOT_HERE, markdown};
 use serde::Serialize;
 
 use super::output::{self, print};
@@ -28,7 +28,7 @@ pub(super) fn run(args: PageArgs) -> Result<Outcome, Failure> {
         print(&markdown())?;
         return Ok(Outcome::Done);
     }
-    let rows: Vec<Row> = faults().map(Row::from).collect();
+    let rows: Vec<Row> = FAULTS.iter().map(Row::from).collect();
     output::print_rows(args.format, &rows)?;
     if args.format == Format::Table {
         let names: Vec<&str> = NOT_HERE.iter().map(|(names, _)| *names).collect();

@@ -11,15 +11,16 @@ use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{EmulatorConfig, Rig, SerialConfig, StageRow};
+use rowscan_emulator::{EmulatorConfig, Rig, SerialConfig, StageRow, faulty_wire};
 use rowscan_faults::{
     Family, Fault, FaultControl, Form, Language, Layer, Medium, StreamFaults, faults, read,
 };
+use rowscan_ports::Wire;
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::Taps;
+use rowscan_recording::{Tap, Taps};
 use rowscan_vehicle::{Encoder, Tractor};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep_until, timeout_at};
@@ -227,15 +228,17 @@ impl Bench<'_> {
                 ..lms2xx::device::Options::default()
             };
             let (device, view) = self.stage.serial_scanner_on(tractor, 0, model, options).expect("it fits");
-            let faults = stream(Medium::Wire, Language::Lms2xx);
+            let wire: Box<dyn Wire> = match stream(Medium::Wire, Language::Lms2xx) {
+                Some(faults) => faulty_wire(Box::new(there), &faults, Tap::default()),
+                None => Box::new(there),
+            };
             let config = SerialConfig {
                 time_scale: TimeScale::Paced(1.0),
                 state: None,
                 taps: Taps::default(),
                 stream: None,
-                faults,
             };
-            return (here, None, Box::new(rig.lms2xx(device, view, Box::new(there), config)));
+            return (here, None, Box::new(rig.lms2xx(device, view, wire, config)));
         }
         let medium = if self.client == Client::ColaLine { Medium::Wire } else { Medium::Tcp };
         let faults: Option<StreamFaults> = stream(medium, Language::Cola);
@@ -314,7 +317,7 @@ async fn every_fault_acts_where_it_says_or_is_refused_with_its_reason() {
             let plain = bench.run("").await.expect("nothing to refuse");
             assert!(plain.wire.len() > 10 && !plain.bus.is_empty(), "{client:?} {model}: {plain:?}");
             // Nothing of this is seen by a listener's absence here: `faults/tests/it/connections.rs` has those.
-            for fault in faults().filter(|fault| fault.layer != Layer::Accept) {
+            for fault in FAULTS.iter().filter(|fault| fault.layer != Layer::Accept) {
                 let seen = bench.run(&script(fault)).await;
                 let expected = refusal(fault, client);
                 let verdict = match (&seen, expected) {

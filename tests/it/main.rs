@@ -12,6 +12,7 @@ mod common;
 
 mod any_bytes;
 mod bad_input;
+mod bench_library;
 mod blindness;
 mod calibrations;
 mod captures;

@@ -109,13 +109,8 @@ async fn online_on_a_line(model: &'static lms2xx::model::Model) -> Estimate {
     let scans = stage.scans_to_row_end(hertz);
     let line = NetLine::rfc2217("127.0.0.1:0").await.expect("a free port");
     let source = Source::Rfc2217 { address: line.address().to_string(), rate: lms2xx::Rate::R500000 };
-    let serial = SerialConfig {
-        time_scale: TimeScale::Max,
-        state: None,
-        taps: Taps::default(),
-        stream: None,
-        faults: None,
-    };
+    let serial =
+        SerialConfig { time_scale: TimeScale::Max, state: None, taps: Taps::default(), stream: None };
     let _emulator = SerialEmulator::start(device, world, Box::new(line), serial);
     let config = DriverConfig { lms2xx: config, ..DriverConfig::default() };
     let mut scanner = Scanner::open(&source, config).await.expect("it answers");

@@ -32,7 +32,7 @@ use rowscan_fault_table::ROWS;
 use crate::fault::Fault;
 
 /// Every fault of a byte path.
-const FAULTS: &[&Fault] = &[
+const OF_BYTES: &[&Fault] = &[
     &split::FAULT,
     &coalesce::FAULT,
     &dribble::FAULT,
@@ -59,23 +59,15 @@ const FAULTS: &[&Fault] = &[
 ];
 
 /// Every fault: of the byte path, then of the parts.
-static TABLE: LazyLock<Vec<Fault>> = LazyLock::new(|| {
+pub static FAULTS: LazyLock<Vec<Fault>> = LazyLock::new(|| {
     let parts = ROWS.iter().map(Fault::of_part);
-    FAULTS.iter().map(|fault| **fault).chain(parts).collect()
+    OF_BYTES.iter().map(|fault| **fault).chain(parts).collect()
 });
-
-/// The table of faults.
-pub fn faults() -> impl ExactSizeIterator<Item = &'static Fault> {
-    TABLE.iter()
-}
 
 /// What else goes wrong on a machine, and why no fault does it.
 pub const NOT_HERE: &[(&str, &str)] = &[
     ("modem", "no modem lines are emulated; a pseudo-terminal has none, and RFC 2217 would carry them"),
-    (
-        "host_pause",
-        "a child's fault: it needs a scenario that runs the child (`rowscan check`), and is not built there yet",
-    ),
+    ("host_pause", "a child's fault, and only `rowscan check` runs a child: give it there, in a scenario"),
     ("tc_lost / tc_busy / ddop_refused / heartbeat_stop", SPRAYER),
     ("valve_stuck / valve_slow / pump_low / flow_meter_off", SPRAYER),
 ];
@@ -89,11 +81,11 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_no_parameter_hides_a_common_key() {
-        let mut names: Vec<&str> = faults().map(|fault| fault.name).collect();
+        let mut names: Vec<&str> = FAULTS.iter().map(|fault| fault.name).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), faults().len());
-        for fault in faults() {
+        assert_eq!(names.len(), FAULTS.len());
+        for fault in FAULTS.iter() {
             for parameter in fault.parameters {
                 assert!(!crate::spec::COMMON.contains(&parameter.key), "{}.{}", fault.name, parameter.key);
             }

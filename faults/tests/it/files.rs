@@ -1,6 +1,6 @@
 //! Files of faults: what is refused, where, and with which remedy.
 
-use rowscan_faults::{At, FaultSpec, Lasts, NOT_HERE, faults, markdown, read};
+use rowscan_faults::{At, FAULTS, FaultSpec, Lasts, NOT_HERE, markdown, read};
 use rowscan_strict_toml::{Table, TomlError};
 
 fn refusal(text: &str) -> (usize, String) {
@@ -94,7 +94,7 @@ fn a_fault_may_come_as_json() {
 #[test]
 fn the_page_names_every_fault_parameter_and_row_that_is_not_there() {
     let page = markdown();
-    for fault in faults() {
+    for fault in FAULTS.iter() {
         assert!(page.contains(&format!("| `{}` | {} |", fault.name, fault.layer.name())), "{}", fault.name);
         for parameter in fault.parameters {
             assert!(

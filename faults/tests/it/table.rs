@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rowscan_faults::{Layer, What, faults};
+use rowscan_faults::{FAULTS, Layer, What};
 
 use crate::client::{PERIOD, SCANS, Seen, Speech, run};
 
@@ -185,7 +185,7 @@ fn skipped(seen: &Seen, why: &str) -> bool {
 #[tokio::test(start_paused = true)]
 async fn each_fault_does_what_it_says_and_nothing_does_it_without_the_fault() {
     for case in CASES {
-        let fault = faults().find(|fault| fault.name == case.fault).expect("in the table");
+        let fault = FAULTS.iter().find(|fault| fault.name == case.fault).expect("in the table");
         for speech in Speech::ALL {
             if speech == Speech::Lms2xx && !fault.on_wires {
                 continue;
@@ -201,7 +201,7 @@ async fn each_fault_does_what_it_says_and_nothing_does_it_without_the_fault() {
 
 #[test]
 fn every_fault_of_the_table_has_a_case() {
-    for fault in faults().filter(|fault| !matches!(fault.layer, Layer::Accept | Layer::Part(_))) {
+    for fault in FAULTS.iter().filter(|fault| !matches!(fault.layer, Layer::Accept | Layer::Part(_))) {
         assert!(CASES.iter().any(|case| case.fault == fault.name), "{} has no case", fault.name);
     }
 }
