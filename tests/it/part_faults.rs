@@ -252,7 +252,12 @@ async fn a_clock_that_is_wrong_changes_stamps_and_nothing_else() {
     assert_eq!((even(&steps), steps.iter().filter(|step| **step == 20_200).count()), (149, 50));
     let (steps, times) = stamps("name = \"clock_wrap\"\nat = { s = 2 }").await;
     assert!(times.contains(&0), "the scan at that moment");
-    assert_eq!(steps.iter().filter(|step| **step != 20_000).count(), 1);
+    assert_eq!(even(&steps), steps.len(), "it goes on as if nothing were");
+    assert!(times[0] > 4_290_000_000, "{}", times[0]);
+    let (steps, times) = stamps("name = \"clock_wrap\"\nat = { row_m = 1 }").await;
+    assert!(even(&steps) == steps.len() && times[0] > 4_290_000_000 && times.iter().any(|us| *us < 20_000));
+    let (steps, _) = stamps("name = \"clock_wrap\"\nat = { scan = 50 }").await;
+    assert_eq!(even(&steps), steps.len() - 1, "nobody could know");
     let (steps, _) = stamps("name = \"clock_step\"\ns = 5\nat = { s = 900 }").await;
     assert_eq!(even(&steps), steps.len(), "not yet");
 }
