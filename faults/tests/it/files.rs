@@ -74,8 +74,21 @@ fn mistakes_name_their_line_and_the_remedy() {
             "expected pairs of hex digits such as \"02 ff\", found string \"0g\"",
         ),
         ("name = \"garble\"\n", 1, "it does nothing; give `noise_p`, `lost_p`, `break_p`, or both rates"),
-        ("name = \"power\"\n", 2, "the fault `power` is not there yet: a device's fault"),
-        ("name = \"bus_off\"\n", 2, "the fault `bus_off` is not there yet: a bus's fault"),
+        (
+            "name = \"modem\"\n",
+            2,
+            "the fault `modem` is not there: no modem lines are emulated; a pseudo-terminal has none, and RFC 2217 would carry them",
+        ),
+        (
+            "name = \"valve_slow\"\n",
+            2,
+            "the fault `valve_slow` is not there: needs the sprayer, which is not emulated yet",
+        ),
+        (
+            "name = \"encoder\"\n",
+            1,
+            "expected one of `slip`, `missed`, `extra`, `stuck`, `reversed`, `wrap`, `cable_out`: without any nothing would happen",
+        ),
     ] {
         assert_eq!(refusal(&format!("{head}{text}")), (line, message.to_owned()), "{text}");
     }
