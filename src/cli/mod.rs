@@ -3,6 +3,7 @@
 mod blocking;
 mod bus;
 mod check;
+mod check_jobs;
 mod client_limits;
 mod decode;
 mod demo;
