@@ -215,7 +215,7 @@ impl Rig {
             taps,
             self.receivers.datagrams.clone(),
         );
-        timeline.sources.push(Source::Gnss(output));
+        timeline.sources.push(Source::Gnss(Box::new(output)));
         self.receivers.gnss.store(true, Ordering::Relaxed);
     }
 

@@ -42,7 +42,7 @@ pub(crate) enum Source {
     /// The tractor's control function on its bus.
     Bus(Box<BusOutput>),
     /// The tractor's GNSS receiver.
-    Gnss(GnssOutput),
+    Gnss(Box<GnssOutput>),
 }
 
 impl Source {
