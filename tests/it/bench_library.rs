@@ -210,8 +210,23 @@ fn our_driver_finds_an_lms2xx_that_was_left_streaming() {
 }
 
 #[test]
+fn a_controller_hears_the_whole_tractor_and_is_ready_when_it_says_so_on_the_bus() {
+    passes("tractor");
+    // One that is waited for and never comes.
+    let folder = copy();
+    let scenario = folder.path().join("other.toml");
+    let written = fs::read_to_string(library().join("tractor.toml")).expect("there");
+    let clock = r#"clock = { mode = "paced", startup_wall_s = 2 }"#;
+    let written = written.replace("0x18FF1080", "0x18FF1081").replace(r#"clock = { mode = "paced" }"#, clock);
+    fs::write(&scenario, written).expect("written");
+    let ended = check(&scenario, &[]);
+    assert_eq!(ended.code, Some(2), "{}", ended.stdout);
+    assert!(ended.stdout.contains("`sut` was not ready within 2s"), "{}", ended.stdout);
+}
+
+#[test]
 fn every_scenario_of_the_library_is_run() {
-    let alone = ["stored-dialect", "left-streaming"];
+    let alone = ["stored-dialect", "left-streaming", "tractor"];
     let known = |name: &str| HERE.iter().chain(ELSEWHERE).chain(&alone).any(|known| *known == name);
     let files = fs::read_dir(library()).expect("the library").flatten().map(|file| file.path());
     let scenarios = files.filter(|path| path.extension().is_some_and(|ending| ending == "toml"));
