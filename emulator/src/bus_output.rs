@@ -13,6 +13,7 @@ use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::mpsc;
 
 use crate::firing::Firing;
+use crate::lockstep::OutputCount;
 
 /// Name of the recorded stream.
 const STREAM: &str = "can";
@@ -35,6 +36,8 @@ pub(crate) struct BusOutput {
     held: bool,
     /// To be sent at the next instant.
     first: Vec<CanFrame>,
+    /// Who counts the frames that others send.
+    counts: Vec<OutputCount>,
 }
 
 impl BusOutput {
@@ -61,7 +64,13 @@ impl BusOutput {
             open,
             held,
             first,
+            counts: Vec::new(),
         }
+    }
+
+    /// From now on these count the frames that others send.
+    pub(crate) fn count_frames(&mut self, counts: Vec<OutputCount>) {
+        self.counts = counts;
     }
 
     pub(crate) fn next(&self) -> Option<SimTime> {
@@ -102,6 +111,7 @@ impl BusOutput {
                     self.tap.record(Side::Host, frame.to_text().as_bytes());
                     self.bus.send((at, frame), Some(port), delivery).await;
                     self.ecu.handle(at, &frame, &mut replies);
+                    self.counts.iter().for_each(|count| count.frame(frame.id.bits()));
                 }
                 PortEvent::Lost(_) => {}
             }

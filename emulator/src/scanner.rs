@@ -72,15 +72,13 @@ impl Emulator {
 
     /// What it has done so far.
     pub fn counts(&self) -> EmulatorCounts {
-        let counts = &self.shared.counts;
-        EmulatorCounts {
-            scans_sent: counts.sent.load(Ordering::Relaxed),
-            scans_dropped: counts.dropped.load(Ordering::Relaxed),
-            scans_missed: counts.missed.load(Ordering::Relaxed),
-            connections_refused: counts.refused.total(),
-            connections_silent: counts.silent.total(),
-            connections_idle: counts.idle.total(),
-        }
+        counts(&self.shared)
+    }
+
+    /// Tells what it has done, for as long as it lives.
+    pub fn counting(&self) -> impl Fn() -> EmulatorCounts + Send + Sync + use<> {
+        let shared = Arc::downgrade(&self.shared);
+        move || shared.upgrade().map_or_else(EmulatorCounts::default, |shared| counts(&shared))
     }
 
     /// What a replay has refused because the recorded scans would have to be others.
@@ -91,5 +89,17 @@ impl Emulator {
     /// The clock its mirror turns by.
     pub fn clock(&self) -> &SimClock {
         &self.shared.clock
+    }
+}
+
+fn counts(shared: &Shared) -> EmulatorCounts {
+    let counts = &shared.counts;
+    EmulatorCounts {
+        scans_sent: counts.sent.load(Ordering::Relaxed),
+        scans_dropped: counts.dropped.load(Ordering::Relaxed),
+        scans_missed: counts.missed.load(Ordering::Relaxed),
+        connections_refused: counts.refused.total(),
+        connections_silent: counts.silent.total(),
+        connections_idle: counts.idle.total(),
     }
 }

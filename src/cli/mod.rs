@@ -4,10 +4,12 @@ mod blocking;
 mod bus;
 mod check;
 mod client_limits;
+mod control;
 mod decode;
 mod demo;
 mod device;
 mod emulate;
+mod ending;
 mod endpoint;
 mod estimate;
 mod estimators;
@@ -171,6 +173,9 @@ pub enum Failure {
     /// A serial line.
     #[error(transparent)]
     SerialLine(#[from] rowscan_ports::PortError),
+    /// A control.
+    #[error(transparent)]
+    Control(#[from] rowscan_control::ServerError),
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] rowscan_emulator::ListenError),
