@@ -45,6 +45,19 @@ impl Exclusion {
         }
     }
 
+    /// Why, and what to do.
+    pub(crate) fn reason(self) -> &'static str {
+        match self {
+            Self::DeviceError => "the device reports an error",
+            Self::Contamination => "the window is too dirty to measure through: clean it",
+            Self::OutsideField => {
+                "the beams point outside the field of the rig's model: name the model that scanned with --model"
+            }
+            Self::NoBeams => "the scan holds no ranges",
+            Self::OtherLayer => "of an inclined layer",
+        }
+    }
+
     /// Whether the row is unseen without such scans: layers come beside the one that is used.
     fn blinds(self) -> bool {
         self != Self::OtherLayer

@@ -1,6 +1,7 @@
 //! What an estimate can be tuned by. The defaults are what the calibrations are fitted with.
 
 use crate::error::PipelineError;
+use crate::footprint::Footprint;
 
 /// Settings of the estimators that are neither the rig's nor the calibration's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +25,8 @@ pub struct Parameters {
     pub min_beams: u32,
     /// What an unvisited voxel holds.
     pub fill: Fill,
+    /// The beam's width, to be taken out of every density; `None` for ideal rays, or where it is not known.
+    pub footprint: Option<Footprint>,
     /// Trees, and slices, kept at most; later ones count in the row's totals only.
     pub max_cells: usize,
 }
@@ -65,6 +68,7 @@ impl Default for Parameters {
             top_m: 5.0,
             min_beams: 10,
             fill: Fill::Mirror,
+            footprint: None,
             max_cells: 100_000,
         }
     }
@@ -79,6 +83,12 @@ impl Parameters {
         within("slice_m", self.slice_m, 0.02, 100.0)?;
         within("projection", self.projection, 0.01, 1.0)?;
         within("half_width_m", self.half_width_m.unwrap_or(1.0), 0.05, 10.0)?;
-        within("top_m", self.top_m, 0.1, 20.0)
+        within("top_m", self.top_m, 0.1, 20.0)?;
+        self.footprint.map_or(Ok(()), |footprint| footprint.validate())
+    }
+
+    /// How many times as often as a ray a beam meets a leaf at this range; 1 for ideal rays.
+    pub(crate) fn inflation(&self, range_m: f64) -> f64 {
+        self.footprint.map_or(1.0, |footprint| footprint.inflation(range_m, self.projection))
     }
 }

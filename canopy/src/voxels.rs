@@ -2,7 +2,7 @@
 //!
 //! Voxels are squares in x and z within a slice along the row; beams lie in one plane, so the way of each beam through the squares
 //! is worked out once per beam grid. A beam's free path runs through every voxel on its way, up to its hit or, for a miss, right
-//! through. Lines enter with their weight. The estimators read the sums when the slice ends ([`LayerSum`]).
+//! through, multiplied by the inflation of a wide beam ([`Footprint`](crate::Footprint)). Lines enter with their weight. The estimators read the sums when the slice ends ([`LayerSum`]).
 
 mod paths;
 
@@ -21,7 +21,7 @@ pub(crate) struct Voxels {
     hits: u64,
     patches: u64,
     min_beams: u32,
-    fill: Fill,
+    parameters: Parameters,
 }
 
 /// One voxel's sums.
@@ -29,7 +29,7 @@ pub(crate) struct Voxels {
 pub(crate) struct Voxel {
     /// Σ line weight over hits, metres.
     pub(crate) hits_m: f64,
-    /// Σ line weight · free path, m².
+    /// Σ line weight · free path, m²; paths are as much longer as the beam's width makes hits more frequent.
     pub(crate) path_m2: f64,
     /// Σ line weight² · free path of the beams that hit, m³.
     pub(crate) hit_path_m3: f64,
@@ -83,13 +83,13 @@ impl Voxels {
             hits: 0,
             patches: 0,
             min_beams: parameters.min_beams.max(1),
-            fill: parameters.fill,
+            parameters: *parameters,
         }
     }
 
     /// Works out the ways of a new grid's beams.
     pub(crate) fn rebuild(&mut self, beams: &[Option<Beam>], frame: &Frame) {
-        self.paths.rebuild(beams, frame, &self.region);
+        self.paths.rebuild(beams, frame, &self.region, &self.parameters);
     }
 
     /// Adds a line to the open slice. `range_m` is in the order of the beams [`rebuild`](Self::rebuild) was given; `fresh` says of
@@ -109,7 +109,7 @@ impl Voxels {
             for step in self.paths.steps.get(way.first..way.last).unwrap_or_default() {
                 let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
                 voxel.beams = voxel.beams.saturating_add(1);
-                let path_m = step.exit_m.min(end_m) - from_m;
+                let path_m = (step.exit_m.min(end_m) - from_m) * step.inflation;
                 voxel.path_m2 += weight_m * path_m;
                 if end_m < step.exit_m {
                     voxel.hits_m += weight_m;
@@ -137,7 +137,7 @@ impl Voxels {
                 sum.density += found;
             }
             sum.unvisited = band.len() as u32 - sum.visited;
-            sum.filled = match self.fill {
+            sum.filled = match self.parameters.fill {
                 Fill::LeaveOut => 0.0,
                 Fill::BandMean if sum.visited == 0 => 0.0,
                 Fill::BandMean => sum.density / f64::from(sum.visited) * f64::from(sum.unvisited),

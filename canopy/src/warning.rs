@@ -186,7 +186,7 @@ impl fmt::Display for Warning {
             Self::Excluded { why: Exclusion::OtherLayer, scans } => {
                 write!(f, "{scans} scans are of inclined layers and were not used: the estimate is of the horizontal one")
             }
-            Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}", reason(*why)),
+            Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}, {}", why.code(), why.reason()),
             Self::ContaminationWarning { scans } => {
                 write!(f, "the device warns of a dirty window in {scans} scans; they were used: clean the window")
             }
@@ -216,19 +216,6 @@ impl fmt::Display for Warning {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }
         }
-    }
-}
-
-/// Why scans were left out, and what to do.
-fn reason(why: Exclusion) -> &'static str {
-    match why {
-        Exclusion::DeviceError => "device_error, the device reports an error",
-        Exclusion::Contamination => "contamination, the window is too dirty to measure through: clean it",
-        Exclusion::OutsideField => {
-            "outside_field, the beams point outside the field of the rig's model: name the model that scanned with --model"
-        }
-        Exclusion::NoBeams => "no_beams, the scan holds no ranges",
-        Exclusion::OtherLayer => "other_layer",
     }
 }
 

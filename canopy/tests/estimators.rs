@@ -8,7 +8,7 @@ mod slab;
 
 use common::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
-use rowscan_canopy::{Estimate, Measure, Parameters, Pipeline, Quantity};
+use rowscan_canopy::{Estimate, Footprint, LeafShape, Measure, Parameters, Pipeline, Quantity};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use slab::*;
@@ -91,6 +91,41 @@ fn a_turbid_slab_has_its_leaf_area_by_voxels_and_by_polar_cells() {
         let hits = value(&found.measures, "voxel", Quantity::HitsPerPatch);
         assert!((1.0..1.7).contains(&hits), "leaves without size are hardly ever met twice: {hits}");
     }
+}
+
+#[test]
+fn a_wide_beam_is_taken_out_of_every_density_and_of_the_impacted_area() {
+    // A beam of one width meets leaves so many times as often: as rays would in so much denser a slab.
+    let leaf = LeafShape::default();
+    let wide = Footprint { exit_m: 0.026, spread: 0.0, r10_m: 1e3, least_share: 0.0, leaf, clumping: 1.0 };
+    let inflation = wide.inflation(1.9, 0.5);
+    assert!((2.0..3.5).contains(&inflation), "{inflation}");
+    let corrected = Parameters { footprint: Some(wide), ..parameters() };
+    let (thick_m, density) = (1.0, 1.0);
+    let seen = turbid(thick_m, density * inflation, 300, 3);
+    let found = measured(&rig(), corrected, &seen);
+    let truth = density * thick_m * HIGH_M * found.scanned_m.unwrap();
+    let leaf = |name| value(&found.measures, name, Quantity::LeafArea) / truth;
+    for (name, least) in [("voxel", 0.02), ("polar", 0.06)] {
+        assert!((leaf(name) - 1.0).abs() < least, "{name} {}", leaf(name));
+    }
+    assert!((found.leaf_area_contact_raw_m2.unwrap() / truth - 1.0).abs() < 0.02);
+    let (by_rays, uncorrected) = (
+        measured(&rig(), parameters(), &turbid(thick_m, density, 300, 3)),
+        measured(&rig(), parameters(), &seen),
+    );
+    assert!(relative(leaf("gap") * truth, value(&by_rays.measures, "gap", Quantity::LeafArea)) < 0.05);
+    let impacted = |found: &Estimate| value(&found.measures, "impacted", Quantity::ImpactedArea);
+    assert!(
+        relative(impacted(&by_rays), by_rays.impacted_total_area_m2.unwrap()) < 1e-12,
+        "rays need no correction"
+    );
+    assert!(impacted(&uncorrected) / impacted(&by_rays) > 1.3, "the uncorrected area is far off");
+    assert!(
+        relative(impacted(&found), impacted(&by_rays)) < 0.05,
+        "{}",
+        impacted(&found) / impacted(&by_rays)
+    );
 }
 
 #[test]

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use tokio::sync::watch;
 
-use crate::judge;
+use crate::fault::ScenarioFault;
+use crate::judge::{self, Runs};
 use crate::runner::{self, RunRecord};
 use crate::scenario::{Mode, Scenario};
 use crate::verdict::{Case, Tried, Verdict};
@@ -22,6 +23,8 @@ pub struct Options {
     pub fail_fast: bool,
     /// Where the runs' folders are made and kept; they go again without it.
     pub keep: Option<PathBuf>,
+    /// The program behind `{rowscan}`.
+    pub program: Option<PathBuf>,
 }
 
 /// Why nothing could be tried.
@@ -106,7 +109,7 @@ async fn try_seeds(
         (None, None) => (1..=scenario.seeds).map(|n| Some(n.into())).collect(),
     };
     for seed in seeds {
-        let tried = try_one(&scenario, seed, folder).await;
+        let tried = try_one(&scenario, seed, folder, options).await;
         tell(&tried);
         let goes_on = goes_on(&tried);
         all.push(tried);
@@ -142,27 +145,33 @@ fn unjudged(path: &Path, why: &str) -> Tried {
     }
 }
 
-async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path) -> Tried {
+async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path, options: &Options) -> Tried {
     if let Some(why) = &scenario.refusal {
         return Tried { facts: facts(scenario), seed, ..unjudged(&scenario.path, why) };
     }
     let agreeing = scenario.expects.iter().filter(|expect| expect.what.kind == Kind::SameBytes);
     let runs_wanted = agreeing.map(|expect| expect.runs).max().unwrap_or(1);
-    let mut runs = Vec::new();
+    let seed_name = seed.map_or("own".to_owned(), |seed| seed.to_string());
+    let folder_of = |run: &str| folder.join(format!("seed-{seed_name}-{run}"));
+    let compares = scenario.expects.iter().any(|expect| expect.equals_run_without.is_some());
+    let mut runs = Runs { all: Vec::new(), without_faults: None };
     for number in 1..=runs_wanted {
-        let seed_name = seed.map_or("own".to_owned(), |seed| seed.to_string());
-        let folder = folder.join(format!("seed-{seed_name}-run-{number}"));
-        if let Err(cause) = fresh(&folder) {
-            return unjudged(&scenario.path, &format!("cannot make {}: {cause}", folder.display()));
+        match run_in((scenario, options), seed, folder_of(&format!("run-{number}")), &scenario.faults).await {
+            Ok(run) => runs.all.push(run),
+            Err(why) => return unjudged(&scenario.path, &why),
         }
-        runs.push(runner::run(scenario, seed, &folder).await);
     }
-    let Some(run) = runs.first() else { return unjudged(&scenario.path, "it was not run") };
+    if compares {
+        match run_in((scenario, options), seed, folder_of("without-faults"), &[]).await {
+            Ok(run) => runs.without_faults = Some(run),
+            Err(why) => return unjudged(&scenario.path, &why),
+        }
+    }
+    let Some(run) = runs.all.first() else { return unjudged(&scenario.path, "it was not run") };
     let expects = scenario.expects.iter().enumerate();
-    let cases = expects.map(|(number, _)| case(scenario, number, &runs)).collect();
+    let cases = expects.map(|(number, _)| case(scenario, number, &runs, run)).collect();
     let tails = run.children.iter().map(|(id, child)| format!("[{id}]\n{}", child.tail));
-    let mut facts = facts(scenario);
-    facts.push(("scans_missed", run.scans_missed.to_string()));
+    let facts = [facts(scenario), facts_of(scenario, run)].concat();
     Tried {
         scenario: scenario.path.clone(),
         name: name_of(&scenario.path),
@@ -172,8 +181,33 @@ async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path) -> Tried
         events: run.events.clone(),
         output: tails.collect(),
         simulated_s: run.ended.as_secs_f64(),
-        wall_s: runs.iter().map(|run| run.wall_s).sum(),
+        wall_s: runs.all.iter().chain(&runs.without_faults).map(|run| run.wall_s).sum(),
     }
+}
+
+/// Runs a scenario in a folder that is made for it.
+async fn run_in(
+    (scenario, options): (&Scenario, &Options),
+    seed: Option<u64>,
+    folder: PathBuf,
+    faults: &[ScenarioFault],
+) -> Result<RunRecord, String> {
+    fresh(&folder).map_err(|cause| format!("cannot make {}: {cause}", folder.display()))?;
+    Ok(runner::run(scenario, seed, &folder, (faults, options.program.as_deref())).await)
+}
+
+/// What is known of a run once it is over.
+fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(&'static str, String)> {
+    let mut facts = vec![("scans_missed", run.scans_missed.to_string())];
+    if run.fault_events_lost > 0 {
+        facts.push(("fault_events_lost", run.fault_events_lost.to_string()));
+    }
+    let mut held: Vec<&str> = scenario.faults.iter().filter_map(ScenarioFault::holds_back).collect();
+    held.dedup();
+    if scenario.clock.mode == Mode::Lockstep && !held.is_empty() {
+        facts.push(("held_back_beyond_steps", held.join(", ")));
+    }
+    facts
 }
 
 /// An empty folder: what an earlier check left in it would be taken for this one's.
@@ -193,10 +227,9 @@ fn facts(scenario: &Scenario) -> Vec<(&'static str, String)> {
     vec![("scene", scenario.scene.clone()), ("clock", mode.to_owned())]
 }
 
-fn case(scenario: &Scenario, number: usize, runs: &[RunRecord]) -> Case {
+fn case(scenario: &Scenario, number: usize, runs: &Runs, run: &RunRecord) -> Case {
     let expect = &scenario.expects[number];
     let judged = judge::judge(scenario, number, expect, runs);
-    let run = &runs[0];
     let at = judged.at.unwrap_or(run.ended);
     let row_m = run.journal.as_ref().map(|journal| journal.row_m(at));
     let until = run.events.iter().filter(|event| event.t_s <= at.as_secs_f64());

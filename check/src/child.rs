@@ -45,6 +45,32 @@ pub(crate) struct StartError {
     cause: io::Error,
 }
 
+/// Stops a child and has it go on.
+#[derive(Clone, Debug)]
+pub(crate) struct Stopper {
+    group: Option<i32>,
+    exited: watch::Receiver<Option<i32>>,
+}
+
+impl Stopper {
+    /// Stops it with its group.
+    pub(crate) fn stop(&self) {
+        self.signal(Signal::Stop);
+    }
+
+    /// Has it go on.
+    pub(crate) fn go_on(&self) {
+        self.signal(Signal::Continue);
+    }
+
+    fn signal(&self, signal: Signal) {
+        // Its number may be another's once it has ended.
+        if self.exited.borrow().is_none() {
+            signal.send(self.group);
+        }
+    }
+}
+
 /// A running child. Dropping it kills its group.
 #[derive(Debug)]
 pub(crate) struct Child {
@@ -102,6 +128,11 @@ impl Child {
         *self.exited.borrow()
     }
 
+    /// What stops it for a while.
+    pub(crate) fn stopper(&self) -> Stopper {
+        Stopper { group: self.group, exited: self.exited.clone() }
+    }
+
     /// Waits until it has ended. Cancel safe.
     pub(crate) async fn exited(&self) {
         let mut exited = self.exited.clone();
@@ -112,38 +143,24 @@ impl Child {
     /// Tells it to end, then kills it and what is left of its group; waits for its last output.
     pub(crate) async fn end(&mut self) {
         if self.exit_code().is_none() {
-            self.signal(Signal::Terminate);
+            // A stopped one would not hear it.
+            Signal::Continue.send(self.group);
+            Signal::Terminate.send(self.group);
             if clock::within(GRACE, self.exited()).await.is_none() {
-                self.signal(Signal::Kill);
+                Signal::Kill.send(self.group);
                 self.exited().await;
             }
         }
-        self.signal(Signal::Kill);
+        Signal::Kill.send(self.group);
         self.group = None;
         let tasks = &mut self.tasks;
         let _ = clock::within(LAST_WORDS, async { while tasks.join_next().await.is_some() {} }).await;
     }
-
-    #[cfg(unix)]
-    fn signal(&self, signal: Signal) {
-        use rustix::process::{Pid, kill_process_group};
-        let signal = match signal {
-            Signal::Terminate => rustix::process::Signal::TERM,
-            Signal::Kill => rustix::process::Signal::KILL,
-        };
-        if let Some(group) = self.group.and_then(Pid::from_raw) {
-            // It is gone: so much the better.
-            let _ = kill_process_group(group, signal);
-        }
-    }
-
-    #[cfg(not(unix))]
-    fn signal(&self, _: Signal) {}
 }
 
 impl Drop for Child {
     fn drop(&mut self) {
-        self.signal(Signal::Kill);
+        Signal::Kill.send(self.group);
     }
 }
 
@@ -151,6 +168,28 @@ impl Drop for Child {
 enum Signal {
     Terminate,
     Kill,
+    Stop,
+    Continue,
+}
+
+impl Signal {
+    #[cfg(unix)]
+    fn send(self, group: Option<i32>) {
+        use rustix::process::{Pid, kill_process_group};
+        let signal = match self {
+            Self::Terminate => rustix::process::Signal::TERM,
+            Self::Kill => rustix::process::Signal::KILL,
+            Self::Stop => rustix::process::Signal::STOP,
+            Self::Continue => rustix::process::Signal::CONT,
+        };
+        if let Some(group) = group.and_then(Pid::from_raw) {
+            // It is gone: so much the better.
+            let _ = kill_process_group(group, signal);
+        }
+    }
+
+    #[cfg(not(unix))]
+    fn send(self, _: Option<i32>) {}
 }
 
 /// The command; through `setpriv`, where that is, which asks the kernel to kill the child when our thread ends.

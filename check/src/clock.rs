@@ -26,6 +26,11 @@ pub(crate) async fn look_again() {
     tokio::time::sleep(Duration::from_millis(20)).await;
 }
 
+/// A short pause between two looks at something that a child waits for.
+pub(crate) async fn look_closely() {
+    tokio::time::sleep(Duration::from_millis(2)).await;
+}
+
 /// Waits so long for something; none if it has not come.
 pub(crate) async fn within<T>(time: Duration, what: impl Future<Output = T>) -> Option<T> {
     tokio::time::timeout(time, what).await.ok()

@@ -26,6 +26,11 @@ pub struct Event {
 }
 
 impl Event {
+    /// When it happened.
+    pub(crate) fn at(&self) -> SimTime {
+        SimTime((self.t_s * 1e9).round() as u64)
+    }
+
     /// In words, the host's time left out.
     pub fn words(&self) -> String {
         let detail = if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
@@ -68,7 +73,11 @@ impl Journal {
     }
 
     pub(crate) fn note(&self, event: impl Into<String>, detail: impl Into<String>) {
-        let at = self.now();
+        self.note_at(event, detail, self.now());
+    }
+
+    /// Notes what happened at `at`.
+    pub(crate) fn note_at(&self, event: impl Into<String>, detail: impl Into<String>, at: SimTime) {
         let event = Event {
             event: event.into(),
             t_s: at.as_secs_f64(),
@@ -77,6 +86,16 @@ impl Journal {
             detail: detail.into(),
         };
         self.lock().push(event);
+    }
+
+    /// How many events there are so far.
+    pub(crate) fn len(&self) -> usize {
+        self.lock().len()
+    }
+
+    /// When the event called `name` was first.
+    pub(crate) fn first(&self, name: &str) -> Option<SimTime> {
+        self.lock().iter().find(|event| event.event == name).map(Event::at)
     }
 
     /// All events so far.

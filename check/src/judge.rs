@@ -2,6 +2,7 @@
 
 use rowscan_protocol::time::SimTime;
 
+use crate::journal::Event;
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
 use crate::verdict::Verdict;
@@ -35,8 +36,18 @@ impl Judged {
     }
 }
 
-/// Judges expectation number `number`, on the first of `runs`; the others have the same seed.
-pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, runs: &[RunRecord]) -> Judged {
+/// The runs of one seed.
+#[derive(Debug)]
+pub(crate) struct Runs {
+    /// Those that count: the first is judged, the others must agree with it.
+    pub(crate) all: Vec<RunRecord>,
+    /// One in which nothing went wrong, if any expectation compares with it.
+    pub(crate) without_faults: Option<RunRecord>,
+}
+
+/// Judges expectation number `number`.
+pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: &Runs) -> Judged {
+    let runs = tried.all.as_slice();
     if expect.what.kind == Kind::Sprayer {
         return Judged::error(format!("`{}` needs the sprayer, which is not there yet", expect.what.name));
     }
@@ -44,15 +55,20 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, runs: &
     if let Some(error) = runs.iter().find_map(|run| run.error.as_ref()) {
         return Judged::error(error);
     }
-    if expect.equals_run_without.is_some() {
-        return Judged::error("`equals_run_without` needs faults, which land separately");
-    }
+    let without = match (&expect.equals_run_without, &tried.without_faults) {
+        (None, _) => None,
+        (Some(_), None) => return Judged::error("the run without faults was not made"),
+        (Some(_), Some(RunRecord { error: Some(error), .. })) => {
+            return Judged::error(format!("the run without faults: {error}"));
+        }
+        (Some(_), Some(without)) => Some(without),
+    };
     let judged = match expect.what.kind {
         Kind::NextScan => next_scan(scenario, expect, run),
         Kind::Count(count) => counted(scenario, expect, count, run),
-        Kind::Measure(measure) => measured(scenario, expect, measure, run),
+        Kind::Measure(measure) => measured(scenario, expect, measure, (run, without)),
         Kind::Log => log(scenario, number, expect, run),
-        Kind::BytesOf => bytes_of(scenario, expect, run),
+        Kind::BytesOf => bytes_of(scenario, expect, run, without),
         Kind::SameBytes => same_bytes(expect, runs),
         Kind::ExitCode => exit_code(scenario, expect, run),
         Kind::Sprayer => Err(String::new()),
@@ -94,8 +110,13 @@ fn child<'a>(scenario: &'a Scenario, expect: &'a Expect) -> std::result::Result<
 /// When the event was that an expectation counts from; the start of time without one.
 fn from_event(event: Option<&String>, run: &RunRecord) -> std::result::Result<SimTime, String> {
     let Some(name) = event else { return Ok(SimTime::ZERO) };
-    match run.events.iter().find(|event| event.event == *name) {
-        Some(event) => Ok(SimTime((event.t_s * 1e9).round() as u64)),
+    event_number(name, run).map(|number| run.events.get(number).map_or(SimTime::ZERO, Event::at))
+}
+
+/// The number of the first event of this name, from 0.
+fn event_number(name: &str, run: &RunRecord) -> std::result::Result<usize, String> {
+    match run.events.iter().position(|event| event.event == *name) {
+        Some(number) => Ok(number),
         None => {
             let mut known: Vec<&str> = run.events.iter().map(|event| event.event.as_str()).collect();
             known.sort_unstable();
@@ -138,50 +159,64 @@ fn next_scan(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
 
 fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) -> Result {
     let (id, stream) = stream(scenario, expect, run)?;
-    if let Some(text) = &expect.equals_text {
-        return Err(format!("`equals = \"{text}\"` needs the fault `power`, which lands separately"));
-    }
     let (from, to) = match (&expect.between_events, &expect.after) {
-        (Some((from, to)), _) => (from_event(Some(from), run)?, Some(from_event(Some(to), run)?)),
-        (None, Some(after)) => (from_event(Some(after), run)?, None),
-        (None, None) => (SimTime::ZERO, None),
+        (Some((from, to)), _) => (Some(event_number(from, run)?), Some(event_number(to, run)?)),
+        (None, Some(after)) => (Some(event_number(after, run)?), None),
+        (None, None) => (None, None),
     };
     let name = expect.what.name;
     if stream.counts().connections == 0 || (stream.scan_times.is_empty() && count != Count::Reconnects) {
         return Ok(Judged::holds(false, format!("{name} of {id}: unknown: no scan was delivered")));
     }
-    let before = match (&expect.between_events, &expect.after) {
-        (None, None) => 0,
-        _ => stream.counts_at(from).of(count),
+    let before = from.map(|from| stream.counts_at(from)).unwrap_or_default();
+    let after = to.map_or(stream.counts(), |to| stream.counts_at(to));
+    let found = after.of(count).saturating_sub(before.of(count));
+    let not_sent = after.not_sent.saturating_sub(before.not_sent);
+    let by_device = expect.equals_text.is_some();
+    let (expected, holds) = match by_device {
+        true => (format!("{not_sent}, which the device has not sent"), found == not_sent),
+        false => (expect.bounds.words(), expect.bounds.hold(found as f64)),
     };
-    let after = to.map_or(stream.counts(), |to| stream.counts_at(to)).of(count);
-    let found = after.saturating_sub(before);
-    let message = format!("{name} of {id}: expected {}, found {found}", expect.bounds.words());
-    let judged = Judged::holds(expect.bounds.hold(found as f64), message);
+    let judged = Judged::holds(holds, format!("{name} of {id}: expected {expected}, found {found}"));
     // When it last changed.
     let changes = stream.changes.windows(2).rev();
-    let changed =
-        changes.filter_map(|pair| (pair[0].1.of(count) != pair[1].1.of(count)).then_some(pair[1].0));
+    let changed = changes.filter_map(|pair| {
+        (pair[0].counts.of(count) != pair[1].counts.of(count)).then_some(pair[1].at)
+    });
     Ok(match changed.into_iter().next() {
         Some(at) => judged.at(at),
         None => judged,
     })
 }
 
-fn measured(scenario: &Scenario, expect: &Expect, measure: Measure, run: &RunRecord) -> Result {
+/// A measure of the delivered scans; none where they do not tell.
+fn measure_of(measure: Measure, stream: &Stream, run: &RunRecord) -> Option<f64> {
+    let estimate = stream.estimate.as_ref()?;
+    match measure {
+        Measure::ImpactedTotalArea => estimate.impacted_total_area_m2,
+        Measure::LeafAreaError => run.truth.as_ref()?.leaf_area_error(estimate),
+    }
+}
+
+fn measured(
+    scenario: &Scenario,
+    expect: &Expect,
+    measure: Measure,
+    (run, without): (&RunRecord, Option<&RunRecord>),
+) -> Result {
+    let mut bounds = expect.bounds;
+    if let Some(without) = without {
+        let (id, stream) = stream(scenario, expect, without)?;
+        let unknown = || format!("the run without faults: {} of {id} is unknown", expect.what.name);
+        bounds.equals = Some(measure_of(measure, stream, without).ok_or_else(unknown)?);
+    }
     let (id, stream) = stream(scenario, expect, run)?;
     let estimate = stream.estimate.as_ref();
-    let found = match measure {
-        Measure::ImpactedTotalArea => estimate.and_then(|estimate| estimate.impacted_total_area_m2),
-        Measure::LeafAreaError => {
-            estimate.zip(run.truth.as_ref()).and_then(|(estimate, truth)| truth.leaf_area_error(estimate))
-        }
-    };
     let name = expect.what.name;
-    Ok(match found {
+    Ok(match measure_of(measure, stream, run) {
         Some(found) => {
-            let message = format!("{name} of {id}: expected {}, found {found:.6}", expect.bounds.words());
-            Judged::holds(expect.bounds.hold(found), message)
+            let message = format!("{name} of {id}: expected {}, found {found:.6}", bounds.words());
+            Judged::holds(bounds.hold(found), message)
         }
         None => {
             let scans = stream.scan_times.len();
@@ -226,10 +261,13 @@ fn difference(found: &[u8], expected: &[u8]) -> Option<String> {
     ))
 }
 
-fn bytes_of(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
+fn bytes_of(scenario: &Scenario, expect: &Expect, run: &RunRecord, without: Option<&RunRecord>) -> Result {
     let file = expect.file.as_deref().unwrap_or_default();
-    let other = expect.equals_text.as_deref().ok_or("`equals`: expected the name of a file")?;
-    let path = scenario.folder().join(other);
+    let (path, other) = match (without, expect.equals_text.as_deref()) {
+        (Some(without), _) => (without.folder.join(file), "the run without faults"),
+        (None, Some(other)) => (scenario.folder().join(other), other),
+        (None, None) => return Err("`equals`: expected the name of a file".to_owned()),
+    };
     let expected =
         std::fs::read(&path).map_err(|cause| format!("cannot read {}: {cause}", path.display()))?;
     let Ok(found) = std::fs::read(run.folder.join(file)) else {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use rowscan_bus::Bus;
 use rowscan_bus::link::{Found, Link};
@@ -10,13 +11,26 @@ use rowscan_bus::tractor::TractorEcu;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running};
-use rowscan_protocol::device::Options;
+use rowscan_emulator::{
+    Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running, SerialConfig, SerialEmulator, StageRow, faulty_wire,
+    pause_slack,
+};
+use rowscan_faults::{FaultControl, Language, Medium};
+use rowscan_ports::Pty;
+use rowscan_protocol::device::{Options, Start};
+use rowscan_protocol::lms2xx;
+use rowscan_protocol::model::Model;
+use rowscan_recording::{StreamKind, Taps};
 use rowscan_scenes::files::load_scene;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
+use rowscan_vehicle::Tractor;
+use tokio::task::JoinSet;
 
+use crate::fault::ScenarioFault;
+use crate::fault_desk::FaultDesk;
+use crate::frames::Frames;
 use crate::journal::Journal;
-use crate::scenario::{DeviceSpec, End, Mode, PortSpec, Scenario};
+use crate::scenario::{DeviceKind, DeviceSpec, End, Mode, PortSpec, Scenario};
 use crate::witness::Witness;
 
 /// Why a rig cannot be, in words: each is a verdict of its own.
@@ -32,7 +46,14 @@ pub(crate) struct Bench {
     pub(crate) hold: Hold,
     /// Where things are, by placeholder.
     pub(crate) places: BTreeMap<String, String>,
-    emulators: Vec<Emulator>,
+    /// What goes wrong.
+    pub(crate) desk: FaultDesk,
+    /// What everything rides on.
+    pub(crate) tractor: Tractor,
+    /// What its buses have heard.
+    pub(crate) frames: Frames,
+    emulators: Vec<Scanner>,
+    _driving: JoinSet<()>,
 }
 
 /// Grows the scenario's orchard; the seed that counts.
@@ -45,8 +66,13 @@ pub(crate) fn grow(scenario: &Scenario, seed: Option<u64>) -> Result<Stage, Fail
 }
 
 impl Bench {
-    /// Puts the scenario's rig on `stage` and starts its time; pseudo-terminals appear in `folder`.
-    pub(crate) async fn start(scenario: &Scenario, stage: Stage, folder: &Path) -> Result<Self, Failure> {
+    /// Puts the scenario's rig on `stage` and starts its time, with these of its faults; pseudo-terminals appear in `folder`.
+    pub(crate) async fn start(
+        scenario: &Scenario,
+        stage: Stage,
+        folder: &Path,
+        faults: &[ScenarioFault],
+    ) -> Result<Self, Failure> {
         let scale = scenario.clock.scale.map_or(TimeScale::Max, TimeScale::Paced);
         let tractor = stage.tractor();
         let mut rig = Rig::new(tractor.clone(), scale).with_timer(Timer::system()).until(end(scenario.end));
@@ -61,30 +87,36 @@ impl Bench {
         }
         let journal = Journal::new(rig.clock(), tractor.clone());
         let witness = Witness::new(journal.clone());
-        let mut emulators = Vec::new();
+        let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
+        let (control, events) = FaultControl::new(stage.scene.seed, rig.clock(), Some(row));
+        let (mut emulators, frames) = (Vec::new(), Frames::default());
         for device in &scenario.devices {
-            let mut emulator = add_scanner(&mut rig, &stage, device, scale, &witness)?;
-            let bound = emulator.listen(&device.tcp).await?;
-            places.insert(format!("{}.tcp", device.id), bound.address.to_string());
-            emulators.push(emulator);
+            let wiring = Wiring { rig: &mut rig, stage: &stage, scale, witness: &witness, control: &control };
+            emulators.push(wiring.add(device, folder, &mut places).await?);
         }
         for port in &scenario.buses {
-            add_bus(&mut rig, &stage, port, folder, &mut places).await?;
+            add_bus(&mut rig, (&stage, &frames), port, folder, &mut places).await?;
         }
         if !scenario.nmea.is_empty() {
             let mut lines = Vec::new();
             for port in &scenario.nmea {
                 lines.push(open_nmea(&stage, port, folder, &mut places).await?);
             }
-            let epochs = GnssEpochs::new(tractor, stage.receiver());
+            let epochs = GnssEpochs::new(tractor.clone(), stage.receiver());
             rig.gnss(epochs, lines, &witness.taps());
         }
-        Ok(Self { stage, journal, witness, running: rig.run(), hold, places, emulators })
+        let ids = scenario.devices.iter().map(|device| device.id.clone()).collect();
+        let desk = FaultDesk::start((control, events), faults, ids, journal.clone())?;
+        witness.beside(desk.clone());
+        let mut driving = JoinSet::new();
+        driving.spawn(desk.clone().drive());
+        let running = rig.run();
+        Ok(Self { stage, journal, witness, running, hold, places, desk, tractor, frames, emulators, _driving: driving })
     }
 
     /// Scans left out because the host was too slow, of all scanners.
     pub(crate) fn scans_missed(&self) -> u64 {
-        self.emulators.iter().map(|emulator| emulator.counts().scans_missed).sum()
+        self.emulators.iter().map(Scanner::missed).sum()
     }
 }
 
@@ -96,31 +128,100 @@ fn end(end: End) -> EndWhen {
     }
 }
 
-fn add_scanner(
-    rig: &mut Rig,
-    stage: &Stage,
-    spec: &DeviceSpec,
+/// A scanner that is set up; dropping it ends it.
+enum Scanner {
+    Cola(Emulator),
+    Lms2xx(#[expect(dead_code, reason = "it is kept for as long as the run")] SerialEmulator),
+}
+
+impl Scanner {
+    fn missed(&self) -> u64 {
+        match self {
+            Self::Cola(emulator) => emulator.counts().scans_missed,
+            // It sends what it has, late.
+            Self::Lms2xx(_) => 0,
+        }
+    }
+}
+
+/// What a scanner is wired to.
+struct Wiring<'a> {
+    rig: &'a mut Rig,
+    stage: &'a Stage,
     scale: TimeScale,
-    witness: &Witness,
-) -> Result<Emulator, Failure> {
-    let (device, view) = stage.scanner_on(&rig.tractor(), spec.scanner, spec.model)?;
-    let device = device.with_options(Options {
-        profile: spec.profile,
-        start: spec.start,
-        seed: stage.scene.seed,
-        scanner: u32::try_from(spec.scanner).unwrap_or(u32::MAX),
-        ..Options::default()
-    });
-    let as_fitted = rig_with(&stage.rig, spec.scanner, spec.model.name);
-    let reading = Reading::of(Some(&as_fitted), spec.scanner, true, CalibrationChoice::OfRig)?;
-    witness.watch(&spec.id, reading.pipeline);
-    let config = EmulatorConfig {
-        time_scale: scale,
-        taps: witness.taps(),
-        stream: Some(spec.id.clone()),
-        ..EmulatorConfig::default()
-    };
-    Ok(rig.scanner(device, view, config))
+    witness: &'a Witness,
+    control: &'a FaultControl,
+}
+
+impl Wiring<'_> {
+    async fn add(
+        self,
+        spec: &DeviceSpec,
+        folder: &Path,
+        places: &mut BTreeMap<String, String>,
+    ) -> Result<Scanner, Failure> {
+        let as_fitted = rig_with(&self.stage.rig, spec.scanner, spec.kind.model());
+        let reading = Reading::of(Some(&as_fitted), spec.scanner, true, CalibrationChoice::OfRig)?;
+        self.witness.watch(&spec.id, reading.pipeline);
+        match &spec.kind {
+            DeviceKind::Cola { model, tcp, start } => {
+                let mut emulator = self.cola(spec, model, *start)?;
+                let bound = emulator.listen(tcp).await?;
+                places.insert(format!("{}.tcp", spec.id), bound.address.to_string());
+                Ok(Scanner::Cola(emulator))
+            }
+            DeviceKind::Lms2xx { link, .. } => {
+                let pty = Pty::open(&folder.join(link))?;
+                places.insert(format!("{}.path", spec.id), pty.path().to_string_lossy().into_owned());
+                self.lms2xx(spec, pty).map(Scanner::Lms2xx)
+            }
+        }
+    }
+
+    fn cola(self, spec: &DeviceSpec, model: &'static Model, start: Start) -> Result<Emulator, Failure> {
+        let (device, view) = self.stage.scanner_on(&self.rig.tractor(), spec.scanner, model)?;
+        let device = device.with_options(Options {
+            profile: spec.profile,
+            start,
+            seed: self.stage.scene.seed,
+            scanner: u32::try_from(spec.scanner).unwrap_or(u32::MAX),
+            ..Options::default()
+        });
+        let config = EmulatorConfig {
+            time_scale: self.scale,
+            taps: self.witness.taps(),
+            stream: Some(spec.id.clone()),
+            faults: Some(self.control.stream(&spec.id, Medium::Tcp, Language::Cola)),
+            ..EmulatorConfig::default()
+        };
+        let emulator = self.rig.scanner(device, view, config);
+        self.witness.hear(&spec.id, emulator.counter());
+        Ok(emulator)
+    }
+
+    fn lms2xx(self, spec: &DeviceSpec, pty: Pty) -> Result<SerialEmulator, Failure> {
+        let DeviceKind::Lms2xx { model, start, rate, .. } = &spec.kind else {
+            return Err("a network scanner has no serial line".into());
+        };
+        let options = lms2xx::device::Options {
+            profile: spec.profile,
+            start: *start,
+            stored_rate: *rate,
+            pause_slack: pause_slack(spec.profile, self.scale),
+            ..lms2xx::device::Options::default()
+        };
+        let set_up = self.stage.serial_scanner_on(&self.rig.tractor(), spec.scanner, model, options)?;
+        let faults = self.control.stream(&spec.id, Medium::Wire, Language::Lms2xx);
+        let tap = self.witness.taps().open(&spec.id, StreamKind::Lms2xx);
+        let wire = faulty_wire(Box::new(pty), &faults, tap);
+        let config = SerialConfig {
+            time_scale: self.scale,
+            state: None,
+            taps: Taps::default(),
+            stream: Some(spec.id.clone()),
+        };
+        Ok(self.rig.lms2xx(set_up.0, set_up.1, wire, config))
+    }
 }
 
 /// A port with the placeholder `{run}` filled in.
@@ -130,7 +231,7 @@ fn in_folder(port: &str, folder: &Path) -> String {
 
 async fn add_bus(
     rig: &mut Rig,
-    stage: &Stage,
+    (stage, frames): (&Stage, &Frames),
     spec: &PortSpec,
     folder: &Path,
     places: &mut BTreeMap<String, String>,
@@ -146,7 +247,7 @@ async fn add_bus(
     };
     let bus = Bus::open(&[address], &mut tell).await?;
     let ecu = TractorEcu::new(rig.tractor(), stage.receiver());
-    rig.bus(ecu, bus, None, &rowscan_recording::Taps::default());
+    rig.bus(ecu, bus, None, &frames.taps());
     Ok(())
 }
 

@@ -5,12 +5,17 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use regex_lite::Regex;
-use rowscan_emulator::Hold;
+use rowscan_emulator::{Hold, StageRow};
 use rowscan_protocol::time::SimTime;
+use tokio::task::JoinSet;
 
 use crate::child::{Child, Start};
 use crate::clock::{self, Stopwatch};
+use crate::fault::{Pause, ScenarioFault};
+use crate::fault_desk::FaultDesk;
+use crate::frames::Frames;
 use crate::journal::{Event, Journal};
+use crate::pause::{self, Timing};
 use crate::rig::{self, Bench, Failure};
 use crate::scenario::{Mode, Ready, RunSpec, Scenario};
 use crate::truth;
@@ -34,6 +39,8 @@ pub(crate) struct RunRecord {
     pub(crate) journal: Option<Journal>,
     pub(crate) wall_s: f64,
     pub(crate) scans_missed: u64,
+    /// Events of faults that came too fast to be noted.
+    pub(crate) fault_events_lost: u64,
     pub(crate) truth: Option<truth::Trees>,
 }
 
@@ -46,8 +53,13 @@ pub(crate) struct ChildRecord {
     pub(crate) matches: BTreeMap<usize, Vec<SimTime>>,
 }
 
-/// Runs `scenario` once with `seed`, in `folder`.
-pub(crate) async fn run(scenario: &Scenario, seed: Option<u64>, folder: &Path) -> RunRecord {
+/// Runs `scenario` once with `seed`, in `folder`, with these of its faults; `program` is what `{rowscan}` stands for.
+pub(crate) async fn run(
+    scenario: &Scenario,
+    seed: Option<u64>,
+    folder: &Path,
+    (faults, program): (&[ScenarioFault], Option<&Path>),
+) -> RunRecord {
     let stopwatch = Stopwatch::start();
     let mut record = RunRecord {
         seed: seed.unwrap_or_default(),
@@ -60,9 +72,10 @@ pub(crate) async fn run(scenario: &Scenario, seed: Option<u64>, folder: &Path) -
         journal: None,
         wall_s: 0.0,
         scans_missed: 0,
+        fault_events_lost: 0,
         truth: None,
     };
-    if let Err(failure) = drive(scenario, seed, folder, &mut record).await {
+    if let Err(failure) = drive(scenario, seed, folder, (faults, program, &mut record)).await {
         record.error = Some(failure.to_string());
     }
     record.wall_s = stopwatch.elapsed().as_secs_f64();
@@ -73,23 +86,30 @@ async fn drive(
     scenario: &Scenario,
     seed: Option<u64>,
     folder: &Path,
-    record: &mut RunRecord,
+    (faults, program, record): (&[ScenarioFault], Option<&Path>, &mut RunRecord),
 ) -> Result<(), Failure> {
     let stage = rig::grow(scenario, seed)?;
     record.seed = stage.scene.seed;
-    let mut bench = Bench::start(scenario, stage, folder).await?;
+    let mut bench = Bench::start(scenario, stage, folder, faults).await?;
     let journal = bench.journal.clone();
     record.journal = Some(journal.clone());
     let mut children = Vec::new();
-    let Bench { running, places, hold, .. } = &mut bench;
+    let program = program.map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
+    bench.places.extend(program);
+    let pauses = pauses(scenario, &bench, faults)?;
+    let Bench { running, places, hold, desk, frames, .. } = &mut bench;
     let ended: Result<(), Failure> = tokio::select! {
         biased;
         ended = running.ended() => ended.map_err(Failure::from),
-        ended = accompany(scenario, folder, record.seed, (places, hold), &journal, &mut children) => ended,
+        ended = accompany(scenario, (folder, record.seed), (places, hold, desk, frames), (&journal, pauses), &mut children) => ended,
     };
     record.ended = journal.now();
+    desk.note();
     journal.note("end", ended.as_ref().err().map(ToString::to_string).unwrap_or_default());
     record.streams = bench.witness.close();
+    let unfinished = bench.desk.unfinished();
+    bench.desk.heal();
+    record.fault_events_lost = bench.desk.events_lost();
     for child in &mut children {
         child.end().await;
         record.children.insert(child.id.clone(), record_of(scenario, child));
@@ -98,6 +118,9 @@ async fn drive(
     record.scans_missed = bench.scans_missed();
     record.truth = Some(truth::Trees::of(&bench.stage));
     ended?;
+    if let Some(unfinished) = unfinished {
+        return Err(unfinished.into());
+    }
     if children.len() < scenario.runs.len() {
         return Err("the end came before every child had started; move `end` or shorten `ready`".into());
     }
@@ -109,13 +132,39 @@ fn record_of(scenario: &Scenario, child: &Child) -> ChildRecord {
     ChildRecord { exit_code: child.exit_code(), tail: child.output.tail(), matches: matches.collect() }
 }
 
+/// The pauses among the faults, each with the number of its child and what it is timed by.
+fn pauses(
+    scenario: &Scenario,
+    bench: &Bench,
+    faults: &[ScenarioFault],
+) -> Result<Vec<(usize, Pause, Timing)>, Failure> {
+    let pauses = faults.iter().filter_map(|fault| match fault {
+        ScenarioFault::Pause(pause) => Some(pause),
+        _ => None,
+    });
+    let with_child = pauses.map(|pause| {
+        let places = scenario.runs.iter().position(|run| pause.on.as_ref().is_none_or(|on| *on == run.id));
+        let child = places.filter(|_| pause.on.is_some() || scenario.runs.len() == 1).ok_or_else(|| {
+            let known: Vec<&str> = scenario.runs.iter().map(|run| run.id.as_str()).collect();
+            format!("fault `{}`: `on` names one of the runs: {}", pause.id, known.join(", "))
+        })?;
+        let timing = Timing {
+            journal: bench.journal.clone(),
+            witness: bench.witness.clone(),
+            row: StageRow::new(bench.tractor.clone(), &bench.stage.orchard),
+            desk: bench.desk.clone(),
+        };
+        Ok((child, pause.clone(), timing))
+    });
+    with_child.collect()
+}
+
 /// Starts the children one after the other and watches them; ends when all have ended, or with why the run cannot go on.
 async fn accompany(
     scenario: &Scenario,
-    folder: &Path,
-    seed: u64,
-    (places, hold): (&BTreeMap<String, String>, &Hold),
-    journal: &Journal,
+    (folder, seed): (&Path, u64),
+    (places, hold, desk, frames): (&BTreeMap<String, String>, &Hold, &FaultDesk, &Frames),
+    (journal, pauses): (&Journal, Vec<(usize, Pause, Timing)>),
     children: &mut Vec<Child>,
 ) -> Result<(), Failure> {
     let startup = Stopwatch::start();
@@ -123,13 +172,20 @@ async fn accompany(
         let child = Child::start(start(scenario, spec, folder, seed, places)?, journal)?;
         children.push(child);
         let Some(child) = children.last() else { continue };
-        ready(scenario, spec, child, folder, places, startup).await?;
+        ready(scenario, spec, child, folder, (places, frames), startup).await?;
         journal.note(format!("{}.ready", spec.id), "");
+    }
+    let mut pausing = JoinSet::new();
+    for (child, pause, timing) in pauses {
+        if let Some(child) = children.get(child) {
+            pausing.spawn(pause::pause(pause, child.stopper(), timing));
+        }
     }
     hold.release();
     let (mut last, mut since) = (journal.now(), Stopwatch::start());
     loop {
         clock::look_again().await;
+        desk.note();
         if !children.is_empty() && children.iter().all(|child| child.exit_code().is_some()) {
             return Ok(());
         }
@@ -228,7 +284,7 @@ async fn ready(
     spec: &RunSpec,
     child: &Child,
     folder: &Path,
-    places: &BTreeMap<String, String>,
+    (places, frames): (&BTreeMap<String, String>, &Frames),
     startup: Stopwatch,
 ) -> Result<(), Failure> {
     let alive = Stopwatch::start();
@@ -251,6 +307,7 @@ async fn ready(
                 tokio::net::TcpStream::connect(address).await.is_ok()
             }
             Ready::File(file) => folder.join(file).exists(),
+            Ready::Frame(pattern) => frames.heard(*pattern),
         };
         if is_ready {
             return Ok(());

@@ -5,10 +5,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_emulator::Counter;
 use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Packet, ScanReader, Side, StreamKind, Tap, Taps};
 
+use crate::fault_desk::FaultDesk;
 use crate::journal::Journal;
 use crate::what::Count;
 
@@ -23,6 +26,8 @@ pub(crate) struct Counts {
     pub(crate) scans_repeated: u64,
     pub(crate) telegrams_bad: u64,
     pub(crate) connections: u64,
+    /// Scans that the device says it has not sent, between its first delivered one and the last one so far.
+    pub(crate) not_sent: u64,
 }
 
 impl Counts {
@@ -46,22 +51,46 @@ impl Counts {
 #[derive(Debug)]
 pub(crate) struct Stream {
     pipeline: Pipeline,
-    /// The connection that scans come over first; those over others at the same time are not counted.
-    taker: Option<u64>,
+    /// The connection that scans are counted on, and the last one's number.
+    taker: Option<(u64, u16)>,
     bad: u64,
     connections: u64,
+    /// What the device says of itself.
+    device: Option<Counter>,
+    /// Scans that it had not sent when the first one was delivered.
+    not_sent_before: Option<u64>,
+    not_sent: u64,
     /// When scans were delivered.
     pub(crate) scan_times: Vec<SimTime>,
-    /// The counts after each change of any but the scans.
-    pub(crate) changes: Vec<(SimTime, Counts)>,
+    /// Each change of any count but the scans.
+    pub(crate) changes: Vec<Change>,
     /// What the scans say, once the run is over.
     pub(crate) estimate: Option<Estimate>,
 }
 
+/// Counts, and when they became so.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Change {
+    pub(crate) at: SimTime,
+    /// Events noted before it.
+    events: usize,
+    pub(crate) counts: Counts,
+}
+
 impl Stream {
     fn new(pipeline: Pipeline) -> Self {
-        let (scan_times, changes) = (Vec::new(), Vec::new());
-        Self { pipeline, taker: None, bad: 0, connections: 0, scan_times, changes, estimate: None }
+        Self {
+            pipeline,
+            taker: None,
+            bad: 0,
+            connections: 0,
+            device: None,
+            not_sent_before: None,
+            not_sent: 0,
+            scan_times: Vec::new(),
+            changes: Vec::new(),
+            estimate: None,
+        }
     }
 
     /// The counts now.
@@ -73,20 +102,43 @@ impl Stream {
             scans_repeated: progress.scans_repeated,
             telegrams_bad: self.bad,
             connections: self.connections,
+            not_sent: self.not_sent.saturating_sub(self.not_sent_before.unwrap_or_default()),
         }
     }
 
-    /// The counts at `at`.
-    pub(crate) fn counts_at(&self, at: SimTime) -> Counts {
-        let before = self.changes.iter().take_while(|(time, _)| *time <= at).last();
-        before.map(|(_, counts)| *counts).unwrap_or_default()
+    /// The counts at the event number `event`, from 0: many things may happen at one instant.
+    pub(crate) fn counts_at(&self, event: usize) -> Counts {
+        let before = self.changes.iter().take_while(|change| change.events <= event).last();
+        before.map(|change| change.counts).unwrap_or_default()
     }
 
-    fn note_change(&mut self, at: SimTime) {
+    fn note_change(&mut self, at: SimTime, events: usize) {
         let counts = self.counts();
-        if self.changes.last().map(|(_, known)| known.rare()).unwrap_or_default() != counts.rare() {
-            self.changes.push((at, counts));
+        if self.changes.last().map(|known| known.counts.rare()).unwrap_or_default() != counts.rare() {
+            self.changes.push(Change { at, events, counts });
         }
+    }
+
+    /// True if scans of this connection count: it is the first, or the one before it gets none any more, as behind a cable that is out.
+    fn takes(&mut self, connection: u64, counter: u16) -> bool {
+        let takes = match self.taker {
+            Some((taker, last)) if taker != connection => (2..0x8000).contains(&counter.wrapping_sub(last)),
+            _ => true,
+        };
+        if takes {
+            self.taker = Some((connection, counter));
+        }
+        takes
+    }
+
+    /// Takes a scan in.
+    fn scan(&mut self, at: SimTime, scan: &Scan) {
+        if let Some(counts) = self.device.as_ref().and_then(Counter::counts) {
+            self.not_sent = counts.scans_not_sent();
+            self.not_sent_before.get_or_insert(self.not_sent);
+        }
+        self.scan_times.push(at);
+        self.pipeline.push(scan);
     }
 }
 
@@ -102,6 +154,8 @@ struct Seen {
     streams: BTreeMap<String, Stream>,
     /// The run is over: nothing counts any more.
     over: bool,
+    /// What goes wrong.
+    faults: Option<FaultDesk>,
 }
 
 /// One connection to a device.
@@ -129,7 +183,24 @@ impl Witness {
         self.lock().streams.insert(id.to_owned(), Stream::new(pipeline));
     }
 
-    /// Taps for the byte paths. The one place where delivered bytes come in: they must be tapped behind the faults.
+    /// Hears what `counter` says of the device `id`.
+    pub(crate) fn hear(&self, id: &str, counter: Counter) {
+        if let Some(stream) = self.lock().streams.get_mut(id) {
+            stream.device = Some(counter);
+        }
+    }
+
+    /// Tells `faults` of good scans, and has it note what it did before anything is counted.
+    pub(crate) fn beside(&self, faults: FaultDesk) {
+        self.lock().faults = Some(faults);
+    }
+
+    /// Scans delivered so far, of the device that has delivered most.
+    pub(crate) fn scans(&self) -> u64 {
+        self.lock().streams.values().map(|stream| stream.counts().scans).max().unwrap_or(0)
+    }
+
+    /// Taps for the byte paths. The one place where delivered bytes come in: behind the faults.
     pub(crate) fn taps(&self) -> Taps {
         let witness = self.clone();
         Taps::new(move |device, kind| witness.connected(device, kind))
@@ -152,11 +223,12 @@ impl Witness {
 
     fn connected(&self, device: &str, kind: StreamKind) -> Tap {
         let Some(reader) = ScanReader::new(kind, MAX_PAYLOAD) else { return Tap::default() };
+        self.note_faults();
         let number = {
             let mut seen = self.lock();
             let Some(stream) = seen.streams.get_mut(device) else { return Tap::default() };
             stream.connections += 1;
-            stream.note_change(self.journal.now());
+            stream.note_change(self.journal.now(), self.journal.len());
             stream.connections
         };
         self.journal.note(format!("{device}.connected"), format!("connection {number}"));
@@ -167,6 +239,11 @@ impl Witness {
             ear: Mutex::new(Ear { reader, bad_frames: 0 }),
         };
         Tap::new(move |from, bytes| connection.delivered(from, bytes))
+    }
+
+    fn note_faults(&self) -> Option<FaultDesk> {
+        let faults = self.lock().faults.clone();
+        faults.inspect(FaultDesk::note)
     }
 }
 
@@ -184,6 +261,7 @@ impl Connection {
     }
 
     fn take(&self, ear: &mut Ear, at: SimTime) {
+        let faults = self.witness.note_faults();
         let journal = &self.witness.journal;
         let mut seen = self.witness.lock();
         if seen.over {
@@ -194,14 +272,15 @@ impl Connection {
             stream.bad += 1;
             journal.note(format!("{}.telegram_bad", self.device), why);
         };
+        let mut good = false;
         while let Some(event) = ear.reader.next_event() {
             match event {
-                HostEvent::Scan if *stream.taker.get_or_insert(self.number) == self.number => {
+                HostEvent::Scan if stream.takes(self.number, ear.reader.scan().telegram_counter) => {
                     if stream.scan_times.is_empty() {
                         journal.note(format!("{}.first_scan", self.device), "");
                     }
-                    stream.scan_times.push(at);
-                    stream.pipeline.push(ear.reader.scan());
+                    stream.scan(at, ear.reader.scan());
+                    good = true;
                 }
                 HostEvent::Malformed { fault } => {
                     stream.pipeline.push_unreadable(&fault);
@@ -215,7 +294,10 @@ impl Connection {
             bad(stream, "a broken frame".to_owned());
         }
         ear.bad_frames = broken;
-        stream.note_change(at);
+        stream.note_change(at, journal.len());
+        if let Some(faults) = faults.filter(|_| good) {
+            faults.good_scan(&self.device, at);
+        }
     }
 
     fn ear(&self) -> MutexGuard<'_, Ear> {
@@ -236,7 +318,7 @@ impl Drop for Connection {
             return;
         }
         if let Some(stream) = seen.streams.get_mut(&self.device)
-            && stream.taker == Some(self.number)
+            && stream.taker.is_some_and(|(taker, _)| taker == self.number)
         {
             stream.taker = None;
         }

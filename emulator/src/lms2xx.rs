@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use rowscan_ports::in_flight::Pending;
 use rowscan_ports::{Delivery, Wire, uart};
-use rowscan_protocol::device::Mirror;
+use rowscan_protocol::device::{Mirror, Profile};
 use rowscan_protocol::lms2xx::device::{Beams, Device, Pace, Sweep};
 use rowscan_protocol::lms2xx::model::TURNS_PER_SECOND;
 use rowscan_protocol::time::SimTime;
@@ -41,6 +41,21 @@ pub struct SerialConfig {
     pub taps: Taps,
     /// What its stream is called; as the model is, where absent.
     pub stream: Option<String>,
+}
+
+/// What the host's scheduling adds to a pause inside a telegram.
+const PAUSE_SLACK: Duration = Duration::from_millis(14);
+/// The same on the bench: a client on a busy host may take half a second between two bytes.
+const BENCH_SLACK: Duration = Duration::from_millis(500);
+
+/// How much longer than real a client's pause inside a telegram may be, in simulated time.
+pub fn pause_slack(profile: Profile, scale: TimeScale) -> Duration {
+    let slack = if profile == Profile::Bench { BENCH_SLACK } else { PAUSE_SLACK };
+    match scale {
+        TimeScale::Paced(scale) => slack.mul_f64(scale.clamp(1e-3, 1e3)),
+        // Time stands still between requests: any pause is no pause.
+        TimeScale::Max => Duration::MAX / 4,
+    }
 }
 
 /// What a virtual LMS2xx has done.

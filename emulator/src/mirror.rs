@@ -93,7 +93,9 @@ impl MirrorSource {
         let Some(telegram) = telegram else { return false };
         telegram.deliver(&self.shared, &self.audience, firing.delivery).await;
         let polled = heard && self.shared.answer_polls();
-        polled || !self.audience.is_empty()
+        let taken = polled || !self.audience.is_empty();
+        self.shared.counts.unheard.fetch_add(u64::from(!taken), Ordering::Relaxed);
+        taken
     }
 
     pub(crate) fn in_flight(&self) -> &InFlight {

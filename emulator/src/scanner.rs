@@ -3,8 +3,7 @@
 //! One task serves each client (`connection`); the mirror turns on the rig's timeline (`mirror`). They share the device behind a lock
 //! (`shared`) and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
 
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, PoisonError, Weak};
 
 use rowscan_protocol::device::Device;
 use tokio::sync::Notify;
@@ -17,6 +16,17 @@ use crate::refused_settings::RefusedSetting;
 use crate::replay::Part;
 use crate::running::Running;
 use crate::shared::{EmulatorConfig, EmulatorCounts, Program, Shared};
+
+/// Tells what a virtual scanner has done.
+#[derive(Clone, Debug)]
+pub struct Counter(Weak<Shared>);
+
+impl Counter {
+    /// Its counts so far; none once it is gone.
+    pub fn counts(&self) -> Option<EmulatorCounts> {
+        self.0.upgrade().map(|shared| shared.counts.so_far())
+    }
+}
 
 /// A running virtual scanner. Dropping it ends its tasks and closes its connections.
 #[derive(Debug)]
@@ -72,13 +82,12 @@ impl Emulator {
 
     /// What it has done so far.
     pub fn counts(&self) -> EmulatorCounts {
-        counts(&self.shared)
+        self.shared.counts.so_far()
     }
 
-    /// Tells what it has done, for as long as it lives.
-    pub fn counting(&self) -> impl Fn() -> EmulatorCounts + Send + Sync + use<> {
-        let shared = Arc::downgrade(&self.shared);
-        move || shared.upgrade().map_or_else(EmulatorCounts::default, |shared| counts(&shared))
+    /// A handle that tells its counts, and does not keep it running.
+    pub fn counter(&self) -> Counter {
+        Counter(Arc::downgrade(&self.shared))
     }
 
     /// What a replay has refused because the recorded scans would have to be others.
@@ -89,17 +98,5 @@ impl Emulator {
     /// The clock its mirror turns by.
     pub fn clock(&self) -> &SimClock {
         &self.shared.clock
-    }
-}
-
-fn counts(shared: &Shared) -> EmulatorCounts {
-    let counts = &shared.counts;
-    EmulatorCounts {
-        scans_sent: counts.sent.load(Ordering::Relaxed),
-        scans_dropped: counts.dropped.load(Ordering::Relaxed),
-        scans_missed: counts.missed.load(Ordering::Relaxed),
-        connections_refused: counts.refused.total(),
-        connections_silent: counts.silent.total(),
-        connections_idle: counts.idle.total(),
     }
 }

@@ -1,6 +1,6 @@
 //! What the tasks of one virtual CoLa scanner share: the device behind a lock, its clients, its configuration.
 
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -115,6 +115,7 @@ pub(crate) struct Counts {
     pub(crate) sent: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) missed: AtomicU64,
+    pub(crate) unheard: AtomicU64,
     pub(crate) refused: Tally,
     pub(crate) silent: Tally,
     pub(crate) idle: Tally,
@@ -129,12 +130,35 @@ pub struct EmulatorCounts {
     pub scans_dropped: u64,
     /// Scans left out because the host was too slow for the mirror.
     pub scans_missed: u64,
+    /// Scans measured while nobody took them.
+    pub scans_unheard: u64,
     /// Connections turned away because the house was full.
     pub connections_refused: u64,
     /// Connections closed in a full house because not one valid telegram had come.
     pub connections_silent: u64,
     /// Connections closed in a full house because nothing had passed for [`EmulatorConfig::idle_limit`].
     pub connections_idle: u64,
+}
+
+impl Counts {
+    pub(crate) fn so_far(&self) -> EmulatorCounts {
+        EmulatorCounts {
+            scans_sent: self.sent.load(Ordering::Relaxed),
+            scans_dropped: self.dropped.load(Ordering::Relaxed),
+            scans_missed: self.missed.load(Ordering::Relaxed),
+            scans_unheard: self.unheard.load(Ordering::Relaxed),
+            connections_refused: self.refused.total(),
+            connections_silent: self.silent.total(),
+            connections_idle: self.idle.total(),
+        }
+    }
+}
+
+impl EmulatorCounts {
+    /// Scans it has measured, or would have, and not sent to the client it has. With several clients a scan may count more than once.
+    pub fn scans_not_sent(&self) -> u64 {
+        self.scans_dropped + self.scans_missed + self.scans_unheard
+    }
 }
 
 impl Shared {

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use rowscan_protocol::device::{Device, Options, Profile, Start};
-use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::time::SimTime;
 
@@ -16,11 +16,11 @@ use rowscan_emulator::{LineChange, StateFile};
 #[command(next_help_heading = "Device")]
 pub(super) struct DeviceArgs {
     /// Whether it takes the time a real one takes
-    #[arg(long, value_enum, default_value_t)]
-    profile: ProfileArg,
+    #[arg(long, default_value = "bench", value_parser = profile_parser())]
+    profile: Profile,
     /// The state it is found in [default: streaming; power-up with --profile field]
-    #[arg(long, value_enum, value_name = "STATE")]
-    start: Option<StartArg>,
+    #[arg(long, value_name = "STATE", value_parser = start_parser())]
+    start: Option<String>,
     /// Keep saved settings (mEEwriteall; LMS2xx: 77) in this file, and begin with what it holds
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
@@ -57,65 +57,19 @@ pub(super) struct DeviceArgs {
     comment: String,
 }
 
-/// Times and jitter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-enum ProfileArg {
-    /// Warm and ready; exact periods, immediate answers
-    #[default]
-    Bench,
-    /// Boot, busy and save times, latencies, periods and jitter as recorded
-    Field,
+/// Profiles by name.
+fn profile_parser() -> impl TypedValueParser<Value = Profile> {
+    let named = Profile::NAMED.iter().map(|(name, about, _)| PossibleValue::new(*name).help(*about));
+    PossibleValuesParser::new(named).map(|name| Profile::by_name(&name).unwrap_or_default())
 }
 
-/// States a scanner can be found in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum StartArg {
-    /// Measuring
-    Streaming,
-    /// Just switched on
-    PowerUp,
-    /// Laser off, the mirror turns
-    Standby,
-    /// Stopped by a client that is gone
-    Stopped,
-    /// A client logged in and vanished: no scans until Run or LMCstartmeas
-    LoggedIn,
-    /// Out of order
-    Error,
-    /// LMS2xx: a client left it in installation mode
-    Installation,
-    /// A client has stored CoLa A: it decides over --dialect a and b
-    ColaA,
-    /// A client has stored CoLa B: it decides over --dialect a and b
-    ColaB,
-}
-
-impl StartArg {
-    /// The state of a CoLa scanner.
-    fn cola(self) -> Option<Start> {
-        Some(match self {
-            Self::Streaming => Start::Streaming,
-            Self::PowerUp => Start::PowerUp,
-            Self::Standby => Start::Standby,
-            Self::Stopped => Start::Stopped,
-            Self::LoggedIn => Start::LoggedIn,
-            Self::Error => Start::Error,
-            Self::ColaA => Start::Stored(Dialect::A),
-            Self::ColaB => Start::Stored(Dialect::B),
-            Self::Installation => return None,
-        })
-    }
-
-    /// The state of an LMS2xx.
-    fn lms2xx(self) -> Option<lms2xx::device::Start> {
-        Some(match self {
-            Self::Streaming => lms2xx::device::Start::Streaming,
-            Self::PowerUp => lms2xx::device::Start::PowerUp,
-            Self::Stopped => lms2xx::device::Start::Idle,
-            Self::Installation => lms2xx::device::Start::Installation,
-            _ => return None,
-        })
-    }
+/// States by name: those of CoLa scanners, then what only an LMS2xx has.
+fn start_parser() -> PossibleValuesParser {
+    let cola = Start::NAMED.iter().map(|(name, about, _)| (*name, *about));
+    let lms2xx = lms2xx::device::Start::NAMED.iter().map(|(name, about, _)| (*name, *about));
+    let only_lms2xx = lms2xx.filter(|(name, _)| Start::by_name(name).is_none());
+    let named = cola.chain(only_lms2xx).map(|(name, about)| PossibleValue::new(name).help(about));
+    PossibleValuesParser::new(named)
 }
 
 fn no_such_state(family: &str) -> Failure {
@@ -173,18 +127,15 @@ fn field_mm(text: &str) -> Result<u16, String> {
 
 impl DeviceArgs {
     pub(super) fn profile(&self) -> Profile {
-        match self.profile {
-            ProfileArg::Bench => Profile::Bench,
-            ProfileArg::Field => Profile::Field,
-        }
+        self.profile
     }
 
     /// The state an LMS2xx is found in.
     pub(super) fn lms2xx_start(&self) -> Result<lms2xx::device::Start, Failure> {
-        match (self.start, self.profile()) {
-            (Some(start), _) => start.lms2xx().ok_or_else(|| no_such_state("an LMS2xx")),
-            (None, Profile::Bench) => Ok(lms2xx::device::Start::Idle),
-            (None, Profile::Field) => Ok(lms2xx::device::Start::PowerUp),
+        use lms2xx::device::Start;
+        match &self.start {
+            Some(start) => Start::by_name(start).ok_or_else(|| no_such_state("an LMS2xx")),
+            None => Ok(Start::default_of(self.profile)),
         }
     }
 
@@ -230,10 +181,9 @@ impl DeviceArgs {
         scanner: usize,
     ) -> Result<(Device, Option<StateFile>, Vec<LineChange>), Failure> {
         let profile = self.profile();
-        let start = match (self.start, profile) {
-            (Some(start), _) => start.cola().ok_or_else(|| no_such_state("a CoLa scanner"))?,
-            (None, Profile::Bench) => Start::Streaming,
-            (None, Profile::Field) => Start::PowerUp,
+        let start = match &self.start {
+            Some(start) => Start::by_name(start).ok_or_else(|| no_such_state("a CoLa scanner"))?,
+            None => profile.default_start(),
         };
         let mut device = device.with_options(Options {
             profile,

@@ -7,7 +7,7 @@ use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
     Bound, Emulator, EmulatorConfig, Rig, ScannerView, SerialConfig, SerialEmulator, StageRow, StartWhen,
-    ViewError,
+    ViewError, faulty_wire,
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_protocol::device::{Device, DialectPolicy};
@@ -24,7 +24,7 @@ use super::device::DeviceArgs;
 use super::ending::EndArgs;
 use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
 use super::events::{self, Counted, End};
-use super::faulting::{FaultArgs, Faulting, through};
+use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::line::{self, LineArgs, Opened};
 use super::lockstep::{LockstepArgs, Ways};
@@ -175,8 +175,8 @@ impl Running {
     fn counting(&self) -> CountsOf {
         match self {
             Self::Cola(emulator) => {
-                let counts = emulator.counting();
-                Box::new(move || json!(Counted::cola(&counts())))
+                let counter = emulator.counter();
+                Box::new(move || json!(counter.counts().as_ref().map(Counted::cola)))
             }
             Self::Lms2xx(emulator) => {
                 let counts = emulator.counting();
@@ -265,7 +265,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
                 if let Some(faults) = scanner.faults(faulting.as_ref(), false) {
                     let name = config.stream.as_deref().unwrap_or(model.name);
                     let tap = std::mem::take(&mut config.taps).open(name, StreamKind::Lms2xx);
-                    line.wire = through(line.wire, &faults, tap);
+                    line.wire = faulty_wire(line.wire, &faults, tap);
                 }
                 (Running::Lms2xx(rig.lms2xx(device, world, line.wire, config)), line.source)
             }

@@ -5,10 +5,8 @@ use std::sync::Arc;
 
 use rowscan_control::Log;
 use rowscan_faults::{
-    Clock, Direction, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, StreamFaults, What, read,
+    Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, What, read,
 };
-use rowscan_ports::Wire;
-use rowscan_recording::{Side, Tap};
 use rowscan_scenes::files::LoadError;
 use serde::Serialize;
 use tokio::sync::oneshot;
@@ -99,13 +97,6 @@ impl Faulting {
         let _ = self.stop.send(());
         self.telling.await.unwrap_or(Ok(0))
     }
-}
-
-/// A serial wire with faults on it; `tap` records what goes over it.
-pub(super) fn through(wire: Box<dyn Wire>, faults: &StreamFaults, tap: Tap) -> Box<dyn Wire> {
-    Box::new(faults.wrap(wire, |_| ()).witnessed(move |direction, bytes| {
-        tap.record(if direction == Direction::ToClient { Side::Device } else { Side::Host }, bytes);
-    }))
 }
 
 /// Tells events until it is stopped, and then what is left.

@@ -1,9 +1,7 @@
 //! The flags of serial lines, and the virtual LMS2xx that speaks on one.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
-use rowscan_protocol::device::Profile;
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::lms2xx::firmware::Firmware;
 use rowscan_protocol::lms2xx::{Rate, model::Model};
@@ -12,12 +10,8 @@ use super::device::DeviceArgs;
 use super::endpoint::{Place, announce};
 use super::{Failure, Format};
 use rowscan_emulator::clock::TimeScale;
+use rowscan_emulator::pause_slack;
 use rowscan_ports::{NetLine, Port, Pty, Wire};
-
-/// What the host's scheduling adds to a pause inside a telegram.
-const PAUSE_SLACK: Duration = Duration::from_millis(14);
-/// The same on the bench: a client on a busy host may take half a second between two bytes.
-const BENCH_SLACK: Duration = Duration::from_millis(500);
 
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Serial line")]
@@ -113,21 +107,9 @@ impl LineArgs {
     }
 }
 
-/// How much longer than real a pause inside a telegram may be.
-pub(super) fn pause_slack(scale: TimeScale) -> Duration {
-    match scale {
-        TimeScale::Paced(scale) => PAUSE_SLACK.mul_f64(scale.clamp(1e-3, 1e3)),
-        // Time stands still between requests: any pause is no pause.
-        TimeScale::Max => Duration::MAX / 4,
-    }
-}
-
 pub(super) fn options(device: &DeviceArgs, line: &LineArgs, scale: TimeScale) -> Result<Options, Failure> {
-    let profile: Profile = device.profile();
-    let pause_slack = match (profile, scale) {
-        (Profile::Bench, TimeScale::Paced(scale)) => BENCH_SLACK.mul_f64(scale.clamp(1e-3, 1e3)),
-        _ => pause_slack(scale),
-    };
+    let profile = device.profile();
+    let pause_slack = pause_slack(profile, scale);
     let (boot, save) = device.times();
     let (start, stored_rate) = (device.lms2xx_start()?, line.stored_rate()?);
     let (firmware, contamination) = (line.firmware, device.contamination());

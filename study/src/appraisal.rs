@@ -89,7 +89,7 @@ impl Appraisal {
         Self { truth, sections, section_m, row_spacing_m: orchard.row_spacing_m(), finer: Vec::new() }
     }
 
-    /// The same, and what `reference` measured on a finer scan stands for what only that can tell: gaps and porosity.
+    /// The same, and what `reference` measured on a finer scan stands for what only that can tell: gaps, porosity, impacted area.
     #[must_use]
     pub fn with_finer_scan(self, reference: Vec<Measure>) -> Self {
         Self { finer: reference, ..self }
@@ -186,7 +186,7 @@ impl Stretch<'_> {
                 let bands = self.row.truth.bands.iter().filter(|b| inside(b.z_from_m) && inside(b.z_to_m));
                 bands.map(|band| band.leaf_area_m2).sum()
             }),
-            (Quantity::GapFraction | Quantity::Porosity, _) => {
+            (Quantity::GapFraction | Quantity::Porosity | Quantity::ImpactedArea, _) => {
                 let same = |m: &&Measure| m.quantity == quantity && m.band_m() == band_m;
                 self.row.finer.iter().filter(|_| self.whole).find(same)?.value
             }

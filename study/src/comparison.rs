@@ -140,13 +140,13 @@ impl Row {
     }
 }
 
-/// Gaps and porosity of the row by beams and lines so fine that finer ones change nothing, unquantised.
+/// Gaps, porosity and impacted area of the row by beams and lines so fine that finer ones change nothing, unquantised.
 fn finer_scan(stage: &Stage) -> Result<Vec<Measure>, PipelineError> {
     let (dy_m, step) = FINER;
     let Some(mount) = stage.rig.scanners.first() else { return Ok(Vec::new()) };
     let frequency_hz = 100.0;
     let rig = rowscan_protocol::rig::Rig { speed_m_s: dy_m * frequency_hz, ..stage.rig.clone() };
-    let wanted: Vec<_> = ["gap", "porosity"].into_iter().filter_map(by_name).collect();
+    let wanted: Vec<_> = ["gap", "porosity", "impacted"].into_iter().filter_map(by_name).collect();
     let mut pipeline = Pipeline::new(Some(&rig), 0, None)?.with_estimators(&wanted);
     let grid = BeamGrid::spanning(0, 1_800_000, step);
     let fan = BeamFan::of_mount(mount, grid);

@@ -7,6 +7,7 @@
 use super::bands::{Bands, wilson};
 use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
 use super::measure::{Measure, Quantity};
+use crate::parameters::Parameters;
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "gap",
@@ -21,13 +22,15 @@ const BAND_M: f64 = 0.5;
 
 #[derive(Clone, Debug)]
 struct GapFraction {
-    projection: f64,
+    parameters: Parameters,
+    distance_m: f64,
     bands: Bands,
 }
 
 impl GapFraction {
     fn new(setting: &Setting) -> Self {
-        Self { projection: setting.parameters.projection, bands: Bands::new(setting, BAND_M) }
+        let bands = Bands::new(setting, BAND_M);
+        Self { parameters: setting.parameters, distance_m: setting.frame.distance_m, bands }
     }
 }
 
@@ -49,7 +52,9 @@ impl Estimator for GapFraction {
             // As in polar cells: half a look keeps a band without any gap finite.
             let passed = (share * looks + 0.5) / (looks + 0.5);
             let face_m2 = (edges_m[1] - edges_m[0]) * stretch.scanned_m;
-            leaf_m2 += -passed.ln() * band.cosine / band.fired / self.projection * face_m2;
+            let cosine = band.cosine / band.fired;
+            let per_leaf = self.parameters.projection * self.parameters.inflation(self.distance_m / cosine);
+            leaf_m2 += -passed.ln() * cosine / per_leaf * face_m2;
         }
         let known = (out.len() > at).then_some(leaf_m2);
         out.insert(at, of(Quantity::LeafArea, known));

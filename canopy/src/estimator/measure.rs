@@ -33,6 +33,7 @@ quantities! {
     Lai = "lai", "One-sided leaf area over row spacing × metres scanned.";
     LeafAreaDensity = "leaf_area_density_m2_m3", "Mean leaf area density of the voxels that hold leaves, m²/m³.";
     TreeAreaIndex = "tree_area_index", "Area projected on the beams over ground area: G = 1.";
+    ImpactedArea = "impacted_total_area_m2", "Impacted area of all canopy returns, leaf and wood, m².";
     GapFraction = "gap_fraction", "Share of the beams through a height band that the canopy lets pass.";
     Porosity = "porosity", "Share of the beams through the crown, from base to top, that it lets pass.";
     Height = "height_m", "Height that 99.5 % of the canopy returns stay below, metres.";

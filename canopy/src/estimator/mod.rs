@@ -9,6 +9,7 @@ mod bands;
 mod contract;
 mod gap;
 mod height;
+mod impacted;
 mod lwa;
 pub(crate) mod measure;
 mod occlusion;

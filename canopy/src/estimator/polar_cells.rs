@@ -20,6 +20,8 @@ const MAX_RANGE_M: f64 = 12.0;
 pub(super) struct PolarCells {
     cells: Vec<Cell>,
     rings: usize,
+    /// By ring: how many times as often as a ray a beam meets a leaf.
+    inflation: Vec<f64>,
     min_beams: f64,
     length_m: f64,
     hits: f64,
@@ -60,6 +62,7 @@ impl PolarCells {
         Self {
             cells,
             rings,
+            inflation: (0..rings).map(|ring| parameters.inflation((ring as f64 + 0.5) * STEP_M)).collect(),
             min_beams: f64::from(parameters.min_beams.max(1)),
             length_m: 0.0,
             hits: 0.0,
@@ -110,7 +113,8 @@ impl PolarCells {
                 let range_m = ((i % self.rings) as f64 + 0.5) * STEP_M;
                 // a · r Δr Δθ Δy, with a = −ln(passed) / Δr.
                 let sector = std::f64::consts::PI / SECTORS as f64;
-                sums.projected_m2 += -passed.ln() * range_m * sector * self.length_m;
+                let inflation = self.inflation.get(i % self.rings).copied().unwrap_or(1.0);
+                sums.projected_m2 += -passed.ln() / inflation * range_m * sector * self.length_m;
             }
             (cell.entered, cell.ended) = (0.0, 0.0);
         }

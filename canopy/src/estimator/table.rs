@@ -1,7 +1,7 @@
 //! The list of estimators.
 
 use super::contract::EstimatorInfo;
-use super::{gap, height, lwa, occlusion, polar, porosity, tai, trv, volume, voxel, width};
+use super::{gap, height, impacted, lwa, occlusion, polar, porosity, tai, trv, volume, voxel, width};
 
 /// Every estimator. To add one: its file, its line here.
 pub static TABLE: &[EstimatorInfo] = &[
@@ -10,6 +10,7 @@ pub static TABLE: &[EstimatorInfo] = &[
     tai::INFO,
     gap::INFO,
     porosity::INFO,
+    impacted::INFO,
     height::INFO,
     width::INFO,
     volume::INFO,

@@ -81,15 +81,23 @@ pub(super) struct Way {
 pub(super) struct Step {
     pub(super) voxel: usize,
     pub(super) exit_m: f64,
+    /// How many times as often as a ray the beam meets a leaf here.
+    pub(super) inflation: f64,
 }
 
 impl Paths {
-    pub(super) fn rebuild(&mut self, beams: &[Option<Beam>], frame: &Frame, region: &Region) {
+    pub(super) fn rebuild(
+        &mut self,
+        beams: &[Option<Beam>],
+        frame: &Frame,
+        region: &Region,
+        parameters: &Parameters,
+    ) {
         self.ways.clear();
         self.steps.clear();
         for beam in beams {
             let first = self.steps.len();
-            let entry_m = beam.map_or(0.0, |beam| self.walk(&beam, frame.height_m, region));
+            let entry_m = beam.map_or(0.0, |beam| self.walk(&beam, frame.height_m, (region, parameters)));
             self.ways.push(Way { entry_m, first, last: self.steps.len() });
         }
         self.aimed.clear();
@@ -102,7 +110,7 @@ impl Paths {
     }
 
     /// Cuts a beam at every voxel face it crosses; gives where it enters the region.
-    fn walk(&mut self, beam: &Beam, height_m: f64, region: &Region) -> f64 {
+    fn walk(&mut self, beam: &Beam, height_m: f64, (region, parameters): (&Region, &Parameters)) -> f64 {
         let across = |k: usize| (region.x_m + k as f64 * region.dx_m) / beam.cos;
         let up = |k: usize| (region.z_m + k as f64 * region.dz_m - height_m) / beam.sin;
         let (mut entry_m, mut exit_m) = (across(0), across(region.nx));
@@ -134,7 +142,8 @@ impl Paths {
             let middle_m = (from_m + to_m) / 2.0;
             if to_m > from_m {
                 let voxel = region.voxel(middle_m * beam.cos, height_m + middle_m * beam.sin);
-                self.steps.push(Step { voxel, exit_m: to_m });
+                let inflation = parameters.inflation(middle_m);
+                self.steps.push(Step { voxel, exit_m: to_m, inflation });
             }
             from_m = to_m;
         }

@@ -4,7 +4,7 @@ use rowscan_scenes::files::nearest;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::what::{self, Kind, WHATS, What};
+use crate::what::{self, Count, Kind, WHATS, What};
 
 /// An expectation as it is written.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -175,6 +175,15 @@ impl Expect {
                 None => return Err(format!("`equals`: expected a number or a text, found {value}")),
             },
         };
+        if let (Kind::Count(count), Some(text)) = (what.kind, &equals_text)
+            && (text != "device" || count != Count::ScansLost)
+        {
+            let device = if count == Count::ScansLost { " or \"device\"" } else { "" };
+            return Err(format!("`equals`: expected a number{device}, found \"{text}\""));
+        }
+        if let Some(other) = table.equals_run_without.as_ref().filter(|without| *without != "faults") {
+            return Err(format!("`equals_run_without`: expected \"faults\", found \"{other}\""));
+        }
         let (between, between_events) = match table.between {
             None => (None, None),
             Some((Value::String(from), Value::String(to))) => (None, Some((from, to))),
@@ -246,9 +255,10 @@ impl Expect {
         if let Some(Pattern(pattern)) = &self.matches {
             title += &format!(" matches {}", pattern.as_str());
         }
-        match self.bounds.words() {
-            words if words.is_empty() => title,
-            words => title + ": " + &words,
-        }
+        let compared = self.equals_text.iter().cloned();
+        let without = self.equals_run_without.iter().map(|without| format!("as in a run without {without}"));
+        let words = Some(self.bounds.words()).filter(|words| !words.is_empty());
+        let words: Vec<String> = compared.chain(without).chain(words).collect();
+        if words.is_empty() { title } else { title + ": " + &words.join(", ") }
     }
 }

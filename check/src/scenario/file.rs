@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use rowscan_protocol::device::{Profile, Start};
+use rowscan_protocol::lms2xx;
+use rowscan_strict_toml::{Table, suggestion};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::expect::Expect;
-use crate::fault::FaultTable;
+use crate::fault::ScenarioFault;
 
 /// The tables of a scenario file.
 #[derive(Debug, Default, Deserialize)]
@@ -23,7 +26,11 @@ pub(super) struct ScenarioFile {
     pub(super) bus: Option<Vec<PortTable>>,
     pub(super) nmea: Option<Vec<PortTable>>,
     pub(super) run: Option<Vec<RunTable>>,
-    pub(super) fault: Option<Vec<FaultTable>>,
+    /// As written.
+    pub(super) fault: Option<Vec<Table>>,
+    /// As read, once the file is.
+    #[serde(skip)]
+    pub(super) faults: Option<Vec<ScenarioFault>>,
     pub(super) expect: Option<Vec<Expect>>,
     pub(super) repeat: Option<RepeatTable>,
     pub(super) sprayer: Option<IgnoredAny>,
@@ -43,7 +50,8 @@ impl ScenarioFile {
             bus: self.bus.or(base.bus),
             nmea: self.nmea.or(base.nmea),
             run: self.run.or(base.run),
-            fault: self.fault.or(base.fault),
+            fault: None,
+            faults: self.faults.or(base.faults),
             expect: self.expect.or(base.expect),
             repeat: self.repeat.or(base.repeat),
             sprayer: self.sprayer.or(base.sprayer),
@@ -99,43 +107,50 @@ pub(super) struct EndTable {
 pub(super) struct DeviceTable {
     pub(super) id: String,
     pub(super) model: String,
-    #[serde(default = "any_port")]
-    pub(super) tcp: String,
+    pub(super) tcp: Option<String>,
+    pub(super) pty: Option<String>,
+    pub(super) rate: Option<u32>,
     #[serde(default)]
     pub(super) profile: ProfileName,
     pub(super) start: Option<StartName>,
     pub(super) scanner: Option<usize>,
 }
 
-fn any_port() -> String {
-    "127.0.0.1:0".to_owned()
+/// A profile, as `emulate --profile` names it.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) struct ProfileName(pub(super) Profile);
+
+impl TryFrom<String> for ProfileName {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let known: Vec<&str> = Profile::NAMED.iter().map(|(name, ..)| *name).collect();
+        let unknown = || format!("unknown profile `{name}`{}", suggestion(&name, &known));
+        Profile::by_name(&name).map(Self).ok_or_else(unknown)
+    }
 }
 
-/// Times and jitter of a device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum ProfileName {
-    /// Warm and ready; exact periods, immediate answers.
-    #[default]
-    Bench,
-    /// Boot, busy and save times, latencies and jitter as recorded.
-    Field,
-}
+/// A state, as `emulate --start` names it, or `off`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) struct StartName(pub(super) String);
 
-/// States a scanner can be found in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum StartName {
-    Streaming,
-    PowerUp,
-    Standby,
-    Stopped,
-    LoggedIn,
-    Error,
-    ColaA,
-    ColaB,
-    /// Without power.
-    Off,
+/// Without power.
+pub(super) const OFF: &str = "off";
+
+impl TryFrom<String> for StartName {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let cola = Start::NAMED.iter().map(|(name, ..)| *name);
+        let lms2xx = lms2xx::device::Start::NAMED.iter().map(|(name, ..)| *name);
+        let known: Vec<&str> = cola.chain(lms2xx).chain([OFF]).collect();
+        match known.contains(&name.as_str()) {
+            true => Ok(Self(name)),
+            false => Err(format!("unknown state `{name}`{}", suggestion(&name, &known))),
+        }
+    }
 }
 
 /// `[[bus]]`, `[[nmea]]`

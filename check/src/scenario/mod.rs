@@ -10,14 +10,16 @@ use std::time::Duration;
 
 use rowscan_emulator::lockstep::Ack;
 use rowscan_protocol::device::{Profile, Start};
+use rowscan_protocol::lms2xx::{self, Rate};
 use rowscan_protocol::model::Model;
-use rowscan_scenes::files::from_toml;
+use rowscan_strict_toml::{TomlError, from_toml};
 
 pub use expect::{Bounds, Expect};
 pub use file::Mode;
 use file::ScenarioFile;
 
-use crate::fault::FaultTable;
+use crate::fault::ScenarioFault;
+use crate::frames::FramePattern;
 
 /// How many files may use one another.
 const DEEPEST: usize = 8;
@@ -45,8 +47,8 @@ pub struct Scenario {
     pub nmea: Vec<PortSpec>,
     /// The children.
     pub runs: Vec<RunSpec>,
-    /// Faults, as written.
-    pub faults: Vec<FaultTable>,
+    /// What goes wrong.
+    pub faults: Vec<ScenarioFault>,
     /// What is expected.
     pub expects: Vec<Expect>,
     /// Why it cannot be run, though it is sound.
@@ -84,16 +86,47 @@ pub enum End {
 pub struct DeviceSpec {
     /// Its name in the scenario.
     pub id: String,
-    /// Its model.
-    pub model: &'static Model,
-    /// Where it listens.
-    pub tcp: String,
+    /// What it is, and where it is found.
+    pub kind: DeviceKind,
     /// Times and jitter.
     pub profile: Profile,
-    /// How it is found.
-    pub start: Start,
     /// Number in the rig.
     pub scanner: usize,
+}
+
+/// What a scanner is, with the state it is found in.
+#[derive(Clone, Debug)]
+pub enum DeviceKind {
+    /// Speaks CoLa at an address.
+    Cola {
+        /// Its model.
+        model: &'static Model,
+        /// Where it listens.
+        tcp: String,
+        /// How it is found.
+        start: Start,
+    },
+    /// An LMS2xx on a pseudo-terminal.
+    Lms2xx {
+        /// Its model.
+        model: &'static lms2xx::model::Model,
+        /// The link to the pseudo-terminal, from the run's folder.
+        link: String,
+        /// How it is found.
+        start: lms2xx::device::Start,
+        /// The rate it was left at.
+        rate: Rate,
+    },
+}
+
+impl DeviceKind {
+    /// Name of its model.
+    pub fn model(&self) -> &'static str {
+        match self {
+            Self::Cola { model, .. } => model.name,
+            Self::Lms2xx { model, .. } => model.name,
+        }
+    }
 }
 
 /// A port by name.
@@ -129,6 +162,8 @@ pub enum Ready {
     Port(String),
     /// This file of the run's folder is there.
     File(String),
+    /// A bus has heard this frame.
+    Frame(FramePattern),
 }
 
 /// Why a scenario cannot be used.
@@ -196,11 +231,15 @@ impl Scenario {
 fn read(path: &Path) -> Result<ScenarioFile, ScenarioError> {
     let text = std::fs::read_to_string(path)
         .map_err(|cause| ScenarioError::Read { path: path.to_owned(), cause })?;
-    from_toml(&text).map_err(|error| ScenarioError::Content {
+    let content = |error: TomlError| ScenarioError::Content {
         path: path.to_owned(),
         line: error.line,
         message: error.message,
-    })
+    };
+    let mut file: ScenarioFile = from_toml(&text).map_err(content)?;
+    let faults = file.fault.take().map(|tables| tables.iter().map(ScenarioFault::read).collect());
+    file.faults = faults.transpose().map_err(content)?;
+    Ok(file)
 }
 
 #[cfg(test)]

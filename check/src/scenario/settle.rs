@@ -5,16 +5,16 @@ use std::path::Path;
 use std::time::Duration;
 
 use rowscan_emulator::lockstep::Ack;
-use rowscan_protocol::device::{Profile, Start};
-use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::model;
+use rowscan_protocol::device::Start;
+use rowscan_protocol::lms2xx::{self, Rate};
+use rowscan_protocol::model::AnyModel;
 
 use super::file::{
-    AckValue, ClockTable, DeviceTable, EndTable, Mode, PortName, PortTable, ProfileName, ReadyTable,
-    RunTable, ScenarioFile, StartName,
+    AckValue, ClockTable, DeviceTable, EndTable, Mode, OFF, PortName, PortTable, ReadyTable, RunTable,
+    ScenarioFile,
 };
-use super::{Clock, DeviceSpec, End, PortSpec, Ready, RunSpec, Scenario};
-use crate::fault;
+use super::{Clock, DeviceKind, DeviceSpec, End, PortSpec, Ready, RunSpec, Scenario};
+use crate::fault::ScenarioFault;
 
 /// The version of the format.
 const VERSION: u32 = 1;
@@ -27,22 +27,21 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
         Some(other) => return Err(format!("`version`: expected {VERSION}, found {other}")),
         None => return Err(missing("version")),
     }
-    let faults = file.fault.unwrap_or_default();
-    let starts_off = |device: &DeviceTable| device.start == Some(StartName::Off);
-    let off = file.device.iter().flatten().any(starts_off);
+    let faults = file.faults.unwrap_or_default();
     let ports = file.bus.iter().flatten();
-    let mut refusal =
-        needs_sprayer(file.sprayer.is_some(), ports).or_else(|| fault::refusal(&faults)).or_else(|| {
-            off.then(|| "`start = \"off\"` needs the fault `power`, which lands separately".to_owned())
-        });
+    let mut refusal = needs_sprayer(file.sprayer.is_some(), ports).or_else(|| not_here(&faults));
     let runs = file.run.unwrap_or_default();
     let clock = clock(&file.clock.unwrap_or_default(), &runs, &mut refusal)?;
     let mut settled_runs = Vec::new();
     for run in runs {
-        settled_runs.push(settled(run, &mut refusal)?);
+        settled_runs.push(settled(run)?);
     }
     let devices = file.device.unwrap_or_default();
-    let devices = devices.into_iter().enumerate().map(|(place, table)| device(place, table));
+    let is_off = |device: &&DeviceTable| device.start.as_ref().is_some_and(|start| start.0 == OFF);
+    let off: Vec<String> = devices.iter().filter(is_off).map(|device| device.id.clone()).collect();
+    check_power(&off, &faults)?;
+    let devices = devices.into_iter().enumerate().map(|(place, table)| device(place, table, clock.mode));
+    let devices = devices.collect::<Result<_, _>>()?;
     let scenario = Scenario {
         path: path.to_owned(),
         scene: file.scene.ok_or_else(|| missing("scene"))?,
@@ -50,7 +49,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
         seeds: file.repeat.map_or(1, |repeat| repeat.seeds),
         clock,
         end: end(file.end.ok_or_else(|| missing("end"))?)?,
-        devices: devices.collect::<Result<_, _>>()?,
+        devices,
         buses: ports_of(file.bus),
         nmea: ports_of(file.nmea),
         runs: settled_runs,
@@ -69,6 +68,14 @@ fn needs_sprayer<'a>(table: bool, mut ports: impl Iterator<Item = &'a PortTable>
         (false, Some(port)) => Some(format!("`{}` needs the sprayer, which is not there yet", port.port)),
         (false, None) => None,
     }
+}
+
+/// The first fault that is not built, and why.
+fn not_here(faults: &[ScenarioFault]) -> Option<String> {
+    faults.iter().find_map(|fault| match fault {
+        ScenarioFault::NotHere(why) => Some(why.clone()),
+        _ => None,
+    })
 }
 
 fn ports_of(tables: Option<Vec<PortTable>>) -> Vec<PortSpec> {
@@ -160,36 +167,82 @@ fn end(table: EndTable) -> Result<End, String> {
     }
 }
 
-fn device(place: usize, table: DeviceTable) -> Result<DeviceSpec, String> {
-    let model = model::by_name(&table.model).ok_or_else(|| {
-        format!(
-            "`model`: expected a scanner with a network interface (`rowscan models`), found `{}`",
-            table.model
-        )
-    })?;
-    let profile = match table.profile {
-        ProfileName::Bench => Profile::Bench,
-        ProfileName::Field => Profile::Field,
+fn device(place: usize, table: DeviceTable, mode: Mode) -> Result<DeviceSpec, String> {
+    let unknown = || format!("`model`: expected a scanner (`rowscan models`), found `{}`", table.model);
+    let model = AnyModel::by_name(&table.model).ok_or_else(unknown)?;
+    let (id, profile) = (table.id, table.profile.0);
+    let state = |known: bool, name: &str| match known {
+        true => Ok(()),
+        false => Err(format!("`start` of `{id}`: a {} has no state `{name}`", model.name())),
     };
-    let start = match (table.start, table.profile) {
-        (None, ProfileName::Bench) | (Some(StartName::Streaming), _) => Start::Streaming,
-        (None, ProfileName::Field) | (Some(StartName::PowerUp | StartName::Off), _) => Start::PowerUp,
-        (Some(StartName::Standby), _) => Start::Standby,
-        (Some(StartName::Stopped), _) => Start::Stopped,
-        (Some(StartName::LoggedIn), _) => Start::LoggedIn,
-        (Some(StartName::Error), _) => Start::Error,
-        (Some(StartName::ColaA), _) => Start::Stored(Dialect::A),
-        (Some(StartName::ColaB), _) => Start::Stored(Dialect::B),
+    let name = table.start.map(|start| start.0);
+    let kind = match model {
+        AnyModel::Cola(model) => {
+            if table.pty.is_some() || table.rate.is_some() {
+                return Err(format!("`{id}` is a network scanner: leave `pty` and `rate` out"));
+            }
+            let start = match name.as_deref() {
+                None => profile.default_start(),
+                // The fault `power` holds it off; then it powers up.
+                Some(OFF) => Start::PowerUp,
+                Some(name) => {
+                    state(Start::by_name(name).is_some(), name)?;
+                    Start::by_name(name).unwrap_or_default()
+                }
+            };
+            let tcp = table.tcp.unwrap_or_else(|| "127.0.0.1:0".to_owned());
+            DeviceKind::Cola { model, tcp, start }
+        }
+        AnyModel::Lms2xx(model) => {
+            use lms2xx::device::Start;
+            if table.tcp.is_some() {
+                return Err(format!("`{id}` has a serial line: `pty` names its link, leave `tcp` out"));
+            }
+            if mode == Mode::Lockstep {
+                let why = "nobody can see what its client has read";
+                return Err(format!("`{id}` has a serial line, and in lockstep {why}: use `mode = \"paced\"`"));
+            }
+            let start = match name.as_deref() {
+                None => Start::default_of(profile),
+                Some(OFF) => Start::PowerUp,
+                Some(name) => {
+                    state(Start::by_name(name).is_some(), name)?;
+                    Start::by_name(name).unwrap_or_default()
+                }
+            };
+            let baud = table.rate.unwrap_or(9600);
+            let rates = || format!("`rate` of `{id}`: expected 9600, 19200, 38400 or 500000, found {baud}");
+            let rate = Rate::of(baud).ok_or_else(rates)?;
+            DeviceKind::Lms2xx { model, link: table.pty.unwrap_or_else(|| id.clone()), start, rate }
+        }
     };
-    let scanner = table.scanner.unwrap_or(place);
-    Ok(DeviceSpec { id: table.id, model, tcp: table.tcp, profile, start, scanner })
+    Ok(DeviceSpec { scanner: table.scanner.unwrap_or(place), id, kind, profile })
 }
 
-fn settled(run: RunTable, refusal: &mut Option<String>) -> Result<RunSpec, String> {
+/// Refuses a device that is off for good.
+fn check_power(off: &[String], faults: &[ScenarioFault]) -> Result<(), String> {
+    let powers = |id: &String| {
+        faults.iter().any(|fault| match fault {
+            ScenarioFault::Rig(spec) => {
+                spec.fault.name == "power" && spec.on.as_ref().is_none_or(|on| on == id)
+            }
+            ScenarioFault::NotHere(_) => true,
+            _ => false,
+        })
+    };
+    match off.iter().find(|id| !powers(id)) {
+        Some(id) => Err(format!(
+            "`{id}` is off at the start and nothing ends that: add a [[fault]] `power` on it, with `at` and `for`"
+        )),
+        None => Ok(()),
+    }
+}
+
+fn settled(run: RunTable) -> Result<RunSpec, String> {
     if run.command.is_empty() {
         return Err(format!("the `command` of run `{}` is empty; name a program", run.id));
     }
-    let wrong = || format!("`ready` of run `{}`: expected one of `alive_s`, `line`, `port`, `file`", run.id);
+    let wrong = || format!("`ready` of run `{}`: expected one of `alive_s`, `line`, `port`, `file`, `frame`", run.id);
     let ready = match run.ready {
         None => Ready::Alive(Duration::ZERO),
         Some(ReadyTable { alive_s: Some(s), line: None, port: None, file: None, frame: None })
@@ -209,9 +262,8 @@ fn settled(run: RunTable, refusal: &mut Option<String>) -> Result<RunSpec, Strin
         Some(ReadyTable { alive_s: None, line: None, port: None, file: Some(file), frame: None }) => {
             Ready::File(file)
         }
-        Some(ReadyTable { alive_s: None, line: None, port: None, file: None, frame: Some(_) }) => {
-            refusal.get_or_insert("`ready = { frame = … }` lands separately".to_owned());
-            Ready::Alive(Duration::ZERO)
+        Some(ReadyTable { alive_s: None, line: None, port: None, file: None, frame: Some(frame) }) => {
+            Ready::Frame(frame.parse().map_err(|error| format!("`ready` of run `{}`: {error}", run.id))?)
         }
         Some(_) => return Err(wrong()),
     };

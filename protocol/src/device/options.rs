@@ -74,3 +74,43 @@ pub enum Start {
     /// A client has stored this dialect.
     Stored(Dialect),
 }
+
+impl Profile {
+    /// As flags and files name them, with what they mean.
+    pub const NAMED: &'static [(&'static str, &'static str, Self)] = &[
+        ("bench", "Warm and ready; exact periods, immediate answers", Self::Bench),
+        ("field", "Boot, busy and save times, latencies, periods and jitter as recorded", Self::Field),
+    ];
+
+    /// The one of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(known, ..)| *known == name).map(|(.., profile)| *profile)
+    }
+
+    /// The state a CoLa scanner of this profile is found in, unless told otherwise.
+    pub fn default_start(self) -> Start {
+        match self {
+            Self::Bench => Start::Streaming,
+            Self::Field => Start::PowerUp,
+        }
+    }
+}
+
+impl Start {
+    /// As flags and files name them, with what they mean.
+    pub const NAMED: &'static [(&'static str, &'static str, Self)] = &[
+        ("streaming", "Measuring", Self::Streaming),
+        ("power-up", "Just switched on", Self::PowerUp),
+        ("standby", "Laser off, the mirror turns", Self::Standby),
+        ("stopped", "Stopped by a client that is gone", Self::Stopped),
+        ("logged-in", "A client logged in and vanished: no scans until Run or LMCstartmeas", Self::LoggedIn),
+        ("error", "Out of order", Self::Error),
+        ("cola-a", "A client has stored CoLa A: it decides over --dialect a and b", Self::Stored(Dialect::A)),
+        ("cola-b", "A client has stored CoLa B: it decides over --dialect a and b", Self::Stored(Dialect::B)),
+    ];
+
+    /// The one of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(known, ..)| *known == name).map(|(.., start)| *start)
+    }
+}

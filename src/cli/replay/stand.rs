@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rowscan_protocol::device::Device;
+use rowscan_protocol::device::{Device, Profile};
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::model::{AnyModel, MODELS};
 use rowscan_recording::{StreamKind, Taps};
@@ -10,8 +10,7 @@ use rowscan_recording::{StreamKind, Taps};
 use super::super::client_limits;
 use super::super::endpoint::{self, announce_stream};
 use super::super::events::End;
-use super::super::faulting::{Faulting, through};
-use super::super::line::pause_slack;
+use super::super::faulting::Faulting;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
 use super::super::{Failure, Format};
@@ -23,7 +22,7 @@ use rowscan_emulator::replay::{
     Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
 };
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator,
+    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator, faulty_wire, pause_slack,
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_ports::{NetLine, Pty, Wire};
@@ -116,13 +115,13 @@ impl Stand<'_> {
             }
             _ => return Err(one_line()),
         };
-        let options = Options { pause_slack: pause_slack(args.time_scale), ..Options::default() };
+        let options = Options { pause_slack: pause_slack(Profile::Field, args.time_scale), ..Options::default() };
         let device = lms2xx_device_of(part, model, options);
         let mut config =
             SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone(), stream: None };
         let wire = match self.faults(seat) {
             Some(faults) => {
-                through(wire, &faults, std::mem::take(&mut config.taps).open(&part.name, StreamKind::Lms2xx))
+                faulty_wire(wire, &faults, std::mem::take(&mut config.taps).open(&part.name, StreamKind::Lms2xx))
             }
             None => wire,
         };

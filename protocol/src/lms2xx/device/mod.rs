@@ -82,6 +82,29 @@ pub enum Start {
     Installation,
 }
 
+impl Start {
+    /// As flags and files name them, with what they mean.
+    pub const NAMED: &'static [(&'static str, &'static str, Self)] = &[
+        ("streaming", "Measuring", Self::Streaming),
+        ("power-up", "Just switched on", Self::PowerUp),
+        ("stopped", "Stopped by a client that is gone", Self::Idle),
+        ("installation", "LMS2xx: a client left it in installation mode", Self::Installation),
+    ];
+
+    /// The one of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(known, ..)| *known == name).map(|(.., start)| *start)
+    }
+
+    /// The state an LMS2xx of this profile is found in, unless told otherwise.
+    pub fn default_of(profile: Profile) -> Self {
+        match profile {
+            Profile::Bench => Self::Idle,
+            Profile::Field => Self::PowerUp,
+        }
+    }
+}
+
 /// What it is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Condition {
