@@ -131,7 +131,14 @@ impl Rig {
             None if clock.delivery().is_patient() => ClockMode::Max,
             None => ClockMode::Paced,
         };
-        RigControl { clock: Arc::clone(clock), steps: steps.clone(), tractor: tractor.clone(), mode }
+        let bystanders = lockstep.as_ref().map(Lockstep::bystanders).unwrap_or_default();
+        RigControl {
+            clock: Arc::clone(clock),
+            steps: steps.clone(),
+            tractor: tractor.clone(),
+            mode,
+            bystanders,
+        }
     }
 
     /// The tractor that everything on it rides on.

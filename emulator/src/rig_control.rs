@@ -1,11 +1,13 @@
 //! The handle by which others look at a running rig's time, stop it, and let it go on.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 
 use crate::clock::{SimClock, TimeScale, TimeScaleError};
+use crate::lockstep::Bystanders;
 use crate::steps::Steps;
 
 /// A rig's time in others' hands. Clones share it; every call but [`RigControl::stepped`] returns at once.
@@ -15,6 +17,7 @@ pub struct RigControl {
     pub(crate) steps: Steps,
     pub(crate) tractor: Tractor,
     pub(crate) mode: ClockMode,
+    pub(crate) bystanders: Bystanders,
 }
 
 /// What drives a rig's time.
@@ -69,6 +72,11 @@ impl RigControl {
             began,
             row_m: began.map(|_| self.tractor.motion(at).place.y_m),
         }
+    }
+
+    /// Who connects to this program at `address` takes no part in lockstep.
+    pub fn exclude(&self, address: SocketAddr) {
+        self.bystanders.add(address);
     }
 
     /// Stops time. Clients are answered meanwhile, and connections are taken.

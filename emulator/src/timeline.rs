@@ -212,7 +212,7 @@ impl Timeline {
         loop {
             self.follow_start();
             let due = self.due();
-            if self.counts_steps() && self.steps.gate(&clock) {
+            if due.is_some_and(|at| self.counts_step(at)) && self.steps.gate(&clock) {
                 // Peers are answered while time stands.
                 self.stand(&changed).await?;
                 continue;
@@ -232,7 +232,7 @@ impl Timeline {
                     let at = due.unwrap_or_default();
                     let ends = self.ends_step(at);
                     // From the first step that is heard.
-                    let (heard, counts) = (self.begun || self.is_ready(), self.counts_steps());
+                    let (heard, counts) = (self.is_heard(at), self.counts_step(at));
                     if let Some(lockstep) = self.lockstep.as_mut().filter(|_| heard) {
                         lockstep.arm();
                     }
@@ -258,9 +258,14 @@ impl Timeline {
         }
     }
 
-    /// True once steps count: somebody hears them.
-    fn counts_steps(&self) -> bool {
-        !self.clock.delivery().is_patient() || self.begun || self.is_ready()
+    /// True if somebody hears what acts at `at`: nobody hears time zero.
+    fn is_heard(&self, at: SimTime) -> bool {
+        at > SimTime::ZERO && (self.begun || self.is_ready())
+    }
+
+    /// True if a step that ends at `at` counts.
+    fn counts_step(&self, at: SimTime) -> bool {
+        self.is_heard(at) || !self.clock.delivery().is_patient()
     }
 
     /// True if a step ends with what acts at `at`.

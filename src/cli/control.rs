@@ -1,5 +1,7 @@
 //! `--control`: a running command in others' hands, over HTTP or by lines on standard input.
 
+use std::net::SocketAddr;
+
 use rowscan_control::{Bench, Guard, Lines, Server, router};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
@@ -30,8 +32,15 @@ fn token(text: &str) -> Result<String, String> {
 /// What listens to others. Dropped, it listens no longer.
 #[derive(Debug, Default)]
 pub(super) struct Controlled {
-    _servers: Vec<Server>,
-    _tasks: JoinSet<()>,
+    servers: Vec<Server>,
+    tasks: JoinSet<()>,
+}
+
+impl Controlled {
+    /// Where it can be reached.
+    pub(super) fn addresses(&self) -> impl Iterator<Item = SocketAddr> {
+        self.servers.iter().map(Server::address)
+    }
 }
 
 impl ControlArgs {
@@ -46,11 +55,11 @@ impl ControlArgs {
         let mut controlled = Controlled::default();
         for place in &self.control {
             if place == STANDARD_INPUT {
-                controlled._tasks.spawn(listen(Lines::new(routes.clone()), format));
+                controlled.tasks.spawn(listen(Lines::new(routes.clone()), format));
                 continue;
             }
             let mut made_up = None;
-            let guard = |address: &std::net::SocketAddr| match &self.control_token {
+            let guard = |address: &SocketAddr| match &self.control_token {
                 Some(token) => Guard::token(token.clone()),
                 None if address.ip().is_loopback() => Guard::open(),
                 None => Guard::token(made_up.insert(random_token()).clone()),
@@ -60,7 +69,7 @@ impl ControlArgs {
             if let Some(token) = made_up {
                 say(format_args!("control needs the token {token}"));
             }
-            controlled._servers.push(server);
+            controlled.servers.push(server);
         }
         Ok(controlled)
     }

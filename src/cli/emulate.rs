@@ -282,7 +282,9 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
                 running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counting()));
             let parts = vec![("streams".to_owned(), state_of(streams.collect()))];
             let bench = Bench::new(faulting.control().clone(), Arc::new(rig.control()), log, parts);
-            args.control.open(bench, args.format).await?
+            let controlled = args.control.open(bench, args.format).await?;
+            controlled.addresses().for_each(|address| rig.control().exclude(address));
+            controlled
         }
         None => Controlled::default(),
     };

@@ -68,7 +68,9 @@ async fn it_answers_whatever_the_links_do() {
         }
         // Steps that cannot be taken are told as such.
         let (status, told) = ask(&bench.lines, r#"POST /step {"n": 100000}"#).await;
-        assert_eq!((status, &told["done"]), (200, &json!(false)));
+        assert_eq!((status, told["last"].is_u64()), (200, true));
+        // At `max` what is held back by a fault is no reason to wait.
+        assert!(scale == TimeScale::Max || told["done"] == false, "{told}");
         assert_eq!(ask(&bench.lines, "POST /reset").await.0, 204);
         assert_eq!(ask(&bench.lines, "GET /faults").await.1, json!([]));
     }

@@ -5,6 +5,7 @@
 //! each source as well. It never goes on without:
 //! past the deadline the run ends with an error that names the step and who is missing.
 
+mod bystanders;
 mod level;
 mod looked;
 mod outputs;
@@ -26,6 +27,7 @@ pub use level::{Ack, AckError, OutputAck, OutputPort};
 
 use crate::clock::{self, SimClock, Stopwatch};
 use crate::steps::Steps;
+pub(crate) use bystanders::Bystanders;
 use looked::Looked;
 pub(crate) use outputs::OutputCount;
 use outputs::Outputs;
@@ -78,6 +80,7 @@ pub struct Lockstep {
     watch: Option<Watch>,
     replies: Vec<Replies>,
     outputs: Vec<Outputs>,
+    bystanders: Bystanders,
     step: u64,
 }
 
@@ -104,8 +107,12 @@ impl Lockstep {
             }
         }
         let level = config.acks.iter().filter_map(Ack::kernel).max();
-        let watch = level.map(Watch::open).transpose().map_err(LockstepOpenError::Kernel)?;
-        Ok(Self { config, watch, replies, outputs, step: 0 })
+        let bystanders = Bystanders::default();
+        let watch = level
+            .map(|level| Watch::open(level, bystanders.clone()))
+            .transpose()
+            .map_err(LockstepOpenError::Kernel)?;
+        Ok(Self { config, watch, replies, outputs, bystanders, step: 0 })
     }
 
     /// Where participants acknowledge, if they are asked to.
@@ -127,6 +134,11 @@ impl Lockstep {
     /// Whether frames on the rig's bus acknowledge.
     pub fn needs_bus(&self) -> bool {
         self.outputs.iter().any(|outputs| outputs.of_bus().is_some())
+    }
+
+    /// Who takes no part.
+    pub(crate) fn bystanders(&self) -> Bystanders {
+        self.bystanders.clone()
     }
 
     /// Who counts the frames that others send on the rig's bus.

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::io;
 
+use super::bystanders::Bystanders;
 use super::level::KernelLevel;
 use super::looked::Looked;
 use super::processes::{self, Doing};
@@ -22,8 +23,8 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn open(level: KernelLevel) -> io::Result<Self> {
-        Ok(Self { level, sockets: Sockets::open()?, owners: HashMap::new(), calm: 0 })
+    pub(super) fn open(level: KernelLevel, bystanders: Bystanders) -> io::Result<Self> {
+        Ok(Self { level, sockets: Sockets::open(bystanders)?, owners: HashMap::new(), calm: 0 })
     }
 
     pub(super) fn look(&mut self) -> Looked {

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use super::bystanders::Bystanders;
 use super::level::KernelLevel;
 use super::looked::Looked;
 
@@ -10,7 +11,7 @@ use super::looked::Looked;
 pub(super) struct Watch;
 
 impl Watch {
-    pub(super) fn open(_: KernelLevel) -> io::Result<Self> {
+    pub(super) fn open(_: KernelLevel, _: Bystanders) -> io::Result<Self> {
         Err(io::Error::new(io::ErrorKind::Unsupported, "this needs Linux"))
     }
 
