@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::log::Log;
 use crate::time::Time;
-use crate::toxiproxy::Toxics;
+use crate::toxics::Toxics;
 
 /// Tells the state of one part of the bench, at once.
 pub type StateOf = Arc<dyn Fn() -> Value + Send + Sync>;

@@ -16,10 +16,13 @@ mod guard;
 mod lines;
 mod log;
 mod problem;
+mod request;
 mod rig_time;
 mod routes;
 mod server;
 mod time;
+mod toxic_kinds;
+mod toxics;
 mod toxiproxy;
 
 pub use bench::{Bench, StateOf};

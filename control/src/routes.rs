@@ -6,14 +6,13 @@ use axum::http::StatusCode;
 use axum::response::IntoResponse;
 use axum::routing::{delete, get, post};
 use axum::{Json, Router};
-use rowscan_faults::{FaultError, FaultSpec};
-use rowscan_strict_toml::Table;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::bench::Bench;
 use crate::clock;
 use crate::problem::Problem;
+use crate::request::{body, of_fault, spec};
 use crate::toxiproxy;
 
 /// The longest body.
@@ -40,21 +39,6 @@ pub fn router(bench: Bench) -> Router {
         .with_state(bench)
 }
 
-/// Reads a JSON body, whatever type it claims to have.
-pub(crate) fn body<'a, T: Deserialize<'a>>(bytes: &'a Bytes) -> Result<T, Problem> {
-    serde_json::from_slice(bytes)
-        .map_err(|error| Problem::wrong(format!("the body is not what is expected: {error}")))
-}
-
-/// What is wrong with a fault.
-pub(crate) fn of_fault(error: &FaultError) -> Problem {
-    match error {
-        FaultError::Unknown { .. } => Problem::missing(error.to_string()),
-        FaultError::SameId(_) => Problem::conflict(error.to_string()),
-        _ => Problem::wrong(error.to_string()),
-    }
-}
-
 async fn faults(State(bench): State<Bench>) -> impl IntoResponse {
     Json(bench.faults.list())
 }
@@ -78,12 +62,6 @@ async fn add_faults(State(bench): State<Bench>, bytes: Bytes) -> Result<impl Int
     let specs = tables.into_iter().map(spec).collect::<Result<Vec<_>, _>>()?;
     let ids = bench.faults.add_all(specs).map_err(|error| of_fault(&error))?;
     Ok((StatusCode::CREATED, Json(json!({ "ids": ids }))))
-}
-
-/// A fault as the table of a file has it.
-pub(crate) fn spec(table: Value) -> Result<FaultSpec, Problem> {
-    let table: Table = serde_json::from_value(table).map_err(|error| Problem::wrong(error.to_string()))?;
-    FaultSpec::from_table(&table).map_err(|error| Problem::wrong(error.message))
 }
 
 async fn remove_fault(State(bench): State<Bench>, Path(id): Path<String>) -> Result<StatusCode, Problem> {

@@ -13,7 +13,7 @@ use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{EmulatorConfig, Rig, SerialConfig, StageRow, faulty_wire};
 use rowscan_faults::{
-    Family, Fault, FaultControl, Form, Language, Layer, Medium, StreamFaults, faults, read,
+    FAULTS, Family, Fault, FaultControl, Form, Language, Layer, Medium, StreamFaults, read,
 };
 use rowscan_ports::Wire;
 use rowscan_protocol::frame::{Dialect, encode};

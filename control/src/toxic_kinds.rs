@@ -6,7 +6,7 @@ use crate::problem::Problem;
 
 /// A toxic's attributes, read strictly.
 #[derive(Debug)]
-pub(super) struct Attributes<'a>(pub(super) &'a Map<String, Value>);
+pub(crate) struct Attributes<'a>(pub(crate) &'a Map<String, Value>);
 
 impl Attributes<'_> {
     fn number(&self, key: &str) -> Result<f64, Problem> {
@@ -23,13 +23,13 @@ impl Attributes<'_> {
 type Make = fn(&str, &Attributes<'_>) -> Result<Vec<Value>, Problem>;
 
 /// One of Toxiproxy's toxics.
-pub(super) struct Kind {
-    pub(super) name: &'static str,
-    pub(super) attributes: &'static [&'static str],
-    pub(super) make: Make,
+pub(crate) struct Kind {
+    pub(crate) name: &'static str,
+    pub(crate) attributes: &'static [&'static str],
+    pub(crate) make: Make,
 }
 
-pub(super) const KINDS: &[Kind] = &[
+pub(crate) const KINDS: &[Kind] = &[
     Kind {
         name: "latency",
         attributes: &["latency", "jitter"],
@@ -100,7 +100,7 @@ pub(super) const KINDS: &[Kind] = &[
 ];
 
 /// The toxic of this name.
-pub(super) fn find(name: &str) -> Result<&'static Kind, Problem> {
+pub(crate) fn find(name: &str) -> Result<&'static Kind, Problem> {
     KINDS.iter().find(|kind| kind.name == name).ok_or_else(|| {
         let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
         Problem::wrong(format!("unknown toxic `{name}`; there are {}", names.join(", ")))

@@ -1,8 +1,5 @@
 //! Toxiproxy's paths, so that its clients can be used: a stream of the bench is a proxy, a toxic is one or two faults.
 
-mod kinds;
-mod toxic;
-
 use axum::body::Bytes;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
@@ -14,9 +11,8 @@ use serde_json::{Value, json};
 
 use crate::bench::Bench;
 use crate::problem::Problem;
-use crate::routes::body;
-pub(crate) use toxic::Toxics;
-use toxic::{Toxic, ToxicOrder};
+use crate::request::body;
+use crate::toxics::{Toxic, ToxicOrder};
 
 /// What `GET /version` says: the version of Toxiproxy whose paths these are, and whose they really are.
 const VERSION: &str = concat!("2.12.0-rowscan-", env!("CARGO_PKG_VERSION"));

@@ -7,13 +7,13 @@ use rowscan_faults::{FaultControl, FaultSpec};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::kinds::{self, Attributes};
 use crate::problem::Problem;
-use crate::routes::{of_fault, spec};
+use crate::request::{of_fault, spec};
+use crate::toxic_kinds::{self, Attributes};
 
 /// A toxic as a client asks for it.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct ToxicOrder {
+pub(crate) struct ToxicOrder {
     name: Option<String>,
     r#type: Option<String>,
     stream: Option<String>,
@@ -24,7 +24,7 @@ pub(super) struct ToxicOrder {
 
 /// A toxic as clients see it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Toxic {
+pub(crate) struct Toxic {
     name: String,
     r#type: String,
     stream: String,
@@ -58,21 +58,21 @@ impl Toxics {
         *self.held() = Held::default();
     }
 
-    pub(super) fn of(&self, proxy: &str) -> Vec<Toxic> {
+    pub(crate) fn of(&self, proxy: &str) -> Vec<Toxic> {
         self.held().toxics.iter().filter(|toxic| toxic.proxy == proxy).cloned().collect()
     }
 
-    pub(super) fn find(&self, proxy: &str, name: &str) -> Result<Toxic, Problem> {
+    pub(crate) fn find(&self, proxy: &str, name: &str) -> Result<Toxic, Problem> {
         let found = self.of(proxy).into_iter().find(|toxic| toxic.name == name);
         found.ok_or_else(|| Problem::missing(format!("stream `{proxy}` has no toxic `{name}`")))
     }
 
-    pub(super) fn is_down(&self, proxy: &str) -> bool {
+    pub(crate) fn is_down(&self, proxy: &str) -> bool {
         self.held().down.iter().any(|(down, _)| down == proxy)
     }
 
     /// Nobody listens, and who is connected is cut off.
-    pub(super) fn down(&self, proxy: &str, faults: &FaultControl) -> Result<(), Problem> {
+    pub(crate) fn down(&self, proxy: &str, faults: &FaultControl) -> Result<(), Problem> {
         if self.is_down(proxy) {
             return Ok(());
         }
@@ -85,7 +85,7 @@ impl Toxics {
         Ok(())
     }
 
-    pub(super) fn up(&self, proxy: &str, faults: &FaultControl) -> Result<(), Problem> {
+    pub(crate) fn up(&self, proxy: &str, faults: &FaultControl) -> Result<(), Problem> {
         let mut held = self.held();
         let found = held.down.iter().position(|(down, _)| down == proxy);
         let Some(number) = found else { return Ok(()) };
@@ -95,7 +95,7 @@ impl Toxics {
         Ok(())
     }
 
-    pub(super) fn add(
+    pub(crate) fn add(
         &self,
         proxy: &str,
         order: ToxicOrder,
@@ -110,7 +110,7 @@ impl Toxics {
     }
 
     /// The toxic with other attributes; what is not given stays.
-    pub(super) fn change(
+    pub(crate) fn change(
         &self,
         proxy: &str,
         name: &str,
@@ -136,7 +136,7 @@ impl Toxics {
         self.put(changed, faults)
     }
 
-    pub(super) fn remove(&self, proxy: &str, name: &str, faults: &FaultControl) -> Result<(), Problem> {
+    pub(crate) fn remove(&self, proxy: &str, name: &str, faults: &FaultControl) -> Result<(), Problem> {
         let toxic = self.find(proxy, name)?;
         self.held().toxics.retain(|held| held.proxy != proxy || held.name != name);
         end(&toxic.ids, faults);
@@ -160,7 +160,7 @@ fn end(ids: &[String], faults: &FaultControl) {
 impl Toxic {
     fn of(proxy: &str, order: ToxicOrder) -> Result<Self, Problem> {
         let r#type = order.r#type.ok_or_else(|| Problem::wrong("the key `type` is missing"))?;
-        let kind = kinds::find(&r#type)?;
+        let kind = toxic_kinds::find(&r#type)?;
         let stream = order.stream.unwrap_or_else(|| "downstream".to_owned());
         if !["downstream", "upstream"].contains(&stream.as_str()) {
             return Err(Problem::wrong(format!(
@@ -188,7 +188,7 @@ impl Toxic {
     /// The faults that it is, named by stream and toxic.
     fn specs(&self) -> Result<Vec<FaultSpec>, Problem> {
         let id = format!("{}.{}", self.proxy, self.name);
-        let kind = kinds::find(&self.r#type)?;
+        let kind = toxic_kinds::find(&self.r#type)?;
         let tables = (kind.make)(&id, &Attributes(&self.attributes))?;
         let direction = if self.stream == "upstream" { "to_device" } else { "to_client" };
         let named = tables.into_iter().enumerate().map(|(number, mut table)| {
