@@ -95,7 +95,10 @@ impl Sweep {
         let entries = sweep.into_table()?.entries;
         let mut entries = entries.into_iter();
         let (Some((key, range)), None) = (entries.next(), entries.next()) else {
-            return Err(refuse(line, "`sweep`: expected one parameter of the fault, such as `offset = \"all\"`"));
+            return Err(refuse(
+                line,
+                "`sweep`: expected one parameter of the fault, such as `offset = \"all\"`",
+            ));
         };
         let (from, to) = match (&range.value, key.as_str()) {
             (Value::Text(all), "offset") if all == "all" => (1, None),
@@ -159,7 +162,9 @@ impl Pause {
             }),
             _ => Err(TomlError {
                 line: table.line,
-                message: format!("`{HOST_PAUSE}` lasts for seconds of the host's time: add `for = {{ s = … }}`"),
+                message: format!(
+                    "`{HOST_PAUSE}` lasts for seconds of the host's time: add `for = {{ s = … }}`"
+                ),
             }),
         }
     }

@@ -63,7 +63,12 @@ impl FaultDesk {
                 ScenarioFault::Sweep(sweep) => {
                     let first = (0..AHEAD).filter_map(|number| sweep.step(number));
                     specs.extend(first);
-                    sweeps.push(Sweeping { sweep: sweep.clone(), added: AHEAD, done: 0, phase: Phase::Waiting });
+                    sweeps.push(Sweeping {
+                        sweep: sweep.clone(),
+                        added: AHEAD,
+                        done: 0,
+                        phase: Phase::Waiting,
+                    });
                 }
                 ScenarioFault::Pause(_) | ScenarioFault::NotHere(_) => {}
             }
@@ -116,7 +121,9 @@ impl FaultDesk {
         let sweeping = work.sweeps.iter().find(|sweeping| sweeping.phase != Phase::Done)?;
         let Sweep { id, key, .. } = &sweeping.sweep;
         let done = sweeping.done;
-        Some(format!("the end came before the sweep `{id}` was through: {done} values of `{key}` so far; move `end`"))
+        Some(format!(
+            "the end came before the sweep `{id}` was through: {done} values of `{key}` so far; move `end`"
+        ))
     }
 
     /// Ends all faults; what they hold back goes at once.

@@ -180,9 +180,8 @@ fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) 
     let judged = Judged::holds(holds, format!("{name} of {id}: expected {expected}, found {found}"));
     // When it last changed.
     let changes = stream.changes.windows(2).rev();
-    let changed = changes.filter_map(|pair| {
-        (pair[0].counts.of(count) != pair[1].counts.of(count)).then_some(pair[1].at)
-    });
+    let changed = changes
+        .filter_map(|pair| (pair[0].counts.of(count) != pair[1].counts.of(count)).then_some(pair[1].at));
     Ok(match changed.into_iter().next() {
         Some(at) => judged.at(at),
         None => judged,

@@ -26,8 +26,8 @@ pub mod what;
 mod witness;
 
 pub use check::{CheckError, Options, check};
-pub use frames::FramePattern;
 pub use fault::{Pause, ScenarioFault, Sweep};
+pub use frames::FramePattern;
 pub use journal::Event;
 pub use scenario::{Scenario, ScenarioError};
 pub use verdict::{Case, Tried, Verdict, worst};

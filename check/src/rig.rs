@@ -12,8 +12,8 @@ use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{
-    Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running, SerialConfig, SerialEmulator, StageRow, faulty_wire,
-    pause_slack,
+    Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running, SerialConfig, SerialEmulator, StageRow,
+    faulty_wire, pause_slack,
 };
 use rowscan_faults::{FaultControl, Language, Medium};
 use rowscan_ports::Pty;
@@ -111,7 +111,19 @@ impl Bench {
         let mut driving = JoinSet::new();
         driving.spawn(desk.clone().drive());
         let running = rig.run();
-        Ok(Self { stage, journal, witness, running, hold, places, desk, tractor, frames, emulators, _driving: driving })
+        Ok(Self {
+            stage,
+            journal,
+            witness,
+            running,
+            hold,
+            places,
+            desk,
+            tractor,
+            frames,
+            emulators,
+            _driving: driving,
+        })
     }
 
     /// Scans left out because the host was too slow, of all scanners.

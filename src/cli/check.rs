@@ -53,7 +53,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let mut interrupt = Interrupt::watch()?;
     let (cancel, cancelled) = watch::channel(false);
-    let options = Options { seed: args.seed, fail_fast: args.fail_fast, keep: args.keep.clone(), program: std::env::current_exe().ok() };
+    let options = Options {
+        seed: args.seed,
+        fail_fast: args.fail_fast,
+        keep: args.keep.clone(),
+        program: std::env::current_exe().ok(),
+    };
     let (scenarios, format) = (args.scenarios.clone(), args.format);
     // A thread of its own, for as long as it takes: children die with it.
     let mut work = tokio::task::spawn_blocking(move || {

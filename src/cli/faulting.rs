@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use rowscan_faults::{
-    Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, What, read,
-};
+use rowscan_faults::{Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, What, read};
 use rowscan_scenes::files::LoadError;
 use serde::Serialize;
 use tokio::sync::oneshot;

@@ -29,6 +29,7 @@ mod interrupted;
 mod links;
 mod nmea;
 mod online_offline;
+mod optics;
 mod orchards;
 mod outputs;
 mod proxy;

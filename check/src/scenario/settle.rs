@@ -200,7 +200,9 @@ fn device(place: usize, table: DeviceTable, mode: Mode) -> Result<DeviceSpec, St
             }
             if mode == Mode::Lockstep {
                 let why = "nobody can see what its client has read";
-                return Err(format!("`{id}` has a serial line, and in lockstep {why}: use `mode = \"paced\"`"));
+                return Err(format!(
+                    "`{id}` has a serial line, and in lockstep {why}: use `mode = \"paced\"`"
+                ));
             }
             let start = match name.as_deref() {
                 None => Start::default_of(profile),
@@ -242,7 +244,8 @@ fn settled(run: RunTable) -> Result<RunSpec, String> {
     if run.command.is_empty() {
         return Err(format!("the `command` of run `{}` is empty; name a program", run.id));
     }
-    let wrong = || format!("`ready` of run `{}`: expected one of `alive_s`, `line`, `port`, `file`, `frame`", run.id);
+    let wrong =
+        || format!("`ready` of run `{}`: expected one of `alive_s`, `line`, `port`, `file`, `frame`", run.id);
     let ready = match run.ready {
         None => Ready::Alive(Duration::ZERO),
         Some(ReadyTable { alive_s: Some(s), line: None, port: None, file: None, frame: None })

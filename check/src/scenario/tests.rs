@@ -221,12 +221,14 @@ fn a_file_replaces_its_base_key_by_key() {
 fn a_sweep_is_one_fault_a_scan_and_a_pause_has_its_child() {
     let folder = Folder::new();
     let of = |faults: &str| {
-        let text = format!("use = \"base.toml\"\nexpect = [{{ what = \"exit_code\" }}]\nfault = [{faults}]\n");
+        let text =
+            format!("use = \"base.toml\"\nexpect = [{{ what = \"exit_code\" }}]\nfault = [{faults}]\n");
         folder.load(&text).expect(faults).faults
     };
     let faults = of("{ id = \"cut\", name = \"split\", at = { scan = 10 }, sweep = { offset = [3, 5] } }");
     let [ScenarioFault::Sweep(sweep)] = faults.as_slice() else { panic!("{faults:?}") };
-    let steps: Vec<_> = (0..9).filter_map(|number| sweep.step(number)).map(|spec| (spec.id, spec.at)).collect();
+    let steps: Vec<_> =
+        (0..9).filter_map(|number| sweep.step(number)).map(|spec| (spec.id, spec.at)).collect();
     let step = |id: &str, scan| (Some(id.to_owned()), rowscan_faults::At::Scan(scan));
     assert_eq!(steps, [step("cut[3]", 10), step("cut[4]", 11), step("cut[5]", 12)]);
 
@@ -246,10 +248,7 @@ fn a_wrong_fault_is_told_with_its_line() {
             "name = \"split\"\nsweep = { offset = \"all\" }\n",
             ":3: a fault with `sweep` begins at a scan: expected `at = { scan = N }`",
         ),
-        (
-            "name = \"split\"\nat = { scan = 1 }\nsweep = { offset = [9, 2] }\n",
-            ":4: expected [first, last]",
-        ),
+        ("name = \"split\"\nat = { scan = 1 }\nsweep = { offset = [9, 2] }\n", ":4: expected [first, last]"),
         ("name = \"host_pause\"\n", ":1: `host_pause` lasts for seconds of the host's time: add `for"),
         ("name = \"host_pause\"\nuntil = { s = 1 }\n", ":3: unknown key `until` of `host_pause`"),
     ] {
@@ -307,8 +306,14 @@ fn mistakes_are_told_with_line_and_remedy() {
         ("device = [{ id = \"left\", model = \"lms999\" }]\n", "found `lms999`"),
         ("run = [{ id = \"left\", command = [\"x\"] }]\n", "two things are called `left`"),
         ("version = 2\n", "`version`: expected 1, found 2"),
-        ("device = [{ id = \"a\", model = \"lms111\", start = \"off\" }]\n", "nothing ends that: add a [[fault]] `power`"),
-        ("device = [{ id = \"a\", model = \"lms111\", start = \"installation\" }]\n", "a lms111 has no state `installation`"),
+        (
+            "device = [{ id = \"a\", model = \"lms111\", start = \"off\" }]\n",
+            "nothing ends that: add a [[fault]] `power`",
+        ),
+        (
+            "device = [{ id = \"a\", model = \"lms111\", start = \"installation\" }]\n",
+            "a lms111 has no state `installation`",
+        ),
         ("device = [{ id = \"a\", model = \"lms111\", pty = \"a\" }]\n", "leave `pty` and `rate` out"),
         ("device = [{ id = \"a\", model = \"lms291\", tcp = \"127.0.0.1:0\" }]\n", "leave `tcp` out"),
         ("device = [{ id = \"a\", model = \"lms291\", rate = 57600 }]\n", "found 57600"),

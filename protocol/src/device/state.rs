@@ -12,7 +12,8 @@ use super::ticks::TickCounter;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::model::{Model, ScanMode};
-use crate::telegram::{DateTime, LmdScandata};
+use crate::optics::FactoryEcho;
+use crate::telegram::{DateTime, LmdScandata, fr_echo_filter};
 use crate::time::SimTime;
 
 /// What differs between two scanners of one model.
@@ -135,6 +136,18 @@ impl Device {
             plays_back: false,
             fixed: 0,
             identity,
+        }
+    }
+
+    /// Sets the echo that a new device reports: [`Device::new`] reports all of them. Of no effect where it tells one echo apart.
+    pub fn set_factory_echo(&mut self, echo: FactoryEcho) {
+        if self.model.echoes > 1 {
+            let code = match echo {
+                FactoryEcho::First => fr_echo_filter::FIRST,
+                FactoryEcho::All => fr_echo_filter::ALL,
+                FactoryEcho::Last => fr_echo_filter::LAST,
+            };
+            (self.settings.echo_filter, self.saved.echo_filter) = (code, code);
         }
     }
 

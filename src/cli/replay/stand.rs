@@ -22,7 +22,8 @@ use rowscan_emulator::replay::{
     Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
 };
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator, faulty_wire, pause_slack,
+    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator, faulty_wire,
+    pause_slack,
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_ports::{NetLine, Pty, Wire};
@@ -115,14 +116,17 @@ impl Stand<'_> {
             }
             _ => return Err(one_line()),
         };
-        let options = Options { pause_slack: pause_slack(Profile::Field, args.time_scale), ..Options::default() };
+        let options =
+            Options { pause_slack: pause_slack(Profile::Field, args.time_scale), ..Options::default() };
         let device = lms2xx_device_of(part, model, options);
         let mut config =
             SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone(), stream: None };
         let wire = match self.faults(seat) {
-            Some(faults) => {
-                faulty_wire(wire, &faults, std::mem::take(&mut config.taps).open(&part.name, StreamKind::Lms2xx))
-            }
+            Some(faults) => faulty_wire(
+                wire,
+                &faults,
+                std::mem::take(&mut config.taps).open(&part.name, StreamKind::Lms2xx),
+            ),
             None => wire,
         };
         let emulator = SerialEmulator::replay(device, &part.name, wire, Arc::clone(&self.clock), config);
