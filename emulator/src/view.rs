@@ -120,7 +120,7 @@ impl ScannerView {
             self.fan = BeamFan::looking(&self.mount, mirror.beams, view.towards_x);
             self.returns.resize(mirror.beams.len(), Return::MISS);
             if let Some(eye) = &mut self.eye {
-                eye.turn_to(&self.fan);
+                eye.turn_to(&self.fan, view.towards_x);
             }
         }
         self.fan.advance(view.advance_m);
