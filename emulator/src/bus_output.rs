@@ -5,6 +5,7 @@ use std::task::{Context, Poll};
 
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::troubles::{Carried, Speaker};
 use rowscan_bus::{Bus, BusNews, BusWatch, CanFrame, Inbox};
 use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::InFlight;
@@ -12,6 +13,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::mpsc;
 
+use crate::faulted::BusFaults;
 use crate::firing::Firing;
 
 /// Name of the recorded stream.
@@ -35,6 +37,7 @@ pub(crate) struct BusOutput {
     held: bool,
     /// To be sent at the next instant.
     first: Vec<CanFrame>,
+    faults: BusFaults,
 }
 
 impl BusOutput {
@@ -44,6 +47,7 @@ impl BusOutput {
         news: Option<mpsc::Sender<BusNews>>,
         delivery: Delivery,
         taps: &Taps,
+        faults: BusFaults,
     ) -> Self {
         let (open, held) = (bus.is_open_from_the_start(), delivery.is_patient());
         let mut first = Vec::new();
@@ -61,6 +65,7 @@ impl BusOutput {
             open,
             held,
             first,
+            faults,
         }
     }
 
@@ -68,11 +73,13 @@ impl BusOutput {
         match (self.held, self.first.is_empty()) {
             (true, _) => None,
             (false, false) => Some(SimTime::ZERO),
-            (false, true) => self.ecu.next(),
+            (false, true) => [self.ecu.next(), self.faults.next()].into_iter().flatten().min(),
         }
     }
 
     pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
+        let changed = self.faults.act(firing.at, &mut self.ecu);
+        self.put(firing.at, changed, firing.delivery).await;
         let mut frames = std::mem::take(&mut self.first);
         self.ecu.poll(firing.at, &mut frames);
         self.send(firing.at, frames, firing.delivery).await;
@@ -99,9 +106,9 @@ impl BusOutput {
                     }
                 }
                 PortEvent::Frame(frame) => {
-                    self.tap.record(Side::Host, frame.to_text().as_bytes());
-                    self.bus.send((at, frame), Some(port), delivery).await;
-                    self.ecu.handle(at, &frame, &mut replies);
+                    let said = vec![(Speaker::Port(port), frame)];
+                    let carried = self.faults.carry(at, &mut self.ecu, said);
+                    self.put(at, carried, delivery).await;
                 }
                 PortEvent::Lost(_) => {}
             }
@@ -128,10 +135,26 @@ impl BusOutput {
         }
     }
 
-    async fn send(&self, at: SimTime, frames: Vec<CanFrame>, delivery: Delivery) {
-        for frame in frames {
-            self.tap.record(Side::Device, frame.to_text().as_bytes());
-            self.bus.send((at, frame), None, delivery).await;
+    /// What the tractor says goes out, as far as the bus is in order.
+    async fn send(&mut self, at: SimTime, frames: Vec<CanFrame>, delivery: Delivery) {
+        let said = frames.into_iter().map(|frame| (Speaker::Tractor, frame)).collect();
+        let carried = self.faults.carry(at, &mut self.ecu, said);
+        self.put(at, carried, delivery).await;
+    }
+
+    async fn put(&self, at: SimTime, carried: Vec<Carried>, delivery: Delivery) {
+        for carried in carried {
+            match carried {
+                Carried::Frame(speaker, frame) => {
+                    let (side, from) = match speaker {
+                        Speaker::Port(port) => (Side::Host, Some(port)),
+                        Speaker::Tractor | Speaker::Ghost(_) => (Side::Device, None),
+                    };
+                    self.tap.record(side, frame.to_text().as_bytes());
+                    self.bus.send((at, frame), from, delivery).await;
+                }
+                Carried::Error(error) => self.bus.tell(at, error, delivery).await,
+            }
         }
     }
 }

@@ -29,6 +29,7 @@ pub mod clock;
 mod connection;
 mod end;
 mod fault_clock;
+mod faulted;
 mod faulty_wire;
 mod firing;
 mod gnss_output;

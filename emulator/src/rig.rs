@@ -1,10 +1,12 @@
 //! A rig that is emulated: scanners, GNSS and CAN of one tractor, on one timeline.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, Inbox};
+use rowscan_faults::{FaultControl, Part, StreamFaults};
 use rowscan_ports::Wire;
 use rowscan_protocol::device::Device;
 use rowscan_protocol::lms2xx;
@@ -16,6 +18,7 @@ use tokio::sync::{Notify, mpsc};
 use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
 use crate::end::EndWhen;
+use crate::faulted::{BusFaults, DeviceFaults, FaultSource, Receivers, VehiclePart};
 use crate::gnss_output::GnssOutput;
 use crate::hold::Hold;
 use crate::line_changes::LineChanges;
@@ -35,6 +38,11 @@ use crate::view::ScannerView;
 #[derive(Debug)]
 pub struct Rig {
     timeline: Timeline,
+    /// What goes wrong, if anything may.
+    faults: Option<FaultSource>,
+    receivers: Receivers,
+    /// Its buses, until faults know them.
+    buses: Vec<Arc<dyn Part>>,
 }
 
 impl Rig {
@@ -62,7 +70,19 @@ impl Rig {
             hold: None,
             scan_instants: 0,
         };
-        Self { timeline }
+        Self { timeline, faults: None, receivers: Receivers::default(), buses: Vec::new() }
+    }
+
+    /// Has these faults act on everything of the rig: its tractor and buses, and the scanners that have a stream of theirs. A scanner's own
+    /// faults ([`EmulatorConfig::faults`]) do the same for the whole rig; only a rig without scanners needs this.
+    pub fn set_faults(&mut self, control: &FaultControl) {
+        if self.faults.is_none() {
+            VehiclePart::name_all(control, &self.timeline.tractor, &self.receivers);
+            for (number, bus) in self.buses.iter().enumerate() {
+                control.part(&format!("can{number}"), Arc::clone(bus));
+            }
+            self.faults = Some(FaultSource::new(control.clone()));
+        }
     }
 
     /// The same with this timer.
@@ -116,6 +136,7 @@ impl Rig {
         let timeline = &mut self.timeline;
         let changes = std::mem::take(&mut config.line_changes);
         let clock = Arc::clone(&timeline.clock);
+        let control = config.faults.as_ref().map(StreamFaults::control);
         let shared = Shared::new(device, Program::Device, clock, Arc::clone(&timeline.changed), config);
         if !changes.is_empty() {
             let changes = LineChanges::new(Arc::clone(&shared), changes);
@@ -123,6 +144,13 @@ impl Rig {
         }
         let mirror = MirrorSource::new(Arc::clone(&shared), world);
         timeline.sources.push(Source::Mirror(Box::new(mirror)));
+        self.receivers.encoder.store(true, Ordering::Relaxed);
+        if let Some(control) = control {
+            self.set_faults(&control);
+        }
+        if let Some(faults) = &mut self.faults {
+            faults.add(Arc::clone(&shared));
+        }
         Emulator::of(shared)
     }
 
@@ -138,7 +166,14 @@ impl Rig {
         let tap = config.taps.open(stream, StreamKind::Lms2xx);
         let values = Values::Seen(Box::new(world));
         let clock = Arc::clone(&self.timeline.clock);
-        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
+        // Faults of its line, if it has any, know it by its name.
+        let troubles = wire.belongings().and_then(|it| it.downcast_ref::<StreamFaults>()).map(|faults| {
+            self.set_faults(&faults.control());
+            let device = DeviceFaults::lms2xx(&self.timeline.changed);
+            faults.part(Arc::<DeviceFaults>::clone(&device));
+            device
+        });
+        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap).troubled(troubles);
         let emulator = SerialEmulator::of(&scanner);
         self.add_lms2xx(scanner);
         emulator
@@ -156,19 +191,37 @@ impl Rig {
         news: Option<mpsc::Sender<BusNews>>,
         taps: &Taps,
     ) {
-        let output = BusOutput::new(ecu, bus, news, self.timeline.clock.delivery(), taps);
+        let faults = BusFaults::new(&self.timeline.changed, bus.0.datagrams());
+        if let Some(source) = &self.faults {
+            source.control().part(&format!("can{}", self.buses.len()), faults.part());
+        }
+        self.buses.push(faults.part());
+        self.receivers.gnss.store(true, Ordering::Relaxed);
+        let output = BusOutput::new(ecu, bus, news, self.timeline.clock.delivery(), taps, faults);
         self.timeline.sources.push(Source::Bus(Box::new(output)));
     }
 
     /// Adds the tractor's GNSS receiver with its lines.
     pub fn gnss(&mut self, epochs: GnssEpochs, lines: Vec<NmeaLine>, taps: &Taps) {
+        if lines.iter().any(NmeaLine::is_datagrams) {
+            self.receivers.sends_datagrams.store(true, Ordering::Relaxed);
+        }
         let timeline = &mut self.timeline;
-        let output = GnssOutput::new(epochs, lines, timeline.clock.delivery(), &timeline.changed, taps);
+        let output = GnssOutput::new(
+            epochs,
+            lines,
+            timeline.clock.delivery(),
+            &timeline.changed,
+            taps,
+            self.receivers.datagrams.clone(),
+        );
         timeline.sources.push(Source::Gnss(output));
+        self.receivers.gnss.store(true, Ordering::Relaxed);
     }
 
     /// Starts time.
     pub fn run(mut self) -> Running {
+        self.timeline.sources.extend(self.faults.take().map(Source::Faults));
         // Sources due at one instant fire in this order, however they were added.
         self.timeline.sources.sort_by_key(Source::rank);
         Running::new(self.timeline.run())

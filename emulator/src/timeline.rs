@@ -2,7 +2,7 @@
 //!
 //! Calling order of a [`Source`]: [`Source::next`] says when it acts next; [`Source::prepare`] may be called any number of times with that
 //! instant while the pacer still waits; [`Source::fire`] acts. [`Source::poll_input`] takes what its peers send and, once it is ready,
-//! [`Source::respond`] answers. Sources due at the same instant fire in the order of the rig: line changes, scanners, CAN, GNSS.
+//! [`Source::respond`] answers. Sources due at the same instant fire in the order of the rig: faults, line changes, scanners, CAN, GNSS.
 
 use std::io;
 use std::pin::pin;
@@ -18,6 +18,7 @@ use tokio::sync::Notify;
 use crate::bus_output::BusOutput;
 use crate::clock::{self, Pacer, SimClock, Timer};
 use crate::end::EndWhen;
+use crate::faulted::FaultSource;
 use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
 use crate::hold::Hold;
@@ -34,6 +35,8 @@ pub(crate) enum Source {
     Mirror(Box<MirrorSource>),
     /// An LMS2xx with its serial line.
     Lms2xx(Box<Lms2xxScanner>),
+    /// What goes wrong.
+    Faults(FaultSource),
     /// A scanner's digital lines.
     LineChanges(LineChanges),
     /// The tractor's control function on its bus.
@@ -47,6 +50,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => Some(mirror.next()),
             Self::Lms2xx(scanner) => scanner.next(),
+            Self::Faults(faults) => faults.next(),
             Self::LineChanges(changes) => changes.next(),
             Self::Bus(bus) => bus.next(),
             Self::Gnss(gnss) => gnss.next(),
@@ -64,6 +68,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => Ok(mirror.fire(firing).await),
             Self::Lms2xx(scanner) => scanner.fire(firing).await,
+            Self::Faults(faults) => Ok(faults.fire(firing.at)),
             Self::LineChanges(changes) => Ok(changes.fire(firing.at)),
             Self::Bus(bus) => Ok(bus.fire(firing).await),
             Self::Gnss(gnss) => Ok(gnss.fire(firing).await),
@@ -74,7 +79,7 @@ impl Source {
         match self {
             Self::Lms2xx(scanner) => scanner.poll_input(cx),
             Self::Bus(bus) => bus.poll_input(cx).map(Ok),
-            Self::Mirror(_) | Self::LineChanges(_) | Self::Gnss(_) => Poll::Pending,
+            Self::Mirror(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Gnss(_) => Poll::Pending,
         }
     }
 
@@ -88,7 +93,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.claim(),
             Self::Lms2xx(scanner) => scanner.claim(),
-            Self::LineChanges(_) => Claim::Idle,
+            Self::Faults(_) | Self::LineChanges(_) => Claim::Idle,
             Self::Bus(bus) => {
                 if bus.has_taker() {
                     Claim::Taker
@@ -111,7 +116,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.has_taker(),
             Self::Lms2xx(scanner) => scanner.has_taker(),
-            Self::LineChanges(_) => false,
+            Self::Faults(_) | Self::LineChanges(_) => false,
             Self::Bus(bus) => bus.has_taker(),
             Self::Gnss(gnss) => gnss.has_taker(),
         }
@@ -124,17 +129,18 @@ impl Source {
             Self::Bus(bus) => all.push(bus.in_flight().clone()),
             Self::Gnss(gnss) => all.extend(gnss.in_flight().cloned()),
             // A line is written where it acts.
-            Self::Lms2xx(_) | Self::LineChanges(_) => {}
+            Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
         }
     }
 
     /// Its place among those due at the same instant.
     pub(crate) fn rank(&self) -> u8 {
         match self {
-            Self::LineChanges(_) => 0,
-            Self::Mirror(_) | Self::Lms2xx(_) => 1,
-            Self::Bus(_) => 2,
-            Self::Gnss(_) => 3,
+            Self::Faults(_) => 0,
+            Self::LineChanges(_) => 1,
+            Self::Mirror(_) | Self::Lms2xx(_) => 2,
+            Self::Bus(_) => 3,
+            Self::Gnss(_) => 4,
         }
     }
 
@@ -147,7 +153,7 @@ impl Source {
         match self {
             Self::Bus(bus) => bus.begin(at),
             Self::Gnss(gnss) => gnss.begin(at),
-            Self::Mirror(_) | Self::Lms2xx(_) | Self::LineChanges(_) => {}
+            Self::Mirror(_) | Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
         }
     }
 

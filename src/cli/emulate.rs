@@ -205,6 +205,9 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
     let faulting =
         script.is_some().then(|| Faulting::start(stage.scene.seed, rig.clock(), Some(row), args.format));
+    if let Some(faulting) = &faulting {
+        rig.set_faults(faulting.control());
+    }
     let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
     for (place, scanner) in fitted.iter().enumerate() {

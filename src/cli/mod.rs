@@ -3,6 +3,7 @@
 mod blocking;
 mod bus;
 mod check;
+mod check_jobs;
 mod client_limits;
 mod decode;
 mod demo;
@@ -25,6 +26,7 @@ mod models;
 mod named;
 mod orchard;
 mod output;
+mod page_args;
 mod progress;
 mod proxy;
 mod record;
@@ -91,7 +93,7 @@ enum Command {
     /// Stand between a scanner and its client, and have things go wrong on the way
     Proxy(proxy::Args),
     /// List the faults that can go into a file for --faults
-    Faults(faults::Args),
+    Faults(page_args::PageArgs),
     /// List the scanner models, what each emulates and what not
     Models(models::Args),
 }

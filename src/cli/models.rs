@@ -6,6 +6,7 @@ use rowscan_protocol::model::{self, AnyModel, Model, Times};
 use rowscan_protocol::optics::Optics;
 use serde::Serialize;
 
+use super::page_args::PageArgs;
 use super::{Failure, Format, Outcome, output};
 
 #[derive(Debug, clap::Args)]
@@ -13,12 +14,8 @@ pub(super) struct Args {
     /// What the scanners refuse instead, and with which code
     #[arg(long)]
     refusals: bool,
-    /// As a page of documentation: docs/models.md, docs/refusals.md
-    #[arg(long, conflicts_with = "format")]
-    markdown: bool,
-    /// How to write the list
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    #[command(flatten)]
+    page: PageArgs,
 }
 
 /// One model, as it is listed.
@@ -156,12 +153,12 @@ pub(super) fn find(name: &str) -> Result<AnyModel, Failure> {
 pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     let models = || AnyModel::all().map(Row::from).collect::<Vec<_>>();
     let refusals = || REFUSALS.iter().map(RefusalRow::from).collect::<Vec<_>>();
-    match (args.refusals, args.markdown) {
+    match (args.refusals, args.page.markdown) {
         (false, true) => output::print(&models_page(&models()))?,
         (true, true) => output::print(&refusals_page(&refusals()))?,
-        (true, false) => output::print_rows(args.format, &refusals())?,
-        (false, false) if args.format == Format::Table => output::print(&listing(&models()))?,
-        (false, false) => output::print_rows(args.format, &models())?,
+        (true, false) => output::print_rows(args.page.format, &refusals())?,
+        (false, false) if args.page.format == Format::Table => output::print(&listing(&models()))?,
+        (false, false) => output::print_rows(args.page.format, &models())?,
     }
     Ok(Outcome::Done)
 }

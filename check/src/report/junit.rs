@@ -24,7 +24,7 @@ pub fn junit(all: &[Tried]) -> Result<String, String> {
         let mut suite = TestSuite::new(one_line(&format!("{}{seed}", tried.name)));
         suite.set_timestamp(date);
         suite.set_time(seconds(tried.wall_s));
-        let facts = tried.facts.iter().map(|(key, value)| (*key, one_line(value)));
+        let facts = tried.facts.iter().map(|(key, value)| (key.as_str(), one_line(value)));
         let seed = tried.seed.map(|seed| ("seed", seed.to_string()));
         for (key, value) in facts.chain(seed).chain([("simulated_s", format!("{:.6}", tried.simulated_s))]) {
             suite.add_property((key, value.as_str()));

@@ -14,6 +14,7 @@ use tokio::sync::mpsc;
 use crate::event::{Direction, FaultEvent, What};
 use crate::fault::Action;
 use crate::instance::{Due, Happened, Instance, Phase, Place};
+use crate::part::{Order, Part};
 use crate::telegram::Language;
 
 /// What a stream runs over.
@@ -23,6 +24,8 @@ pub enum Medium {
     Tcp,
     /// A serial wire: nobody connects, nothing is closed.
     Wire,
+    /// No bytes: a part of what is emulated that faults of its own act on.
+    Part,
 }
 
 /// Where the tractor is.
@@ -50,6 +53,7 @@ pub(crate) struct StreamState {
     pub(crate) name: String,
     pub(crate) medium: Medium,
     pub(crate) language: Language,
+    pub(crate) part: Option<Arc<dyn Part>>,
     scans: u64,
     opened: u64,
     connections: BTreeMap<u64, ConnectionState>,
@@ -87,6 +91,8 @@ pub(crate) struct Plan {
     happened: Happened,
     events: mpsc::Sender<FaultEvent>,
     pub(crate) events_lost: u64,
+    /// What parts were told to begin so far.
+    orders: u64,
     /// Counts changes that whoever waits must see.
     pub(crate) changes: u64,
     /// Counts resets: what waits in queues goes at once.
@@ -104,6 +110,19 @@ struct Detail {
     reason: Option<String>,
 }
 
+/// How many times a place has been looked for since time zero.
+fn looks(now: Duration) -> u32 {
+    u32::try_from(now.as_nanos() / LOOK.as_nanos()).unwrap_or(u32::MAX)
+}
+
+fn last_look(now: Duration) -> Duration {
+    LOOK.saturating_mul(looks(now))
+}
+
+fn next_look(now: Duration) -> Duration {
+    LOOK.saturating_mul(looks(now).saturating_add(1))
+}
+
 impl Plan {
     pub(crate) fn new(row: Option<Arc<dyn Row>>, events: mpsc::Sender<FaultEvent>) -> Self {
         Self {
@@ -113,6 +132,7 @@ impl Plan {
             happened: Happened::new(),
             events,
             events_lost: 0,
+            orders: 0,
             changes: 0,
             flushes: 0,
         }
@@ -132,6 +152,7 @@ impl Plan {
             name,
             medium,
             language,
+            part: None,
             scans: 0,
             opened: 0,
             connections: BTreeMap::new(),
@@ -144,8 +165,10 @@ impl Plan {
         if self.instances.is_empty() {
             return;
         }
+        // On a grid, so that it does not depend on who looks, and when.
+        let looked = last_look(now);
         loop {
-            let place = self.place(now);
+            let place = self.place(looked);
             let due = |(number, instance): (usize, &Instance)| {
                 let due = match instance.phase {
                     Phase::Waiting => instance.begins(&self.happened, place),
@@ -154,7 +177,7 @@ impl Plan {
                 };
                 match due {
                     Due::At(at) if at <= now => Some((at, number)),
-                    Due::Row(true) => Some((now, number)),
+                    Due::Row(true) => Some((looked.max(instance.earliest()), number)),
                     _ => None,
                 }
             };
@@ -181,7 +204,8 @@ impl Plan {
             };
             match due {
                 Due::At(at) => Some(at),
-                Due::Row(_) => Some(now.saturating_add(LOOK)),
+                // On a grid, whoever asks and when.
+                Due::Row(_) => Some(next_look(now)),
                 _ => None,
             }
         };
@@ -201,15 +225,18 @@ impl Plan {
     fn begin(&mut self, number: usize, at: Duration, connection: Option<u64>) {
         let Some(instance) = self.instances.get_mut(number) else { return };
         let stream = instance.stream;
+        // A part has no connections.
+        let connection = connection.filter(|_| !matches!(instance.action, Action::Part(_)));
         let scans = self.streams.get(stream).map_or(0, |stream| stream.scans);
         if !instance.begin(at, connection, scans) {
             return;
         }
         let (id, direction) = (instance.id.clone(), instance.spec.directions.first().copied());
-        let (cut, instant) = (matches!(instance.action, Action::Cut(_)), instance.is_instant());
+        let (cut, instant) = (instance.action.cut().is_some(), instance.is_instant());
         self.happened.entry((id, false)).or_insert(at);
         let detail = self.where_it_is(stream, connection, direction);
         self.tell(number, What::Begin, at, detail);
+        self.order(number, at);
         if cut {
             let all = self.streams.get(stream).map(|stream| stream.connections.keys().copied().collect());
             let all: Vec<u64> = connection.map(|only| vec![only]).or(all).unwrap_or_default();
@@ -229,11 +256,35 @@ impl Plan {
         let (stream, acts) = (instance.stream, instance.acts);
         let direction = instance.spec.directions.first().copied();
         instance.rest(at);
-        let id = instance.id.clone();
+        let (id, order) = (instance.id.clone(), instance.order);
+        let is_part = matches!(instance.action, Action::Part(_));
+        if let Some(part) =
+            self.streams.get(stream).and_then(|stream| stream.part.as_ref()).filter(|_| is_part)
+        {
+            part.end(order, at);
+        }
         self.happened.entry((id, true)).or_insert(at);
         let detail = self.where_it_is(stream, window.connection, direction);
         self.tell(number, what, at, Detail { acts: Some(acts), ..detail });
         self.wake(stream);
+    }
+
+    /// Has the part act, if it is a part's.
+    fn order(&mut self, number: usize, at: Duration) {
+        let Some(instance) = self.instances.get_mut(number) else { return };
+        let Action::Part(fault) = &instance.action else { return };
+        self.orders += 1;
+        instance.order = self.orders;
+        let order = Order {
+            key: instance.order,
+            at,
+            fault,
+            seed: instance.window_seed(),
+            p: instance.spec.p.unwrap_or(1.0),
+        };
+        if let Some(part) = self.streams.get(instance.stream).and_then(|stream| stream.part.as_ref()) {
+            part.begin(&order);
+        }
     }
 
     /// The place in the stream, where it is one connection's.

@@ -104,6 +104,15 @@ impl Eye {
 
     /// Other beams from now on; of a scanner that has its row at greater X, or at smaller.
     pub fn turn_to(&mut self, fan: &BeamFan, towards_x: bool) {
+        let same = |sight: &Sight| {
+            sight.fan.len() == fan.len() && sight.fan.step_rad().abs() == fan.step_rad().abs()
+        };
+        if let Some(sight) = self.sight.as_mut().filter(|sight| same(sight)) {
+            // The same beams, tilted: spots and errors stay.
+            sight.footprint.tilt(fan);
+            (sight.fan, sight.towards_x) = (fan.clone(), towards_x);
+            return;
+        }
         let pitch_rad = fan.step_rad().abs();
         let grid = if self.settings.stages.has(Stage::Spot) {
             SpotGrid::new(&self.optics.spot, &self.settings, pitch_rad)
@@ -111,7 +120,8 @@ impl Eye {
             SpotGrid::thin(pitch_rad)
         };
         let noise = UnitNoise::new(&self.optics, self.settings.noise, self.unit, fan.len());
-        self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint: Footprint::new(grid, fan), noise });
+        let footprint = Footprint::new(grid, fan);
+        self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, noise });
     }
 
     /// Looks: beam 0 starts at `origin`, each next one `advance_m` farther along Y. `scan` is the key of the line's random numbers.

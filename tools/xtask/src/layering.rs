@@ -64,6 +64,20 @@ const RULES: &[Rule] = &[
         why: "the estimator knows no async, no socket and no truth",
     },
     Rule {
+        package: "rowscan-fault-table",
+        features: Features::All,
+        forbidden: &[
+            "tokio",
+            "mio",
+            "socket2",
+            "rowscan-protocol",
+            "rowscan-vehicle",
+            "rowscan-faults",
+            "rowscan",
+        ],
+        why: "rows of faults are data: they know no part and no async",
+    },
+    Rule {
         package: "rowscan-vehicle",
         features: Features::All,
         forbidden: &[
