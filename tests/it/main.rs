@@ -33,6 +33,7 @@ mod interrupted;
 mod links;
 mod nmea;
 mod online_offline;
+mod optics;
 mod orchards;
 mod outputs;
 mod part_faults;
