@@ -317,3 +317,6 @@ fn exit_code(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     let message = format!("exit code of {id}: expected {wanted}, found {told}");
     Ok(Judged::holds(code.is_some_and(|code| f64::from(code) == wanted), message))
 }
+
+#[cfg(test)]
+mod tests;
