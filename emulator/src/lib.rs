@@ -29,6 +29,7 @@ pub mod clock;
 mod connection;
 mod end;
 mod fault_clock;
+mod fault_source;
 mod faulted;
 mod faulty_wire;
 mod firing;

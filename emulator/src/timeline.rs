@@ -19,7 +19,7 @@ use tokio::sync::Notify;
 use crate::bus_output::BusOutput;
 use crate::clock::{self, Pacer, SimClock, Timer};
 use crate::end::EndWhen;
-use crate::faulted::FaultSource;
+use crate::fault_source::FaultSource;
 use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
 use crate::hold::Hold;

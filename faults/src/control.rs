@@ -292,6 +292,13 @@ impl FaultControl {
     }
 }
 
+impl StreamFaults {
+    /// The control of all faults, this stream's among them.
+    pub fn control(&self) -> FaultControl {
+        FaultControl { shared: Arc::clone(&self.shared) }
+    }
+}
+
 fn free_id(name: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = (2_u32..).map(|number| format!("{name}-{number}"));
     std::iter::once(name.to_owned()).chain(numbered).find(|id| !taken(id)).unwrap_or_default()

@@ -4,10 +4,8 @@
 mod bus;
 mod device;
 mod orders;
-mod source;
 mod vehicle;
 
 pub(crate) use bus::BusFaults;
 pub(crate) use device::DeviceFaults;
-pub(crate) use source::FaultSource;
 pub(crate) use vehicle::{Receivers, VehiclePart};

@@ -31,6 +31,7 @@ mod state;
 mod switching;
 mod ticks;
 mod trouble;
+mod troubles;
 
 pub use command::writable;
 pub use eeprom::SavedSettingsError;
@@ -42,4 +43,4 @@ pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
 pub use session::{AfterReply, DialectPolicy, Reply, Session};
 pub use state::{Device, Identity, Mirror, ModeError};
 pub use switching::{DigitalLineError, FieldError};
-pub use trouble::{LeftBehind, Part, RefusedWith, Trouble};
+pub use troubles::{LeftBehind, Part, RefusedWith, Trouble};

@@ -9,7 +9,7 @@ use super::lines::{Field, Lines};
 use super::options::{Options, Profile};
 use super::settings::Settings;
 use super::ticks::TickCounter;
-use super::trouble::Troubles;
+use super::troubles::Troubles;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::model::{Model, ScanMode};

@@ -3,7 +3,7 @@
 use rowscan_fault_table::vehicle::EncoderFault;
 use rowscan_protocol::time::SimTime;
 
-use super::{REMEMBERED, Spans};
+use super::spans::{REMEMBERED, Spans};
 
 /// One more tick than a 32-bit counter holds.
 const WRAP: f64 = 4_294_967_296.0;

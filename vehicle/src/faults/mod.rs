@@ -3,14 +3,13 @@
 
 mod counting;
 mod reporting;
+mod spans;
 mod swaying;
-
-use rowscan_fault_table::vehicle::{DriveFault, EncoderFault, GnssFault};
-use rowscan_protocol::time::SimTime;
 
 pub(crate) use counting::Counting;
 pub use reporting::Report;
 pub(crate) use reporting::Reporting;
+use rowscan_fault_table::vehicle::{DriveFault, EncoderFault, GnssFault};
 pub(crate) use swaying::Swaying;
 
 /// A fault that a tractor takes.
@@ -24,58 +23,11 @@ pub enum VehicleFault {
     Drive(DriveFault),
 }
 
-/// How many begins and ends of a kind are remembered. The oldest are forgotten first; the present never depends on them.
-const REMEMBERED: usize = 4096;
-
-/// What has a begin and, later, an end.
-#[derive(Clone, Debug, PartialEq)]
-struct Span<T> {
-    key: u64,
-    fault: T,
-    from: SimTime,
-    to: Option<SimTime>,
-}
-
-impl<T> Span<T> {
-    fn covers(&self, at: SimTime) -> bool {
-        self.from <= at && self.to.is_none_or(|to| at < to)
-    }
-}
-
-/// Spans in the order of their begins.
-#[derive(Clone, Debug, PartialEq)]
-struct Spans<T>(Vec<Span<T>>);
-
-impl<T> Default for Spans<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T> Spans<T> {
-    fn begin(&mut self, key: u64, fault: T, at: SimTime) {
-        if self.0.len() >= REMEMBERED
-            && let Some(over) = self.0.iter().position(|span| span.to.is_some())
-        {
-            self.0.remove(over);
-        }
-        self.0.push(Span { key, fault, from: at, to: None });
-    }
-
-    /// False if there is none of this key.
-    fn end(&mut self, key: u64, at: SimTime) -> bool {
-        let span = self.0.iter_mut().find(|span| span.key == key && span.to.is_none());
-        span.map(|span| span.to = Some(at)).is_some()
-    }
-
-    fn at(&self, at: SimTime) -> impl Iterator<Item = &Span<T>> {
-        self.0.iter().filter(move |span| span.covers(at))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rowscan_protocol::time::SimTime;
+
     use crate::gnss::{FixQuality, Gnss, Receiver};
     use crate::trajectory::Trajectory;
     use crate::{Encoder, Tractor};

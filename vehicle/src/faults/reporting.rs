@@ -3,7 +3,7 @@
 use rowscan_fault_table::vehicle::GnssFault;
 use rowscan_protocol::time::SimTime;
 
-use super::Spans;
+use super::spans::Spans;
 use crate::gnss::{Fix, FixQuality, Receiver};
 use crate::trajectory::Motion;
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rowscan_fault_table::vehicle::DriveFault;
 use rowscan_protocol::time::SimTime;
 
-use super::Spans;
+use super::spans::Spans;
 
 /// How far off its way it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
