@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use rowscan_protocol::device::{Device, Identity, ModeError};
 use rowscan_protocol::lms2xx;
-use rowscan_protocol::model::{Model, ScanMode};
+use rowscan_protocol::model::{AnyModel, Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
-use rowscan_scenes::optics::RangeLimits;
+use rowscan_scenes::optics::{self, Eye, EyeModel, RangeLimits};
 use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::gnss::Receiver;
@@ -69,9 +69,13 @@ impl Stage {
     ) -> Result<(Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
         let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
-            .with_encoder(self.scene.encoder);
+            .with_encoder(self.scene.encoder)
+            .with_eye(self.eye(index, model.into()));
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
         let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
+        if self.scene.optics.stages.has(optics::Stage::Echoes) {
+            device.set_factory_echo(model.optics.factory_echo);
+        }
         if let Some(mount) = self.rig.scanners.get(index) {
             let mode = scan_mode(model, mount)?;
             device.set_scan_mode(mode.frequency_centihz, mode.step)?;
@@ -99,7 +103,8 @@ impl Stage {
         options: lms2xx::device::Options,
     ) -> Result<(lms2xx::device::Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?;
+        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
+            .with_eye(self.eye(index, model.into()));
         let mut device = lms2xx::device::Device::new(model, options);
         let asked = self.rig.scanners.get(index).and_then(asked_step);
         let fits = |variant: &&lms2xx::Variant| asked == Some(variant.step_centideg.saturating_mul(100));
@@ -107,6 +112,15 @@ impl Stage {
             device.set_variant(*variant);
         }
         Ok((device, world))
+    }
+
+    /// The eye of the rig's scanner number `index`, a device of `model`; none where the scene's optics are ideal.
+    fn eye(&self, index: usize, model: AnyModel) -> Option<Eye> {
+        let settings = &self.scene.optics;
+        let (min_range_m, max_range_m) = model.range_m();
+        let limits = RangeLimits { min_range_m, max_range_m };
+        let of_model = EyeModel { optics: model.optics(), echoes: model.echoes(), limits };
+        (!settings.stages.is_ideal()).then(|| Eye::new(of_model, settings, self.scene.seed, index))
     }
 
     /// What the beams meet.

@@ -8,7 +8,7 @@ use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::Pose;
 use rowscan_protocol::time::SimTime;
-use rowscan_scenes::optics::{self, RangeLimits};
+use rowscan_scenes::optics::{self, Eye, RangeLimits};
 use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
@@ -28,9 +28,15 @@ pub struct ScannerView {
     fan: BeamFan,
     returns: Vec<Return>,
     scratch: Scratch,
-    echoes: [MeasuredEcho; 1],
+    /// The device's eye; without it, the ideal scanner's.
+    eye: Option<Eye>,
+    /// First echo first; never empty.
+    echoes: Vec<MeasuredEcho>,
     seen: Option<(Mirror, Viewpoint)>,
 }
+
+/// What a view without echoes shows.
+static NO_ECHO: MeasuredEcho = MeasuredEcho { range_mm: Vec::new(), remission: Vec::new() };
 
 /// From where a line is cast, and which way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +48,8 @@ struct Viewpoint {
     headland: bool,
     /// From +X towards +Z, by which the tractor has rolled, radians.
     tilt_rad: f64,
+    /// Nanoseconds since the tractor began to drive: the key of the eye's random numbers. 0 without an eye.
+    moment: u64,
 }
 
 /// Why a rig cannot carry this scanner.
@@ -82,7 +90,8 @@ impl ScannerView {
             fan: BeamFan::from_degrees(0.0, 0.0, 0),
             returns: Vec::new(),
             scratch: Scratch::default(),
-            echoes: [MeasuredEcho::default()],
+            eye: None,
+            echoes: vec![MeasuredEcho::default()],
             seen: None,
         })
     }
@@ -91,6 +100,13 @@ impl ScannerView {
     #[must_use]
     pub fn with_encoder(self, encoder: Encoder) -> Self {
         Self { encoder, ..self }
+    }
+
+    /// The same through a device's eye.
+    #[must_use]
+    pub fn with_eye(self, eye: Option<Eye>) -> Self {
+        let depth = eye.as_ref().map_or(1, Eye::depth);
+        Self { eye, echoes: vec![MeasuredEcho::default(); depth], ..self }
     }
 
     /// Casts one line: the mirror's full grid, its first beam at `at`, each beam from where the tractor then is.
@@ -105,13 +121,33 @@ impl ScannerView {
         if self.seen.is_none_or(stale) {
             self.fan = BeamFan::tilted(&self.mount, mirror.beams, view.towards_x, view.tilt_rad);
             self.returns.resize(mirror.beams.len(), Return::MISS);
+            if let Some(eye) = &mut self.eye {
+                eye.turn_to(&self.fan, view.towards_x);
+            }
         }
         self.fan.advance(view.advance_m);
         let caster = if view.headland { &self.headland } else { &*self.caster };
-        caster.cast(view.pose, &self.fan, &mut self.scratch, &mut self.returns);
-        let [echo] = &mut self.echoes;
-        optics::measure(&self.returns, self.limits, &mut echo.range_mm, &mut echo.remission);
+        if let Some(eye) = &mut self.eye {
+            eye.look(caster, view.pose, view.advance_m, view.moment);
+            for (number, echo) in self.echoes.iter_mut().enumerate() {
+                eye.write(number, &mut echo.range_mm, &mut echo.remission);
+            }
+            for (beam, met) in self.returns.iter_mut().enumerate() {
+                *met = eye.beam(beam).first().map_or(Return::MISS, |echo| echo.met);
+            }
+        } else {
+            caster.cast(view.pose, &self.fan, &mut self.scratch, &mut self.returns);
+            for echo in &mut self.echoes {
+                optics::measure(&self.returns, self.limits, &mut echo.range_mm, &mut echo.remission);
+            }
+        }
         self.seen = Some((mirror, view));
+    }
+
+    /// What the eye's random numbers are keyed by: equal online and offline, for the drive begins with the first scan that is taken.
+    fn moment(&self, at: SimTime) -> u64 {
+        let began = self.tractor.began().filter(|_| self.eye.is_some());
+        began.map_or(0, |began| at.0.saturating_sub(began.0))
     }
 
     fn view(&self, mirror: Mirror, at: SimTime) -> Viewpoint {
@@ -135,7 +171,8 @@ impl ScannerView {
         let (z_m, tilt_rad) = (z_m + motion.up_m, -right * motion.roll_rad);
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
-        Viewpoint { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland, tilt_rad }
+        let moment = self.moment(at);
+        Viewpoint { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland, tilt_rad, moment }
     }
 
     /// The ticks that the encoder on this tractor's wheel has given by `at`.
@@ -156,11 +193,10 @@ impl ScannerView {
 
     /// Ranges and remissions of the line last cast, first echo.
     pub fn echo(&self) -> &MeasuredEcho {
-        let [echo] = &self.echoes;
-        echo
+        self.echoes.first().unwrap_or(&NO_ECHO)
     }
 
-    /// The line last cast, beam by beam, with what each beam met.
+    /// The line last cast, beam by beam, with what each beam met: of a wide beam, the surface that returned most of its first echo.
     pub fn returns(&self) -> &[Return] {
         &self.returns
     }

@@ -38,7 +38,7 @@
 //! ```
 //!
 //! # Features
-//! - `telegrams` (default): frames, telegrams, scanner models, sessions. Without it only the meaning is left ([`scan`], [`angle`], [`random`], [`rig`],
+//! - `telegrams` (default): frames, telegrams, scanner models, sessions. Without it only the meaning is left ([`scan`], [`angle`], [`optics`], [`random`], [`rig`],
 //!   [`time`], [`calendar`], [`counting`], [`validity`]): all that canopy estimators and scene simulators need to know of a scanner.
 //! - `serde`: rigs and the types in them are read and written with serde.
 #![no_std]
@@ -50,6 +50,7 @@ extern crate std;
 pub mod angle;
 pub mod calendar;
 pub mod counting;
+pub mod optics;
 pub mod random;
 pub mod rig;
 pub mod scan;

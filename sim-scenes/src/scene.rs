@@ -6,6 +6,7 @@ use rowscan_vehicle::gnss::Gnss;
 use rowscan_vehicle::trajectory::{Drive, DriveError, Trajectory};
 use serde::{Deserialize, Serialize};
 
+use crate::optics::OpticsSettings;
 use crate::orchard::OrchardParameters;
 use crate::parameters::{ParameterError, SceneFile};
 
@@ -39,6 +40,9 @@ pub struct Scene {
     /// The GNSS receiver on the roof.
     #[serde(default, skip_serializing_if = "is_default")]
     pub gnss: Gnss,
+    /// How the scanners see; ideal beams where left out.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub optics: OpticsSettings,
 }
 
 fn is_default<T: Default + PartialEq>(table: &T) -> bool {
@@ -88,6 +92,7 @@ impl Scene {
         self.drive.validate()?;
         self.encoder.validate()?;
         self.gnss.validate()?;
+        self.optics.validate()?;
         Ok(())
     }
 }
@@ -102,7 +107,7 @@ pub enum SceneError {
         /// The value found.
         found: u32,
     },
-    /// A value in `[orchard]`, `[encoder]` or `[gnss]`.
+    /// A value in `[orchard]`, `[encoder]`, `[gnss]` or `[optics]`.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A value in `[rig]`.

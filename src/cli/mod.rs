@@ -5,10 +5,12 @@ mod bus;
 mod check;
 mod check_jobs;
 mod client_limits;
+mod control;
 mod decode;
 mod demo;
 mod device;
 mod emulate;
+mod ending;
 mod endpoint;
 mod estimate;
 mod estimators;
@@ -65,7 +67,7 @@ enum Command {
     /// Emulator, driver and estimate over loopback TCP on a built-in row; ends with the estimate beside the truth
     Demo(demo::Args),
     /// Be a scanner that drives past an orchard
-    Emulate(emulate::Args),
+    Emulate(Box<emulate::Args>),
     /// Run scenarios against a controller and judge what it does: a test bench for CI; exit code 0 passed, 1 failed, 2 not judged
     Check(check::Args),
     /// Estimate leaf area from a live scanner or a recording
@@ -173,6 +175,9 @@ pub enum Failure {
     /// A serial line.
     #[error(transparent)]
     SerialLine(#[from] rowscan_ports::PortError),
+    /// A control.
+    #[error(transparent)]
+    Control(#[from] rowscan_control::ServerError),
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] rowscan_emulator::ListenError),
@@ -282,7 +287,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
         let _file_size = interrupt::FileSizeLimit::watch();
         match cli.command {
             Command::Demo(args) => demo::run(args).await,
-            Command::Emulate(args) => emulate::run(args).await,
+            Command::Emulate(args) => emulate::run(*args).await,
             Command::Check(args) => check::run(args).await,
             Command::Estimate(args) => estimate::run(args).await,
             Command::Orchard(command) => orchard::run(command).await,

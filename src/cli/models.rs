@@ -3,6 +3,7 @@
 use rowscan_protocol::device::{Evidence, REFUSALS, Refusal};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{self, AnyModel, Model, Times};
+use rowscan_protocol::optics::Optics;
 use serde::Serialize;
 
 use super::page_args::PageArgs;
@@ -35,6 +36,7 @@ struct Row {
     emulates: Vec<&'static str>,
     not_emulated: Vec<&'static str>,
     evidence: Vec<&'static str>,
+    optics: Vec<String>,
 }
 
 impl From<&'static Model> for Row {
@@ -60,6 +62,7 @@ impl From<&'static Model> for Row {
             emulates: [model::ALL_EMULATE, model.emulates].concat(),
             not_emulated: [model::NONE_EMULATE, model.not_emulated].concat(),
             evidence: [model.evidence, model::ALL_EVIDENCE].concat(),
+            optics: optics(&model.optics),
         }
     }
 }
@@ -89,8 +92,14 @@ impl From<&'static lms2xx::model::Model> for Row {
             emulates: model.emulates.to_vec(),
             not_emulated: model.not_emulated.to_vec(),
             evidence: model.evidence.to_vec(),
+            optics: optics(&model.optics),
         }
     }
+}
+
+/// Every optical number with its evidence.
+fn optics(optics: &Optics) -> Vec<String> {
+    optics.lines().into_iter().map(|(name, fact)| format!("{name}: {fact}")).collect()
 }
 
 impl From<AnyModel> for Row {
@@ -170,6 +179,8 @@ fn listing(rows: &[Row]) -> String {
             text += &format!("  {title}\n");
             lines.iter().for_each(|line| text += &format!("    {line}\n"));
         }
+        text += "  optics\n";
+        row.optics.iter().for_each(|line| text += &format!("    {line}\n"));
         text += &format!("  scan modes\n    {}\n\n", row.modes.join("\n    "));
     }
     text += "not modelled\n";
@@ -227,11 +238,31 @@ fn models_page(rows: &[Row]) -> String {
             lines.iter().for_each(|line| page += &format!("- {line}\n"));
         }
     }
+    page += &optics_table();
     page += &times();
     page += &listing_table();
     page += "\n## Not modelled\n";
     for (name, why) in model::NOT_MODELLED {
         page += &format!("- {name}: {why}\n");
+    }
+    page
+}
+
+/// What light does in each model, a column a number.
+fn optics_table() -> String {
+    let mut page = String::from(
+        "\n## Optics\n\nWhat `--optics device` sees by; docs/optics.md says how, and lists the documents. [REC] recorded, [MEM] from memory, [DER] derived, [ASM] assumed.\n",
+    );
+    let mut told: Vec<(&Optics, Vec<&str>)> = Vec::new();
+    for model in AnyModel::all() {
+        match told.iter_mut().find(|(optics, _)| *optics == model.optics()) {
+            Some((_, names)) => names.push(model.name()),
+            None => told.push((model.optics(), vec![model.name()])),
+        }
+    }
+    for (optics, names) in told {
+        page += &format!("\n### {}\n\n| | |\n|---|---|\n", names.join(", "));
+        optics.lines().iter().for_each(|(name, fact)| page += &format!("| {name} | {fact} |\n"));
     }
     page
 }

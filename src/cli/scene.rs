@@ -3,6 +3,7 @@
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
+use rowscan_scenes::optics::Stages;
 use rowscan_scenes::{GrowError, Scene};
 
 use super::blocking::off_runtime;
@@ -22,6 +23,23 @@ pub(super) struct SceneArgs {
     /// Scanner model, instead of the rig's own; see `rowscan models`
     #[arg(long, value_name = "NAME")]
     model: Option<String>,
+    #[command(flatten)]
+    optics: OpticsArgs,
+}
+
+/// How scanners see.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct OpticsArgs {
+    /// How scanners see, instead of the scene's own: `ideal`, `device`, or stages with commas between them; docs/optics.md
+    #[arg(long, value_name = "STAGES")]
+    optics: Option<Stages>,
+}
+
+impl OpticsArgs {
+    /// The scene with these optics.
+    pub(super) fn over(&self, scene: &mut Scene) {
+        scene.optics.stages = self.optics.unwrap_or(scene.optics.stages);
+    }
 }
 
 impl SceneArgs {
@@ -31,6 +49,7 @@ impl SceneArgs {
         self.model.as_deref().map(models::find).transpose()?;
         let mut scene = files::load_scene(&self.name)?;
         scene.seed = self.seed.unwrap_or(scene.seed);
+        self.optics.over(&mut scene);
         Ok(scene)
     }
 

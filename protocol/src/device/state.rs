@@ -13,7 +13,8 @@ use super::trouble::Troubles;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::model::{Model, ScanMode};
-use crate::telegram::{DateTime, LmdScandata};
+use crate::optics::FactoryEcho;
+use crate::telegram::{DateTime, LmdScandata, fr_echo_filter};
 use crate::time::SimTime;
 
 /// What differs between two scanners of one model.
@@ -139,6 +140,18 @@ impl Device {
             fixed: 0,
             troubles: Troubles::default(),
             identity,
+        }
+    }
+
+    /// Sets the echo that a new device reports: [`Device::new`] reports all of them. Of no effect where it tells one echo apart.
+    pub fn set_factory_echo(&mut self, echo: FactoryEcho) {
+        if self.model.echoes > 1 {
+            let code = match echo {
+                FactoryEcho::First => fr_echo_filter::FIRST,
+                FactoryEcho::All => fr_echo_filter::ALL,
+                FactoryEcho::Last => fr_echo_filter::LAST,
+            };
+            (self.settings.echo_filter, self.saved.echo_filter) = (code, code);
         }
     }
 

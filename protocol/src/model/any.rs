@@ -2,6 +2,7 @@
 
 use super::{MODELS, Model};
 use crate::lms2xx;
+use crate::optics::Optics;
 
 /// A scanner model of either family.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +64,31 @@ impl AnyModel {
         match self {
             Self::Cola(model) => model.default_mode.step,
             Self::Lms2xx(model) => model.default_variant.beams().step,
+        }
+    }
+
+    /// What light does in it.
+    pub fn optics(self) -> &'static Optics {
+        match self {
+            Self::Cola(model) => &model.optics,
+            Self::Lms2xx(model) => &model.optics,
+        }
+    }
+
+    /// Echoes it can tell apart.
+    pub fn echoes(self) -> u8 {
+        match self {
+            Self::Cola(model) => model.echoes,
+            // The first return wins.
+            Self::Lms2xx(_) => 1,
+        }
+    }
+
+    /// Nearest and farthest range it reports, metres.
+    pub fn range_m(self) -> (f64, f64) {
+        match self {
+            Self::Cola(model) => (model.min_range_m, model.max_range_m),
+            Self::Lms2xx(model) => (model.min_range_m, model.max_range_m),
         }
     }
 

@@ -2,7 +2,9 @@
 
 use core::time::Duration;
 
-use super::{CLIENT, DigitalLines, Evaluations, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode};
+use super::{
+    CLIENT, DigitalLines, Evaluations, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode, optics,
+};
 
 const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
@@ -23,6 +25,7 @@ pub(super) const LMS1XX: Model = Model {
     min_range_m: 0.05,
     max_range_m: 20.0,
     no_echo: 0,
+    optics: optics::LMS1XX,
     echoes: 2,
     takes_empty_echo_mask: false,
     encoders: 1,
@@ -94,6 +97,7 @@ pub(super) const LMS5XX: Model = Model {
     min_range_m: 0.2,
     // What 16 bits of millimetres hold.
     max_range_m: 65.535,
+    optics: optics::LMS5XX,
     echoes: 5,
     takes_empty_echo_mask: true,
     scandata_version: 0,
@@ -140,6 +144,7 @@ pub(super) const TIM: Model = Model {
     default_mode: mode(15, 3333),
     max_range_m: 25.0,
     no_echo: 2,
+    optics: optics::TIM,
     echoes: 1,
     takes_empty_echo_mask: false,
     encoders: 0,

@@ -1,7 +1,7 @@
 //! SICK LMS511 Lite: outdoor, 190°, fewer scan modes.
 
 use super::family::LMS5XX;
-use super::{Model, mode};
+use super::{Model, mode, optics};
 
 pub(super) static LMS511_LITE: Model = Model {
     name: "lms511-lite",
@@ -10,6 +10,7 @@ pub(super) static LMS511_LITE: Model = Model {
     order_number: "1054155",
     modes: &[mode(25, 2500), mode(50, 5000), mode(75, 10_000)],
     default_mode: mode(25, 2500),
+    optics: optics::LMS5XX_HR,
     echoes: 2,
     emulates: &[
         "25 Hz/0.25°, 50 Hz/0.5°, 75 Hz/1°; LMPoutputRange cuts the full grid",

@@ -8,6 +8,7 @@ mod lms151;
 mod lms500;
 mod lms511;
 mod lms511_lite;
+pub(crate) mod optics;
 mod tim551;
 mod tim561;
 mod tim571;
@@ -19,6 +20,7 @@ use core::time::Duration;
 pub use any::AnyModel;
 
 use crate::angle::BeamGrid;
+use crate::optics::Optics;
 
 /// All models.
 pub static MODELS: &[&Model] = &[
@@ -103,6 +105,8 @@ pub struct Model {
     pub max_range_m: f64,
     /// What a beam without an echo reads, raw.
     pub no_echo: u16,
+    /// What light does in it.
+    pub optics: Optics,
     /// Echoes it can tell apart.
     pub echoes: u8,
     /// LMDscandatacfg takes an echo mask of 0; one echo is sent then.

@@ -1,7 +1,8 @@
 //! SICK TiM551: 270°, 15 Hz, 1° steps, 10 m.
 
 use super::family::TIM;
-use super::{Evaluations, Model, mode};
+use super::{Evaluations, Model, mode, optics};
+use crate::optics::{Fact, Optics, Spot};
 
 pub(super) static TIM551: Model = Model {
     name: "tim551",
@@ -11,6 +12,8 @@ pub(super) static TIM551: Model = Model {
     modes: &[mode(15, 10_000)],
     default_mode: mode(15, 10_000),
     max_range_m: 10.0,
+    // Its steps of 1° take longer.
+    optics: Optics { spot: Spot { sweep_mrad: Fact::from("S5", 17.5), ..optics::TIM.spot }, ..optics::TIM },
     fields: 0,
     evaluations: Evaluations { always: 0, most: 1 },
     emulates: &[

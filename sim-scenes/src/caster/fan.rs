@@ -16,6 +16,8 @@ use crate::lanes::{ATAN2_ERROR, Lanes, Row, padded};
 /// Evenly spaced beam directions, up to a full circle or beyond. θ in radians from +X, positive up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BeamFan {
+    start_deg: f64,
+    step_deg: f64,
     start_rad: f64,
     step_rad: f64,
     beams_per_rad: f64,
@@ -42,6 +44,8 @@ impl BeamFan {
         let (cos, sin): (Vec<f64>, Vec<f64>) = thetas.map(cos_sin_deg).unzip();
         let step_rad = step_deg * (PI / 180.0);
         Self {
+            start_deg,
+            step_deg,
             start_rad: start_deg * (PI / 180.0),
             step_rad,
             beams_per_rad: 1.0 / step_rad,
@@ -85,6 +89,20 @@ impl BeamFan {
         let (sense, offset_deg) = if towards_x { (sense, offset_deg) } else { (-sense, 180.0 - offset_deg) };
         let start_deg = sense * grid.angle_deg(0) + offset_deg + tilt_rad.to_degrees();
         Self::from_degrees(start_deg, sense * grid.step_deg(), grid.len())
+    }
+
+    /// The same fan with `fold` rays from beam to beam, and `margin` rays beyond the first and the last beam: beam `j` is ray
+    /// `margin + j · fold`. It stands still.
+    #[must_use]
+    pub fn refined(&self, fold: usize, margin: usize) -> Self {
+        let step_deg = self.step_deg / fold.max(1) as f64;
+        let count = self.count.checked_sub(1).map_or(0, |gaps| gaps * fold.max(1) + 1 + 2 * margin);
+        Self::from_degrees(self.start_deg - margin as f64 * step_deg, step_deg, count)
+    }
+
+    /// Angle from beam to beam, radians; negative where θ falls.
+    pub fn step_rad(&self) -> f64 {
+        self.step_rad
     }
 
     /// Number of beams.

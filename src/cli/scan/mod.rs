@@ -9,13 +9,18 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use rowscan_scenes::caster::Class;
 use rowscan_scenes::files;
-use rowscan_scenes::scan::{Casts, LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target};
-use rowscan_scenes::{Scene, TruthGrid};
+use rowscan_scenes::optics::{EyeCaster, EyeModel, RangeLimits};
+use rowscan_scenes::scan::{
+    Casts, LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target, WoodTest,
+};
+use rowscan_scenes::{Beams, Scene, TruthGrid};
 use serde::Serialize;
 
 use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
+use super::models;
 use super::output::{self, say};
+use super::scene::OpticsArgs;
 use super::table_file::TableFile;
 use super::{Failure, Format, Outcome, progress};
 use crate::export::TableFormat;
@@ -37,6 +42,8 @@ pub(super) struct Args {
     kind: ScanKind,
     #[command(flatten)]
     layout: ScanArgs,
+    #[command(flatten)]
+    optics: OpticsArgs,
     /// First and last value of what is swept (degrees or metres), instead of what the canopy asks for
     #[arg(long, value_name = "FROM..TO", value_parser = range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
@@ -129,6 +136,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 fn scan(args: &Args) -> Result<Outcome, Failure> {
     let mut scene = files::load_scene(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
+    args.optics.over(&mut scene);
     if args.two_rows {
         scene.orchard.rows = Some(scene.orchard.layout().rows.max(2));
     }
@@ -140,9 +148,7 @@ fn scan(args: &Args) -> Result<Outcome, Failure> {
     })?;
     bar.finish_and_clear();
     super::scene::tell(&stage);
-    let caster = args.layout.wood().caster(&stage.orchard)?;
-    let scans: Vec<Scanned> =
-        tasks.iter().map(|task| one(args, &stage, caster.as_ref(), task)).collect::<Result<_, _>>()?;
+    let scans: Vec<Scanned> = tasks.iter().map(|task| one(args, &stage, task)).collect::<Result<_, _>>()?;
     output::print_rows(args.format, &scans)?;
     let blind =
         scans.iter().find(|scan| scan.leaf_hits + scan.wood_hits + scan.fruit_hits + scan.support_hits == 0);
@@ -194,16 +200,38 @@ struct LineRecord {
     points: Vec<Point>,
 }
 
-fn one(args: &Args, stage: &Stage, caster: &dyn Casts, task: &Task) -> Result<Scanned, Failure> {
+/// What casts the beams of a plan: the exact caster, the paper's mesh, or the eye of the rig's scanner.
+fn caster(args: &Args, stage: &Stage, plan: &ScanPlan) -> Result<Box<dyn Casts>, Failure> {
+    let optics = &stage.scene.optics;
+    if optics.stages.is_ideal() {
+        return Ok(args.layout.wood().caster(&stage.orchard)?);
+    }
+    let (Beams::Fan(fan), WoodTest::Exact) = (plan.beams(), args.layout.wood()) else {
+        return Err(Failure::Usage(format!(
+            "optics {} need the beams of a mirror and exact wood: expected --type lateral, opposite or zenith and --wood exact, or --optics ideal",
+            optics.stages
+        )));
+    };
+    let model = models::find(stage.rig.scanners.first().map_or("", |mount| mount.model.as_str()))?;
+    let (min_range_m, max_range_m) = model.range_m();
+    let limits = RangeLimits { min_range_m, max_range_m };
+    let eye = EyeModel { optics: model.optics(), echoes: model.echoes(), limits };
+    let towards_x = plan.settings().kind != ScanKind::Opposite;
+    let caster = stage.caster().clone();
+    Ok(Box::new(EyeCaster::new(caster, eye, optics, stage.scene.seed, fan, towards_x)))
+}
+
+fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
     let kind = task.settings.kind;
     let target = Target::row(&stage.orchard, task.row).ok_or(ScanError::NothingThere { kind })?;
     let plan = ScanPlan::new(&target, &task.settings)?;
+    let caster = caster(args, stage, &plan)?;
     let files: &[File] = if args.output.is_some() { &args.write } else { &[] };
     let is_matrix = |file: &File| matches!(file, File::Matrix | File::Npy);
     let wants_points = files.iter().any(|file| !is_matrix(file));
     let wants_matrix = files.iter().any(is_matrix);
     let bar = progress::bar("scanning", "lines", plan.len() as u64);
-    let lines = plan.lines(caster, LAYERS, |line| {
+    let lines = plan.lines(caster.as_ref(), LAYERS, |line| {
         bar.inc(1);
         let of_class = |class| line.layers.nearest().iter().filter(|found| found.class == class).count();
         LineRecord {

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, number, percent, share};
+use crate::cli::scene::OpticsArgs;
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::calibrations;
 use rowscan_study::comparison::{Compared, CutCompared, Scope, compare};
@@ -23,6 +24,8 @@ pub(in crate::cli) struct Args {
     /// Scanner model, instead of the rig's own
     #[arg(long, value_name = "NAME")]
     model: Option<String>,
+    #[command(flatten)]
+    optics: OpticsArgs,
     /// Write the tables as docs/estimators.md holds them
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
@@ -40,7 +43,8 @@ struct Comparison {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut comparison = Comparison::default();
     for name in &args.scenes {
-        let scene = files::load_scene(name)?;
+        let mut scene = files::load_scene(name)?;
+        args.optics.over(&mut scene);
         let rig = scene.resolved_rig();
         let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
         let model = match models::find(args.model.as_deref().or(mounted).unwrap_or_default())? {

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{Model, Times, Variant};
+use super::{Model, Times, Variant, optics};
 use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::firmware::Firmware;
 use crate::lms2xx::values::{MeasuringMode, Unit};
@@ -27,6 +27,7 @@ pub(super) const OUTDOOR: Model = Model {
     configuration: Configuration::new(MeasuringMode(0), Unit::Cm),
     min_range_m: 0.05,
     max_range_m: 80.0,
+    optics: optics::OUTDOOR,
     times: Times {
         boot: Duration::from_secs(15),
         save: Duration::from_millis(400),

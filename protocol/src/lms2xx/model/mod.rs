@@ -6,12 +6,14 @@ mod lms211;
 mod lms221;
 mod lms291;
 mod lms291_s14;
+mod optics;
 
 use core::time::Duration;
 
 use super::Variant;
 use super::configuration::Configuration;
 use super::firmware::Firmware;
+use crate::optics::Optics;
 
 /// All models of the family.
 pub static MODELS: &[&Model] =
@@ -48,6 +50,8 @@ pub struct Model {
     pub min_range_m: f64,
     /// Farthest range, metres.
     pub max_range_m: f64,
+    /// What light does in it.
+    pub optics: Optics,
     /// How long things take (`field` profile).
     pub times: Times,
     /// What the emulation does as the device does.

@@ -52,7 +52,7 @@ pub fn remission(hit: &Return) -> u16 {
     (f64::from(u16::MAX) * reflectance * f64::from(hit.cos_incidence) + 0.5) as u16
 }
 
-fn millimetres(range_m: f64, limits: RangeLimits) -> u16 {
+pub(super) fn millimetres(range_m: f64, limits: RangeLimits) -> u16 {
     if !(range_m >= limits.min_range_m && range_m <= limits.max_range_m) {
         return NO_ECHO_MM;
     }

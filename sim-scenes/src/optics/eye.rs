@@ -1,0 +1,249 @@
+//! The device's eye: one line from cast to millimetres, through the stages that are on.
+
+use rowscan_protocol::optics::Optics;
+use rowscan_protocol::scan::Pose;
+
+use super::air::{AirStage, Shot};
+use super::draws::{Draws, Use};
+use super::echo::{Echo, Rules, nearest};
+use super::energy;
+use super::footprint::{Footprint, Touch};
+use super::ideal::{self, RangeLimits};
+use super::noise::UnitNoise;
+use super::settings::OpticsSettings;
+use super::spot::{PHASES, SpotGrid};
+use super::stage::Stage;
+use crate::caster::{BeamFan, Caster, Return};
+
+/// What of a scanner model its eye needs.
+#[derive(Clone, Copy, Debug)]
+pub struct EyeModel<'a> {
+    /// What light does in it.
+    pub optics: &'a Optics,
+    /// Echoes it can tell apart.
+    pub echoes: u8,
+    /// The distances it reports.
+    pub limits: RangeLimits,
+}
+
+/// The least remission of an echo: 1 in 8 bits.
+const WEAKEST: u16 = 0x0101;
+
+/// One scanner's eye. It keeps its buffers from line to line.
+#[derive(Clone, Debug)]
+pub struct Eye {
+    settings: OpticsSettings,
+    optics: Optics,
+    limits: RangeLimits,
+    rules: Rules,
+    seed: u64,
+    unit: u64,
+    /// For the fan in force.
+    sight: Option<Sight>,
+    air: Option<AirStage>,
+    touches: Vec<Touch>,
+    echoes: Vec<Echo>,
+    /// As many a beam as the receiver tells apart.
+    found: Vec<EyeEcho>,
+}
+
+/// What the eye keeps for a fan.
+#[derive(Clone, Debug)]
+struct Sight {
+    fan: BeamFan,
+    towards_x: bool,
+    footprint: Footprint,
+    noise: UnitNoise,
+}
+
+/// One echo of one beam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EyeEcho {
+    /// As measured, whole millimetres; [`ideal::NO_ECHO_MM`] where there is none.
+    pub range_mm: u16,
+    /// 16-bit scale; 8-bit values stand in both bytes.
+    pub remission: u16,
+    /// Before noise and rounding, metres; infinite where there is none.
+    pub range_m: f64,
+    /// Share of the beam that went there.
+    pub share: f64,
+    /// The surface that returned most of it.
+    pub met: Return,
+}
+
+impl EyeEcho {
+    /// No echo.
+    pub const NONE: Self = Self {
+        range_mm: ideal::NO_ECHO_MM,
+        remission: 0,
+        range_m: f64::INFINITY,
+        share: 0.0,
+        met: Return::MISS,
+    };
+}
+
+impl Eye {
+    /// The eye of scanner number `scanner` in a scene with this seed.
+    pub fn new(model: EyeModel<'_>, settings: &OpticsSettings, seed: u64, scanner: usize) -> Self {
+        let most = if settings.stages.has(Stage::Echoes) { usize::from(model.echoes) } else { 1 };
+        let seed = seed ^ (scanner as u64).rotate_left(32);
+        Self {
+            rules: Rules::of(&model.optics.pulse, settings.min_share, most),
+            optics: *model.optics,
+            limits: model.limits,
+            seed,
+            unit: settings.unit.map_or(seed, |unit| unit ^ (scanner as u64).rotate_left(32)),
+            air: settings.stages.has(Stage::Air).then(|| AirStage::new(&settings.air, model.optics)),
+            settings: settings.clone(),
+            sight: None,
+            touches: Vec::new(),
+            echoes: Vec::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Other beams from now on; of a scanner that has its row at greater X, or at smaller.
+    pub fn turn_to(&mut self, fan: &BeamFan, towards_x: bool) {
+        let same = |sight: &Sight| {
+            sight.fan.len() == fan.len() && sight.fan.step_rad().abs() == fan.step_rad().abs()
+        };
+        if let Some(sight) = self.sight.as_mut().filter(|sight| same(sight)) {
+            // The same beams, tilted: spots and errors stay.
+            sight.footprint.tilt(fan);
+            (sight.fan, sight.towards_x) = (fan.clone(), towards_x);
+            return;
+        }
+        let pitch_rad = fan.step_rad().abs();
+        let grid = if self.settings.stages.has(Stage::Spot) {
+            SpotGrid::new(&self.optics.spot, &self.settings, pitch_rad)
+        } else {
+            SpotGrid::thin(pitch_rad)
+        };
+        let noise = UnitNoise::new(&self.optics, self.settings.noise, self.unit, fan.len());
+        let footprint = Footprint::new(grid, fan);
+        self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, noise });
+    }
+
+    /// Looks: beam 0 starts at `origin`, each next one `advance_m` farther along Y. `scan` is the key of the line's random numbers.
+    pub fn look(&mut self, caster: &Caster, origin: Pose, advance_m: f64, scan: u64) {
+        let Some(mut sight) = self.sight.take() else { return };
+        let phase = (Draws::of(self.seed, Use::Phase, scan).unit() * PHASES as f64) as usize;
+        let Self { settings, .. } = &*self;
+        let (reflectance, wetness) = (settings.reflectance, settings.wetness);
+        let by_surface = settings.stages.has(Stage::Energy);
+        sight.footprint.cast(caster, origin, advance_m, phase, |found| {
+            let surface = if by_surface {
+                reflectance.of(found.class, wetness) * f64::from(found.cos_incidence)
+            } else {
+                1.0
+            };
+            surface / (found.range_m * found.range_m)
+        });
+        self.found.clear();
+        let beams = sight.footprint.beams();
+        self.found.resize(beams * self.rules.most, EyeEcho::NONE);
+        for beam in 0..beams {
+            self.see(beam, &sight, scan);
+        }
+        self.sight = Some(sight);
+    }
+
+    /// One beam.
+    fn see(&mut self, beam: usize, sight: &Sight, scan: u64) {
+        let Sight { fan, towards_x, footprint, noise } = sight;
+        self.touches.clear();
+        footprint.gather(beam, &mut self.touches);
+        if let Some(air) = &self.air {
+            let theta_rad = fan.theta_rad(beam);
+            // Nozzles and windows are the scanner's: they count from the row.
+            let theta_rad = if *towards_x { theta_rad } else { std::f64::consts::PI - theta_rad };
+            let shot = Shot { seed: self.seed, scan, beam, theta_rad };
+            air.act(shot, &mut self.touches);
+        }
+        // What is too near is not measured, though it stands in the way.
+        let nearest_m = self.limits.min_range_m;
+        self.touches.retain(|touch| touch.range_m >= nearest_m);
+        let stages = self.settings.stages;
+        let mut rules = self.rules;
+        if stages.has(Stage::Energy) {
+            let normal = Draws::of(self.seed, Use::Threshold, scan).beam(beam).normal();
+            rules.least_power = energy::threshold(&self.optics, normal);
+        }
+        if stages.has(Stage::Echoes) {
+            rules.echoes(&mut self.touches, &mut self.echoes);
+        } else {
+            nearest(&self.touches, rules.min_share, &mut self.echoes);
+            self.echoes.retain(|echo| echo.power >= rules.least_power);
+        }
+        let Self { settings, optics, limits, seed, echoes, found, .. } = self;
+        let measured = Measured { settings, optics, limits: *limits, seed: *seed, noise, scan, beam };
+        let places = found.iter_mut().skip(beam * rules.most).take(rules.most);
+        for (number, (place, echo)) in places.zip(&*echoes).enumerate() {
+            *place = measured.of(number, echo, footprint.met(echo.ray));
+        }
+    }
+
+    /// Echoes that the receiver tells apart.
+    pub fn depth(&self) -> usize {
+        self.rules.most
+    }
+
+    /// The echoes of a beam in the line last looked at, nearest first.
+    pub fn beam(&self, beam: usize) -> &[EyeEcho] {
+        let most = self.rules.most;
+        self.found.get(beam * most..(beam + 1) * most).unwrap_or(&[])
+    }
+
+    /// Writes echo number `number` of every beam.
+    pub fn write(&self, number: usize, range_mm: &mut Vec<u16>, remission: &mut Vec<u16>) {
+        let echoes = || self.found.iter().skip(number).step_by(self.rules.most.max(1));
+        range_mm.clear();
+        range_mm.extend(echoes().map(|echo| echo.range_mm));
+        remission.clear();
+        remission.extend(echoes().map(|echo| echo.remission));
+    }
+}
+
+/// From echoes to what the scanner says of them.
+struct Measured<'a> {
+    settings: &'a OpticsSettings,
+    optics: &'a Optics,
+    limits: RangeLimits,
+    seed: u64,
+    noise: &'a UnitNoise,
+    scan: u64,
+    beam: usize,
+}
+
+impl Measured<'_> {
+    fn of(&self, number: usize, echo: &Echo, met: Return) -> EyeEcho {
+        let Self { settings, optics, limits, .. } = self;
+        let stages = settings.stages;
+        let draws = |purpose| Draws::of(self.seed, purpose, self.scan).beam(self.beam).echo(number);
+        let mut range_m = echo.range_m;
+        let mut scatter = 0.0;
+        if stages.has(Stage::Noise) {
+            let weakness = if stages.has(Stage::Energy) { optics.least_power() / echo.power } else { 0.0 };
+            // Drops have no slant.
+            let cos_incidence = if met.is_hit() { f64::from(met.cos_incidence) } else { 1.0 };
+            let sigma_mm = self.noise.sigma_mm(range_m, cos_incidence, weakness);
+            let mut white = draws(Use::White);
+            let error_mm = self.noise.draw(&mut white) * sigma_mm + self.noise.fixed_mm(self.beam, range_m);
+            // Noise moves an echo, it does not take it away.
+            range_m = (range_m + 1e-3 * error_mm).clamp(limits.min_range_m, limits.max_range_m.max(range_m));
+            scatter = draws(Use::Remission).normal();
+        }
+        let range_mm = ideal::millimetres(range_m, *limits);
+        if range_mm == ideal::NO_ECHO_MM {
+            return EyeEcho::NONE;
+        }
+        let remission = if !stages.has(Stage::Energy) {
+            ideal::remission(&met).max(WEAKEST)
+        } else if energy::dazzles(echo.power, echo.range_m) {
+            u16::MAX
+        } else {
+            energy::remission(optics, echo.power, echo.range_m, echo.spread_m, scatter)
+        };
+        EyeEcho { range_mm, remission, range_m: echo.range_m, share: echo.share, met }
+    }
+}

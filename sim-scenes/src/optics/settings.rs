@@ -1,0 +1,86 @@
+//! The table `[optics]` of a scene.
+
+use rowscan_vehicle::ParameterError;
+use rowscan_vehicle::parameter::{require, require_within};
+use serde::{Deserialize, Serialize};
+
+use super::air::Air;
+use super::energy::Reflectance;
+use super::stage::Stages;
+
+/// How the scene's scanners see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OpticsSettings {
+    /// Which stages are on.
+    pub stages: Stages,
+    /// How finely the spot is sampled: 1 is 3 planes of 5 rays, 2 is 5 × 9, 3 is 7 × 9, 4 is 9 × 15.
+    pub quality: u8,
+    /// The distance at which the spot has that many planes and rays, metres: the middle of the canopy. Nearer and farther spots share them.
+    pub reference_range_m: f64,
+    /// Share of the spot that an echo must have, 0 to 1, besides the least power that is detected. 0 is what is known of factory settings.
+    pub min_share: f64,
+    /// The unit's seed: its fixed pattern and systematic error. Left out, the scene's seed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<u64>,
+    /// How much ranges scatter.
+    pub noise: NoiseLevel,
+    /// How wet surfaces are, 0 to 1: a wet one returns 0.7 times as much.
+    pub wetness: f64,
+    /// Reflectance by class.
+    pub reflectance: Reflectance,
+    /// Weather, spray and dirt; clear where left out.
+    pub air: Air,
+}
+
+/// How much ranges scatter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NoiseLevel {
+    /// As recorded below 3 m.
+    #[default]
+    Recorded,
+    /// As the data sheet has it.
+    Sheet,
+}
+
+impl Default for OpticsSettings {
+    fn default() -> Self {
+        Self {
+            stages: Stages::IDEAL,
+            quality: 2,
+            reference_range_m: 2.5,
+            min_share: 0.0,
+            unit: None,
+            noise: NoiseLevel::Recorded,
+            wetness: 0.0,
+            reflectance: Reflectance::default(),
+            air: Air::default(),
+        }
+    }
+}
+
+impl OpticsSettings {
+    /// Refuses values that no eye has.
+    ///
+    /// # Errors
+    /// The first key with an invalid value.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        require((1..=4).contains(&self.quality), "optics.quality", "from 1 to 4", self.quality)?;
+        require_within("optics.reference_range_m", self.reference_range_m, 0.1, 50.0)?;
+        require_within("optics.min_share", self.min_share, 0.0, 1.0)?;
+        require_within("optics.wetness", self.wetness, 0.0, 1.0)?;
+        self.reflectance.validate()?;
+        self.air.validate()
+    }
+
+    /// Planes, and rays in a plane.
+    pub(super) fn grid(&self) -> (usize, usize) {
+        match self.quality {
+            0 | 1 => (3, 5),
+            2 => (5, 9),
+            3 => (7, 9),
+            _ => (9, 15),
+        }
+    }
+}
