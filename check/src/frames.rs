@@ -56,7 +56,10 @@ impl FramePattern {
 
 /// What all buses of a run have heard: identifiers with first bytes. Clones share it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Frames(Arc<Mutex<BTreeSet<(u32, Option<u8>)>>>);
+pub(crate) struct Frames(Arc<Mutex<Heard>>);
+
+/// An identifier and the first byte, if the frame has one.
+type Heard = BTreeSet<(u32, Option<u8>)>;
 
 impl Frames {
     /// Taps that listen to a bus.
@@ -87,7 +90,7 @@ impl Frames {
         self.lock().iter().any(|frame| pattern.fits(*frame))
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, BTreeSet<(u32, Option<u8>)>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Heard> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -235,7 +235,9 @@ fn drives_wrap() {
 
 fn drives_dirty() {
     let acts = r#"{ what = "fault_acts", of = "dirt", equals = 1 }"#;
-    let driven = drives("dirty", &[acts, NOTHING_LOST]);
+    // A third of the row is unknown, and the exit code says so.
+    let unknown = r#"{ what = "scans_lost", equals = 0 }, { what = "exit_code", equals = 1 }"#;
+    let driven = drives("dirty", &[acts, unknown]);
     assert_eq!(driven.counts(), (0, 0, 0));
     // A second of 50 scans: what dirty beams say is left out, and told.
     let excluded = driven.count("scans_excluded");
