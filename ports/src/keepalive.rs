@@ -23,8 +23,9 @@ pub fn keep_alive(stream: &TcpStream) -> io::Result<()> {
     SockRef::from(stream).set_tcp_keepalive(&keepalive)
 }
 
-/// Bytes that the system may keep for a peer that does not read, where time waits for it. Linux doubles it.
-const SEND_BUFFER: usize = 32 * 1024;
+/// Bytes that the system may keep for a peer that does not read, where time waits for it. Linux doubles it, and the write that fills it may
+/// go beyond.
+const SEND_BUFFER: usize = 28 * 1024;
 
 /// Keeps what waits to be sent below 64 KiB. What the peer's own system buffers comes on top.
 pub fn keep_near(stream: &TcpStream) -> io::Result<()> {
