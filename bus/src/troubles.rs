@@ -51,7 +51,7 @@ pub enum Carried {
 #[derive(Debug)]
 enum Ghost {
     Tractor(Box<TractorEcu>),
-    Node(Node),
+    Node(Box<Node>),
 }
 
 impl Ghost {
@@ -120,7 +120,7 @@ impl Troubles {
             BusFault::AckNone => (None, beats(ACK_ERRORS_S)),
             BusFault::AddressSteal { address } => {
                 let thief = Node::new(Name(0), address.unwrap_or(TRACTOR_ADDRESS), &[], &[]);
-                (Some(Ghost::Node(thief)), None)
+                (Some(Ghost::Node(Box::new(thief))), None)
             }
             BusFault::NoTecu => (None, None),
             BusFault::TwoTecu { address, speed_ratio } => {
@@ -128,7 +128,7 @@ impl Troubles {
                 (Some(Ghost::Tractor(Box::new(ecu.twin(name.into(), address, speed_ratio)))), None)
             }
             BusFault::NameClash { address } => {
-                (Some(Ghost::Node(Node::new(Name::tractor(), address, &[], &[]))), None)
+                (Some(Ghost::Node(Box::new(Node::new(Name::tractor(), address, &[], &[])))), None)
             }
         };
         let mut claims = Vec::new();

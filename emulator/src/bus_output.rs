@@ -15,6 +15,7 @@ use tokio::sync::mpsc;
 
 use crate::faulted::BusFaults;
 use crate::firing::Firing;
+use crate::lockstep::OutputCount;
 
 /// Name of the recorded stream.
 const STREAM: &str = "can";
@@ -37,6 +38,8 @@ pub(crate) struct BusOutput {
     held: bool,
     /// To be sent at the next instant.
     first: Vec<CanFrame>,
+    /// Who counts the frames that others send.
+    counts: Vec<OutputCount>,
     faults: BusFaults,
 }
 
@@ -65,8 +68,14 @@ impl BusOutput {
             open,
             held,
             first,
+            counts: Vec::new(),
             faults,
         }
+    }
+
+    /// From now on these count the frames that others send.
+    pub(crate) fn count_frames(&mut self, counts: Vec<OutputCount>) {
+        self.counts = counts;
     }
 
     pub(crate) fn next(&self) -> Option<SimTime> {
@@ -109,6 +118,7 @@ impl BusOutput {
                     let said = vec![(Speaker::Port(port), frame)];
                     let carried = self.faults.carry(at, &mut self.ecu, said);
                     self.put(at, carried, delivery).await;
+                    self.counts.iter().for_each(|count| count.frame(frame.id.bits()));
                 }
                 PortEvent::Lost(_) => {}
             }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
@@ -26,11 +27,14 @@ use crate::lms2xx::{Lms2xxScanner, SerialConfig};
 use crate::lockstep::Lockstep;
 use crate::mirror::MirrorSource;
 use crate::playback_queue::{self, Values};
+use crate::rig_control::{ClockMode, RigControl};
 use crate::running::Running;
 use crate::scanner::Emulator;
 use crate::serial_emulator::SerialEmulator;
 use crate::shared::{EmulatorConfig, Program, Shared};
 use crate::start::StartWhen;
+use crate::steps::Steps;
+use crate::stride::Stride;
 use crate::timeline::{Source, Timeline};
 use crate::view::ScannerView;
 
@@ -57,18 +61,21 @@ impl Rig {
     }
 
     fn on(clock: Arc<SimClock>, tractor: Tractor, start: StartWhen) -> Self {
+        let changed = Arc::new(Notify::new());
         let timeline = Timeline {
             clock,
             timer: Timer::default(),
             sources: Vec::new(),
             start,
             tractor,
-            changed: Arc::new(Notify::new()),
+            steps: Steps::new(Arc::clone(&changed)),
+            changed,
             begun: false,
             lockstep: None,
             end: None,
             hold: None,
             scan_instants: 0,
+            stride: None,
         };
         Self { timeline, faults: None, receivers: Receivers::default(), buses: Vec::new() }
     }
@@ -102,7 +109,17 @@ impl Rig {
     /// The same in lockstep: time at [`TimeScale::Max`] waits for acknowledgements as well.
     #[must_use]
     pub fn in_lockstep(mut self, lockstep: Lockstep) -> Self {
+        if lockstep.needs_grants() {
+            self.timeline.steps.by_grant();
+        }
         self.timeline.lockstep = Some(lockstep);
+        self
+    }
+
+    /// The same with steps of this length, from the start of the drive on.
+    #[must_use]
+    pub fn with_step(mut self, length: Duration) -> Self {
+        self.timeline.stride = Some(Stride::new(length));
         self
     }
 
@@ -123,6 +140,25 @@ impl Rig {
     /// The clock that everything on it acts by.
     pub fn clock(&self) -> Arc<SimClock> {
         Arc::clone(&self.timeline.clock)
+    }
+
+    /// The handle to its time, which works from [`Rig::run`] on.
+    pub fn control(&self) -> RigControl {
+        let Timeline { clock, steps, tractor, lockstep, .. } = &self.timeline;
+        let mode = match lockstep {
+            Some(lockstep) if lockstep.needs_grants() => ClockMode::Granted,
+            Some(_) => ClockMode::Lockstep,
+            None if clock.delivery().is_patient() => ClockMode::Max,
+            None => ClockMode::Paced,
+        };
+        let bystanders = lockstep.as_ref().map(Lockstep::bystanders).unwrap_or_default();
+        RigControl {
+            clock: Arc::clone(clock),
+            steps: steps.clone(),
+            tractor: tractor.clone(),
+            mode,
+            bystanders,
+        }
     }
 
     /// The tractor that everything on it rides on.
@@ -215,7 +251,7 @@ impl Rig {
             taps,
             self.receivers.datagrams.clone(),
         );
-        timeline.sources.push(Source::Gnss(output));
+        timeline.sources.push(Source::Gnss(Box::new(output)));
         self.receivers.gnss.store(true, Ordering::Relaxed);
     }
 

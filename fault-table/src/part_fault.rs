@@ -43,6 +43,11 @@ impl PartFault {
         matches!(self, Self::Datagrams(_))
     }
 
+    /// True if its part must know beforehand when it begins.
+    pub fn is_foreseen(&self) -> bool {
+        matches!(self, Self::Clock(ClockFault::Wrap))
+    }
+
     /// True if nothing passes to or from the device meanwhile, and its connections never come back.
     pub fn cuts_connections(&self) -> bool {
         matches!(self, Self::Device(DeviceFault::Power(_)))

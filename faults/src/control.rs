@@ -243,6 +243,11 @@ impl FaultControl {
         known
     }
 
+    /// The names of all streams.
+    pub fn streams(&self) -> Vec<String> {
+        self.shared.plan().streams.iter().map(|stream| stream.name.clone()).collect()
+    }
+
     /// Every fault on every stream.
     pub fn list(&self) -> Vec<FaultStatus> {
         let mut plan = self.shared.plan();

@@ -34,6 +34,8 @@ pub(crate) struct Instance {
     pub(crate) phase: Phase,
     /// What its part knows the present window by.
     pub(crate) order: u64,
+    /// When its beginning was last foretold.
+    pub(crate) foretold: Option<Duration>,
     /// Of its random streams.
     key: u64,
     seed: u64,
@@ -100,6 +102,7 @@ impl Instance {
             stream,
             phase: Phase::Waiting,
             order: 0,
+            foretold: None,
             key,
             seed,
             event: 0,

@@ -39,6 +39,9 @@ pub trait Part: Send + Sync + fmt::Debug {
     /// A fault begins.
     fn begin(&self, order: &Order<'_>);
 
+    /// A fault will begin at an instant that is known now, on the faults' clock; it may be another one when asked again.
+    fn foresee(&self, _fault: &PartFault, _now: Duration, _at: Duration) {}
+
     /// The fault of this key is over.
     fn end(&self, key: u64, at: Duration);
 }

@@ -5,10 +5,12 @@ mod bus;
 mod check;
 mod check_jobs;
 mod client_limits;
+mod control;
 mod decode;
 mod demo;
 mod device;
 mod emulate;
+mod ending;
 mod endpoint;
 mod estimate;
 mod estimators;
@@ -173,6 +175,9 @@ pub enum Failure {
     /// A serial line.
     #[error(transparent)]
     SerialLine(#[from] rowscan_ports::PortError),
+    /// A control.
+    #[error(transparent)]
+    Control(#[from] rowscan_control::ServerError),
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] rowscan_emulator::ListenError),

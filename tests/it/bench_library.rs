@@ -13,7 +13,8 @@ fn library() -> PathBuf {
 }
 
 /// Files that others use, and scenarios that tests/it/check.rs holds.
-const ELSEWHERE: &[&str] = &["base", "row", "two-sided", "deaf", "quits", "steady", "two-scanners"];
+const ELSEWHERE: &[&str] =
+    &["base", "row", "encoder", "two-sided", "deaf", "quits", "steady", "two-scanners"];
 
 /// A folder with the whole library, for scenarios that change one of it.
 fn copy() -> tempfile::TempDir {
@@ -39,7 +40,8 @@ fn is_red_without_faults(name: &str) {
     let scenario = folder.path().join("without.toml");
     fs::write(&scenario, format!("use = \"{name}.toml\"\nfault = []\n")).expect("written");
     let ended = check(&scenario, &[]);
-    let is_red = ended.stdout.contains("FAILED") || ended.stdout.contains("there was no event");
+    let reds = ["FAILED", "there was no event", "nothing ends that: add a [[fault]]"];
+    let is_red = reds.iter().any(|red| ended.stdout.contains(red));
     assert!(ended.code != Some(0) && is_red, "{name}: {}", ended.stdout);
 }
 
@@ -69,7 +71,8 @@ fn drives(name: &str, expects: &[&str]) -> Driven {
     let scenario = folder.path().join("driven.toml");
     let command = r#"["{rowscan}", "estimate", "tcp://{left.tcp}", "--wait", "--rig", "{scenario}/row.toml", "--format", "json"]"#;
     // Where connections are refused at first it is ready before it is connected.
-    let ready = if name == "late" { "" } else { r#", ready = { line = "connected" }"# };
+    let ready =
+        if matches!(name, "late" | "cold-start") { "" } else { r#", ready = { line = "connected" }"# };
     let run = format!(r#"run = [{{ id = "sut", command = {command}{ready} }}]"#);
     let written = format!("use = \"{name}.toml\"\n{run}\nexpect = [\n  {},\n]\n", expects.join(",\n  "));
     fs::write(&scenario, written).expect("written");
@@ -89,6 +92,35 @@ const NOTHING_LOST: &str =
     r#"{ what = "scans_lost", equals = 0 }, { what = "telegrams_bad", equals = 0 }, { what = "exit_code" }"#;
 const AS_WITHOUT: &str =
     r#"{ what = "impacted_total_area_m2", equals_run_without = "faults", tolerance = 0 }"#;
+
+/// The same of scenarios whose child no driver takes the place of.
+macro_rules! whole_rigs {
+    ($($module:ident, $name:literal;)*) => {
+        $(mod $module {
+            #[test]
+            fn holds() {
+                super::passes($name);
+            }
+
+            #[test]
+            fn is_red_without_its_faults() {
+                super::is_red_without_faults($name);
+            }
+        })*
+
+        /// Those that are tested so.
+        const WHOLE_RIGS: &[&str] = &[$($name),*];
+    };
+}
+
+whole_rigs! {
+    gnss, "gnss";
+    ntp, "ntp";
+    bus_off, "bus-off";
+    no_tecu, "no-tecu";
+    slip, "slip";
+    encoder_stuck, "encoder-stuck";
+}
 
 /// A module a scenario: its verdict with the controller, without its faults, and with our driver.
 macro_rules! scenarios {
@@ -125,6 +157,10 @@ scenarios! {
     half_open, "half-open", drives_half_open;
     reset, "reset", drives_reset;
     late, "late", drives_late;
+    wrap, "wrap", drives_wrap;
+    dirty, "dirty", drives_dirty;
+    cold_start, "cold-start", drives_cold_start;
+    crank, "crank", drives_crank;
 }
 
 fn drives_every_cut() {
@@ -190,6 +226,34 @@ fn drives_late() {
     assert_eq!(driven.counts(), (0, 0, 0));
 }
 
+fn drives_wrap() {
+    let acts = r#"{ what = "fault_acts", of = "wrap", equals = 1 }, { what = "fault_acts", of = "back", equals = 1 }"#;
+    let driven =
+        drives("wrap", &[acts, NOTHING_LOST, &AS_WITHOUT.replace("tolerance = 0", "tolerance = 1e-9")]);
+    assert_eq!(driven.counts(), (0, 0, 0));
+}
+
+fn drives_dirty() {
+    let acts = r#"{ what = "fault_acts", of = "dirt", equals = 1 }"#;
+    let driven = drives("dirty", &[acts, NOTHING_LOST]);
+    assert_eq!(driven.counts(), (0, 0, 0));
+    // A second of 50 scans: what dirty beams say is left out, and told.
+    let excluded = driven.count("scans_excluded");
+    assert!((49..=51).contains(&excluded), "{excluded} scans were left out");
+}
+
+fn drives_cold_start() {
+    let up = r#"{ what = "first_scan", after = "power.end", within_s = 60 }"#;
+    let driven = drives("cold-start", &[up, r#"{ what = "telegrams_bad", equals = 0 }"#]);
+    assert_eq!(driven.count("telegrams_bad"), 0);
+}
+
+fn drives_crank() {
+    let back = r#"{ what = "streaming", after = "crank.end", within_s = 38 }"#;
+    let driven = drives("crank", &[back, r#"{ what = "telegrams_bad", equals = 0 }"#]);
+    assert_eq!(driven.count("telegrams_bad"), 0, "{}", driven.log);
+}
+
 #[test]
 fn a_stored_dialect_stops_neither_the_controller_nor_our_driver() {
     passes("stored-dialect");
@@ -210,9 +274,25 @@ fn our_driver_finds_an_lms2xx_that_was_left_streaming() {
 }
 
 #[test]
+fn a_controller_hears_the_whole_tractor_and_is_ready_when_it_says_so_on_the_bus() {
+    passes("tractor");
+    // One that is waited for and never comes.
+    let folder = copy();
+    let scenario = folder.path().join("other.toml");
+    let written = fs::read_to_string(library().join("tractor.toml")).expect("there");
+    let clock = r#"clock = { mode = "paced", startup_wall_s = 2 }"#;
+    let written = written.replace("0x18FF1080", "0x18FF1081").replace(r#"clock = { mode = "paced" }"#, clock);
+    fs::write(&scenario, written).expect("written");
+    let ended = check(&scenario, &[]);
+    assert_eq!(ended.code, Some(2), "{}", ended.stdout);
+    assert!(ended.stdout.contains("`sut` was not ready within 2s"), "{}", ended.stdout);
+}
+
+#[test]
 fn every_scenario_of_the_library_is_run() {
-    let alone = ["stored-dialect", "left-streaming"];
-    let known = |name: &str| HERE.iter().chain(ELSEWHERE).chain(&alone).any(|known| *known == name);
+    let alone = ["stored-dialect", "left-streaming", "tractor"];
+    let known =
+        |name: &str| HERE.iter().chain(WHOLE_RIGS).chain(ELSEWHERE).chain(&alone).any(|known| *known == name);
     let files = fs::read_dir(library()).expect("the library").flatten().map(|file| file.path());
     let scenarios = files.filter(|path| path.extension().is_some_and(|ending| ending == "toml"));
     let names = scenarios.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()));

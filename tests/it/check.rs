@@ -180,3 +180,35 @@ fn long() -> String {
          expect = [{{ what = \"scans_lost\", equals = 0 }}]\n"
     )
 }
+
+#[test]
+fn the_manuals_five_minutes_are_as_it_says() {
+    if !has_python() {
+        return;
+    }
+    let manual =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/bench.md")).expect("there");
+    let (_, rest) = manual.split_once("```toml\n").expect("an example");
+    let (example, _) = rest.split_once("```").expect("its end");
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    std::fs::copy(scenario("controller.py"), folder.path().join("controller.py")).expect("copied");
+    let quits = example.replace("\"{left.tcp}\"]", "\"{left.tcp}\", \"--quit-after\", \"20\"]");
+    assert_ne!(quits, example);
+    write("row.toml", example);
+    write("quits.toml", &quits);
+    for (name, code, says) in
+        [("row.toml", 0, "passed  2. exit_code"), ("quits.toml", 1, "FAILED  2. exit_code")]
+    {
+        // By its bare name, as somebody in the folder says it.
+        let ended = Command::new(env!("CARGO_BIN_EXE_rowscan"))
+            .args(["check", name, "--junit", "verdicts.xml"])
+            .current_dir(folder.path())
+            .output()
+            .expect("it runs");
+        let told = String::from_utf8_lossy(&ended.stdout).into_owned();
+        assert_eq!(ended.status.code(), Some(code), "{told}");
+        assert!(told.contains(says), "{told}");
+        assert!(folder.path().join("verdicts.xml").exists());
+    }
+}

@@ -13,7 +13,7 @@ use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{EmulatorConfig, Rig, SerialConfig, StageRow, faulty_wire};
 use rowscan_faults::{
-    Family, Fault, FaultControl, Form, Language, Layer, Medium, StreamFaults, faults, read,
+    FAULTS, Family, Fault, FaultControl, Form, Language, Layer, Medium, StreamFaults, read,
 };
 use rowscan_ports::Wire;
 use rowscan_protocol::frame::{Dialect, encode};
@@ -120,15 +120,9 @@ fn refusal(fault: &Fault, client: Client) -> Option<&'static str> {
     }
 }
 
-/// What a client of this kind cannot see, though the fault acts.
+/// What a client of this kind cannot see, though the fault acts: no checksum and no length in CoLa A, so both are skipped there.
 fn is_unseen(fault: &Fault, client: Client) -> bool {
-    match fault.name {
-        // No checksum and no length in CoLa A: skipped there.
-        "checksum" | "length" => client == Client::ColaA,
-        // Told by the answers of a device that is asked, and never by its scans.
-        "pollution" | "contamination" => false,
-        _ => false,
-    }
+    client == Client::ColaA && ["checksum", "length"].contains(&fault.name)
 }
 
 /// The keys that a fault needs to be one: of the required ones something in their range.
@@ -141,7 +135,7 @@ fn keys(fault: &Fault) -> String {
         "garble" => "noise_p = 0.1\n",
         "two_tecu" => "speed_ratio = 1.5\n",
         "bandwidth" => "bytes_s = 2000\n",
-        "drop" => "telegrams = 1\n",
+        "speed_command" => "m_s = 2\n",
         _ => "",
     };
     let needed = fault.parameters.iter().filter(|parameter| parameter.default == "must be given");

@@ -184,26 +184,29 @@ async fn a_device_answers_as_its_faults_say_and_as_ever_afterwards() {
 
 #[tokio::test(start_paused = true)]
 async fn dirt_grows_step_by_step_and_takes_the_beams_of_its_sector() {
-    let fault = "name = \"contamination\"\nlevel = 3\nramp_s = 6\nsector = [80, 100]\nat = { s = 2 }\nfor = { s = 8 }";
-    let mut bench = bench(&format!("[[fault]]\n{fault}\n"));
-    let mut client = raw_client(&mut bench.emulator, Dialect::B);
-    let (mut asking, mut levels) = (Asking::of(&mut bench), Vec::new());
-    let sector = |scan: &Scan| -> Vec<bool> {
-        let seen = (0..scan.beams.len()).filter(|beam| (80.0..=100.0).contains(&scan.beams.angle_deg(*beam)));
-        seen.map(|beam| scan.echoes[0].range_m[beam].is_finite()).collect()
-    };
-    let before = scans(&mut client, 50).await.pop().expect("some");
-    assert!(sector(&before).contains(&true), "there is something to be seen");
+    let mut growing = bench(
+        "[[fault]]\nname = \"contamination\"\nlevel = 3\nramp_s = 6\nat = { s = 2 }\nfor = { s = 8 }\n",
+    );
+    let (mut asking, mut levels) = (Asking::of(&mut growing), Vec::new());
     for s in [3.0, 5.0, 7.0, 9.0, 11.0] {
-        bench.until(s).await;
-        levels.push(asking.ask("sRN LCMstate").await.expect("an answer").chars().last().expect("a level"));
+        growing.until(s).await;
+        let level = asking.ask("sRN LCMstate").await.expect("an answer");
+        levels.push(level.chars().last().expect("a level"));
     }
     assert_eq!(levels, ['0', '1', '2', '3', '0']);
-    let dirty = scans(&mut client, 400).await.pop().expect("some");
-    assert!(!sector(&dirty).contains(&true), "all blind");
-    let outside =
-        (0..dirty.beams.len()).filter(|beam| !(80.0..=100.0).contains(&dirty.beams.angle_deg(*beam)));
-    assert!(outside.map(|beam| dirty.echoes[0].range_m[beam]).any(f64::is_finite), "the others see");
+    let mut bench = bench("[[fault]]\nname = \"contamination\"\nsector = [80, 100]\nat = { s = 2 }\n");
+    let mut client = raw_client(&mut bench.emulator, Dialect::B);
+    let sees = |scan: &Scan, inside: bool| {
+        let beams = (0..scan.beams.len())
+            .filter(|beam| (80.0..=100.0).contains(&scan.beams.angle_deg(*beam)) == inside);
+        beams.map(|beam| scan.echoes[0].range_m[beam]).any(f64::is_finite)
+    };
+    let all = scans(&mut client, 200).await;
+    let (before, dirty) = all.split_at(99);
+    assert!(before.iter().any(|scan| sees(scan, true)), "there is something to be seen");
+    let dirty = dirty.iter().skip(2);
+    assert!(dirty.clone().all(|scan| !sees(scan, true)), "all blind");
+    assert!(dirty.clone().any(|scan| sees(scan, false)), "the others see");
 }
 
 #[tokio::test(start_paused = true)]
@@ -252,7 +255,12 @@ async fn a_clock_that_is_wrong_changes_stamps_and_nothing_else() {
     assert_eq!((even(&steps), steps.iter().filter(|step| **step == 20_200).count()), (149, 50));
     let (steps, times) = stamps("name = \"clock_wrap\"\nat = { s = 2 }").await;
     assert!(times.contains(&0), "the scan at that moment");
-    assert_eq!(steps.iter().filter(|step| **step != 20_000).count(), 1);
+    assert_eq!(even(&steps), steps.len(), "it goes on as if nothing were");
+    assert!(times[0] > 4_290_000_000, "{}", times[0]);
+    let (steps, times) = stamps("name = \"clock_wrap\"\nat = { row_m = 1 }").await;
+    assert!(even(&steps) == steps.len() && times[0] > 4_290_000_000 && times.iter().any(|us| *us < 20_000));
+    let (steps, _) = stamps("name = \"clock_wrap\"\nat = { scan = 50 }").await;
+    assert_eq!(even(&steps), steps.len() - 1, "nobody could know");
     let (steps, _) = stamps("name = \"clock_step\"\ns = 5\nat = { s = 900 }").await;
     assert_eq!(even(&steps), steps.len(), "not yet");
 }
@@ -283,7 +291,12 @@ async fn the_tractor_stops_and_the_scans_and_the_events_say_where() {
         bench("[[fault]]\nname = \"stop\"\nat = { row_m = 1 }\nfor = { s = 5 }\nchange_m_s2 = 100\n");
     let mut client = raw_client(&mut bench.emulator, Dialect::B);
     let all = scans(&mut client, 600).await;
-    let still = all.windows(2).filter(|pair| pair[0].echoes == pair[1].echoes).count();
+    // Before the trees one scan is like another too, for a second at most.
+    let (mut still, mut run) = (0, 0);
+    for pair in all.windows(2) {
+        run = if pair[0].echoes == pair[1].echoes { run + 1 } else { 0 };
+        still = still.max(run);
+    }
     assert!((240..=255).contains(&still), "{still} scans from one place in five seconds");
     let places: Vec<f64> =
         std::iter::from_fn(|| bench.events.take()).filter_map(|event| event.row_m).collect();
@@ -295,9 +308,8 @@ async fn the_scanner_sees_that_the_tractor_drives_beside_its_way_and_bounces() {
     for fault in
         ["name = \"lateral\"\nm = 0.3\nover_s = 0", "name = \"bounce\"\nm = 0.2\nhz = 3\nroll_deg = 2"]
     {
-        let mut plain = bench("[[fault]]\nname = \"stop\"\n");
-        let text =
-            format!("[[fault]]\nname = \"stop\"\n[[fault]]\n{fault}\nat = {{ s = 2 }}\nfor = {{ s = 1 }}\n");
+        let mut plain = bench("");
+        let text = format!("[[fault]]\n{fault}\nat = {{ s = 2 }}\nfor = {{ s = 1 }}\n");
         let mut moved = bench(&text);
         let mut clients =
             (raw_client(&mut plain.emulator, Dialect::B), raw_client(&mut moved.emulator, Dialect::B));

@@ -118,6 +118,21 @@ impl Tractor {
             || trajectory.rejoin(key, t_s);
     }
 
+    /// How long it will have driven when it has come to this Y, as far as its drive is known now; none if that takes longer than an hour.
+    pub fn drives_to(&self, y_m: f64) -> Option<Duration> {
+        const LONGEST_S: u32 = 3600;
+        let driven = self.lock();
+        let there = |t_s: f64| driven.trajectory.at(t_s).place.y_m >= y_m;
+        let until_s = (0..=LONGEST_S).map(f64::from).find(|t_s| there(*t_s))?;
+        let (mut from_s, mut until_s) = ((until_s - 1.0).max(0.0), until_s);
+        // To a microsecond.
+        while until_s - from_s > 1e-6 {
+            let middle_s = from_s.midpoint(until_s);
+            if there(middle_s) { until_s = middle_s } else { from_s = middle_s }
+        }
+        Some(Duration::from_secs_f64(until_s))
+    }
+
     /// Accelerates to `speed_m_s` from `at` on; starts it if it stands.
     pub fn command(&self, at: SimTime, speed_m_s: f64) {
         let mut driven = self.lock();

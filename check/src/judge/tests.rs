@@ -114,8 +114,8 @@ fn counts() {
 #[test]
 fn measures() {
     holds(&[
-        ("what = \"impacted_total_area_m2\", above = 0", Passed),
-        ("what = \"impacted_total_area_m2\", above = 1000", Failed),
+        ("what = \"impacted_total_area_m2\", below = 1", Passed),
+        ("what = \"impacted_total_area_m2\", above = 1", Failed),
         ("what = \"impacted_total_area_m2\", equals_run_without = \"faults\"", Passed),
         ("what = \"impacted_total_area_m2\", on = \"right\", above = 0", Error),
         // No truth is known here: unknown holds nothing.

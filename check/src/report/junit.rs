@@ -17,7 +17,6 @@ use crate::verdict::{Case, Tried, Verdict};
 pub fn junit(all: &[Tried]) -> Result<String, String> {
     let mut report = Report::new("rowscan check");
     let date = DateTime::<Utc>::from(clock::date());
-    report.set_timestamp(date);
     report.set_time(all.iter().map(|tried| seconds(tried.wall_s)).sum());
     for tried in all {
         let seed = tried.seed.map_or(String::new(), |seed| format!(" [seed {seed}]"));

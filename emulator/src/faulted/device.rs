@@ -1,5 +1,6 @@
 //! Faults of a scanner and its clock.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -27,7 +28,8 @@ pub(crate) enum Change {
     End(u64),
     Drift(f64),
     Step(i64),
-    Wrap,
+    /// The clock is to wrap at this instant.
+    Wrap(SimTime),
     Leave(Stored),
 }
 
@@ -43,6 +45,8 @@ pub(crate) struct DeviceFaults {
     family: Family,
     orders: Orders<Change>,
     active: Mutex<Vec<(u64, PartFault)>>,
+    /// The clock's wrap is set already.
+    foreseen: AtomicBool,
 }
 
 impl DeviceFaults {
@@ -55,7 +59,12 @@ impl DeviceFaults {
     }
 
     fn of(family: Family, changed: &Arc<Notify>) -> Arc<Self> {
-        Arc::new(Self { family, orders: Orders::new(changed), active: Mutex::default() })
+        Arc::new(Self {
+            family,
+            orders: Orders::new(changed),
+            active: Mutex::default(),
+            foreseen: AtomicBool::new(false),
+        })
     }
 
     /// When there is something to do next.
@@ -73,7 +82,7 @@ impl DeviceFaults {
                 Change::End(key) => drop(device.end_trouble(key)),
                 Change::Drift(ppm) => device.drift_clock(at, ppm),
                 Change::Step(us) => device.step_clock(us),
-                Change::Wrap => device.wrap_clock(at),
+                Change::Wrap(when) => device.wrap_clock(when),
                 Change::Leave(stored) => device.leave_as(left_behind(stored)),
             }
         }
@@ -93,7 +102,7 @@ impl DeviceFaults {
                 Change::End(_) => device.set_contamination(0),
                 Change::Leave(stored) => device.leave_as(rate(stored), stored.streaming),
                 // Refused when they were added.
-                Change::Begin(..) | Change::Drift(_) | Change::Step(_) | Change::Wrap => {}
+                Change::Begin(..) | Change::Drift(_) | Change::Step(_) | Change::Wrap(_) => {}
             }
         }
         off
@@ -137,7 +146,7 @@ impl DeviceFaults {
         let change = match fault {
             ClockFault::Drift { ppm } => Change::Drift(ppm),
             ClockFault::Step { s } => Change::Step((s * MICROS) as i64),
-            ClockFault::Wrap => Change::Wrap,
+            ClockFault::Wrap => Change::Wrap(at),
         };
         self.orders.push(at, change);
     }
@@ -179,8 +188,16 @@ impl Part for DeviceFaults {
                 self.orders.push(at, Change::Begin(key, refusal(refused)));
             }
             PartFault::Device(DeviceFault::Stored(stored)) => self.orders.push(at, Change::Leave(*stored)),
+            PartFault::Clock(ClockFault::Wrap) if self.foreseen.swap(false, Ordering::Relaxed) => {}
             PartFault::Clock(fault) => self.begin_clock(at, *fault),
             _ => {}
+        }
+    }
+
+    fn foresee(&self, fault: &PartFault, now: Duration, at: Duration) {
+        if matches!(fault, PartFault::Clock(ClockFault::Wrap)) {
+            self.foreseen.store(true, Ordering::Relaxed);
+            self.orders.push(SimTime::ZERO + now, Change::Wrap(SimTime::ZERO + at));
         }
     }
 

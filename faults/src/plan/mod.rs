@@ -16,6 +16,7 @@ use crate::fault::Action;
 use crate::instance::{Due, Happened, Instance, Phase, Place};
 use crate::part::{Order, Part};
 use crate::telegram::Language;
+use crate::when::At;
 
 /// What a stream runs over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +33,16 @@ pub enum Medium {
 pub trait Row: Send + Sync + fmt::Debug {
     /// Metres along the row at this time on the faults' clock; none before it starts.
     fn row_m(&self, at: Duration) -> Option<f64>;
+
+    /// How long it will have driven when it comes to this metre, if that can be told.
+    fn drives_to_row_m(&self, _row_m: f64) -> Option<Duration> {
+        None
+    }
+
+    /// The same for a tree's trunk.
+    fn drives_to_tree(&self, _tree: u32) -> Option<Duration> {
+        None
+    }
 
     /// The number of the last tree whose trunk it has reached, from 1.
     fn tree(&self, at: Duration) -> Option<u32>;
@@ -167,6 +178,7 @@ impl Plan {
         }
         // On a grid, so that it does not depend on who looks, and when.
         let looked = last_look(now);
+        self.foretell(looked);
         loop {
             let place = self.place(looked);
             let due = |(number, instance): (usize, &Instance)| {
@@ -219,6 +231,35 @@ impl Plan {
                 Place { row_m: row.row_m(now), tree: row.tree(now) }
             }
             _ => Place::default(),
+        }
+    }
+
+    /// Tells parts that must know it when their faults will begin: as long as the tractor stands, as if it set out now.
+    fn foretell(&mut self, looked: Duration) {
+        let Self { instances, streams, row, .. } = self;
+        let waits = |instance: &&mut Instance| {
+            instance.phase == Phase::Waiting && instance.windows == 0 && instance.foretold != Some(looked)
+        };
+        for instance in instances.iter_mut().filter(waits) {
+            let Action::Part(fault) = &instance.action else { continue };
+            if !fault.is_foreseen() {
+                continue;
+            }
+            let stands = row.as_ref().filter(|row| row.row_m(looked).is_none());
+            let drives = |to: &dyn Fn(&dyn Row) -> Option<Duration>| {
+                stands.and_then(|row| to(&**row)).map(|time| looked.saturating_add(time))
+            };
+            let at = match &instance.spec.at {
+                At::Time(at) => Some(*at).filter(|_| instance.foretold.is_none()),
+                At::RowM(row_m) => drives(&|row| row.drives_to_row_m(*row_m)),
+                At::Tree(tree) => drives(&|row| row.drives_to_tree(*tree)),
+                At::Start | At::Scan(_) | At::Command(_) | At::After { .. } => None,
+            };
+            let part = streams.get(instance.stream).and_then(|stream| stream.part.as_ref());
+            if let (Some(part), Some(at)) = (part, at) {
+                part.foresee(fault, looked, at);
+                instance.foretold = Some(looked);
+            }
         }
     }
 

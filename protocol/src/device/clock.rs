@@ -78,8 +78,11 @@ impl Clock {
 
     /// Sets it forward so that its lower 32 bits are 0 at `at`.
     pub(super) fn wrap(&mut self, at: SimTime) {
-        let low = self.uptime_us(at) & u64::from(u32::MAX);
-        self.step(((1 << 32) - low as i64) & i64::from(u32::MAX));
+        let low = self.uptime_us(at) as u32;
+        // Back or forward, whichever is nearer; but not to before power-up.
+        let nearest = -i64::from(low as i32);
+        let is_before = self.ahead_us.wrapping_add(nearest) < 0;
+        self.step(if is_before { nearest + (1 << 32) } else { nearest });
     }
 
     /// What a scan's time deviates by, µs: uniform, keyed by seed, scanner and turn.

@@ -175,6 +175,12 @@ const RULES: &[Rule] = &[
         why: "somebody else's test embeds the emulator without the command line, and the emulator never sees the driver",
     },
     Rule {
+        package: "rowscan-control",
+        features: Features::All,
+        forbidden: &["clap", "comfy-table", "parquet", "rowscan-driver", "rowscan-study", "rowscan"],
+        why: "somebody else's test embeds the control without the command line",
+    },
+    Rule {
         package: "rowscan-study",
         features: Features::All,
         forbidden: &["clap", "comfy-table", "rowscan-driver", "rowscan"],
