@@ -3,7 +3,7 @@
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
-use rowscan_scenes::optics::Stages;
+use rowscan_scenes::optics::{self, Stages};
 use rowscan_scenes::{GrowError, Scene};
 
 use super::blocking::off_runtime;
@@ -100,4 +100,10 @@ pub(super) async fn grow(scene: Scene) -> Result<Stage, Failure> {
 /// Says what was done to the input that the user did not ask for word by word.
 pub(super) fn tell(stage: &Stage) {
     stage.orchard.remarks().iter().for_each(say);
+    let stages = stage.scene.optics.stages;
+    if stages.has(optics::Stage::Spot) {
+        say(format_args!(
+            "optics {stages}: the estimators still take a beam without width, so areas come out too large; docs/optics.md says by how much"
+        ));
+    }
 }

@@ -2,7 +2,7 @@
 
 use rowscan_protocol::optics::Pulse;
 
-use super::footprint::Touch;
+use super::touch::Touch;
 
 /// One echo of a beam, before it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]

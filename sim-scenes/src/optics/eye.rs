@@ -3,16 +3,18 @@
 use rowscan_protocol::optics::Optics;
 use rowscan_protocol::scan::Pose;
 
-use super::air::{AirStage, Shot};
+use super::air::AirStage;
+use super::air::Shot;
 use super::draws::{Draws, Use};
 use super::echo::{Echo, Rules, nearest};
 use super::energy;
-use super::footprint::{Footprint, Touch};
+use super::footprint::Footprint;
 use super::ideal::{self, RangeLimits};
 use super::noise::UnitNoise;
 use super::settings::OpticsSettings;
 use super::spot::{PHASES, SpotGrid};
 use super::stage::Stage;
+use super::touch::Touch;
 use crate::caster::{BeamFan, Caster, Return};
 
 /// What of a scanner model its eye needs.

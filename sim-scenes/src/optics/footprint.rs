@@ -3,19 +3,8 @@
 use rowscan_protocol::scan::Pose;
 
 use super::spot::{Extent, SpotGrid};
+use super::touch::Touch;
 use crate::caster::{BeamFan, Caster, Return, Scratch};
-
-/// What part of a beam met.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Touch {
-    pub(super) range_m: f64,
-    /// Share of the beam's power that went there.
-    pub(super) share: f64,
-    /// Power that came back, relative to a white wall at 1 m.
-    pub(super) power: f64,
-    /// Number of the ray, for [`Footprint::met`].
-    pub(super) ray: u32,
-}
 
 /// The casts of one line, and room for the next.
 #[derive(Clone, Debug)]

@@ -16,6 +16,7 @@ mod noise;
 mod settings;
 mod spot;
 mod stage;
+mod touch;
 
 pub use air::{Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, Plume, WindowSector};
 pub use casts::EyeCaster;

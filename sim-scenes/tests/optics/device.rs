@@ -137,3 +137,19 @@ fn wet_and_dark_surfaces_return_less_and_vanish_nearer() {
     // At 4 m an LMS1xx needs 0.5 %.
     assert_eq!(power(0.0, 0.003), 0);
 }
+
+#[test]
+fn lines_are_the_same_on_any_registers_and_in_any_order() {
+    let scene = || {
+        let air = rowscan_scenes::optics::Air { rain_mm_h: 30.0, ..Default::default() };
+        let settings = OpticsSettings { air, ..settings("device") };
+        let plates = vec![half_plate(2.0, 0.0, 0.7), plate(4.5)];
+        Bench::new(&optics("lms511"), 5, &settings, plates, &fan(1.0 / 6.0, 61))
+    };
+    let (mut widest, mut single) = (scene(), scene());
+    single.caster = single.caster.with_registers(rowscan_scenes::Registers::Single);
+    let ahead: Vec<_> = (0..12).map(|scan| widest.look(scan)).collect();
+    let back: Vec<_> = (0..12).rev().map(|scan| single.look(scan)).collect();
+    assert!(ahead.iter().eq(back.iter().rev()));
+    assert_ne!(ahead[0], ahead[1]);
+}

@@ -2,9 +2,8 @@
 
 use rowscan_protocol::optics::Optics;
 
-use super::NO_RAY;
 use crate::optics::draws::Draws;
-use crate::optics::footprint::Touch;
+use crate::optics::touch::{NO_RAY, Touch};
 
 /// Reflectance of a water drop \[S19\].
 pub(super) const WATER: f64 = 0.02;

@@ -2,9 +2,9 @@
 
 use rowscan_protocol::optics::Optics;
 
-use super::{Air, NO_RAY, PULSE_M, Shot};
+use super::shot::{PULSE_M, Shot};
 use crate::optics::draws::Use;
-use crate::optics::footprint::Touch;
+use crate::optics::touch::{NO_RAY, Touch};
 
 /// Extinction over backscatter of water droplets at 905 nm, sr \[S21\].
 pub const BACKSCATTER_SR: f64 = 18.8;
@@ -30,9 +30,10 @@ pub(super) struct Haze {
 }
 
 impl Haze {
-    pub(super) fn new(optics: &Optics, air: &Air, rain: f64) -> Self {
-        let fog = air.visibility_m.map_or(0.0, |visibility| kruse(visibility, optics.wavelength_nm.value));
-        Self { even: fog + rain, fog, dust: DUST_M2_G * air.dust_g_m3 }
+    /// Fog by its visibility, dust by its mass in the air (g/m³), and what rain adds (1/m).
+    pub(super) fn new(optics: &Optics, visibility_m: Option<f64>, dust_g_m3: f64, rain: f64) -> Self {
+        let fog = visibility_m.map_or(0.0, |visibility| kruse(visibility, optics.wavelength_nm.value));
+        Self { even: fog + rain, fog, dust: DUST_M2_G * dust_g_m3 }
     }
 
     /// Extinction along one shot, 1/m.

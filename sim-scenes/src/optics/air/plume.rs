@@ -7,10 +7,10 @@ use rowscan_vehicle::parameter::require_within;
 use serde::{Deserialize, Serialize};
 
 use super::haze::BACKSCATTER_SR;
-use super::{NO_RAY, PULSE_M, Shot};
+use super::shot::{PULSE_M, Shot};
 use crate::angle::cos_sin_deg;
 use crate::optics::draws::Use;
-use crate::optics::footprint::Touch;
+use crate::optics::touch::{NO_RAY, Touch};
 
 /// Half angle of a hollow cone of the 80° class.
 const HALF_ANGLE_DEG: f64 = 35.0;

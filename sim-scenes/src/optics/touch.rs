@@ -1,0 +1,16 @@
+//! What part of a beam met.
+
+/// What part of a beam met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Touch {
+    pub(super) range_m: f64,
+    /// Share of the beam's power that went there.
+    pub(super) share: f64,
+    /// Power that came back, relative to a white wall at 1 m.
+    pub(super) power: f64,
+    /// Number of the ray that met it, or [`NO_RAY`].
+    pub(super) ray: u32,
+}
+
+/// Ray number of a return that no surface gave.
+pub(super) const NO_RAY: u32 = u32::MAX;
