@@ -1,11 +1,12 @@
 //! The table `[optics]` of a scene.
 
+use rowscan_protocol::rig::BeamWidth;
 use rowscan_vehicle::ParameterError;
 use rowscan_vehicle::parameter::{require, require_within};
 use serde::{Deserialize, Serialize};
 
 use super::energy::Reflectance;
-use super::stage::Stages;
+use super::stage::{Stage, Stages};
 
 /// How the scene's scanners see.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,6 +68,11 @@ impl OpticsSettings {
         require_within("optics.min_share", self.min_share, 0.0, 1.0)?;
         require_within("optics.wetness", self.wetness, 0.0, 1.0)?;
         self.reflectance.validate()
+    }
+
+    /// How wide the beams are, as a rig says it.
+    pub(crate) fn beam_width(&self) -> BeamWidth {
+        if self.stages.has(Stage::Spot) { BeamWidth::Device } else { BeamWidth::Ideal }
     }
 
     /// Planes, and rays in a plane.
