@@ -6,8 +6,10 @@ use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
+use super::datagrams::Datagrams;
+use super::error_frame::ErrorFrame;
 use super::link::{self, Link};
-use super::port_event::{OutgoingFrame, PortEvent};
+use super::port_event::{Outgoing, OutgoingFrame, PortEvent};
 use super::{BusAddress, BusError, CanFrame};
 use rowscan_ports::in_flight::InFlight;
 use rowscan_ports::{Delivered, Delivery, Untaken};
@@ -25,6 +27,9 @@ pub type Stamped = (SimTime, CanFrame);
 #[derive(Debug)]
 pub struct Bus {
     ports: Vec<mpsc::Sender<OutgoingFrame>>,
+    /// Which of them send datagrams.
+    datagram_ports: Vec<bool>,
+    datagrams: Datagrams,
     open_from_the_start: bool,
     untaken: Vec<Untaken>,
     in_flight: InFlight,
@@ -47,9 +52,11 @@ impl Bus {
         let (heard, inbox) = mpsc::channel(QUEUE);
         let (mut ports, mut tasks) = (Vec::new(), JoinSet::new());
         let (mut open_from_the_start, mut untaken) = (false, Vec::new());
+        let mut datagram_ports = Vec::new();
         for (number, address) in addresses.iter().enumerate() {
             let link = Link::open(address).await?;
             tell(&link);
+            datagram_ports.push(matches!(link, Link::Udp(_)));
             open_from_the_start |= link.is_open_from_the_start();
             untaken.extend(link.untaken()?);
             let (outbox, queue) = mpsc::channel(QUEUE);
@@ -58,6 +65,8 @@ impl Bus {
         }
         let bus = Self {
             ports,
+            datagram_ports,
+            datagrams: Datagrams::default(),
             open_from_the_start,
             untaken,
             in_flight: InFlight::default(),
@@ -73,15 +82,36 @@ impl Bus {
             if Some(number) == from {
                 continue;
             }
-            let outgoing = OutgoingFrame { at, frame, pending: self.in_flight.enter() };
-            // A port that is gone needs nothing.
-            if delivery.put(port, outgoing).await == Delivered::Lost {
-                self.dropped.fetch_add(1, Ordering::Relaxed);
+            let is_datagram = self.datagram_ports.get(number).is_some_and(|is| *is);
+            let copies = if is_datagram { self.datagrams.copies() } else { 1 };
+            for _ in 0..copies {
+                let outgoing =
+                    OutgoingFrame { at, what: Outgoing::Frame(frame), pending: self.in_flight.enter() };
+                // A port that is gone needs nothing.
+                if delivery.put(port, outgoing).await == Delivered::Lost {
+                    self.dropped.fetch_add(1, Ordering::Relaxed);
+                }
             }
         }
         if delivery.is_patient() {
             self.in_flight.below(MOST_PENDING).await;
         }
+    }
+
+    /// Has the ports tell what their controllers would, where they can.
+    pub async fn tell(&self, at: SimTime, error: ErrorFrame, delivery: Delivery) {
+        for port in &self.ports {
+            let pending = self.in_flight.enter();
+            let outgoing = OutgoingFrame { at, what: Outgoing::Error(error), pending };
+            if delivery.put(port, outgoing).await == Delivered::Lost {
+                self.dropped.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// What becomes of what it sends as datagrams; none if no port does.
+    pub fn datagrams(&self) -> Option<Datagrams> {
+        self.datagram_ports.contains(&true).then(|| self.datagrams.clone())
     }
 
     /// What has been sent and is not written yet.

@@ -6,7 +6,9 @@
 
 mod address;
 pub mod canopy;
+mod datagrams;
 mod dbc;
+pub mod error_frame;
 pub mod frame;
 mod join;
 pub mod link;
@@ -19,9 +21,12 @@ pub mod pgn;
 mod port_event;
 pub mod sensors;
 pub mod tractor;
+pub mod troubles;
 
 pub use address::{BusAddress, BusAddressError};
+pub use datagrams::Datagrams;
 pub use dbc::{dbc, load, markdown};
+pub use error_frame::ErrorFrame;
 pub use frame::{CanFrame, CanId, J1939Id};
 pub use join::{Bus, Inbox, Stamped};
 pub use link::BusError;

@@ -52,6 +52,11 @@ impl Name {
 
     /// The virtual tractor: agriculture, tractor, machine control; it keeps to the address it prefers.
     pub fn tractor() -> Self {
+        Self::tractor_parts().into()
+    }
+
+    /// The parts of the tractor's.
+    pub fn tractor_parts() -> NameParts {
         NameParts {
             self_configurable: false,
             industry_group: 2,
@@ -63,7 +68,6 @@ impl Name {
             manufacturer: 2047,
             identity: 1,
         }
-        .into()
     }
 
     /// The canopy sensor: agriculture, sprayers, a function of its own class without a registered number; it takes what address is free.

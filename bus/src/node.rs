@@ -96,6 +96,16 @@ impl Node {
         }
     }
 
+    /// It has been off the bus, or off altogether: it claims anew, and knows of nobody.
+    pub fn restart(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        if self.address == AddressState::Off {
+            return;
+        }
+        self.taken = [false; 256];
+        self.started = false;
+        self.claim(self.preferred, at, out);
+    }
+
     /// A frame was received.
     pub fn handle(&mut self, at: SimTime, frame: &CanFrame, compose: Compose<'_>, out: &mut Vec<CanFrame>) {
         let Some(id) = J1939Id::of(frame.id).filter(|_| !frame.remote) else { return };

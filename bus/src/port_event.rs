@@ -3,6 +3,7 @@
 use rowscan_ports::in_flight::Pending;
 use rowscan_protocol::time::SimTime;
 
+use crate::error_frame::ErrorFrame;
 use crate::frame::CanFrame;
 
 /// Why a port is off its bus for now.
@@ -36,11 +37,28 @@ pub enum PortEvent {
     Lost(BusLoss),
 }
 
+/// What goes out of a port.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Outgoing {
+    Frame(CanFrame),
+    Error(ErrorFrame),
+}
+
+impl Outgoing {
+    /// The frame; none for what a controller tells.
+    pub(crate) fn frame(&self) -> Option<&CanFrame> {
+        match self {
+            Self::Frame(frame) => Some(frame),
+            Self::Error(_) => None,
+        }
+    }
+}
+
 /// A frame on its way out of a port.
 #[derive(Clone, Debug)]
 pub(crate) struct OutgoingFrame {
     pub(crate) at: SimTime,
-    pub(crate) frame: CanFrame,
+    pub(crate) what: Outgoing,
     /// Kept until the frame is written, or has gone where nobody hears it.
     pub(crate) pending: Pending,
 }

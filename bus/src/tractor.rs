@@ -32,12 +32,16 @@ struct Voice {
     tractor: Tractor,
     receiver: Receiver,
     commanded_m_s: Option<f64>,
+    /// Its speeds are so many times the tractor's.
+    speed_ratio: f64,
 }
 
 impl Voice {
     fn compose(&self, message: &'static Message, at: SimTime) -> Option<Payload> {
-        let motion = self.tractor.motion(at);
-        let fix = || self.receiver.fix(at, &motion);
+        let mut motion = self.tractor.motion(at);
+        motion.speed_m_s *= self.speed_ratio;
+        motion.wheel_speed_m_s *= self.speed_ratio;
+        let fix = || self.tractor.report(&self.receiver, at).fix;
         // NMEA 2000 numbers what belongs together: everything of one second.
         let sequence = (at.0 / 1_000_000_000 % 251) as u8;
         Some(match message.pgn {
@@ -56,8 +60,29 @@ impl Voice {
 impl TractorEcu {
     /// The control function of `tractor`, whose antenna is `receiver`'s.
     pub fn new(tractor: Tractor, receiver: Receiver) -> Self {
-        let node = Node::new(Name::tractor(), TRACTOR_ADDRESS, MESSAGES, &[&tractor::FACILITIES]);
-        Self { node, voice: Voice { tractor, receiver, commanded_m_s: None } }
+        Self::named(tractor, receiver, (Name::tractor(), TRACTOR_ADDRESS), 1.0)
+    }
+
+    fn named(tractor: Tractor, receiver: Receiver, (name, address): (Name, u8), speed_ratio: f64) -> Self {
+        let node = Node::new(name, address, MESSAGES, &[&tractor::FACILITIES]);
+        Self { node, voice: Voice { tractor, receiver, commanded_m_s: None, speed_ratio } }
+    }
+
+    /// Another control function of the same tractor, which tells other speeds.
+    pub(crate) fn twin(&self, name: Name, address: u8, speed_ratio: f64) -> Self {
+        let Voice { tractor, receiver, .. } = &self.voice;
+        Self::named(tractor.clone(), receiver.clone(), (name, address), speed_ratio)
+    }
+
+    /// It has been off the bus, or off altogether: it claims its address anew.
+    pub fn restart(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        self.node.restart(at, out);
+    }
+
+    /// A frame was received: answers, and obeys no command.
+    pub(crate) fn overhear(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
+        let Self { node, voice } = self;
+        node.handle(at, frame, &mut |message, at| voice.compose(message, at), out);
     }
 
     /// A bus, or another port of it, opens.
@@ -67,8 +92,8 @@ impl TractorEcu {
 
     /// A frame was received: answers, and obeys speed commands.
     pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
+        self.overhear(at, frame, out);
         let Self { node, voice } = self;
-        node.handle(at, frame, &mut |message, at| voice.compose(message, at), out);
         let Some(id) = J1939Id::of(frame.id).filter(|id| id.pgn == tractor::SPEED_COMMAND.pgn) else {
             return;
         };

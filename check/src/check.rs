@@ -8,7 +8,7 @@ use crate::fault::ScenarioFault;
 use crate::judge::{self, Runs};
 use crate::runner::{self, RunRecord};
 use crate::scenario::{Mode, Scenario};
-use crate::verdict::{Case, Tried, Verdict};
+use crate::verdict::{Case, Tried, Verdict, name_of, rerun};
 use crate::what::Kind;
 
 /// Events told with a failure.
@@ -23,6 +23,8 @@ pub struct Options {
     pub fail_fast: bool,
     /// Where the runs' folders are made and kept; they go again without it.
     pub keep: Option<PathBuf>,
+    /// Scenarios that others try before these: where the folders' numbers go on.
+    pub before: usize,
     /// The program behind `{rowscan}`.
     pub program: Option<PathBuf>,
 }
@@ -57,7 +59,7 @@ pub fn check(
     runtime.block_on(async {
         let work = async {
             for (number, path) in scenarios.iter().enumerate() {
-                let folder = root.join(format!("{:02}-{}", number + 1, name_of(path)));
+                let folder = root.join(format!("{:02}-{}", options.before + number + 1, name_of(path)));
                 if !try_seeds(path, options, &folder, &mut all, tell).await {
                     break;
                 }
@@ -72,16 +74,6 @@ pub fn check(
     Ok(all)
 }
 
-fn name_of(path: &Path) -> String {
-    path.file_stem().map_or("scenario".to_owned(), |name| name.to_string_lossy().into_owned())
-}
-
-/// The command that runs a scenario again.
-fn rerun(path: &Path, seed: Option<u64>) -> String {
-    let seed = seed.map_or(String::new(), |seed| format!(" --seed {seed}"));
-    format!("rowscan check {}{seed}", path.display())
-}
-
 /// Tries a scenario with its seeds; false if nothing else shall be tried.
 async fn try_seeds(
     path: &Path,
@@ -90,12 +82,11 @@ async fn try_seeds(
     all: &mut Vec<Tried>,
     tell: &mut dyn FnMut(&Tried),
 ) -> bool {
-    let goes_on =
-        |tried: &Tried| !options.fail_fast || tried.cases.iter().all(|case| case.verdict <= Verdict::Skipped);
+    let goes_on = |tried: &Tried| !options.fail_fast || tried.is_fine();
     let scenario = match Scenario::load(path) {
         Ok(scenario) => scenario,
         Err(error) => {
-            let tried = unjudged(path, &error.to_string());
+            let tried = Tried::unjudged(path, &error.to_string());
             tell(&tried);
             let goes_on = goes_on(&tried);
             all.push(tried);
@@ -120,34 +111,9 @@ async fn try_seeds(
     true
 }
 
-/// A scenario that did not come to run.
-fn unjudged(path: &Path, why: &str) -> Tried {
-    let case = Case {
-        name: "the scenario is sound".to_owned(),
-        verdict: Verdict::Error,
-        message: why.to_owned(),
-        t_s: None,
-        row_m: None,
-        tree: None,
-        last_events: Vec::new(),
-        rerun: rerun(path, None),
-    };
-    Tried {
-        scenario: path.to_owned(),
-        name: name_of(path),
-        seed: None,
-        facts: Vec::new(),
-        cases: vec![case],
-        events: Vec::new(),
-        output: String::new(),
-        simulated_s: 0.0,
-        wall_s: 0.0,
-    }
-}
-
 async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path, options: &Options) -> Tried {
     if let Some(why) = &scenario.refusal {
-        return Tried { facts: facts(scenario), seed, ..unjudged(&scenario.path, why) };
+        return Tried { facts: facts(scenario), seed, ..Tried::unjudged(&scenario.path, why) };
     }
     let agreeing = scenario.expects.iter().filter(|expect| expect.what.kind == Kind::SameBytes);
     let runs_wanted = agreeing.map(|expect| expect.runs).max().unwrap_or(1);
@@ -158,16 +124,16 @@ async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path, options:
     for number in 1..=runs_wanted {
         match run_in((scenario, options), seed, folder_of(&format!("run-{number}")), &scenario.faults).await {
             Ok(run) => runs.all.push(run),
-            Err(why) => return unjudged(&scenario.path, &why),
+            Err(why) => return Tried::unjudged(&scenario.path, &why),
         }
     }
     if compares {
         match run_in((scenario, options), seed, folder_of("without-faults"), &[]).await {
             Ok(run) => runs.without_faults = Some(run),
-            Err(why) => return unjudged(&scenario.path, &why),
+            Err(why) => return Tried::unjudged(&scenario.path, &why),
         }
     }
-    let Some(run) = runs.all.first() else { return unjudged(&scenario.path, "it was not run") };
+    let Some(run) = runs.all.first() else { return Tried::unjudged(&scenario.path, "it was not run") };
     let expects = scenario.expects.iter().enumerate();
     let cases = expects.map(|(number, _)| case(scenario, number, &runs, run)).collect();
     let tails = run.children.iter().map(|(id, child)| format!("[{id}]\n{}", child.tail));
@@ -197,15 +163,15 @@ async fn run_in(
 }
 
 /// What is known of a run once it is over.
-fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(&'static str, String)> {
-    let mut facts = vec![("scans_missed", run.scans_missed.to_string())];
+fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
+    let mut facts = vec![("scans_missed".to_owned(), run.scans_missed.to_string())];
     if run.fault_events_lost > 0 {
-        facts.push(("fault_events_lost", run.fault_events_lost.to_string()));
+        facts.push(("fault_events_lost".to_owned(), run.fault_events_lost.to_string()));
     }
     let mut held: Vec<&str> = scenario.faults.iter().filter_map(ScenarioFault::holds_back).collect();
     held.dedup();
     if scenario.clock.mode == Mode::Lockstep && !held.is_empty() {
-        facts.push(("held_back_beyond_steps", held.join(", ")));
+        facts.push(("held_back_beyond_steps".to_owned(), held.join(", ")));
     }
     facts
 }
@@ -219,12 +185,12 @@ fn fresh(folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)
 }
 
-fn facts(scenario: &Scenario) -> Vec<(&'static str, String)> {
+fn facts(scenario: &Scenario) -> Vec<(String, String)> {
     let mode = match scenario.clock.mode {
         Mode::Paced => "paced",
         Mode::Lockstep => "lockstep",
     };
-    vec![("scene", scenario.scene.clone()), ("clock", mode.to_owned())]
+    vec![("scene".to_owned(), scenario.scene.clone()), ("clock".to_owned(), mode.to_owned())]
 }
 
 fn case(scenario: &Scenario, number: usize, runs: &Runs, run: &RunRecord) -> Case {

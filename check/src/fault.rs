@@ -153,6 +153,10 @@ impl Pause {
         let name = common.entries.get_mut("name");
         name.into_iter().for_each(|name| name.value = Value::Text("stall".to_owned()));
         let spec = FaultSpec::from_table(&common)?;
+        if let (At::Command(_), Some(at)) = (&spec.at, table.entries.get("at")) {
+            let message = "a child is stopped at a time, a scan or a place; use `s`, `scan`, `row_m`, `tree` or `after`";
+            return Err(TomlError { line: at.line, message: message.to_owned() });
+        }
         match spec.lasts {
             Some(Lasts::Time(lasts)) => Ok(Self {
                 id: spec.id.unwrap_or_else(|| HOST_PAUSE.to_owned()),

@@ -91,3 +91,25 @@ impl Frames {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_known_by_its_identifier_or_its_group() {
+        let frames = Frames::default();
+        let tap = frames.taps().open("can", rowscan_recording::StreamKind::Can);
+        tap.record(Side::Device, b"18FF1080#00");
+        let heard = |text: &str| text.parse().map(|pattern| frames.heard(pattern));
+        assert_eq!(heard("0x18FF1080"), Ok(false), "our own does not count");
+        tap.record(Side::Host, b"18FF1080#00");
+        tap.record(Side::Host, b"14CBF726#FEFF");
+        assert_eq!(heard("0x18FF1080"), Ok(true));
+        assert_eq!((heard("pgn:0xCB00"), heard("pgn:0xCB00 cmd:0xE")), (Ok(true), Ok(true)));
+        assert_eq!((heard("pgn:0xCB00 cmd:0xF"), heard("pgn:0xCA00")), (Ok(false), Ok(false)));
+        for nonsense in ["", "18FF1080", "0xZ", "pgn:CB00", "pgn:0xCB00 cmd:0x10"] {
+            assert!(nonsense.parse::<FramePattern>().is_err(), "{nonsense}");
+        }
+    }
+}

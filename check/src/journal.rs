@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use rowscan_emulator::clock::SimClock;
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::clock::Stopwatch;
 
 /// Something that happened.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// Whose and what, such as `sut.exited`.
     pub event: String,
@@ -21,7 +21,7 @@ pub struct Event {
     /// Host seconds since the start of the run.
     pub wall_s: f64,
     /// More about it.
-    #[serde(skip_serializing_if = "String::is_empty")]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub detail: String,
 }
 

@@ -67,6 +67,7 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
         Kind::NextScan => next_scan(scenario, expect, run),
         Kind::Count(count) => counted(scenario, expect, count, run),
         Kind::Measure(measure) => measured(scenario, expect, measure, (run, without)),
+        Kind::FaultActs => fault_acts(expect, run),
         Kind::Log => log(scenario, number, expect, run),
         Kind::BytesOf => bytes_of(scenario, expect, run, without),
         Kind::SameBytes => same_bytes(expect, runs),
@@ -214,7 +215,8 @@ fn measured(
     let name = expect.what.name;
     Ok(match measure_of(measure, stream, run) {
         Some(found) => {
-            let message = format!("{name} of {id}: expected {}, found {found:.6}", bounds.words());
+            let found_text = if without.is_some() { found.to_string() } else { format!("{found:.6}") };
+            let message = format!("{name} of {id}: expected {}, found {found_text}", bounds.words());
             Judged::holds(bounds.hold(found), message)
         }
         None => {
@@ -224,6 +226,14 @@ fn measured(
             Judged::holds(false, format!("{name} of {id}: unknown after {scans} scans; {}", why.join("; ")))
         }
     })
+}
+
+fn fault_acts(expect: &Expect, run: &RunRecord) -> Result {
+    let id = expect.on.as_deref().unwrap_or_default();
+    // One that never began has acted on nothing.
+    let found = run.fault_acts.get(id).copied().unwrap_or(0);
+    let message = format!("acts of the fault {id}: expected {}, found {found}", expect.bounds.words());
+    Ok(Judged::holds(expect.bounds.hold(found as f64), message))
 }
 
 fn log(scenario: &Scenario, number: usize, expect: &Expect, run: &RunRecord) -> Result {
@@ -307,3 +317,6 @@ fn exit_code(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     let message = format!("exit code of {id}: expected {wanted}, found {told}");
     Ok(Judged::holds(code.is_some_and(|code| f64::from(code) == wanted), message))
 }
+
+#[cfg(test)]
+mod tests;

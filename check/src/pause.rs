@@ -40,6 +40,8 @@ fn is_due(at: &At, timing: &Timing) -> bool {
         At::Start => true,
         At::Time(at) => now >= *at,
         At::Scan(scan) => timing.witness.scans() >= *scan,
+        // Refused when it was read.
+        At::Command(_) => false,
         At::RowM(row_m) => timing.row.row_m(now).is_some_and(|here| here >= *row_m),
         At::Tree(tree) => timing.row.tree(now).is_some_and(|here| here >= *tree),
         At::After { id, end, plus } => {

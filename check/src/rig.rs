@@ -17,7 +17,7 @@ use rowscan_emulator::{
 };
 use rowscan_faults::{FaultControl, Language, Medium};
 use rowscan_ports::Pty;
-use rowscan_protocol::device::{Options, Start};
+use rowscan_protocol::device::{DialectPolicy, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::Model;
 use rowscan_recording::{StreamKind, Taps};
@@ -204,6 +204,10 @@ impl Wiring<'_> {
             taps: self.witness.taps(),
             stream: Some(spec.id.clone()),
             faults: Some(self.control.stream(&spec.id, Medium::Tcp, Language::Cola)),
+            dialects: match start {
+                Start::Stored(dialect) => DialectPolicy::Strict(dialect),
+                _ => DialectPolicy::Auto,
+            },
             ..EmulatorConfig::default()
         };
         let emulator = self.rig.scanner(device, view, config);

@@ -41,6 +41,8 @@ pub(crate) struct RunRecord {
     pub(crate) scans_missed: u64,
     /// Events of faults that came too fast to be noted.
     pub(crate) fault_events_lost: u64,
+    /// How often each fault acted, by id.
+    pub(crate) fault_acts: BTreeMap<String, u64>,
     pub(crate) truth: Option<truth::Trees>,
 }
 
@@ -73,6 +75,7 @@ pub(crate) async fn run(
         wall_s: 0.0,
         scans_missed: 0,
         fault_events_lost: 0,
+        fault_acts: BTreeMap::new(),
         truth: None,
     };
     if let Err(failure) = drive(scenario, seed, folder, (faults, program, &mut record)).await {
@@ -110,6 +113,7 @@ async fn drive(
     let unfinished = bench.desk.unfinished();
     bench.desk.heal();
     record.fault_events_lost = bench.desk.events_lost();
+    record.fault_acts = bench.desk.acts();
     for child in &mut children {
         child.end().await;
         record.children.insert(child.id.clone(), record_of(scenario, child));

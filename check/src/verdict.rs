@@ -1,13 +1,13 @@
 //! What came out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::journal::Event;
 
 /// How one expectation ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// It holds.
@@ -21,7 +21,7 @@ pub enum Verdict {
 }
 
 /// One expectation of one run.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// Unique within its scenario: number, words, seed.
     pub name: String,
@@ -39,14 +39,14 @@ pub struct Case {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tree: Option<u32>,
     /// The last events until then, in words.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub last_events: Vec<String>,
     /// The command that runs it again.
     pub rerun: String,
 }
 
 /// One scenario with one seed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tried {
     /// The scenario's file.
     pub scenario: PathBuf,
@@ -55,7 +55,7 @@ pub struct Tried {
     /// Its seed, if it came to run.
     pub seed: Option<u64>,
     /// Facts for the report: scene, clock.
-    pub facts: Vec<(&'static str, String)>,
+    pub facts: Vec<(String, String)>,
     /// Its expectations.
     pub cases: Vec<Case>,
     /// What happened.
@@ -66,6 +66,48 @@ pub struct Tried {
     pub simulated_s: f64,
     /// Host seconds.
     pub wall_s: f64,
+}
+
+impl Tried {
+    /// A scenario that did not come to run, and why.
+    pub fn unjudged(scenario: &Path, why: &str) -> Self {
+        let case = Case {
+            name: "the scenario is sound".to_owned(),
+            verdict: Verdict::Error,
+            message: why.to_owned(),
+            t_s: None,
+            row_m: None,
+            tree: None,
+            last_events: Vec::new(),
+            rerun: rerun(scenario, None),
+        };
+        Self {
+            scenario: scenario.to_owned(),
+            name: name_of(scenario),
+            seed: None,
+            facts: Vec::new(),
+            cases: vec![case],
+            events: Vec::new(),
+            output: String::new(),
+            simulated_s: 0.0,
+            wall_s: 0.0,
+        }
+    }
+
+    /// True if nothing failed and everything could be judged.
+    pub fn is_fine(&self) -> bool {
+        self.cases.iter().all(|case| case.verdict <= Verdict::Skipped)
+    }
+}
+
+pub(crate) fn name_of(path: &Path) -> String {
+    path.file_stem().map_or("scenario".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// The command that runs a scenario again.
+pub(crate) fn rerun(path: &Path, seed: Option<u64>) -> String {
+    let seed = seed.map_or(String::new(), |seed| format!(" --seed {seed}"));
+    format!("rowscan check {}{seed}", path.display())
 }
 
 /// The verdict of all: the worst one.

@@ -22,6 +22,8 @@ pub enum Kind {
     Count(Count),
     /// A measure of the bench's own estimate of the delivered bytes.
     Measure(Measure),
+    /// How often a fault acted.
+    FaultActs,
     /// A line of a child's output.
     Log,
     /// A file of the run's folder beside another.
@@ -113,6 +115,12 @@ pub const WHATS: &[What] = &[
         keys: MEASURE,
         tells: "(estimate − truth) / truth of the leaf area, summed over the trees scanned from end to end; truth by cell",
         kind: Kind::Measure(Measure::LeafAreaError),
+    },
+    What {
+        name: "fault_acts",
+        keys: &["of", "equals", "above", "below", "between"],
+        tells: "telegrams, connections or values of a sweep that a fault has acted on; of one that acts on bytes, how often it began",
+        kind: Kind::FaultActs,
     },
     What {
         name: "log",

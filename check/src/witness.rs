@@ -329,4 +329,4 @@ impl Drop for Connection {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

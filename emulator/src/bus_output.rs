@@ -5,6 +5,7 @@ use std::task::{Context, Poll};
 
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::troubles::{Carried, Speaker};
 use rowscan_bus::{Bus, BusNews, BusWatch, CanFrame, Inbox};
 use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::InFlight;
@@ -12,7 +13,9 @@ use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::mpsc;
 
+use crate::faulted::BusFaults;
 use crate::firing::Firing;
+use crate::lockstep::OutputCount;
 
 /// Name of the recorded stream.
 const STREAM: &str = "can";
@@ -35,6 +38,9 @@ pub(crate) struct BusOutput {
     held: bool,
     /// To be sent at the next instant.
     first: Vec<CanFrame>,
+    /// Who counts the frames that others send.
+    counts: Vec<OutputCount>,
+    faults: BusFaults,
 }
 
 impl BusOutput {
@@ -44,6 +50,7 @@ impl BusOutput {
         news: Option<mpsc::Sender<BusNews>>,
         delivery: Delivery,
         taps: &Taps,
+        faults: BusFaults,
     ) -> Self {
         let (open, held) = (bus.is_open_from_the_start(), delivery.is_patient());
         let mut first = Vec::new();
@@ -61,18 +68,27 @@ impl BusOutput {
             open,
             held,
             first,
+            counts: Vec::new(),
+            faults,
         }
+    }
+
+    /// From now on these count the frames that others send.
+    pub(crate) fn count_frames(&mut self, counts: Vec<OutputCount>) {
+        self.counts = counts;
     }
 
     pub(crate) fn next(&self) -> Option<SimTime> {
         match (self.held, self.first.is_empty()) {
             (true, _) => None,
             (false, false) => Some(SimTime::ZERO),
-            (false, true) => self.ecu.next(),
+            (false, true) => [self.ecu.next(), self.faults.next()].into_iter().flatten().min(),
         }
     }
 
     pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
+        let changed = self.faults.act(firing.at, &mut self.ecu);
+        self.put(firing.at, changed, firing.delivery).await;
         let mut frames = std::mem::take(&mut self.first);
         self.ecu.poll(firing.at, &mut frames);
         self.send(firing.at, frames, firing.delivery).await;
@@ -99,9 +115,10 @@ impl BusOutput {
                     }
                 }
                 PortEvent::Frame(frame) => {
-                    self.tap.record(Side::Host, frame.to_text().as_bytes());
-                    self.bus.send((at, frame), Some(port), delivery).await;
-                    self.ecu.handle(at, &frame, &mut replies);
+                    let said = vec![(Speaker::Port(port), frame)];
+                    let carried = self.faults.carry(at, &mut self.ecu, said);
+                    self.put(at, carried, delivery).await;
+                    self.counts.iter().for_each(|count| count.frame(frame.id.bits()));
                 }
                 PortEvent::Lost(_) => {}
             }
@@ -128,10 +145,26 @@ impl BusOutput {
         }
     }
 
-    async fn send(&self, at: SimTime, frames: Vec<CanFrame>, delivery: Delivery) {
-        for frame in frames {
-            self.tap.record(Side::Device, frame.to_text().as_bytes());
-            self.bus.send((at, frame), None, delivery).await;
+    /// What the tractor says goes out, as far as the bus is in order.
+    async fn send(&mut self, at: SimTime, frames: Vec<CanFrame>, delivery: Delivery) {
+        let said = frames.into_iter().map(|frame| (Speaker::Tractor, frame)).collect();
+        let carried = self.faults.carry(at, &mut self.ecu, said);
+        self.put(at, carried, delivery).await;
+    }
+
+    async fn put(&self, at: SimTime, carried: Vec<Carried>, delivery: Delivery) {
+        for carried in carried {
+            match carried {
+                Carried::Frame(speaker, frame) => {
+                    let (side, from) = match speaker {
+                        Speaker::Port(port) => (Side::Host, Some(port)),
+                        Speaker::Tractor | Speaker::Ghost(_) => (Side::Device, None),
+                    };
+                    self.tap.record(side, frame.to_text().as_bytes());
+                    self.bus.send((at, frame), from, delivery).await;
+                }
+                Carried::Error(error) => self.bus.tell(at, error, delivery).await,
+            }
         }
     }
 }

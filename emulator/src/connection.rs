@@ -127,7 +127,10 @@ async fn converse<S: AsyncRead + AsyncWrite>(
     }
     let mut session = Session::new(shared.config.dialects);
     let mut news = shared.news.subscribe();
-    let reboots = shared.device().reboots();
+    let (reboots, mut power_cycles) = {
+        let device = shared.device();
+        (device.reboots(), device.power_cycles())
+    };
     let mut chunk = vec![0; READ_CHUNK];
     let mut replies: Vec<Reply> = Vec::new();
     loop {
@@ -175,6 +178,11 @@ async fn converse<S: AsyncRead + AsyncWrite>(
                     let mut device = shared.device();
                     if device.reboots() != reboots {
                         return Ok(());
+                    }
+                    // A device that was without power knows nobody. Whoever is still there hears nothing of it.
+                    if std::mem::replace(&mut power_cycles, device.power_cycles()) != device.power_cycles() {
+                        session = Session::new(shared.config.dialects);
+                        member.set_wants(None);
                     }
                     session.poll_events(&mut device, shared.clock.now(), &mut replies);
                 }

@@ -12,6 +12,8 @@ pub enum EndWhen {
     Driven(Duration),
     /// The tractor is so many metres along the row.
     RowM(f64),
+    /// The tractor has driven so many metres.
+    WayM(f64),
     /// So many instants at which scans went to a taker; scanners that turn together share an instant.
     Scans(u64),
 }
@@ -23,6 +25,7 @@ impl EndWhen {
         match self {
             Self::Driven(time) => at > began + time,
             Self::RowM(row_m) => tractor.motion(at).place.y_m > row_m,
+            Self::WayM(way_m) => tractor.motion(at).way_m > way_m,
             Self::Scans(scans) => scan_instants >= scans,
         }
     }
@@ -38,7 +41,12 @@ mod tests {
     fn an_end_is_reached_only_by_a_drive_that_has_started() {
         let tractor = Tractor::new(Trajectory::straight(0.0, 2.0));
         let second = SimTime::ZERO + Duration::from_secs(1);
-        let ends = [EndWhen::Driven(Duration::from_millis(500)), EndWhen::RowM(1.5), EndWhen::Scans(3)];
+        let ends = [
+            EndWhen::Driven(Duration::from_millis(500)),
+            EndWhen::RowM(1.5),
+            EndWhen::WayM(1.5),
+            EndWhen::Scans(3),
+        ];
         assert!(ends.iter().all(|end| !end.is_before(second, &tractor, 3)));
         tractor.begin(SimTime::ZERO);
         assert!(ends.iter().all(|end| end.is_before(second, &tractor, 3)));

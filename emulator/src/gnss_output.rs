@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
+use rowscan_bus::Datagrams;
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::InFlight;
@@ -23,6 +24,8 @@ pub(crate) struct GnssOutput {
     tap: Tap,
     /// Nothing is sent before the drive starts.
     held: bool,
+    /// What becomes of what goes out as datagrams.
+    datagrams: Datagrams,
 }
 
 impl GnssOutput {
@@ -32,9 +35,16 @@ impl GnssOutput {
         delivery: Delivery,
         changed: &Arc<Notify>,
         taps: &Taps,
+        datagrams: Datagrams,
     ) -> Self {
         lines.iter().for_each(|line| line.notify_of_takers(changed));
-        Self { epochs, lines, tap: taps.open(STREAM, StreamKind::Nmea), held: delivery.is_patient() }
+        Self {
+            epochs,
+            lines,
+            tap: taps.open(STREAM, StreamKind::Nmea),
+            held: delivery.is_patient(),
+            datagrams,
+        }
     }
 
     pub(crate) fn next(&self) -> Option<SimTime> {
@@ -46,7 +56,10 @@ impl GnssOutput {
             let epoch = Bytes::from(self.epochs.next_epoch());
             self.tap.record(Side::Device, &epoch);
             for line in &self.lines {
-                line.send(epoch.clone(), firing.delivery).await;
+                let copies = if line.is_datagrams() { self.datagrams.copies() } else { 1 };
+                for _ in 0..copies {
+                    line.send(epoch.clone(), firing.delivery).await;
+                }
             }
         }
         false

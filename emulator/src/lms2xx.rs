@@ -19,6 +19,7 @@ use tokio::io::{AsyncWriteExt, ReadBuf};
 
 use crate::ScannerView;
 use crate::clock::{SimClock, TimeScale};
+use crate::faulted::DeviceFaults;
 use crate::firing::{Claim, Firing};
 use crate::playback_queue::{Recorded, Values};
 use crate::state_file::StateFile;
@@ -94,6 +95,8 @@ pub(crate) struct Lms2xxScanner {
     /// When the line was, or will be, free of what the device sends.
     free: SimTime,
     pub(crate) counts: Arc<Counts>,
+    /// What goes wrong with the device itself.
+    troubles: Option<Arc<DeviceFaults>>,
 }
 
 /// Bytes from a client, on their way.
@@ -155,11 +158,28 @@ impl Lms2xxScanner {
             sweep: None,
             free: SimTime::ZERO,
             counts: Arc::default(),
+            troubles: None,
+        }
+    }
+
+    /// The same with what goes wrong with it.
+    pub(crate) fn troubled(self, troubles: Option<Arc<DeviceFaults>>) -> Self {
+        Self { troubles, ..self }
+    }
+
+    /// Does what goes wrong, or comes right, by now.
+    fn obey(&mut self) {
+        let Some(troubles) = &self.troubles else { return };
+        if troubles.act_on_lms2xx(&mut self.device, self.clock.now()) {
+            self.sending = None;
+            self.sweep = None;
+            self.arriving.clear();
         }
     }
 
     /// When there is something to do next. What the device has to say now sets out.
     pub(crate) fn next(&mut self) -> Option<SimTime> {
+        self.obey();
         self.device.handle_timeout(self.clock.now());
         self.begin_sending();
         self.sweep = self.plan();
@@ -263,7 +283,8 @@ impl Lms2xxScanner {
         let device = self.device.poll_timeout().filter(|_| self.sending.is_none());
         let arriving = self.arriving.front().map(|arriving| arriving.last);
         let sweep = self.sweep.map(|sweep| sweep.done());
-        [piece, device, arriving, sweep].into_iter().flatten().min()
+        let trouble = self.troubles.as_ref().and_then(|troubles| troubles.next());
+        [piece, device, arriving, sweep, trouble].into_iter().flatten().min()
     }
 
     fn begin_sending(&mut self) {

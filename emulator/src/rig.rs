@@ -1,10 +1,13 @@
 //! A rig that is emulated: scanners, GNSS and CAN of one tractor, on one timeline.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, Inbox};
+use rowscan_faults::{FaultControl, Part, StreamFaults};
 use rowscan_ports::Wire;
 use rowscan_protocol::device::Device;
 use rowscan_protocol::lms2xx;
@@ -16,6 +19,7 @@ use tokio::sync::{Notify, mpsc};
 use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
 use crate::end::EndWhen;
+use crate::faulted::{BusFaults, DeviceFaults, FaultSource, Receivers, VehiclePart};
 use crate::gnss_output::GnssOutput;
 use crate::hold::Hold;
 use crate::line_changes::LineChanges;
@@ -23,11 +27,14 @@ use crate::lms2xx::{Lms2xxScanner, SerialConfig};
 use crate::lockstep::Lockstep;
 use crate::mirror::MirrorSource;
 use crate::playback_queue::{self, Values};
+use crate::rig_control::{ClockMode, RigControl};
 use crate::running::Running;
 use crate::scanner::Emulator;
 use crate::serial_emulator::SerialEmulator;
 use crate::shared::{EmulatorConfig, Program, Shared};
 use crate::start::StartWhen;
+use crate::steps::Steps;
+use crate::stride::Stride;
 use crate::timeline::{Source, Timeline};
 use crate::view::ScannerView;
 
@@ -35,6 +42,11 @@ use crate::view::ScannerView;
 #[derive(Debug)]
 pub struct Rig {
     timeline: Timeline,
+    /// What goes wrong, if anything may.
+    faults: Option<FaultSource>,
+    receivers: Receivers,
+    /// Its buses, until faults know them.
+    buses: Vec<Arc<dyn Part>>,
 }
 
 impl Rig {
@@ -49,20 +61,35 @@ impl Rig {
     }
 
     fn on(clock: Arc<SimClock>, tractor: Tractor, start: StartWhen) -> Self {
+        let changed = Arc::new(Notify::new());
         let timeline = Timeline {
             clock,
             timer: Timer::default(),
             sources: Vec::new(),
             start,
             tractor,
-            changed: Arc::new(Notify::new()),
+            steps: Steps::new(Arc::clone(&changed)),
+            changed,
             begun: false,
             lockstep: None,
             end: None,
             hold: None,
             scan_instants: 0,
+            stride: None,
         };
-        Self { timeline }
+        Self { timeline, faults: None, receivers: Receivers::default(), buses: Vec::new() }
+    }
+
+    /// Has these faults act on everything of the rig: its tractor and buses, and the scanners that have a stream of theirs. A scanner's own
+    /// faults ([`EmulatorConfig::faults`]) do the same for the whole rig; only a rig without scanners needs this.
+    pub fn set_faults(&mut self, control: &FaultControl) {
+        if self.faults.is_none() {
+            VehiclePart::name_all(control, &self.timeline.tractor, &self.receivers);
+            for (number, bus) in self.buses.iter().enumerate() {
+                control.part(&format!("can{number}"), Arc::clone(bus));
+            }
+            self.faults = Some(FaultSource::new(control.clone()));
+        }
     }
 
     /// The same with this timer.
@@ -82,7 +109,17 @@ impl Rig {
     /// The same in lockstep: time at [`TimeScale::Max`] waits for acknowledgements as well.
     #[must_use]
     pub fn in_lockstep(mut self, lockstep: Lockstep) -> Self {
+        if lockstep.needs_grants() {
+            self.timeline.steps.by_grant();
+        }
         self.timeline.lockstep = Some(lockstep);
+        self
+    }
+
+    /// The same with steps of this length, from the start of the drive on.
+    #[must_use]
+    pub fn with_step(mut self, length: Duration) -> Self {
+        self.timeline.stride = Some(Stride::new(length));
         self
     }
 
@@ -105,6 +142,25 @@ impl Rig {
         Arc::clone(&self.timeline.clock)
     }
 
+    /// The handle to its time, which works from [`Rig::run`] on.
+    pub fn control(&self) -> RigControl {
+        let Timeline { clock, steps, tractor, lockstep, .. } = &self.timeline;
+        let mode = match lockstep {
+            Some(lockstep) if lockstep.needs_grants() => ClockMode::Granted,
+            Some(_) => ClockMode::Lockstep,
+            None if clock.delivery().is_patient() => ClockMode::Max,
+            None => ClockMode::Paced,
+        };
+        let bystanders = lockstep.as_ref().map(Lockstep::bystanders).unwrap_or_default();
+        RigControl {
+            clock: Arc::clone(clock),
+            steps: steps.clone(),
+            tractor: tractor.clone(),
+            mode,
+            bystanders,
+        }
+    }
+
     /// The tractor that everything on it rides on.
     pub fn tractor(&self) -> Tractor {
         self.timeline.tractor.clone()
@@ -116,6 +172,7 @@ impl Rig {
         let timeline = &mut self.timeline;
         let changes = std::mem::take(&mut config.line_changes);
         let clock = Arc::clone(&timeline.clock);
+        let control = config.faults.as_ref().map(StreamFaults::control);
         let shared = Shared::new(device, Program::Device, clock, Arc::clone(&timeline.changed), config);
         if !changes.is_empty() {
             let changes = LineChanges::new(Arc::clone(&shared), changes);
@@ -123,6 +180,13 @@ impl Rig {
         }
         let mirror = MirrorSource::new(Arc::clone(&shared), world);
         timeline.sources.push(Source::Mirror(Box::new(mirror)));
+        self.receivers.encoder.store(true, Ordering::Relaxed);
+        if let Some(control) = control {
+            self.set_faults(&control);
+        }
+        if let Some(faults) = &mut self.faults {
+            faults.add(Arc::clone(&shared));
+        }
         Emulator::of(shared)
     }
 
@@ -138,7 +202,14 @@ impl Rig {
         let tap = config.taps.open(stream, StreamKind::Lms2xx);
         let values = Values::Seen(Box::new(world));
         let clock = Arc::clone(&self.timeline.clock);
-        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
+        // Faults of its line, if it has any, know it by its name.
+        let troubles = wire.belongings().and_then(|it| it.downcast_ref::<StreamFaults>()).map(|faults| {
+            self.set_faults(&faults.control());
+            let device = DeviceFaults::lms2xx(&self.timeline.changed);
+            faults.part(Arc::<DeviceFaults>::clone(&device));
+            device
+        });
+        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap).troubled(troubles);
         let emulator = SerialEmulator::of(&scanner);
         self.add_lms2xx(scanner);
         emulator
@@ -156,19 +227,37 @@ impl Rig {
         news: Option<mpsc::Sender<BusNews>>,
         taps: &Taps,
     ) {
-        let output = BusOutput::new(ecu, bus, news, self.timeline.clock.delivery(), taps);
+        let faults = BusFaults::new(&self.timeline.changed, bus.0.datagrams());
+        if let Some(source) = &self.faults {
+            source.control().part(&format!("can{}", self.buses.len()), faults.part());
+        }
+        self.buses.push(faults.part());
+        self.receivers.gnss.store(true, Ordering::Relaxed);
+        let output = BusOutput::new(ecu, bus, news, self.timeline.clock.delivery(), taps, faults);
         self.timeline.sources.push(Source::Bus(Box::new(output)));
     }
 
     /// Adds the tractor's GNSS receiver with its lines.
     pub fn gnss(&mut self, epochs: GnssEpochs, lines: Vec<NmeaLine>, taps: &Taps) {
+        if lines.iter().any(NmeaLine::is_datagrams) {
+            self.receivers.sends_datagrams.store(true, Ordering::Relaxed);
+        }
         let timeline = &mut self.timeline;
-        let output = GnssOutput::new(epochs, lines, timeline.clock.delivery(), &timeline.changed, taps);
-        timeline.sources.push(Source::Gnss(output));
+        let output = GnssOutput::new(
+            epochs,
+            lines,
+            timeline.clock.delivery(),
+            &timeline.changed,
+            taps,
+            self.receivers.datagrams.clone(),
+        );
+        timeline.sources.push(Source::Gnss(Box::new(output)));
+        self.receivers.gnss.store(true, Ordering::Relaxed);
     }
 
     /// Starts time.
     pub fn run(mut self) -> Running {
+        self.timeline.sources.extend(self.faults.take().map(Source::Faults));
         // Sources due at one instant fire in this order, however they were added.
         self.timeline.sources.sort_by_key(Source::rank);
         Running::new(self.timeline.run())

@@ -40,9 +40,19 @@ impl SerialEmulator {
 
     /// What it has done so far.
     pub fn counts(&self) -> SerialCounts {
-        SerialCounts {
-            scans_sent: self.counts.sent.load(Ordering::Relaxed),
-            bytes_lost: self.counts.lost.load(Ordering::Relaxed),
-        }
+        counts(&self.counts)
+    }
+
+    /// Tells what it has done.
+    pub fn counting(&self) -> impl Fn() -> SerialCounts + Send + Sync + use<> {
+        let counted = Arc::clone(&self.counts);
+        move || counts(&counted)
+    }
+}
+
+fn counts(counts: &Counts) -> SerialCounts {
+    SerialCounts {
+        scans_sent: counts.sent.load(Ordering::Relaxed),
+        bytes_lost: counts.lost.load(Ordering::Relaxed),
     }
 }

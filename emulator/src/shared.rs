@@ -10,10 +10,12 @@ use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
 use rowscan_protocol::frame::Frame;
 use rowscan_protocol::telegram::Telegram;
+use rowscan_protocol::time::SimTime;
 use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
 
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
+use crate::faulted::DeviceFaults;
 use crate::line_change::LineChange;
 use crate::refused_settings::RefusedSettings;
 use crate::replay::{self, Script, ScriptedReplies};
@@ -82,13 +84,15 @@ pub(crate) struct Shared {
     pub(crate) interest: Arc<Notify>,
     /// Polls for scans: they take scans without a subscription.
     polls: watch::Sender<Polls>,
-    /// How often the device's lines have changed and it has restarted: connections look when this changes.
-    pub(crate) news: watch::Sender<(u32, u32)>,
+    /// How often the device's lines have changed, it has restarted, and its supply has come back: connections look when this changes.
+    pub(crate) news: watch::Sender<(u32, u32, u32)>,
     /// Telegrams on their way to clients.
     pub(crate) in_flight: InFlight,
     pub(crate) config: EmulatorConfig,
     pub(crate) counts: Counts,
     pub(crate) refused_settings: Mutex<RefusedSettings>,
+    /// What goes wrong with the device itself.
+    troubles: Option<Arc<DeviceFaults>>,
 }
 
 /// How many polls for scans there were.
@@ -170,12 +174,20 @@ impl Shared {
         config: EmulatorConfig,
     ) -> Arc<Self> {
         let delivery = clock.delivery();
+        // What is recorded cannot be otherwise.
+        let faults = config.faults.as_ref().filter(|_| matches!(program, Program::Device));
+        let troubles = faults.map(|faults| {
+            let troubles = DeviceFaults::cola(&interest);
+            faults.part(Arc::<DeviceFaults>::clone(&troubles));
+            troubles
+        });
         Arc::new(Self {
             device: Mutex::new(device),
             clock,
             program,
             roster: Roster::new(config.max_clients, config.idle_limit, delivery),
             refused_settings: Mutex::default(),
+            troubles,
             interest,
             polls: watch::Sender::default(),
             news: watch::Sender::default(),
@@ -209,8 +221,9 @@ impl Shared {
         replies: &mut Vec<Reply>,
     ) -> Option<String> {
         let mut device = self.device();
-        let saves = device.saves();
         let now = self.clock.now();
+        self.obey(&mut device, now);
+        let saves = device.saves();
         let mut polls = 0;
         let mut fixed = device.fixed_by_recording();
         session.handle_bytes_with(&mut device, now, bytes, replies, &mut |device, frame, reply| {
@@ -226,6 +239,24 @@ impl Shared {
         }
         self.spread(&device);
         (device.saves() != saves).then(|| device.saved_settings())
+    }
+
+    /// When something goes wrong with the device, or comes right, next.
+    pub(crate) fn next_change(&self) -> Option<SimTime> {
+        self.troubles.as_ref().and_then(|troubles| troubles.next())
+    }
+
+    /// Does what goes wrong with the device, or comes right, by `at`.
+    pub(crate) fn change(&self, at: SimTime) {
+        let mut device = self.device();
+        self.obey(&mut device, at);
+        self.spread(&device);
+    }
+
+    fn obey(&self, device: &mut Device, now: SimTime) {
+        if let Some(troubles) = &self.troubles {
+            troubles.act_on(device, now);
+        }
     }
 
     /// Notes a setting that the recording does not allow.
@@ -261,7 +292,7 @@ impl Shared {
 
     /// Notifies every connection if there is anything new about the device.
     pub(crate) fn spread(&self, device: &Device) {
-        let news = (device.changes(), device.reboots());
+        let news = (device.changes(), device.reboots(), device.power_cycles());
         self.news.send_if_modified(|known| std::mem::replace(known, news) != news);
     }
 }

@@ -32,6 +32,15 @@ impl Row for StageRow {
         (at >= began).then(|| self.tractor.motion(at).place.y_m)
     }
 
+    fn drives_to_row_m(&self, row_m: f64) -> Option<Duration> {
+        self.tractor.drives_to(row_m)
+    }
+
+    fn drives_to_tree(&self, tree: u32) -> Option<Duration> {
+        let number = usize::try_from(tree).ok()?.checked_sub(1)?;
+        self.tractor.drives_to(*self.trunks_m.get(number)?)
+    }
+
     fn tree(&self, at: Duration) -> Option<u32> {
         let here = self.row_m(at)?;
         let reached = self.trunks_m.iter().take_while(|trunk| **trunk <= here).count();

@@ -2,12 +2,13 @@
 //!
 //! Calling order of a [`Source`]: [`Source::next`] says when it acts next; [`Source::prepare`] may be called any number of times with that
 //! instant while the pacer still waits; [`Source::fire`] acts. [`Source::poll_input`] takes what its peers send and, once it is ready,
-//! [`Source::respond`] answers. Sources due at the same instant fire in the order of the rig: line changes, scanners, CAN, GNSS.
+//! [`Source::respond`] answers. Sources due at the same instant fire in the order of the rig: faults, line changes, scanners, CAN, GNSS.
 
 use std::io;
 use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::InFlight;
@@ -18,6 +19,7 @@ use tokio::sync::Notify;
 use crate::bus_output::BusOutput;
 use crate::clock::{self, Pacer, SimClock, Timer};
 use crate::end::EndWhen;
+use crate::faulted::FaultSource;
 use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
 use crate::hold::Hold;
@@ -26,6 +28,8 @@ use crate::lms2xx::Lms2xxScanner;
 use crate::lockstep::{Lockstep, LockstepError};
 use crate::mirror::MirrorSource;
 use crate::start::StartWhen;
+use crate::steps::Steps;
+use crate::stride::Stride;
 
 /// One thing that acts in simulated time.
 #[derive(Debug)]
@@ -34,12 +38,14 @@ pub(crate) enum Source {
     Mirror(Box<MirrorSource>),
     /// An LMS2xx with its serial line.
     Lms2xx(Box<Lms2xxScanner>),
+    /// What goes wrong.
+    Faults(FaultSource),
     /// A scanner's digital lines.
     LineChanges(LineChanges),
     /// The tractor's control function on its bus.
     Bus(Box<BusOutput>),
     /// The tractor's GNSS receiver.
-    Gnss(GnssOutput),
+    Gnss(Box<GnssOutput>),
 }
 
 impl Source {
@@ -47,6 +53,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => Some(mirror.next()),
             Self::Lms2xx(scanner) => scanner.next(),
+            Self::Faults(faults) => faults.next(),
             Self::LineChanges(changes) => changes.next(),
             Self::Bus(bus) => bus.next(),
             Self::Gnss(gnss) => gnss.next(),
@@ -64,6 +71,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => Ok(mirror.fire(firing).await),
             Self::Lms2xx(scanner) => scanner.fire(firing).await,
+            Self::Faults(faults) => Ok(faults.fire(firing.at)),
             Self::LineChanges(changes) => Ok(changes.fire(firing.at)),
             Self::Bus(bus) => Ok(bus.fire(firing).await),
             Self::Gnss(gnss) => Ok(gnss.fire(firing).await),
@@ -74,7 +82,7 @@ impl Source {
         match self {
             Self::Lms2xx(scanner) => scanner.poll_input(cx),
             Self::Bus(bus) => bus.poll_input(cx).map(Ok),
-            Self::Mirror(_) | Self::LineChanges(_) | Self::Gnss(_) => Poll::Pending,
+            Self::Mirror(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Gnss(_) => Poll::Pending,
         }
     }
 
@@ -88,7 +96,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.claim(),
             Self::Lms2xx(scanner) => scanner.claim(),
-            Self::LineChanges(_) => Claim::Idle,
+            Self::Faults(_) | Self::LineChanges(_) => Claim::Idle,
             Self::Bus(bus) => {
                 if bus.has_taker() {
                     Claim::Taker
@@ -111,7 +119,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.has_taker(),
             Self::Lms2xx(scanner) => scanner.has_taker(),
-            Self::LineChanges(_) => false,
+            Self::Faults(_) | Self::LineChanges(_) => false,
             Self::Bus(bus) => bus.has_taker(),
             Self::Gnss(gnss) => gnss.has_taker(),
         }
@@ -124,17 +132,18 @@ impl Source {
             Self::Bus(bus) => all.push(bus.in_flight().clone()),
             Self::Gnss(gnss) => all.extend(gnss.in_flight().cloned()),
             // A line is written where it acts.
-            Self::Lms2xx(_) | Self::LineChanges(_) => {}
+            Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
         }
     }
 
     /// Its place among those due at the same instant.
     pub(crate) fn rank(&self) -> u8 {
         match self {
-            Self::LineChanges(_) => 0,
-            Self::Mirror(_) | Self::Lms2xx(_) => 1,
-            Self::Bus(_) => 2,
-            Self::Gnss(_) => 3,
+            Self::Faults(_) => 0,
+            Self::LineChanges(_) => 1,
+            Self::Mirror(_) | Self::Lms2xx(_) => 2,
+            Self::Bus(_) => 3,
+            Self::Gnss(_) => 4,
         }
     }
 
@@ -147,7 +156,7 @@ impl Source {
         match self {
             Self::Bus(bus) => bus.begin(at),
             Self::Gnss(gnss) => gnss.begin(at),
-            Self::Mirror(_) | Self::Lms2xx(_) | Self::LineChanges(_) => {}
+            Self::Mirror(_) | Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
         }
     }
 
@@ -158,6 +167,9 @@ impl Source {
         }
     }
 }
+
+/// How long the end of a paced timeline waits for clients that have not taken everything, host time.
+const PARTING: Duration = Duration::from_secs(2);
 
 /// What a clock in lockstep waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,11 +200,16 @@ pub(crate) struct Timeline {
     pub(crate) end: Option<EndWhen>,
     /// Instants so far at which scans went to a taker.
     pub(crate) scan_instants: u64,
+    /// How many steps may be taken.
+    pub(crate) steps: Steps,
+    /// How long a step is; without it, one ends whenever scanners act.
+    pub(crate) stride: Option<Stride>,
 }
 
 impl Timeline {
     /// Runs until its end, if it has one, or until a step is not acknowledged.
     pub(crate) async fn run(mut self) -> Result<(), LockstepError> {
+        self.wire_lockstep();
         let (clock, changed) = (Arc::clone(&self.clock), Arc::clone(&self.changed));
         let mut pacer = Pacer::new(&clock, &self.timer);
         if self.start == StartWhen::Now {
@@ -201,8 +218,14 @@ impl Timeline {
         loop {
             self.follow_start();
             let due = self.due();
+            if due.is_some_and(|at| self.counts_step(at)) && self.steps.gate(&clock) {
+                // Peers are answered while time stands.
+                self.stand(&changed).await?;
+                continue;
+            }
             if let Some(at) = due {
                 if self.end.is_some_and(|end| end.is_before(at, &self.tractor, self.scan_instants)) {
+                    self.drain().await;
                     return Ok(());
                 }
                 self.prepare(at);
@@ -213,14 +236,69 @@ impl Timeline {
                 () = changed.notified() => {}
                 () = reach(&clock, &mut pacer, due) => {
                     let at = due.unwrap_or_default();
-                    let scanned = self.sources.iter_mut().any(|source| source.is_scanner() && source.next() == Some(at));
+                    let ends = self.ends_step(at);
                     // From the first step that is heard.
-                    let heard = self.begun || self.is_ready();
+                    let (heard, counts) = (self.is_heard(at), self.counts_step(at));
+                    if let Some(lockstep) = self.lockstep.as_mut().filter(|_| heard) {
+                        lockstep.arm();
+                    }
                     self.fire(at).await?;
-                    if scanned && heard {
+                    if ends && heard {
                         self.wait_for(at, Wait::Step).await?;
                     }
+                    if ends && counts {
+                        self.steps.take(at);
+                    }
                 }
+            }
+        }
+    }
+
+    /// Tells those sources of the lockstep that acknowledge for others.
+    fn wire_lockstep(&mut self) {
+        let Some(lockstep) = &self.lockstep else { return };
+        for source in &mut self.sources {
+            if let Source::Bus(bus) = source {
+                bus.count_frames(lockstep.bus_counts());
+            }
+        }
+    }
+
+    /// True if somebody hears what acts at `at`: nobody hears time zero.
+    fn is_heard(&self, at: SimTime) -> bool {
+        at > SimTime::ZERO && (self.begun || self.is_ready())
+    }
+
+    /// True if a step that ends at `at` counts.
+    fn counts_step(&self, at: SimTime) -> bool {
+        self.is_heard(at) || !self.clock.delivery().is_patient()
+    }
+
+    /// True if a step ends with what acts at `at`.
+    fn ends_step(&mut self, at: SimTime) -> bool {
+        match &mut self.stride {
+            Some(stride) => stride.ends(at),
+            None => self.sources.iter_mut().any(|source| source.is_scanner() && source.next() == Some(at)),
+        }
+    }
+
+    /// Answers peers until something has changed, while all steps that were granted are taken.
+    async fn stand(&mut self, changed: &Notify) -> Result<(), LockstepError> {
+        let overdue = self.lockstep.as_ref();
+        let overdue =
+            overdue.map(|lockstep| lockstep.overdue_grant(self.steps.clone(), Arc::clone(&self.clock)));
+        let mut overdue = pin!(async move {
+            match overdue {
+                Some(overdue) => overdue.await,
+                None => std::future::pending().await,
+            }
+        });
+        loop {
+            tokio::select! {
+                biased;
+                () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
+                () = changed.notified() => return Ok(()),
+                error = &mut overdue => return Err(error),
             }
         }
     }
@@ -254,9 +332,29 @@ impl Timeline {
         acknowledged
     }
 
+    /// Waits until what was handed over is written: on a paced clock not for who does not take it.
+    async fn drain(&mut self) {
+        let mut pending = Vec::new();
+        self.sources.iter().for_each(|source| source.in_flight(&mut pending));
+        let written = async {
+            for pending in &pending {
+                pending.flushed().await;
+            }
+        };
+        match self.clock.delivery() {
+            Delivery::Patient => written.await,
+            Delivery::Paced => {
+                let _ = rowscan_ports::clock::within(PARTING, written).await;
+            }
+        }
+    }
+
     /// The next instant that something acts at; none while time waits.
     fn due(&mut self) -> Option<SimTime> {
         let next = self.sources.iter_mut().filter_map(Source::next).min()?;
+        let began = self.tractor.began();
+        let next =
+            self.stride.as_mut().zip(began).map_or(next, |(stride, began)| stride.end(began).min(next));
         if !self.clock.delivery().is_patient() || self.may_go_on(next) {
             return Some(next);
         }

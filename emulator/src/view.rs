@@ -46,6 +46,8 @@ struct Viewpoint {
     /// Metres along +Y from beam to beam.
     advance_m: f64,
     headland: bool,
+    /// From +X towards +Z, by which the tractor has rolled, radians.
+    tilt_rad: f64,
     /// Nanoseconds since the tractor began to drive: the key of the eye's random numbers. 0 without an eye.
     moment: u64,
 }
@@ -114,13 +116,13 @@ impl ScannerView {
             return;
         }
         let stale = |(before, from): (Mirror, Viewpoint)| {
-            before.beams != mirror.beams || from.towards_x != view.towards_x
+            before.beams != mirror.beams || from.towards_x != view.towards_x || from.tilt_rad != view.tilt_rad
         };
         if self.seen.is_none_or(stale) {
-            self.fan = BeamFan::looking(&self.mount, mirror.beams, view.towards_x);
+            self.fan = BeamFan::tilted(&self.mount, mirror.beams, view.towards_x, view.tilt_rad);
             self.returns.resize(mirror.beams.len(), Return::MISS);
             if let Some(eye) = &mut self.eye {
-                eye.turn_to(&self.fan);
+                eye.turn_to(&self.fan, view.towards_x);
             }
         }
         self.fan.advance(view.advance_m);
@@ -163,15 +165,19 @@ impl ScannerView {
         let row_m = f64::from(row) * self.row_spacing_m;
         let Pose { x_m, y_m, z_m } = self.mount.pose(motion.place.y_m);
         let x_m = if towards_x { row_m + x_m } else { row_m - x_m };
+        // The tractor's right is +X on its way ahead; a roll right side down takes what is up to the right.
+        let right = if alley.backwards { -1.0 } else { 1.0 };
+        let x_m = x_m + right * (motion.right_m + z_m * motion.roll_rad.sin());
+        let (z_m, tilt_rad) = (z_m + motion.up_m, -right * motion.roll_rad);
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
         let moment = self.moment(at);
-        Viewpoint { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland, moment }
+        Viewpoint { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland, tilt_rad, moment }
     }
 
     /// The ticks that the encoder on this tractor's wheel has given by `at`.
     pub fn encoder_ticks(&self, at: SimTime) -> f64 {
-        self.encoder.ticks(self.tractor.motion(at).wheel_m)
+        self.tractor.encoder_ticks(&self.encoder, at)
     }
 
     /// The tractor it rides on.

@@ -9,9 +9,10 @@ use tokio::sync::mpsc;
 
 use crate::clock::Clock;
 use crate::event::{FaultEvents, QUEUE, What};
-use crate::fault::Layer;
+use crate::fault::{Action, Layer};
 use crate::handle::{Shared, StreamFaults};
 use crate::instance::{Instance, Phase};
+use crate::part::{Fit, Part};
 use crate::plan::{Medium, Plan, Row};
 use crate::spec::FaultSpec;
 use crate::telegram::Language;
@@ -63,6 +64,36 @@ pub enum FaultError {
         /// The streams it would act on.
         streams: String,
     },
+    /// Nothing here is what it acts on.
+    #[error(
+        "fault `{id}`: `{name}` is a fault of the {family}, and {}", match .parts.as_slice() {
+            [] => "nothing here has one: a recording and a real device's byte path have no such part; use it with `rowscan emulate` or `rowscan check`".to_owned(),
+            parts => format!("`on` must be one of {}", parts.join(", ")),
+        }
+    )]
+    NoPart {
+        /// The fault.
+        id: String,
+        /// Its name in the table.
+        name: &'static str,
+        /// What it acts on.
+        family: &'static str,
+        /// What would take it.
+        parts: Vec<String>,
+    },
+    /// What it acts on cannot do so.
+    #[error("fault `{id}`: {why}")]
+    Refused {
+        /// The fault.
+        id: String,
+        /// The reason, with what to do.
+        why: String,
+    },
+    /// Scans or commands, and nothing passes there.
+    #[error(
+        "fault `{0}`: scans and commands pass on a scanner's stream, and this acts elsewhere; use `s`, `row_m`, `tree` or `after`"
+    )]
+    NoScans(String),
     /// Parameters that fit no fault.
     #[error("fault `{id}`: {message}")]
     Parameters {
@@ -108,6 +139,27 @@ impl FaultControl {
     pub fn stream(&self, name: &str, medium: Medium, language: Language) -> StreamFaults {
         let stream = self.shared.plan().stream(name, medium, language);
         StreamFaults { shared: Arc::clone(&self.shared), stream }
+    }
+
+    /// Names a part that faults act on, beside or without bytes of its own. Faults know parts that were there when they were added.
+    pub fn part(&self, name: &str, part: Arc<dyn Part>) {
+        let mut plan = self.shared.plan();
+        let stream = plan.stream(name, Medium::Part, Language::Cola);
+        if let Some(stream) = plan.streams.get_mut(stream) {
+            stream.part = Some(part);
+        }
+    }
+
+    /// When a fault is due next, as far as time tells; the row is looked at meanwhile.
+    pub fn next_due(&self) -> Option<Duration> {
+        let now = self.shared.clock.now();
+        self.shared.plan().next_due(now)
+    }
+
+    /// Begins and ends what is due by `at`, whose time has come.
+    pub fn advance_to(&self, at: Duration) {
+        self.shared.plan().advance(at);
+        self.shared.spread();
     }
 
     /// Adds a fault; its time begins to count now. Gives its id.
@@ -191,6 +243,11 @@ impl FaultControl {
         known
     }
 
+    /// The names of all streams.
+    pub fn streams(&self) -> Vec<String> {
+        self.shared.plan().streams.iter().map(|stream| stream.name.clone()).collect()
+    }
+
     /// Every fault on every stream.
     pub fn list(&self) -> Vec<FaultStatus> {
         let mut plan = self.shared.plan();
@@ -264,24 +321,67 @@ fn make(
         return Err(FaultError::NoStream { id, found: on.clone(), streams: names().collect() });
     }
     let spec = Arc::new(spec);
-    let mut made = Vec::new();
-    let mut wires = Vec::new();
-    for (number, stream) in plan.streams.iter().enumerate() {
-        if spec.on.as_ref().is_some_and(|on| *on != stream.name) {
-            continue;
-        }
-        let is_connection = matches!(spec.fault.layer, Layer::Connection | Layer::Accept);
-        if stream.medium == Medium::Wire && is_connection && !spec.fault.on_wires {
-            wires.push(stream.name.clone());
-            continue;
-        }
+    let made = match spec.action() {
+        Ok(Action::Part(_)) => on_parts(plan, &id, &spec),
+        _ => on_streams(plan, &id, &spec),
+    }?;
+    let mut instances = Vec::new();
+    for (number, name) in made {
         let action = spec.action();
         let action =
             action.map_err(|error| FaultError::Parameters { id: id.clone(), message: error.message })?;
-        made.push(Instance::new((id.clone(), Arc::clone(&spec), action), (number, &stream.name), seed, now));
+        instances.push(Instance::new((id.clone(), Arc::clone(&spec), action), (number, name), seed, now));
     }
-    if made.is_empty() && !wires.is_empty() {
-        return Err(FaultError::Wire { id, name: spec.fault.name, streams: wires.join(", ") });
+    Ok(instances)
+}
+
+/// The streams that a fault of the byte path acts on.
+fn on_streams<'a>(plan: &'a Plan, id: &str, spec: &FaultSpec) -> Result<Vec<(usize, &'a str)>, FaultError> {
+    let (mut made, mut wires, mut others) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, stream) in plan.streams.iter().enumerate() {
+        let asked = spec.on.as_ref().is_none_or(|on| *on == stream.name);
+        let is_connection = matches!(spec.fault.layer, Layer::Connection | Layer::Accept);
+        match stream.medium {
+            Medium::Part => {}
+            _ if !asked => others.push(stream.name.clone()),
+            Medium::Wire if is_connection && !spec.fault.on_wires => wires.push(stream.name.clone()),
+            Medium::Wire | Medium::Tcp => made.push((number, stream.name.as_str())),
+        }
     }
-    Ok(made)
+    let (id, name) = (id.to_owned(), spec.fault.name);
+    match (made.is_empty(), wires.is_empty(), &spec.on) {
+        (true, false, _) => Err(FaultError::Wire { id, name, streams: wires.join(", ") }),
+        (true, true, Some(_)) => Err(FaultError::NoPart { id, name, family: "byte path", parts: others }),
+        _ => Ok(made),
+    }
+}
+
+/// The parts that a fault of theirs acts on.
+fn on_parts<'a>(plan: &'a Plan, id: &str, spec: &FaultSpec) -> Result<Vec<(usize, &'a str)>, FaultError> {
+    let refuse = |error: rowscan_strict_toml::TomlError| FaultError::Parameters {
+        id: id.to_owned(),
+        message: error.message,
+    };
+    let Action::Part(fault) = spec.action().map_err(refuse)? else { return Ok(Vec::new()) };
+    let (mut made, mut reasons, mut others) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, stream) in plan.streams.iter().enumerate() {
+        let Some(part) = &stream.part else { continue };
+        let asked = spec.on.as_ref().is_none_or(|on| *on == stream.name);
+        match part.fits(&fault) {
+            Fit::Acts if asked => made.push((number, stream.name.as_str())),
+            Fit::Refuses(why) if asked => reasons.push(format!("{}: {why}", stream.name)),
+            Fit::Acts => others.push(stream.name.clone()),
+            Fit::Foreign | Fit::Refuses(_) => {}
+        }
+    }
+    let (id, name) = (id.to_owned(), spec.fault.name);
+    let has_streams = made
+        .iter()
+        .all(|(number, _)| plan.streams.get(*number).is_some_and(|stream| stream.medium != Medium::Part));
+    match (made.is_empty(), reasons.is_empty()) {
+        (true, false) => Err(FaultError::Refused { id, why: reasons.join("; ") }),
+        (true, true) => Err(FaultError::NoPart { id, name, family: spec.fault.layer.name(), parts: others }),
+        (false, _) if spec.needs_stream() && !has_streams => Err(FaultError::NoScans(id)),
+        (false, _) => Ok(made),
+    }
 }

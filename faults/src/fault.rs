@@ -2,16 +2,15 @@
 
 use std::time::Duration;
 
+use rowscan_fault_table::{Family, Parameter, PartFault, Row, Settings};
 use rowscan_protocol::random::Stream;
 use rowscan_strict_toml::TomlError;
 
 use crate::event::Direction;
-use crate::parameter::Parameter;
-use crate::settings::Settings;
 use crate::telegram::Regions;
 
 /// A line of the table: what can be asked for, and what it makes.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Fault {
     /// Its name in files.
     pub name: &'static str,
@@ -29,7 +28,43 @@ pub struct Fault {
     pub reports: &'static str,
     /// What recovery is expected.
     pub recovery: &'static str,
-    pub(crate) make: fn(&Settings<'_>) -> Result<Action, TomlError>,
+    pub(crate) make: Make,
+}
+
+/// What makes a fault of its parameters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Make {
+    /// One that acts here.
+    Bytes(fn(&Settings<'_>) -> Result<Action, TomlError>),
+    /// One that a part acts on.
+    Part(fn(&Settings<'_>) -> Result<PartFault, TomlError>),
+}
+
+impl Make {
+    pub(crate) fn make(self, settings: &Settings<'_>) -> Result<Action, TomlError> {
+        match self {
+            Self::Bytes(make) => make(settings),
+            Self::Part(make) => make(settings).map(Action::Part),
+        }
+    }
+}
+
+impl Fault {
+    /// A fault of a part, by its row.
+    pub(crate) fn of_part(row: &Row) -> Self {
+        let Row { name, family, parameters, about, reports, recovery, make } = *row;
+        Self {
+            name,
+            layer: Layer::Part(family),
+            parameters,
+            directions: &[],
+            on_wires: true,
+            about,
+            reports,
+            recovery,
+            make: Make::Part(make),
+        }
+    }
 }
 
 /// What a fault acts on.
@@ -43,6 +78,8 @@ pub enum Layer {
     Connection,
     /// Connections that are being made.
     Accept,
+    /// A part of what is emulated, and no byte path.
+    Part(Family),
 }
 
 impl Layer {
@@ -53,6 +90,7 @@ impl Layer {
             Self::Bytes => "bytes",
             Self::Connection => "connection",
             Self::Accept => "accept",
+            Self::Part(family) => family.name(),
         }
     }
 }
@@ -70,6 +108,19 @@ pub(crate) enum Action {
     Cut(Cut),
     /// Turns away who wants to connect.
     Door(Door),
+    /// What a part does.
+    Part(PartFault),
+}
+
+impl Action {
+    /// How it ends connections, if it does.
+    pub(crate) fn cut(&self) -> Option<Cut> {
+        match self {
+            Self::Cut(cut) => Some(*cut),
+            Self::Part(fault) if fault.cuts_connections() => Some(Cut::HalfOpen),
+            _ => None,
+        }
+    }
 }
 
 /// How a connection ends.

@@ -6,7 +6,9 @@ use std::time::Duration;
 use tokio::sync::watch;
 
 use crate::clock::Clock;
+use crate::control::FaultControl;
 use crate::fault::Door;
+use crate::part::Part;
 use crate::plan::Plan;
 use crate::telegram::Language;
 
@@ -54,6 +56,18 @@ pub struct StreamFaults {
 }
 
 impl StreamFaults {
+    /// The control of all faults, this stream's among them.
+    pub fn control(&self) -> FaultControl {
+        FaultControl { shared: Arc::clone(&self.shared) }
+    }
+
+    /// Names the part that sends and receives on this stream; faults of that part then act on it by the stream's name.
+    pub fn part(&self, part: Arc<dyn Part>) {
+        if let Some(stream) = self.shared.plan().streams.get_mut(self.stream) {
+            stream.part = Some(part);
+        }
+    }
+
     pub(crate) fn refuses(&self) -> bool {
         self.shared.plan().refuses(self.stream, self.shared.clock.now())
     }

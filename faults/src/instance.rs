@@ -32,6 +32,10 @@ pub(crate) struct Instance {
     /// Number of its stream.
     pub(crate) stream: usize,
     pub(crate) phase: Phase,
+    /// What its part knows the present window by.
+    pub(crate) order: u64,
+    /// When its beginning was last foretold.
+    pub(crate) foretold: Option<Duration>,
     /// Of its random streams.
     key: u64,
     seed: u64,
@@ -74,6 +78,8 @@ pub(crate) enum Due {
     Scan(u64),
     /// So many scans of the stream since it last began.
     ScansSince(u64),
+    /// A client sends what the script names.
+    Command,
     /// The tractor's place; true if it has come there.
     Row(bool),
     /// Nothing yet known.
@@ -95,6 +101,8 @@ impl Instance {
             action,
             stream,
             phase: Phase::Waiting,
+            order: 0,
+            foretold: None,
             key,
             seed,
             event: 0,
@@ -119,6 +127,7 @@ impl Instance {
     pub(crate) fn draws_each(&self) -> bool {
         matches!(self.spec.fault.layer, Layer::Telegram | Layer::Accept)
             || matches!(self.action, Action::Piece(_))
+            || matches!(&self.action, Action::Part(fault) if fault.draws_each())
     }
 
     /// What it waits for to begin.
@@ -145,7 +154,13 @@ impl Instance {
                 other => other,
             },
             (None, Some(Lasts::Time(time))) => Due::At(window.began.saturating_add(time)),
-            (None, _) => Due::Unknown,
+            (None, Some(Lasts::Scans(_))) => Due::Unknown,
+            (None, None) => match &self.action {
+                Action::Part(fault) => {
+                    fault.lasts().map_or(Due::Unknown, |time| Due::At(window.began.saturating_add(time)))
+                }
+                _ => Due::Unknown,
+            },
         }
     }
 
@@ -197,6 +212,32 @@ impl Instance {
             || self.spec.count.is_some_and(|most| self.acts >= most)
     }
 
+    /// It begins, or ends, no sooner.
+    pub(crate) fn earliest(&self) -> Duration {
+        match self.phase {
+            Phase::Active(window) => window.began,
+            Phase::Waiting | Phase::Done => self.not_before,
+        }
+    }
+
+    /// The command that it waits for.
+    pub(crate) fn awaits_command(&self) -> Option<&str> {
+        let at = match self.phase {
+            Phase::Waiting if self.windows == 0 => &self.spec.at,
+            Phase::Active(_) => self.spec.until.as_ref()?,
+            Phase::Waiting | Phase::Done => return None,
+        };
+        match at {
+            At::Command(command) => Some(command),
+            _ => None,
+        }
+    }
+
+    /// Seed of what the window that has just begun draws.
+    pub(crate) fn window_seed(&self) -> u64 {
+        mix(self.seed ^ mix(self.key ^ self.event))
+    }
+
     /// The window, if it is active on this connection.
     pub(crate) fn active(&self, stream: usize, connection: u64) -> Option<Window> {
         match self.phase {
@@ -228,6 +269,7 @@ fn due(at: &At, happened: &Happened, place: Place) -> Due {
         At::Start => Due::At(Duration::ZERO),
         At::Time(at) => Due::At(*at),
         At::Scan(scan) => Due::Scan(*scan),
+        At::Command(_) => Due::Command,
         At::After { id, end, plus } => match happened.get(&(id.clone(), *end)) {
             Some(at) => Due::At(at.saturating_add(*plus)),
             None => Due::Unknown,

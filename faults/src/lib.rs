@@ -9,6 +9,7 @@
 //! | [`FaultSpec`], [`read`] | one fault as it is written in TOML or JSON |
 //! | [`FaultControl`] | the plan that all streams share: list, add, remove, reset |
 //! | [`StreamFaults`] | one stream's part of it: wraps connections, guards its listener |
+//! | [`Part`] | what else faults act on: a device, a drive, a bus; their owners act, this crate says when |
 //! | [`FaultEvent`] | begin, act and end of a fault, for the host to log |
 //!
 //! Randomness is keyed by (seed, fault, stream, event number). Time comes from a [`Clock`].
@@ -46,10 +47,9 @@ mod kinds;
 mod lane;
 mod listener;
 mod page;
-mod parameter;
+mod part;
 mod plan;
 mod relay;
-mod settings;
 mod spec;
 mod stream;
 mod telegram;
@@ -63,9 +63,10 @@ pub use handle::StreamFaults;
 pub use kinds::{FAULTS, NOT_HERE};
 pub use listener::{GatedListener, reset_on_drop};
 pub use page::markdown;
-pub use parameter::{Form, Parameter};
+pub use part::{Fit, Order, Part};
 pub use plan::{Medium, Row};
 pub use relay::{Relayed, relay};
+pub use rowscan_fault_table::{Family, Form, Parameter, PartFault};
 pub use spec::{FaultSpec, read};
 pub use stream::FaultyStream;
 pub use telegram::Language;

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use crate::event::Direction;
 use crate::fault::Fault;
 use crate::kinds::{FAULTS, NOT_HERE};
-use crate::parameter::Form;
 
 const INTRODUCTION: &str = "\
 # Faults
@@ -39,14 +38,15 @@ Connections that were cut stay cut.
 |---|---|---|
 | `name` | the fault | must be given |
 | `id` | how events and `after` name it | the name; `flip-2` for a second one |
-| `on` | the one stream it acts on: `scanner0`, `scanner1` of `emulate`, the recorded stream of `replay`, the name before the source of `proxy` (`left=tcp://…`, else `scanner0`) | every stream |
+| `on` | the one stream or part it acts on: `scanner0`, `scanner1` of `emulate`, the recorded stream of `replay`, the name before the source of `proxy` (`left=tcp://…`, else `scanner0`); `tractor`, `encoder`, `gnss`, `can0` | every one that takes it |
 | `direction` | `to_client`, `to_device`, `both` | see the table |
 | `at` | one of `{ s }` seconds of simulated time; of a proxy, since its start, `{ scan }` the scan telegram of this number on a connection, from 1, \
+`{ command = \"sWN LMDscandatacfg\" }` a client's request by kind and name, by name alone, or of an LMS2xx by its first bytes in hex digits, \
 `{ after = \"ID\" }` or `{ after = \"ID.end\", plus_s }` the first begin or end of another fault, `{ row_m }`, `{ tree }` the tractor's place (only where there is one) | at once |
 | `for` | `{ s }`, or `{ scans }` scan telegrams of the stream | a fault of telegrams: one telegram; else until healed |
 | `until` | as `at`; instead of `for` | |
 | `every` | `{ s }` or `{ scans }` from one beginning to the next | once |
-| `p` | probability of each telegram, piece or connection; of faults that have none, of each beginning | 1 |
+| `p` | probability of each telegram, piece, connection or datagram; of faults that have none, of each beginning | 1 |
 | `count` | at most so many telegrams or connections; of other faults, beginnings | 1 telegram, unless `for`, `until`, `p` or `every` is given |
 
 `scan` counts on one connection: after a reconnect it begins at 1 again. A fault that a scan began acts on that scan's connection only. A fault of telegrams begins with the next \
@@ -58,6 +58,16 @@ depend on what passes at that time; `scan` does not.
 At most 64 KiB wait each way behind a fault; then whoever writes must wait, as for a full socket. At `--time-scale max` there is no bound, because time itself would wait.
 
 In lockstep, what `delay`, `jitter`, `stall` or `bandwidth` holds back is no part of a step: it leaves when its time has come, and the step does not wait for it.
+
+## Parts
+
+Faults of the byte path act wherever bytes pass. The others act on a part of an emulated rig, at an instant of simulated time: a *device* or *clock* fault on a scanner (by the name of \
+its stream), a *vehicle* fault on `tractor`, `encoder` or `gnss`, a *bus* fault on `can0` (all ports of `--can` are one bus), a *datagrams* fault on `gnss` or `can0` where they send UDP. A part that is not there refuses them, with the reason; so \
+do `replay` and `proxy`, because a recording and a real device have no such part. The truth of where the tractor is stands in the events (`row_m`): `stop`, `reverse`, \
+`speed_command`, `lateral` and `bounce` move scanners, encoder and antenna with it; `encoder` and `gnss` change only what is reported. Time itself goes on evenly, whatever a clock says. \
+A fault of a part that `row_m` or `tree` begins does so within 10 ms.
+
+What CAN controllers would tell goes out where a port carries it: as Linux error frames to `candump:FILE` and `socketcan:`, as status flags of `slcan:`; elsewhere there is silence.
 
 ## Events
 
@@ -74,7 +84,7 @@ A recording beside faults holds what went over the client's wire: after faults w
 pub fn markdown() -> String {
     let mut page = INTRODUCTION.to_owned();
     page += "| fault | acts on | direction | does | a driver must report | recovery expected |\n|---|---|---|---|---|---|\n";
-    for fault in FAULTS {
+    for fault in FAULTS.iter() {
         let ways = directions(fault);
         let (layer, Fault { name, about, reports, recovery, .. }) = (fault.layer.name(), fault);
         let _ = writeln!(page, "| `{name}` | {layer} | {ways} | {about} | {reports} | {recovery} |");
@@ -84,9 +94,9 @@ pub fn markdown() -> String {
         FAULTS.iter().filter(|fault| !fault.on_wires).map(|fault| format!("`{}`", fault.name)).collect();
     let _ = write!(page, "{} are refused there.\n\n## Parameters\n\n", wireless.join(", "));
     page += "| fault | key | value | default | |\n|---|---|---|---|---|\n";
-    for fault in FAULTS {
+    for fault in FAULTS.iter() {
         for parameter in fault.parameters {
-            let (form, key) = (form(parameter.form), parameter.key);
+            let (form, key) = (parameter.form.words(), parameter.key);
             let _ = writeln!(
                 page,
                 "| `{}` | `{key}` | {form} | {} | {} |",
@@ -99,8 +109,7 @@ pub fn markdown() -> String {
         let names: Vec<String> = names.split(" / ").map(|name| format!("`{name}`")).collect();
         let _ = writeln!(page, "| {} | {why} |", names.join(", "));
     }
-    page += "\nOf the rows that are there, `drop`, `duplicate` and `reorder` leave telegram counters as the device wrote them (`counters = \"patched\"` is not there), and `at = { command }` is not \
-             there. `accept_silent` and `half_open` cannot keep the system from completing the TCP handshake, as a pulled cable would.\n";
+    page += "\nOf the rows that are there, `drop`, `duplicate` and `reorder` leave telegram counters as the device wrote them (`counters = \"patched\"` is not there). `accept_silent` and `half_open` cannot keep the system from completing the TCP handshake, as a pulled cable would.\n";
     page
 }
 
@@ -110,16 +119,5 @@ fn directions(fault: &Fault) -> &'static str {
         [Direction::ToClient] => "to_client",
         [Direction::ToDevice] => "to_device",
         _ => "both",
-    }
-}
-
-/// What a parameter takes, in words.
-fn form(form: Form) -> String {
-    match form {
-        Form::Number(low, high) => format!("number, {low} to {high}"),
-        Form::Whole(low, high) => format!("integer, {low} to {high}"),
-        Form::Wholes(low, high) => format!("integer or list of them, {low} to {high}"),
-        Form::Word(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
-        Form::Hex => "hex digits".to_owned(),
     }
 }

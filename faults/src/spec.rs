@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
+use rowscan_fault_table::{Settings, read_number, read_text, read_whole};
 use rowscan_strict_toml::{Located, Table, TomlError, Value, from_toml, suggestion};
 use serde::Deserialize;
 
 use crate::event::Direction;
 use crate::fault::{Action, Cut, Fault, Layer};
 use crate::kinds::FAULTS;
-use crate::settings::{self, Settings};
 use crate::when::{At, Lasts};
 
 /// Keys that every fault has.
@@ -87,11 +87,10 @@ impl FaultSpec {
             return Err(refuse(value.line, message));
         }
         let given = |key: &str| table.entries.get(key);
-        let word = |key: &str| {
-            given(key).map(|found| settings::text(found, "a string").map(str::to_owned)).transpose()
-        };
-        let count = given("count").map(|found| settings::whole(found, 1, i64::MAX)).transpose()?;
-        let spec = Self {
+        let word =
+            |key: &str| given(key).map(|found| read_text(found, "a string").map(str::to_owned)).transpose();
+        let count = given("count").map(|found| read_whole(found, 1, i64::MAX)).transpose()?;
+        let mut spec = Self {
             id: word("id")?,
             fault,
             on: word("on")?,
@@ -100,7 +99,7 @@ impl FaultSpec {
             lasts: given("for").map(Lasts::read).transpose()?,
             until: given("until").map(At::read).transpose()?,
             every: given("every").map(Lasts::read).transpose()?,
-            p: given("p").map(|found| settings::number(found, 0.0, 1.0)).transpose()?,
+            p: given("p").map(|found| read_number(found, 0.0, 1.0)).transpose()?,
             count: count.map(i64::unsigned_abs),
             parameters: table.clone(),
         };
@@ -110,10 +109,14 @@ impl FaultSpec {
                 "`for` and `until` are two ways to say one thing; leave one out".to_owned(),
             ));
         }
-        if let (Layer::Accept, Some(found)) = (fault.layer, given("direction")) {
+        if let (Layer::Accept | Layer::Part(_), Some(found)) = (fault.layer, given("direction")) {
             return Err(refuse(found.line, format!("`{}` has no direction; leave it out", fault.name)));
         }
-        let instant = matches!(spec.action()?, Action::Cut(Cut::Reset | Cut::Finish | Cut::HalfClose));
+        let action = spec.action()?;
+        if matches!(action, Action::Part(_)) && action.cut().is_some() {
+            spec.directions = Direction::BOTH.to_vec();
+        }
+        let instant = matches!(action, Action::Cut(Cut::Reset | Cut::Finish | Cut::HalfClose));
         if let Some(found) = given("for").or(given("until")).filter(|_| instant) {
             let message = format!("`{}` happens at once and lasts; leave `for` and `until` out", fault.name);
             return Err(refuse(found.line, message));
@@ -128,7 +131,16 @@ impl FaultSpec {
 
     /// What it does; every stream has its own.
     pub(crate) fn action(&self) -> Result<Action, TomlError> {
-        (self.fault.make)(&Settings { table: &self.parameters, parameters: self.fault.parameters })
+        self.fault.make.make(&Settings::new(&self.parameters, self.fault.parameters))
+    }
+
+    /// True if scans or commands of its stream begin or end it.
+    pub(crate) fn needs_stream(&self) -> bool {
+        let scans = |lasts: Option<Lasts>| matches!(lasts, Some(Lasts::Scans(_)));
+        self.at.needs_stream()
+            || self.until.as_ref().is_some_and(At::needs_stream)
+            || scans(self.lasts)
+            || scans(self.every)
     }
 
     /// True if it needs to know where the tractor is.
@@ -144,15 +156,15 @@ impl FaultSpec {
 
 /// The table's line of this name.
 fn find(found: &Located) -> Result<&'static Fault, TomlError> {
-    let name = settings::text(found, "the name of a fault")?;
+    let name = read_text(found, "the name of a fault")?;
     let names: Vec<&str> = FAULTS.iter().map(|fault| fault.name).collect();
-    FAULTS.iter().copied().find(|fault| fault.name == name).ok_or_else(|| TomlError {
+    FAULTS.iter().find(|fault| fault.name == name).ok_or_else(|| TomlError {
         line: found.line,
         message: match crate::kinds::NOT_HERE
             .iter()
             .find(|(known, _)| known.split(" / ").any(|known| known == name))
         {
-            Some((_, why)) => format!("the fault `{name}` is not there yet: {why}"),
+            Some((_, why)) => format!("the fault `{name}` is not there: {why}"),
             None => format!("unknown fault `{name}`{}", suggestion(name, &names)),
         },
     })

@@ -76,6 +76,28 @@ impl Kind {
         Regions { kind: self, header, length, payload, checksum }
     }
 
+    /// Whether a client's payload is this command: in CoLa its kind and name, or its name alone; of an LMS2xx its first bytes in hex digits.
+    pub(crate) fn is_command(self, payload: &[u8], command: &str) -> bool {
+        let begins = |payload: &[u8], with: &[u8]| {
+            payload.strip_prefix(with).is_some_and(|rest| rest.first().is_none_or(|next| *next == b' '))
+        };
+        match self {
+            Self::ColaA | Self::ColaB => {
+                begins(payload, command.as_bytes())
+                    || payload.get(4..).is_some_and(|name| begins(name, command.as_bytes()))
+            }
+            Self::Lms2xx => {
+                let digits: Vec<char> = command.chars().filter(|digit| !digit.is_whitespace()).collect();
+                let mut asked = digits.chunks(2).map(|pair| {
+                    let pair: String = pair.iter().collect();
+                    u8::from_str_radix(&pair, 16).ok()
+                });
+                let is_same = |byte: &u8| asked.next().is_none_or(|asked| asked == Some(*byte));
+                payload.len() * 2 >= digits.len() && !digits.is_empty() && payload.iter().all(is_same)
+            }
+        }
+    }
+
     /// A well-formed telegram of this kind that nobody asked for, from the other side.
     pub(crate) fn foreign(self, direction: Direction) -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use rowscan_strict_toml::{Located, TomlError, suggestion};
 
-use crate::settings::{number, text, whole};
+use rowscan_fault_table::{read_number, read_text, read_whole};
 
 /// The moment a fault begins, or is over.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +16,8 @@ pub enum At {
     Time(Duration),
     /// The scan telegram of this number on a connection, from 1.
     Scan(u64),
+    /// The client sends this command, on any connection: its kind and name as in CoLa A, or an LMS2xx's request in hex digits.
+    Command(String),
     /// After a fault's begin or end.
     After {
         /// The other fault.
@@ -40,13 +42,13 @@ pub enum Lasts {
     Scans(u64),
 }
 
-const AT_KEYS: &[&str] = &["s", "scan", "row_m", "tree", "after", "plus_s"];
+const AT_KEYS: &[&str] = &["s", "scan", "command", "row_m", "tree", "after", "plus_s"];
 const LASTS_KEYS: &[&str] = &["s", "scans"];
 /// A century, in seconds: more is a mistake, and would overflow.
 const LONGEST_S: f64 = 3.2e9;
 
 fn seconds(found: &Located) -> Result<Duration, TomlError> {
-    number(found, 0.0, LONGEST_S).map(Duration::from_secs_f64)
+    read_number(found, 0.0, LONGEST_S).map(Duration::from_secs_f64)
 }
 
 fn unknown(line: usize, key: &str, valid: &[&str]) -> TomlError {
@@ -54,7 +56,7 @@ fn unknown(line: usize, key: &str, valid: &[&str]) -> TomlError {
 }
 
 fn positive(found: &Located) -> Result<u64, TomlError> {
-    whole(found, 1, i64::MAX).map(i64::unsigned_abs)
+    read_whole(found, 1, i64::MAX).map(i64::unsigned_abs)
 }
 
 impl At {
@@ -67,20 +69,16 @@ impl At {
             let read = match key.as_str() {
                 "s" => Self::Time(seconds(value)?),
                 "scan" => Self::Scan(positive(value)?),
-                "row_m" => Self::RowM(number(value, -1e6, 1e6)?),
+                "row_m" => Self::RowM(read_number(value, -1e6, 1e6)?),
                 "tree" => {
-                    Self::Tree(u32::try_from(whole(value, 1, i64::from(u32::MAX))?).unwrap_or(u32::MAX))
+                    Self::Tree(u32::try_from(read_whole(value, 1, i64::from(u32::MAX))?).unwrap_or(u32::MAX))
                 }
-                "after" => Self::after(text(value, "the id of a fault, or `ID.end`")?),
+                "after" => Self::after(read_text(value, "the id of a fault, or `ID.end`")?),
                 "plus_s" => {
                     plus = Some((value.line, seconds(value)?));
                     continue;
                 }
-                "command" => {
-                    let message =
-                        "`command` is nothing a byte path knows; use `scan`, `s` or `after`".to_owned();
-                    return Err(TomlError { line: value.line, message });
-                }
+                "command" => Self::command(value)?,
                 key => return Err(unknown(value.line, key, AT_KEYS)),
             };
             if at.replace(read).is_some() {
@@ -102,6 +100,18 @@ impl At {
         }
     }
 
+    fn command(found: &Located) -> Result<Self, TomlError> {
+        const EXPECTED: &str = "a command such as \"sWN LMDscandatacfg\", or \"20\" of an LMS2xx";
+        let command = read_text(found, EXPECTED)?.trim();
+        if command.is_empty() {
+            return Err(TomlError {
+                line: found.line,
+                message: format!("expected {EXPECTED}, found an empty text"),
+            });
+        }
+        Ok(Self::Command(command.to_owned()))
+    }
+
     fn after(text: &str) -> Self {
         let (id, end) = match (text.strip_suffix(".end"), text.strip_suffix(".begin")) {
             (Some(id), _) => (id, true),
@@ -109,6 +119,11 @@ impl At {
             (None, None) => (text, false),
         };
         Self::After { id: id.to_owned(), end, plus: Duration::ZERO }
+    }
+
+    /// True if what passes on a stream is what it waits for.
+    pub(crate) fn needs_stream(&self) -> bool {
+        matches!(self, Self::Scan(_) | Self::Command(_))
     }
 
     /// True if it needs to know where the tractor is.

@@ -1,5 +1,6 @@
 //! What every kind of line has in common, seen from the scanner.
 
+use std::any::Any;
 use std::fmt;
 use std::io;
 
@@ -22,6 +23,11 @@ pub trait Wire: AsyncRead + AsyncWrite + Unpin + Send + fmt::Debug {
     fn is_copper(&self) -> bool {
         false
     }
+
+    /// What else belongs to it, for whoever knows the type: of a wire with faults, those.
+    fn belongings(&self) -> Option<&(dyn Any + Send + Sync)> {
+        None
+    }
 }
 
 impl Wire for Box<dyn Wire> {
@@ -39,6 +45,10 @@ impl Wire for Box<dyn Wire> {
 
     fn is_copper(&self) -> bool {
         (**self).is_copper()
+    }
+
+    fn belongings(&self) -> Option<&(dyn Any + Send + Sync)> {
+        (**self).belongings()
     }
 }
 

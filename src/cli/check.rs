@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use rowscan_check::{Options, Tried, Verdict, report, worst};
 use tokio::sync::watch;
 
+use super::check_jobs::Jobs;
 use super::interrupt::Interrupt;
 use super::output::{print, printable, say, write_file};
 use super::{Failure, Outcome};
@@ -26,6 +27,12 @@ pub(super) struct Args {
     /// Keep each run's folder (the children's logs and files) in this one
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
+    /// Try so many scenarios side by side, each in a process of its own
+    #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    jobs: u16,
+    /// Scenarios that other processes try before these
+    #[arg(long, hide = true, value_name = "N", default_value_t = 0)]
+    before: usize,
     /// Only this seed, in place of the scenario's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -44,6 +51,9 @@ enum CheckFormat {
     Jsonl,
     /// Test Anything Protocol, version 14
     Tap,
+    /// For the process that asked for it: all that is known, one scenario and seed a line
+    #[value(hide = true)]
+    Record,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -53,46 +63,31 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let mut interrupt = Interrupt::watch()?;
     let (cancel, cancelled) = watch::channel(false);
-    let options = Options {
-        seed: args.seed,
-        fail_fast: args.fail_fast,
-        keep: args.keep.clone(),
-        program: std::env::current_exe().ok(),
-    };
-    let (scenarios, format) = (args.scenarios.clone(), args.format);
-    // A thread of its own, for as long as it takes: children die with it.
-    let mut work = tokio::task::spawn_blocking(move || {
-        let mut told = Ok(());
-        let mut tell = |tried: &Tried| {
-            let text = match format {
-                CheckFormat::Table => printable(&report::text(tried)).into_owned(),
-                CheckFormat::Jsonl => report::jsonl(tried),
-                CheckFormat::Tap => return,
-            };
-            if told.is_ok() {
-                told = print(&text);
-            }
-        };
-        let tried = rowscan_check::check(&scenarios, &options, cancelled, &mut tell);
-        (tried, told)
-    });
-    let mut interrupted = false;
-    let ended = tokio::select! {
-        ended = &mut work => ended,
-        () = interrupt.wait() => {
-            interrupted = true;
-            // Its children end with it.
+    if args.format == CheckFormat::Record {
+        // Who asked for it has gone: it ends, its children with it.
+        let cancel = cancel.clone();
+        std::thread::spawn(move || {
+            let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
             let _ = cancel.send(true);
-            work.await
+        });
+    }
+    let trying = args.try_all(cancelled);
+    tokio::pin!(trying);
+    let (tried, signal) = tokio::select! {
+        tried = &mut trying => (tried, None),
+        signal = interrupt.signal() => {
+            // What is being tried ends, its children with it.
+            let _ = cancel.send(true);
+            (trying.await, Some(signal))
         }
     };
-    let (tried, told) =
-        ended.map_err(|cause| Failure::System { what: "run the scenarios", cause: cause.into() })?;
-    told?;
     let tried = tried?;
     args.write(&tried)?;
-    if interrupted {
-        return Ok(Outcome::Interrupted(2));
+    if let Some(signal) = signal {
+        return Ok(Outcome::Interrupted(signal));
+    }
+    if args.format == CheckFormat::Record {
+        return Ok(Outcome::Done);
     }
     let cases = tried.iter().flat_map(|tried| &tried.cases);
     let count = |verdict| cases.clone().filter(|case| case.verdict == verdict).count();
@@ -107,6 +102,58 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 impl Args {
+    /// Tries all scenarios, and tells each that is done; what was done when it was cancelled.
+    async fn try_all(&self, cancelled: watch::Receiver<bool>) -> Result<Vec<Tried>, Failure> {
+        let format = self.format;
+        let mut told = Ok(());
+        let mut tell = move |tried: &Tried| {
+            let text = match format {
+                CheckFormat::Table => printable(&report::text(tried)).into_owned(),
+                CheckFormat::Jsonl => report::jsonl(tried),
+                CheckFormat::Record => record(tried),
+                CheckFormat::Tap => return Ok(()),
+            };
+            if told.is_ok() {
+                told = print(&text);
+            }
+            std::mem::replace(&mut told, Ok(()))
+        };
+        if self.jobs > 1 && self.scenarios.len() > 1 {
+            return self.jobs().run(cancelled, &mut tell).await;
+        }
+        let options = Options {
+            seed: self.seed,
+            fail_fast: self.fail_fast,
+            keep: self.keep.clone(),
+            before: self.before,
+            program: std::env::current_exe().ok(),
+        };
+        let scenarios = self.scenarios.clone();
+        // A thread of its own, for as long as it takes: children die with it.
+        let work = tokio::task::spawn_blocking(move || {
+            let mut failed = None;
+            let mut tell = |tried: &Tried| failed = failed.take().or(tell(tried).err());
+            let tried = rowscan_check::check(&scenarios, &options, cancelled, &mut tell);
+            (tried, failed)
+        });
+        let ended = work.await;
+        let (tried, failed) =
+            ended.map_err(|cause| Failure::System { what: "run the scenarios", cause: cause.into() })?;
+        failed.map_or(Ok(()), Err)?;
+        Ok(tried?)
+    }
+
+    /// The same command for one scenario at a time.
+    fn jobs(&self) -> Jobs {
+        let mut flags = vec!["--format".to_owned(), "record".to_owned()];
+        flags.extend(self.seed.iter().flat_map(|seed| ["--seed".to_owned(), seed.to_string()]));
+        flags.extend(self.fail_fast.then(|| "--fail-fast".to_owned()));
+        let keep = self.keep.iter().flat_map(|keep| ["--keep".to_owned(), keep.display().to_string()]);
+        flags.extend(keep);
+        let (at_once, fail_fast) = (self.jobs.into(), self.fail_fast);
+        Jobs { scenarios: self.scenarios.clone(), flags, at_once, fail_fast }
+    }
+
     /// Writes the documents that need all verdicts.
     fn write(&self, tried: &[Tried]) -> Result<(), Failure> {
         if self.format == CheckFormat::Tap {
@@ -117,4 +164,9 @@ impl Args {
         let failed = |error| Failure::Write { what, cause: std::io::Error::other(error) };
         write_file(path, &report::junit(tried).map_err(failed)?)
     }
+}
+
+/// All that is known of a scenario that was tried, on one line.
+fn record(tried: &Tried) -> String {
+    serde_json::to_string(tried).map_or(String::new(), |line| line + "\n")
 }

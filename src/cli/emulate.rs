@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rowscan_control::{Bench, Log, StateOf};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
@@ -15,15 +16,18 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_recording::{About, StreamKind, Taps};
 use rowscan_vehicle::Tractor;
+use serde_json::{Map, Value, json};
 
 use super::client_limits::{self, ClientLimitArgs};
+use super::control::{ControlArgs, Controlled};
 use super::device::DeviceArgs;
+use super::ending::EndArgs;
 use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
-use super::events::{self, End};
+use super::events::{self, Counted, End};
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::line::{self, LineArgs, Opened};
-use super::lockstep::LockstepArgs;
+use super::lockstep::{LockstepArgs, Ways};
 use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
@@ -75,6 +79,10 @@ pub(super) struct Args {
     tractor_outputs: TractorOutputArgs,
     #[command(flatten)]
     faults: FaultArgs,
+    #[command(flatten)]
+    control: ControlArgs,
+    #[command(flatten)]
+    end: EndArgs,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -137,9 +145,23 @@ impl Fitted {
             AnyModel::Cola(_) => (Medium::Wire, Language::Cola),
             AnyModel::Lms2xx(_) => (Medium::Wire, Language::Lms2xx),
         };
-        let control = faulting?.control();
-        Some(control.stream(&format!("scanner{}", self.index), medium, language))
+        Some(faulting?.control().stream(&self.name(), medium, language))
     }
+
+    /// What faults and state call it.
+    fn name(&self) -> String {
+        format!("scanner{}", self.index)
+    }
+}
+
+/// Tells what a scanner has done.
+type CountsOf = Box<dyn Fn() -> Value + Send + Sync>;
+
+/// Tells the state of all scanners, by their names.
+fn state_of(streams: Vec<(String, CountsOf)>) -> StateOf {
+    Arc::new(move || {
+        streams.iter().map(|(name, counts)| (name.clone(), counts())).collect::<Map<_, _>>().into()
+    })
 }
 
 /// A scanner that is set up, and where clients find it.
@@ -149,6 +171,20 @@ enum Running {
 }
 
 impl Running {
+    /// Tells what it has done at any time, as [`Running::end`] does.
+    fn counting(&self) -> CountsOf {
+        match self {
+            Self::Cola(emulator) => {
+                let counter = emulator.counter();
+                Box::new(move || json!(counter.counts().as_ref().map(Counted::cola)))
+            }
+            Self::Lms2xx(emulator) => {
+                let counts = emulator.counting();
+                Box::new(move || json!(Counted::lms2xx(counts())))
+            }
+        }
+    }
+
     /// What it has done, for scripts.
     fn end<'a>(&self, stream: Option<&'a str>) -> End<'a> {
         match self {
@@ -189,22 +225,28 @@ impl Running {
 pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     args.time_scale = Some(args.lockstep.time_scale(args.time_scale)?);
     let mut interrupt = Interrupt::watch()?;
+    let parent = args.end.parent();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     let fitted = args.fitted(&stage)?;
     let models: Vec<&str> = fitted.iter().map(|fitted| fitted.model.name()).collect();
     let taping = args.tape(&stage, &models.join(", "))?;
     let tractor = stage.tractor();
     let mut rig = Rig::new(tractor.clone(), args.scale()).with_timer(Timer::system());
-    if let Some(lockstep) = args.lockstep.open(args.format).await? {
-        rig = rig.in_lockstep(lockstep);
+    let ways = Ways { bus: args.tractor_outputs.has_bus(), control: args.control.is_given() };
+    rig = args.lockstep.apply(rig, &ways, args.format).await?;
+    if let Some(end) = args.end.end(&stage) {
+        rig = rig.until(end);
     }
     if let Some(start) = args.start_when {
         rig = rig.with_start(start);
     }
-    let script = args.faults.read()?;
+    let (script, log) = (args.faults.read()?, Log::default());
     let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
-    let faulting =
-        script.is_some().then(|| Faulting::start(stage.scene.seed, rig.clock(), Some(row), args.format));
+    let faulting = (script.is_some() || args.control.is_given())
+        .then(|| Faulting::start(stage.scene.seed, rig.clock(), Some(row), (args.format, &log)));
+    if let Some(faulting) = &faulting {
+        rig.set_faults(faulting.control());
+    }
     let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
     for (place, scanner) in fitted.iter().enumerate() {
@@ -237,12 +279,25 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
+    let _controlled = match &faulting {
+        Some(faulting) => {
+            let streams =
+                running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counting()));
+            let parts = vec![("streams".to_owned(), state_of(streams.collect()))];
+            let bench = Bench::new(faulting.control().clone(), Arc::new(rig.control()), log, parts);
+            let controlled = args.control.open(bench, args.format).await?;
+            controlled.addresses().for_each(|address| rig.control().exclude(address));
+            controlled
+        }
+        None => Controlled::default(),
+    };
     args.tell(&stage, &fitted, &sources);
     events::ready(args.format)?;
     let mut timeline = rig.run();
     let failed = tokio::select! {
         () = interrupt.wait() => None,
-        error = timeline.failed() => Some(error),
+        () = parent.gone() => None,
+        ended = timeline.ended() => ended.err(),
     };
     if let Some(faulting) = faulting {
         faulting.finish().await?;

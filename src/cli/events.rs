@@ -25,6 +25,13 @@ pub(super) struct End<'a> {
     event: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     stream: Option<&'a str>,
+    #[serde(flatten)]
+    counted: Counted,
+}
+
+/// What one scanner has done.
+#[derive(Serialize)]
+pub(super) struct Counted {
     scans_sent: u64,
     #[serde(flatten)]
     of: Of,
@@ -47,9 +54,9 @@ enum Of {
     },
 }
 
-impl<'a> End<'a> {
+impl Counted {
     /// Of a CoLa scanner.
-    pub(super) fn cola(stream: Option<&'a str>, counts: &EmulatorCounts) -> Self {
+    pub(super) fn cola(counts: &EmulatorCounts) -> Self {
         let of = Of::Cola {
             scans_dropped: counts.scans_dropped,
             scans_missed: counts.scans_missed,
@@ -57,17 +64,24 @@ impl<'a> End<'a> {
             connections_silent: counts.connections_silent,
             connections_idle: counts.connections_idle,
         };
-        Self { event: "end", stream, scans_sent: counts.scans_sent, of }
+        Self { scans_sent: counts.scans_sent, of }
+    }
+
+    /// Of an LMS2xx.
+    pub(super) fn lms2xx(counts: SerialCounts) -> Self {
+        Self { scans_sent: counts.scans_sent, of: Of::Lms2xx { bytes_lost: counts.bytes_lost } }
+    }
+}
+
+impl<'a> End<'a> {
+    /// Of a CoLa scanner.
+    pub(super) fn cola(stream: Option<&'a str>, counts: &EmulatorCounts) -> Self {
+        Self { event: "end", stream, counted: Counted::cola(counts) }
     }
 
     /// Of an LMS2xx.
     pub(super) fn lms2xx(stream: Option<&'a str>, counts: SerialCounts) -> Self {
-        Self {
-            event: "end",
-            stream,
-            scans_sent: counts.scans_sent,
-            of: Of::Lms2xx { bytes_lost: counts.bytes_lost },
-        }
+        Self { event: "end", stream, counted: Counted::lms2xx(counts) }
     }
 
     /// Tells scripts.

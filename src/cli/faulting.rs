@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use rowscan_control::Log;
 use rowscan_faults::{Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, What, read};
 use rowscan_scenes::files::LoadError;
 use serde::Serialize;
@@ -56,13 +57,18 @@ pub(super) struct Faulting {
 
 impl Faulting {
     /// Starts without any fault, so that streams can be named first; events are told from now on.
-    pub(super) fn start(seed: u64, clock: Arc<dyn Clock>, row: Option<Arc<dyn Row>>, format: Format) -> Self {
+    pub(super) fn start(
+        seed: u64,
+        clock: Arc<dyn Clock>,
+        row: Option<Arc<dyn Row>>,
+        (format, log): (Format, &Log),
+    ) -> Self {
         let (control, events) = FaultControl::new(seed, clock, row);
         let mut driving = JoinSet::new();
         let driven = control.clone();
         driving.spawn(async move { driven.drive().await });
         let (stop, stopped) = oneshot::channel();
-        let telling = tokio::spawn(tell(events, stopped, format));
+        let telling = tokio::spawn(tell(events, stopped, (format, log.clone())));
         Self { control, telling, stop, _driving: driving }
     }
 
@@ -95,11 +101,12 @@ impl Faulting {
 async fn tell(
     mut events: FaultEvents,
     stopped: oneshot::Receiver<()>,
-    format: Format,
+    (format, log): (Format, Log),
 ) -> Result<u64, Failure> {
     let mut begun = 0;
     let mut tell = |event: FaultEvent| -> Result<(), Failure> {
         begun += u64::from(event.what == What::Begin);
+        log.keep(&Line { event: "fault", fault: &event });
         tell_one(&event, format)
     };
     tokio::pin!(stopped);

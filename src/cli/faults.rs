@@ -4,17 +4,8 @@ use rowscan_faults::{FAULTS, Fault, NOT_HERE, markdown};
 use serde::Serialize;
 
 use super::output::{self, print};
+use super::page_args::PageArgs;
 use super::{Failure, Format, Outcome};
-
-#[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// As a page of documentation: docs/faults.md
-    #[arg(long, conflicts_with = "format")]
-    markdown: bool,
-    /// How to write the list
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
-}
 
 /// One fault, as it is listed.
 #[derive(Debug, Serialize)]
@@ -32,12 +23,12 @@ impl From<&'static Fault> for Row {
     }
 }
 
-pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
+pub(super) fn run(args: PageArgs) -> Result<Outcome, Failure> {
     if args.markdown {
         print(&markdown())?;
         return Ok(Outcome::Done);
     }
-    let rows: Vec<Row> = FAULTS.iter().copied().map(Row::from).collect();
+    let rows: Vec<Row> = FAULTS.iter().map(Row::from).collect();
     output::print_rows(args.format, &rows)?;
     if args.format == Format::Table {
         let names: Vec<&str> = NOT_HERE.iter().map(|(names, _)| *names).collect();

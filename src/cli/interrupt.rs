@@ -38,7 +38,7 @@ impl Interrupt {
     }
 
     /// Waits for a signal and gives its number. Cancel safe.
-    async fn signal(&mut self) -> u8 {
+    pub(super) async fn signal(&mut self) -> u8 {
         #[cfg(unix)]
         tokio::select! {
             _ = self.terminate.recv() => 15,

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use rowscan_emulator::Rig;
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::lockstep::{Ack, Lockstep, LockstepConfig};
 
@@ -15,9 +16,13 @@ pub(super) struct LockstepArgs {
     #[arg(long, value_enum, default_value_t)]
     clock: ClockArg,
     /// What counts as an acknowledgement, in lockstep: sent (the peers' kernels have it), read (the peers have read it), idle (they have and wait for
-    /// input), reply:HOST:PORT (they say so there); repeatable, all are needed [default: idle]
+    /// input), reply:HOST:PORT (they say so there), output:can0[,id=HEX][,count=K], output:tcp:HOST:PORT or output:udp:HOST:PORT (so many outputs come in
+    /// there), clock (POST /step of --control); repeatable, all are needed, of sent, read and idle the strongest [default: idle]
     #[arg(long, value_name = "LEVEL")]
     ack: Vec<Ack>,
+    /// Length of a step, simulated milliseconds [default: a step ends whenever scanners act]
+    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    step_ms: Option<f64>,
     /// Host seconds after which a missing acknowledgement ends the run, exit code 2
     #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = seconds)]
     deadline_wall_s: f64,
@@ -40,7 +45,34 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+fn milliseconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(ms) if (0.001..=60_000.0).contains(&ms) => Ok(ms),
+        _ => Err(format!("expected 0.001 to 60000 milliseconds, found `{text}`")),
+    }
+}
+
+/// What acknowledgements may come by.
+pub(super) struct Ways {
+    /// A bus.
+    pub(super) bus: bool,
+    /// A control.
+    pub(super) control: bool,
+}
+
 impl LockstepArgs {
+    /// `rig` with steps as they are asked for, their endpoints announced.
+    pub(super) async fn apply(&self, rig: Rig, ways: &Ways, format: Format) -> Result<Rig, Failure> {
+        let rig = match self.step_ms {
+            Some(ms) => rig.with_step(Duration::from_secs_f64(ms / 1e3)),
+            None => rig,
+        };
+        Ok(match self.open(ways, format).await? {
+            Some(lockstep) => rig.in_lockstep(lockstep),
+            None => rig,
+        })
+    }
+
     /// The time scale that the clock asks for: in lockstep, as fast as acknowledgements come.
     pub(super) fn time_scale(&self, asked: Option<TimeScale>) -> Result<TimeScale, Failure> {
         match (self.clock, asked) {
@@ -56,15 +88,23 @@ impl LockstepArgs {
     }
 
     /// The steps, their endpoint announced; none without lockstep.
-    pub(super) async fn open(&self, format: Format) -> Result<Option<Lockstep>, Failure> {
+    async fn open(&self, ways: &Ways, format: Format) -> Result<Option<Lockstep>, Failure> {
         if self.clock != ClockArg::Lockstep {
             return Ok(None);
         }
         let acks = if self.ack.is_empty() { vec![Ack::Idle] } else { self.ack.clone() };
         let deadline = Duration::from_secs_f64(self.deadline_wall_s);
         let lockstep = Lockstep::open(LockstepConfig { acks, deadline }).await?;
-        if let Some(address) = lockstep.address() {
-            announce_stream(format, None, "ack", Place::Address(&address))?;
+        if lockstep.needs_bus() && !ways.bus {
+            return Err(Failure::Usage("--ack output:can0 needs a bus: add --can PORT".to_owned()));
+        }
+        if lockstep.needs_grants() && !ways.control {
+            return Err(Failure::Usage(
+                "--ack clock needs somebody to grant steps: add --control ADDR".to_owned(),
+            ));
+        }
+        for (name, address) in lockstep.endpoints() {
+            announce_stream(format, None, name, Place::Address(&address))?;
         }
         Ok(Some(lockstep))
     }

@@ -3,11 +3,14 @@
 mod blocking;
 mod bus;
 mod check;
+mod check_jobs;
 mod client_limits;
+mod control;
 mod decode;
 mod demo;
 mod device;
 mod emulate;
+mod ending;
 mod endpoint;
 mod estimate;
 mod estimators;
@@ -25,6 +28,7 @@ mod models;
 mod named;
 mod orchard;
 mod output;
+mod page_args;
 mod progress;
 mod proxy;
 mod record;
@@ -91,7 +95,7 @@ enum Command {
     /// Stand between a scanner and its client, and have things go wrong on the way
     Proxy(proxy::Args),
     /// List the faults that can go into a file for --faults
-    Faults(faults::Args),
+    Faults(page_args::PageArgs),
     /// List the scanner models, what each emulates and what not
     Models(models::Args),
 }
@@ -171,6 +175,9 @@ pub enum Failure {
     /// A serial line.
     #[error(transparent)]
     SerialLine(#[from] rowscan_ports::PortError),
+    /// A control.
+    #[error(transparent)]
+    Control(#[from] rowscan_control::ServerError),
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] rowscan_emulator::ListenError),

@@ -3,8 +3,10 @@
 use rowscan_protocol::device::{Evidence, REFUSALS, Refusal};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{self, AnyModel, Model, Times};
+use rowscan_protocol::optics::Optics;
 use serde::Serialize;
 
+use super::page_args::PageArgs;
 use super::{Failure, Format, Outcome, output};
 
 #[derive(Debug, clap::Args)]
@@ -12,12 +14,8 @@ pub(super) struct Args {
     /// What the scanners refuse instead, and with which code
     #[arg(long)]
     refusals: bool,
-    /// As a page of documentation: docs/models.md, docs/refusals.md
-    #[arg(long, conflicts_with = "format")]
-    markdown: bool,
-    /// How to write the list
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    #[command(flatten)]
+    page: PageArgs,
 }
 
 /// One model, as it is listed.
@@ -38,6 +36,7 @@ struct Row {
     emulates: Vec<&'static str>,
     not_emulated: Vec<&'static str>,
     evidence: Vec<&'static str>,
+    optics: Vec<String>,
 }
 
 impl From<&'static Model> for Row {
@@ -63,6 +62,7 @@ impl From<&'static Model> for Row {
             emulates: [model::ALL_EMULATE, model.emulates].concat(),
             not_emulated: [model::NONE_EMULATE, model.not_emulated].concat(),
             evidence: [model.evidence, model::ALL_EVIDENCE].concat(),
+            optics: optics(&model.optics),
         }
     }
 }
@@ -92,8 +92,14 @@ impl From<&'static lms2xx::model::Model> for Row {
             emulates: model.emulates.to_vec(),
             not_emulated: model.not_emulated.to_vec(),
             evidence: model.evidence.to_vec(),
+            optics: optics(&model.optics),
         }
     }
+}
+
+/// Every optical number with its evidence.
+fn optics(optics: &Optics) -> Vec<String> {
+    optics.lines().into_iter().map(|(name, fact)| format!("{name}: {fact}")).collect()
 }
 
 impl From<AnyModel> for Row {
@@ -147,12 +153,12 @@ pub(super) fn find(name: &str) -> Result<AnyModel, Failure> {
 pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     let models = || AnyModel::all().map(Row::from).collect::<Vec<_>>();
     let refusals = || REFUSALS.iter().map(RefusalRow::from).collect::<Vec<_>>();
-    match (args.refusals, args.markdown) {
+    match (args.refusals, args.page.markdown) {
         (false, true) => output::print(&models_page(&models()))?,
         (true, true) => output::print(&refusals_page(&refusals()))?,
-        (true, false) => output::print_rows(args.format, &refusals())?,
-        (false, false) if args.format == Format::Table => output::print(&listing(&models()))?,
-        (false, false) => output::print_rows(args.format, &models())?,
+        (true, false) => output::print_rows(args.page.format, &refusals())?,
+        (false, false) if args.page.format == Format::Table => output::print(&listing(&models()))?,
+        (false, false) => output::print_rows(args.page.format, &models())?,
     }
     Ok(Outcome::Done)
 }
@@ -173,6 +179,8 @@ fn listing(rows: &[Row]) -> String {
             text += &format!("  {title}\n");
             lines.iter().for_each(|line| text += &format!("    {line}\n"));
         }
+        text += "  optics\n";
+        row.optics.iter().for_each(|line| text += &format!("    {line}\n"));
         text += &format!("  scan modes\n    {}\n\n", row.modes.join("\n    "));
     }
     text += "not modelled\n";
@@ -230,11 +238,31 @@ fn models_page(rows: &[Row]) -> String {
             lines.iter().for_each(|line| page += &format!("- {line}\n"));
         }
     }
+    page += &optics_table();
     page += &times();
     page += &listing_table();
     page += "\n## Not modelled\n";
     for (name, why) in model::NOT_MODELLED {
         page += &format!("- {name}: {why}\n");
+    }
+    page
+}
+
+/// What light does in each model, a column a number.
+fn optics_table() -> String {
+    let mut page = String::from(
+        "\n## Optics\n\nWhat `--optics device` sees by; docs/optics.md says how, and lists the documents. [REC] recorded, [MEM] from memory, [DER] derived, [ASM] assumed.\n",
+    );
+    let mut told: Vec<(&Optics, Vec<&str>)> = Vec::new();
+    for model in AnyModel::all() {
+        match told.iter_mut().find(|(optics, _)| *optics == model.optics()) {
+            Some((_, names)) => names.push(model.name()),
+            None => told.push((model.optics(), vec![model.name()])),
+        }
+    }
+    for (optics, names) in told {
+        page += &format!("\n### {}\n\n| | |\n|---|---|\n", names.join(", "));
+        optics.lines().iter().for_each(|(name, fact)| page += &format!("| {name} | {fact} |\n"));
     }
     page
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use rowscan_control::Log;
 use rowscan_driver::{ByteStream, DriverError, Source};
 use rowscan_faults::{
     Direction, FaultyStream, GatedListener, HostClock, Language, Medium, StreamFaults, relay, reset_on_drop,
@@ -115,7 +116,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let name = name.unwrap_or_else(|| NAME.to_owned());
     let script = args.faults.read()?;
-    let faulting = Faulting::start(args.seed, Arc::new(HostClock::start()), None, args.format);
+    let faulting =
+        Faulting::start(args.seed, Arc::new(HostClock::start()), None, (args.format, &Log::default()));
     let medium = if args.pty.is_some() { Medium::Wire } else { Medium::Tcp };
     let kind = stream_kind(&source);
     let language = if kind == StreamKind::Lms2xx { Language::Lms2xx } else { Language::Cola };

@@ -107,6 +107,11 @@ impl TractorOutputArgs {
         self.nmea.is_empty() && self.bus.can.is_empty()
     }
 
+    /// Whether there is a bus.
+    pub(super) fn has_bus(&self) -> bool {
+        self.bus.is_given()
+    }
+
     /// Opens what is asked for, adds it to the rig and says where it is; the tasks tell what happens on the bus.
     pub(super) async fn open(
         &self,

@@ -97,3 +97,118 @@ fn the_manual_lists_all_that_can_be_expected() {
     let table = run(&["check", "--markdown"]).stdout;
     assert!(manual.contains(&table), "docs/bench.md: put in the table of `rowscan check --markdown`");
 }
+
+/// Verdicts by scenario, name and message, without times of the host.
+fn verdicts(jsonl: &str) -> Vec<(String, String, String)> {
+    let lines = jsonl.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect(line));
+    let verdicts = lines.filter(|line| line["kind"] == "verdict");
+    let text = |value: &serde_json::Value| value.as_str().expect("a text").to_owned();
+    verdicts.map(|line| (text(&line["scenario"]), text(&line["name"]), text(&line["message"]))).collect()
+}
+
+#[test]
+fn side_by_side_gives_the_same_verdicts_in_the_same_order() {
+    if !has_python() {
+        return;
+    }
+    let names = ["damaged.toml", "quits.toml", "base.toml", "two-scanners.toml", "deaf.toml"];
+    let paths = names.map(scenario);
+    let paths: Vec<&str> = paths.iter().map(|path| text(path)).collect();
+    let tried = |flags: &[&str]| run(&[&["check", "--format", "jsonl"], &paths[..], flags].concat());
+    let (one, side_by_side) = (tried(&[]), tried(&["-j", "3"]));
+    assert_eq!((one.code, side_by_side.code), (Some(2), Some(2)), "{}", side_by_side.stderr);
+    let expected = verdicts(&one.stdout);
+    assert_eq!(expected.len(), 6 + 3 + 1 + 4 + 1);
+    assert_eq!(verdicts(&side_by_side.stdout), expected);
+    // Up to the first that is not fine.
+    let stopped = verdicts(&tried(&["-j", "3", "--fail-fast"]).stdout);
+    assert_eq!(stopped, verdicts(&tried(&["--fail-fast"]).stdout));
+    assert_eq!(stopped, expected[..9]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_it_with_its_code_and_what_is_done_is_in_the_junit_file() {
+    use std::io::Read;
+    if !has_python() {
+        return;
+    }
+    for (signal, code, jobs) in [("-TERM", 143, "1"), ("-INT", 130, "1"), ("-TERM", 143, "2")] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (junit, log) = (folder.path().join("all.xml"), folder.path().join("long.toml"));
+        // One that is soon done, and one that takes a minute.
+        std::fs::write(&log, long()).expect("written");
+        let mut child = Command::new(env!("CARGO_BIN_EXE_rowscan"))
+            .args([
+                "check",
+                text(&scenario("stored-dialect.toml")),
+                text(&log),
+                "-j",
+                jobs,
+                "--junit",
+                text(&junit),
+            ])
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .expect("it starts");
+        let mut told = String::new();
+        let mut out = child.stdout.take().expect("piped");
+        let mut chunk = [0; 256];
+        while !told.contains("scans_lost") {
+            let read = out.read(&mut chunk).expect("read");
+            assert!(read > 0, "it ended by itself: {told}");
+            told += &String::from_utf8_lossy(&chunk[..read]);
+        }
+        let killed = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
+        assert!(killed.success());
+        assert_eq!(child.wait().expect("it ends").code(), Some(code), "{signal}");
+        let document = std::fs::read_to_string(&junit).expect("written");
+        assert_eq!(document.matches("<testcase ").count(), 2, "{document}");
+    }
+}
+
+/// A scenario of a minute.
+#[cfg(unix)]
+fn long() -> String {
+    let base = scenario("base.toml");
+    let scene = scenario("row.toml");
+    let controller = scenario("controller.py");
+    format!(
+        "use = {base:?}\nscene = {scene:?}\nclock = {{ mode = \"paced\" }}\nend = {{ s = 60 }}\n\
+         run = [{{ id = \"sut\", command = [\"python3\", {controller:?}, \"{{left.tcp}}\"] }}]\n\
+         expect = [{{ what = \"scans_lost\", equals = 0 }}]\n"
+    )
+}
+
+#[test]
+fn the_manuals_five_minutes_are_as_it_says() {
+    if !has_python() {
+        return;
+    }
+    let manual =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/bench.md")).expect("there");
+    let (_, rest) = manual.split_once("```toml\n").expect("an example");
+    let (example, _) = rest.split_once("```").expect("its end");
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    std::fs::copy(scenario("controller.py"), folder.path().join("controller.py")).expect("copied");
+    let quits = example.replace("\"{left.tcp}\"]", "\"{left.tcp}\", \"--quit-after\", \"20\"]");
+    assert_ne!(quits, example);
+    write("row.toml", example);
+    write("quits.toml", &quits);
+    for (name, code, says) in
+        [("row.toml", 0, "passed  2. exit_code"), ("quits.toml", 1, "FAILED  2. exit_code")]
+    {
+        // By its bare name, as somebody in the folder says it.
+        let ended = Command::new(env!("CARGO_BIN_EXE_rowscan"))
+            .args(["check", name, "--junit", "verdicts.xml"])
+            .current_dir(folder.path())
+            .output()
+            .expect("it runs");
+        let told = String::from_utf8_lossy(&ended.stdout).into_owned();
+        assert_eq!(ended.status.code(), Some(code), "{told}");
+        assert!(told.contains(says), "{told}");
+        assert!(folder.path().join("verdicts.xml").exists());
+    }
+}

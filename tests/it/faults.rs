@@ -167,7 +167,8 @@ async fn a_serial_line_has_its_faults_too() {
             taps: Taps::default(),
             stream: None,
         };
-        let emulator = rig.lms2xx(device, world, Box::new(stream.wrap(there, |_| ())), config);
+        let wire = Box::new(stream.wrap(there, |_| ()));
+        let emulator = rig.lms2xx(device, world, wire, config);
         let _running = rig.run();
         let mut connection = Connection::new(here, Lms2xxClient::new(Lms2xxConfig::default()));
         let mut scans = 0;

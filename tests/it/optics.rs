@@ -36,9 +36,12 @@ async fn a_devices_eye_sees_the_same_online_and_offline_and_not_what_an_ideal_on
 /// Scans of the middle of the row, with every echo that the model sends.
 fn scans(model: &str, stages: &str) -> Vec<Scan> {
     let stage = Stage::grow(seen_by(stages), &|_, _| {}).expect("it grows");
-    let (device, view) = stage.scanner(0, model::by_name(model).expect("known")).expect("it fits");
+    let model = model::by_name(model).expect("known");
+    let (device, view) = stage.scanner(0, model).expect("it fits");
     let mut offline = Offline::new(device, view);
-    offline.set_up(ColaConfig { echoes: 5, remission: true, ..ColaConfig::default() }).expect("taken");
+    offline
+        .set_up(ColaConfig { echoes: model.echoes, remission: true, ..ColaConfig::default() })
+        .expect("taken");
     let mut scan = Scan::default();
     let all = (0..30).map(|_| {
         offline.scan_into(&mut scan).expect("a scan");

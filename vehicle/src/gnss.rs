@@ -166,6 +166,13 @@ pub struct Fix {
     pub hdop: f64,
 }
 
+impl Fix {
+    /// The same without a position.
+    pub(crate) fn lost(self) -> Self {
+        Self { quality: FixQuality::None, satellites: 0, hdop: 99.9, ..self }
+    }
+}
+
 /// A receiver built from the table.
 #[derive(Clone, Debug)]
 pub struct Receiver {
@@ -191,6 +198,11 @@ impl Receiver {
 
     /// Its output at `at` for a tractor in `motion`.
     pub fn fix(&self, at: SimTime, motion: &Motion) -> Fix {
+        self.fix_as(at, motion, None)
+    }
+
+    /// The same, with this quality and noise instead of its own, if any.
+    pub(crate) fn fix_as(&self, at: SimTime, motion: &Motion, instead: Option<(FixQuality, f64)>) -> Fix {
         let gnss = &self.gnss;
         let t_s = at.as_secs_f64();
         let event = gnss.events.iter().rev().find(|event| (event.from_s..event.to_s).contains(&t_s));
@@ -198,6 +210,7 @@ impl Receiver {
             Some(event) => (event.quality, event.noise_m.unwrap_or(gnss.noise_m)),
             None => (gnss.quality, gnss.noise_m),
         };
+        let (quality, noise_m) = instead.unwrap_or((quality, noise_m));
         let place = motion.place;
         let (sin, cos) = (libm::sin(place.heading_rad), libm::cos(place.heading_rad));
         let x_m = place.x_m + gnss.antenna_forward_m * sin + gnss.antenna_right_m * cos;
@@ -213,20 +226,26 @@ impl Receiver {
         };
         let heading_deg = turned(gnss.azimuth_deg + place.heading_rad.to_degrees());
         let back = if motion.speed_m_s < 0.0 { 180.0 } else { 0.0 };
-        let (satellites, hdop) = if quality == FixQuality::None { (0, 99.9) } else { (14, 0.7) };
-        Fix {
+        let fix = Fix {
             quality,
             unix_s: self.start_s + t_s,
             latitude_deg: gnss.latitude_deg + north_m / self.m_per_deg.0,
             longitude_deg: gnss.longitude_deg + east_m / self.m_per_deg.1,
-            altitude_m: gnss.altitude_m + gnss.antenna_up_m + 2.0 * noise_m * up,
+            altitude_m: gnss.altitude_m + gnss.antenna_up_m + motion.up_m + 2.0 * noise_m * up,
             geoid_m: gnss.geoid_m,
             heading_deg,
             course_deg: turned(heading_deg + back),
             speed_m_s: motion.speed_m_s.abs(),
-            satellites,
-            hdop,
-        }
+            satellites: 14,
+            hdop: 0.7,
+        };
+        if quality == FixQuality::None { fix.lost() } else { fix }
+    }
+
+    /// Moves a fix, metres north and east.
+    pub(crate) fn shift(&self, fix: &mut Fix, north_m: f64, east_m: f64) {
+        fix.latitude_deg += north_m / self.m_per_deg.0;
+        fix.longitude_deg += east_m / self.m_per_deg.1;
     }
 
     /// Three standard normal numbers of this millisecond (Box and Muller).

@@ -20,6 +20,7 @@
 //! ```
 
 pub mod encoder;
+mod faults;
 pub mod gnss;
 pub mod parameter;
 pub mod scene_file;
@@ -28,6 +29,7 @@ pub mod trajectory;
 mod utc;
 
 pub use encoder::Encoder;
+pub use faults::{Report, VehicleFault};
 pub use parameter::ParameterError;
 pub use scene_file::{FileError, SceneFile};
 pub use tractor::Tractor;

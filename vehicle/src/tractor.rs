@@ -3,8 +3,12 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use rowscan_fault_table::vehicle::DriveFault;
 use rowscan_protocol::time::SimTime;
 
+use crate::encoder::Encoder;
+use crate::faults::{Counting, Report, Reporting, Swaying, VehicleFault};
+use crate::gnss::Receiver;
 use crate::trajectory::{Motion, Trajectory};
 
 /// A shared tractor. It stands at its start until something starts it; from then on it is a function of simulated time and of the
@@ -16,6 +20,9 @@ pub struct Tractor(Arc<Mutex<Driven>>);
 struct Driven {
     trajectory: Trajectory,
     began: Option<SimTime>,
+    counting: Counting,
+    reporting: Reporting,
+    swaying: Swaying,
 }
 
 impl Driven {
@@ -24,12 +31,35 @@ impl Driven {
         let began = self.began?;
         (at >= began).then(|| Duration::from_nanos(at.0 - began.0).as_secs_f64())
     }
+
+    fn motion(&self, at: SimTime) -> Motion {
+        let motion = match self.driven_s(at) {
+            Some(t_s) => self.trajectory.at(t_s),
+            None => {
+                let start = self.trajectory.at(0.0);
+                Motion { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..start }
+            }
+        };
+        let sway = self.swaying.at(at);
+        let (mut place, heading) = (motion.place, motion.place.heading_rad);
+        if sway.right_m != 0.0 {
+            place.x_m += sway.right_m * libm::cos(heading);
+            place.y_m -= sway.right_m * libm::sin(heading);
+        }
+        Motion { place, right_m: sway.right_m, up_m: sway.up_m, roll_rad: sway.roll_rad, ..motion }
+    }
 }
 
 impl Tractor {
     /// At its start, standing.
     pub fn new(trajectory: Trajectory) -> Self {
-        Self(Arc::new(Mutex::new(Driven { trajectory, began: None })))
+        Self(Arc::new(Mutex::new(Driven {
+            trajectory,
+            began: None,
+            counting: Counting::default(),
+            reporting: Reporting::default(),
+            swaying: Swaying::default(),
+        })))
     }
 
     /// Starts it at `at`, unless it has started.
@@ -44,14 +74,63 @@ impl Tractor {
 
     /// Where it is at `at`, and how fast.
     pub fn motion(&self, at: SimTime) -> Motion {
+        self.lock().motion(at)
+    }
+
+    /// The ticks that `encoder` on its wheel has given by `at`, as far as it counts them.
+    pub fn encoder_ticks(&self, encoder: &Encoder, at: SimTime) -> f64 {
         let driven = self.lock();
-        match driven.driven_s(at) {
-            Some(t_s) => driven.trajectory.at(t_s),
-            None => {
-                let start = driven.trajectory.at(0.0);
-                Motion { speed_m_s: 0.0, wheel_speed_m_s: 0.0, ..start }
+        let wheel_m = driven.motion(at).wheel_m;
+        let ticks = |wheel_m| encoder.ticks(wheel_m);
+        ticks(driven.counting.counted_m(at, wheel_m)) + driven.counting.wrapped(at, ticks)
+    }
+
+    /// What `receiver` on its roof tells at `at`.
+    pub fn report(&self, receiver: &Receiver, at: SimTime) -> Report {
+        let driven = self.lock();
+        driven.reporting.report(receiver, at, |when| driven.motion(when))
+    }
+
+    /// A fault begins; before the drive, it is there when that begins.
+    pub fn begin_fault(&self, key: u64, fault: VehicleFault, at: SimTime) {
+        let mut driven = self.lock();
+        let wheel_m = driven.motion(at).wheel_m;
+        let t_s = driven.driven_s(at).unwrap_or(0.0);
+        match fault {
+            VehicleFault::Encoder(fault) => driven.counting.begin(key, fault, at, wheel_m),
+            VehicleFault::Gnss(fault) => driven.reporting.begin(key, fault, at),
+            VehicleFault::Drive(DriveFault::Speed { m_s, change_m_s2 }) => {
+                driven.trajectory.detour(key, t_s, m_s, change_m_s2);
             }
+            VehicleFault::Drive(fault) => driven.swaying.begin(key, fault, at),
         }
+    }
+
+    /// The fault of this key is over.
+    pub fn end_fault(&self, key: u64, at: SimTime) {
+        let mut driven = self.lock();
+        let wheel_m = driven.motion(at).wheel_m;
+        let t_s = driven.driven_s(at).unwrap_or(0.0);
+        let Driven { trajectory, counting, reporting, swaying, .. } = &mut *driven;
+        let _ = counting.end(key, at, wheel_m)
+            || reporting.end(key, at)
+            || swaying.end(key, at)
+            || trajectory.rejoin(key, t_s);
+    }
+
+    /// How long it will have driven when it has come to this Y, as far as its drive is known now; none if that takes longer than an hour.
+    pub fn drives_to(&self, y_m: f64) -> Option<Duration> {
+        const LONGEST_S: u32 = 3600;
+        let driven = self.lock();
+        let there = |t_s: f64| driven.trajectory.at(t_s).place.y_m >= y_m;
+        let until_s = (0..=LONGEST_S).map(f64::from).find(|t_s| there(*t_s))?;
+        let (mut from_s, mut until_s) = ((until_s - 1.0).max(0.0), until_s);
+        // To a microsecond.
+        while until_s - from_s > 1e-6 {
+            let middle_s = from_s.midpoint(until_s);
+            if there(middle_s) { until_s = middle_s } else { from_s = middle_s }
+        }
+        Some(Duration::from_secs_f64(until_s))
     }
 
     /// Accelerates to `speed_m_s` from `at` on; starts it if it stands.

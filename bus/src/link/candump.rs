@@ -11,15 +11,19 @@ use tokio::sync::mpsc;
 
 use super::BusError;
 use crate::CanFrame;
-use crate::port_event::OutgoingFrame;
+use crate::port_event::{Outgoing, OutgoingFrame};
 
 /// The interface name that stands in the lines.
 const INTERFACE: &str = "can0";
 
 /// Appends one line, its end included.
 pub fn write_line(text: &mut String, at: SimTime, frame: &CanFrame) {
+    write_text(text, at, &frame.to_text());
+}
+
+fn write_text(text: &mut String, at: SimTime, frame: &str) {
     let (seconds, micros) = (at.0 / 1_000_000_000, at.0 / 1000 % 1_000_000);
-    let _ = write!(text, "({seconds:010}.{micros:06}) {INTERFACE} {}", frame.to_text());
+    let _ = write!(text, "({seconds:010}.{micros:06}) {INTERFACE} {frame}");
     text.push('\n');
 }
 
@@ -52,7 +56,10 @@ impl CandumpLink {
         while queue.recv_many(&mut batch, 256).await > 0 {
             text.clear();
             for outgoing in &batch {
-                write_line(&mut text, outgoing.at, &outgoing.frame);
+                match &outgoing.what {
+                    Outgoing::Frame(frame) => write_line(&mut text, outgoing.at, frame),
+                    Outgoing::Error(error) => write_text(&mut text, outgoing.at, &error.to_text()),
+                }
             }
             let written: io::Result<()> =
                 self.file.write_all(text.as_bytes()).and_then(|()| self.file.flush());

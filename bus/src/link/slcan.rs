@@ -12,8 +12,9 @@ mod acceptance;
 
 use self::acceptance::Acceptance;
 use super::{BusError, PortListener};
+use crate::error_frame::ErrorFrame;
 use crate::port_event::BusLoss;
-use crate::port_event::{OutgoingFrame, PortEvent};
+use crate::port_event::{Outgoing, OutgoingFrame, PortEvent};
 use crate::{CanFrame, CanId};
 use rowscan_ports::{Pty, Untaken};
 
@@ -26,7 +27,10 @@ const REFUSED: u8 = 0x07;
 /// S5: 250 kbit/s, what the machine's bus runs at.
 const OUR_RATE: u8 = b'5';
 /// Status: error warning, error passive, bus error. What a chip at the wrong rate comes to.
-const BUS_OFF: u8 = 0x04 | 0x20 | 0x80;
+const BUS_OFF: u8 = WARNING | PASSIVE | BUS_ERROR;
+const WARNING: u8 = 0x04;
+const PASSIVE: u8 = 0x20;
+const BUS_ERROR: u8 = 0x80;
 
 /// The adapter's state.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +43,8 @@ pub struct Adapter {
     wrong_rate: bool,
     time_stamps: bool,
     auto_poll_off: bool,
+    /// What the controller has told of its errors, as the bits of `F`.
+    errors: u8,
     acceptance: Acceptance,
 }
 
@@ -92,6 +98,21 @@ impl Adapter {
         out.push(b'\r');
     }
 
+    /// The controller tells of an error: the host reads it with `F`.
+    pub fn error(&mut self, error: &ErrorFrame) {
+        self.errors = match error.is_off() {
+            Some(true) => BUS_OFF,
+            Some(false) => 0,
+            None => match error.state() {
+                Some(state) => {
+                    let bit = |on: bool, bit: u8| if on { bit } else { 0 };
+                    bit(state.warns, WARNING) | bit(state.is_passive, PASSIVE)
+                }
+                None => self.errors | BUS_ERROR,
+            },
+        };
+    }
+
     /// One command; `None` if it is refused.
     fn command(&mut self, line: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<PortEvent>) -> Option<()> {
         let (&name, rest) = line.split_first()?;
@@ -129,7 +150,9 @@ impl Adapter {
             }
             (b'F', []) => {
                 self.open.then_some(())?;
-                let status = if self.wrong_rate { BUS_OFF } else { 0 };
+                let status = self.errors | if self.wrong_rate { BUS_OFF } else { 0 };
+                // Reading it clears it, but for a state that lasts.
+                self.errors &= !BUS_ERROR;
                 answers.extend_from_slice(format!("F{status:02X}").as_bytes());
             }
             (b'Z', &[on @ (b'0' | b'1')]) => {
@@ -218,8 +241,11 @@ impl SlcanLink {
                 frame = queue.recv() => {
                     // What has gathered meanwhile goes in the same write.
                     let mut next = frame;
-                    while let Some(OutgoingFrame { at, frame, pending: written }) = next {
-                        adapter.frame(at, &frame, &mut answers);
+                    while let Some(OutgoingFrame { at, what, pending: written }) = next {
+                        match what {
+                            Outgoing::Frame(frame) => adapter.frame(at, &frame, &mut answers),
+                            Outgoing::Error(error) => adapter.error(&error),
+                        }
                         pending.push(written);
                         next = if answers.len() < 4096 { queue.try_recv().ok() } else { None };
                     }

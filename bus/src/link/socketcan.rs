@@ -11,12 +11,14 @@ mod linux {
 
     use socketcan::tokio::CanSocket;
     use socketcan::{
-        CanDataFrame, CanFrame as SocketFrame, CanRemoteFrame, EmbeddedFrame, ExtendedId, Frame, Id,
-        SocketOptions, StandardId,
+        CanDataFrame, CanErrorFrame, CanFrame as SocketFrame, CanRemoteFrame, EmbeddedFrame, ExtendedId,
+        Frame, Id, SocketOptions, StandardId,
     };
 
     use super::{BusError, OutgoingFrame, PortListener, mpsc};
+    use crate::error_frame::ErrorFrame;
     use crate::port_event::BusLoss;
+    use crate::port_event::Outgoing;
     use crate::port_event::PortEvent;
     use crate::{CanFrame, CanId};
 
@@ -62,8 +64,12 @@ mod linux {
                         Err(cause) => Err(cause),
                     },
                     frame = queue.recv() => {
-                        let Some(OutgoingFrame { frame, pending: _pending, .. }) = frame else { return };
-                        match to_socket(&frame) {
+                        let Some(OutgoingFrame { what, pending: _pending, .. }) = frame else { return };
+                        let frame = match &what {
+                            Outgoing::Frame(frame) => to_socket(frame),
+                            Outgoing::Error(error) => error_to_socket(error),
+                        };
+                        match frame {
                             Some(frame) => self.socket.write_frame(frame).await,
                             None => Ok(()),
                         }
@@ -128,6 +134,11 @@ mod linux {
         } else {
             CanDataFrame::new(id, frame.data()).map(SocketFrame::Data)
         }
+    }
+
+    /// On a virtual interface others then read it, as if their controller had told it.
+    fn error_to_socket(error: &ErrorFrame) -> Option<SocketFrame> {
+        CanErrorFrame::new_error(error.class, &error.data).ok().map(SocketFrame::Error)
     }
 
     fn heard(frame: &SocketFrame) -> Option<PortEvent> {

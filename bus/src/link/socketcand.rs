@@ -193,9 +193,12 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, 
                 }
             },
             frame = queue.recv() => {
-                let Some(OutgoingFrame { at, frame, pending }) = frame else { return };
+                let Some(OutgoingFrame { at, what, pending }) = frame else { return };
                 written = Some(pending);
-                conversation.frame(at, &frame, &mut answers);
+                // A server tells errors only if it was started to (`-e`).
+                if let Some(frame) = what.frame() {
+                    conversation.frame(at, frame, &mut answers);
+                }
             }
         }
     }

@@ -236,8 +236,9 @@ async fn carry(
                 }
             },
             frame = queue.recv() => {
-                let Some(OutgoingFrame { frame, pending, .. }) = frame else { return false };
-                conversation.frame(&frame, &mut out);
+                let Some(OutgoingFrame { what, pending, .. }) = frame else { return false };
+                let Some(frame) = what.frame() else { continue };
+                conversation.frame(frame, &mut out);
                 if writer.write_all(out.as_bytes()).await.is_err() {
                     return true;
                 }

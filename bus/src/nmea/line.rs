@@ -143,6 +143,7 @@ pub struct NmeaLine {
     untaken: Option<Untaken>,
     takers: Arc<Takers>,
     place: NmeaPlace,
+    is_datagrams: bool,
     _tasks: JoinSet<()>,
 }
 
@@ -201,7 +202,15 @@ impl NmeaLine {
                 NmeaPlace::Path(path)
             }
         };
-        Ok(Self { outbox, in_flight: InFlight::default(), untaken, takers, place, _tasks: tasks })
+        Ok(Self {
+            outbox,
+            in_flight: InFlight::default(),
+            untaken,
+            takers,
+            place,
+            is_datagrams: matches!(address, NmeaAddress::Udp(_)),
+            _tasks: tasks,
+        })
     }
 
     /// Where it is found.
@@ -228,6 +237,11 @@ impl NmeaLine {
         if delivery.is_patient() {
             self.in_flight.below(MOST_PENDING).await;
         }
+    }
+
+    /// Whether sentences go out as datagrams.
+    pub fn is_datagrams(&self) -> bool {
+        self.is_datagrams
     }
 
     /// Whether somebody takes what is sent here. A real port and a datagram's receiver count as takers: nobody can tell.

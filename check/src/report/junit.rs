@@ -17,14 +17,13 @@ use crate::verdict::{Case, Tried, Verdict};
 pub fn junit(all: &[Tried]) -> Result<String, String> {
     let mut report = Report::new("rowscan check");
     let date = DateTime::<Utc>::from(clock::date());
-    report.set_timestamp(date);
     report.set_time(all.iter().map(|tried| seconds(tried.wall_s)).sum());
     for tried in all {
         let seed = tried.seed.map_or(String::new(), |seed| format!(" [seed {seed}]"));
         let mut suite = TestSuite::new(one_line(&format!("{}{seed}", tried.name)));
         suite.set_timestamp(date);
         suite.set_time(seconds(tried.wall_s));
-        let facts = tried.facts.iter().map(|(key, value)| (*key, one_line(value)));
+        let facts = tried.facts.iter().map(|(key, value)| (key.as_str(), one_line(value)));
         let seed = tried.seed.map(|seed| ("seed", seed.to_string()));
         for (key, value) in facts.chain(seed).chain([("simulated_s", format!("{:.6}", tried.simulated_s))]) {
             suite.add_property((key, value.as_str()));

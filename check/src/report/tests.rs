@@ -21,7 +21,7 @@ fn tried() -> Tried {
         scenario: "a.toml".into(),
         name: "a".to_owned(),
         seed: Some(7),
-        facts: vec![("scene", "spindle".to_owned())],
+        facts: vec![("scene".to_owned(), "spindle".to_owned())],
         cases: vec![
             case("1. scans_lost: 0 [seed 7]", Verdict::Passed, "found 0"),
             case("2. log # 1 [seed 7]", Verdict::Failed, "expected <a & \"b\">\u{1b}[31m,\nfound \u{0}none"),
@@ -76,4 +76,11 @@ fn lines_are_json() {
         let value: serde_json::Value = serde_json::from_str(line).expect(line);
         assert_eq!(value["kind"], "verdict");
     }
+}
+
+#[test]
+fn what_was_tried_comes_back_from_its_record() {
+    let tried = tried();
+    let record = serde_json::to_string(&tried).expect("written");
+    assert_eq!(serde_json::from_str::<Tried>(&record).expect("read"), tried);
 }

@@ -226,9 +226,10 @@ impl Expect {
         let compared = self.equals_text.is_some() || self.equals_run_without.is_some();
         match self.what.kind {
             Kind::NextScan if self.within_s.is_none() => lacks("`within_s`"),
-            Kind::Count(_) | Kind::Measure(_) if self.bounds.is_empty() && !compared => {
+            Kind::Count(_) | Kind::Measure(_) | Kind::FaultActs if self.bounds.is_empty() && !compared => {
                 lacks("`equals`, `above`, `below` or `between`")
             }
+            Kind::FaultActs if self.on.is_none() => lacks("`of`, the fault"),
             Kind::Log if self.matches.is_none() => lacks("`matches`"),
             Kind::BytesOf if self.file.is_none() => lacks("`file`"),
             Kind::BytesOf if !compared => lacks("`equals`, the other file"),

@@ -224,7 +224,8 @@ impl Scenario {
 
     /// The folder it stands in.
     pub fn folder(&self) -> &Path {
-        self.path.parent().unwrap_or(Path::new(""))
+        // A bare name has an empty parent.
+        self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
     }
 }
 

@@ -13,7 +13,7 @@ use rowscan_study::reading::{CalibrationChoice, Reading};
 use super::*;
 
 /// A witness of one device, and so many of its scan telegrams in CoLa B.
-fn bench(scans: usize) -> (Witness, Vec<Vec<u8>>) {
+pub(crate) fn bench(scans: usize) -> (Witness, Vec<Vec<u8>>) {
     let scene = scene_from_text("version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 5\n");
     let stage = Stage::grow(scene.expect("sound"), &|_, _| {}).expect("it grows");
     let (device, view) = stage.scanner(0, model::by_name("lms111").expect("known")).expect("it fits");
@@ -33,7 +33,7 @@ fn bench(scans: usize) -> (Witness, Vec<Vec<u8>>) {
 }
 
 /// The bytes of these telegrams over one connection.
-fn deliver<'a>(witness: &Witness, telegrams: impl IntoIterator<Item = &'a Vec<u8>>) {
+pub(crate) fn deliver<'a>(witness: &Witness, telegrams: impl IntoIterator<Item = &'a Vec<u8>>) {
     let tap = witness.taps().open("left", StreamKind::Cola);
     // In pieces, as a link gives them.
     for telegram in telegrams {
@@ -95,4 +95,30 @@ fn scans_over_two_connections_at_once_count_once() {
         second.record(Side::Device, telegram);
     }
     assert_eq!(counted(&witness), (0, 0, 0, 2));
+}
+
+#[test]
+fn behind_a_dead_connection_the_next_one_counts() {
+    let (witness, telegrams) = bench(10);
+    let taps = witness.taps();
+    let first = taps.open("left", StreamKind::Cola);
+    telegrams[..3].iter().for_each(|telegram| first.record(Side::Device, telegram));
+    // It stays open, and gets nothing any more.
+    let second = taps.open("left", StreamKind::Cola);
+    telegrams[6..].iter().for_each(|telegram| second.record(Side::Device, telegram));
+    assert_eq!(counted(&witness), (3, 0, 0, 2));
+}
+
+#[test]
+fn counts_at_one_instant_keep_the_order_of_the_events() {
+    let (witness, telegrams) = bench(10);
+    let journal = witness.journal.clone();
+    journal.note("before", "");
+    deliver(&witness, telegrams.iter().enumerate().filter(|(n, _)| *n != 4).map(|(_, telegram)| telegram));
+    journal.note("after", "");
+    let streams = witness.close();
+    let number = |name: &str| journal.events().iter().position(|event| event.event == name).expect(name);
+    let lost = |name: &str| streams["left"].counts_at(number(name)).scans_lost;
+    assert_eq!((lost("before"), lost("after")), (0, 1));
+    assert!(journal.events().iter().all(|event| event.t_s == 0.0), "time stood still");
 }

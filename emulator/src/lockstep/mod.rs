@@ -5,7 +5,10 @@
 //! each source as well. It never goes on without:
 //! past the deadline the run ends with an error that names the step and who is missing.
 
+mod bystanders;
 mod level;
+mod looked;
+mod outputs;
 #[cfg(target_os = "linux")]
 mod processes;
 mod reply;
@@ -14,17 +17,22 @@ mod sockets;
 #[cfg_attr(not(target_os = "linux"), path = "watch_elsewhere.rs")]
 mod watch;
 
-use std::fmt;
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 
-pub use level::{Ack, AckError};
+pub use level::{Ack, AckError, OutputAck, OutputPort};
 
-use crate::clock::{self, Stopwatch};
+use crate::clock::{self, SimClock, Stopwatch};
+use crate::steps::Steps;
+pub(crate) use bystanders::Bystanders;
+use looked::Looked;
+pub(crate) use outputs::OutputCount;
+use outputs::Outputs;
 use reply::{Asked, Replies};
-use watch::{Looked, Watch};
+use watch::Watch;
 
 /// How a rig's clock waits for its participants.
 #[derive(Clone, Debug)]
@@ -66,79 +74,144 @@ pub struct LockstepError {
 }
 
 /// The steps of one rig.
+#[derive(Debug)]
 pub struct Lockstep {
     config: LockstepConfig,
     watch: Option<Watch>,
-    replies: Option<Replies>,
+    replies: Vec<Replies>,
+    outputs: Vec<Outputs>,
+    bystanders: Bystanders,
     step: u64,
-}
-
-impl fmt::Debug for Lockstep {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Lockstep")
-            .field("config", &self.config)
-            .field("step", &self.step)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Lockstep {
     /// Opens what the acknowledgements need.
     pub async fn open(config: LockstepConfig) -> Result<Self, LockstepOpenError> {
-        let (mut watch, mut replies) = (None, None);
+        let (mut replies, mut outputs) = (Vec::new(), Vec::new());
+        let refused = |address: &str, cause| LockstepOpenError::Listen { address: address.to_owned(), cause };
         for ack in &config.acks {
             match ack {
                 Ack::Reply(address) => {
                     let listen = Replies::listen(address).await;
-                    let address = address.clone();
-                    replies = Some(listen.map_err(|cause| LockstepOpenError::Listen { address, cause })?);
+                    replies.push(listen.map_err(|cause| refused(address, cause))?);
                 }
-                level => watch = Some(Watch::open(level.clone()).map_err(LockstepOpenError::Kernel)?),
+                Ack::Output(output) => {
+                    let open = Outputs::open(output.clone()).await;
+                    outputs.push(open.map_err(|cause| match &output.port {
+                        OutputPort::Tcp(address) | OutputPort::Udp(address) => refused(address, cause),
+                        OutputPort::Can(_) => refused("can0", cause),
+                    })?);
+                }
+                // The kernel is asked below; steps are granted at the rig's control.
+                Ack::Sent | Ack::Read | Ack::Idle | Ack::Clock => {}
             }
         }
-        Ok(Self { config, watch, replies, step: 0 })
+        let level = config.acks.iter().filter_map(Ack::kernel).max();
+        let bystanders = Bystanders::default();
+        let watch = level
+            .map(|level| Watch::open(level, bystanders.clone()))
+            .transpose()
+            .map_err(LockstepOpenError::Kernel)?;
+        Ok(Self { config, watch, replies, outputs, bystanders, step: 0 })
     }
 
     /// Where participants acknowledge, if they are asked to.
-    pub fn address(&self) -> Option<std::net::SocketAddr> {
-        self.replies.as_ref().map(Replies::address)
+    pub fn address(&self) -> Option<SocketAddr> {
+        self.replies.first().map(Replies::address)
+    }
+
+    /// All places that this opened, by the names of their endpoints.
+    pub fn endpoints(&self) -> impl Iterator<Item = (&'static str, SocketAddr)> {
+        let replies = self.replies.iter().map(|replies| ("ack", replies.address()));
+        replies.chain(self.outputs.iter().filter_map(|outputs| Some(("output", outputs.address()?))))
+    }
+
+    /// Whether somebody must grant steps.
+    pub fn needs_grants(&self) -> bool {
+        self.config.acks.contains(&Ack::Clock)
+    }
+
+    /// Whether frames on the rig's bus acknowledge.
+    pub fn needs_bus(&self) -> bool {
+        self.outputs.iter().any(|outputs| outputs.of_bus().is_some())
+    }
+
+    /// Who takes no part.
+    pub(crate) fn bystanders(&self) -> Bystanders {
+        self.bystanders.clone()
+    }
+
+    /// Who counts the frames that others send on the rig's bus.
+    pub(crate) fn bus_counts(&self) -> Vec<OutputCount> {
+        self.outputs.iter().filter_map(Outputs::of_bus).collect()
     }
 
     /// True once somebody takes part that steps can be asked of.
     pub(crate) fn has_participants(&self) -> bool {
-        self.replies.as_ref().is_none_or(|replies| !replies.participants().is_empty())
+        self.replies.iter().all(|replies| !replies.participants().is_empty())
+            && self.outputs.iter().all(Outputs::has_participant)
     }
 
-    /// All that was due until `at` is out: the next step begins to be waited for.
+    /// Something of the next step is about to be sent: outputs from now on are answers to it.
+    pub(crate) fn arm(&mut self) {
+        self.outputs.iter_mut().for_each(Outputs::begin);
+    }
+
+    /// All that was due until `at` is out: the step begins to be waited for.
     pub(crate) fn begin(&mut self, at: SimTime) {
         self.step += 1;
-        if let Some(replies) = &self.replies {
+        for replies in &self.replies {
             replies.ask(Asked { step: self.step, at });
+        }
+    }
+
+    /// Waits until the next step should have been granted; for ever if steps need no grant, before the first one, and while `clock` is paused.
+    pub(crate) fn overdue_grant(
+        &self,
+        steps: Steps,
+        clock: std::sync::Arc<SimClock>,
+    ) -> impl Future<Output = LockstepError> + use<> {
+        let (deadline, needed) = (self.config.deadline, self.needs_grants());
+        async move {
+            loop {
+                let never = std::future::pending::<()>();
+                if rowscan_ports::clock::within(deadline, never).await.is_none()
+                    && needed
+                    && steps.taken() > 0
+                    && !clock.is_paused()
+                {
+                    let missing = "nobody has granted the next step".to_owned();
+                    return LockstepError { step: steps.taken() + 1, at: clock.now(), deadline, missing };
+                }
+            }
         }
     }
 
     /// Waits until what has been handed over is written. Cancel safe.
     pub(crate) async fn written(&self, at: SimTime, pending: &[InFlight]) -> Result<(), LockstepError> {
-        let deadline = self.config.deadline;
         let written = async {
             for pending in pending {
                 pending.flushed().await;
             }
         };
-        let missing = || "a peer's socket takes nothing more".to_owned();
-        let error = || LockstepError { step: self.step, at, deadline, missing: missing() };
-        rowscan_ports::clock::within(deadline, written).await.ok_or_else(error)
+        let overdue = || self.overdue(at, "a peer's socket takes nothing more".to_owned());
+        rowscan_ports::clock::within(self.config.deadline, written).await.ok_or_else(overdue)
     }
 
     /// Waits until the participants have taken in what one source has sent, as far as the kernel tells: so the order in which a participant
     /// hears several streams does not hang on the host. Cancel safe.
     pub(crate) async fn settled(&mut self, at: SimTime) -> Result<(), LockstepError> {
+        if self.watch.is_none() {
+            return Ok(());
+        }
         self.until(at, Self::look_at_kernel).await
     }
 
     /// Waits for the step's acknowledgement. Cancel safe.
     pub(crate) async fn acknowledged(&mut self, at: SimTime) -> Result<(), LockstepError> {
-        self.until(at, Self::look).await
+        self.until(at, Self::look).await?;
+        self.outputs.iter_mut().for_each(Outputs::end);
+        Ok(())
     }
 
     async fn until(&mut self, at: SimTime, look: fn(&mut Self) -> Looked) -> Result<(), LockstepError> {
@@ -150,30 +223,24 @@ impl Lockstep {
                 Looked::Missing(who) => who,
             };
             if stopwatch.elapsed() >= self.config.deadline {
-                let deadline = self.config.deadline;
                 let doing = self.watch.as_mut().map(Watch::describe).unwrap_or_default();
-                let missing = missing + &doing;
-                return Err(LockstepError { step: self.step, at, deadline, missing });
+                return Err(self.overdue(at, missing + &doing));
             }
             looks = looks.saturating_add(1);
             clock::look_again(looks).await;
         }
     }
 
+    /// The present step is not acknowledged in time.
+    fn overdue(&self, at: SimTime, missing: String) -> LockstepError {
+        LockstepError { step: self.step, at, deadline: self.config.deadline, missing }
+    }
+
     fn look(&mut self) -> Looked {
-        if let Some(replies) = &self.replies {
-            for participant in replies.participants() {
-                if let Some(nonsense) = participant.nonsense {
-                    let peer = participant.peer;
-                    return Looked::Missing(format!(
-                        "{peer} said `{nonsense}`, expected `ACK {}`",
-                        self.step
-                    ));
-                }
-                if participant.acknowledged < self.step {
-                    return Looked::Missing(format!("{} has not sent `ACK {}`", participant.peer, self.step));
-                }
-            }
+        let replies = self.replies.iter().map(|replies| replies.look(self.step));
+        let mut asked = replies.chain(self.outputs.iter().map(Outputs::look));
+        if let Some(missing) = asked.find(|looked| matches!(looked, Looked::Missing(_))) {
+            return missing;
         }
         self.look_at_kernel()
     }

@@ -14,6 +14,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
+use super::looked::Looked;
+
 /// Participants at once.
 const MOST: usize = 32;
 /// The longest line a participant may send.
@@ -69,6 +71,21 @@ impl Replies {
     /// Who takes part, with what they said last.
     pub(super) fn participants(&self) -> Vec<Participant> {
         self.heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl Replies {
+    /// Whether everyone has acknowledged this step.
+    pub(super) fn look(&self, step: u64) -> Looked {
+        for Participant { peer, acknowledged, nonsense, .. } in self.participants() {
+            if let Some(nonsense) = nonsense {
+                return Looked::Missing(format!("{peer} said `{nonsense}`, expected `ACK {step}`"));
+            }
+            if acknowledged < step {
+                return Looked::Missing(format!("{peer} has not sent `ACK {step}`"));
+            }
+        }
+        Looked::Acknowledged
     }
 }
 

@@ -1,17 +1,18 @@
-//! What the kernel knows of this program's TCP connections: bytes on their way, and, where the peer runs on this machine, bytes it has not
-//! read yet (`sock_diag`).
+//! What the kernel knows of this program's TCP connections and connected UDP sockets: bytes on their way, and, where the peer runs on this
+//! machine, bytes it has not read yet (`sock_diag`).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io;
 use std::net::SocketAddr;
 
 use netlink_packet_core::{NLM_F_DUMP, NLM_F_REQUEST, NetlinkHeader, NetlinkMessage, NetlinkPayload};
 use netlink_packet_sock_diag::SockDiagMessage;
-use netlink_packet_sock_diag::constants::{AF_INET, AF_INET6, IPPROTO_TCP};
+use netlink_packet_sock_diag::constants::{AF_INET, AF_INET6, IPPROTO_TCP, IPPROTO_UDP};
 use netlink_packet_sock_diag::inet::{ExtensionFlags, InetRequest, InetResponseHeader, SocketId, StateFlags};
 use netlink_sys::Socket;
 use netlink_sys::protocols::NETLINK_SOCK_DIAG;
 
+use super::bystanders::Bystanders;
 use super::processes;
 
 /// Room for one answer of the kernel.
@@ -50,23 +51,33 @@ pub(super) struct Sockets {
     known: Vec<Known>,
     /// Descriptors open when the sockets were listed.
     descriptors: Vec<u32>,
+    /// Whose connections are left out.
+    bystanders: Bystanders,
 }
 
 /// A connection of this program, as the kernel is asked for it.
 #[derive(Clone, Debug)]
 struct Known {
     peer: SocketAddr,
-    here: (u8, SocketId),
-    far: Option<(u8, SocketId)>,
+    here: Named,
+    far: Option<Named>,
+}
+
+/// A socket as the kernel is asked for it.
+#[derive(Clone, Debug)]
+struct Named {
+    protocol: u8,
+    family: u8,
+    id: SocketId,
 }
 
 impl Sockets {
-    pub(super) fn open() -> io::Result<Self> {
+    pub(super) fn open(bystanders: Bystanders) -> io::Result<Self> {
         let mut netlink = Socket::new(NETLINK_SOCK_DIAG)?;
         netlink.bind_auto()?;
         netlink.connect(&netlink_sys::SocketAddr::new(0, 0))?;
         let (answer, known) = (Vec::with_capacity(ANSWER), Vec::new());
-        Ok(Self { netlink, answer, known, descriptors: Vec::new() })
+        Ok(Self { netlink, answer, known, descriptors: Vec::new(), bystanders })
     }
 
     /// This program's open TCP connections.
@@ -76,67 +87,90 @@ impl Sockets {
             self.find()?;
             self.descriptors = descriptors;
         }
-        let mut connections = Vec::new();
-        for Known { peer, here, far } in self.known.clone() {
-            let Some(near) = self.ask(&here)? else {
-                // Gone meanwhile, and its descriptor may be another's.
-                self.descriptors.clear();
-                continue;
-            };
-            let far = far.map(|far| self.ask(&far)).transpose()?.flatten();
-            let far =
-                far.map(|far| FarEnd { unread: far.recv_queue, unsent: far.send_queue, inode: far.inode });
-            connections.push(Connection { peer, unsent: near.send_queue, unheard: near.recv_queue, far });
-        }
-        Ok(connections)
+        let known = std::mem::take(&mut self.known);
+        let connections = known.iter().map(|known| self.connection(known)).collect::<io::Result<Vec<_>>>();
+        self.known = known;
+        Ok(connections?.into_iter().flatten().collect())
+    }
+
+    /// A connection as it is now; none once it is gone.
+    fn connection(&mut self, Known { peer, here, far }: &Known) -> io::Result<Option<Connection>> {
+        let Some(near) = self.ask(here)? else {
+            // Its descriptor may be another's.
+            self.descriptors.clear();
+            return Ok(None);
+        };
+        let far = far.as_ref().map(|far| self.ask(far)).transpose()?.flatten();
+        let far = far.map(|far| FarEnd { unread: far.recv_queue, unsent: far.send_queue, inode: far.inode });
+        Ok(Some(Connection { peer: *peer, unsent: near.send_queue, unheard: near.recv_queue, far }))
     }
 
     /// Lists all sockets to find this program's connections and their other ends.
     fn find(&mut self) -> io::Result<()> {
-        let mut all = Vec::new();
-        for family in [AF_INET, AF_INET6] {
-            let socket_id = if family == AF_INET { SocketId::new_v4() } else { SocketId::new_v6() };
-            self.request(family, socket_id, NLM_F_REQUEST | NLM_F_DUMP, &mut all)?;
-        }
         let own = processes::sockets("self")?;
-        let named = |socket: &InetResponseHeader| (socket.family, socket.socket_id.clone());
-        let by_ends: HashMap<(SocketAddr, SocketAddr), (u8, SocketId)> =
-            all.iter().map(|socket| (ends(socket), named(socket))).collect();
-        let mine = all.iter().filter(|socket| own.contains(&socket.inode));
-        self.known = mine
-            .map(|socket| {
-                let (here, peer) = ends(socket);
-                Known { peer, here: named(socket), far: by_ends.get(&(peer, here)).cloned() }
-            })
-            .collect();
+        let mut known = self.find_udp(&own)?;
+        let all = self.list(IPPROTO_TCP)?;
+        let by_ends: HashMap<(SocketAddr, SocketAddr), Named> =
+            all.iter().map(|socket| (ends(socket), named(IPPROTO_TCP, socket))).collect();
+        let takes_part = |socket: &InetResponseHeader| !self.bystanders.has(ends(socket).0);
+        let mine = all.iter().filter(|socket| own.contains(&socket.inode) && takes_part(socket));
+        known.extend(mine.map(|socket| {
+            let (here, peer) = ends(socket);
+            Known { peer, here: named(IPPROTO_TCP, socket), far: by_ends.get(&(peer, here)).cloned() }
+        }));
+        self.known = known;
         Ok(())
     }
 
+    /// This program's UDP sockets that send to one place, where somebody on this machine listens. Where nobody does there is nobody to wait for.
+    fn find_udp(&mut self, own: &HashSet<u32>) -> io::Result<Vec<Known>> {
+        let all = self.list(IPPROTO_UDP)?;
+        let sending = all.iter().filter(|socket| own.contains(&socket.inode) && ends(socket).1.port() != 0);
+        let known = sending.filter_map(|socket| {
+            let peer = ends(socket).1;
+            let listens = |other: &&InetResponseHeader| {
+                let (at, from) = ends(other);
+                at.port() == peer.port()
+                    && from.port() == 0
+                    && (at.ip() == peer.ip() || at.ip().is_unspecified())
+            };
+            let far = all.iter().find(listens)?;
+            Some(Known { peer, here: named(IPPROTO_UDP, socket), far: Some(named(IPPROTO_UDP, far)) })
+        });
+        Ok(known.collect())
+    }
+
+    fn list(&mut self, protocol: u8) -> io::Result<Vec<InetResponseHeader>> {
+        let mut all = Vec::new();
+        for family in [AF_INET, AF_INET6] {
+            let id = if family == AF_INET { SocketId::new_v4() } else { SocketId::new_v6() };
+            let flags = NLM_F_REQUEST | NLM_F_DUMP;
+            self.request(&Named { protocol, family, id }, flags, &mut all)?;
+        }
+        Ok(all)
+    }
+
     /// What the kernel knows of one socket; none if it is gone.
-    fn ask(&mut self, (family, socket_id): &(u8, SocketId)) -> io::Result<Option<InetResponseHeader>> {
+    fn ask(&mut self, socket: &Named) -> io::Result<Option<InetResponseHeader>> {
         let mut found = Vec::new();
-        match self.request(*family, socket_id.clone(), NLM_F_REQUEST, &mut found) {
+        match self.request(socket, NLM_F_REQUEST, &mut found) {
             Ok(()) => Ok(found.pop()),
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(cause) => Err(cause),
         }
     }
 
-    fn request(
-        &mut self,
-        family: u8,
-        socket_id: SocketId,
-        flags: u16,
-        found: &mut Vec<InetResponseHeader>,
-    ) -> io::Result<()> {
+    fn request(&mut self, socket: &Named, flags: u16, found: &mut Vec<InetResponseHeader>) -> io::Result<()> {
         let mut header = NetlinkHeader::default();
         header.flags = flags;
         let request = InetRequest {
-            family,
-            protocol: IPPROTO_TCP,
+            family: socket.family,
+            protocol: socket.protocol,
             extensions: ExtensionFlags::empty(),
-            states: StateFlags::ESTABLISHED | StateFlags::CLOSE_WAIT,
-            socket_id,
+            // A UDP socket that listens is closed, by the kernel's words.
+            states: StateFlags::ESTABLISHED
+                | if socket.protocol == IPPROTO_UDP { StateFlags::CLOSE } else { StateFlags::CLOSE_WAIT },
+            socket_id: socket.id.clone(),
         };
         let mut message = NetlinkMessage::new(header, SockDiagMessage::InetRequest(request).into());
         message.finalize();
@@ -169,6 +203,10 @@ impl Sockets {
     }
 }
 
+fn named(protocol: u8, socket: &InetResponseHeader) -> Named {
+    Named { protocol, family: socket.family, id: socket.socket_id.clone() }
+}
+
 fn ends(socket: &InetResponseHeader) -> (SocketAddr, SocketAddr) {
     let id = &socket.socket_id;
     let address = |ip: std::net::IpAddr, port| SocketAddr::new(ip.to_canonical(), port);
@@ -179,7 +217,28 @@ fn ends(socket: &InetResponseHeader) -> (SocketAddr, SocketAddr) {
 mod tests {
     use super::*;
     use std::io::{Read, Write};
-    use std::net::{TcpListener, TcpStream};
+    use std::net::{TcpListener, TcpStream, UdpSocket};
+
+    #[test]
+    fn it_sees_whether_a_receiver_of_datagrams_has_read_them() {
+        for there in ["127.0.0.1:0", "0.0.0.0:0"] {
+            let receiver = UdpSocket::bind(there).unwrap();
+            let sender = UdpSocket::bind("0.0.0.0:0").unwrap();
+            let port = receiver.local_addr().unwrap().port();
+            sender.connect(("127.0.0.1", port)).unwrap();
+            let mut sockets = Sockets::open(Bystanders::default()).unwrap();
+            let mut unread = || {
+                let all = sockets.connections().unwrap();
+                let found = all.into_iter().find(|connection| connection.peer.port() == port);
+                found.and_then(|connection| connection.far).map(|far| far.unread)
+            };
+            assert_eq!(unread(), Some(0), "{there}");
+            sender.send(b"$GPGGA").unwrap();
+            assert!(unread() > Some(0), "{there}");
+            receiver.recv(&mut [0; 64]).unwrap();
+            assert_eq!(unread(), Some(0), "{there}");
+        }
+    }
 
     #[test]
     fn it_sees_what_a_peer_on_this_machine_has_not_read() {
@@ -187,7 +246,7 @@ mod tests {
         let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         let (mut server, _) = listener.accept().unwrap();
         let client_address = client.local_addr().unwrap();
-        let mut sockets = Sockets::open().unwrap();
+        let mut sockets = Sockets::open(Bystanders::default()).unwrap();
         let mut to_client = || {
             let all = sockets.connections().unwrap();
             all.into_iter().find(|connection| connection.peer == client_address).unwrap()
@@ -199,5 +258,9 @@ mod tests {
         assert_eq!(to_client().far.map(|far| far.unread), Some(234));
         client.write_all(&[7; 5]).unwrap();
         assert_eq!(to_client().unheard, 5);
+        let bystanders = Bystanders::default();
+        bystanders.add(server.local_addr().unwrap());
+        let all = Sockets::open(bystanders).unwrap().connections().unwrap();
+        assert!(all.iter().all(|connection| connection.peer != client_address), "{all:?}");
     }
 }

@@ -3,24 +3,19 @@
 use std::collections::HashMap;
 use std::io;
 
-use super::Ack;
+use super::bystanders::Bystanders;
+use super::level::KernelLevel;
+use super::looked::Looked;
 use super::processes::{self, Doing};
 use super::sockets::{Connection, FarEnd, Sockets};
 
 /// Looks in a row that must find a participant idle: between reading and working a program may wait for a moment.
 const CALM: u8 = 3;
 
-/// What a look found.
-pub(super) enum Looked {
-    Acknowledged,
-    /// Not yet, and who is missing.
-    Missing(String),
-}
-
 /// Watches what the kernel knows of the peers.
 #[derive(Debug)]
 pub(super) struct Watch {
-    level: Ack,
+    level: KernelLevel,
     sockets: Sockets,
     /// The programs behind a socket.
     owners: HashMap<u32, Vec<u32>>,
@@ -28,8 +23,8 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn open(level: Ack) -> io::Result<Self> {
-        Ok(Self { level, sockets: Sockets::open()?, owners: HashMap::new(), calm: 0 })
+    pub(super) fn open(level: KernelLevel, bystanders: Bystanders) -> io::Result<Self> {
+        Ok(Self { level, sockets: Sockets::open(bystanders)?, owners: HashMap::new(), calm: 0 })
     }
 
     pub(super) fn look(&mut self) -> Looked {
@@ -37,7 +32,7 @@ impl Watch {
             Ok(connections) => connections.iter().find_map(|connection| self.missing(connection)),
             Err(cause) => Some(format!("the kernel does not tell: {cause}")),
         };
-        let wanted = if self.level == Ack::Idle { CALM } else { 1 };
+        let wanted = if self.level == KernelLevel::Idle { CALM } else { 1 };
         match missing {
             Some(who) => {
                 self.calm = 0;
@@ -60,7 +55,7 @@ impl Watch {
         if unsent > 0 {
             return Some(format!("{unsent} bytes are on their way to {peer}"));
         }
-        if self.level == Ack::Sent {
+        if self.level == KernelLevel::Sent {
             return None;
         }
         let Some(FarEnd { unread, unsent: answers, inode }) = far else {
@@ -74,16 +69,16 @@ impl Watch {
         if unheard > 0 || answers > 0 {
             return Some(format!("{} bytes from {peer} are on their way", unheard + answers));
         }
-        if self.level == Ack::Read {
+        if self.level == KernelLevel::Read {
             return None;
         }
-        let owners = self.owners(inode).to_vec();
+        let owners = self.owners(inode);
         if owners.is_empty() {
             return Some(format!(
                 "the program behind {peer} cannot be seen: take --ack read, or reply:HOST:PORT"
             ));
         }
-        owners.into_iter().filter(|process| *process != std::process::id()).find_map(|process| {
+        owners.iter().copied().filter(|process| *process != std::process::id()).find_map(|process| {
             match processes::doing(process) {
                 Doing::Waits | Doing::Gone => None,
                 Doing::Works(what) => Some(format!("process {process} behind {peer}: {what}")),

@@ -2,20 +2,16 @@
 
 use std::io;
 
-use super::Ack;
-
-/// What a look found.
-pub(super) enum Looked {
-    Acknowledged,
-    Missing(String),
-}
+use super::bystanders::Bystanders;
+use super::level::KernelLevel;
+use super::looked::Looked;
 
 /// Watches nothing: it cannot be opened.
 #[derive(Debug)]
 pub(super) struct Watch;
 
 impl Watch {
-    pub(super) fn open(_: Ack) -> io::Result<Self> {
+    pub(super) fn open(_: KernelLevel, _: Bystanders) -> io::Result<Self> {
         Err(io::Error::new(io::ErrorKind::Unsupported, "this needs Linux"))
     }
 

@@ -56,6 +56,12 @@ impl Playhead {
         });
     }
 
+    /// The recorded instant that it stands at or plays, and whether somebody has paused it.
+    pub fn place(&self, now: SimTime) -> (u64, bool) {
+        let state = self.state.borrow();
+        (state.place(now), state.paused)
+    }
+
     /// When the recorded instant `at_ns` is due; none while time stands still.
     pub(crate) fn due(&self, at_ns: u64) -> Option<SimTime> {
         let (since, from_ns) = self.state.borrow().running?;

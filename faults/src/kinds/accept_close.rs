@@ -1,6 +1,6 @@
 //! The door is shut again.
 
-use crate::fault::{Action, Door, Fault, Layer};
+use crate::fault::{Action, Door, Fault, Layer, Make};
 
 pub(super) const FAULT: Fault = Fault {
     name: "accept_close",
@@ -11,5 +11,5 @@ pub(super) const FAULT: Fault = Fault {
     about: "Connections are taken and closed at once.",
     reports: "waiting, attempt number",
     recovery: "redial with backoff, configure anew, stream",
-    make: |_| Ok(Action::Door(Door::Close)),
+    make: Make::Bytes(|_| Ok(Action::Door(Door::Close))),
 };

@@ -1,6 +1,6 @@
 //! Nobody answers.
 
-use crate::fault::{Action, Door, Fault, Layer};
+use crate::fault::{Action, Door, Fault, Layer, Make};
 
 pub(super) const FAULT: Fault = Fault {
     name: "accept_silent",
@@ -11,5 +11,5 @@ pub(super) const FAULT: Fault = Fault {
     about: "Connections are taken and nothing ever answers, also later.",
     reports: "waiting, attempt number",
     recovery: "redial with backoff, configure anew, stream",
-    make: |_| Ok(Action::Door(Door::Silent)),
+    make: Make::Bytes(|_| Ok(Action::Door(Door::Silent))),
 };

@@ -5,8 +5,8 @@ use std::time::Duration;
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnPiece, Piece};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnPiece, Piece};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "bandwidth",
@@ -22,11 +22,11 @@ pub(super) const FAULT: Fault = Fault {
     about: "Bytes pass at this rate.",
     reports: "lag; scans_lost where the device drops",
     recovery: "within 1 s of lift",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let rate =
             given.size("bytes_s")?.ok_or_else(|| given.refuse("the key `bytes_s` is missing; add it"))?;
         Ok(Action::Piece(Box::new(Bandwidth { bytes_s: rate })))
-    },
+    }),
 };
 
 /// Pieces a second that a rate is cut into, at most.

@@ -3,8 +3,8 @@
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "checksum",
@@ -20,7 +20,7 @@ pub(super) const FAULT: Fault = Fault {
     about: "A telegram's checksum is wrong. CoLa A has none: skipped there.",
     reports: "telegrams_bad 1",
     recovery: "next telegram",
-    make: |given| Ok(Action::Telegram(Box::new(Checksum { value: given.whole("value")? }))),
+    make: Make::Bytes(|given| Ok(Action::Telegram(Box::new(Checksum { value: given.whole("value")? })))),
 };
 
 #[derive(Debug)]

@@ -5,8 +5,8 @@ use std::time::Duration;
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "coalesce",
@@ -30,11 +30,11 @@ pub(super) const FAULT: Fault = Fault {
     about: "Telegrams wait for each other and leave in one piece.",
     reports: "nothing; counts unchanged",
     recovery: "no loss at all, byte-equal scans",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let further = given.count("telegrams", 2)?.saturating_sub(1);
         let wait = Duration::from_millis(given.count("wait_ms", 1000)?.into());
         Ok(Action::Telegram(Box::new(Coalesce { further, wait })))
-    },
+    }),
 };
 
 #[derive(Debug)]

@@ -5,8 +5,8 @@ use std::time::Duration;
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnPiece, Piece};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnPiece, Piece};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "delay",
@@ -22,9 +22,9 @@ pub(super) const FAULT: Fault = Fault {
     about: "Everything comes later; order is kept.",
     reports: "latency",
     recovery: "none lost; queue drained",
-    make: |given| {
+    make: Make::Bytes(|given| {
         Ok(Action::Piece(Box::new(Delay { later: Duration::from_secs_f64(given.needed("ms")? / 1e3) })))
-    },
+    }),
 };
 
 #[derive(Debug)]

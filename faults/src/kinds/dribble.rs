@@ -5,30 +5,26 @@ use std::time::Duration;
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
+use crate::kinds::gap::GAP_US;
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "dribble",
     layer: Layer::Telegram,
     parameters: &[
         Parameter { key: "bytes", form: Form::Whole(1, 100_000), default: "1", about: "at a time" },
-        Parameter {
-            key: "gap_us",
-            form: Form::Whole(0, 60_000_000),
-            default: "1000",
-            about: "from piece to piece, µs",
-        },
+        GAP_US,
     ],
     directions: &[Direction::ToClient],
     on_wires: true,
     about: "A telegram leaves a few bytes at a time.",
     reports: "nothing; counts unchanged",
     recovery: "no loss at all, byte-equal scans",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let bytes = given.size("bytes")?.unwrap_or(1);
-        Ok(Action::Telegram(Box::new(Dribble { bytes, gap: given.micros("gap_us", 1000)? })))
-    },
+        Ok(Action::Telegram(Box::new(Dribble { bytes, gap: given.micros(GAP_US.key, 1000)? })))
+    }),
 };
 
 #[derive(Debug)]

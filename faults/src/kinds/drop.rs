@@ -3,8 +3,8 @@
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work, below};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work, below};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "drop",
@@ -34,14 +34,14 @@ pub(super) const FAULT: Fault = Fault {
     about: "Telegrams, or bytes out of one, are lost. Counters stay as the device wrote them.",
     reports: "scans_lost; with `bytes` telegrams_bad",
     recovery: "next good telegram",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let (telegrams, bytes) = (given.whole("telegrams")?, given.size("bytes")?);
         if telegrams.is_some() && bytes.is_some() {
             return Err(given.refuse("`telegrams` and `bytes` are two faults; leave one out"));
         }
         let further = given.count("telegrams", 1)?.saturating_sub(1);
         Ok(Action::Telegram(Box::new(Drop { further, bytes, offset: given.size("offset")? })))
-    },
+    }),
 };
 
 #[derive(Debug)]

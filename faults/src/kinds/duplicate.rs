@@ -3,8 +3,8 @@
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "duplicate",
@@ -20,7 +20,9 @@ pub(super) const FAULT: Fault = Fault {
     about: "A telegram comes again.",
     reports: "scans_repeated",
     recovery: "next good telegram",
-    make: |given| Ok(Action::Telegram(Box::new(Duplicate { copies: given.count("copies", 1)? }))),
+    make: Make::Bytes(|given| {
+        Ok(Action::Telegram(Box::new(Duplicate { copies: given.count("copies", 1)? })))
+    }),
 };
 
 #[derive(Debug)]

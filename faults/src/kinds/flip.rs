@@ -3,8 +3,8 @@
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work, below};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work, below};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "flip",
@@ -34,13 +34,13 @@ pub(super) const FAULT: Fault = Fault {
     about: "Bits of a telegram are inverted.",
     reports: "telegrams_bad 1; in CoLa A, which has no checksum, possibly a wrong value",
     recovery: "next telegram; no resync longer than 2 telegrams",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let (bits, offset, region) = (given.size("bits")?, given.size("offset")?, given.word("region")?);
         if offset.is_some() && region.is_some() {
             return Err(given.refuse("`offset` and `region` are two ways to say one thing; leave one out"));
         }
         Ok(Action::Telegram(Box::new(Flip { bits: bits.unwrap_or(1), offset, region })))
-    },
+    }),
 };
 
 #[derive(Debug)]

@@ -6,8 +6,8 @@ use rowscan_ports::uart;
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnPiece, Piece, below};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnPiece, Piece, below};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "garble",
@@ -49,7 +49,7 @@ pub(super) const FAULT: Fault = Fault {
     about: "What noise and wrong rates make of a serial line's bytes.",
     reports: "CRC errors; rate search",
     recovery: "finds the rate, within 10 s",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let rates = match (given.count("from_baud", 0)?, given.count("to_baud", 0)?) {
             (0, 0) => None,
             (0, _) | (_, 0) => return Err(given.refuse("`from_baud` and `to_baud` go together; give both")),
@@ -61,7 +61,7 @@ pub(super) const FAULT: Fault = Fault {
             return Err(given.refuse("it does nothing; give `noise_p`, `lost_p`, `break_p`, or both rates"));
         }
         Ok(Action::Piece(Box::new(garble)))
-    },
+    }),
 };
 
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! One direction closed.
 
 use crate::event::Direction;
-use crate::fault::{Action, Cut, Fault, Layer};
+use crate::fault::{Action, Cut, Fault, Layer, Make};
 
 pub(super) const FAULT: Fault = Fault {
     name: "half_close",
@@ -12,5 +12,5 @@ pub(super) const FAULT: Fault = Fault {
     about: "One direction is closed in order, the other goes on.",
     reports: "disconnected, reason, once",
     recovery: "redial with backoff, configure anew, stream",
-    make: |_| Ok(Action::Cut(Cut::HalfClose)),
+    make: Make::Bytes(|_| Ok(Action::Cut(Cut::HalfClose))),
 };

@@ -4,8 +4,8 @@ use rowscan_protocol::frame::{ETX, STX};
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work, below};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work, below};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "inject",
@@ -36,14 +36,14 @@ pub(super) const FAULT: Fault = Fault {
     about: "Bytes nobody sent come in before a telegram, or inside it.",
     reports: "telegrams_bad and skipped bytes, by what came",
     recovery: "next telegram",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let (kind, hex) = (given.word("kind")?, given.hex("hex")?);
         if kind.is_some() && hex.is_some() {
             return Err(given.refuse("`kind` and `hex` are two ways to say one thing; leave one out"));
         }
         let (bytes, offset) = (given.size("bytes")?, given.size("offset")?.unwrap_or(0));
         Ok(Action::Telegram(Box::new(Inject { kind: kind.unwrap_or("junk"), bytes, hex, offset })))
-    },
+    }),
 };
 
 #[derive(Debug)]

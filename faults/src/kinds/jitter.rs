@@ -5,8 +5,8 @@ use std::time::Duration;
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnPiece, Piece};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnPiece, Piece};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "jitter",
@@ -30,10 +30,10 @@ pub(super) const FAULT: Fault = Fault {
     about: "Everything comes later by a normal draw; order is kept.",
     reports: "latency",
     recovery: "none lost; queue drained",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let (sd_ms, mean_ms) = (given.needed("sd_ms")?, given.number("mean_ms")?.unwrap_or(0.0));
         Ok(Action::Piece(Box::new(Jitter { sd_ms, mean_ms })))
-    },
+    }),
 };
 
 #[derive(Debug)]

@@ -3,9 +3,9 @@
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
 use crate::telegram::Kind;
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "length",
@@ -29,13 +29,13 @@ pub(super) const FAULT: Fault = Fault {
     about: "A telegram's length field is wrong. CoLa A has none: skipped there.",
     reports: "telegrams_bad 1",
     recovery: "next telegram; one that is claimed as payload may be found late",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let (by, value) = (given.whole("by")?, given.whole("value")?);
         if by.is_some() && value.is_some() {
             return Err(given.refuse("`by` and `value` are two ways to say one thing; leave one out"));
         }
         Ok(Action::Telegram(Box::new(Length { by: by.unwrap_or(1), value })))
-    },
+    }),
 };
 
 #[derive(Debug)]

@@ -11,6 +11,7 @@ mod drop;
 mod duplicate;
 mod fin;
 mod flip;
+mod gap;
 mod garble;
 mod half_close;
 mod half_open;
@@ -24,10 +25,14 @@ mod split;
 mod stall;
 mod truncate;
 
+use std::sync::LazyLock;
+
+use rowscan_fault_table::ROWS;
+
 use crate::fault::Fault;
 
 /// Every fault of a byte path.
-pub const FAULTS: &[&Fault] = &[
+const OF_BYTES: &[&Fault] = &[
     &split::FAULT,
     &coalesce::FAULT,
     &dribble::FAULT,
@@ -53,28 +58,22 @@ pub const FAULTS: &[&Fault] = &[
     &garble::FAULT,
 ];
 
-/// What else goes wrong on a machine, and why it is no fault of a byte path.
+/// Every fault: of the byte path, then of the parts.
+pub static FAULTS: LazyLock<Vec<Fault>> = LazyLock::new(|| {
+    let parts = ROWS.iter().map(Fault::of_part);
+    OF_BYTES.iter().map(|fault| **fault).chain(parts).collect()
+});
+
+/// What else goes wrong on a machine, and why no fault does it.
 pub const NOT_HERE: &[(&str, &str)] = &[
-    ("modem", "no modem lines are emulated"),
-    ("power", "a device's fault"),
-    ("contamination / pollution", "a device's fault; `emulate --contamination` sets it for a whole run"),
-    ("motor / laser / temperature", "a device's fault"),
-    ("login / busy / eeprom_full / fault_code", "a device's fault"),
-    ("stored", "a device's fault; `emulate --state` gives stored settings"),
-    ("clock_drift / clock_step / clock_wrap / ntp_jump", "a device clock's fault"),
-    ("host_pause", "a child's fault: it needs a scenario that runs the child"),
-    ("encoder", "a vehicle's fault"),
-    ("gnss", "a vehicle's fault; the scene's `[gnss]` has outages for a whole run"),
-    (
-        "speed_command / stop / reverse / lateral / bounce",
-        "a vehicle's fault; the scene's `[drive]` has them for a whole run",
-    ),
-    ("bus_off / bus_passive / bus_load / bus_error / ack_none", "a bus's fault"),
-    ("address_steal / no_tecu / two_tecu / name_clash", "a bus's fault"),
-    ("tc_lost / tc_busy / ddop_refused / heartbeat_stop", "needs the sprayer"),
-    ("valve_stuck / valve_slow / pump_low / flow_meter_off", "needs the sprayer"),
-    ("udp_loss / udp_dup", "no stream of a scanner is UDP here"),
+    ("modem", "no modem lines are emulated; a pseudo-terminal has none, and RFC 2217 would carry them"),
+    ("host_pause", "a child's fault, and only `rowscan check` runs a child: give it there, in a scenario"),
+    ("tc_lost / tc_busy / ddop_refused / heartbeat_stop", SPRAYER),
+    ("valve_stuck / valve_slow / pump_low / flow_meter_off", SPRAYER),
 ];
+
+/// Why there are no faults of it.
+const SPRAYER: &str = "needs the sprayer, which is not emulated yet";
 
 #[cfg(test)]
 mod tests {
@@ -86,7 +85,7 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), FAULTS.len());
-        for fault in FAULTS {
+        for fault in FAULTS.iter() {
             for parameter in fault.parameters {
                 assert!(!crate::spec::COMMON.contains(&parameter.key), "{}.{}", fault.name, parameter.key);
             }

@@ -1,6 +1,6 @@
 //! Nobody listens.
 
-use crate::fault::{Action, Door, Fault, Layer};
+use crate::fault::{Action, Door, Fault, Layer, Make};
 
 pub(super) const FAULT: Fault = Fault {
     name: "refuse",
@@ -11,5 +11,5 @@ pub(super) const FAULT: Fault = Fault {
     about: "Nobody listens: connections are refused. With `count`, so many are taken and reset at once instead, since a closed port cannot count.",
     reports: "waiting, attempt number",
     recovery: "redial with backoff, configure anew, stream",
-    make: |_| Ok(Action::Door(Door::Refuse)),
+    make: Make::Bytes(|_| Ok(Action::Door(Door::Refuse))),
 };

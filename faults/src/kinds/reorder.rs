@@ -3,8 +3,8 @@
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "reorder",
@@ -20,7 +20,7 @@ pub(super) const FAULT: Fault = Fault {
     about: "A telegram leaves behind the ones that follow it.",
     reports: "scans_lost and scans_repeated",
     recovery: "next good telegram",
-    make: |given| Ok(Action::Telegram(Box::new(Reorder { by: given.count("by", 1)? }))),
+    make: Make::Bytes(|given| Ok(Action::Telegram(Box::new(Reorder { by: given.count("by", 1)? })))),
 };
 
 #[derive(Debug)]

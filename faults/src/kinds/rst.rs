@@ -1,7 +1,7 @@
 //! A connection reset.
 
 use crate::event::Direction;
-use crate::fault::{Action, Cut, Fault, Layer};
+use crate::fault::{Action, Cut, Fault, Layer, Make};
 
 pub(super) const FAULT: Fault = Fault {
     name: "rst",
@@ -12,5 +12,5 @@ pub(super) const FAULT: Fault = Fault {
     about: "The connection is reset, both ways.",
     reports: "disconnected, reason, once",
     recovery: "redial with backoff, configure anew, stream",
-    make: |_| Ok(Action::Cut(Cut::Reset)),
+    make: Make::Bytes(|_| Ok(Action::Cut(Cut::Reset))),
 };

@@ -5,8 +5,9 @@ use std::time::Duration;
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
+use crate::kinds::gap::GAP_US;
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "split",
@@ -24,26 +25,21 @@ pub(super) const FAULT: Fault = Fault {
             default: "2",
             about: "without `offset`: equal pieces",
         },
-        Parameter {
-            key: "gap_us",
-            form: Form::Whole(0, 60_000_000),
-            default: "1000",
-            about: "from piece to piece, µs",
-        },
+        GAP_US,
     ],
     directions: &[Direction::ToClient],
     on_wires: true,
     about: "A telegram leaves in pieces, a gap apart.",
     reports: "nothing; counts unchanged",
     recovery: "no loss at all, byte-equal scans",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let (offsets, pieces) = (given.sizes("offset")?, given.size("pieces")?);
         if offsets.is_some() && pieces.is_some() {
             return Err(given.refuse("`offset` and `pieces` are two ways to say one thing; leave one out"));
         }
-        let gap = given.micros("gap_us", 1000)?;
+        let gap = given.micros(GAP_US.key, 1000)?;
         Ok(Action::Telegram(Box::new(Split { offsets, pieces: pieces.unwrap_or(2), gap })))
-    },
+    }),
 };
 
 #[derive(Debug)]

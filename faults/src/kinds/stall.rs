@@ -1,7 +1,7 @@
 //! Nothing passes.
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer};
+use crate::fault::{Action, Fault, Layer, Make};
 
 pub(super) const FAULT: Fault = Fault {
     name: "stall",
@@ -12,5 +12,5 @@ pub(super) const FAULT: Fault = Fault {
     about: "Nothing passes; what was sent waits, as on a cable that is out for less than TCP's patience.",
     reports: "`stalled` after its own timeout",
     recovery: "resumes, or reconnects; loss = counter gap, exact",
-    make: |_| Ok(Action::Hold),
+    make: Make::Bytes(|_| Ok(Action::Hold)),
 };

@@ -3,8 +3,8 @@
 use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
-use crate::fault::{Action, Fault, Layer, OnTelegram, Skipped, Work};
-use crate::parameter::{Form, Parameter};
+use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
+use rowscan_fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "truncate",
@@ -28,13 +28,13 @@ pub(super) const FAULT: Fault = Fault {
     about: "The end of a telegram is lost.",
     reports: "telegrams_bad 1",
     recovery: "next telegram; the cut one's claim may swallow it",
-    make: |given| {
+    make: Make::Bytes(|given| {
         let (bytes, keep) = (given.size("bytes")?, given.size("keep")?);
         if bytes.is_some() && keep.is_some() {
             return Err(given.refuse("`bytes` and `keep` are two ways to say one thing; leave one out"));
         }
         Ok(Action::Telegram(Box::new(Truncate { bytes: bytes.unwrap_or(1), keep })))
-    },
+    }),
 };
 
 #[derive(Debug)]

@@ -17,8 +17,7 @@ impl Plan {
         let connection = state.opened;
         state.connections.insert(connection, ConnectionState::default());
         let half_open = |instance: &Instance| {
-            matches!(instance.action, Action::Cut(Cut::HalfOpen))
-                && instance.active(stream, connection).is_some()
+            instance.action.cut() == Some(Cut::HalfOpen) && instance.active(stream, connection).is_some()
         };
         let out: Vec<usize> = self
             .instances
@@ -58,7 +57,7 @@ impl Plan {
     pub(crate) fn fate(&self, link: Link) -> Fate {
         let fate = self.connection(link).map(|state| state.fate).unwrap_or_default();
         let out = |instance: &Instance| {
-            matches!(instance.action, Action::Cut(Cut::HalfOpen))
+            instance.action.cut() == Some(Cut::HalfOpen)
                 && instance.active(link.stream, link.connection).is_some()
         };
         Fate { still_out: fate.dead != [false; 2] && self.instances.iter().any(out), ..fate }
@@ -74,7 +73,7 @@ impl Plan {
 
     pub(super) fn cut(&mut self, number: usize, at: Duration, connection: u64) {
         let Some(instance) = self.instances.get_mut(number) else { return };
-        let Action::Cut(cut) = instance.action else { return };
+        let Some(cut) = instance.action.cut() else { return };
         let (stream, directions) = (instance.stream, instance.spec.directions.clone());
         instance.acted();
         let is_wire = self.streams.get(stream).is_some_and(|stream| stream.medium == Medium::Wire);
@@ -120,6 +119,9 @@ impl Plan {
     pub(crate) fn refuses(&mut self, stream: usize, now: Duration) -> bool {
         self.advance(now);
         self.instances.iter().any(|instance| {
+            if matches!(instance.action, Action::Part(_)) {
+                return instance.action.cut().is_some() && instance.active(stream, 0).is_some();
+            }
             // What is counted, or drawn for, must be taken first.
             matches!(instance.action, Action::Door(Door::Refuse))
                 && instance.active(stream, 0).is_some()

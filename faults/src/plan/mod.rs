@@ -14,7 +14,9 @@ use tokio::sync::mpsc;
 use crate::event::{Direction, FaultEvent, What};
 use crate::fault::Action;
 use crate::instance::{Due, Happened, Instance, Phase, Place};
+use crate::part::{Order, Part};
 use crate::telegram::Language;
+use crate::when::At;
 
 /// What a stream runs over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,12 +25,24 @@ pub enum Medium {
     Tcp,
     /// A serial wire: nobody connects, nothing is closed.
     Wire,
+    /// No bytes: a part of what is emulated that faults of its own act on.
+    Part,
 }
 
 /// Where the tractor is.
 pub trait Row: Send + Sync + fmt::Debug {
     /// Metres along the row at this time on the faults' clock; none before it starts.
     fn row_m(&self, at: Duration) -> Option<f64>;
+
+    /// How long it will have driven when it comes to this metre, if that can be told.
+    fn drives_to_row_m(&self, _row_m: f64) -> Option<Duration> {
+        None
+    }
+
+    /// The same for a tree's trunk.
+    fn drives_to_tree(&self, _tree: u32) -> Option<Duration> {
+        None
+    }
 
     /// The number of the last tree whose trunk it has reached, from 1.
     fn tree(&self, at: Duration) -> Option<u32>;
@@ -50,6 +64,7 @@ pub(crate) struct StreamState {
     pub(crate) name: String,
     pub(crate) medium: Medium,
     pub(crate) language: Language,
+    pub(crate) part: Option<Arc<dyn Part>>,
     scans: u64,
     opened: u64,
     connections: BTreeMap<u64, ConnectionState>,
@@ -87,6 +102,8 @@ pub(crate) struct Plan {
     happened: Happened,
     events: mpsc::Sender<FaultEvent>,
     pub(crate) events_lost: u64,
+    /// What parts were told to begin so far.
+    orders: u64,
     /// Counts changes that whoever waits must see.
     pub(crate) changes: u64,
     /// Counts resets: what waits in queues goes at once.
@@ -104,6 +121,19 @@ struct Detail {
     reason: Option<String>,
 }
 
+/// How many times a place has been looked for since time zero.
+fn looks(now: Duration) -> u32 {
+    u32::try_from(now.as_nanos() / LOOK.as_nanos()).unwrap_or(u32::MAX)
+}
+
+fn last_look(now: Duration) -> Duration {
+    LOOK.saturating_mul(looks(now))
+}
+
+fn next_look(now: Duration) -> Duration {
+    LOOK.saturating_mul(looks(now).saturating_add(1))
+}
+
 impl Plan {
     pub(crate) fn new(row: Option<Arc<dyn Row>>, events: mpsc::Sender<FaultEvent>) -> Self {
         Self {
@@ -113,6 +143,7 @@ impl Plan {
             happened: Happened::new(),
             events,
             events_lost: 0,
+            orders: 0,
             changes: 0,
             flushes: 0,
         }
@@ -132,6 +163,7 @@ impl Plan {
             name,
             medium,
             language,
+            part: None,
             scans: 0,
             opened: 0,
             connections: BTreeMap::new(),
@@ -144,8 +176,11 @@ impl Plan {
         if self.instances.is_empty() {
             return;
         }
+        // On a grid, so that it does not depend on who looks, and when.
+        let looked = last_look(now);
+        self.foretell(looked);
         loop {
-            let place = self.place(now);
+            let place = self.place(looked);
             let due = |(number, instance): (usize, &Instance)| {
                 let due = match instance.phase {
                     Phase::Waiting => instance.begins(&self.happened, place),
@@ -154,7 +189,7 @@ impl Plan {
                 };
                 match due {
                     Due::At(at) if at <= now => Some((at, number)),
-                    Due::Row(true) => Some((now, number)),
+                    Due::Row(true) => Some((looked.max(instance.earliest()), number)),
                     _ => None,
                 }
             };
@@ -181,7 +216,8 @@ impl Plan {
             };
             match due {
                 Due::At(at) => Some(at),
-                Due::Row(_) => Some(now.saturating_add(LOOK)),
+                // On a grid, whoever asks and when.
+                Due::Row(_) => Some(next_look(now)),
                 _ => None,
             }
         };
@@ -198,18 +234,50 @@ impl Plan {
         }
     }
 
+    /// Tells parts that must know it when their faults will begin: as long as the tractor stands, as if it set out now.
+    fn foretell(&mut self, looked: Duration) {
+        let Self { instances, streams, row, .. } = self;
+        let waits = |instance: &&mut Instance| {
+            instance.phase == Phase::Waiting && instance.windows == 0 && instance.foretold != Some(looked)
+        };
+        for instance in instances.iter_mut().filter(waits) {
+            let Action::Part(fault) = &instance.action else { continue };
+            if !fault.is_foreseen() {
+                continue;
+            }
+            let stands = row.as_ref().filter(|row| row.row_m(looked).is_none());
+            let drives = |to: &dyn Fn(&dyn Row) -> Option<Duration>| {
+                stands.and_then(|row| to(&**row)).map(|time| looked.saturating_add(time))
+            };
+            let at = match &instance.spec.at {
+                At::Time(at) => Some(*at).filter(|_| instance.foretold.is_none()),
+                At::RowM(row_m) => drives(&|row| row.drives_to_row_m(*row_m)),
+                At::Tree(tree) => drives(&|row| row.drives_to_tree(*tree)),
+                At::Start | At::Scan(_) | At::Command(_) | At::After { .. } => None,
+            };
+            let part = streams.get(instance.stream).and_then(|stream| stream.part.as_ref());
+            if let (Some(part), Some(at)) = (part, at) {
+                part.foresee(fault, looked, at);
+                instance.foretold = Some(looked);
+            }
+        }
+    }
+
     fn begin(&mut self, number: usize, at: Duration, connection: Option<u64>) {
         let Some(instance) = self.instances.get_mut(number) else { return };
         let stream = instance.stream;
+        // A part has no connections.
+        let connection = connection.filter(|_| !matches!(instance.action, Action::Part(_)));
         let scans = self.streams.get(stream).map_or(0, |stream| stream.scans);
         if !instance.begin(at, connection, scans) {
             return;
         }
         let (id, direction) = (instance.id.clone(), instance.spec.directions.first().copied());
-        let (cut, instant) = (matches!(instance.action, Action::Cut(_)), instance.is_instant());
+        let (cut, instant) = (instance.action.cut().is_some(), instance.is_instant());
         self.happened.entry((id, false)).or_insert(at);
         let detail = self.where_it_is(stream, connection, direction);
         self.tell(number, What::Begin, at, detail);
+        self.order(number, at);
         if cut {
             let all = self.streams.get(stream).map(|stream| stream.connections.keys().copied().collect());
             let all: Vec<u64> = connection.map(|only| vec![only]).or(all).unwrap_or_default();
@@ -229,11 +297,35 @@ impl Plan {
         let (stream, acts) = (instance.stream, instance.acts);
         let direction = instance.spec.directions.first().copied();
         instance.rest(at);
-        let id = instance.id.clone();
+        let (id, order) = (instance.id.clone(), instance.order);
+        let is_part = matches!(instance.action, Action::Part(_));
+        if let Some(part) =
+            self.streams.get(stream).and_then(|stream| stream.part.as_ref()).filter(|_| is_part)
+        {
+            part.end(order, at);
+        }
         self.happened.entry((id, true)).or_insert(at);
         let detail = self.where_it_is(stream, window.connection, direction);
         self.tell(number, what, at, Detail { acts: Some(acts), ..detail });
         self.wake(stream);
+    }
+
+    /// Has the part act, if it is a part's.
+    fn order(&mut self, number: usize, at: Duration) {
+        let Some(instance) = self.instances.get_mut(number) else { return };
+        let Action::Part(fault) = &instance.action else { return };
+        self.orders += 1;
+        instance.order = self.orders;
+        let order = Order {
+            key: instance.order,
+            at,
+            fault,
+            seed: instance.window_seed(),
+            p: instance.spec.p.unwrap_or(1.0),
+        };
+        if let Some(part) = self.streams.get(instance.stream).and_then(|stream| stream.part.as_ref()) {
+            part.begin(&order);
+        }
     }
 
     /// The place in the stream, where it is one connection's.

@@ -11,6 +11,11 @@ use crate::telegram::Mark;
 /// Shorter than any telegram: what bounds how many scans a chunk can hold.
 const SHORTEST_SCAN: usize = 8;
 
+/// True if the next telegram may be the command that begins or ends the fault.
+fn awaits_command(instance: &Instance, link: Link, direction: Direction) -> bool {
+    direction == Direction::ToDevice && instance.stream == link.stream && instance.awaits_command().is_some()
+}
+
 impl Plan {
     /// True if bytes may pass untouched: so many more hold nothing that a fault waits for.
     pub(crate) fn is_quiet(&self, link: Link, direction: Direction, bytes: usize) -> bool {
@@ -18,7 +23,9 @@ impl Plan {
             let acts = instance.goes(direction)
                 && !matches!(instance.action, Action::Door(_))
                 && instance.active(link.stream, link.connection).is_some();
-            !acts && !self.awaits_scan(instance, link, direction, 1 + bytes / SHORTEST_SCAN)
+            !acts
+                && !awaits_command(instance, link, direction)
+                && !self.awaits_scan(instance, link, direction, 1 + bytes / SHORTEST_SCAN)
         })
     }
 
@@ -29,7 +36,10 @@ impl Plan {
             let acts = matches!(instance.action, Action::Telegram(_)) && instance.goes(direction);
             let counts =
                 direction == Direction::ToClient && window.is_some_and(|window| window.scans_left.is_some());
-            (window.is_some() && acts) || counts || self.awaits_scan(instance, link, direction, 1)
+            (window.is_some() && acts)
+                || counts
+                || awaits_command(instance, link, direction)
+                || self.awaits_scan(instance, link, direction, 1)
         })
     }
 
@@ -70,7 +80,7 @@ impl Plan {
         let is_wire = self.streams.get(link.stream).is_some_and(|stream| stream.medium == Medium::Wire);
         is_wire
             && self.instances.iter().any(|instance| {
-                matches!(instance.action, Action::Cut(Cut::HalfOpen))
+                instance.action.cut() == Some(Cut::HalfOpen)
                     && instance.goes(direction)
                     && instance.active(link.stream, link.connection).is_some()
             })
@@ -99,6 +109,9 @@ impl Plan {
             self.scan_comes(link, now);
         }
         if let Some(work) = work {
+            if direction == Direction::ToDevice {
+                self.command_comes(link, work, now);
+            }
             self.act(link, direction, mark, now, work);
         }
     }
@@ -107,6 +120,21 @@ impl Plan {
     pub(crate) fn telegram_done(&mut self, link: Link, mark: &Mark, now: Duration) {
         if mark.is_scan {
             self.scan_has_come(link, now);
+        }
+    }
+
+    fn command_comes(&mut self, link: Link, work: &Work, now: Duration) {
+        let payload = work.bytes.get(work.regions.payload.clone()).unwrap_or_default();
+        for number in 0..self.instances.len() {
+            let Some(instance) = self.instances.get(number) else { break };
+            let waits = instance.awaits_command().filter(|_| instance.stream == link.stream);
+            if !waits.is_some_and(|command| work.regions.kind.is_command(payload, command)) {
+                continue;
+            }
+            match instance.phase {
+                Phase::Waiting => self.begin(number, now, Some(link.connection)),
+                _ => self.end(number, now, What::End),
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! Reads and writes: through the faults where one is active or something waits, else past them.
 
+use std::any::Any;
 use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
@@ -139,6 +140,10 @@ impl<S: Wire> Wire for FaultyStream<S> {
 
     fn set_rate(&mut self, rate: u32) -> io::Result<()> {
         self.inner.set_rate(rate)
+    }
+
+    fn belongings(&self) -> Option<&(dyn Any + Send + Sync)> {
+        Some(self.faults())
     }
 
     fn is_open(&self) -> bool {

@@ -47,13 +47,13 @@ fn mistakes_name_their_line_and_the_remedy() {
         (
             "name = \"flip\"\nat = { s = 3, scan = 2 }\n",
             3,
-            "expected one of s, scan, row_m, tree, after, plus_s, found several",
+            "expected one of s, scan, command, row_m, tree, after, plus_s, found several",
         ),
         ("name = \"flip\"\nat = { s = 3, plus_s = 2 }\n", 3, "`plus_s` goes with `after`; leave it out"),
         (
-            "name = \"flip\"\nat = { command = \"sRN\" }\n",
+            "name = \"flip\"\nat = { command = \" \" }\n",
             3,
-            "`command` is nothing a byte path knows; use `scan`, `s` or `after`",
+            "expected a command such as \"sWN LMDscandatacfg\", or \"20\" of an LMS2xx, found an empty text",
         ),
         ("name = \"flip\"\np = 1.5\n", 3, "expected a number from 0 to 1, found number `1.5`"),
         (
@@ -94,7 +94,7 @@ fn a_fault_may_come_as_json() {
 #[test]
 fn the_page_names_every_fault_parameter_and_row_that_is_not_there() {
     let page = markdown();
-    for fault in FAULTS {
+    for fault in FAULTS.iter() {
         assert!(page.contains(&format!("| `{}` | {} |", fault.name, fault.layer.name())), "{}", fault.name);
         for parameter in fault.parameters {
             assert!(

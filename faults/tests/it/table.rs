@@ -201,7 +201,7 @@ async fn each_fault_does_what_it_says_and_nothing_does_it_without_the_fault() {
 
 #[test]
 fn every_fault_of_the_table_has_a_case() {
-    for fault in FAULTS.iter().filter(|fault| fault.layer != Layer::Accept) {
+    for fault in FAULTS.iter().filter(|fault| !matches!(fault.layer, Layer::Accept | Layer::Part(_))) {
         assert!(CASES.iter().any(|case| case.fault == fault.name), "{} has no case", fault.name);
     }
 }

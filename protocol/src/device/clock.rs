@@ -21,6 +21,10 @@ pub(super) struct Clock {
     random: Random,
     /// Calendar = power-up time + this, µs; wraps. Zero until LSPsetdatetime: the calendar starts at 1970 with power-up.
     calendar_offset_us: u64,
+    /// What was set and what was gained so far, µs.
+    ahead_us: i64,
+    /// Too fast besides by so many parts per million, since an instant.
+    drift: Option<(SimTime, f64)>,
 }
 
 impl Clock {
@@ -36,18 +40,49 @@ impl Clock {
             jitter_us,
             random: Random::new(options.seed, options.scanner),
             calendar_offset_us: 0,
+            ahead_us: 0,
+            drift: None,
         }
     }
 
     /// The same crystal, powered up at `now`.
     pub(super) fn restarted(&self, now: SimTime) -> Self {
         let power_up_ns = i64::try_from(now.0).unwrap_or(i64::MAX);
-        Self { power_up_ns, calendar_offset_us: 0, ..*self }
+        let drift = self.drift.map(|(_, ppm)| (now, ppm));
+        Self { power_up_ns, calendar_offset_us: 0, ahead_us: 0, drift, ..*self }
     }
 
     pub(super) fn uptime_us(&self, now: SimTime) -> u64 {
         let ns = i128::from(now.0) - i128::from(self.power_up_ns);
-        (ns * (MILLION + i128::from(self.ppm)) / MILLION / 1000) as u64
+        let own = (ns * (MILLION + i128::from(self.ppm)) / MILLION / 1000) as u64;
+        own.wrapping_add_signed(self.ahead_us.wrapping_add(self.gained_us(now)))
+    }
+
+    /// What it has gained by its drift since that began, µs.
+    fn gained_us(&self, now: SimTime) -> i64 {
+        let Some((since, ppm)) = self.drift else { return 0 };
+        (now.0.saturating_sub(since.0) as f64 * ppm / 1e9) as i64
+    }
+
+    /// From `now` on it runs so much faster besides; what it has gained so far stays.
+    pub(super) fn drift(&mut self, now: SimTime, more_ppm: f64) {
+        self.ahead_us = self.ahead_us.wrapping_add(self.gained_us(now));
+        let ppm = self.drift.map_or(0.0, |(_, ppm)| ppm) + more_ppm;
+        self.drift = Some((now, ppm));
+    }
+
+    /// Sets it forward, µs.
+    pub(super) fn step(&mut self, us: i64) {
+        self.ahead_us = self.ahead_us.wrapping_add(us);
+    }
+
+    /// Sets it forward so that its lower 32 bits are 0 at `at`.
+    pub(super) fn wrap(&mut self, at: SimTime) {
+        let low = self.uptime_us(at) as u32;
+        // Back or forward, whichever is nearer; but not to before power-up.
+        let nearest = -i64::from(low as i32);
+        let is_before = self.ahead_us.wrapping_add(nearest) < 0;
+        self.step(if is_before { nearest + (1 << 32) } else { nearest });
     }
 
     /// What a scan's time deviates by, µs: uniform, keyed by seed, scanner and turn.
@@ -67,7 +102,9 @@ impl Clock {
     }
 
     pub(super) fn date_time_at(&self, uptime_us: u64) -> DateTime {
-        calendar::date_time(uptime_us.wrapping_add(self.calendar_offset_us))
+        // A clock that was set back may read before 1970, where no calendar begins.
+        let us = uptime_us.wrapping_add(self.calendar_offset_us);
+        calendar::date_time(if us > u64::MAX / 2 { 0 } else { us })
     }
 }
 

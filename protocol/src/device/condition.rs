@@ -38,4 +38,7 @@ pub(super) struct Condition {
     /// LCMstate's level.
     pub(super) contamination: u8,
     pub(super) reboots: u32,
+    pub(super) power_cycles: u32,
+    /// Its supply is off.
+    pub(super) off: bool,
 }

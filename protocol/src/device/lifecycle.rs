@@ -13,7 +13,10 @@ impl Device {
     /// True while turns give scans, or will as soon as the mirror is up to speed.
     pub fn is_measuring(&self) -> bool {
         let Condition { activity, held_by_login, .. } = self.condition;
-        activity == Activity::Measuring && !held_by_login && self.settings.applications.ranging
+        activity == Activity::Measuring
+            && !held_by_login
+            && self.settings.applications.ranging
+            && !self.motor_fails()
     }
 
     /// True while it starts up after power-up and answers nothing.
@@ -58,6 +61,7 @@ impl Device {
             silent_until,
             initialising_until,
             reboots: self.condition.reboots,
+            power_cycles: self.condition.power_cycles,
             contamination: self.condition.contamination,
             ..Condition::default()
         };
@@ -109,13 +113,15 @@ impl Device {
 
     /// True if the turn at `at` gives a scan.
     pub(super) fn makes_scans(&self, at: SimTime) -> bool {
-        self.is_measuring() && at >= self.condition.scans_from
+        self.is_measuring() && !self.condition.off && at >= self.condition.scans_from
     }
 
     /// True if a client may expect scans.
     pub(super) fn device_state(&self, now: SimTime, logged_in: bool) -> u8 {
         match self.condition.activity {
             Activity::Error => scdevicestate::ERROR,
+            _ if self.motor_fails() => scdevicestate::ERROR,
+            _ if self.is_busy_with_trouble() => scdevicestate::BUSY,
             Activity::Standby => scdevicestate::STANDBY,
             Activity::Measuring if !logged_in && self.is_measuring() && now >= self.condition.busy_until => {
                 scdevicestate::READY
@@ -129,6 +135,7 @@ impl Device {
         match self.condition.activity {
             _ if now < self.condition.initialising_until => stlms::INITIALISATION,
             Activity::Error => stlms::UNDEFINED,
+            _ if self.motor_fails() => stlms::UNDEFINED,
             Activity::Standby => stlms::ROTATING,
             Activity::Stopped => stlms::IDLE,
             Activity::Measuring if now < self.condition.rotating_until => stlms::ROTATING,
@@ -140,12 +147,13 @@ impl Device {
 
     /// The first bytes of a scan's device status.
     pub(super) fn scan_status(&self, starting: bool) -> u8 {
-        let contamination = match self.condition.contamination {
+        let contamination = match self.contamination() {
             0 => 0,
             1 => 2,
             _ => 4,
         };
-        contamination | if starting { self.model.start_up.status } else { 0 }
+        let failed = u8::from(self.has_failed());
+        failed | contamination | if starting { self.model.start_up.status } else { 0 }
     }
 
     /// How long things take: the model's times, with what the options say otherwise.

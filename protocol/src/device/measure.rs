@@ -158,6 +158,27 @@ impl Device {
         channel.step = beams.step;
         channel.values.clear();
         let last = first + beams.len();
+        self.fill_seen(channel, quantity, echo, line, (first, last), &raw);
+        channel.values.resize(beams.len(), raw(0));
+        if !self.sees_all() {
+            for (beam, value) in channel.values.iter_mut().enumerate() {
+                if self.is_blind_at(beams.angle_deg(beam)) {
+                    *value = raw(0);
+                }
+            }
+        }
+    }
+
+    /// Appends what `raw` makes of the beams from `first` to before `last`, as far as there is something.
+    fn fill_seen<T: Word>(
+        &self,
+        channel: &mut Channel<T>,
+        quantity: Quantity,
+        echo: u8,
+        line: &MeasuredLine<'_>,
+        (first, last): (usize, usize),
+        raw: &impl Fn(u16) -> T,
+    ) {
         if self.settings.echo_filter == fr_echo_filter::LAST {
             channel.values.extend((first..last).map(|beam| raw(quantity.of_last_echo(line, beam))));
             return;
@@ -165,7 +186,6 @@ impl Device {
         let seen = line.echoes.get(usize::from(echo)).map(|echo| quantity.of(echo)).unwrap_or_default();
         let seen = seen.get(first..last.min(seen.len())).unwrap_or_default();
         channel.values.extend(seen.iter().map(|&value| raw(value)));
-        channel.values.resize(beams.len(), raw(0));
     }
 }
 

@@ -30,6 +30,7 @@ mod settings;
 mod state;
 mod switching;
 mod ticks;
+mod trouble;
 
 pub use command::writable;
 pub use eeprom::SavedSettingsError;
@@ -41,3 +42,4 @@ pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
 pub use session::{AfterReply, DialectPolicy, Reply, Session};
 pub use state::{Device, Identity, Mirror, ModeError};
 pub use switching::{DigitalLineError, FieldError};
+pub use trouble::{LeftBehind, Part, RefusedWith, Trouble};

@@ -204,7 +204,11 @@ impl Session {
 fn reply(frame: &Frame<'_>, context: &mut Context<'_>) -> Vec<u8> {
     let mut payload = Vec::new();
     match Telegram::parse(frame.dialect, frame.payload) {
-        Ok(telegram) => answer(context, &telegram, &mut payload),
+        Ok(telegram) => {
+            if !context.device.refuses(&telegram, &mut payload) {
+                answer(context, &telegram, &mut payload);
+            }
+        }
         Err(_) => refuse(frame.dialect, Fault::NoCommand.into(), &mut payload),
     }
     let mut bytes = Vec::new();

@@ -9,6 +9,7 @@ use super::lines::{Field, Lines};
 use super::options::{Options, Profile};
 use super::settings::Settings;
 use super::ticks::TickCounter;
+use super::trouble::Troubles;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::model::{Model, ScanMode};
@@ -95,6 +96,8 @@ pub struct Device {
     pub(super) plays_back: bool,
     /// Settings refused because of that.
     pub(super) fixed: u32,
+    /// What is wrong with it.
+    pub(super) troubles: Troubles,
 }
 
 /// What the device counts.
@@ -135,6 +138,7 @@ impl Device {
             has_scan: false,
             plays_back: false,
             fixed: 0,
+            troubles: Troubles::default(),
             identity,
         }
     }
@@ -235,6 +239,7 @@ impl Device {
             ticks: self.ticks,
             plays_back: self.plays_back,
             fixed: self.fixed,
+            troubles: self.troubles.after_restart(),
             ..fresh
         };
         self.condition.reboots = self.condition.reboots.wrapping_add(1);

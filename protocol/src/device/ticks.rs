@@ -10,11 +10,18 @@ pub(super) struct TickCounter {
     /// Ticks a millisecond between the last two mirror turns.
     pub(super) ticks_per_ms: f64,
     last_turn: Option<(SimTime, f64)>,
+    /// Ticks at which it began to count.
+    zero: f64,
 }
 
 impl TickCounter {
     pub(super) fn set(&mut self, ticks: f64) {
-        self.ticks = ticks;
+        self.ticks = ticks - self.zero;
+    }
+
+    /// Counts from zero again.
+    pub(super) fn restart(&mut self) {
+        *self = Self { zero: self.zero + self.ticks, ..Self::default() };
     }
 
     /// A mirror turn begins at `at`.

@@ -80,9 +80,15 @@ impl BeamFan {
     /// The beams of a scanner's mirror as mounted, in the scene's frame: the mount's X points into the vegetation, which is the scene's
     /// +X, or its −X where the tractor has the row on the other side.
     pub fn looking(mount: &Mount, grid: BeamGrid, towards_x: bool) -> Self {
+        Self::tilted(mount, grid, towards_x, 0.0)
+    }
+
+    /// The same of a vehicle that has rolled by this angle, radians from +X towards +Z.
+    pub fn tilted(mount: &Mount, grid: BeamGrid, towards_x: bool, tilt_rad: f64) -> Self {
         let (sense, offset_deg) = mount.angle_map();
         let (sense, offset_deg) = if towards_x { (sense, offset_deg) } else { (-sense, 180.0 - offset_deg) };
-        Self::from_degrees(sense * grid.angle_deg(0) + offset_deg, sense * grid.step_deg(), grid.len())
+        let start_deg = sense * grid.angle_deg(0) + offset_deg + tilt_rad.to_degrees();
+        Self::from_degrees(start_deg, sense * grid.step_deg(), grid.len())
     }
 
     /// The same fan with `fold` rays from beam to beam, and `margin` rays beyond the first and the last beam: beam `j` is ray

@@ -20,16 +20,17 @@ pub struct EyeCaster {
 }
 
 impl EyeCaster {
-    /// For lines with these beams.
+    /// For lines with these beams, of a scanner that has its row at greater X, or at smaller.
     pub fn new(
         caster: Caster,
         model: EyeModel<'_>,
         settings: &OpticsSettings,
         seed: u64,
         fan: &BeamFan,
+        towards_x: bool,
     ) -> Self {
         let mut eye = Eye::new(model, settings, seed, 0);
-        eye.turn_to(fan);
+        eye.turn_to(fan, towards_x);
         let last_only = settings.stages.has(Stage::Echoes) && model.optics.factory_echo == FactoryEcho::Last;
         Self { caster, eye, last_only }
     }
@@ -45,7 +46,7 @@ impl Casts for EyeCaster {
         eye.look(&self.caster, origin, 0.0, key);
         for beam in 0..beams.len() {
             let echoes = eye.beam(beam);
-            let seen = echoes.iter().rposition(|echo| echo.met.is_hit()).map_or(0, |last| last + 1);
+            let seen = echoes.iter().rposition(|echo| echo.range_mm > 0).map_or(0, |last| last + 1);
             let from = if self.last_only { seen.saturating_sub(1) } else { 0 };
             out.set(beam, echoes.get(from..seen).unwrap_or(&[]).iter().map(reported));
         }

@@ -22,6 +22,16 @@ pub(super) enum Use {
     Curve = 105,
     /// Scatter of the remission.
     Remission = 106,
+    /// Drops and flakes.
+    Drops = 107,
+    /// Gusts of dust.
+    Gust = 108,
+    /// Place of a layer's echo.
+    Layer = 109,
+    /// Concentration of a plume.
+    Spray = 110,
+    /// Drops on the window.
+    WindowDrop = 111,
 }
 
 /// Numbers of one key.

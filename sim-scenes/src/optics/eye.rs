@@ -3,6 +3,7 @@
 use rowscan_protocol::optics::Optics;
 use rowscan_protocol::scan::Pose;
 
+use super::air::{AirStage, Shot};
 use super::draws::{Draws, Use};
 use super::echo::{Echo, Rules, nearest};
 use super::energy;
@@ -25,6 +26,9 @@ pub struct EyeModel<'a> {
     pub limits: RangeLimits,
 }
 
+/// The least remission of an echo: 1 in 8 bits.
+const WEAKEST: u16 = 0x0101;
+
 /// One scanner's eye. It keeps its buffers from line to line.
 #[derive(Clone, Debug)]
 pub struct Eye {
@@ -35,11 +39,21 @@ pub struct Eye {
     seed: u64,
     unit: u64,
     /// For the fan in force.
-    sight: Option<(Footprint, UnitNoise)>,
+    sight: Option<Sight>,
+    air: Option<AirStage>,
     touches: Vec<Touch>,
     echoes: Vec<Echo>,
     /// As many a beam as the receiver tells apart.
     found: Vec<EyeEcho>,
+}
+
+/// What the eye keeps for a fan.
+#[derive(Clone, Debug)]
+struct Sight {
+    fan: BeamFan,
+    towards_x: bool,
+    footprint: Footprint,
+    noise: UnitNoise,
 }
 
 /// One echo of one beam.
@@ -79,6 +93,7 @@ impl Eye {
             limits: model.limits,
             seed,
             unit: settings.unit.map_or(seed, |unit| unit ^ (scanner as u64).rotate_left(32)),
+            air: settings.stages.has(Stage::Air).then(|| AirStage::new(&settings.air, model.optics)),
             settings: settings.clone(),
             sight: None,
             touches: Vec::new(),
@@ -87,8 +102,17 @@ impl Eye {
         }
     }
 
-    /// Other beams from now on.
-    pub fn turn_to(&mut self, fan: &BeamFan) {
+    /// Other beams from now on; of a scanner that has its row at greater X, or at smaller.
+    pub fn turn_to(&mut self, fan: &BeamFan, towards_x: bool) {
+        let same = |sight: &Sight| {
+            sight.fan.len() == fan.len() && sight.fan.step_rad().abs() == fan.step_rad().abs()
+        };
+        if let Some(sight) = self.sight.as_mut().filter(|sight| same(sight)) {
+            // The same beams, tilted: spots and errors stay.
+            sight.footprint.tilt(fan);
+            (sight.fan, sight.towards_x) = (fan.clone(), towards_x);
+            return;
+        }
         let pitch_rad = fan.step_rad().abs();
         let grid = if self.settings.stages.has(Stage::Spot) {
             SpotGrid::new(&self.optics.spot, &self.settings, pitch_rad)
@@ -96,17 +120,18 @@ impl Eye {
             SpotGrid::thin(pitch_rad)
         };
         let noise = UnitNoise::new(&self.optics, self.settings.noise, self.unit, fan.len());
-        self.sight = Some((Footprint::new(grid, fan), noise));
+        let footprint = Footprint::new(grid, fan);
+        self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, noise });
     }
 
     /// Looks: beam 0 starts at `origin`, each next one `advance_m` farther along Y. `scan` is the key of the line's random numbers.
     pub fn look(&mut self, caster: &Caster, origin: Pose, advance_m: f64, scan: u64) {
-        let Some((mut footprint, noise)) = self.sight.take() else { return };
+        let Some(mut sight) = self.sight.take() else { return };
         let phase = (Draws::of(self.seed, Use::Phase, scan).unit() * PHASES as f64) as usize;
         let Self { settings, .. } = &*self;
         let (reflectance, wetness) = (settings.reflectance, settings.wetness);
         let by_surface = settings.stages.has(Stage::Energy);
-        footprint.cast(caster, origin, advance_m, phase, |found| {
+        sight.footprint.cast(caster, origin, advance_m, phase, |found| {
             let surface = if by_surface {
                 reflectance.of(found.class, wetness) * f64::from(found.cos_incidence)
             } else {
@@ -115,17 +140,26 @@ impl Eye {
             surface / (found.range_m * found.range_m)
         });
         self.found.clear();
-        self.found.resize(footprint.beams() * self.rules.most, EyeEcho::NONE);
-        for beam in 0..footprint.beams() {
-            self.see(beam, &footprint, &noise, scan);
+        let beams = sight.footprint.beams();
+        self.found.resize(beams * self.rules.most, EyeEcho::NONE);
+        for beam in 0..beams {
+            self.see(beam, &sight, scan);
         }
-        self.sight = Some((footprint, noise));
+        self.sight = Some(sight);
     }
 
     /// One beam.
-    fn see(&mut self, beam: usize, footprint: &Footprint, noise: &UnitNoise, scan: u64) {
+    fn see(&mut self, beam: usize, sight: &Sight, scan: u64) {
+        let Sight { fan, towards_x, footprint, noise } = sight;
         self.touches.clear();
         footprint.gather(beam, &mut self.touches);
+        if let Some(air) = &self.air {
+            let theta_rad = fan.theta_rad(beam);
+            // Nozzles and windows are the scanner's: they count from the row.
+            let theta_rad = if *towards_x { theta_rad } else { std::f64::consts::PI - theta_rad };
+            let shot = Shot { seed: self.seed, scan, beam, theta_rad };
+            air.act(shot, &mut self.touches);
+        }
         // What is too near is not measured, though it stands in the way.
         let nearest_m = self.limits.min_range_m;
         self.touches.retain(|touch| touch.range_m >= nearest_m);
@@ -190,7 +224,9 @@ impl Measured<'_> {
         let mut scatter = 0.0;
         if stages.has(Stage::Noise) {
             let weakness = if stages.has(Stage::Energy) { optics.least_power() / echo.power } else { 0.0 };
-            let sigma_mm = self.noise.sigma_mm(range_m, f64::from(met.cos_incidence), weakness);
+            // Drops have no slant.
+            let cos_incidence = if met.is_hit() { f64::from(met.cos_incidence) } else { 1.0 };
+            let sigma_mm = self.noise.sigma_mm(range_m, cos_incidence, weakness);
             let mut white = draws(Use::White);
             let error_mm = self.noise.draw(&mut white) * sigma_mm + self.noise.fixed_mm(self.beam, range_m);
             // Noise moves an echo, it does not take it away.
@@ -202,7 +238,7 @@ impl Measured<'_> {
             return EyeEcho::NONE;
         }
         let remission = if !stages.has(Stage::Energy) {
-            ideal::remission(&met)
+            ideal::remission(&met).max(WEAKEST)
         } else if energy::dazzles(echo.power, echo.range_m) {
             u16::MAX
         } else {

@@ -59,6 +59,11 @@ impl Footprint {
         }
     }
 
+    /// The same beams in other directions.
+    pub(super) fn tilt(&mut self, fan: &BeamFan) {
+        self.fan = fan.refined(self.grid.fold, self.margin);
+    }
+
     /// Casts a line whose first beam starts at `origin`, with the plane grid at place `phase`. `gain` is what comes back of a ray: its
     /// power relative to a white wall at 1 m.
     pub(super) fn cast(

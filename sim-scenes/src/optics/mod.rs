@@ -4,6 +4,7 @@
 //! ([`Stage`]): the spot's footprint, echoes, energy, noise, air. Every stage is seeded and can be switched on alone. Formulas and their
 //! sources are in docs/optics.md, the numbers of each scanner in [`rowscan_protocol::optics`].
 
+mod air;
 mod casts;
 mod draws;
 mod echo;
@@ -16,6 +17,7 @@ mod settings;
 mod spot;
 mod stage;
 
+pub use air::{Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, Plume, WindowSector};
 pub use casts::EyeCaster;
 pub use energy::Reflectance;
 pub use eye::{Eye, EyeEcho, EyeModel};

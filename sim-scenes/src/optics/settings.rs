@@ -5,6 +5,7 @@ use rowscan_vehicle::ParameterError;
 use rowscan_vehicle::parameter::{require, require_within};
 use serde::{Deserialize, Serialize};
 
+use super::air::Air;
 use super::energy::Reflectance;
 use super::stage::{Stage, Stages};
 
@@ -29,6 +30,8 @@ pub struct OpticsSettings {
     pub wetness: f64,
     /// Reflectance by class.
     pub reflectance: Reflectance,
+    /// Weather, spray and dirt; clear where left out.
+    pub air: Air,
 }
 
 /// How much ranges scatter.
@@ -53,6 +56,7 @@ impl Default for OpticsSettings {
             noise: NoiseLevel::Recorded,
             wetness: 0.0,
             reflectance: Reflectance::default(),
+            air: Air::default(),
         }
     }
 }
@@ -67,7 +71,8 @@ impl OpticsSettings {
         require_within("optics.reference_range_m", self.reference_range_m, 0.1, 50.0)?;
         require_within("optics.min_share", self.min_share, 0.0, 1.0)?;
         require_within("optics.wetness", self.wetness, 0.0, 1.0)?;
-        self.reflectance.validate()
+        self.reflectance.validate()?;
+        self.air.validate()
     }
 
     /// How wide the beams are, as a rig says it.

@@ -48,7 +48,7 @@ struct Strip {
     share: f64,
     /// Half of its mean length, metres.
     half_m: f64,
-    /// Half of the difference between its longest and its shortest half length, metres: its ends are slanted.
+    /// Its longest half length beyond that, metres: its ends are slanted.
     slant_m: f64,
 }
 
@@ -185,13 +185,13 @@ impl Strip {
         }
         let primitive = |y: f64| y * (1.0 - y * y).max(0.0).sqrt() + libm::asin(y);
         let area = primitive(high) - primitive(low);
+        let mean = area / (2.0 * height);
         let half = |y: f64| (1.0 - y * y).max(0.0).sqrt();
         let longest = if low <= 0.0 && high >= 0.0 { 1.0 } else { half(low).max(half(high)) };
-        let shortest = half(low).min(half(high));
         Self {
             share: area / std::f64::consts::PI,
-            half_m: radius_m * area / (2.0 * height),
-            slant_m: radius_m * (longest - shortest) / 2.0,
+            half_m: radius_m * mean,
+            slant_m: radius_m * (longest - mean).max(0.0),
         }
     }
 }

@@ -14,6 +14,8 @@ pub enum Stage {
     Echoes,
     /// Power by surface and distance, with a threshold.
     Energy,
+    /// Weather, spray and dirt.
+    Air,
     /// Ranges scatter.
     Noise,
 }
@@ -46,6 +48,11 @@ impl Stage {
             stage: Self::Energy,
             name: "energy",
             what: "power by reflectance, incidence and distance; a soft threshold; remission as the model gives it",
+        },
+        StageInfo {
+            stage: Self::Air,
+            name: "air",
+            what: "rain, snow, fog, dust, spray plumes and dirt on the window, as far as `[optics.air]` sets them",
         },
         StageInfo {
             stage: Self::Noise,

@@ -7,16 +7,16 @@ use rowscan_scenes::optics::{Eye, EyeEcho, EyeModel, OpticsSettings, RangeLimits
 use rowscan_scenes::{BeamFan, Caster, Leaf, Orchard};
 
 /// Height of the scanner's axis: far above the ground.
-pub const HEIGHT_M: f64 = 50.0;
+pub(crate) const HEIGHT_M: f64 = 50.0;
 
-pub const LIMITS: RangeLimits = RangeLimits { min_range_m: 0.05, max_range_m: 60.0 };
+pub(crate) const LIMITS: RangeLimits = RangeLimits { min_range_m: 0.05, max_range_m: 60.0 };
 
-pub fn optics(model: &str) -> Optics {
+pub(crate) fn optics(model: &str) -> Optics {
     *AnyModel::by_name(model).unwrap().optics()
 }
 
 /// The same with echoes of its own for every surface: what shows shares.
-pub fn split(optics: Optics) -> Optics {
+pub(crate) fn split(optics: Optics) -> Optics {
     let mut optics = optics;
     optics.pulse.merged_m = Fact::assumed(1e-3);
     optics.pulse.apart_m = Fact::assumed(2e-3);
@@ -24,7 +24,7 @@ pub fn split(optics: Optics) -> Optics {
 }
 
 /// A plate at `x_m` with one straight edge: what lies `beyond_m` and more from the axis along the direction `turn_rad` (0 is +Y) is plate.
-pub fn half_plate(x_m: f64, beyond_m: f64, turn_rad: f64) -> Leaf {
+pub(crate) fn half_plate(x_m: f64, beyond_m: f64, turn_rad: f64) -> Leaf {
     let (sin, cos) = turn_rad.sin_cos();
     let at = |along: f64, aside: f64| [x_m, along * cos - aside * sin, HEIGHT_M + along * sin + aside * cos];
     let far = beyond_m + 4.0;
@@ -32,28 +32,28 @@ pub fn half_plate(x_m: f64, beyond_m: f64, turn_rad: f64) -> Leaf {
 }
 
 /// A plate that covers all beams.
-pub fn plate(x_m: f64) -> Leaf {
+pub(crate) fn plate(x_m: f64) -> Leaf {
     let at = |y: f64, z: f64| [x_m, y, HEIGHT_M + z];
     Leaf::new(vec![at(-9.0, -9.0), at(9.0, -9.0), at(9.0, 9.0), at(-9.0, 9.0)]).unwrap()
 }
 
-pub fn caster(plates: Vec<Leaf>) -> Caster {
+pub(crate) fn caster(plates: Vec<Leaf>) -> Caster {
     Caster::new(&Orchard::from_organs(plates, vec![], f64::INFINITY))
 }
 
 /// Beams about +X, `pitch_deg` apart; the middle one is the axis.
-pub fn fan(pitch_deg: f64, beams: usize) -> BeamFan {
+pub(crate) fn fan(pitch_deg: f64, beams: usize) -> BeamFan {
     BeamFan::from_degrees(-pitch_deg * (beams / 2) as f64, pitch_deg, beams)
 }
 
-pub struct Bench {
-    pub eye: Eye,
-    pub caster: Caster,
-    pub beams: usize,
+pub(crate) struct Bench {
+    pub(crate) eye: Eye,
+    pub(crate) caster: Caster,
+    pub(crate) beams: usize,
 }
 
 impl Bench {
-    pub fn new(
+    pub(crate) fn new(
         optics: &Optics,
         echoes: u8,
         settings: &OpticsSettings,
@@ -61,23 +61,23 @@ impl Bench {
         fan: &BeamFan,
     ) -> Self {
         let mut eye = Eye::new(EyeModel { optics, echoes, limits: LIMITS }, settings, 1, 0);
-        eye.turn_to(fan);
+        eye.turn_to(fan, true);
         Self { eye, caster: caster(plates), beams: fan.len() }
     }
 
     /// All beams of line `scan`.
-    pub fn look(&mut self, scan: u64) -> Vec<Vec<EyeEcho>> {
+    pub(crate) fn look(&mut self, scan: u64) -> Vec<Vec<EyeEcho>> {
         let origin = Pose { x_m: 0.0, y_m: 0.0, z_m: HEIGHT_M };
         self.eye.look(&self.caster, origin, 0.0, scan);
         (0..self.beams).map(|beam| self.eye.beam(beam).to_vec()).collect()
     }
 
     /// The axis' echoes.
-    pub fn axis(&mut self, scan: u64) -> Vec<EyeEcho> {
+    pub(crate) fn axis(&mut self, scan: u64) -> Vec<EyeEcho> {
         self.look(scan).swap_remove(self.beams / 2)
     }
 }
 
-pub fn settings(stages: &str) -> OpticsSettings {
+pub(crate) fn settings(stages: &str) -> OpticsSettings {
     OpticsSettings { stages: stages.parse().unwrap(), ..OpticsSettings::default() }
 }

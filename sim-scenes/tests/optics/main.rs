@@ -2,6 +2,7 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod air;
 mod bench;
 mod device;
 mod noise;

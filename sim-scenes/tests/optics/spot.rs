@@ -129,7 +129,7 @@ fn leaves_get_the_share_that_true_cone_rays_give_them() {
     let caster = Caster::new(&orchard);
     let model = EyeModel { optics: &lms111, echoes: 2, limits: LIMITS };
     let mut eye = Eye::new(model, &settings("spot,echoes"), 1, 0);
-    eye.turn_to(&fan);
+    eye.turn_to(&fan, true);
     let (mut sum, mut squares, mut truths, mut count) = (0.0, 0.0, 0.0, 0.0);
     for line in 0..12_u32 {
         let y_m = 0.04 * (f64::from(line) - 6.0);

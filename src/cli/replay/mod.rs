@@ -9,13 +9,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::client_limits::ClientLimitArgs;
+use super::control::{ControlArgs, Controlled};
+use super::events;
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::output::say;
 use super::recorder::RecordArgs;
 use super::{Failure, Format, Outcome, models};
-use orders::{Order, next_order, read_orders};
+use orders::ReplayTime;
 use places::{Places, Seek};
+use rowscan_control::{Bench, Log};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
 use rowscan_emulator::{Player, RefusedSetting};
@@ -52,9 +55,8 @@ pub(super) struct Args {
     /// The rig that `metre:` goes by, instead of the recorded one
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
-    /// Take `pause`, `play` and `seek PLACE` from standard input, a line each
-    #[arg(long)]
-    control: bool,
+    #[command(flatten)]
+    control: ControlArgs,
     #[command(flatten)]
     clients: ClientLimitArgs,
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
@@ -119,11 +121,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let playhead = Arc::new(Playhead::new(start_ns));
     let taping = args.record.start(survey.about.clone(), args.time_scale.delivery().is_patient())?;
     let tape = Playback::open(survey.path.clone(), &parts, played)?;
-    let script = args.faults.read()?;
+    let (script, log) = (args.faults.read()?, Log::default());
     let seed = survey.about.seed.unwrap_or(1);
-    let faulting = script.is_some().then(|| {
+    let faulting = (script.is_some() || args.control.is_given()).then(|| {
         let clock: Arc<SimClock> = Arc::clone(&clock);
-        Faulting::start(seed, clock, None, args.format)
+        Faulting::start(seed, clock, None, (args.format, &log))
     });
     let stand = Stand {
         args: &args,
@@ -142,22 +144,24 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
+    let (time, mut seeks) = ReplayTime::new(Arc::clone(&clock), Arc::clone(&playhead));
+    let _controlled = match &faulting {
+        Some(faulting) => {
+            let bench = Bench::new(faulting.control().clone(), Arc::new(time), log, Vec::new());
+            args.control.open(bench, args.format).await?
+        }
+        None => Controlled::default(),
+    };
     tell_streams(&survey, &parts);
+    events::ready(args.format)?;
     let player = Player::start(tape, outlets, Arc::clone(&playhead), Arc::clone(&clock), &Timer::system());
-    let mut orders = args.control.then(read_orders);
     loop {
         tokio::select! {
             () = player.ended() => break,
             () = interrupt.wait() => break,
-            order = next_order(&mut orders) => match order {
-                Order::Pause(paused) => playhead.pause(paused, clock.now()),
-                Order::Seek(place) => match places.find(place) {
-                    Ok(to_ns) => playhead.seek(to_ns.max(start_ns), clock.now()),
-                    Err(error) => say(error),
-                },
-                Order::Unknown(text) => {
-                    say(format_args!("expected `pause`, `play` or `seek PLACE`, found `{text}`"));
-                }
+            Some(place) = seeks.recv() => match places.find(place) {
+                Ok(to_ns) => playhead.seek(to_ns.max(start_ns), clock.now()),
+                Err(error) => say(error),
             },
         }
     }

@@ -216,7 +216,9 @@ fn caster(args: &Args, stage: &Stage, plan: &ScanPlan) -> Result<Box<dyn Casts>,
     let (min_range_m, max_range_m) = model.range_m();
     let limits = RangeLimits { min_range_m, max_range_m };
     let eye = EyeModel { optics: model.optics(), echoes: model.echoes(), limits };
-    Ok(Box::new(EyeCaster::new(stage.caster().clone(), eye, optics, stage.scene.seed, fan)))
+    let towards_x = plan.settings().kind != ScanKind::Opposite;
+    let caster = stage.caster().clone();
+    Ok(Box::new(EyeCaster::new(caster, eye, optics, stage.scene.seed, fan, towards_x)))
 }
 
 fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {

@@ -2,6 +2,7 @@
 
 mod demo;
 mod fuzz;
+mod lockstep;
 mod publish;
 
 use std::process::ExitCode;
@@ -13,6 +14,7 @@ use crate::workspace::Workspace;
 const STEPS: &[Step] = &[
     Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
     Step::new("demo", demo::run),
+    Step::new("lockstep", lockstep::run),
     Step::new("publish", publish::run),
     Step::new("fuzz", fuzz::run),
 ];

@@ -64,6 +64,20 @@ const RULES: &[Rule] = &[
         why: "the estimator knows no async, no socket and no truth",
     },
     Rule {
+        package: "rowscan-fault-table",
+        features: Features::All,
+        forbidden: &[
+            "tokio",
+            "mio",
+            "socket2",
+            "rowscan-protocol",
+            "rowscan-vehicle",
+            "rowscan-faults",
+            "rowscan",
+        ],
+        why: "rows of faults are data: they know no part and no async",
+    },
+    Rule {
         package: "rowscan-vehicle",
         features: Features::All,
         forbidden: &[
@@ -159,6 +173,12 @@ const RULES: &[Rule] = &[
             "rowscan",
         ],
         why: "somebody else's test embeds the emulator without the command line, and the emulator never sees the driver",
+    },
+    Rule {
+        package: "rowscan-control",
+        features: Features::All,
+        forbidden: &["clap", "comfy-table", "parquet", "rowscan-driver", "rowscan-study", "rowscan"],
+        why: "somebody else's test embeds the control without the command line",
     },
     Rule {
         package: "rowscan-study",

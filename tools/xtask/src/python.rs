@@ -11,10 +11,15 @@ use crate::steps::Outcome;
 use crate::workspace::Workspace;
 
 /// Every test has a time-out of its own; this one is for a pytest that hangs.
-const LIMIT: Limit = Limit::InAll(Duration::from_secs(10 * 60));
+const LIMIT: Limit = Limit::InAll(Duration::from_secs(30 * 60));
 
 /// Installs the pinned packages (once) and runs the tests.
 pub fn run(workspace: &Workspace) -> Outcome {
+    run_only(workspace, &[], &[])
+}
+
+/// The same of these files alone, in this environment.
+pub fn run_only(workspace: &Workspace, files: &[&str], environment: &[(&str, &str)]) -> Outcome {
     if !shell::has("python3") {
         return Outcome::Skipped("python3 is not installed".to_owned());
     }
@@ -30,6 +35,8 @@ pub fn run(workspace: &Workspace) -> Outcome {
     let mut command = python.command();
     command
         .args(["-m", "pytest", "-p", "no:cacheprovider", "--color=no", "-ra"])
+        .args(files)
+        .envs(environment.iter().copied())
         .current_dir(workspace.root.join("tools/python"))
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("ROWSCAN_BIN", binary);

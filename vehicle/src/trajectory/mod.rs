@@ -5,6 +5,7 @@
 //! no step accumulates.
 
 mod course;
+mod detour;
 mod drive;
 mod motion;
 mod profile;

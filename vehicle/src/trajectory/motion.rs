@@ -1,6 +1,7 @@
 //! The tractor's motion: profile and course joined.
 
 use super::course::{Course, Place};
+use super::detour::Detours;
 use super::profile::{ProfileState, SpeedProfile};
 
 /// Acceleration towards a commanded speed where nothing else is set, m/s².
@@ -19,6 +20,12 @@ pub struct Motion {
     pub wheel_m: f64,
     /// Speed of the wheels' rims, m/s.
     pub wheel_speed_m_s: f64,
+    /// To the right of its way, metres; `place` has it too.
+    pub right_m: f64,
+    /// Above where it stands on level ground, metres.
+    pub up_m: f64,
+    /// Rolled right side down, radians.
+    pub roll_rad: f64,
 }
 
 /// How the tractor drives: place and speed at any time of driving.
@@ -27,12 +34,13 @@ pub struct Trajectory {
     profile: SpeedProfile,
     course: Course,
     acceleration_m_s2: f64,
+    detours: Detours,
 }
 
 impl Trajectory {
     /// Driven as `profile` says, along `course`; commands are obeyed with this acceleration, m/s².
     pub fn new(profile: SpeedProfile, course: Course, acceleration_m_s2: f64) -> Self {
-        Self { profile, course, acceleration_m_s2 }
+        Self { profile, course, acceleration_m_s2, detours: Detours::default() }
     }
 
     /// Straight ahead at constant speed: y(t) = start + speed · t.
@@ -43,15 +51,26 @@ impl Trajectory {
 
     /// The tractor after `t_s` seconds of driving (before 0 it stands at its start).
     pub fn at(&self, t_s: f64) -> Motion {
-        let run = self.profile.at(t_s);
+        let run = self.detours.at(&self.profile, t_s);
         let ProfileState { way_m, speed_m_s, wheel_m, wheel_speed_m_s } = run;
-        Motion { place: self.course.at(way_m), speed_m_s, way_m, wheel_m, wheel_speed_m_s }
+        let place = self.course.at(way_m);
+        Motion { place, speed_m_s, way_m, wheel_m, wheel_speed_m_s, right_m: 0.0, up_m: 0.0, roll_rad: 0.0 }
     }
 
     /// From `t_s` on the tractor makes for `speed_m_s`, whatever its profile says: how a controller drives it. What was before `t_s`
     /// stays as it was; commands come in the order of time.
     pub fn command(&mut self, t_s: f64, speed_m_s: f64) {
         self.profile.command(t_s, speed_m_s, self.acceleration_m_s2);
+    }
+
+    /// From `t_s` on the tractor makes for `speed_m_s` instead of what its profile and its commands say, until that ends by its key.
+    pub(crate) fn detour(&mut self, key: u64, t_s: f64, speed_m_s: f64, change_m_s2: f64) {
+        self.detours.begin(&self.profile, (key, speed_m_s, change_m_s2), t_s);
+    }
+
+    /// From `t_s` on it makes for its own speed again; false if there is no such detour.
+    pub(crate) fn rejoin(&mut self, key: u64, t_s: f64) -> bool {
+        self.detours.end(&self.profile, key, t_s)
     }
 
     /// From `t_s` on the tractor stands, from one moment to the next.

@@ -84,7 +84,7 @@ impl Readable for TypeCode {
 
 impl Readable for Contamination {
     fn get(context: &Context<'_>) -> Self {
-        Self { level: context.device.condition.contamination }
+        Self { level: context.device.contamination() }
     }
 }
 
@@ -100,7 +100,7 @@ impl Readable for Status {
         let DateTime { year, month, day, hour, minute, second, .. } = context.device.date_time(context.now);
         Self {
             state: context.device.status(context.now),
-            temperature: 0,
+            temperature: u8::from(context.device.temperature_fails()),
             time: FlexString(format!("{hour:02}:{minute:02}:{second:02}")),
             date: FlexString(format!("{day:02}.{month:02}.{:02}", year % 100)),
             lamps: [0; 3],

@@ -364,12 +364,41 @@ impl Device {
         }
     }
 
-    fn restart(&mut self, now: SimTime) {
-        let boot = match self.options.profile {
+    /// The supply fails: from now on nothing is heard, said or measured.
+    pub fn power_off(&mut self) {
+        self.restart(SimTime(u64::MAX));
+        self.after = None;
+    }
+
+    /// The supply is back: it boots with what was saved.
+    pub fn power_on(&mut self, now: SimTime) {
+        self.condition = Condition::Booting(now + self.boots_for());
+    }
+
+    /// Dirt on the front window: 0 clean, 1 a warning, 2 an error, 3 an error of both channels.
+    pub fn set_contamination(&mut self, level: u8) {
+        self.options.contamination = level.min(3);
+    }
+
+    /// It is found as somebody left it: at this rate, which is kept over a restart, and streaming.
+    pub fn leave_as(&mut self, rate: Option<Rate>, streaming: bool) {
+        if let Some(rate) = rate {
+            (self.rate, self.kept_rate) = (rate, rate);
+        }
+        if streaming {
+            self.stream = Some(Output::All);
+        }
+    }
+
+    fn boots_for(&self) -> Duration {
+        match self.options.profile {
             Profile::Bench => Duration::ZERO,
             Profile::Field => self.options.boot.unwrap_or(self.model.times.boot),
-        };
-        self.condition = Condition::Booting(now + boot);
+        }
+    }
+
+    fn restart(&mut self, now: SimTime) {
+        self.condition = Condition::Booting(now + self.boots_for());
         self.rate = self.kept_rate;
         self.variant = self.kept_variant;
         self.mode = OperatingMode::Monitoring;

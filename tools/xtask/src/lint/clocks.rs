@@ -18,6 +18,7 @@ pub const CLOCKS: &[Clock] = &[
     Clock { name: "faults", folder: "faults/src/", file: "faults/src/clock.rs" },
     Clock { name: "ports", folder: "ports/src/", file: "ports/src/clock.rs" },
     Clock { name: "check", folder: "check/src/", file: "check/src/clock.rs" },
+    Clock { name: "control", folder: "control/src/", file: "control/src/clock.rs" },
     // These two wait by the clock of `ports` and of `emulator` alone.
     Clock { name: "bus", folder: "bus/src/", file: "" },
     Clock { name: "rowscan", folder: "src/", file: "" },

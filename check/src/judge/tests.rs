@@ -1,0 +1,189 @@
+#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::*;
+use crate::runner::ChildRecord;
+use crate::witness::tests::{bench, deliver};
+
+const SECOND: u64 = 1_000_000_000;
+
+/// What an expectation says of a run, in a word; the message for a wrong word.
+fn verdict(expect: &str, tried: &Runs, folder: &Path) -> (Verdict, String) {
+    let text = format!(
+        "version = 1\nscene = \"spindle\"\nend = {{ s = 1 }}\ndevice = [{{ id = \"left\", model = \"lms111\" }}]\n\
+         run = [{{ id = \"sut\", command = [\"x\"] }}]\nexpect = [{{ {expect} }}]\n"
+    );
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, text).expect("written");
+    let scenario = Scenario::load(&path).expect(expect);
+    let judged = judge(&scenario, 0, &scenario.expects[0], tried);
+    (judged.verdict, judged.message)
+}
+
+fn event(name: &str, t_s: f64) -> Event {
+    Event { event: name.to_owned(), t_s, row_m: t_s, wall_s: 0.0, detail: String::new() }
+}
+
+/// A run that delivered nine of ten telegrams, one of them twice, at 0.02 s, 0.04 s …
+fn record(folder: &Path) -> RunRecord {
+    let (witness, telegrams) = bench(10);
+    deliver(
+        &witness,
+        telegrams
+            .iter()
+            .enumerate()
+            .filter(|(n, _)| *n != 4)
+            .map(|(_, telegram)| telegram)
+            .chain(&telegrams[9..]),
+    );
+    let mut streams = witness.close();
+    let stream = streams.get_mut("left").expect("watched");
+    stream.scan_times = (1..=10).map(|scan| SimTime(scan * SECOND / 50)).collect();
+    let matches = BTreeMap::from([(0, vec![SimTime(SECOND / 2), SimTime(2 * SECOND)])]);
+    let child = ChildRecord { exit_code: Some(3), tail: String::new(), matches };
+    RunRecord {
+        seed: 7,
+        folder: folder.to_owned(),
+        events: vec![event("start", 0.0), event("early", 0.1), event("late", 0.7), event("end", 1.0)],
+        streams,
+        children: BTreeMap::from([("sut".to_owned(), child)]),
+        error: None,
+        ended: SimTime(SECOND),
+        journal: None,
+        wall_s: 0.1,
+        scans_missed: 0,
+        fault_events_lost: 0,
+        fault_acts: BTreeMap::from([("cut".to_owned(), 5)]),
+        truth: None,
+    }
+}
+
+/// What holds, what does not, and what cannot be judged, of one kind.
+fn holds(cases: &[(&str, Verdict)]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let other = folder.path().join("other");
+    std::fs::create_dir(&other).expect("made");
+    for (name, text) in [("same", "a\nb\n"), ("differs", "a\nb\n"), ("kept", "a\nb\n")] {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    for (name, text) in [("same", "a\nb\n"), ("differs", "a\nc\n")] {
+        std::fs::write(other.join(name), text).expect("written");
+    }
+    let tried =
+        Runs { all: vec![record(folder.path()), record(&other)], without_faults: Some(record(&other)) };
+    for (expect, expected) in cases {
+        let (found, message) = verdict(expect, &tried, folder.path());
+        assert_eq!(found, *expected, "{expect}: {message}");
+    }
+}
+
+use Verdict::{Error, Failed, Passed};
+
+#[test]
+fn the_next_scan() {
+    holds(&[
+        ("what = \"first_scan\", within_s = 0.03", Passed),
+        ("what = \"first_scan\", within_s = 0.01", Failed),
+        ("what = \"streaming\", after = \"early\", within_s = 0.05", Passed),
+        ("what = \"streaming\", after = \"late\", within_s = 0.1", Failed),
+        ("what = \"streaming\", after = \"never\", within_s = 1", Error),
+        ("what = \"first_scan\", on = \"right\", within_s = 1", Error),
+    ]);
+}
+
+#[test]
+fn counts() {
+    holds(&[
+        ("what = \"scans_lost\", equals = 1", Passed),
+        ("what = \"scans_lost\", equals = 0", Failed),
+        ("what = \"scans_lost\", between = [0, 2]", Passed),
+        ("what = \"scans_lost\", above = 1", Failed),
+        ("what = \"scans_lost\", after = \"end\", equals = 0", Passed),
+        ("what = \"scans_lost\", between = [\"early\", \"never\"], equals = 0", Error),
+        ("what = \"scans_lost\", equals = \"device\"", Failed),
+        ("what = \"scans_repeated\", equals = 1", Passed),
+        ("what = \"telegrams_bad\", equals = 0", Passed),
+        ("what = \"telegrams_bad\", above = 0", Failed),
+        ("what = \"reconnects\", equals = 0", Passed),
+        ("what = \"reconnects\", on = \"sut\", equals = 0", Error),
+    ]);
+}
+
+#[test]
+fn measures() {
+    holds(&[
+        ("what = \"impacted_total_area_m2\", below = 1", Passed),
+        ("what = \"impacted_total_area_m2\", above = 1", Failed),
+        ("what = \"impacted_total_area_m2\", equals_run_without = \"faults\"", Passed),
+        ("what = \"impacted_total_area_m2\", on = \"right\", above = 0", Error),
+        // No truth is known here: unknown holds nothing.
+        ("what = \"leaf_area_error\", abs_below = 1000", Failed),
+        ("what = \"leaf_area_error\", equals_run_without = \"faults\"", Error),
+    ]);
+}
+
+#[test]
+fn acts_of_faults() {
+    holds(&[
+        ("what = \"fault_acts\", of = \"cut\", equals = 5", Passed),
+        ("what = \"fault_acts\", of = \"cut\", above = 5", Failed),
+        ("what = \"fault_acts\", of = \"never\", above = 0", Failed),
+    ]);
+}
+
+#[test]
+fn log_lines() {
+    holds(&[
+        ("what = \"log\", matches = \"x\"", Passed),
+        ("what = \"log\", matches = \"x\", after = \"early\", within_s = 0.5", Passed),
+        ("what = \"log\", matches = \"x\", after = \"late\", within_s = 1", Failed),
+        ("what = \"log\", of = \"other\", matches = \"x\"", Error),
+        ("what = \"log\", matches = \"x\", after = \"never\"", Error),
+    ]);
+}
+
+#[test]
+fn files() {
+    holds(&[
+        ("what = \"bytes_of\", file = \"same\", equals = \"kept\"", Passed),
+        ("what = \"bytes_of\", file = \"same\", equals_run_without = \"faults\"", Passed),
+        ("what = \"bytes_of\", file = \"differs\", equals_run_without = \"faults\"", Failed),
+        ("what = \"bytes_of\", file = \"none\", equals = \"kept\"", Failed),
+        ("what = \"bytes_of\", file = \"same\", equals = \"none\"", Error),
+        ("what = \"same_bytes\", of = \"same\"", Passed),
+        ("what = \"same_bytes\", of = \"differs\"", Failed),
+        ("what = \"same_bytes\", of = \"none\"", Failed),
+        ("what = \"same_bytes\", of = \"same\", runs = 3", Error),
+    ]);
+}
+
+#[test]
+fn exit_codes() {
+    holds(&[
+        ("what = \"exit_code\", equals = 3", Passed),
+        ("what = \"exit_code\"", Failed),
+        ("what = \"exit_code\", of = \"other\"", Error),
+    ]);
+}
+
+#[test]
+fn what_needs_the_sprayer_is_not_judged() {
+    let sprayer = crate::what::WHATS.iter().filter(|what| what.kind == Kind::Sprayer);
+    for what in sprayer {
+        holds(&[(&format!("what = \"{}\"", what.name), Error)]);
+    }
+}
+
+#[test]
+fn nothing_is_judged_of_a_run_that_broke_off() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let broken = RunRecord { error: Some("no acknowledgement".to_owned()), ..record(folder.path()) };
+    let tried = Runs { all: vec![broken], without_faults: None };
+    let (found, message) = verdict("what = \"exit_code\", equals = 3", &tried, folder.path());
+    assert_eq!((found, message.as_str()), (Error, "no acknowledgement"));
+    let tried = Runs { all: vec![record(folder.path())], without_faults: None };
+    let without = "what = \"impacted_total_area_m2\", equals_run_without = \"faults\"";
+    assert_eq!(verdict(without, &tried, folder.path()).0, Error);
+}

@@ -1,0 +1,163 @@
+//! The routes.
+
+use axum::body::Bytes;
+use axum::extract::{DefaultBodyLimit, Path, Query, State};
+use axum::http::StatusCode;
+use axum::response::IntoResponse;
+use axum::routing::{delete, get, post};
+use axum::{Json, Router};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::bench::Bench;
+use crate::clock;
+use crate::problem::Problem;
+use crate::request::{body, of_fault, spec};
+use crate::toxiproxy;
+
+/// The longest body.
+const BODY_BYTES: usize = 64 * 1024;
+/// Faults of one request.
+const MOST_FAULTS: usize = 256;
+/// Steps of one request.
+const MOST_STEPS: u64 = 1_000_000_000;
+
+/// The routes of `bench`, to be served by [`Server`](crate::Server) alone or merged with others.
+pub fn router(bench: Bench) -> Router {
+    Router::new()
+        .route("/faults", get(faults).post(add_faults).delete(reset))
+        .route("/faults/{id}", delete(remove_fault))
+        .route("/reset", post(reset))
+        .route("/clock", get(time).post(set_time))
+        .route("/step", post(step))
+        .route("/log", get(log))
+        .route("/state", get(state))
+        .merge(toxiproxy::routes())
+        .fallback(unknown)
+        .method_not_allowed_fallback(other_method)
+        .layer(DefaultBodyLimit::max(BODY_BYTES))
+        .with_state(bench)
+}
+
+async fn faults(State(bench): State<Bench>) -> impl IntoResponse {
+    Json(bench.faults.list())
+}
+
+/// One fault, or a list of them.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Added {
+    Several(Vec<Value>),
+    One(Value),
+}
+
+async fn add_faults(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
+    let tables = match body(&bytes)? {
+        Added::Several(tables) => tables,
+        Added::One(table) => vec![table],
+    };
+    if tables.len() > MOST_FAULTS || bench.faults.list().len() > MOST_FAULTS {
+        return Err(Problem::conflict(format!("more than {MOST_FAULTS} faults; remove some first")));
+    }
+    let specs = tables.into_iter().map(spec).collect::<Result<Vec<_>, _>>()?;
+    let ids = bench.faults.add_all(specs).map_err(|error| of_fault(&error))?;
+    Ok((StatusCode::CREATED, Json(json!({ "ids": ids }))))
+}
+
+async fn remove_fault(State(bench): State<Bench>, Path(id): Path<String>) -> Result<StatusCode, Problem> {
+    bench.faults.remove(&id).map_err(|error| of_fault(&error))?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Ends all faults. Time is left as it is.
+async fn reset(State(bench): State<Bench>) -> StatusCode {
+    bench.faults.reset();
+    bench.toxics.clear();
+    bench.note("reset", &json!({}));
+    StatusCode::NO_CONTENT
+}
+
+async fn time(State(bench): State<Bench>) -> impl IntoResponse {
+    Json(bench.time.state())
+}
+
+/// What shall become of time. What is left out stays.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TimeOrder {
+    paused: Option<bool>,
+    scale: Option<f64>,
+    seek: Option<String>,
+}
+
+async fn set_time(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
+    let order: TimeOrder = body(&bytes)?;
+    let refused = |refused: crate::Refused| Problem::conflict(refused.to_string());
+    if order.paused.is_none() && order.scale.is_none() && order.seek.is_none() {
+        return Err(Problem::wrong("expected one of `paused`, `scale`, `seek`, found none"));
+    }
+    // What may be refused comes first, so that a refused request changes nothing.
+    if let Some(place) = &order.seek {
+        bench.time.seek(place).map_err(refused)?;
+    }
+    if let Some(scale) = order.scale {
+        bench.time.set_scale(scale).map_err(refused)?;
+    }
+    if let Some(paused) = order.paused {
+        bench.time.pause(paused);
+    }
+    bench.note("clock", &json!({ "paused": order.paused, "scale": order.scale, "seek": order.seek }));
+    Ok(Json(bench.time.state()))
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StepOrder {
+    #[serde(default = "one")]
+    n: u64,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// Lets steps go. The answer comes when they are taken, or after half a second.
+async fn step(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
+    let StepOrder { n } = if bytes.is_empty() { StepOrder { n: one() } } else { body(&bytes)? };
+    if !(1..=MOST_STEPS).contains(&n) {
+        return Err(Problem::wrong(format!("expected `n` from 1 to {MOST_STEPS}, found {n}")));
+    }
+    let last = bench.time.step(n).map_err(|refused| Problem::conflict(refused.to_string()))?;
+    let done = clock::within(clock::STEPS, bench.time.stepped(last)).await.is_some();
+    Ok(Json(json!({ "last": last, "done": done, "clock": bench.time.state() })))
+}
+
+#[derive(Debug, Deserialize)]
+struct Since {
+    #[serde(default)]
+    since: u64,
+}
+
+async fn log(State(bench): State<Bench>, Query(Since { since }): Query<Since>) -> impl IntoResponse {
+    Json(bench.log.after(since))
+}
+
+async fn state(State(bench): State<Bench>) -> impl IntoResponse {
+    let mut all = serde_json::Map::new();
+    all.insert("clock".to_owned(), json!(bench.time.state()));
+    all.insert("faults".to_owned(), json!(bench.faults.list()));
+    for (name, tell) in bench.parts.iter() {
+        all.insert(name.clone(), tell());
+    }
+    Json(Value::Object(all))
+}
+
+async fn unknown() -> Problem {
+    Problem::missing(
+        "there is no such path; there are /faults, /faults/{id}, /reset, /clock, /step, /log, /state, /proxies, /populate, /version",
+    )
+}
+
+async fn other_method() -> Problem {
+    Problem::new(StatusCode::METHOD_NOT_ALLOWED, "this path does not take this method")
+}

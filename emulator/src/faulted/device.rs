@@ -1,0 +1,288 @@
+//! Faults of a scanner and its clock.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use rowscan_fault_table::PartFault;
+use rowscan_fault_table::clock::ClockFault;
+use rowscan_fault_table::device::{Answer, Broken, DeviceFault, Dirt, Piece, Power, Refusal, Stored};
+use rowscan_faults::{Fit, Order, Part};
+use rowscan_protocol::device::{self, Device, LeftBehind, RefusedWith, Trouble};
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::lms2xx;
+use rowscan_protocol::time::SimTime;
+use tokio::sync::Notify;
+
+use super::orders::Orders;
+
+/// Microseconds a second.
+const MICROS: f64 = 1e6;
+
+/// What is done to a device at an instant.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Change {
+    PowerOff(u64),
+    PowerOn(u64),
+    Begin(u64, Trouble),
+    End(u64),
+    Drift(f64),
+    Step(i64),
+    /// The clock is to wrap at this instant.
+    Wrap(SimTime),
+    Leave(Stored),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Family {
+    Cola,
+    Lms2xx,
+}
+
+/// The faults of one scanner.
+#[derive(Debug)]
+pub(crate) struct DeviceFaults {
+    family: Family,
+    orders: Orders<Change>,
+    active: Mutex<Vec<(u64, PartFault)>>,
+    /// The clock's wrap is set already.
+    foreseen: AtomicBool,
+}
+
+impl DeviceFaults {
+    pub(crate) fn cola(changed: &Arc<Notify>) -> Arc<Self> {
+        Self::of(Family::Cola, changed)
+    }
+
+    pub(crate) fn lms2xx(changed: &Arc<Notify>) -> Arc<Self> {
+        Self::of(Family::Lms2xx, changed)
+    }
+
+    fn of(family: Family, changed: &Arc<Notify>) -> Arc<Self> {
+        Arc::new(Self {
+            family,
+            orders: Orders::new(changed),
+            active: Mutex::default(),
+            foreseen: AtomicBool::new(false),
+        })
+    }
+
+    /// When there is something to do next.
+    pub(crate) fn next(&self) -> Option<SimTime> {
+        self.orders.next()
+    }
+
+    /// Does to a CoLa scanner what is due by `now`.
+    pub(crate) fn act_on(&self, device: &mut Device, now: SimTime) {
+        while let Some((at, change)) = self.orders.take(now) {
+            match change {
+                Change::PowerOff(_) => device.power_off(),
+                Change::PowerOn(_) => device.power_on(at),
+                Change::Begin(key, trouble) => device.begin_trouble(key, trouble),
+                Change::End(key) => drop(device.end_trouble(key)),
+                Change::Drift(ppm) => device.drift_clock(at, ppm),
+                Change::Step(us) => device.step_clock(us),
+                Change::Wrap(when) => device.wrap_clock(when),
+                Change::Leave(stored) => device.leave_as(left_behind(stored)),
+            }
+        }
+    }
+
+    /// Does to an LMS2xx what is due by `now`; true if its supply has gone.
+    pub(crate) fn act_on_lms2xx(&self, device: &mut lms2xx::device::Device, now: SimTime) -> bool {
+        let mut off = false;
+        while let Some((at, change)) = self.orders.take(now) {
+            match change {
+                Change::PowerOff(_) => {
+                    device.power_off();
+                    off = true;
+                }
+                Change::PowerOn(_) => device.power_on(at),
+                Change::Begin(_, Trouble::Dirt { level, .. }) => device.set_contamination(level),
+                Change::End(_) => device.set_contamination(0),
+                Change::Leave(stored) => device.leave_as(rate(stored), stored.streaming),
+                // Refused when they were added.
+                Change::Begin(..) | Change::Drift(_) | Change::Step(_) | Change::Wrap(_) => {}
+            }
+        }
+        off
+    }
+
+    fn begin_power(&self, key: u64, at: SimTime, power: &Power) {
+        let (off, on) = power.outage();
+        self.orders.push(at + off, Change::PowerOff(key));
+        if let Some(on) = on {
+            self.orders.push(at + on, Change::PowerOn(key));
+        }
+    }
+
+    fn end_power(&self, key: u64, at: SimTime) {
+        // It never went off, or is back already, unless its return is still to come or was never fixed.
+        let never = self.orders.retract(|change| *change == Change::PowerOff(key));
+        let was_to_return = self.orders.retract(|change| *change == Change::PowerOn(key));
+        let open_end = self.take(key).is_some_and(|fault| match fault {
+            PartFault::Device(DeviceFault::Power(power)) => power.outage().1.is_none(),
+            _ => false,
+        });
+        if !never && (was_to_return || open_end) {
+            self.orders.push(at, Change::PowerOn(key));
+        }
+    }
+
+    fn begin_dirt(&self, key: u64, at: SimTime, dirt: Dirt) {
+        let Dirt { level, sector_deg, ramp } = dirt;
+        let first = if ramp.is_zero() { level } else { 1 };
+        for step in first..=level {
+            let later = ramp.mul_f64(f64::from(step) / f64::from(level.max(1)));
+            if step > first {
+                self.orders.push(at + later, Change::End(key));
+            }
+            let later = if ramp.is_zero() { Duration::ZERO } else { later };
+            self.orders.push(at + later, Change::Begin(key, Trouble::Dirt { level: step, sector_deg }));
+        }
+    }
+
+    fn begin_clock(&self, at: SimTime, fault: ClockFault) {
+        let change = match fault {
+            ClockFault::Drift { ppm } => Change::Drift(ppm),
+            ClockFault::Step { s } => Change::Step((s * MICROS) as i64),
+            ClockFault::Wrap => Change::Wrap(at),
+        };
+        self.orders.push(at, change);
+    }
+
+    fn take(&self, key: u64) -> Option<PartFault> {
+        let mut active = self.active.lock().unwrap_or_else(PoisonError::into_inner);
+        let number = active.iter().position(|(other, _)| *other == key)?;
+        Some(active.remove(number).1)
+    }
+
+    fn remember(&self, key: u64, fault: &PartFault) {
+        self.active.lock().unwrap_or_else(PoisonError::into_inner).push((key, fault.clone()));
+    }
+}
+
+impl Part for DeviceFaults {
+    fn fits(&self, fault: &PartFault) -> Fit {
+        match (self.family, fault) {
+            (Family::Cola, PartFault::Device(fault)) => fits_cola(fault),
+            (Family::Cola, PartFault::Clock(_)) => Fit::Acts,
+            (Family::Lms2xx, PartFault::Device(fault)) => fits_lms2xx(fault),
+            (Family::Lms2xx, PartFault::Clock(_)) => {
+                Fit::Refuses("an LMS2xx's telegrams carry no time, so its clock cannot be wrong".to_owned())
+            }
+            _ => Fit::Foreign,
+        }
+    }
+
+    fn begin(&self, order: &Order<'_>) {
+        let (key, at) = (order.key, SimTime::ZERO + order.at);
+        self.remember(key, order.fault);
+        match order.fault {
+            PartFault::Device(DeviceFault::Power(power)) => self.begin_power(key, at, power),
+            PartFault::Device(DeviceFault::Dirt(dirt)) => self.begin_dirt(key, at, *dirt),
+            PartFault::Device(DeviceFault::Broken(broken)) => {
+                self.orders.push(at, Change::Begin(key, failure(*broken)));
+            }
+            PartFault::Device(DeviceFault::Refusal(refused)) => {
+                self.orders.push(at, Change::Begin(key, refusal(refused)));
+            }
+            PartFault::Device(DeviceFault::Stored(stored)) => self.orders.push(at, Change::Leave(*stored)),
+            PartFault::Clock(ClockFault::Wrap) if self.foreseen.swap(false, Ordering::Relaxed) => {}
+            PartFault::Clock(fault) => self.begin_clock(at, *fault),
+            _ => {}
+        }
+    }
+
+    fn foresee(&self, fault: &PartFault, now: Duration, at: Duration) {
+        if matches!(fault, PartFault::Clock(ClockFault::Wrap)) {
+            self.foreseen.store(true, Ordering::Relaxed);
+            self.orders.push(SimTime::ZERO + now, Change::Wrap(SimTime::ZERO + at));
+        }
+    }
+
+    fn end(&self, key: u64, at: Duration) {
+        let at = SimTime::ZERO + at;
+        let active = self.active.lock().unwrap_or_else(PoisonError::into_inner);
+        let fault = active.iter().find(|(other, _)| *other == key).map(|(_, fault)| fault.clone());
+        drop(active);
+        match fault {
+            Some(PartFault::Device(DeviceFault::Power(_))) => self.end_power(key, at),
+            Some(PartFault::Device(DeviceFault::Stored(_)) | PartFault::Clock(ClockFault::Wrap)) => {}
+            Some(PartFault::Clock(ClockFault::Drift { ppm })) => self.orders.push(at, Change::Drift(-ppm)),
+            Some(PartFault::Clock(ClockFault::Step { s })) => {
+                self.orders.push(at, Change::Step((-s * MICROS) as i64));
+            }
+            Some(PartFault::Device(_)) => {
+                let is_its = |change: &Change| matches!(change, Change::Begin(other, _) | Change::End(other) if *other == key);
+                self.orders.retract(is_its);
+                self.orders.push(at, Change::End(key));
+            }
+            _ => {}
+        }
+        self.take(key);
+    }
+}
+
+fn fits_cola(fault: &DeviceFault) -> Fit {
+    match fault {
+        DeviceFault::Stored(Stored { rate: Some(_), .. } | Stored { streaming: true, .. }) => Fit::Refuses(
+            "`rate` and `streaming` are an LMS2xx's: a CoLa scanner has no rate, and streams to nobody who has not subscribed; use `dialect`, `config`, `other_client`".to_owned(),
+        ),
+        _ => Fit::Acts,
+    }
+}
+
+fn fits_lms2xx(fault: &DeviceFault) -> Fit {
+    let refuses = |why: &str| Fit::Refuses(why.to_owned());
+    match fault {
+        DeviceFault::Power(_) => Fit::Acts,
+        DeviceFault::Dirt(Dirt { sector_deg: None, .. }) => Fit::Acts,
+        DeviceFault::Dirt(_) => {
+            refuses("an LMS2xx tells dirt by channels of its window, not by angle; leave `sector` out")
+        }
+        DeviceFault::Broken(_) => refuses(
+            "which error numbers an LMS2xx reports for a failing part is not emulated; use `contamination` or `power`",
+        ),
+        DeviceFault::Refusal(_) => refuses("an LMS2xx answers no sFA; use `drop`, direction = \"to_device\""),
+        DeviceFault::Stored(stored) => match stored.rate {
+            Some(rate) if lms2xx_rate(rate).is_none() => {
+                Fit::Refuses(format!("expected a rate of 9600, 19200, 38400 or 500000, found {rate}"))
+            }
+            _ if stored.dialect.is_some() || stored.config || stored.other_client => refuses(
+                "`dialect`, `config` and `other_client` are a CoLa scanner's; use `rate` and `streaming`",
+            ),
+            _ => Fit::Acts,
+        },
+    }
+}
+
+fn lms2xx_rate(bits_s: u32) -> Option<lms2xx::Rate> {
+    lms2xx::Rate::ALL.into_iter().find(|rate| rate.bits_per_second() == bits_s)
+}
+
+fn rate(stored: Stored) -> Option<lms2xx::Rate> {
+    stored.rate.and_then(lms2xx_rate)
+}
+
+fn failure(broken: Broken) -> Trouble {
+    let part = match broken.part {
+        Piece::Motor => device::Part::Motor,
+        Piece::Laser => device::Part::Laser,
+        Piece::Temperature => device::Part::Temperature,
+    };
+    Trouble::Failure { part, until_reboot: broken.until_reboot }
+}
+
+fn refusal(refused: &Refusal) -> Trouble {
+    let answer = match refused.answer {
+        Answer::Code(code) => RefusedWith::Code(code),
+        Answer::Declined => RefusedWith::Zero,
+    };
+    Trouble::Refusal { command: refused.command.clone(), answer, busy: refused.busy }
+}
+
+fn left_behind(stored: Stored) -> LeftBehind {
+    let dialect = stored.dialect.map(|dialect| if dialect == 'a' { Dialect::A } else { Dialect::B });
+    LeftBehind { dialect, other_scan_data: stored.config, stopped: stored.other_client }
+}

@@ -1,0 +1,54 @@
+//! One fault: what can be asked for, and what it makes.
+
+use rowscan_strict_toml::TomlError;
+
+use crate::parameter::Parameter;
+use crate::part_fault::PartFault;
+use crate::settings::Settings;
+
+/// What a fault is one of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// A scanner's supply, parts and settings.
+    Device,
+    /// A clock: what stamps say, never time itself.
+    Clock,
+    /// The tractor and what is on it.
+    Vehicle,
+    /// The CAN bus.
+    Bus,
+    /// Datagrams of sentences and of CAN frames.
+    Datagrams,
+}
+
+impl Family {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Device => "device",
+            Self::Clock => "clock",
+            Self::Vehicle => "vehicle",
+            Self::Bus => "bus",
+            Self::Datagrams => "datagrams",
+        }
+    }
+}
+
+/// One fault: what can be asked for, and what it makes.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Its name in files.
+    pub name: &'static str,
+    /// What it is one of.
+    pub family: Family,
+    /// Its own parameters, beside the common ones.
+    pub parameters: &'static [Parameter],
+    /// What it does.
+    pub about: &'static str,
+    /// What a driver must report.
+    pub reports: &'static str,
+    /// What recovery is expected.
+    pub recovery: &'static str,
+    /// Reads its parameters.
+    pub make: fn(&Settings<'_>) -> Result<PartFault, TomlError>,
+}

@@ -1,0 +1,72 @@
+//! The table of faults of parts: one line a fault.
+
+mod broken;
+mod clock;
+mod controller;
+mod datagrams;
+mod dirt;
+mod drive;
+mod encoder;
+mod gnss;
+mod node;
+mod power;
+mod refusal;
+mod stored;
+
+use crate::row::Row;
+
+/// Every fault of a part.
+pub const ROWS: &[Row] = &[
+    power::ROW,
+    dirt::CONTAMINATION,
+    dirt::POLLUTION,
+    broken::MOTOR,
+    broken::LASER,
+    broken::TEMPERATURE,
+    refusal::LOGIN,
+    refusal::BUSY,
+    refusal::EEPROM_FULL,
+    refusal::FAULT_CODE,
+    stored::ROW,
+    clock::DRIFT,
+    clock::STEP,
+    clock::WRAP,
+    clock::NTP_JUMP,
+    encoder::ROW,
+    gnss::ROW,
+    drive::SPEED_COMMAND,
+    drive::STOP,
+    drive::REVERSE,
+    drive::LATERAL,
+    drive::BOUNCE,
+    controller::OFF,
+    controller::PASSIVE,
+    controller::LOAD,
+    controller::ERROR,
+    controller::ACK_NONE,
+    node::ADDRESS_STEAL,
+    node::NO_TECU,
+    node::TWO_TECU,
+    node::NAME_CLASH,
+    datagrams::UDP_LOSS,
+    datagrams::UDP_DUP,
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_their_keys_are_unique() {
+        let unique = |mut names: Vec<&str>| {
+            let all = names.len();
+            names.sort_unstable();
+            names.dedup();
+            assert_eq!(names.len(), all, "{names:?}");
+        };
+        unique(ROWS.iter().map(|row| row.name).collect());
+        for row in ROWS {
+            unique(row.parameters.iter().map(|parameter| parameter.key).collect());
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! A spray plume: a cone of drops before a nozzle that rides with the scanner.
+
+use std::f64::consts::PI;
+
+use rowscan_vehicle::ParameterError;
+use rowscan_vehicle::parameter::require_within;
+use serde::{Deserialize, Serialize};
+
+use super::haze::BACKSCATTER_SR;
+use super::{NO_RAY, PULSE_M, Shot};
+use crate::angle::cos_sin_deg;
+use crate::optics::draws::Use;
+use crate::optics::footprint::Touch;
+
+/// Half angle of a hollow cone of the 80° class.
+const HALF_ANGLE_DEG: f64 = 35.0;
+
+/// Scatter of the concentration from shot to shot, sd of its logarithm \[ASM\].
+const SCATTER: f64 = 0.5;
+
+/// Pieces that a beam's way through the cone is cut into.
+const PIECES: usize = 12;
+
+/// A cone ends here, metres.
+const LENGTH_M: f64 = 3.0;
+
+/// Radius of the cone a metre.
+fn widening() -> f64 {
+    let (cos, sin) = cos_sin_deg(HALF_ANGLE_DEG);
+    sin / cos
+}
+
+/// A nozzle: table `[[optics.air.plume]]`. Its place counts from the scanner's mirror.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Plume {
+    /// Towards the row, metres.
+    pub x_m: f64,
+    /// Ahead along the row, metres.
+    pub y_m: f64,
+    /// Up, metres.
+    pub z_m: f64,
+    /// Where it sprays, degrees above level, towards the row.
+    pub pitch_deg: f64,
+    /// Flow, l/min; 0 is off.
+    pub flow_l_min: f64,
+    /// Volume-mean diameter of the drops, µm.
+    pub drop_um: f64,
+    /// Their speed, m/s.
+    pub speed_m_s: f64,
+}
+
+impl Default for Plume {
+    fn default() -> Self {
+        Self {
+            x_m: 0.3,
+            y_m: 0.0,
+            z_m: -0.3,
+            pitch_deg: 0.0,
+            flow_l_min: 1.0,
+            drop_um: 120.0,
+            speed_m_s: 12.0,
+        }
+    }
+}
+
+impl Plume {
+    pub(super) fn validate(&self) -> Result<(), ParameterError> {
+        for (key, place) in [("x_m", self.x_m), ("y_m", self.y_m), ("z_m", self.z_m)] {
+            require_within(&format!("optics.air.plume.{key}"), place, -20.0, 20.0)?;
+        }
+        require_within("optics.air.plume.pitch_deg", self.pitch_deg, -90.0, 90.0)?;
+        require_within("optics.air.plume.flow_l_min", self.flow_l_min, 0.0, 100.0)?;
+        require_within("optics.air.plume.drop_um", self.drop_um, 10.0, 5000.0)?;
+        require_within("optics.air.plume.speed_m_s", self.speed_m_s, 0.1, 200.0)
+    }
+
+    /// Extinction so far before the nozzle, 1/m: drops by mass balance over the cone's cross-section.
+    pub fn extinction(&self, ahead_m: f64) -> f64 {
+        let (flow, diameter) = (self.flow_l_min * 1e-3 / 60.0, self.drop_um * 1e-6);
+        let radius = ahead_m * widening();
+        let drop_m3 = PI / 6.0 * diameter * diameter * diameter;
+        let per_m3 = flow / (drop_m3 * self.speed_m_s * PI * radius * radius);
+        per_m3 * PI / 2.0 * diameter * diameter
+    }
+
+    /// Extinction at a place in the scan plane, metres from the mirror; 0 outside the cone.
+    fn at(&self, x_m: f64, z_m: f64) -> f64 {
+        let (x, z) = (x_m - self.x_m, z_m - self.z_m);
+        let (cos, sin) = cos_sin_deg(self.pitch_deg);
+        let ahead = x * cos + z * sin;
+        if !(0.02..LENGTH_M).contains(&ahead) {
+            return 0.0;
+        }
+        let across = libm::hypot(z * cos - x * sin, self.y_m);
+        if across > ahead * widening() { 0.0 } else { self.extinction(ahead) }
+    }
+
+    /// Dims what lies behind the plume and adds its own return.
+    pub(super) fn act(&self, shot: Shot, free_m: f64, touches: &mut Vec<Touch>) {
+        if self.flow_l_min <= 0.0 {
+            return;
+        }
+        let (sin, cos) = (libm::sin(shot.theta_rad), libm::cos(shot.theta_rad));
+        // The scanner may look either way along X: the nozzle sprays where it looks.
+        let cos = cos.abs();
+        let scatter = libm::exp(SCATTER * shot.draws(Use::Spray).normal());
+        let reach_m = free_m.min(libm::hypot(self.x_m, self.z_m) + LENGTH_M);
+        let step_m = reach_m / PIECES as f64;
+        let (mut depth, mut reflected, mut place, mut lit_m) = (0.0, 0.0, 0.0, 0.0);
+        for piece in 0..PIECES {
+            let range_m = (piece as f64 + 0.5) * step_m;
+            let alpha = scatter * self.at(range_m * cos, range_m * sin);
+            if alpha <= 0.0 {
+                continue;
+            }
+            let back = PI * alpha / BACKSCATTER_SR * step_m * libm::exp(-2.0 * depth) / (range_m * range_m);
+            reflected += back;
+            place += back * range_m;
+            lit_m += step_m;
+            depth += alpha * step_m;
+        }
+        if reflected <= 0.0 {
+            return;
+        }
+        touches.iter_mut().for_each(|touch| touch.power *= libm::exp(-2.0 * depth));
+        let power = reflected * (PULSE_M / lit_m).min(1.0);
+        touches.push(Touch { range_m: place / reflected, share: 0.0, power, ray: NO_RAY });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_worked_plume_has_the_extinction_of_the_sheet() {
+        // OPTICS.md 4: 1 l/min, 120 µm, 12 m/s.
+        for (ahead_m, alpha) in [(0.3, 0.25), (0.6, 0.062), (1.0, 0.022), (1.5, 0.010)] {
+            let found = Plume::default().extinction(ahead_m);
+            assert!((found / alpha - 1.0).abs() < 0.06, "{ahead_m} m: {found}, {alpha}");
+        }
+        let coarse = Plume { drop_um: 350.0, speed_m_s: 8.0, ..Plume::default() };
+        let ratio = coarse.extinction(1.0) / Plume::default().extinction(1.0);
+        assert!((0.45..0.6).contains(&ratio), "{ratio}");
+    }
+}

@@ -1,0 +1,38 @@
+//! Dirt on the window, by sector.
+
+use rowscan_vehicle::ParameterError;
+use rowscan_vehicle::parameter::{require, require_within};
+use serde::{Deserialize, Serialize};
+
+/// A dirty sector: table `[[optics.air.window]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WindowSector {
+    /// From this θ on, degrees above level.
+    pub from_deg: f64,
+    /// To this one.
+    pub to_deg: f64,
+    /// What passes one way, 0 to 1.
+    pub transmission: f64,
+}
+
+impl Default for WindowSector {
+    fn default() -> Self {
+        Self { from_deg: -180.0, to_deg: 180.0, transmission: 1.0 }
+    }
+}
+
+impl WindowSector {
+    pub(super) fn validate(&self) -> Result<(), ParameterError> {
+        require_within("optics.air.window.transmission", self.transmission, 0.0, 1.0)?;
+        let ordered = self.from_deg <= self.to_deg;
+        require(ordered, "optics.air.window.to_deg", "not below from_deg", self.to_deg)
+    }
+
+    /// What it leaves of the power of a beam at `theta_rad`, both ways.
+    pub(super) fn left(&self, theta_rad: f64) -> f64 {
+        let theta_deg = (theta_rad.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
+        let dirty = (self.from_deg..=self.to_deg).contains(&theta_deg);
+        if dirty { self.transmission * self.transmission } else { 1.0 }
+    }
+}
