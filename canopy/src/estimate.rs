@@ -108,6 +108,10 @@ pub enum LeafAreaEstimator {
     ContactCalibrated,
     /// Contact frequency without a fitted factor.
     ContactRaw,
+    /// The calibrated one, the width of the scanner's beams taken out.
+    ContactCalibratedSpotCorrected,
+    /// The raw one, the width of the scanner's beams taken out.
+    ContactRawSpotCorrected,
 }
 
 /// How the contact frequency was sampled.

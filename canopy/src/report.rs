@@ -8,6 +8,7 @@ use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
+use rowscan_protocol::rig::BeamWidth;
 
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;
@@ -105,18 +106,30 @@ fn row(
         estimate.warnings.push(Warning::TooManyCells { kept });
     }
 
-    let leaf = LeafArea { calibration };
+    let corrected = pass.row.takes_out_the_spot();
+    let leaf = LeafArea {
+        calibration,
+        of_rays: corrected && calibration.is_some_and(|c| c.class.optics == Optics::Ideal),
+    };
     let whole = leaf.of(totals.canopy_m, totals.impacted_m2, totals.contact_m2, totals.returns.canopy);
     estimate.leaf_area_contact_m2 = whole.contact.value();
     estimate.leaf_area_m2 = whole.contact.value();
     estimate.leaf_area_regression_m2 = whole.regression.and_then(Ranged::value);
     match calibration {
         None => {
-            estimate.leaf_area_estimator = Some(LeafAreaEstimator::ContactRaw);
+            estimate.leaf_area_estimator = Some(if corrected {
+                LeafAreaEstimator::ContactRawSpotCorrected
+            } else {
+                LeafAreaEstimator::ContactRaw
+            });
             estimate.warnings.push(Warning::Uncalibrated);
         }
         Some(calibration) => {
-            estimate.leaf_area_estimator = Some(LeafAreaEstimator::ContactCalibrated);
+            estimate.leaf_area_estimator = Some(if corrected {
+                LeafAreaEstimator::ContactCalibratedSpotCorrected
+            } else {
+                LeafAreaEstimator::ContactCalibrated
+            });
             estimate.regression = Some(calibration.best_regression());
             estimate.calibration = Some(calibration.class.clone());
             estimate.leaf_area_null_m2 = Some(calibration.training.mean_leaf_area_m2_per_m * totals.canopy_m);
@@ -194,6 +207,8 @@ fn lai(leaf_m2: Option<f64>, row_spacing_m: Option<f64>, length_m: f64) -> Optio
 /// The leaf area estimators, side by side.
 struct LeafArea<'a> {
     calibration: Option<&'a Calibration>,
+    /// The calibration is one of rays and the scans are not: what it says of impacted areas does not hold.
+    of_rays: bool,
 }
 
 /// A value, and where its regressor stands against the fitted range.
@@ -252,9 +267,8 @@ impl LeafArea<'_> {
                     fitted => fitted,
                 }
             }),
-            regression: Some(ranged(regression_m2, impacted_m2, &|value| {
-                calibration.quality(kind).range(value)
-            })),
+            regression: (!self.of_rays)
+                .then(|| ranged(regression_m2, impacted_m2, &|value| calibration.quality(kind).range(value))),
         }
     }
 }
@@ -303,7 +317,9 @@ fn warn_of_class(
     if let Some(found) = pass.rig.tree_spacing_m.filter(|found| differs(class.tree_spacing_m, *found)) {
         mismatch("tree_spacing_m", class.tree_spacing_m.to_string(), found.to_string());
     }
-    if class.optics == Optics::Ideal {
-        estimate.warnings.push(Warning::IdealOptics);
+    match (class.optics, pass.rig.optics) {
+        (Optics::Ideal, None) => estimate.warnings.push(Warning::IdealOptics),
+        (Optics::Ideal, Some(BeamWidth::Device)) => estimate.warnings.push(Warning::CalibratedOnRays),
+        _ => {}
     }
 }

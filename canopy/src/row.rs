@@ -103,6 +103,11 @@ impl Row {
         })
     }
 
+    /// Whether densities are those of rays although the beams have a width.
+    pub(crate) fn takes_out_the_spot(&self) -> bool {
+        self.parameters.footprint.is_some()
+    }
+
     /// Measures by these estimators too, from the next line on.
     pub(crate) fn measure(&mut self, asked: &[&'static EstimatorInfo]) {
         let Self { frame, parameters, row_spacing_m, .. } = *self;

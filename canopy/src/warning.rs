@@ -17,6 +17,8 @@ pub enum Warning {
     NoFarRowGate,
     /// The calibration was fitted on ideal rays; a real beam's footprint inflates the impacted area 1.1 to 2.3 times.
     IdealOptics,
+    /// The calibration was fitted on ideal rays, and these are the beams of a device: contact is corrected for the spot, I_T is not.
+    CalibratedOnRays,
     /// The calibration's class says otherwise than the rig or the scans.
     ClassMismatch {
         /// The class's key.
@@ -125,6 +127,7 @@ impl Warning {
             Self::Uncalibrated => "uncalibrated",
             Self::NoFarRowGate => "no_far_row_gate",
             Self::IdealOptics => "ideal_optics",
+            Self::CalibratedOnRays => "calibrated_on_rays",
             Self::ClassMismatch { .. } => "class_mismatch",
             Self::OutsideFittedRange { refused: false, .. } => "outside_fitted_range",
             Self::OutsideFittedRange { refused: true, .. } => "refused",
@@ -158,7 +161,12 @@ impl fmt::Display for Warning {
                 f.write_str("the rig has no row_spacing_m, so returns from the next row count as canopy")
             }
             Self::IdealOptics => f.write_str(
-                "the calibration was fitted on ideal rays; a real beam's footprint inflates the impacted area 1.1 to 2.3 times",
+                "the calibration was fitted on ideal rays; a real beam's footprint inflates leaf area by contact and gap 1.5 to 3 times and the \
+                 impacted area 1.1 to 2.3 times: say in the rig whose beams they are, optics = \"device\" or \"ideal\"",
+            ),
+            Self::CalibratedOnRays => f.write_str(
+                "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \
+                 withheld",
             ),
             Self::ClassMismatch { key, expected, found } => {
                 write!(f, "the calibration's {key} is {expected}, this is {found}")

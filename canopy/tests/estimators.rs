@@ -9,6 +9,7 @@ mod slab;
 use common::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Estimate, Footprint, LeafShape, Measure, Parameters, Pipeline, Quantity};
+use rowscan_protocol::optics::{Fact, Spot};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use slab::*;
@@ -96,8 +97,14 @@ fn a_turbid_slab_has_its_leaf_area_by_voxels_and_by_polar_cells() {
 #[test]
 fn a_wide_beam_is_taken_out_of_every_density_and_of_the_impacted_area() {
     // A beam of one width meets leaves so many times as often: as rays would in so much denser a slab.
+    let spot = Spot {
+        exit_mm: Fact::assumed(26.0),
+        divergence_mrad: Fact::assumed(0.0),
+        sweep_mrad: Fact::assumed(0.0),
+        effective: Fact::assumed(0.9),
+    };
     let leaf = LeafShape::default();
-    let wide = Footprint { exit_m: 0.026, spread: 0.0, r10_m: 1e3, least_share: 0.0, leaf, clumping: 1.0 };
+    let wide = Footprint { spot, least_power: 0.0, least_share: 0.0, leaf, clumping: 1.0 };
     let inflation = wide.inflation(1.9, 0.5);
     assert!((2.0..3.5).contains(&inflation), "{inflation}");
     let corrected = Parameters { footprint: Some(wide), ..parameters() };

@@ -2,6 +2,7 @@
 //! nothing, held against what rays see.
 
 use rowscan_canopy::{Footprint, LeafShape};
+use rowscan_protocol::optics::{Fact, Spot};
 use rowscan_protocol::random::Stream;
 
 /// Edge of the field, metres, and of a bucket of leaves.
@@ -113,8 +114,13 @@ fn exponents(index: f64, clump: u32, radius_m: f64, shares: &[f64]) -> Exponents
 
 /// The spot of that radius at any range, on the leaves that are strewn here.
 fn footprint(radius_m: f64, least_share: f64, clumping: f64) -> Footprint {
-    let leaf = LeafShape::default();
-    Footprint { exit_m: 2.0 * radius_m / 0.9, spread: 0.0, r10_m: 1000.0, least_share, leaf, clumping }
+    let spot = Spot {
+        exit_mm: Fact::assumed(2000.0 * radius_m),
+        divergence_mrad: Fact::assumed(0.0),
+        sweep_mrad: Fact::assumed(0.0),
+        effective: Fact::assumed(1.0),
+    };
+    Footprint { spot, least_power: 0.0, least_share, leaf: LeafShape::default(), clumping }
 }
 
 #[test]

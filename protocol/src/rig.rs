@@ -32,6 +32,12 @@ pub struct Rig {
     /// Share of the row, 0 to 1, that may have no valid scan (device error, dirty window, unreadable telegrams) before areas are withheld.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default_share"))]
     pub max_excluded: f64,
+    /// How wide the scanners' beams are: taken out of leaf areas where it is known.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub optics: Option<BeamWidth>,
+    /// One-sided area of a leaf, cm², for what a wide beam does at its rim; an apple leaf's 24 where left out.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub leaf_area_cm2: Option<f64>,
     /// Calibration class that turns impacted area into leaf area: a shipped calibration's name or a file.
     pub calibration: Option<String>,
     /// The scanners, in the order of the emulator's ports.
@@ -58,10 +64,23 @@ impl Default for Rig {
             ground_clearance_m: 0.1,
             encoder_ticks_per_m: None,
             max_excluded: MAX_EXCLUDED,
+            optics: None,
+            leaf_area_cm2: None,
             calibration: None,
             scanners: alloc::vec![Mount::default()],
         }
     }
+}
+
+/// How wide a scanner's beams are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum BeamWidth {
+    /// Rays: simulated ones.
+    Ideal,
+    /// The spot of the scanner's model.
+    Device,
 }
 
 /// How one scanner sits on the tractor.
@@ -194,6 +213,9 @@ impl Rig {
         }
         if !(0.0..=1.0).contains(&self.max_excluded) {
             return Err(RigError::NoShare { key: "max_excluded", value: self.max_excluded });
+        }
+        if let Some(area) = self.leaf_area_cm2 {
+            positive("leaf_area_cm2", area)?;
         }
         if self.scanners.is_empty() {
             return Err(RigError::NoScanner);

@@ -54,7 +54,7 @@ fn default_seed() -> u64 {
 }
 
 impl Scene {
-    /// The rig with tree spacing, row spacing, number of trees and encoder filled in from orchard and encoder where it leaves them out.
+    /// The rig with tree spacing, row spacing, number of trees, encoder and beam width filled in from orchard, encoder and optics where it leaves them out.
     pub fn resolved_rig(&self) -> Rig {
         let layout = self.orchard.layout();
         let rig = self.rig.clone();
@@ -63,6 +63,7 @@ impl Scene {
             row_spacing_m: rig.row_spacing_m.or(Some(layout.row_spacing_m)),
             trees: rig.trees.or(Some(layout.trees)),
             encoder_ticks_per_m: rig.encoder_ticks_per_m.or(Some(self.encoder.ticks_a_metre_ahead())),
+            optics: rig.optics.or(Some(self.optics.beam_width())),
             ..rig
         }
     }

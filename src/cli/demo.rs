@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use comfy_table::Cell;
 use indicatif::ProgressBar;
-use rowscan_canopy::{Estimate, Pipeline, Warning};
+use rowscan_canopy::{Estimate, Pipeline};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::AnyModel;
@@ -214,8 +214,6 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     bar.finish_and_clear();
     let mut found = pipeline.finish();
-    // Here the rays are known to be ideal.
-    found.warnings.retain(|warning| *warning != Warning::IdealOptics);
     found.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
     drop(telling);
     ended?;

@@ -1,13 +1,13 @@
 //! How one scanner of a rig is read: what a driver asks of the device, and what is made of its scans. Every command, online or offline, and
 //! every study derives both from the rig here.
 
-use rowscan_canopy::{Calibration, Field, Pipeline, PipelineError};
+use rowscan_canopy::{Calibration, Field, Footprint, LeafShape, Parameters, Pipeline, PipelineError};
 use rowscan_emulator::stage;
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::model::{AnyModel, ScanMode};
-use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
 
 use crate::calibrations::{self, ConfigError};
 
@@ -71,9 +71,14 @@ impl Reading {
                 ..ColaConfig::default()
             },
             lms2xx: lms2xx_config(rig, scanner),
-            pipeline: match mount.and_then(field) {
-                Some(field) => Pipeline::new(rig, scanner, calibration)?.within_field(field),
-                None => Pipeline::new(rig, scanner, calibration)?,
+            pipeline: {
+                let footprint = rig.zip(mount).and_then(|(rig, mount)| footprint(rig, mount));
+                let parameters = Parameters { footprint, ..Parameters::default() };
+                let pipeline = Pipeline::with_parameters(rig, scanner, calibration, parameters)?;
+                match mount.and_then(field) {
+                    Some(field) => pipeline.within_field(field),
+                    None => pipeline,
+                }
             },
         })
     }
@@ -86,6 +91,14 @@ pub fn rig_with(rig: &Rig, scanner: usize, model: &str) -> Rig {
         model.clone_into(&mut mount.model);
     }
     rig
+}
+
+/// What is known of the beams' width, where they have one.
+fn footprint(rig: &Rig, mount: &Mount) -> Option<Footprint> {
+    rig.optics.filter(|width| *width == BeamWidth::Device)?;
+    let leaf = LeafShape::default();
+    let leaf = rig.leaf_area_cm2.map_or(leaf, |area_cm2| leaf.of_area(area_cm2 * 1e-4));
+    Some(Footprint::of(AnyModel::by_name(&mount.model)?.optics(), leaf))
 }
 
 /// Where the mount's model can measure, if the model is known.

@@ -1,12 +1,13 @@
 //! The table `[optics]` of a scene.
 
+use rowscan_protocol::rig::BeamWidth;
 use rowscan_vehicle::ParameterError;
 use rowscan_vehicle::parameter::{require, require_within};
 use serde::{Deserialize, Serialize};
 
 use super::air::Air;
 use super::energy::Reflectance;
-use super::stage::Stages;
+use super::stage::{Stage, Stages};
 
 /// How the scene's scanners see.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,6 +73,11 @@ impl OpticsSettings {
         require_within("optics.wetness", self.wetness, 0.0, 1.0)?;
         self.reflectance.validate()?;
         self.air.validate()
+    }
+
+    /// How wide the beams are, as a rig says it.
+    pub(crate) fn beam_width(&self) -> BeamWidth {
+        if self.stages.has(Stage::Spot) { BeamWidth::Device } else { BeamWidth::Ideal }
     }
 
     /// Planes, and rays in a plane.
