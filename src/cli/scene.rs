@@ -103,7 +103,7 @@ pub(super) fn tell(stage: &Stage) {
     let stages = stage.scene.optics.stages;
     if stages.has(optics::Stage::Spot) {
         say(format_args!(
-            "optics {stages}: the estimators still take a beam without width, so areas come out too large; docs/optics.md says by how much"
+            "optics {stages}: leaf areas are corrected for the spot, the impacted area is not; docs/optics.md says how well"
         ));
     }
 }
