@@ -242,7 +242,7 @@ impl Timeline {
                     if let Some(lockstep) = self.lockstep.as_mut().filter(|_| heard) {
                         lockstep.arm();
                     }
-                    self.fire(at).await?;
+                    self.fire(at, ends && heard).await?;
                     if ends && heard {
                         self.wait_for(at, Wait::Step).await?;
                     }
@@ -420,7 +420,8 @@ impl Timeline {
         }
     }
 
-    async fn fire(&mut self, at: SimTime) -> Result<(), LockstepError> {
+    /// Everything due until `at` acts; `waited_for` if a step ends with it.
+    async fn fire(&mut self, at: SimTime, waited_for: bool) -> Result<(), LockstepError> {
         let delivery = self.clock.delivery();
         let ready = self.begun || self.is_ready();
         let firing = Firing { at, heard: ready || !delivery.is_patient(), delivery };
@@ -441,7 +442,7 @@ impl Timeline {
                     self.sources.remove(number);
                 }
             }
-            if ready {
+            if ready && !(waited_for && self.is_last_of_step(at)) {
                 self.wait_for(at, Wait::Source).await?;
             }
         }
@@ -454,6 +455,12 @@ impl Timeline {
             clock::step_aside().await;
         }
         Ok(())
+    }
+
+    /// True if nothing more acts until `at`, and the step's own wait asks for no more than the wait for its last source would.
+    fn is_last_of_step(&mut self, at: SimTime) -> bool {
+        self.lockstep.as_ref().is_some_and(Lockstep::asks_only_the_kernel)
+            && self.sources.iter_mut().all(|source| source.next().is_none_or(|next| next > at))
     }
 
     /// Ready once any source has taken something from its peers.
