@@ -73,14 +73,14 @@ impl Watch {
         if self.level == KernelLevel::Read {
             return None;
         }
-        let owners = self.owners(inode);
+        let owners = owners(&mut self.owners, inode);
         if owners.is_empty() {
             return Some(format!(
                 "the program behind {peer} cannot be seen: take --ack read, or reply:HOST:PORT"
             ));
         }
         let own = std::process::id();
-        for process in owners.to_vec() {
+        for process in owners.iter().copied() {
             if process != own && self.behind.iter().all(|(known, _)| *known != process) {
                 self.behind.push((process, peer));
             }
@@ -96,17 +96,13 @@ impl Watch {
         })
     }
 
-    /// The programs behind a socket; looked for once.
-    fn owners(&mut self, inode: u32) -> &[u32] {
-        self.owners.entry(inode).or_insert_with(|| processes::owners(inode))
-    }
-
     /// What the programs behind the peers are in, for a message.
     pub(super) fn describe(&mut self) -> String {
         let far = |connection: &Connection| connection.far.map(|far| far.inode);
         let inodes: Vec<u32> =
             self.sockets.connections().unwrap_or_default().iter().filter_map(far).collect();
-        let mut all: Vec<u32> = inodes.into_iter().flat_map(|inode| self.owners(inode).to_vec()).collect();
+        let mut all: Vec<u32> =
+            inodes.into_iter().flat_map(|inode| owners(&mut self.owners, inode).to_vec()).collect();
         all.retain(|process| *process != std::process::id());
         all.sort_unstable();
         all.dedup();
@@ -114,4 +110,9 @@ impl Watch {
             all.into_iter().map(|process| format!("; process {process} is in {}", processes::calls(process)));
         told.collect()
     }
+}
+
+/// The programs behind a socket; looked for once.
+fn owners(known: &mut HashMap<u32, Vec<u32>>, inode: u32) -> &[u32] {
+    known.entry(inode).or_insert_with(|| processes::owners(inode))
 }
