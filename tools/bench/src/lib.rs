@@ -5,6 +5,10 @@ pub mod codec;
 #[cfg(target_os = "linux")]
 pub mod fleet;
 pub mod hectare;
+#[cfg(target_os = "linux")]
+pub mod lockstep;
+#[cfg(target_os = "linux")]
+pub mod lockstep_reader;
 pub mod loopback;
 pub mod measure;
 pub mod peer;

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use rowscan_bench::measure::Report;
-use rowscan_bench::{caster, codec, fleet, hectare, proxy, replay, shady};
+use rowscan_bench::{caster, codec, fleet, hectare, lockstep, lockstep_reader, proxy, replay, shady};
 
 /// A bench: its name and what runs it with the arguments after it.
 type Bench = (&'static str, fn(&mut Report, &[String]));
@@ -13,6 +13,7 @@ const BENCHES: &[Bench] = &[
     ("codec", codec::run),
     ("fleet", fleet::run),
     ("hectare", hectare::run),
+    ("lockstep", lockstep::run),
     ("proxy", proxy::run),
     ("replay", replay::run),
     ("shady", shady::run),
@@ -21,6 +22,10 @@ const BENCHES: &[Bench] = &[
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let wanted = arguments.first().map(String::as_str);
+    if wanted == Some(lockstep_reader::NAME) {
+        lockstep_reader::run(&arguments[1..]);
+        return ExitCode::SUCCESS;
+    }
     let Some((_, run)) = BENCHES.iter().find(|(name, _)| Some(*name) == wanted) else {
         let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();
         eprintln!("usage: rowscan-bench NAME [--format json]; benches: {}", names.join(", "));

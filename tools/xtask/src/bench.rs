@@ -16,6 +16,7 @@ const BENCHES: &[Bench] = &[
     ("fleet", |workspace, arguments| beside_peers(workspace, "fleet", arguments)),
     ("hectare", |workspace, arguments| beside_peers(workspace, "hectare", arguments)),
     ("latency", latency::run),
+    ("lockstep", |workspace, arguments| beside_peers(workspace, "lockstep", arguments)),
     ("proxy", |workspace, arguments| beside_peers(workspace, "proxy", arguments)),
     ("replay", |workspace, arguments| beside_peers(workspace, "replay", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),
