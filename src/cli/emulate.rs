@@ -314,8 +314,8 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         missed += scanner.missed();
     }
     drop((running, timeline));
-    truth.finish().await?;
     let outcome = taping.finish();
+    truth.finish().await?;
     match failed {
         Some(error) => Err(error.into()),
         None if args.strict_time && missed > 0 => {

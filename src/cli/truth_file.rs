@@ -162,7 +162,10 @@ impl RowTruth {
             speed_m_s,
             wheel_speed_m_s,
             slip: (wheel_speed_m_s != 0.0).then(|| 1.0 - speed_m_s / wheel_speed_m_s),
-            row: alley.zip(self.looks_right).map(|(alley, right)| alley.row_beside(right).0),
+            row: alley
+                .zip(self.looks_right)
+                .map(|(alley, right)| alley.row_beside(right).0)
+                .filter(|row| self.rows.contains_key(row)),
             alley: alley.map(|alley| alley.number),
             left: alley.and_then(|alley| self.beside(alley, false, place.y_m)),
             right: alley.and_then(|alley| self.beside(alley, true, place.y_m)),
