@@ -341,13 +341,23 @@ pub(crate) async fn step_aside() {
     .await;
 }
 
-/// A pause between two looks at something that nobody tells of: short at first, so that a fast peer costs little; then a millisecond, so that
-/// a slow one gets the processor.
-pub(crate) async fn look_again(looks: u32) {
-    const AT_ONCE: u32 = 200;
-    match looks {
-        0..AT_ONCE => tokio::task::yield_now().await,
-        _ => tokio::time::sleep(Duration::from_millis(1)).await,
+/// Keeps the thread for a time that is too short for timers: letting others run would cost more.
+pub(crate) fn spin(time: Duration) {
+    let begun = std::time::Instant::now();
+    while begun.elapsed() < time {
+        std::hint::spin_loop();
+    }
+}
+
+/// A pause between two looks at something that nobody tells of, `waited` so far: short at first, so that a fast peer costs little; then a
+/// millisecond, so that a slow one gets the processor.
+pub(crate) async fn look_again(waited: Duration) {
+    // The runtime's timer takes up to two milliseconds for one: a quarter of what was waited already.
+    const AT_ONCE: Duration = Duration::from_millis(8);
+    if waited < AT_ONCE {
+        tokio::task::yield_now().await;
+    } else {
+        tokio::time::sleep(Duration::from_millis(1)).await;
     }
 }
 

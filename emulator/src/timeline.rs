@@ -254,7 +254,7 @@ impl Timeline {
                     if let Some(lockstep) = self.lockstep.as_mut().filter(|_| heard) {
                         lockstep.arm();
                     }
-                    self.fire(at).await?;
+                    self.fire(at, ends && heard).await?;
                     if ends && heard {
                         self.wait_for(at, Wait::Step).await?;
                     }
@@ -432,7 +432,8 @@ impl Timeline {
         }
     }
 
-    async fn fire(&mut self, at: SimTime) -> Result<(), LockstepError> {
+    /// Everything due until `at` acts; `waited_for` if a step ends with it.
+    async fn fire(&mut self, at: SimTime, waited_for: bool) -> Result<(), LockstepError> {
         let delivery = self.clock.delivery();
         let ready = self.begun || self.is_ready();
         let firing = Firing { at, heard: ready || !delivery.is_patient(), delivery };
@@ -457,7 +458,7 @@ impl Timeline {
                     self.remove(number);
                 }
             }
-            if ready {
+            if ready && !(waited_for && self.is_last_of_step(at)) {
                 self.wait_for(at, Wait::Source).await?;
             }
         }
@@ -473,6 +474,7 @@ impl Timeline {
         Ok(())
     }
 
+<<<<<<< HEAD
     fn first_scanner(&self) -> Option<usize> {
         self.sources.iter().position(Source::is_scanner)
     }
@@ -483,6 +485,12 @@ impl Timeline {
             self.moments.end();
         }
         self.sources.remove(number);
+=======
+    /// True if nothing more acts until `at`, and the step's own wait asks for no more than the wait for its last source would.
+    fn is_last_of_step(&mut self, at: SimTime) -> bool {
+        self.lockstep.as_ref().is_some_and(Lockstep::asks_only_the_kernel)
+            && self.sources.iter_mut().all(|source| source.next().is_none_or(|next| next > at))
+>>>>>>> w-bench
     }
 
     /// Ready once any source has taken something from its peers.

@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::io;
+use std::io::{self, Read};
+use std::path::PathBuf;
 
 /// System calls in which a thread waits for input, for time or for another thread, by their numbers on this architecture.
 #[cfg(target_arch = "x86_64")]
@@ -95,13 +96,22 @@ pub(super) fn owners(inode: u32) -> Vec<u32> {
     numbers.filter(|process| sockets(&process.to_string()).is_ok_and(|open| open.contains(&inode))).collect()
 }
 
+/// Room for a line of `/proc`.
+const LINE: usize = 1024;
+
+/// The line of a small file of `/proc`, read at once: looks at programs are most of what lockstep does.
+fn line(file: PathBuf, room: &mut [u8; LINE]) -> io::Result<&str> {
+    let size = fs::File::open(file)?.read(room)?;
+    std::str::from_utf8(room.get(..size).unwrap_or_default()).map_err(io::Error::other)
+}
+
 /// What a process does.
 pub(super) fn doing(process: u32) -> Doing {
     let Ok(threads) = fs::read_dir(format!("/proc/{process}/task")) else { return Doing::Gone };
     for thread in threads.flatten() {
-        let read = |file: &str| fs::read_to_string(thread.path().join(file));
         // A thread may end meanwhile.
-        let Ok(stat) = read("stat") else { continue };
+        let (mut stat, mut call) = ([0; LINE], [0; LINE]);
+        let Ok(stat) = line(thread.path().join("stat"), &mut stat) else { continue };
         let state = stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next());
         match state {
             // A stopped program waits for nothing: it will work once it goes on.
@@ -109,7 +119,7 @@ pub(super) fn doing(process: u32) -> Doing {
             Some('Z' | 'X') => return Doing::Gone,
             _ => {}
         }
-        let call = match read("syscall") {
+        let call = match line(thread.path().join("syscall"), &mut call) {
             Ok(call) => call,
             Err(cause) if cause.kind() == io::ErrorKind::PermissionDenied => {
                 return Doing::Works("its system calls may not be looked at (ptrace rights)".to_owned());

@@ -8,7 +8,10 @@ use std::net::SocketAddr;
 use netlink_packet_core::{NLM_F_DUMP, NLM_F_REQUEST, NetlinkHeader, NetlinkMessage, NetlinkPayload};
 use netlink_packet_sock_diag::SockDiagMessage;
 use netlink_packet_sock_diag::constants::{AF_INET, AF_INET6, IPPROTO_TCP, IPPROTO_UDP};
-use netlink_packet_sock_diag::inet::{ExtensionFlags, InetRequest, InetResponseHeader, SocketId, StateFlags};
+use netlink_packet_sock_diag::inet::nlas::Nla;
+use netlink_packet_sock_diag::inet::{
+    ExtensionFlags, InetRequest, InetResponse, InetResponseHeader, SocketId, StateFlags,
+};
 use netlink_sys::Socket;
 use netlink_sys::protocols::NETLINK_SOCK_DIAG;
 
@@ -23,7 +26,7 @@ const ANSWER: usize = 64 * 1024;
 pub(super) struct Connection {
     /// The peer's address.
     pub(super) peer: SocketAddr,
-    /// Bytes that the peer's kernel has not acknowledged.
+    /// Bytes that have not arrived in the peer's kernel; of a peer elsewhere, that it has not acknowledged.
     pub(super) unsent: u32,
     /// Bytes received that this program has not read.
     pub(super) unheard: u32,
@@ -61,14 +64,60 @@ struct Known {
     peer: SocketAddr,
     here: Named,
     far: Option<Named>,
+    balance: Option<Balance>,
 }
 
 /// A socket as the kernel is asked for it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 struct Named {
     protocol: u8,
     family: u8,
     id: SocketId,
+}
+
+/// Bytes that one end of a TCP connection has handled since it was opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Counts {
+    /// Written by its program.
+    written: u64,
+    /// Of these not acknowledged.
+    pending: u32,
+    received: u64,
+}
+
+impl Counts {
+    /// From the kernel's `struct tcp_info`.
+    fn read(info: &[u8], pending: u32) -> Option<Self> {
+        const BYTES_ACKED: usize = 120;
+        const BYTES_RECEIVED: usize = 128;
+        let number = |at| info.get(at..)?.first_chunk().copied().map(u64::from_ne_bytes);
+        let written = number(BYTES_ACKED)?.wrapping_add(pending.into());
+        Some(Self { written, pending, received: number(BYTES_RECEIVED)? })
+    }
+}
+
+/// What each end has written more than the other has received. A kernel counts the opening of a connection as it likes, so only changes of this
+/// say how much is on its way. Acknowledgements say it too, but a receiver may delay them by 40 ms, and does so for telegrams of equal length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Balance {
+    out: u64,
+    back: u64,
+}
+
+impl Balance {
+    fn of(here: Counts, there: Counts) -> Self {
+        Self {
+            out: here.written.wrapping_sub(there.received),
+            back: there.written.wrapping_sub(here.received),
+        }
+    }
+
+    /// Bytes on their way to the peer, and from it, where nothing was on its way at `even`.
+    fn beyond(self, even: Self) -> (u32, u32) {
+        // What was written between two questions makes a count run ahead: not even either.
+        let bytes = |now: u64, even: u64| u32::try_from(now.wrapping_sub(even)).unwrap_or(u32::MAX);
+        (bytes(self.out, even.out), bytes(self.back, even.back))
+    }
 }
 
 impl Sockets {
@@ -87,22 +136,62 @@ impl Sockets {
             self.find()?;
             self.descriptors = descriptors;
         }
-        let known = std::mem::take(&mut self.known);
-        let connections = known.iter().map(|known| self.connection(known)).collect::<io::Result<Vec<_>>>();
+        let mut known = std::mem::take(&mut self.known);
+        let connections =
+            known.iter_mut().map(|known| self.connection(known)).collect::<io::Result<Vec<_>>>();
         self.known = known;
         Ok(connections?.into_iter().flatten().collect())
     }
 
     /// A connection as it is now; none once it is gone.
-    fn connection(&mut self, Known { peer, here, far }: &Known) -> io::Result<Option<Connection>> {
-        let Some(near) = self.ask(here)? else {
+    fn connection(&mut self, known: &mut Known) -> io::Result<Option<Connection>> {
+        let Some(near) = self.ask(&known.here)? else {
             // Its descriptor may be another's.
             self.descriptors.clear();
             return Ok(None);
         };
-        let far = far.as_ref().map(|far| self.ask(far)).transpose()?.flatten();
-        let far = far.map(|far| FarEnd { unread: far.recv_queue, unsent: far.send_queue, inode: far.inode });
-        Ok(Some(Connection { peer: *peer, unsent: near.send_queue, unheard: near.recv_queue, far }))
+        let far = known.far.as_ref().map(|far| self.ask(far)).transpose()?.flatten();
+        let (mut unsent, mut unheard) = (near.send_queue, near.recv_queue);
+        let end = |far: InetResponseHeader| FarEnd {
+            unread: far.recv_queue,
+            unsent: far.send_queue,
+            inode: far.inode,
+        };
+        let mut far = far.map(end);
+        let counted = known.here.protocol == IPPROTO_TCP;
+        if let (Some(at), Some(far), true) = (&known.far, &mut far, counted) {
+            let acknowledged = unsent == 0 && far.unsent == 0;
+            if acknowledged && known.balance.is_none() {
+                known.balance = self.even(&known.here, at)?;
+            } else if !acknowledged && let Some(even) = known.balance {
+                let (here, there) = (self.counts(&known.here)?, self.counts(at)?);
+                // Queues are read after what has arrived in them.
+                let (Some(here), Some(there), Some(near), Some(last)) =
+                    (here, there, self.ask(&known.here)?, self.ask(at)?)
+                else {
+                    return Ok(None);
+                };
+                (unsent, far.unsent) = Balance::of(here, there).beyond(even);
+                (unheard, far.unread) = (near.recv_queue, last.recv_queue);
+            }
+        }
+        Ok(Some(Connection { peer: known.peer, unsent, unheard, far }))
+    }
+
+    /// How the counts of both ends compare while nothing is on its way; none if something is, or where the kernel has no counts.
+    fn even(&mut self, here: &Named, far: &Named) -> io::Result<Option<Balance>> {
+        let counts = (self.counts(here)?, self.counts(far)?, self.counts(here)?);
+        let (Some(before), Some(there), Some(after)) = counts else { return Ok(None) };
+        let quiet = before == after && before.pending == 0 && there.pending == 0;
+        Ok(quiet.then(|| Balance::of(before, there)))
+    }
+
+    fn counts(&mut self, socket: &Named) -> io::Result<Option<Counts>> {
+        let Some(InetResponse { header, nlas }) = self.ask_with(socket, ExtensionFlags::INFO)? else {
+            return Ok(None);
+        };
+        let info = nlas.iter().find_map(|nla| if let Nla::TcpInfo(info) = nla { Some(info) } else { None });
+        Ok(info.and_then(|info| Counts::read(info, header.send_queue)))
     }
 
     /// Lists all sockets to find this program's connections and their other ends.
@@ -116,8 +205,19 @@ impl Sockets {
         let mine = all.iter().filter(|socket| own.contains(&socket.inode) && takes_part(socket));
         known.extend(mine.map(|socket| {
             let (here, peer) = ends(socket);
-            Known { peer, here: named(IPPROTO_TCP, socket), far: by_ends.get(&(peer, here)).cloned() }
+            Known {
+                peer,
+                here: named(IPPROTO_TCP, socket),
+                far: by_ends.get(&(peer, here)).cloned(),
+                balance: None,
+            }
         }));
+        // What is known of those that stay is known still.
+        for known in &mut known {
+            let before =
+                self.known.iter().find(|before| before.here == known.here && before.far == known.far);
+            known.balance = before.and_then(|before| before.balance);
+        }
         self.known = known;
         Ok(())
     }
@@ -135,7 +235,12 @@ impl Sockets {
                     && (at.ip() == peer.ip() || at.ip().is_unspecified())
             };
             let far = all.iter().find(listens)?;
-            Some(Known { peer, here: named(IPPROTO_UDP, socket), far: Some(named(IPPROTO_UDP, far)) })
+            Some(Known {
+                peer,
+                here: named(IPPROTO_UDP, socket),
+                far: Some(named(IPPROTO_UDP, far)),
+                balance: None,
+            })
         });
         Ok(known.collect())
     }
@@ -145,28 +250,52 @@ impl Sockets {
         for family in [AF_INET, AF_INET6] {
             let id = if family == AF_INET { SocketId::new_v4() } else { SocketId::new_v6() };
             let flags = NLM_F_REQUEST | NLM_F_DUMP;
-            self.request(&Named { protocol, family, id }, flags, &mut all)?;
+            self.request(&Named { protocol, family, id }, flags, ExtensionFlags::empty(), &mut all)?;
         }
-        Ok(all)
+        Ok(all.into_iter().map(|response| response.header).collect())
     }
 
     /// What the kernel knows of one socket; none if it is gone.
     fn ask(&mut self, socket: &Named) -> io::Result<Option<InetResponseHeader>> {
-        let mut found = Vec::new();
-        match self.request(socket, NLM_F_REQUEST, &mut found) {
+        Ok(self.ask_with(socket, ExtensionFlags::empty())?.map(|response| response.header))
+    }
+
+    fn ask_with(&mut self, socket: &Named, extensions: ExtensionFlags) -> io::Result<Option<InetResponse>> {
+        let (mut found, mut socket) = (Vec::new(), socket.clone());
+        if socket.protocol == IPPROTO_UDP {
+            // Asked for one datagram socket the kernel takes source for destination.
+            let id = &mut socket.id;
+            std::mem::swap(&mut id.source_address, &mut id.destination_address);
+            std::mem::swap(&mut id.source_port, &mut id.destination_port);
+        }
+        match self.request(&socket, NLM_F_REQUEST, extensions, &mut found) {
             Ok(()) => Ok(found.pop()),
-            Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
+            // Stale: another socket has its addresses, or what the kernel keeps of it for a while.
+            Err(cause)
+                if matches!(
+                    cause.kind(),
+                    io::ErrorKind::NotFound | io::ErrorKind::StaleNetworkFileHandle
+                ) =>
+            {
+                Ok(None)
+            }
             Err(cause) => Err(cause),
         }
     }
 
-    fn request(&mut self, socket: &Named, flags: u16, found: &mut Vec<InetResponseHeader>) -> io::Result<()> {
+    fn request(
+        &mut self,
+        socket: &Named,
+        flags: u16,
+        extensions: ExtensionFlags,
+        found: &mut Vec<InetResponse>,
+    ) -> io::Result<()> {
         let mut header = NetlinkHeader::default();
         header.flags = flags;
         let request = InetRequest {
             family: socket.family,
             protocol: socket.protocol,
-            extensions: ExtensionFlags::empty(),
+            extensions,
             // A UDP socket that listens is closed, by the kernel's words.
             states: StateFlags::ESTABLISHED
                 | if socket.protocol == IPPROTO_UDP { StateFlags::CLOSE } else { StateFlags::CLOSE_WAIT },
@@ -187,7 +316,7 @@ impl Sockets {
                 let length = message.header.length as usize;
                 match message.payload {
                     NetlinkPayload::InnerMessage(SockDiagMessage::InetResponse(response)) => {
-                        found.push(response.header);
+                        found.push(*response);
                     }
                     NetlinkPayload::Error(error) => return Err(error.to_io()),
                     NetlinkPayload::Done(_) => return Ok(()),
@@ -262,5 +391,34 @@ mod tests {
         bystanders.add(server.local_addr().unwrap());
         let all = Sockets::open(bystanders).unwrap().connections().unwrap();
         assert!(all.iter().all(|connection| connection.peer != client_address), "{all:?}");
+    }
+
+    /// A receiver delays its acknowledgements of telegrams of equal length by 40 ms, though it has read them.
+    #[test]
+    fn what_has_arrived_is_not_on_its_way_however_late_it_is_acknowledged() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (mut server, _) = listener.accept().unwrap();
+        let client_address = client.local_addr().unwrap();
+        let mut sockets = Sockets::open(Bystanders::default()).unwrap();
+        let mut to_client = || {
+            let all = sockets.connections().unwrap();
+            let found = all.into_iter().find(|connection| connection.peer == client_address).unwrap();
+            let far = found.far.unwrap();
+            [found.unsent, far.unread, found.unheard, far.unsent]
+        };
+        assert_eq!(to_client(), [0; 4]);
+        for _ in 0..50 {
+            for (waits, reverse) in [(1, false), (2, true)] {
+                let (from, to) =
+                    if reverse { (&mut client, &mut server) } else { (&mut server, &mut client) };
+                from.write_all(&[7; 1800]).unwrap();
+                let mut expected = [0; 4];
+                expected[waits] = 1800;
+                assert_eq!(to_client(), expected);
+                to.read_exact(&mut [0; 1800]).unwrap();
+                assert_eq!(to_client(), [0; 4]);
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::io;
+use std::net::SocketAddr;
 
 use super::bystanders::Bystanders;
 use super::level::KernelLevel;
@@ -9,7 +10,7 @@ use super::looked::Looked;
 use super::processes::{self, Doing};
 use super::sockets::{Connection, FarEnd, Sockets};
 
-/// Looks in a row that must find a participant idle: between reading and working a program may wait for a moment.
+/// Looks in a row that must find a participant idle, some time apart: between reading and working a program may wait for a moment.
 const CALM: u8 = 3;
 
 /// Watches what the kernel knows of the peers.
@@ -19,34 +20,34 @@ pub(super) struct Watch {
     sockets: Sockets,
     /// The programs behind a socket.
     owners: HashMap<u32, Vec<u32>>,
+    /// Programs behind the peers at this look, each once, with a peer for messages.
+    behind: Vec<(u32, SocketAddr)>,
+    /// Looks in a row that found everyone idle.
     calm: u8,
 }
 
 impl Watch {
     pub(super) fn open(level: KernelLevel, bystanders: Bystanders) -> io::Result<Self> {
-        Ok(Self { level, sockets: Sockets::open(bystanders)?, owners: HashMap::new(), calm: 0 })
+        let sockets = Sockets::open(bystanders)?;
+        Ok(Self { level, sockets, owners: HashMap::new(), behind: Vec::new(), calm: 0 })
     }
 
     pub(super) fn look(&mut self) -> Looked {
+        self.behind.clear();
         let missing = match self.sockets.connections() {
             Ok(connections) => connections.iter().find_map(|connection| self.missing(connection)),
             Err(cause) => Some(format!("the kernel does not tell: {cause}")),
         };
-        let wanted = if self.level == KernelLevel::Idle { CALM } else { 1 };
-        match missing {
-            Some(who) => {
-                self.calm = 0;
-                Looked::Missing(who)
-            }
-            None => {
-                self.calm += 1;
-                if self.calm < wanted {
-                    return Looked::Missing("it has been idle for a moment only".to_owned());
-                }
-                self.calm = 0;
-                Looked::Acknowledged
-            }
+        if let Some(who) = missing.or_else(|| self.at_work()) {
+            self.calm = 0;
+            return Looked::Missing(who);
         }
+        self.calm += 1;
+        if self.level == KernelLevel::Idle && self.calm < CALM {
+            return Looked::Settling;
+        }
+        self.calm = 0;
+        Looked::Acknowledged
     }
 
     /// What a peer has not done yet.
@@ -78,11 +79,20 @@ impl Watch {
                 "the program behind {peer} cannot be seen: take --ack read, or reply:HOST:PORT"
             ));
         }
-        owners.iter().copied().filter(|process| *process != std::process::id()).find_map(|process| {
-            match processes::doing(process) {
-                Doing::Waits | Doing::Gone => None,
-                Doing::Works(what) => Some(format!("process {process} behind {peer}: {what}")),
+        let own = std::process::id();
+        for process in owners.to_vec() {
+            if process != own && self.behind.iter().all(|(known, _)| *known != process) {
+                self.behind.push((process, peer));
             }
+        }
+        None
+    }
+
+    /// A program behind a peer that does not wait.
+    fn at_work(&self) -> Option<String> {
+        self.behind.iter().find_map(|(process, peer)| match processes::doing(*process) {
+            Doing::Waits | Doing::Gone => None,
+            Doing::Works(what) => Some(format!("process {process} behind {peer}: {what}")),
         })
     }
 
