@@ -474,7 +474,6 @@ impl Timeline {
         Ok(())
     }
 
-<<<<<<< HEAD
     fn first_scanner(&self) -> Option<usize> {
         self.sources.iter().position(Source::is_scanner)
     }
@@ -485,12 +484,12 @@ impl Timeline {
             self.moments.end();
         }
         self.sources.remove(number);
-=======
+    }
+
     /// True if nothing more acts until `at`, and the step's own wait asks for no more than the wait for its last source would.
     fn is_last_of_step(&mut self, at: SimTime) -> bool {
         self.lockstep.as_ref().is_some_and(Lockstep::asks_only_the_kernel)
             && self.sources.iter_mut().all(|source| source.next().is_none_or(|next| next > at))
->>>>>>> w-bench
     }
 
     /// Ready once any source has taken something from its peers.
