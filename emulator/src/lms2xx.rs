@@ -398,7 +398,7 @@ impl Lms2xxScanner {
     fn measure(&mut self, sweep: Sweep) -> bool {
         let Values::Seen(world) = &mut self.values else { return false };
         look(&mut self.device, world, sweep);
-        let first = sweep.turns().into_iter().next();
+        let first = sweep.turns().next();
         self.last_scan = first.map(|turn| LastScan { at: Sweep::turn_at(turn), telegram_counter: None });
         let sent = self.device.finish(sweep.done(), sweep);
         self.counts.sent.fetch_add(u64::from(sent), Ordering::Relaxed);

@@ -39,7 +39,7 @@ impl Bins {
     pub(crate) fn along_row(length_m: f64, step_m: f64) -> Option<Self> {
         let count = (length_m / step_m - 1e-9).ceil();
         let sound = step_m > 0.0 && (1.0..=MOST_BINS).contains(&count);
-        sound.then(|| Self { axis: Axis::Y, step_m, period: Some((count as i64, length_m)) })
+        sound.then_some(Self { axis: Axis::Y, step_m, period: Some((count as i64, length_m)) })
     }
 
     /// Bins about 0 without end. None for a step that is none.

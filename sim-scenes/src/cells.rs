@@ -258,7 +258,7 @@ impl Knife<'_> {
         }
         shares.sort_unstable_by(f64::total_cmp);
         for pair in shares.windows(2) {
-            let [from, to] = [pair[0], pair[1]];
+            let &[from, to] = pair else { continue };
             let middle = base.lerp(tip, from.midpoint(to));
             let (cell, band) = (self.along.bin_of(middle.y), self.heights.bin_of(middle.z));
             add(cell, band, piece.area_m2() * (to - from));
