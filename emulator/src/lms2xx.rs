@@ -22,6 +22,7 @@ use crate::clock::{SimClock, TimeScale};
 use crate::faulted::DeviceFaults;
 use crate::firing::{Claim, Firing};
 use crate::playback_queue::{Recorded, Values};
+use crate::scan_moment::LastScan;
 use crate::state_file::StateFile;
 
 /// Bytes taken from a client at a time.
@@ -97,6 +98,7 @@ pub(crate) struct Lms2xxScanner {
     pub(crate) counts: Arc<Counts>,
     /// What goes wrong with the device itself.
     troubles: Option<Arc<DeviceFaults>>,
+    last_scan: Option<LastScan>,
 }
 
 /// Bytes from a client, on their way.
@@ -159,6 +161,7 @@ impl Lms2xxScanner {
             free: SimTime::ZERO,
             counts: Arc::default(),
             troubles: None,
+            last_scan: None,
         }
     }
 
@@ -223,6 +226,11 @@ impl Lms2xxScanner {
             Some(sweep) => Ok(self.measure(sweep)),
             None => Ok(false),
         }
+    }
+
+    /// The last scan it made.
+    pub(crate) fn last_scan(&self) -> Option<LastScan> {
+        self.last_scan
     }
 
     /// What it needs time for: its line is at work, or a client takes its scans.
@@ -390,6 +398,8 @@ impl Lms2xxScanner {
     fn measure(&mut self, sweep: Sweep) -> bool {
         let Values::Seen(world) = &mut self.values else { return false };
         look(&mut self.device, world, sweep);
+        let first = sweep.turns().next();
+        self.last_scan = first.map(|turn| LastScan { at: Sweep::turn_at(turn), telegram_counter: None });
         let sent = self.device.finish(sweep.done(), sweep);
         self.counts.sent.fetch_add(u64::from(sent), Ordering::Relaxed);
         true

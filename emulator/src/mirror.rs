@@ -11,6 +11,7 @@ use rowscan_protocol::time::SimTime;
 
 use crate::firing::{Claim, Firing};
 use crate::roster::{Member, Wants};
+use crate::scan_moment::LastScan;
 use crate::shared::Shared;
 use crate::telegram::Telegram;
 use crate::turns::Turns;
@@ -46,13 +47,14 @@ pub(crate) struct MirrorSource {
     prepared: Option<(SimTime, bool)>,
     /// Kept from turn to turn, so that a scan costs no memory.
     audience: Vec<(Arc<Member>, Wants)>,
+    last_scan: Option<LastScan>,
 }
 
 impl MirrorSource {
     pub(crate) fn new(shared: Arc<Shared>, world: ScannerView) -> Self {
         let turns = Turns::new(SimTime::ZERO, shared.device().mirror());
         let patience = Patience(Patience::MOST);
-        Self { shared, world, turns, patience, prepared: None, audience: Vec::new() }
+        Self { shared, world, turns, patience, prepared: None, audience: Vec::new(), last_scan: None }
     }
 
     pub(crate) fn next(&self) -> SimTime {
@@ -91,11 +93,17 @@ impl MirrorSource {
         let telegram = Telegram::measure(&self.shared, at, &self.world, &self.audience);
         self.turns.advance(mirror);
         let Some(telegram) = telegram else { return false };
+        self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
         telegram.deliver(&self.shared, &self.audience, firing.delivery).await;
         let polled = heard && self.shared.answer_polls();
         let taken = polled || !self.audience.is_empty();
         self.shared.counts.unheard.fetch_add(u64::from(!taken), Ordering::Relaxed);
         taken
+    }
+
+    /// The last scan it made.
+    pub(crate) fn last_scan(&self) -> Option<LastScan> {
+        self.last_scan
     }
 
     pub(crate) fn in_flight(&self) -> &InFlight {

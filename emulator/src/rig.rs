@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
@@ -30,6 +31,7 @@ use crate::mirror::MirrorSource;
 use crate::playback_queue::{self, Values};
 use crate::rig_control::{ClockMode, RigControl};
 use crate::running::Running;
+use crate::scan_moment::{Moments, ScanMoment};
 use crate::scanner::Emulator;
 use crate::serial_emulator::SerialEmulator;
 use crate::shared::{EmulatorConfig, Program, Shared};
@@ -77,6 +79,7 @@ impl Rig {
             hold: None,
             scan_instants: 0,
             stride: None,
+            moments: Moments::default(),
         };
         Self { timeline, faults: None, receivers: Receivers::default(), buses: Vec::new() }
     }
@@ -128,6 +131,13 @@ impl Rig {
     #[must_use]
     pub fn until(mut self, end: EndWhen) -> Self {
         self.timeline.end = Some(end);
+        self
+    }
+
+    /// The same; where the tractor truly is goes to `moments` at each scan of the first scanner that went to a taker.
+    #[must_use]
+    pub fn with_moments(mut self, moments: Sender<ScanMoment>) -> Self {
+        self.timeline.moments = Moments::to(moments);
         self
     }
 

@@ -87,6 +87,11 @@ impl Telegram {
         measured
     }
 
+    /// Its number.
+    pub(crate) fn counter(&self) -> u16 {
+        self.counter
+    }
+
     /// Hands it to everyone who wants it. Paced, a full queue drops it for that client alone; else the clock waits.
     pub(crate) async fn deliver(
         &self,

@@ -27,6 +27,7 @@ use crate::line_changes::LineChanges;
 use crate::lms2xx::Lms2xxScanner;
 use crate::lockstep::{Lockstep, LockstepError};
 use crate::mirror::MirrorSource;
+use crate::scan_moment::{LastScan, Moments};
 use crate::start::StartWhen;
 use crate::steps::Steps;
 use crate::stride::Stride;
@@ -147,6 +148,15 @@ impl Source {
         }
     }
 
+    /// The last scan it made, if it is a scanner.
+    fn last_scan(&self) -> Option<LastScan> {
+        match self {
+            Self::Mirror(mirror) => mirror.last_scan(),
+            Self::Lms2xx(scanner) => scanner.last_scan(),
+            Self::Faults(_) | Self::LineChanges(_) | Self::Bus(_) | Self::Gnss(_) => None,
+        }
+    }
+
     fn is_scanner(&self) -> bool {
         matches!(self, Self::Mirror(_) | Self::Lms2xx(_))
     }
@@ -204,6 +214,8 @@ pub(crate) struct Timeline {
     pub(crate) steps: Steps,
     /// How long a step is; without it, one ends whenever scanners act.
     pub(crate) stride: Option<Stride>,
+    /// Who is told where the tractor truly is at the first scanner's scans.
+    pub(crate) moments: Moments,
 }
 
 impl Timeline {
@@ -426,6 +438,7 @@ impl Timeline {
         let ready = self.begun || self.is_ready();
         let firing = Firing { at, heard: ready || !delivery.is_patient(), delivery };
         let (mut taken, mut scanned, mut number) = (false, false, 0);
+        let (first, mut first_scan) = (self.first_scanner(), None);
         while let Some(source) = self.sources.get_mut(number) {
             if source.next().is_none_or(|next| next > at) {
                 number += 1;
@@ -435,11 +448,14 @@ impl Timeline {
                 Ok(took) => {
                     taken |= took;
                     scanned |= took && source.is_scanner();
+                    if took && first == Some(number) {
+                        first_scan = source.last_scan();
+                    }
                     number += 1;
                 }
                 Err(cause) => {
                     tracing::error!(%cause, "the line is gone");
-                    self.sources.remove(number);
+                    self.remove(number);
                 }
             }
             if ready && !(waited_for && self.is_last_of_step(at)) {
@@ -450,11 +466,24 @@ impl Timeline {
         if ready && taken {
             self.tractor.begin(at);
         }
+        self.moments.tell(first_scan, &self.tractor);
         if taken {
             // What was sent leaves before the next line is cast on the same thread.
             clock::step_aside().await;
         }
         Ok(())
+    }
+
+    fn first_scanner(&self) -> Option<usize> {
+        self.sources.iter().position(Source::is_scanner)
+    }
+
+    /// A scanner's line is gone, and the scanner with it.
+    fn remove(&mut self, number: usize) {
+        if self.first_scanner() == Some(number) {
+            self.moments.end();
+        }
+        self.sources.remove(number);
     }
 
     /// True if nothing more acts until `at`, and the step's own wait asks for no more than the wait for its last source would.
@@ -477,7 +506,7 @@ impl Timeline {
             }
         }
         if let Some(number) = gone {
-            self.sources.remove(number);
+            self.remove(number);
         }
         if ready { Poll::Ready(()) } else { Poll::Pending }
     }

@@ -30,8 +30,10 @@
 
 pub mod analytic;
 mod angle;
+mod bins;
 pub mod builtin;
 pub mod caster;
+mod cells;
 pub mod drawing;
 pub mod exchange;
 #[cfg(feature = "files")]
@@ -56,6 +58,7 @@ mod target;
 mod truth;
 
 pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
+pub use cells::{Cell, CellAreas, CellColumn, CellGrid, ColumnBand, RowCells};
 pub use generator::{GeneratorKind, GrowError, Remark};
 pub use orchard::{Orchard, OrchardParameters};
 pub use organ::{Cylinder, Facet, Leaf, OrganError, Surface, Tree};

@@ -20,25 +20,40 @@ pub(crate) fn centroid(outline: &[[f64; 3]]) -> DVec3 {
 }
 
 /// One-sided area (m²) of the part of the polygon whose coordinate `axis` (0, 1, 2 = X, Y, Z) is below `level`.
+pub(crate) fn area_below(outline: &[[f64; 3]], axis: usize, level: f64, scratch: &mut Vec<[f64; 3]>) -> f64 {
+    clip(outline, axis, level, Keep::Below, scratch);
+    vector_area(scratch).length()
+}
+
+/// The side of a level that a polygon keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Keep {
+    Below,
+    Above,
+}
+
+/// The part of the polygon whose coordinate `axis` is on that side of `level`, in `part`.
 ///
 /// Sutherland-Hodgman against one half-space; the bridges it leaves on a non-convex polygon enclose no area.
-pub(crate) fn area_below(outline: &[[f64; 3]], axis: usize, level: f64, scratch: &mut Vec<[f64; 3]>) -> f64 {
-    scratch.clear();
-    let Some(last) = outline.last() else { return 0.0 };
-    let height = |v: &[f64; 3]| v.get(axis).copied().unwrap_or(0.0) - level;
+pub(crate) fn clip(outline: &[[f64; 3]], axis: usize, level: f64, keep: Keep, part: &mut Vec<[f64; 3]>) {
+    part.clear();
+    let Some(last) = outline.last() else { return };
+    let height = |v: &[f64; 3]| {
+        let height = v.get(axis).copied().unwrap_or(0.0) - level;
+        if keep == Keep::Below { height } else { -height }
+    };
     let mut from = *last;
     for to in outline {
         let (h0, h1) = (height(&from), height(to));
         if (h0 < 0.0) != (h1 < 0.0) {
             let (a, b) = (DVec3::from_array(from), DVec3::from_array(*to));
-            scratch.push(a.lerp(b, h0 / (h0 - h1)).to_array());
+            part.push(a.lerp(b, h0 / (h0 - h1)).to_array());
         }
         if h1 < 0.0 {
-            scratch.push(*to);
+            part.push(*to);
         }
         from = *to;
     }
-    vector_area(scratch).length()
 }
 
 /// The outline's triangles about its first vertex, as edge vectors from that vertex.

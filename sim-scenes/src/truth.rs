@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::bins::{Axis, Bins, MOST_BINS};
 use crate::orchard::grown::Orchard;
 use crate::organ::{Cylinder, Leaf, Surface, Tree};
-use crate::polygon;
 use crate::support::SupportKind;
 use crate::target::Adjustment;
 
@@ -66,8 +66,7 @@ impl Orchard {
 
     /// The exact areas of one row (an empty row where there is no such row).
     pub fn truth_of_row(&self, row: usize, grid: TruthGrid) -> Truth {
-        let first = row.saturating_mul(self.trees_per_row());
-        let trees: Vec<Cow<'_, Tree>> = self.trees().skip(first).take(self.trees_per_row()).collect();
+        let trees: Vec<Cow<'_, Tree>> = self.trees_of_row(row).collect();
         Truth::of_row(self, &trees, row, grid)
     }
 }
@@ -207,33 +206,17 @@ impl TreeTruth {
     }
 }
 
-/// Most bins of one axis: a scene of odd size may not exhaust the memory.
-const MOST_BINS: f64 = 1e6;
-
 /// Slabs from 0 to `length_m`, the last one ending there. Parts beyond count where the row repeats them.
 fn slabs(trees: &[Cow<'_, Tree>], length_m: f64, slab_m: f64) -> Vec<RowSlab> {
-    let count = (length_m / slab_m - 1e-9).ceil();
-    if !(slab_m > 0.0 && (1.0..=MOST_BINS).contains(&count)) {
-        return Vec::new();
-    }
-    let count = count as i64;
-    // Faces are counted through all periods: the last slab of each may be thinner than the others.
-    let bins = Bins {
-        axis: 1,
-        face_m: |k: i64| k.div_euclid(count) as f64 * length_m + k.rem_euclid(count) as f64 * slab_m,
-        bin_of: |y_m: f64| {
-            let period = (y_m / length_m).floor();
-            period as i64 * count + (((y_m - period * length_m) / slab_m) as i64).min(count - 1)
-        },
-    };
-    let mut slabs: Vec<RowSlab> = (0..count)
+    let Some(bins) = Bins::along_row(length_m, slab_m) else { return Vec::new() };
+    let mut slabs: Vec<RowSlab> = (0..bins.count())
         .map(|k| {
-            let y_to_m = if k + 1 == count { length_m } else { (bins.face_m)(k + 1) };
-            RowSlab { y_from_m: (bins.face_m)(k), y_to_m, leaf_area_m2: 0.0, wood_area_m2: 0.0 }
+            let [y_from_m, y_to_m] = bins.faces_m(k);
+            RowSlab { y_from_m, y_to_m, leaf_area_m2: 0.0, wood_area_m2: 0.0 }
         })
         .collect();
     bins.fill(trees, |bin, leaf_m2, wood_m2| {
-        if let Some(slab) = slabs.get_mut(bin.rem_euclid(count) as usize) {
+        if let Some(slab) = slabs.get_mut(bins.in_period(bin) as usize) {
             slab.leaf_area_m2 += leaf_m2;
             slab.wood_area_m2 += wood_m2;
         }
@@ -243,14 +226,7 @@ fn slabs(trees: &[Cow<'_, Tree>], length_m: f64, slab_m: f64) -> Vec<RowSlab> {
 
 /// Bands of equal height about Z = 0, from the lowest organ's to the highest organ's.
 fn bands(trees: &[Cow<'_, Tree>], band_m: f64) -> Vec<HeightBand> {
-    if !(band_m > 0.0 && band_m.is_finite()) {
-        return Vec::new();
-    }
-    let bins = Bins {
-        axis: 2,
-        face_m: |k: i64| k as f64 * band_m,
-        bin_of: |z_m: f64| (z_m / band_m).floor() as i64,
-    };
+    let Some(bins) = Bins::even(Axis::Z, band_m) else { return Vec::new() };
     let mut areas = BTreeMap::new();
     bins.fill(trees, |bin, leaf_m2, wood_m2| {
         let (leaf, wood) = areas.entry(bin).or_insert((0.0, 0.0));
@@ -262,59 +238,8 @@ fn bands(trees: &[Cow<'_, Tree>], band_m: f64) -> Vec<HeightBand> {
     };
     let band = |k: i64| {
         let (leaf_area_m2, wood_area_m2) = areas.get(&k).copied().unwrap_or_default();
-        HeightBand { z_from_m: (bins.face_m)(k), z_to_m: (bins.face_m)(k + 1), leaf_area_m2, wood_area_m2 }
+        let [z_from_m, z_to_m] = bins.faces_m(k);
+        HeightBand { z_from_m, z_to_m, leaf_area_m2, wood_area_m2 }
     };
     (*lowest..=*highest).take(MOST_BINS as usize).map(band).collect()
-}
-
-/// Bins along one coordinate: bin `k` lies between faces `k` and `k + 1`.
-struct Bins<F, B> {
-    axis: usize,
-    face_m: F,
-    bin_of: B,
-}
-
-impl<F: Fn(i64) -> f64, B: Fn(f64) -> i64> Bins<F, B> {
-    /// Calls `add(bin, leaf area, wood area)` for every part of every organ. The parts of an organ add up to the organ.
-    fn fill(&self, trees: &[Cow<'_, Tree>], mut add: impl FnMut(i64, f64, f64)) {
-        let mut scratch = Vec::new();
-        let along = |vertex: &[f64; 3]| vertex.get(self.axis).copied().unwrap_or(0.0);
-        let mut polygon = |leaf: &Leaf, add: &mut dyn FnMut(i64, f64)| {
-            let low = leaf.outline().iter().map(along).fold(f64::INFINITY, f64::min);
-            let high = leaf.outline().iter().map(along).fold(f64::NEG_INFINITY, f64::max);
-            let below = |face_m| polygon::area_below(leaf.outline(), self.axis, face_m, &mut scratch);
-            self.cut([low, high], leaf.area_m2(), below, add);
-        };
-        for leaf in trees.iter().flat_map(|tree| &tree.leaves) {
-            polygon(leaf, &mut |bin, area| add(bin, area, 0.0));
-        }
-        let facets = trees.iter().flat_map(|tree| &tree.facets);
-        for bark in facets.filter(|facet| facet.surface == Surface::Bark) {
-            polygon(&bark.polygon, &mut |bin, area| add(bin, 0.0, area));
-        }
-        for piece in trees.iter().flat_map(|tree| &tree.wood) {
-            let (one, other) = (along(&piece.base()), along(&piece.tip()));
-            let (low, high) = (one.min(other), one.max(other));
-            let below = |face_m: f64| piece.area_m2() * (face_m - low) / (high - low);
-            self.cut([low, high], piece.area_m2(), below, |bin, area| add(bin, 0.0, area));
-        }
-    }
-
-    /// Cuts what reaches from `low` to `high` at the faces; `below` gives the area under a face between the two.
-    fn cut(
-        &self,
-        [low, high]: [f64; 2],
-        total_m2: f64,
-        mut below: impl FnMut(f64) -> f64,
-        mut add: impl FnMut(i64, f64),
-    ) {
-        let (first, last) = ((self.bin_of)(low), (self.bin_of)(high));
-        let mut below_m2 = 0.0;
-        for bin in first..last {
-            let up_to_m2 = below((self.face_m)(bin + 1));
-            add(bin, up_to_m2 - below_m2);
-            below_m2 = up_to_m2;
-        }
-        add(last, total_m2 - below_m2);
-    }
 }

@@ -32,6 +32,7 @@ use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
 use super::tractor_outputs::TractorOutputArgs;
+use super::truth_file::TruthArgs;
 use super::{Failure, Format, Outcome};
 
 /// How far apart the ports of several scanners are.
@@ -87,6 +88,8 @@ pub(super) struct Args {
     device: DeviceArgs,
     #[command(flatten)]
     record: RecordArgs,
+    #[command(flatten)]
+    truth: TruthArgs,
 }
 
 /// Dialects a virtual scanner answers.
@@ -240,6 +243,8 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     if let Some(start) = args.start_when {
         rig = rig.with_start(start);
     }
+    let first = fitted.first().map(|fitted| fitted.index);
+    let (mut rig, truth) = args.truth.start(&stage, first, rig)?;
     let (script, log) = (args.faults.read()?, Log::default());
     let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
     let faulting = (script.is_some() || args.control.is_given())
@@ -310,6 +315,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     }
     drop((running, timeline));
     let outcome = taping.finish();
+    truth.finish().await?;
     match failed {
         Some(error) => Err(error.into()),
         None if args.strict_time && missed > 0 => {

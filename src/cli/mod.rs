@@ -42,6 +42,7 @@ mod sensor;
 mod study;
 mod table_file;
 mod tractor_outputs;
+mod truth_file;
 
 use std::io;
 use std::process::ExitCode;

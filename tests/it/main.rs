@@ -58,4 +58,5 @@ mod together;
 mod tractor;
 mod tractor_faults;
 mod transcripts;
+mod truth_files;
 mod validity;

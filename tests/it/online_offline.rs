@@ -27,7 +27,7 @@ use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::Trial;
 use rowscan_vehicle::trajectory::StopAndGo;
 
-pub async fn online(scene: Scene, model: &'static Model, dialect: Dialect) -> Estimate {
+pub(crate) async fn online(scene: Scene, model: &'static Model, dialect: Dialect) -> Estimate {
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     let (device, world) = stage.scanner(0, model).expect("it fits");
     let rig = rig_with(&stage.rig, 0, model.name);
@@ -51,7 +51,7 @@ pub async fn online(scene: Scene, model: &'static Model, dialect: Dialect) -> Es
 }
 
 /// Row and trees, to the last bit.
-pub fn bits(estimate: &Estimate) -> (Vec<Option<u64>>, Vec<u64>) {
+pub(crate) fn bits(estimate: &Estimate) -> (Vec<Option<u64>>, Vec<u64>) {
     let row = [
         estimate.impacted_total_area_m2,
         estimate.leaf_area_contact_raw_m2,

@@ -308,12 +308,14 @@ async fn the_scanner_sees_that_the_tractor_drives_beside_its_way_and_bounces() {
     for fault in
         ["name = \"lateral\"\nm = 0.3\nover_s = 0", "name = \"bounce\"\nm = 0.2\nhz = 3\nroll_deg = 2"]
     {
-        let mut plain = bench("");
+        // One after the other: each has its own time, and begins with its client.
+        let mut still = bench("");
+        let mut client = raw_client(&mut still.emulator, Dialect::B);
+        let plain = scans(&mut client, 250).await;
         let text = format!("[[fault]]\n{fault}\nat = {{ s = 2 }}\nfor = {{ s = 1 }}\n");
-        let mut moved = bench(&text);
-        let mut clients =
-            (raw_client(&mut plain.emulator, Dialect::B), raw_client(&mut moved.emulator, Dialect::B));
-        let (plain, moved) = (scans(&mut clients.0, 250).await, scans(&mut clients.1, 250).await);
+        let mut swaying = bench(&text);
+        let mut client = raw_client(&mut swaying.emulator, Dialect::B);
+        let moved = scans(&mut client, 250).await;
         let other = plain.iter().zip(&moved).filter(|(one, other)| one.echoes != other.echoes).count();
         assert!((40..=51).contains(&other), "{fault}: {other} scans in one second");
     }

@@ -79,11 +79,22 @@ impl Orchard {
     /// All trees as they stand in the scene frame, row by row, gaps as trees without organs. A copy that was moved or turned is made as
     /// it is asked for.
     pub fn trees(&self) -> impl ExactSizeIterator<Item = Cow<'_, Tree>> + Clone {
-        self.places.iter().map(|(tree, placement)| match self.distinct.get(*tree) {
+        self.places.iter().map(|place| self.tree_at(place))
+    }
+
+    /// The trees of one row, as [`Self::trees`] gives them; none where there is no such row.
+    pub fn trees_of_row(&self, row: usize) -> impl ExactSizeIterator<Item = Cow<'_, Tree>> + Clone {
+        let from = row.saturating_mul(self.trees_per_row);
+        let places = self.places.get(from..from.saturating_add(self.trees_per_row)).unwrap_or_default();
+        places.iter().map(|place| self.tree_at(place))
+    }
+
+    fn tree_at(&self, (tree, placement): &(usize, Placement)) -> Cow<'_, Tree> {
+        match self.distinct.get(*tree) {
             Some(tree) if placement.is_here() => Cow::Borrowed(tree),
             Some(tree) => Cow::Owned(tree.placed(placement)),
             None => Cow::Owned(Tree::default()),
-        })
+        }
     }
 
     /// One tree as it stands in the scene frame.

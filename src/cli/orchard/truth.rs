@@ -1,5 +1,7 @@
 //! `rowscan orchard truth`
 
+use rowscan_scenes::{Cell, CellGrid, RowCells};
+
 use crate::cli::output::{self, number};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome};
@@ -8,6 +10,9 @@ use crate::cli::{Failure, Format, Outcome};
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
+    /// Instead, the areas by cell of 0.1 m along the row, height band of 0.5 m and tree, of all rows
+    #[arg(long)]
+    cells: bool,
     /// How to write the truth
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -15,6 +20,12 @@ pub(crate) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let stage = args.scene.stage().await?;
+    if args.cells {
+        let rows = stage.orchard.cells(CellGrid::default());
+        let cells: Vec<Cell> = rows.iter().flat_map(RowCells::cells).collect();
+        output::print_rows(args.format, &cells)?;
+        return Ok(Outcome::Done);
+    }
     let truth = stage.orchard.truth();
     match args.format {
         Format::Json | Format::Jsonl => output::print_json(args.format, &truth)?,
