@@ -16,6 +16,8 @@ use crate::clock;
 use crate::journal::Journal;
 use crate::output::Output;
 
+/// How long a child may take, host time, to end by itself with its streams before it is told to.
+const OWN_END: Duration = Duration::from_millis(300);
 /// How long a child that was told to end may take, host time, before it is killed.
 const GRACE: Duration = Duration::from_secs(3);
 /// How long its output may take to end after it, host time: a grandchild may hold it open.
@@ -145,7 +147,11 @@ impl Child {
         if self.exit_code().is_none() {
             // A stopped one would not hear it.
             Signal::Continue.send(self.group);
-            Signal::Terminate.send(self.group);
+            // Its streams have ended. One that ends with them is let go: an interpreter that exits heeds no signal's handler any more, and
+            // would be ended by the signal, now and then.
+            if clock::within(OWN_END, self.exited()).await.is_none() {
+                Signal::Terminate.send(self.group);
+            }
             if clock::within(GRACE, self.exited()).await.is_none() {
                 Signal::Kill.send(self.group);
                 self.exited().await;

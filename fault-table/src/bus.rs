@@ -22,7 +22,7 @@ pub enum BusFault {
     },
     /// Frames are destroyed.
     Error {
-        /// Which rule is broken, as data[2] of an error frame says.
+        /// Which rule is broken, as byte 2 of an error frame's data says.
         code: u8,
         /// Error frames a second.
         per_s: f64,
