@@ -321,23 +321,38 @@ impl Timeline {
         let Some(mut lockstep) = self.lockstep.take() else { return Ok(()) };
         let mut pending = Vec::new();
         self.sources.iter().for_each(|source| source.in_flight(&mut pending));
-        let acknowledged = {
-            let mut acknowledged = pin!(async {
-                lockstep.written(at, &pending).await?;
-                match wait {
-                    Wait::Source => lockstep.settled(at).await,
-                    Wait::Step => {
-                        lockstep.begin(at);
-                        lockstep.acknowledged(at).await
+        let mut asked = false;
+        let acknowledged = loop {
+            let acknowledged = {
+                let mut acknowledged = pin!(async {
+                    lockstep.written(at, &pending).await?;
+                    match wait {
+                        Wait::Source => lockstep.settled(at).await,
+                        Wait::Step => {
+                            if !asked {
+                                lockstep.begin(at);
+                            }
+                            lockstep.acknowledged(at).await
+                        }
+                    }
+                });
+                loop {
+                    tokio::select! {
+                        biased;
+                        () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
+                        acknowledged = &mut acknowledged => break acknowledged,
                     }
                 }
-            });
-            loop {
-                tokio::select! {
-                    biased;
-                    () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
-                    acknowledged = &mut acknowledged => break acknowledged,
-                }
+            };
+            asked = true;
+            // What has come in during the last look belongs to this step, and so do the answers to it.
+            let came = acknowledged.is_ok()
+                && std::future::poll_fn(|cx| Poll::Ready(self.poll_inputs(cx).is_ready())).await;
+            if came {
+                self.respond().await;
+            }
+            if !(came && lockstep.asks_only_the_kernel()) {
+                break acknowledged;
             }
         };
         self.lockstep = Some(lockstep);

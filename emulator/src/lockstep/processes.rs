@@ -1,9 +1,10 @@
 //! What other programs on this machine are doing, by `/proc`: whose a socket is, and whether a program waits for input.
 
 use std::collections::HashSet;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// System calls in which a thread waits for input, for time or for another thread, by their numbers on this architecture.
 #[cfg(target_arch = "x86_64")]
@@ -107,8 +108,19 @@ fn line(file: PathBuf, room: &mut [u8; LINE]) -> io::Result<&str> {
 
 /// What a process does.
 pub(super) fn doing(process: u32) -> Doing {
+    doing_beside(process, None)
+}
+
+/// What the other threads of this program do: one may hold what a peer said and nobody has dealt with yet.
+pub(super) fn doing_here() -> Doing {
+    let this = fs::read_link("/proc/thread-self").ok();
+    doing_beside(std::process::id(), this.as_deref().and_then(Path::file_name))
+}
+
+fn doing_beside(process: u32, left_out: Option<&OsStr>) -> Doing {
     let Ok(threads) = fs::read_dir(format!("/proc/{process}/task")) else { return Doing::Gone };
-    for thread in threads.flatten() {
+    let looked_at = |thread: &fs::DirEntry| left_out.is_none_or(|left_out| thread.file_name() != left_out);
+    for thread in threads.flatten().filter(looked_at) {
         // A thread may end meanwhile.
         let (mut stat, mut call) = ([0; LINE], [0; LINE]);
         let Ok(stat) = line(thread.path().join("stat"), &mut stat) else { continue };

@@ -90,9 +90,13 @@ impl Watch {
 
     /// A program behind a peer that does not wait.
     fn at_work(&self) -> Option<String> {
-        self.behind.iter().find_map(|(process, peer)| match processes::doing(*process) {
+        let peers = self.behind.iter().find_map(|(process, peer)| match processes::doing(*process) {
             Doing::Waits | Doing::Gone => None,
             Doing::Works(what) => Some(format!("process {process} behind {peer}: {what}")),
+        });
+        peers.or_else(|| match processes::doing_here() {
+            Doing::Works(what) if self.level == KernelLevel::Idle => Some(format!("this program: {what}")),
+            _ => None,
         })
     }
 
