@@ -41,6 +41,7 @@ mod advance;
 pub mod calibration;
 mod contact;
 mod cut;
+mod delays;
 mod error;
 pub mod estimate;
 pub mod estimator;

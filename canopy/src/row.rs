@@ -108,6 +108,11 @@ impl Row {
         self.parameters.footprint.is_some()
     }
 
+    /// Whether the beams have a width, and nobody knows which echo their scans hold.
+    pub(crate) fn lacks_the_echo(&self) -> bool {
+        self.parameters.footprint.is_some_and(|footprint| footprint.echo.is_none())
+    }
+
     /// Measures by these estimators too, from the next line on.
     pub(crate) fn measure(&mut self, asked: &[&'static EstimatorInfo]) {
         let Self { frame, parameters, row_spacing_m, .. } = *self;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Calibration, CutMethod, Measure, Pipeline, PipelineError, Quantity};
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::model::Model;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 use rowscan_scenes::caster::Class;
 use rowscan_scenes::{BeamFan, Return, Scene, Scratch};
@@ -83,7 +83,7 @@ const FINER: (f64, u16) = (0.01, 1000);
 pub fn compare(
     scene: &Scene,
     seeds: &[u64],
-    model: &'static Model,
+    model: AnyModel,
     calibration: Option<&Calibration>,
     done: &(dyn Fn() + Sync),
 ) -> Result<(Vec<Compared>, Vec<CutCompared>), TrialError> {
@@ -101,7 +101,7 @@ pub fn compare(
 impl Row {
     fn try_one(
         scene: Scene,
-        model: &'static Model,
+        model: AnyModel,
         calibration: Option<Calibration>,
     ) -> Result<Self, TrialError> {
         let stage = Stage::grow(scene, &|_, _| {})?;

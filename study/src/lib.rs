@@ -14,6 +14,7 @@ mod document;
 pub mod figure;
 pub mod fingerprint;
 pub mod journal;
+pub mod physics;
 pub mod reading;
 pub mod resolution;
 pub mod search;

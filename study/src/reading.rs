@@ -7,7 +7,8 @@ use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::model::{AnyModel, ScanMode};
-use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
+use rowscan_protocol::optics::FactoryEcho;
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, Rig};
 
 use crate::calibrations::{self, ConfigError};
 
@@ -53,13 +54,34 @@ impl Reading {
         encoder: bool,
         calibration: CalibrationChoice<'_>,
     ) -> Result<Self, ReadingError> {
+        Self::made(rig, scanner, encoder, calibration, true)
+    }
+
+    /// The same of a recording: nothing is asked of it, so which echo it holds is known only where the rig says so or the model's factory setting
+    /// is the first.
+    pub fn of_recording(
+        rig: Option<&Rig>,
+        scanner: usize,
+        encoder: bool,
+        calibration: CalibrationChoice<'_>,
+    ) -> Result<Self, ReadingError> {
+        Self::made(rig, scanner, encoder, calibration, false)
+    }
+
+    fn made(
+        rig: Option<&Rig>,
+        scanner: usize,
+        encoder: bool,
+        calibration: CalibrationChoice<'_>,
+        live: bool,
+    ) -> Result<Self, ReadingError> {
         let mount = rig.and_then(|rig| rig.scanners.get(scanner));
         let of_rig = rig.and_then(|rig| rig.calibration.as_deref());
         let calibration = match (calibration, of_rig, mount) {
             (CalibrationChoice::Given(calibration), ..) => calibration.map(|given| *given),
             (CalibrationChoice::Named(name), ..) => Some(calibrations::load_calibration(name)?),
             (CalibrationChoice::OfRig, Some(name), Some(mount)) => {
-                calibrations::load_calibration_for(name, &mount.model)?
+                calibrations::load_calibration_for(name, &mount.model, rig.and_then(|rig| rig.optics))?
             }
             (CalibrationChoice::OfRig, ..) => None,
         };
@@ -67,12 +89,13 @@ impl Reading {
         Ok(Self {
             cola: ColaConfig {
                 scan_mode: scan_mode(rig, scanner),
+                echo: Some(mount.and_then(|mount| mount.echo).unwrap_or(EchoChoice::First)),
                 encoder_ticks_per_m: ticks.map(|ticks| ticks.abs().round() as u32),
                 ..ColaConfig::default()
             },
             lms2xx: lms2xx_config(rig, scanner),
             pipeline: {
-                let footprint = rig.zip(mount).and_then(|(rig, mount)| footprint(rig, mount));
+                let footprint = rig.zip(mount).and_then(|(rig, mount)| footprint(rig, mount, live));
                 let parameters = Parameters { footprint, ..Parameters::default() };
                 let pipeline = Pipeline::with_parameters(rig, scanner, calibration, parameters)?;
                 match mount.and_then(field) {
@@ -94,11 +117,14 @@ pub fn rig_with(rig: &Rig, scanner: usize, model: &str) -> Rig {
 }
 
 /// What is known of the beams' width, where they have one.
-fn footprint(rig: &Rig, mount: &Mount) -> Option<Footprint> {
+fn footprint(rig: &Rig, mount: &Mount, live: bool) -> Option<Footprint> {
     rig.optics.filter(|width| *width == BeamWidth::Device)?;
     let leaf = LeafShape::default();
     let leaf = rig.leaf_area_cm2.map_or(leaf, |area_cm2| leaf.of_area(area_cm2 * 1e-4));
-    Some(Footprint::of(AnyModel::by_name(&mount.model)?.optics(), leaf))
+    let model = AnyModel::by_name(&mount.model)?;
+    let first_by_itself = model.optics().factory_echo != FactoryEcho::Last;
+    let echo = mount.echo.or((live || first_by_itself).then_some(EchoChoice::First));
+    Some(Footprint { echo, ..Footprint::of(model.optics(), leaf) })
 }
 
 /// Where the mount's model can measure, if the model is known.

@@ -7,6 +7,7 @@ mod rig;
 use rowscan_canopy::CutMethod;
 use rowscan_driver::{DriverConfig, Source};
 use rowscan_ports::Delivery;
+use rowscan_protocol::rig::EchoChoice;
 use rowscan_recording::About;
 use rowscan_scenes::Scene;
 use rowscan_study::reading::{CalibrationChoice, Reading};
@@ -40,6 +41,9 @@ pub(super) struct Args {
     /// Model of the scanners, instead of the rig's own; chooses the calibration
     #[arg(long, value_name = "NAME", requires = "rig")]
     model: Option<String>,
+    /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
+    #[arg(long, value_enum, value_name = "WHICH", requires = "rig")]
+    echo: Option<EchoArg>,
     /// A calibration file or a shipped calibration's name, instead of the rig's own
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
@@ -73,6 +77,24 @@ pub(super) struct Args {
     sensor: SensorArgs,
     #[command(flatten)]
     record: RecordArgs,
+}
+
+/// An echo of a beam.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum EchoArg {
+    /// The first
+    First,
+    /// The last: what an LMS5xx sends out of the box
+    Last,
+}
+
+impl From<EchoArg> for EchoChoice {
+    fn from(echo: EchoArg) -> Self {
+        match echo {
+            EchoArg::First => Self::First,
+            EchoArg::Last => Self::Last,
+        }
+    }
 }
 
 /// How trees are told apart in the data.
@@ -130,16 +152,21 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scanners = args.scanners()?;
     let (rig, scene) = match &args.rig {
         Some(name) => {
-            let (rig, scene) = rig::load(name, args.model.as_deref(), &scanners)?;
+            let echo = args.echo.map(EchoChoice::from);
+            let (rig, scene) = rig::load(name, args.model.as_deref(), &scanners, echo)?;
             (Some(rig), scene)
         }
         None => (None, None),
     };
     let mut readings = Vec::new();
-    for scanner in &scanners {
+    for (source, scanner) in args.sources.iter().zip(&scanners) {
         let calibration =
             args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
-        let mut reading = Reading::of(rig.as_ref(), *scanner, args.sensor.wants_encoder(), calibration)?;
+        let read = match source {
+            Source::Recording { .. } => Reading::of_recording,
+            _ => Reading::of,
+        };
+        let mut reading = read(rig.as_ref(), *scanner, args.sensor.wants_encoder(), calibration)?;
         reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
         if let Some(hertz) = args.hertz {
             reading.pipeline = reading.pipeline.at_frequency(hertz);

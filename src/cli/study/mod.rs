@@ -6,6 +6,7 @@ mod calibration;
 mod estimators;
 mod merge;
 mod orchards;
+mod physics;
 mod resolution;
 pub(super) mod rows;
 mod run;
@@ -35,6 +36,8 @@ pub(super) enum Command {
     Accuracy(accuracy::Args),
     /// Hold every estimator, and the trees found in the data, against the truth
     Estimators(estimators::Args),
+    /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
+    Physics(physics::Args),
 }
 
 pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
@@ -44,7 +47,11 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Resolution(args) => args.shards.journal(),
         Command::Run(args) => args.shards.journal(),
         Command::Search(args) => args.shards.journal(),
-        Command::Merge(_) | Command::Calibration(_) | Command::Accuracy(_) | Command::Estimators(_) => None,
+        Command::Merge(_)
+        | Command::Calibration(_)
+        | Command::Accuracy(_)
+        | Command::Estimators(_)
+        | Command::Physics(_) => None,
     };
     let work = async {
         match command {
@@ -56,6 +63,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Calibration(args) => calibration::run(args).await,
             Command::Accuracy(args) => accuracy::run(args).await,
             Command::Estimators(args) => estimators::run(args).await,
+            Command::Physics(args) => physics::run(args).await,
         }
     };
     let ended = interrupt.finite(work).await;
