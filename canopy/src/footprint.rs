@@ -163,7 +163,7 @@ struct Rim {
 
 /// Clumps of tree crowns: what takes the device optics of LMS111, TiM561, LMS511 and LMS291 back to rays on simulated rows (`spindle`, `mature`, `vase`,
 /// `fruiting_wall`, `hedge`): κ 0.8 to 1.2 from 2 m off, where the spot reaches 17 mm, and 0.5 to 0.8 from 4 m off, where it reaches 30 mm.
-const CROWN_CLUMP_M: f64 = 0.035;
+const CROWN_CLUMP_M: f64 = 0.034;
 
 /// Spots that reach farther, in clumps, are taken as this wide: nothing was tried there, and the canopy must not look thinner for a wider spot.
 const WIDEST_REACH: f64 = 1.3;
@@ -205,12 +205,7 @@ mod tests {
     #[test]
     fn a_leaf_of_24_square_centimetres_under_an_lms1xx_at_1_4_metres_is_met_three_times_as_often() {
         let touch = Footprint {
-            spot: Spot {
-                exit_mm: Fact::assumed(8.0),
-                divergence_mrad: Fact::assumed(15.0),
-                sweep_mrad: Fact::assumed(0.0),
-                effective: Fact::assumed(0.9),
-            },
+            spot: lms1xx_spot(),
             least_power: 0.0,
             least_share: 0.0,
             leaf: LeafShape::default(),
@@ -225,5 +220,65 @@ mod tests {
         assert!((quarter.inflation(1.4, 0.5) - 1.0) < (touch.inflation(1.4, 0.5) - 1.0) * 0.5);
         let clumped = Footprint { clumping: 0.5, ..touch };
         assert!((clumped.inflation(1.4, 0.5) - 2.0).abs() < 0.02);
+    }
+
+    fn lms1xx_spot() -> Spot {
+        Spot {
+            exit_mm: Fact::assumed(8.0),
+            divergence_mrad: Fact::assumed(15.0),
+            sweep_mrad: Fact::assumed(0.0),
+            effective: Fact::assumed(0.9),
+        }
+    }
+
+    /// An LMS1xx before crowns.
+    fn lms111() -> Footprint {
+        Footprint {
+            spot: lms1xx_spot(),
+            least_power: 0.1 / (18.0 * 18.0),
+            least_share: 0.0,
+            leaf: LeafShape::default(),
+            echo: Some(EchoChoice::First),
+            merged_m: 1.0,
+            clumping: 1.0,
+            clump_m: CROWN_CLUMP_M,
+        }
+    }
+
+    #[test]
+    fn a_wider_spot_never_looks_thinner_and_the_last_echo_loses_the_rim() {
+        let eye = lms111();
+        let by_range: Vec<f64> = (1..120).map(|step| eye.inflation(f64::from(step) * 0.1, 0.5)).collect();
+        // Up to where the threshold takes rims away again.
+        assert!(
+            by_range.iter().take(60).zip(by_range.iter().skip(1)).all(|(near, far)| far >= near),
+            "{by_range:?}"
+        );
+        let last = Footprint { echo: Some(EchoChoice::Last), ..eye };
+        assert!(eye.inflation(2.0, 0.5) > 2.0 && last.inflation(2.0, 0.5) < 1.0);
+        let strewn = Footprint { clump_m: f64::INFINITY, ..eye };
+        assert!(strewn.inflation(4.0, 0.5) > 1.3 * eye.inflation(4.0, 0.5));
+        assert!((0.02..0.2).contains(&eye.relative_sd(2.0, 0.5)), "{}", eye.relative_sd(2.0, 0.5));
+    }
+
+    #[test]
+    fn a_blended_range_lies_behind_the_first_leaf_by_what_strewn_leaves_say() {
+        // A spot that meets leaves at I λ; the first one takes 1/I of it, the rest meets the next ones at λ. Drawn from the same law, by hand.
+        let eye = Footprint { clump_m: f64::INFINITY, ..lms111() };
+        let first = 1.0 / eye.inflation(2.0, 0.5);
+        let (mut power, mut moment) = (first, 0.0);
+        let steps = 100_000;
+        for step in 0..steps {
+            let depth_m = (f64::from(step) + 0.5) / f64::from(steps);
+            let density =
+                (1.0 - first) * CROWN_RATE_PER_M * (-CROWN_RATE_PER_M * depth_m).exp() / f64::from(steps);
+            power += density;
+            moment += density * depth_m;
+        }
+        let delay_m = eye.delay_m(2.0, 0.5);
+        assert!((delay_m - moment / power).abs() < 1e-4, "{delay_m} {}", moment / power);
+        assert!((0.1..0.4).contains(&delay_m));
+        let apart = Footprint { merged_m: 0.0, ..eye };
+        assert_eq!(apart.delay_m(2.0, 0.5), 0.0);
     }
 }

@@ -92,4 +92,9 @@ impl Parameters {
     pub(crate) fn inflation(&self, range_m: f64) -> f64 {
         self.footprint.map_or(1.0, |footprint| footprint.inflation(range_m, self.projection))
     }
+
+    /// Relative standard deviation of every density for what the beams' width was taken out by; 0 for ideal rays.
+    pub(crate) fn spot_relative_sd(&self, range_m: f64) -> f64 {
+        self.footprint.map_or(0.0, |footprint| footprint.relative_sd(range_m, self.projection))
+    }
 }

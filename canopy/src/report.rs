@@ -113,6 +113,7 @@ fn row(
         of_rays: corrected && calibration.is_some_and(|c| c.class.optics == Optics::Ideal),
     };
     let whole = leaf.of(totals.canopy_m, totals.impacted_m2, totals.contact_m2, totals.returns.canopy);
+    estimate.leaf_area_spot_relative_sd = pass.rig.optics.map(|_| pass.row.spot_relative_sd());
     estimate.leaf_area_contact_m2 = whole.contact.value();
     estimate.leaf_area_m2 = whole.contact.value();
     estimate.leaf_area_regression_m2 = whole.regression.and_then(Ranged::value);
@@ -363,7 +364,9 @@ fn warn_of_class(
     let (fitted, taken) = match (class.echo_rule, pass.mount.echo) {
         (EchoRule::First, Some(EchoChoice::Last)) => ("first", "last"),
         (EchoRule::Last, None | Some(EchoChoice::First)) => ("last", "first"),
-        (EchoRule::First, None | Some(EchoChoice::First)) | (EchoRule::Last, Some(EchoChoice::Last)) => return,
+        (EchoRule::First, None | Some(EchoChoice::First)) | (EchoRule::Last, Some(EchoChoice::Last)) => {
+            return;
+        }
     };
     estimate.warnings.push(Warning::ClassMismatch {
         key: "echo_rule",

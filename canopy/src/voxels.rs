@@ -159,12 +159,7 @@ impl Voxels {
 
     /// What an unvisited voxel of a layer is taken to hold: as much as its mirror image; where that is hidden too, as the nearest voxel before that
     /// one that beams reached.
-    fn stands_in(
-        &self,
-        band: &[Voxel],
-        ix: usize,
-        density: impl Fn(&Voxel) -> Option<f64>,
-    ) -> Option<f64> {
+    fn stands_in(&self, band: &[Voxel], ix: usize, density: impl Fn(&Voxel) -> Option<f64>) -> Option<f64> {
         let twin = self.region.mirrored(ix)?;
         if let Some(found) = band.get(twin).and_then(&density) {
             return Some(found);

@@ -105,7 +105,16 @@ fn a_wide_beam_is_taken_out_of_every_density_and_of_the_impacted_area() {
     };
     let leaf = LeafShape::default();
     let echo = Some(EchoChoice::First);
-    let wide = Footprint { spot, least_power: 0.0, least_share: 0.0, leaf, echo, merged_m: 0.0, clumping: 1.0, clump_m: f64::INFINITY };
+    let wide = Footprint {
+        spot,
+        least_power: 0.0,
+        least_share: 0.0,
+        leaf,
+        echo,
+        merged_m: 0.0,
+        clumping: 1.0,
+        clump_m: f64::INFINITY,
+    };
     let inflation = wide.inflation(1.9, 0.5);
     assert!((2.0..3.5).contains(&inflation), "{inflation}");
     let corrected = Parameters { footprint: Some(wide), ..parameters() };

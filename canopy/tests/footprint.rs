@@ -122,7 +122,16 @@ fn footprint(radius_m: f64, least_share: f64, clumping: f64) -> Footprint {
         effective: Fact::assumed(1.0),
     };
     let (leaf, echo) = (LeafShape::default(), Some(EchoChoice::First));
-    Footprint { spot, least_power: 0.0, least_share, leaf, echo, merged_m: 0.0, clumping, clump_m: f64::INFINITY }
+    Footprint {
+        spot,
+        least_power: 0.0,
+        least_share,
+        leaf,
+        echo,
+        merged_m: 0.0,
+        clumping,
+        clump_m: f64::INFINITY,
+    }
 }
 
 #[test]

@@ -99,11 +99,7 @@ pub fn compare(
 }
 
 impl Row {
-    fn try_one(
-        scene: Scene,
-        model: AnyModel,
-        calibration: Option<Calibration>,
-    ) -> Result<Self, TrialError> {
+    fn try_one(scene: Scene, model: AnyModel, calibration: Option<Calibration>) -> Result<Self, TrialError> {
         let stage = Stage::grow(scene, &|_, _| {})?;
         let all: Vec<_> = TABLE.iter().collect();
         let trial = Trial::drive_past(&stage, model, calibration, &all)?;

@@ -16,6 +16,7 @@ pub mod fingerprint;
 pub mod journal;
 pub mod physics;
 pub mod reading;
+pub mod recorded;
 pub mod resolution;
 pub mod search;
 mod settings;

@@ -30,7 +30,9 @@ pub(super) static START_UP: &[Step] = &[
     read::<DeviceIdent>(take_ident),
     read::<FirmwareVersion>(take_firmware),
     call::<SetAccessMode>(log_in, take_yes),
-    call::<SetScanConfig>(set_scan_mode, take_scan_mode).only_if(|plan| plan.config.scan_mode.is_some()).slow(),
+    call::<SetScanConfig>(set_scan_mode, take_scan_mode)
+        .only_if(|plan| plan.config.scan_mode.is_some())
+        .slow(),
     read::<OutputRange>(take_step).only_if(|plan| plan.config.output_range.is_some()),
     write::<OutputRange>(set_output_range).only_if(|plan| plan.config.output_range.is_some()),
     write::<InputsThreeAndFour>(set_encoder_inputs).only_if(wants_encoder).where_known(),
@@ -196,7 +198,8 @@ fn wants_echo_filter(plan: &Plan) -> bool {
         FactoryEcho::All => fr_echo_filter::ALL,
         FactoryEcho::Last => fr_echo_filter::LAST,
     };
-    let suffices = |code| code == by_itself || (code, by_itself) == (fr_echo_filter::FIRST, fr_echo_filter::ALL);
+    let suffices =
+        |code| code == by_itself || (code, by_itself) == (fr_echo_filter::FIRST, fr_echo_filter::ALL);
     model.echoes > 1 && echo_code(&plan.config).is_some_and(|code| !suffices(code))
 }
 

@@ -7,6 +7,7 @@ mod estimators;
 mod merge;
 mod orchards;
 mod physics;
+mod recording;
 mod resolution;
 pub(super) mod rows;
 mod run;
@@ -38,6 +39,8 @@ pub(super) enum Command {
     Estimators(estimators::Args),
     /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
     Physics(physics::Args),
+    /// A recording of a scene that stands still beside our model of the device: noise, correlation, edges
+    Recording(recording::Args),
 }
 
 pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
@@ -51,7 +54,8 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
         | Command::Calibration(_)
         | Command::Accuracy(_)
         | Command::Estimators(_)
-        | Command::Physics(_) => None,
+        | Command::Physics(_)
+        | Command::Recording(_) => None,
     };
     let work = async {
         match command {
@@ -64,6 +68,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Accuracy(args) => accuracy::run(args).await,
             Command::Estimators(args) => estimators::run(args).await,
             Command::Physics(args) => physics::run(args).await,
+            Command::Recording(args) => recording::run(args).await,
         }
     };
     let ended = interrupt.finite(work).await;

@@ -43,8 +43,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(distance_m) = args.distance.iter().find(|metres| !(0.2..=50.0).contains(*metres)) {
         return Err(Failure::Usage(format!("--distance: expected 0.2 to 50 metres, found {distance_m}")));
     }
-    let models: Vec<AnyModel> =
-        args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
+    let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
     let asked = Physics { scene, seeds: args.seeds.0.clone(), models, distances_m: args.distance.clone() };
     let tries = asked.seeds.len() * asked.models.len() * asked.distances_m.len();
     let bar = progress::bar("driving past", "rows", tries as u64);
@@ -118,7 +117,9 @@ fn table(effects: &[Effect]) -> String {
         let head = [Cell::new(place.0), number(Some(place.1), 1), Cell::new("device − truth")];
         grid.add_row(head.into_iter().chain(Output::ALL.into_iter().map(of)));
     }
-    format!("{grid}\nideal: as measured (m, m², m³, /ha); stages: change against it; contact and gap with the spot left in\n")
+    format!(
+        "{grid}\nideal: as measured (m, m², m³, /ha); stages: change against it; contact and gap with the spot left in\n"
+    )
 }
 
 fn markdown(effects: &[Effect]) -> String {
@@ -150,7 +151,9 @@ fn markdown(effects: &[Effect]) -> String {
                 _ => row(&stages, &|output| percent(effect(output).and_then(|effect| effect.change))),
             }
         }
-        row("device − truth", &|output| percent(find(effects, place, "device", output).and_then(|e| e.error)));
+        row("device − truth", &|output| {
+            percent(find(effects, place, "device", output).and_then(|e| e.error))
+        });
     }
     text
 }

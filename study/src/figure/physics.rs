@@ -31,7 +31,8 @@ pub fn physics(effects: &[Effect]) -> Result<String, DrawError> {
     models.dedup();
     let metres = || device.iter().map(|effect| effect.distance_m);
     let (near_m, far_m) = (metres().fold(f64::INFINITY, f64::min), metres().fold(0.0, f64::max));
-    let (from_m, to_m) = if near_m < far_m { (near_m - 0.2, far_m + 0.2) } else { (far_m - 1.0, far_m + 1.0) };
+    let (from_m, to_m) =
+        if near_m < far_m { (near_m - 0.2, far_m + 0.2) } else { (far_m - 1.0, far_m + 1.0) };
     let mut svg = String::new();
     {
         let rows = DRAWN.len().div_ceil(COLUMNS);
