@@ -22,7 +22,7 @@ pub struct Scatter {
     pub loose: usize,
     /// Standard deviation of a beam, mm: quartiles over the beams.
     pub sigma_mm: [f64; 3],
-    /// Kurtosis, beams pooled; 3 for a normal distribution.
+    /// Kurtosis; 3 for a normal distribution. Medians over the beams, as the correlations are: something that moves must not count.
     pub kurtosis: f64,
     /// Correlation with the scan before.
     pub lag_one: f64,
@@ -57,10 +57,10 @@ pub(super) fn scatter(series: &Series) -> Option<Scatter> {
         beams: all.len(),
         loose: all.iter().filter(|sigma_mm| **sigma_mm > LOOSE * middle_mm).count(),
         sigma_mm: quartiles,
-        kurtosis: mean(kept.iter().map(|column| column.kurtosis())),
+        kurtosis: median(kept.iter().map(|column| column.kurtosis())),
         // Taking the mean off a series of n values correlates them by −1/n.
-        lag_one: mean(kept.iter().filter_map(|c| correlation(&c.off_mm, c.off_mm.get(1..)?))) + 1.0 / n,
-        neighbour: mean(correlations),
+        lag_one: median(kept.iter().filter_map(|c| correlation(&c.off_mm, c.off_mm.get(1..)?))) + 1.0 / n,
+        neighbour: median(correlations),
         allan_mm: AVERAGED.map(|m| allan_mm(&kept, m)),
         pattern_mm: pattern_mm(&steady, n),
     })
@@ -127,6 +127,11 @@ fn pattern_mm(steady: &[Option<&Column>], n: f64) -> Option<f64> {
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     sum / count
+}
+
+/// NaN of no values.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    quantile(&mut values.collect::<Vec<_>>(), 0.5).unwrap_or(f64::NAN)
 }
 
 /// The value that this share lies below; sorts.
