@@ -14,4 +14,5 @@ pub(crate) mod remark;
 
 pub use error::GrowError;
 pub use kind::GeneratorKind;
+pub use plant::FoliageShares;
 pub use remark::Remark;

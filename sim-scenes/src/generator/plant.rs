@@ -3,8 +3,9 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
+use serde::Serialize;
 
-use super::draft::{Blade, Draft};
+use super::draft::{Age, Blade, Draft};
 use super::error::GrowError;
 use super::make::make;
 use super::planting::{Generator, Planting};
@@ -27,7 +28,38 @@ pub(crate) struct Planted {
     pub(crate) trees: Vec<Tree>,
     pub(crate) supports: Vec<Support>,
     pub(crate) adjustment: Option<Adjustment>,
+    /// None where a generator keeps no seasons.
+    pub(crate) foliage: Option<FoliageShares>,
     pub(crate) remarks: Vec<Remark>,
+}
+
+/// On what wood the leaves of an orchard stand: shares of the leaf area.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FoliageShares {
+    /// On wood that did not grow in the season.
+    pub older_share: f64,
+    /// In the rosettes of spurs: short shoots of the season on older wood.
+    pub spur_share: f64,
+}
+
+impl FoliageShares {
+    /// Of drafts that each stand `copies` times; None without leaves, or where one of them stands on wood of unknown age.
+    fn of(drafts: &[Draft], copies: &[usize]) -> Option<Self> {
+        let (mut whole, mut older, mut spurs) = (0.0, 0.0, 0.0);
+        for (draft, copies) in drafts.iter().zip(copies) {
+            for blade in &draft.blades {
+                let area_m2 = blade.leaf.area_m2() * *copies as f64;
+                whole += area_m2;
+                match draft.segments.get(blade.segment)?.age {
+                    Age::Current => {}
+                    Age::Spur => spurs += area_m2,
+                    Age::Older => older += area_m2,
+                    Age::Unknown => return None,
+                }
+            }
+        }
+        (whole > 0.0).then(|| Self { older_share: older / whole, spur_share: spurs / whole })
+    }
 }
 
 /// Makes a tree for every planting. `copies` says how many places each of them fills, for the target leaf area.
@@ -82,8 +114,9 @@ pub(crate) fn plant(
         .zip(plantings)
         .flat_map(|(draft, planting)| draft.supports.iter().map(|support| support.translated(planting.base)))
         .collect();
+    let foliage = FoliageShares::of(&drafts, copies);
     let trees = drafts.par_iter().zip(plantings).map(|(draft, planting)| place(draft, planting)).collect();
-    Ok(Planted { trees, supports, adjustment, remarks: generator.remarks() })
+    Ok(Planted { trees, supports, adjustment, foliage, remarks: generator.remarks() })
 }
 
 fn draft(generator: &dyn Generator, tree: &TreeParameters, planting: &Planting) -> Result<Draft, GrowError> {
@@ -135,7 +168,8 @@ fn finish(draft: &Draft) -> Tree {
 #[cfg(test)]
 pub(crate) fn grow_lone_tree(parameters: &TreeParameters, seed: u64) -> Tree {
     let orchard = OrchardParameters { trees: Some(1), ..OrchardParameters::default() };
-    let orchard = OrchardParameters { tree: parameters.as_overrides(), ..orchard };
+    let generator = Some(super::kind::GeneratorKind::Hmt);
+    let orchard = OrchardParameters { generator, tree: parameters.as_overrides(), ..orchard };
     let planting = Planting { row: 0, tree: 0, gap: false, base: [0.0; 3] };
     plant(&orchard, seed, &[planting], &[1], &|_, _| {}).unwrap().trees.remove(0)
 }

@@ -6,31 +6,34 @@ use super::layout::{Layout, LayoutOverrides};
 use crate::analytic::{AnalyticOverrides, AnalyticParameters};
 use crate::generator::kind::GeneratorKind;
 use crate::growth::{
-    BranchingSource, InternodeSource, MatrixSource, RuleSource, TreeOverrides, TreeParameters,
+    BranchingSource, InternodeSource, LeafLifetime, MatrixSource, RuleSource, TreeOverrides, TreeParameters,
 };
 use crate::import::{ImportParameters, Stands};
 use crate::lsystem::{LSystemOverrides, LSystemParameters};
 use crate::parameters::{ParameterError, SceneFile, choices, require};
 use crate::season::Season;
 use crate::support::{Trellis, TrellisOverrides};
+use crate::trained::{Form, TrainingOverrides, TrainingParameters};
 
 /// Trees that are all grown and kept: 32 GB of the built-in spindles.
 const MOST_DIFFERENT: u32 = 10_000;
 
 choices! {
-    /// A named set of layout and tree parameters; MODEL and reasons stand in each parameter's table.
+    /// A named set of layout, training and tree parameters; their reasons stand in each parameter's table.
     pub enum Preset {
-        /// Pruned slender trees of an intensive orchard: 12 trees at 1.5 m, rows 4 m apart, LAI about 1.3.
+        /// Slender spindles of an intensive orchard: a leader and a cone of fruiting branches; 12 trees at 1.5 m, rows 4 m apart.
         Spindle = "spindle",
-        /// The same, a season older and fuller: LAI about 2.4.
+        /// Tall spindles: higher, narrower, branches tied below the horizontal: 12 trees at 1 m, rows 3.5 m apart.
+        TallSpindle = "tall_spindle",
+        /// Spindles some seasons older, wider and denser.
         Mature = "mature",
         /// The small free-growing trees of Méndez et al. (2013): 3 trees at 3 m, rows 5 m apart, not pruned.
         Paper = "paper",
         /// Open vases: free-standing crowns on scaffold branches, the middle kept open: 6 trees at 4 m, rows 5 m apart.
         Vase = "vase",
-        /// A fruiting wall (palette): thin, mechanically pruned, on posts and wires: 12 trees at 1 m, rows 3.5 m apart.
+        /// A fruiting wall: palmettes tied to wires and sheared: 12 trees at 1 m, rows 3.5 m apart.
         FruitingWall = "fruiting_wall",
-        /// A hedge: low, dense and square: 12 trees at 0.8 m, rows 3 m apart.
+        /// A hedge: low, dense, sheared flat: 12 trees at 0.8 m, rows 3 m apart.
         Hedge = "hedge",
     }
 }
@@ -48,25 +51,109 @@ impl Preset {
             Self::Paper => Layout::default(),
             Self::Spindle | Self::Mature => row(12, 1.5, 4.0),
             Self::Vase => row(6, 4.0, 5.0),
-            Self::FruitingWall => row(12, 1.0, 3.5),
+            Self::TallSpindle | Self::FruitingWall => row(12, 1.0, 3.5),
             Self::Hedge => row(12, 0.8, 3.0),
         }
     }
 
-    /// Its tree parameters: the table's defaults are the paper's; the others depart from them.
-    pub fn tree(self) -> TreeParameters {
+    /// What makes its trees.
+    pub fn generator(self) -> GeneratorKind {
         match self {
-            Self::Paper => TreeParameters::default(),
-            Self::Spindle => TreeParameters {
-                iterations: 10,
-                transitions: MatrixSource::named("P_mapplet_mean"),
-                rules: RuleSource::named("vase"),
-                internodes: InternodeSource::named("flat20"),
-                trunk_floor_diameter_m: 0.06,
-                pruned: true,
-                ..TreeParameters::default()
+            Self::Paper => GeneratorKind::Hmt,
+            _ => GeneratorKind::Trained,
+        }
+    }
+
+    /// Its tree parameters for a generator: the table's defaults are the paper's; the others depart from them.
+    pub fn tree(self, generator: GeneratorKind) -> TreeParameters {
+        match (self, generator) {
+            (Self::Paper, _) => TreeParameters::default(),
+            (_, GeneratorKind::Trained) => self.trained_tree(),
+            _ => self.cut_tree(),
+        }
+    }
+
+    /// Seasons, leaves and the room of a trained tree.
+    fn trained_tree(self) -> TreeParameters {
+        let spindle = TreeParameters {
+            iterations: 7,
+            leaf_lifetime: LeafLifetime::CurrentSeason,
+            internode_m: 0.028,
+            trunk_floor_diameter_m: 0.06,
+            envelope_half_width_m: 1.05,
+            envelope_top_half_width_m: 0.35,
+            envelope_half_length_m: 0.85,
+            clear_trunk_m: 0.6,
+            envelope_top_m: 3.0,
+            ..TreeParameters::default()
+        };
+        match self {
+            Self::Spindle | Self::Paper => spindle,
+            Self::TallSpindle => TreeParameters {
+                iterations: 8,
+                envelope_half_width_m: 0.65,
+                envelope_top_half_width_m: 0.3,
+                envelope_half_length_m: 0.6,
+                envelope_top_m: 3.3,
+                ..spindle
             },
-            Self::Mature => TreeParameters { iterations: 11, ..Self::Spindle.tree() },
+            Self::Mature => TreeParameters {
+                iterations: 12,
+                trunk_floor_diameter_m: 0.08,
+                envelope_half_width_m: 1.2,
+                envelope_top_half_width_m: 0.4,
+                envelope_half_length_m: 1.0,
+                envelope_top_m: 3.4,
+                ..spindle
+            },
+            Self::Vase => TreeParameters {
+                iterations: 10,
+                trunk_floor_diameter_m: 0.12,
+                envelope_half_width_m: 1.5,
+                envelope_top_half_width_m: 1.9,
+                envelope_half_length_m: 1.5,
+                envelope_top_m: 3.5,
+                hollow_deg: 26.0,
+                hollow_from_m: 0.9,
+                ..spindle
+            },
+            Self::FruitingWall => TreeParameters {
+                iterations: 9,
+                pruned: true,
+                envelope_half_width_m: 0.5,
+                envelope_top_half_width_m: 0.3,
+                envelope_half_length_m: 0.6,
+                clear_trunk_m: 0.5,
+                ..spindle
+            },
+            Self::Hedge => TreeParameters {
+                iterations: 8,
+                pruned: true,
+                envelope_half_width_m: 0.6,
+                envelope_top_half_width_m: 0.5,
+                envelope_half_length_m: 0.55,
+                clear_trunk_m: 0.35,
+                envelope_top_m: 2.2,
+                ..spindle
+            },
+        }
+    }
+
+    /// Hidden Markov trees cut to the outline of the preset: what other generators grow in its place.
+    fn cut_tree(self) -> TreeParameters {
+        let spindle = TreeParameters {
+            iterations: 10,
+            transitions: MatrixSource::named("P_mapplet_mean"),
+            rules: RuleSource::named("vase"),
+            internodes: InternodeSource::named("flat20"),
+            leaf_lifetime: LeafLifetime::CurrentSeason,
+            trunk_floor_diameter_m: 0.06,
+            pruned: true,
+            ..TreeParameters::default()
+        };
+        match self {
+            Self::Spindle | Self::TallSpindle | Self::Paper => spindle,
+            Self::Mature => TreeParameters { iterations: 11, ..spindle },
             Self::Vase => TreeParameters {
                 iterations: 12,
                 trunk_floor_diameter_m: 0.12,
@@ -76,7 +163,7 @@ impl Preset {
                 envelope_top_m: 3.2,
                 hollow_deg: 20.0,
                 hollow_from_m: 0.9,
-                ..Self::Spindle.tree()
+                ..spindle
             },
             Self::FruitingWall => TreeParameters {
                 iterations: 11,
@@ -84,14 +171,62 @@ impl Preset {
                 envelope_top_half_width_m: 0.25,
                 clear_trunk_m: 0.5,
                 envelope_top_m: 3.0,
-                ..Self::Spindle.tree()
+                ..spindle
             },
             Self::Hedge => TreeParameters {
-                iterations: 10,
                 envelope_half_width_m: 0.6,
                 clear_trunk_m: 0.3,
                 envelope_top_m: 2.2,
-                ..Self::Spindle.tree()
+                ..spindle
+            },
+        }
+    }
+
+    /// How its trees are trained.
+    pub fn training(self) -> TrainingParameters {
+        let spindle = TrainingParameters::default();
+        match self {
+            Self::Spindle | Self::Paper => spindle,
+            Self::TallSpindle => {
+                TrainingParameters { lateral_shoot_m: 0.36, tie_deg: 105.0, renewal_seasons: 5, ..spindle }
+            }
+            Self::Mature => TrainingParameters {
+                laterals: 6.5,
+                side_shoots: 2.4,
+                renewal_seasons: 7,
+                spurs_per_m: 14.0,
+                ..spindle
+            },
+            Self::Vase => TrainingParameters {
+                form: Form::Vase,
+                whip_m: 0.75,
+                laterals: 4.5,
+                lateral_shoot_m: 0.5,
+                tie_deg: 0.0,
+                side_shoots: 2.0,
+                winter_share: 0.95,
+                ..spindle
+            },
+            Self::FruitingWall => TrainingParameters {
+                form: Form::Palmette,
+                laterals: 2.5,
+                lateral_shoot_m: 0.3,
+                side_shoots: 1.8,
+                cut_unevenness: 0.1,
+                spurs_per_m: 9.0,
+                ..spindle
+            },
+            Self::Hedge => TrainingParameters {
+                form: Form::Hedge,
+                whip_m: 0.7,
+                laterals: 7.0,
+                lateral_shoot_m: 0.35,
+                tie_deg: 0.0,
+                side_shoots: 1.9,
+                renewal_seasons: 5,
+                cut_unevenness: 0.1,
+                spurs_per_m: 10.0,
+                ..spindle
             },
         }
     }
@@ -136,8 +271,9 @@ pub struct OrchardParameters {
     /// Directions that copies of distinct trees may face; the preset's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub directions: Option<u32>,
-    /// What makes the trees.
-    pub generator: GeneratorKind,
+    /// What makes the trees; the preset's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub generator: Option<GeneratorKind>,
     /// How many leaves are out, and how large.
     pub season: Season,
     /// Leaf area index that is reached within 1 % by thinning or adding leaves; none where absent.
@@ -145,6 +281,8 @@ pub struct OrchardParameters {
     pub target_lai: Option<f64>,
     /// What departs from the preset's trees.
     pub tree: TreeOverrides,
+    /// How trees are trained.
+    pub training: TrainingOverrides,
     /// Trees by an L-system.
     pub lsystem: LSystemOverrides,
     /// Trees from files.
@@ -174,10 +312,11 @@ impl OrchardParameters {
             order: Vec::new(),
             distinct_trees: None,
             directions: None,
-            generator: GeneratorKind::Hmt,
+            generator: None,
             season: Season::FullLeaf,
             target_lai: None,
             tree: TreeOverrides::default(),
+            training: TrainingOverrides::default(),
             lsystem: LSystemOverrides::default(),
             import: ImportParameters::default(),
             analytic: AnalyticOverrides::default(),
@@ -190,6 +329,16 @@ impl OrchardParameters {
         let Self { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions, .. } = *self;
         LayoutOverrides { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions }
             .over(self.preset.layout())
+    }
+
+    /// What makes the trees.
+    pub fn generator(&self) -> GeneratorKind {
+        self.generator.unwrap_or(self.preset.generator())
+    }
+
+    /// The training in force.
+    pub fn training_parameters(&self) -> TrainingParameters {
+        self.training.over(self.preset.training())
     }
 
     /// The L-system parameters in force.
@@ -222,7 +371,7 @@ impl OrchardParameters {
 
     /// The tree parameters in force.
     pub fn tree_parameters(&self) -> TreeParameters {
-        self.tree.over(self.preset.tree())
+        self.tree.over(self.preset.tree(self.generator()))
     }
 
     /// Checks all values.
@@ -250,7 +399,7 @@ impl OrchardParameters {
                 return Err(ParameterError::new("orchard.order", expected, format!("{:?}", self.order)));
             }
         }
-        let placed = self.generator == GeneratorKind::Import && self.import.stands == Stands::InPlace;
+        let placed = self.generator() == GeneratorKind::Import && self.import.stands == Stands::InPlace;
         let expected = "0 for trees that stand where their files say";
         require(
             !placed || layout.distinct_trees == 0,
@@ -264,7 +413,8 @@ impl OrchardParameters {
             "0 to 100000",
             layout.distinct_trees,
         )?;
-        let is_grown = matches!(self.generator, GeneratorKind::Hmt | GeneratorKind::LSystem);
+        let is_grown =
+            matches!(self.generator(), GeneratorKind::Hmt | GeneratorKind::Trained | GeneratorKind::LSystem);
         let different = layout.rows.saturating_mul(layout.trees);
         require(
             !is_grown || layout.distinct_trees > 0 || different <= MOST_DIFFERENT,
@@ -277,8 +427,9 @@ impl OrchardParameters {
             require(lai > 0.0 && lai <= 100.0, "orchard.target_lai", "above 0, up to 100", lai)?;
         }
         self.trellis_parameters().validate()?;
-        match self.generator {
+        match self.generator() {
             GeneratorKind::Hmt => {}
+            GeneratorKind::Trained => self.training_parameters().validate(self.trellis_parameters().wires)?,
             GeneratorKind::LSystem => self.lsystem_parameters().validate()?,
             GeneratorKind::Import => self.import.validate()?,
             GeneratorKind::Analytic => self.analytic_parameters().validate(layout.tree_spacing_m)?,
