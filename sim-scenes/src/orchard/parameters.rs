@@ -78,7 +78,7 @@ impl Preset {
         let spindle = TreeParameters {
             iterations: 7,
             leaf_lifetime: LeafLifetime::CurrentSeason,
-            internode_m: 0.028,
+            internode_m: 0.023,
             trunk_floor_diameter_m: 0.06,
             envelope_half_width_m: 1.05,
             envelope_top_half_width_m: 0.35,
@@ -190,42 +190,41 @@ impl Preset {
             Self::TallSpindle => {
                 TrainingParameters { lateral_shoot_m: 0.36, tie_deg: 105.0, renewal_seasons: 5, ..spindle }
             }
-            Self::Mature => TrainingParameters {
-                laterals: 6.5,
-                side_shoots: 2.4,
-                renewal_seasons: 7,
-                spurs_per_m: 14.0,
-                ..spindle
-            },
+            Self::Mature => {
+                TrainingParameters { laterals: 6.5, side_shoots: 3.0, renewal_seasons: 7, ..spindle }
+            }
             Self::Vase => TrainingParameters {
                 form: Form::Vase,
                 whip_m: 0.75,
                 laterals: 4.5,
                 lateral_shoot_m: 0.5,
                 tie_deg: 0.0,
-                side_shoots: 2.0,
+                side_shoots: 2.3,
                 winter_share: 0.95,
+                spurs_per_m: 8.5,
                 ..spindle
             },
             Self::FruitingWall => TrainingParameters {
                 form: Form::Palmette,
                 laterals: 2.5,
-                lateral_shoot_m: 0.3,
-                side_shoots: 1.8,
+                lateral_shoot_m: 0.32,
+                side_shoots: 2.4,
+                winter_share: 0.8,
                 cut_unevenness: 0.1,
-                spurs_per_m: 9.0,
+                spurs_per_m: 6.0,
                 ..spindle
             },
             Self::Hedge => TrainingParameters {
                 form: Form::Hedge,
                 whip_m: 0.7,
                 laterals: 7.0,
-                lateral_shoot_m: 0.35,
+                lateral_shoot_m: 0.37,
                 tie_deg: 0.0,
-                side_shoots: 1.9,
+                side_shoots: 2.2,
                 renewal_seasons: 5,
+                winter_share: 0.8,
                 cut_unevenness: 0.1,
-                spurs_per_m: 10.0,
+                spurs_per_m: 6.5,
                 ..spindle
             },
         }

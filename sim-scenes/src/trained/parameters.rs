@@ -46,9 +46,9 @@ parameters! {
     /// Length of an annual shoot over that of the year before, on the same lateral.
     shoot_decline: f64 = 0.8, "1", "assumed: fruiting branches calm down year by year";
     /// Angle from the vertical to which laterals are tied in their first winter; 0 for none.
-    tie_deg: f64 = 80.0, "°", "slender spindle: near the horizontal; tall spindle: below it";
+    tie_deg: f64 = 80.0, "°", "slender spindle: near the horizontal; tall spindle: below it (Robinson 2007)";
     /// Side shoots that last year's wood of a lateral breaks into.
-    side_shoots: f64 = 2.2, "a season", "assumed";
+    side_shoots: f64 = 2.5, "a season", "assumed";
     /// Length of side shoots over that of their lateral's.
     side_share: f64 = 0.6, "1", "assumed";
     /// Angle at which side shoots leave.
@@ -56,7 +56,7 @@ parameters! {
     /// Orders of side shoots on a lateral.
     side_orders: u32 = 2, "orders", "finer wood is spurs";
     /// Seasons after which a lateral is cut back to a stub and replaced; 0 for never.
-    renewal_seasons: u32 = 6, "seasons", "renewal pruning: one or two of the thickest branches a year";
+    renewal_seasons: u32 = 6, "seasons", "renewal pruning: one or two of the thickest branches a year (Robinson 2007)";
     /// Scaffold limbs of a vase.
     scaffolds: u32 = 4, "limbs", "open centre: three to five";
     /// Angle of scaffold limbs from the vertical.
@@ -71,15 +71,15 @@ parameters! {
     cut_unevenness: f64 = 0.25, "1", "assumed: cuts go to a bud, a spur or a side shoot; 0 for a machine";
 
     /// Spurs on a metre of wood of two years or more.
-    spurs_per_m: f64 = 12.0, "1/m", "assumed: every second bud or so of the year before, less what became shoots or was lost";
+    spurs_per_m: f64 = 8.0, "1/m", "assumed: what is left of every second bud; gives rosettes about half of the leaf area, as Forshey et al. 1987 counted (54 %)";
     /// Seasons that a spur lives.
     spur_seasons: u32 = 6, "seasons", "assumed: old spurs are thinned out";
     /// Growth of a spur in a season.
     spur_growth_m: f64 = 0.006, "m", "a spur's short shoot is a few millimetres";
     /// Leaves of a spur's rosette.
-    spur_leaves: u32 = 6, "leaves", "rosettes of 5 to 9 leaves";
+    spur_leaves: u32 = 7, "leaves", "rosettes of 6 to 10 leaves (van den Ende, Tree Fruit)";
     /// Length and width of a rosette's leaf over that of a shoot's leaf.
-    spur_leaf_scale: f64 = 0.85, "1", "assumed: spur leaves are smaller than shoot leaves";
+    spur_leaf_scale: f64 = 0.82, "1", "shoot leaves are nearly 50 % larger in area than spur leaves (Forshey et al. 1987)";
 
     /// Young's modulus of the living wood.
     young_gpa: f64 = 5.0, "GPa", "assumed: green apple wood below the 8.8 GPa of dry wood";
