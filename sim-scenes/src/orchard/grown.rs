@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::generator::plant::FoliageShares;
+use crate::generator::foliage_shares::FoliageShares;
 use crate::generator::remark::Remark;
 use crate::organ::{Cylinder, Leaf, Tree};
 use crate::placement::Placement;
