@@ -332,13 +332,22 @@ fn facts(outcomes: &Outcomes) -> String {
     let percent = |error: Option<f64>| {
         error.map_or_else(|| "unknown".to_owned(), |error| format!("{:+.1} %", 100.0 * error))
     };
+    let ends = |ends: Option<[f64; 2]>| {
+        ends.map_or_else(
+            || "unknown".to_owned(),
+            |[low_m2, high_m2]| format!("{low_m2:.1} to {high_m2:.1} m²"),
+        )
+    };
     format!(
         "row leaf area error   {} by contact frequency, {} by I_T\n\
+         95 % of leaf areas    {}; by sampling alone {}\n\
          scans                 {} received of {} sent by the time the row ended, {} lost, {} repeated\n\
          latency               p50 {}, p99 {} from the socket to the estimate\n\
          took                  {:.1} s for {:.1} m of row\n",
         percent(outcomes.leaf_area_error),
         percent(outcomes.leaf_area_regression_error),
+        ends(estimate.leaf_area_interval_m2),
+        ends(estimate.leaf_area_sampling_error_m2),
         estimate.scans,
         outcomes.scans_sent,
         estimate.scans_lost,

@@ -44,8 +44,8 @@ pub struct Compared {
     pub cv: f64,
     /// The same of the mean of all *other* rows' truths, taken for each: the estimate of someone who does not scan.
     pub null_cv: f64,
-    /// Share of the 95 % intervals that hold the truth, where there is one.
-    pub covered: Option<f64>,
+    /// Share of the sampling errors at 95 % that hold the truth, where there is one: below 0.95 by what is not sampling.
+    pub sampling_holds: Option<f64>,
 }
 
 /// How well trees are found in the data.
@@ -180,7 +180,7 @@ fn compared(scene: &str, rows: &[Row]) -> Vec<Compared> {
                 bias: mean(&ratios) - 1.0,
                 cv: cv(&ratios),
                 null_cv: cv(&null),
-                covered: (!held.is_empty())
+                sampling_holds: (!held.is_empty())
                     .then(|| held.iter().filter(|held| **held).count() as f64 / held.len() as f64),
             })
         })
