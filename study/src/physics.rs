@@ -214,13 +214,14 @@ struct TriedRow {
 impl TriedRow {
     fn of(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Self, TrialError> {
         let mut scene = Scene { seed, ..scene.clone() };
-        // The tractor drives in the middle of its alley or nearer: the row behind stays out of the way.
+        // The tractor drives in the middle of its alley or nearer to the row.
         let spacing_m = scene.resolved_rig().row_spacing_m.unwrap_or(0.0);
         if let Some(mount) = scene.rig.scanners.first_mut() {
             mount.distance_m = distance_m;
             model.name().clone_into(&mut mount.model);
         }
-        scene.rig.row_spacing_m = Some(spacing_m.max(2.0 * distance_m));
+        let spacing_m = Some(spacing_m.max(2.0 * distance_m));
+        (scene.orchard.row_spacing_m, scene.rig.row_spacing_m) = (spacing_m, spacing_m);
         let mut set = Set::grow(scene, &|_, _| {})?;
         let mount = set.rig.scanners.first().cloned().unwrap_or_default();
         let appraisal = Appraisal::of(&set.orchard, &mount, set.rig.ground_clearance_m);
