@@ -38,9 +38,11 @@
 //! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
 
 mod advance;
+mod astray;
 pub mod calibration;
 mod contact;
 mod cut;
+mod deskew;
 mod error;
 pub mod estimate;
 pub mod estimator;

@@ -21,6 +21,8 @@ pub struct Stage {
     pub scene: Scene,
     /// The rig, with what the scene knows filled in.
     pub rig: Rig,
+    /// The same with its scanners where they really are.
+    true_rig: Rig,
     /// The grown orchard.
     pub orchard: Orchard,
     caster: Arc<Caster>,
@@ -42,7 +44,7 @@ impl Stage {
     pub fn grow(scene: Scene, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<Self, GrowError> {
         let orchard = Orchard::grow(&scene.orchard, scene.seed, progress)?;
         let caster = Arc::new(Caster::new(&orchard));
-        Ok(Self { rig: scene.resolved_rig(), scene, orchard, caster })
+        Ok(Self { rig: scene.resolved_rig(), true_rig: scene.true_rig(), scene, orchard, caster })
     }
 
     /// A tractor at its start, for the rig's scanners to ride on.
@@ -68,7 +70,7 @@ impl Stage {
         model: &'static Model,
     ) -> Result<(Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
+        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
             .with_encoder(self.scene.encoder)
             .with_eye(self.eye(index, model.into()));
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
@@ -103,7 +105,7 @@ impl Stage {
         options: lms2xx::device::Options,
     ) -> Result<(lms2xx::device::Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
+        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
             .with_eye(self.eye(index, model.into()));
         let mut device = lms2xx::device::Device::new(model, options);
         let asked = self.rig.scanners.get(index).and_then(asked_step);

@@ -55,6 +55,7 @@ pub mod season;
 pub mod seed;
 mod support;
 mod target;
+mod true_mount;
 mod truth;
 
 pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
@@ -66,4 +67,5 @@ pub use placement::Placement;
 pub use scene::{Scene, SceneError};
 pub use support::{Support, SupportKind, Trellis};
 pub use target::{Adjustment, TargetError};
+pub use true_mount::TrueMount;
 pub use truth::{HeightBand, RowSlab, TreeTruth, Truth, TruthGrid};

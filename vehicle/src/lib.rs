@@ -22,6 +22,7 @@
 pub mod encoder;
 mod faults;
 pub mod gnss;
+mod nozzles;
 pub mod parameter;
 pub mod scene_file;
 pub mod tractor;

@@ -26,6 +26,8 @@ pub struct Motion {
     pub up_m: f64,
     /// Rolled right side down, radians.
     pub roll_rad: f64,
+    /// Pitched nose up, radians.
+    pub pitch_rad: f64,
 }
 
 /// How the tractor drives: place and speed at any time of driving.
@@ -54,7 +56,17 @@ impl Trajectory {
         let run = self.detours.at(&self.profile, t_s);
         let ProfileState { way_m, speed_m_s, wheel_m, wheel_speed_m_s } = run;
         let place = self.course.at(way_m);
-        Motion { place, speed_m_s, way_m, wheel_m, wheel_speed_m_s, right_m: 0.0, up_m: 0.0, roll_rad: 0.0 }
+        Motion {
+            place,
+            speed_m_s,
+            way_m,
+            wheel_m,
+            wheel_speed_m_s,
+            right_m: 0.0,
+            up_m: 0.0,
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+        }
     }
 
     /// From `t_s` on the tractor makes for `speed_m_s`, whatever its profile says: how a controller drives it. What was before `t_s`
