@@ -82,7 +82,8 @@ impl Deskew {
             let Some(beam) = beam else { return f64::NAN };
             let from_m = at.y_m - beam.shift_m;
             let after = lines.partition_point(|line| line.at.y_m < from_m);
-            let near = [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|line| lines.get(line));
+            let near =
+                [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|line| lines.get(line));
             let off = |line: &Line| (line.at.y_m - from_m).abs();
             let nearest = near.min_by(|a, b| off(a).total_cmp(&off(b)));
             // A line that stands for this place.
@@ -92,7 +93,9 @@ impl Deskew {
         row(self.grid, &self.upright, at);
         self.next += 1;
         let past = |line: &Line| line.at.y_m + self.reach_m + line.at.weight_m < at.y_m;
-        while self.next > 0 && self.lines.front().is_some_and(|line| past(line) || self.lines.len() >= MOST_LINES) {
+        while self.next > 0
+            && self.lines.front().is_some_and(|line| past(line) || self.lines.len() >= MOST_LINES)
+        {
             self.spare.extend(self.lines.pop_front().map(|line| line.range_m));
             self.next -= 1;
         }
@@ -107,7 +110,7 @@ mod tests {
     /// What each line holds of the number of the line that a range came from.
     fn upright(mount: &Mount, lines: u32) -> Vec<(f64, Vec<f64>)> {
         let frame = Frame::new(&Rig::default(), mount).unwrap();
-        let grid = BeamGrid::spanning(300_000, 1_500_000, 300_000);
+        let grid = BeamGrid::spanning(300_000, 1_500_000, 60_000);
         let (mut deskew, mut found) = (Deskew::default(), Vec::new());
         let mut take = |_: BeamGrid, range_m: &[f64], at: Weighted| found.push((at.y_m, range_m.to_vec()));
         for number in 0..lines {
@@ -126,10 +129,10 @@ mod tests {
         // Level beams cross the row tan 10° · 2 m = 0.353 m ahead: 17.6 lines.
         let (y_m, line) = &found[50];
         assert!((y_m - 1.0).abs() < 1e-9);
-        let middle = line[2];
+        let middle = line[10];
         assert!((middle - 1.0 - (50.0 - 17.6)).abs() <= 0.6, "{middle}");
         // The first lines have none of it, the last all.
-        assert!(found[10].1[2].is_nan() && !found[99].1[2].is_nan());
+        assert!(found[10].1[10].is_nan() && !found[99].1[10].is_nan());
     }
 
     #[test]
@@ -137,9 +140,9 @@ mod tests {
         let mount = Mount { distance_m: 2.0, pitch_deg: 5.0, ..Mount::default() };
         let found = upright(&mount, 100);
         let line = &found[50].1;
-        // θ from −60° to 60° in steps of 30°; the tops lean back, so the upper beams of a later line cross here.
-        assert_eq!(line[2], 51.0);
+        // Beams 5, 10 and 15 are at −30°, 0° and 30°; the tops lean back, so the upper beams of a later line cross here.
+        assert_eq!(line[10], 51.0);
         let ahead = 2.0 * 30f64.to_radians().tan() * 5f64.to_radians().sin() / 0.02;
-        assert!((line[3] - 51.0 - ahead).abs() <= 0.6 && (line[1] - 51.0 + ahead).abs() <= 0.6, "{line:?}");
+        assert!((line[15] - 51.0 - ahead).abs() <= 0.6 && (line[5] - 51.0 + ahead).abs() <= 0.6, "{line:?}");
     }
 }

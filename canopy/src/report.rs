@@ -1,14 +1,16 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
 use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
-use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
+use crate::estimate::{
+    Estimate, LeafAreaEstimator, MountReport, RangeStatistics, SliceEstimate, TreeEstimate,
+};
 use crate::gate::Gate;
 use crate::odometry::AdvanceSource;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
-use rowscan_protocol::rig::BeamWidth;
+use rowscan_protocol::rig::{BeamWidth, Mount};
 
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;
@@ -89,6 +91,9 @@ fn row(
     estimate.scanned_m = Some(scanned_m);
     estimate.canopy_m = Some(totals.canopy_m);
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
+    let Mount { offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
+    let mount = MountReport { offset_y_m, yaw_deg, pitch_deg, roll_deg };
+    estimate.mount = Some(mount).filter(|mount| *mount != MountReport::default());
     estimate.contact = Some(pass.row.contact_report());
     estimate.returns = Some(totals.returns);
     estimate.leaf_area_contact_raw_m2 = Some(totals.contact_m2);

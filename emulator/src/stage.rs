@@ -70,14 +70,17 @@ impl Stage {
         model: &'static Model,
     ) -> Result<(Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
-            .with_encoder(self.scene.encoder)
-            .with_eye(self.eye(index, model.into()));
+        let world =
+            ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
+                .with_encoder(self.scene.encoder)
+                .with_wind(self.scene.wind, self.scene.seed)
+                .with_eye(self.eye(index, model.into()));
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
         let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
         if self.scene.optics.stages.has(optics::Stage::Echoes) {
             device.set_factory_echo(model.optics.factory_echo);
         }
+        device.set_contamination(self.scene.optics.contamination());
         if let Some(mount) = self.rig.scanners.get(index) {
             let mode = scan_mode(model, mount)?;
             device.set_scan_mode(mode.frequency_centihz, mode.step)?;
@@ -105,8 +108,10 @@ impl Stage {
         options: lms2xx::device::Options,
     ) -> Result<(lms2xx::device::Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
-            .with_eye(self.eye(index, model.into()));
+        let world =
+            ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
+                .with_wind(self.scene.wind, self.scene.seed)
+                .with_eye(self.eye(index, model.into()));
         let mut device = lms2xx::device::Device::new(model, options);
         let asked = self.rig.scanners.get(index).and_then(asked_step);
         let fits = |variant: &&lms2xx::Variant| asked == Some(variant.step_centideg.saturating_mul(100));

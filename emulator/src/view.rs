@@ -9,7 +9,7 @@ use rowscan_protocol::rig::{Attitude, Axes, Mount, Rig, RowSide};
 use rowscan_protocol::scan::Pose;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::optics::{self, Eye, RangeLimits};
-use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
+use rowscan_scenes::{BeamFan, Caster, Lean, Orchard, Return, Scratch, Wind};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
 use rowscan_vehicle::trajectory::{Alley, Course};
@@ -24,6 +24,8 @@ pub struct ScannerView {
     encoder: Encoder,
     mount: Mount,
     row_spacing_m: f64,
+    tree_spacing_m: f64,
+    wind: (Wind, u64),
     limits: RangeLimits,
     fan: BeamFan,
     returns: Vec<Return>,
@@ -90,6 +92,8 @@ impl ScannerView {
             encoder: Encoder::default(),
             mount,
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
+            tree_spacing_m: rig.tree_spacing_m.unwrap_or(1.0),
+            wind: (Wind::default(), 0),
             limits,
             fan: BeamFan::from_degrees(0.0, 0.0, 0),
             returns: Vec::new(),
@@ -104,6 +108,12 @@ impl ScannerView {
     #[must_use]
     pub fn with_encoder(self, encoder: Encoder) -> Self {
         Self { encoder, ..self }
+    }
+
+    /// The same in wind, in a scene with this seed.
+    #[must_use]
+    pub fn with_wind(self, wind: Wind, seed: u64) -> Self {
+        Self { wind: (wind, seed), ..self }
     }
 
     /// The same through a device's eye.
@@ -182,11 +192,39 @@ impl ScannerView {
         let y_m = motion.place.y_m + right * (self.mount.offset_y_m - z_m * pitch);
         let z_m = z_m + motion.up_m + self.mount.offset_y_m * pitch;
         let (tilt_rad, axes) = self.attitude(motion.roll_rad, motion.pitch_rad, right, to_row);
+        let lean = self.lean(y_m, at);
+        // Trees that lean by an angle about their feet are seen as upright ones are from where the scanner is when turned back by it.
+        let (from_row_m, y_m) = (x_m - row_m, y_m - lean.along * z_m);
+        let (x_m, z_m) = match lean.across {
+            0.0 => (x_m, z_m),
+            slope => (row_m + from_row_m - z_m * slope, z_m + from_row_m * slope),
+        };
+        let tilt_rad = tilt_rad + lean.across;
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
         let moment = self.moment(at);
         let nozzle_changes = if self.eye.is_some() { self.tractor.nozzle_changes(at) } else { 0 };
-        Viewpoint { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland, tilt_rad, axes, moment, nozzle_changes }
+        Viewpoint {
+            pose: Pose { x_m, y_m, z_m },
+            towards_x,
+            advance_m,
+            headland,
+            tilt_rad,
+            axes,
+            moment,
+            nozzle_changes,
+        }
+    }
+
+    /// How the trees abreast lean in the wind; those behind them are taken to lean alike.
+    fn lean(&self, y_m: f64, at: SimTime) -> Lean {
+        let (wind, seed) = &self.wind;
+        let driven = self.tractor.began().map_or(0, |began| at.0.saturating_sub(began.0));
+        wind.lean(
+            *seed,
+            (y_m / self.tree_spacing_m).floor() as i64,
+            Duration::from_nanos(driven).as_secs_f64(),
+        )
     }
 
     /// How far its beams are tilted in a plane square to the row, or the axes of a plane that leans. `right` is where the tractor's right is

@@ -227,7 +227,11 @@ impl Mount {
     /// Refuses a place or an attitude that no scanner has.
     fn validate(&self) -> Result<(), RigError> {
         let within = |key, value: f64, low: f64, high: f64| {
-            if (low..=high).contains(&value) { Ok(()) } else { Err(RigError::Outside { key, value, low, high }) }
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(RigError::Outside { key, value, low, high })
+            }
         };
         within("scanner.offset_y_m", self.offset_y_m, -20.0, 20.0)?;
         within("scanner.yaw_deg", self.yaw_deg, -STEEPEST_DEG, STEEPEST_DEG)?;

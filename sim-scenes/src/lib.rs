@@ -57,6 +57,7 @@ mod support;
 mod target;
 mod true_mount;
 mod truth;
+mod wind;
 
 pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
 pub use cells::{Cell, CellAreas, CellColumn, CellGrid, ColumnBand, RowCells};
@@ -69,3 +70,4 @@ pub use support::{Support, SupportKind, Trellis};
 pub use target::{Adjustment, TargetError};
 pub use true_mount::TrueMount;
 pub use truth::{HeightBand, RowSlab, TreeTruth, Truth, TruthGrid};
+pub use wind::{Lean, Wind};

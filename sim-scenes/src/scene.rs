@@ -10,6 +10,7 @@ use crate::optics::OpticsSettings;
 use crate::orchard::OrchardParameters;
 use crate::parameters::{ParameterError, SceneFile};
 use crate::true_mount::{TrueMount, true_rig};
+use crate::wind::Wind;
 
 /// The scene file format this crate reads.
 pub const VERSION: u32 = 1;
@@ -44,6 +45,9 @@ pub struct Scene {
     /// The GNSS receiver on the roof.
     #[serde(default, skip_serializing_if = "is_default")]
     pub gnss: Gnss,
+    /// The wind that trees sway in; calm where left out.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub wind: Wind,
     /// How the scanners see; ideal beams where left out.
     #[serde(default, skip_serializing_if = "is_default")]
     pub optics: OpticsSettings,
@@ -79,7 +83,8 @@ impl Scene {
 
     /// The drive past rows of this length, metres: where the tractor is at any time.
     pub fn trajectory(&self, row_m: f64) -> Trajectory {
-        self.drive.trajectory(&self.resolved_rig(), row_m)
+        let ground = self.drive.road.as_ref().map(|road| road.ground(self.seed));
+        self.drive.trajectory(&self.resolved_rig(), row_m).over(ground)
     }
 
     /// The files that it names. Their contents must be handed in before it can be grown.
@@ -107,6 +112,7 @@ impl Scene {
         self.drive.validate()?;
         self.encoder.validate()?;
         self.gnss.validate()?;
+        self.wind.validate()?;
         self.optics.validate()?;
         Ok(())
     }
@@ -122,7 +128,7 @@ pub enum SceneError {
         /// The value found.
         found: u32,
     },
-    /// A value in `[orchard]`, `[encoder]`, `[gnss]` or `[optics]`.
+    /// A value in `[orchard]`, `[encoder]`, `[gnss]`, `[wind]` or `[optics]`.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A value in `[rig]`.
@@ -132,7 +138,9 @@ pub enum SceneError {
     #[error("the rig with `[[true_mount]]`: {0}")]
     TrueMount(RigError),
     /// More true mounts than scanners.
-    #[error("`[[true_mount]]`: expected one a scanner at most, found {mounts}; the rig has {scanners} scanner(s)")]
+    #[error(
+        "`[[true_mount]]`: expected one a scanner at most, found {mounts}; the rig has {scanners} scanner(s)"
+    )]
     TooManyMounts {
         /// Found.
         mounts: usize,

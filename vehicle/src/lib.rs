@@ -24,6 +24,7 @@ mod faults;
 pub mod gnss;
 mod nozzles;
 pub mod parameter;
+pub mod road;
 pub mod scene_file;
 pub mod tractor;
 pub mod trajectory;

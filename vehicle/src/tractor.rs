@@ -48,7 +48,13 @@ impl Driven {
             place.x_m += sway.right_m * libm::cos(heading);
             place.y_m -= sway.right_m * libm::sin(heading);
         }
-        Motion { place, right_m: sway.right_m, up_m: sway.up_m, roll_rad: sway.roll_rad, ..motion }
+        Motion {
+            place,
+            right_m: sway.right_m,
+            up_m: motion.up_m + sway.up_m,
+            roll_rad: motion.roll_rad + sway.roll_rad,
+            ..motion
+        }
     }
 }
 

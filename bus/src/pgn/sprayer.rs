@@ -14,7 +14,7 @@ pub const NOZZLE_DUTY: Message = Message {
     priority: 3,
     period_ms: None,
     len: 8,
-    source: super::CANOPY_ADDRESS,
+    source: 0xFE,
     about: "how far nozzles are open, seven from the first one named on; 255 leaves one as it is (proprietary B)",
     signals: &[
         Signal::new("FirstNozzle", 0, 8, 1.0, "").about("0 is the scene's first [[optics.air.plume]]"),

@@ -189,7 +189,9 @@ impl Optics {
         .into();
         match self.fog_filter {
             FogFilter::None => {}
-            FogFilter::SmallPulses { share } => lines.push(("fog filter: least share of the spot", share.to_string())),
+            FogFilter::SmallPulses { share } => {
+                lines.push(("fog filter: least share of the spot", share.to_string()))
+            }
             FogFilter::LeastPower { times, within_m } => {
                 lines.push(("fog filter: least power, times", times.to_string()));
                 lines.push(("fog filter: out to, m", within_m.to_string()));

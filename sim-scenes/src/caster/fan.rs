@@ -94,10 +94,15 @@ impl BeamFan {
 
     /// The beams of a scanner's mirror as mounted.
     pub fn of_mount(mount: &Mount, grid: BeamGrid) -> Self {
-        Self::looking(mount, grid, true)
+        let attitude = mount.attitude();
+        if attitude.leans() {
+            Self::looking(mount, grid, true).leaning(attitude.axes())
+        } else {
+            Self::tilted(mount, grid, true, -attitude.roll_rad)
+        }
     }
 
-    /// The beams of a scanner's mirror as mounted, in the scene's frame: the mount's X points into the vegetation, which is the scene's
+    /// The beams of a scanner's mirror that is mounted level, in the scene's frame: the mount's X points into the vegetation, which is the scene's
     /// +X, or its −X where the tractor has the row on the other side.
     pub fn looking(mount: &Mount, grid: BeamGrid, towards_x: bool) -> Self {
         Self::tilted(mount, grid, towards_x, 0.0)

@@ -15,9 +15,9 @@ pub mod brute;
 pub(crate) mod convex;
 mod fan;
 mod layers;
-mod leaning;
 mod leaf_field;
 mod leaf_pass;
+mod leaning;
 mod leaves;
 mod moving;
 mod nearest;
@@ -298,7 +298,11 @@ impl Caster {
     }
 
     /// A part as every period of the row sees it that its beams may meet something in: of a level plane itself alone.
-    fn images<'a, T: Sight>(&'a self, part: Part, sight: &T) -> impl Iterator<Item = Part> + Clone + use<'a, T> {
+    fn images<'a, T: Sight>(
+        &'a self,
+        part: Part,
+        sight: &T,
+    ) -> impl Iterator<Item = Part> + Clone + use<'a, T> {
         let [x_m, first_m, z_m] = part.origin;
         let Rectangle { low, high } = self.across;
         let across = Rectangle { low: [low[0] - x_m, low[1] - z_m], high: [high[0] - x_m, high[1] - z_m] };

@@ -84,7 +84,14 @@ pub(super) fn pass<S: Simd, T: Sight>(pass: LeafPass<'_, T>, simd: S, shapes: &i
                             let other = other.0.at(p, q) + moved * other.1.at(p, q);
                             zero.le(one.min(other)).or(one.max(other).le(zero))
                         } else {
-                            within_all::<_, T>(simd, shapes.outline(eight, lane), part.origin, sight, Points(p, q), moved)
+                            within_all::<_, T>(
+                                simd,
+                                shapes.outline(eight, lane),
+                                part.origin,
+                                sight,
+                                Points(p, q),
+                                moved,
+                            )
                         };
                         let key = normal.dot(Points(p, q)) / (distance - gained * moved);
                         let ahead = zero.lt(key).and(key.lt(zero.of(f64::INFINITY)));

@@ -173,11 +173,11 @@ impl PlacedBlocks {
 
     /// What all trees take up across the row, in (X, Z) of the scene.
     pub(super) fn across(&self) -> Rectangle {
-        let copies = self.copies.iter().flatten().filter_map(|copy| Some((copy.base_m, self.bounds.get(copy.block)?)));
+        let copies =
+            self.copies.iter().flatten().filter_map(|copy| Some((copy.base_m, self.bounds.get(copy.block)?)));
         let rows = self.bounds.iter().take(self.rows).map(|bounds| ([0.0; 3], bounds));
-        rows.chain(copies).fold(Rectangle::NOTHING, |all, ([x, y, z], bounds)| {
-            all.and(bounds.seen_from([-x, -y, -z]))
-        })
+        rows.chain(copies)
+            .fold(Rectangle::NOTHING, |all, ([x, y, z], bounds)| all.and(bounds.seen_from([-x, -y, -z])))
     }
 
     pub(super) fn block(&self, number: usize) -> Option<&Block> {

@@ -4,8 +4,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::nearest::{GROUND, Nearest, marked};
-use super::sight::{Part, Points, Sight};
 use super::shapes::Vertex;
+use super::sight::{Part, Points, Sight};
 use super::spans::{Spans, for_beams};
 use super::turned::Frame;
 use super::wood_field::{LEVEL, Poles, WIDER, WoodField};
@@ -142,14 +142,7 @@ impl Aspects {
         let (x_m, y_m, z_m) = (Lanes::splat(simd, x_m), Lanes::splat(simd, y_m), Lanes::splat(simd, z_m));
         let (least_m, most_m) = (Lanes::splat(simd, of.y_m.0), Lanes::splat(simd, of.y_m.1));
         let zero = Lanes::splat(simd, 0.0);
-        // The plane's own Y of where beams start.
-        let plane_m = if T::LEANS {
-            let [_, ahead, _] = sight.axes().ahead;
-            let at = |start_m: f64| zero.of((start_m - of.origin[1]) * ahead);
-            (at(of.starts_m.0), at(of.starts_m.1))
-        } else {
-            (least_m, most_m)
-        };
+        let [first_m, last_m] = plane_y_m(sight, of).map(|y_m| zero.of(y_m));
         let mut any = false;
         for part in 0..Row::parts::<S>() {
             let near = poles.from.load(simd, part).le(most_m).and(least_m.le(poles.to.load(simd, part)));
@@ -167,10 +160,7 @@ impl Aspects {
                 for (row, value) in self.axis.iter_mut().zip([axis.0, axis.1, axis.2]) {
                     row.store(part, value);
                 }
-                let flat = (zero.of(1.0) - axis.1 * axis.1).max(zero).sqrt();
-                reach = radius * flat * zero.of(WIDER) + zero.of(SPARE_M);
-                let level = axis.1.abs().le(zero.of(LEVEL));
-                pitch = level.select(zero.of(f64::INFINITY), zero.of(1.0) / axis.1);
+                (reach, pitch) = leaning_pole(axis, radius);
                 base_y = -from_base.1;
             }
             let height = from_base.dot(axis);
@@ -181,7 +171,7 @@ impl Aspects {
             self.offset[2].store(part, offset.2);
             // Part of the axis (metres from the base) whose disks reach the plane, or any of the planes of a moving scanner.
             let length = poles.length.load(simd, part);
-            let (one, other) = ((plane_m.0 - reach - base_y) * pitch, (plane_m.1 + reach - base_y) * pitch);
+            let (one, other) = ((first_m - reach - base_y) * pitch, (last_m + reach - base_y) * pitch);
             let spare = length * zero.of(1e-9);
             let rises = pitch.abs().lt(zero.of(f64::INFINITY));
             let from = rises.select((one.min(other) - spare).max(zero).min(length), zero);
@@ -196,6 +186,26 @@ impl Aspects {
         }
         any
     }
+}
+
+/// Where along the plane's own Y beams start first and last; for a level one that is the scene's.
+fn plane_y_m<T: Sight>(sight: &T, of: Part) -> [f64; 2] {
+    let (first_m, last_m) = of.starts_m;
+    if !T::LEANS {
+        return [first_m, last_m];
+    }
+    let [_, ahead, _] = sight.axes().ahead;
+    [first_m, last_m].map(|start_m| (start_m - of.origin[1]) * ahead)
+}
+
+/// How far a disk square to the axis reaches along a leaning plane's Y, and metres along the axis for a metre along it.
+#[inline(always)]
+fn leaning_pole<S: Simd>(axis: Vector<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let one = radius.of(1.0);
+    let flat = (one - axis.1 * axis.1).max(one.of(0.0)).sqrt();
+    let level = axis.1.abs().le(one.of(LEVEL));
+    let pitch = level.select(one.of(f64::INFINITY), one / axis.1);
+    (radius * flat * one.of(WIDER) + one.of(SPARE_M), pitch)
 }
 
 /// A register of vectors.

@@ -155,7 +155,14 @@ impl Group {
 mod tests {
     use super::*;
 
-    const RULES: Rules = Rules { merged_m: 1.0, apart_m: 2.0, least_power: 0.0, min_share: 0.0, fog: FogFilter::None, most: 5 };
+    const RULES: Rules = Rules {
+        merged_m: 1.0,
+        apart_m: 2.0,
+        least_power: 0.0,
+        min_share: 0.0,
+        fog: FogFilter::None,
+        most: 5,
+    };
 
     /// Half of the spot at either range, 1/r² weights.
     fn two(near_m: f64, far_m: f64, rules: Rules) -> Vec<Echo> {
@@ -194,7 +201,8 @@ mod tests {
             echoes.iter().map(|echo| echo.range_m).collect::<Vec<_>>()
         };
         // A drop, a leaf's rim, a wall; the last two within reach of a level 3 or beyond it.
-        let mut parts = [touch(2.0, 0.0, 0.05), touch(6.0, 0.05, 0.05), touch(10.0, 0.9, 0.2), touch(20.0, 0.9, 0.05)];
+        let mut parts =
+            [touch(2.0, 0.0, 0.05), touch(6.0, 0.05, 0.05), touch(10.0, 0.9, 0.2), touch(20.0, 0.9, 0.05)];
         assert_eq!(seen(FogFilter::None, &mut parts), [2.0, 6.0, 10.0, 20.0]);
         let small = FogFilter::SmallPulses { share: Fact::assumed(0.06) };
         assert_eq!(seen(small, &mut parts), [10.0, 20.0]);

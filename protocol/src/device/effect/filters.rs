@@ -5,10 +5,10 @@ use crate::device::filter::{MEAN_SCANS, MEDIAN_BEAMS};
 use crate::device::refusal::Fault;
 use crate::telegram::SopasError;
 use crate::telegram::lfp_filter::{MeanFilter, MedianFilter, ParticleFilter};
-use crate::telegram::ms_suppmode::{FOG, SuppressionMode};
 use crate::telegram::lic_encoder::{
     ENCODER, EncoderResolution, EncoderSetting, IncrementSource, InputsThreeAndFour, LEVEL,
 };
+use crate::telegram::ms_suppmode::{FOG, SuppressionMode};
 
 /// Ticks a millimetre an encoder may have.
 const RESOLUTIONS: core::ops::RangeInclusive<f32> = 0.001..=2000.0;

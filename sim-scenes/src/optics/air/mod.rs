@@ -40,7 +40,12 @@ impl AirStage {
         let snow = (air.snow_mm_h > 0.0).then(|| Drops::snow(optics, air.snow_mm_h));
         let haze =
             Haze::new(optics, air.visibility_m, air.dust_g_m3, drops::extinction_of_rain(air.rain_mm_h));
-        let mut stage = Self { air: air.clone(), spraying: air.plumes.clone(), drops: rain.into_iter().chain(snow).collect(), haze };
+        let mut stage = Self {
+            air: air.clone(),
+            spraying: air.plumes.clone(),
+            drops: rain.into_iter().chain(snow).collect(),
+            haze,
+        };
         stage.spray(Moment::default(), &|_| None);
         stage
     }

@@ -114,7 +114,12 @@ impl Plume {
         for change in &self.changes {
             let expected = "a table with either at_s or at_m";
             let one = change.at_s.is_some() != change.at_m.is_some();
-            require(one, "optics.air.plume.change", expected, if change.at_s.is_some() { "both" } else { "neither" })?;
+            require(
+                one,
+                "optics.air.plume.change",
+                expected,
+                if change.at_s.is_some() { "both" } else { "neither" },
+            )?;
             require_within("optics.air.plume.change.flow_l_min", change.flow_l_min, 0.0, 100.0)?;
             require_within("optics.air.plume.change.at_s", change.at_s.unwrap_or(0.0), 0.0, 1e6)?;
             require_within("optics.air.plume.change.at_m", change.at_m.unwrap_or(0.0), -1e6, 1e6)?;
