@@ -284,9 +284,7 @@ proptest! {
         let (mut scratch, mut out) = (Scratch::default(), Layers::default());
         for k in [0, 1, 3, 5] {
             let pose = dice.pose();
-            let askew = [dice.fan(), dice.moving_fan()].map(|fan| Beams::from(dice.leaning(fan)));
-        let level = [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())];
-        for beams in level.into_iter().chain(askew) {
+            for beams in [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())] {
                 caster.cast_layers(pose, &beams, k, &mut scratch, &mut out);
                 compare_layers(&orchard, pose, &beams, k, &out);
             }
@@ -336,7 +334,9 @@ fn any_register_width_gives_the_same_bits() {
         let wide = Caster::new(&if number % 2 == 0 { dice.scene() } else { dice.foliage() });
         let single = wide.clone().with_registers(Registers::Single);
         let (mut scratch, mut a, mut b) = (Scratch::default(), Layers::default(), Layers::default());
-        for beams in [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())] {
+        let askew = [dice.fan(), dice.moving_fan()].map(|fan| Beams::from(dice.leaning(fan)));
+        let level = [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())];
+        for beams in level.into_iter().chain(askew) {
             let pose = dice.pose();
             wide.cast_layers(pose, &beams, 3, &mut scratch, &mut a);
             single.cast_layers(pose, &beams, 3, &mut scratch, &mut b);
