@@ -37,6 +37,16 @@ pub struct ScannerView {
     seen: Option<(Mirror, Viewpoint)>,
 }
 
+/// Trees that lean about their feet are seen as upright ones are by a scanner that is turned back about them by as much.
+fn before_trees(pose: Pose, row_m: f64, lean: Lean) -> Pose {
+    if lean == Lean::default() {
+        return pose;
+    }
+    let Pose { x_m, y_m, z_m } = pose;
+    let from_row_m = x_m - row_m;
+    Pose { x_m: x_m - z_m * lean.across, y_m: y_m - z_m * lean.along, z_m: z_m + from_row_m * lean.across }
+}
+
 /// What a view without echoes shows.
 static NO_ECHO: MeasuredEcho = MeasuredEcho { range_mm: Vec::new(), remission: Vec::new() };
 
@@ -193,27 +203,12 @@ impl ScannerView {
         let z_m = z_m + motion.up_m + self.mount.offset_y_m * pitch;
         let (tilt_rad, axes) = self.attitude(motion.roll_rad, motion.pitch_rad, right, to_row);
         let lean = self.lean(y_m, at);
-        // Trees that lean by an angle about their feet are seen as upright ones are from where the scanner is when turned back by it.
-        let (from_row_m, y_m) = (x_m - row_m, y_m - lean.along * z_m);
-        let (x_m, z_m) = match lean.across {
-            0.0 => (x_m, z_m),
-            slope => (row_m + from_row_m - z_m * slope, z_m + from_row_m * slope),
-        };
-        let tilt_rad = tilt_rad + lean.across;
+        let (pose, tilt_rad) = (before_trees(Pose { x_m, y_m, z_m }, row_m, lean), tilt_rad + lean.across);
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
         let moment = self.moment(at);
         let nozzle_changes = if self.eye.is_some() { self.tractor.nozzle_changes(at) } else { 0 };
-        Viewpoint {
-            pose: Pose { x_m, y_m, z_m },
-            towards_x,
-            advance_m,
-            headland,
-            tilt_rad,
-            axes,
-            moment,
-            nozzle_changes,
-        }
+        Viewpoint { pose, towards_x, advance_m, headland, tilt_rad, axes, moment, nozzle_changes }
     }
 
     /// How the trees abreast lean in the wind; those behind them are taken to lean alike.
