@@ -147,10 +147,9 @@ impl ScannerView {
             self.returns.resize(mirror.beams.len(), Return::MISS);
         }
         self.fan.lean(view.axes);
-        if self.seen.is_none_or(|seen| stale(seen) || seen.1.axes != view.axes) {
-            if let Some(eye) = &mut self.eye {
-                eye.turn_to(&self.fan, view.towards_x);
-            }
+        let turned = self.seen.is_none_or(|seen| stale(seen) || seen.1.axes != view.axes);
+        if let Some(eye) = self.eye.as_mut().filter(|_| turned) {
+            eye.turn_to(&self.fan, view.towards_x);
         }
         self.fan.advance(view.advance_m);
         let caster = if view.headland { &self.headland } else { &*self.caster };
