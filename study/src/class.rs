@@ -8,8 +8,8 @@ pub fn row_class(scene: &Scene, truth: &Truth) -> RowClass {
     let leaves: usize = truth.trees.iter().map(|tree| tree.leaves).sum();
     let wood_m2 = truth.wood_area_m2 + truth.post_area_m2 + truth.wire_area_m2;
     let surface_m2 = wood_m2 + 2.0 * truth.leaf_area_m2;
-    let preset = match scene.orchard.generator {
-        GeneratorKind::Hmt => scene.orchard.preset.to_string(),
+    let preset = match scene.orchard.generator() {
+        GeneratorKind::Hmt | GeneratorKind::Trained => scene.orchard.preset.to_string(),
         other => other.to_string(),
     };
     RowClass {
@@ -18,7 +18,7 @@ pub fn row_class(scene: &Scene, truth: &Truth) -> RowClass {
             leaf_angle_deg: truth.leaf_angle_mean_deg,
             leaf_area_cm2: (leaves > 0).then(|| truth.leaf_area_m2 * 1e4 / leaves as f64),
             season: Some(scene.orchard.season.to_string()),
-            generator: Some(scene.orchard.generator.to_string()),
+            generator: Some(scene.orchard.generator().to_string()),
             wood_share: (surface_m2 > 0.0).then(|| wood_m2 / surface_m2),
         },
     }

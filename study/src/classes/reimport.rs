@@ -33,7 +33,7 @@ impl Reimport {
         // Already dressed and thinned.
         scene.orchard.season = rowscan_scenes::season::Season::FullLeaf;
         scene.orchard.target_lai = None;
-        scene.orchard.generator = GeneratorKind::Import;
+        scene.orchard.generator = Some(GeneratorKind::Import);
         scene.orchard.import.stands = Stands::InPlace;
         scene.orchard.import.leaves =
             Some(file("grown-leaves.txt", write_leaves(&changed, TreeColumn::Written)));
