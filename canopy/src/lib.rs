@@ -43,6 +43,7 @@ pub mod calibration;
 mod class;
 mod contact;
 mod cut;
+mod delays;
 mod deskew;
 mod error;
 pub mod estimate;

@@ -1,6 +1,7 @@
 //! Figures of the studies, as SVG: one file a figure; what they have in common stands here.
 
 mod areas;
+mod physics;
 mod resolution;
 mod sweep;
 
@@ -9,6 +10,7 @@ use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 pub use areas::areas;
+pub use physics::physics;
 pub use resolution::resolution;
 pub use sweep::sweep;
 
