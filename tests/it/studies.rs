@@ -111,6 +111,7 @@ fn twenty_millimetres_are_as_good_as_two() {
         orchards: 4,
         dy_mm: vec![2, 20],
         dtheta_deg: vec![1.0],
+        offsets: 10,
         ..ResolutionStudy::new(scene)
     };
     let report = resolution::report(Header::of(&study), &whole(&study));
@@ -118,8 +119,29 @@ fn twenty_millimetres_are_as_good_as_two() {
     assert_eq!(row.n, 4 * 10, "orchards times offsets");
     assert!(row.error_mean.abs() < 0.05, "mean {}", row.error_mean);
     assert!(row.error_mean.abs() < 3.0 * row.error_sd / (row.n as f64).sqrt() + 1e-3, "no bias: {row:?}");
+    assert!(row.error_mean != 0.0 && row.error_mean_se > 0.0, "drawn offsets, not all of them: {row:?}");
     let reference = report.rows.iter().find(|row| row.dy_m == 0.002).expect("asked for");
     assert_eq!((reference.n, reference.error_mean), (4, 0.0), "the reference against itself");
+}
+
+#[test]
+fn trunks_in_one_phase_make_a_step_that_the_advance_does_not() {
+    let scene = load_scene("paper").expect("built in");
+    let sd = |spacing_m: Option<f64>, mm: u32| {
+        let study = ResolutionStudy {
+            orchards: 3,
+            dy_mm: vec![2, mm],
+            dtheta_deg: vec![1.0],
+            offsets: 30,
+            ..ResolutionStudy::new(scene.clone())
+        };
+        let study = ResolutionStudy { tree_spacing_m: spacing_m.unwrap_or(study.tree_spacing_m), ..study };
+        let report = resolution::report(Header::of(&study), &whole(&study));
+        report.rows.last().map(|row| row.error_sd).expect("a row")
+    };
+    // Three trees 3 m apart, a multiple of 100 mm: all are met at one place, or 61.8 mm apart from tree to tree.
+    let (locked, free) = (sd(Some(3.0), 100), sd(None, 100));
+    assert!(free < 0.85 * locked, "{free} {locked}");
 }
 
 #[test]
@@ -134,7 +156,7 @@ fn impossible_studies_are_refused() {
     assert_says(&refused(&["study", "resolution", "--advances-mm", "0"]), &["--advances-mm"]);
     assert_says(
         &refused(&["study", "resolution", "--advances-mm", "7000", "--trees", "1"]),
-        &["too short", "7 m"],
+        &["too short", "14 m"],
     );
     assert_says(&refused(&["study", "merge", "Cargo.toml"]), &["Cargo.toml", "no shard of a study"]);
 }

@@ -3,6 +3,7 @@
 mod accuracy;
 mod areas;
 mod calibration;
+mod confirmed;
 mod estimators;
 mod merge;
 mod orchards;
