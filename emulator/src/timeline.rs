@@ -323,27 +323,19 @@ impl Timeline {
         self.sources.iter().for_each(|source| source.in_flight(&mut pending));
         let mut asked = false;
         let acknowledged = loop {
-            let acknowledged = {
-                let mut acknowledged = pin!(async {
-                    lockstep.written(at, &pending).await?;
-                    match wait {
-                        Wait::Source => lockstep.settled(at).await,
-                        Wait::Step => {
-                            if !asked {
-                                lockstep.begin(at);
-                            }
-                            lockstep.acknowledged(at).await
+            let waited = async {
+                lockstep.written(at, &pending).await?;
+                match wait {
+                    Wait::Source => lockstep.settled(at).await,
+                    Wait::Step => {
+                        if !asked {
+                            lockstep.begin(at);
                         }
-                    }
-                });
-                loop {
-                    tokio::select! {
-                        biased;
-                        () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
-                        acknowledged = &mut acknowledged => break acknowledged,
+                        lockstep.acknowledged(at).await
                     }
                 }
             };
+            let acknowledged = self.taking_in_until(waited).await;
             asked = true;
             // What has come in during the last look belongs to this step, and so do the answers to it.
             let came = acknowledged.is_ok()
@@ -357,6 +349,18 @@ impl Timeline {
         };
         self.lockstep = Some(lockstep);
         acknowledged
+    }
+
+    /// Takes in what peers send until `done` is.
+    async fn taking_in_until<T>(&mut self, done: impl Future<Output = T>) -> T {
+        let mut done = pin!(done);
+        loop {
+            tokio::select! {
+                biased;
+                () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
+                found = &mut done => return found,
+            }
+        }
     }
 
     /// Waits until what was handed over is written: on a paced clock not for who does not take it.

@@ -5,6 +5,7 @@
 
 use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Slice, Stretch};
 use super::measure::{Measure, Quantity};
+use super::polar_cells::{SECTORS, sector};
 use crate::parameters::Parameters;
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
@@ -14,9 +15,6 @@ pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     quantities: &[Quantity::ImpactedArea],
     make: |setting| Box::new(ImpactedArea::new(setting)),
 };
-
-/// Over the half circle ahead: 3° each.
-const SECTORS: usize = 60;
 
 #[derive(Clone, Debug)]
 struct ImpactedArea {
@@ -59,8 +57,8 @@ impl ImpactedArea {
 impl Estimator for ImpactedArea {
     fn line(&mut self, line: &SightedLine<'_>) {
         for sighting in line.sightings {
-            let at = (sighting.beam.theta_rad / std::f64::consts::PI + 0.5) * SECTORS as f64;
-            let Some(sector) = self.sectors.get_mut((at as usize).min(SECTORS - 1)) else { continue };
+            let at = sector(sighting.beam.theta_rad);
+            let Some(sector) = self.sectors.get_mut(at) else { continue };
             sector.fired_m += line.weight_m;
             if let Some(contact) = sighting.canopy {
                 sector.hits_m += line.weight_m;

@@ -10,7 +10,7 @@ use crate::geometry::Frame;
 /// Length of a cell along the beam, metres.
 const STEP_M: f64 = 0.25;
 /// Cells over the half circle ahead: 3° each.
-const SECTORS: usize = 60;
+pub(super) const SECTORS: usize = 60;
 /// Length of a cell along the row, metres, about: long enough for many beams, short enough not to mix trees.
 const STRETCH_M: f64 = 0.74;
 /// No cell lies farther than this, metres.
@@ -73,8 +73,7 @@ impl PolarCells {
     pub(super) fn line(&mut self, line: &SightedLine<'_>) {
         self.length_m += line.weight_m;
         for sighting in line.sightings {
-            let sector = ((sighting.beam.theta_rad / std::f64::consts::PI + 0.5) * SECTORS as f64) as usize;
-            let first = sector.min(SECTORS - 1) * self.rings;
+            let first = sector(sighting.beam.theta_rad) * self.rings;
             let end = sighting.canopy.map_or(self.rings, |contact| (contact.range_m / STEP_M) as usize);
             let Some(cells) = self.cells.get_mut(first..first + self.rings) else { continue };
             for cell in cells.iter_mut().take(end + 1) {
@@ -129,6 +128,11 @@ impl std::ops::AddAssign for PolarSums {
         self.entered += other.entered;
         self.saturated += other.saturated;
     }
+}
+
+/// The sector that a beam lies in.
+pub(super) fn sector(theta_rad: f64) -> usize {
+    (((theta_rad / std::f64::consts::PI + 0.5) * SECTORS as f64) as usize).min(SECTORS - 1)
 }
 
 fn sector_middle(sector: usize) -> f64 {

@@ -348,6 +348,13 @@ mod tests {
     use std::io::{Read, Write};
     use std::net::{TcpListener, TcpStream, UdpSocket};
 
+    /// Both ends of a connection: the client's, the server's.
+    fn joined() -> (TcpStream, TcpStream) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        (client, listener.accept().unwrap().0)
+    }
+
     #[test]
     fn it_sees_whether_a_receiver_of_datagrams_has_read_them() {
         for there in ["127.0.0.1:0", "0.0.0.0:0"] {
@@ -371,9 +378,7 @@ mod tests {
 
     #[test]
     fn it_sees_what_a_peer_on_this_machine_has_not_read() {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        let (mut server, _) = listener.accept().unwrap();
+        let (mut client, mut server) = joined();
         let client_address = client.local_addr().unwrap();
         let mut sockets = Sockets::open(Bystanders::default()).unwrap();
         let mut to_client = || {
@@ -396,9 +401,7 @@ mod tests {
     /// A receiver delays its acknowledgements of telegrams of equal length by 40 ms, though it has read them.
     #[test]
     fn what_has_arrived_is_not_on_its_way_however_late_it_is_acknowledged() {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        let (mut server, _) = listener.accept().unwrap();
+        let (mut client, mut server) = joined();
         let client_address = client.local_addr().unwrap();
         let mut sockets = Sockets::open(Bystanders::default()).unwrap();
         let mut to_client = || {
