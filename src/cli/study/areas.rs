@@ -35,6 +35,9 @@ pub(in crate::cli) struct Args {
     /// Do the whole study at each of these seeds, at least ten, and report medians with intervals
     #[arg(long, value_name = "A..B", conflicts_with_all = ["seed", "calibration"])]
     seeds: Option<Seeds>,
+    /// Write the medians as docs/paper.md holds them
+    #[arg(long, requires = "seeds", conflicts_with = "format")]
+    markdown: bool,
     #[command(flatten)]
     scan: ScanArgs,
     #[command(flatten)]
@@ -60,7 +63,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     if let Some(Seeds(seeds)) = args.seeds {
         return match args.shards.run(ConfirmStudy::of_areas(study, seeds)?).await? {
-            Some(whole) => confirmed::tell(&args.tell, whole),
+            Some(whole) => confirmed::tell(&args.tell, args.markdown, whole),
             None => Ok(Outcome::Done),
         };
     }

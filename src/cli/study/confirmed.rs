@@ -9,15 +9,24 @@ use rowscan_study::search::{
 };
 use serde::Serialize;
 
+use super::confirmed_markdown;
 use super::search::{gates, words};
 use super::tell::TellArgs;
 use crate::cli::output::{self, number};
 use crate::cli::{Failure, Format, Outcome};
 
 /// Reports on confirmed points.
-pub(super) fn tell(args: &TellArgs, (header, units): Whole<ConfirmStudy>) -> Result<Outcome, Failure> {
+pub(super) fn tell(
+    args: &TellArgs,
+    markdown: bool,
+    (header, units): Whole<ConfirmStudy>,
+) -> Result<Outcome, Failure> {
     args.no_figure("a confirmation")?;
     let report = report_confirmed(header, &units);
+    if markdown {
+        output::print(&confirmed_markdown::text(&report))?;
+        return Ok(Outcome::Done);
+    }
     match args.format {
         Format::Json | Format::Jsonl => output::print_json(args.format, &report)?,
         Format::Csv => {
@@ -106,7 +115,7 @@ fn rows(point: &PointReport) -> impl Iterator<Item = Row> {
     point.regressions.iter().zip(&PAPER).map(of).collect::<Vec<_>>().into_iter()
 }
 
-fn view(paper: &PaperRegression) -> &'static str {
+pub(super) fn view(paper: &PaperRegression) -> &'static str {
     match paper.view {
         View::Lateral => "lateral",
         View::Zenith => "zenith",

@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
         ResolutionStudy::NAME => resolution::tell(&args.tell, whole::<ResolutionStudy>(&args.files)?),
         SweepStudy::NAME => sweep::tell(&args.tell, whole::<SweepStudy>(&args.files)?),
         SearchStudy::NAME => search::tell(&args.tell, search::BEST, whole::<SearchStudy>(&args.files)?),
-        ConfirmStudy::NAME => confirmed::tell(&args.tell, whole::<ConfirmStudy>(&args.files)?),
+        ConfirmStudy::NAME => confirmed::tell(&args.tell, false, whole::<ConfirmStudy>(&args.files)?),
         unknown => Err(Failure::Usage(format!("this version knows no study `{unknown}`"))),
     }
 }

@@ -4,6 +4,7 @@ mod accuracy;
 mod areas;
 mod calibration;
 mod confirmed;
+mod confirmed_markdown;
 mod estimators;
 mod merge;
 mod orchards;

@@ -37,6 +37,9 @@ pub(in crate::cli) struct Args {
     /// Confirm the base and the --best nearest points of the finished search in these files
     #[arg(long, value_name = "FILE", value_delimiter = ',', requires = "confirm")]
     selected: Vec<PathBuf>,
+    /// Write confirmed points as docs/paper.md holds them
+    #[arg(long, requires = "confirm", conflicts_with = "format")]
+    markdown: bool,
     #[command(flatten)]
     pub(super) shards: ShardArgs,
     /// How many of the nearest points the table shows, or --selected takes
@@ -62,7 +65,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         };
         let study = ConfirmStudy::new(study, points, seeds)?;
         return match args.shards.run(study).await? {
-            Some(whole) => confirmed::tell(&args.tell, whole),
+            Some(whole) => confirmed::tell(&args.tell, args.markdown, whole),
             None => Ok(Outcome::Done),
         };
     }
@@ -174,7 +177,7 @@ pub(super) fn gates(points: &[&PointReport]) -> Table {
 }
 
 /// Least to greatest.
-fn range(values: impl Iterator<Item = f64> + Clone) -> String {
+pub(super) fn range(values: impl Iterator<Item = f64> + Clone) -> String {
     let (least, greatest) =
         (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max));
     if least <= greatest { format!("{least:.2}-{greatest:.2}") } else { String::new() }

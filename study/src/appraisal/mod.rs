@@ -230,16 +230,12 @@ mod tests {
         close(row.value(Quantity::LeafArea, None), 2.0);
         close(row.value(Quantity::LeafArea, Some([0.5, 1.0])), 0.5);
         close(row.value(Quantity::Lai, None), 2.0 / 8.0);
-        // Percentiles of beams, not the board's edges: 99.5 % of them end below 2.488 m.
+        // Percentiles of beams, not the board's edges: 99.5 % of them end below 2.488 m. In bins of a centimetre.
         for (quantity, share) in
             [(Quantity::Height, 0.995), (Quantity::MedianHeight, 0.5), (Quantity::Base, 0.01)]
         {
             let expected = height_m(1.4, [0.5, 2.5], share);
-            assert!(
-                (value(quantity) - expected).abs() < 0.003,
-                "{quantity:?} {} {expected}",
-                value(quantity)
-            );
+            assert!((value(quantity) - expected).abs() < 0.01, "{quantity:?} {} {expected}", value(quantity));
         }
         assert!(value(Quantity::Height) < 2.495);
         // A bin of a centimetre on each side.
@@ -283,10 +279,10 @@ mod tests {
         assert!((value(Quantity::MedianWidth) - median_m).abs() < 0.02, "{}", value(Quantity::MedianWidth));
         assert!((value(Quantity::Width) - 2.0 * radius_m).abs() < 0.021, "{}", value(Quantity::Width));
         assert!((value(Quantity::MedianHeight) - height_m(1.66, [0.5, 2.5], 0.5)).abs() < 0.02);
-        // In cells of 0.1 m as deep as the circle is at their end nearest to the axis, both sides.
+        // In cells of 0.1 m as deep as the circle is at their end nearest to the axis, both sides; patches of 2 cm may miss that end.
         let depths = [0.0f64, 0.1, 0.2].map(|y_m| (radius_m * radius_m - y_m * y_m).sqrt());
         let volume_m3 = 2.0 * (2.0 * depths.iter().sum::<f64>() * 0.1) * 2.0;
-        assert!((value(Quantity::Volume) / volume_m3 - 1.0).abs() < 0.01, "{}", value(Quantity::Volume));
+        assert!((value(Quantity::Volume) / volume_m3 - 1.0).abs() < 0.03, "{}", value(Quantity::Volume));
         // Wood turns its width to the beams and counts in the tree area index; it has no leaf area.
         assert!(value(Quantity::TreeAreaIndex) > 0.5 * 2.0 * radius_m * 2.0 / 8.0);
         close(row.value(Quantity::LeafArea, None).map(|m2| m2 + 1.0), 1.0);
