@@ -115,112 +115,145 @@ async fn converse<S: AsyncRead + AsyncWrite>(
     stream: S,
     tap: Tap,
 ) -> io::Result<()> {
-    let (mut reader, mut writer) = tokio::io::split(stream);
-    let mut scripted = match &shared.program {
-        Program::Script(_, script) => Some(ScriptedReplies::new(Arc::clone(script))),
-        Program::Device | Program::Verbatim(..) => None,
-    };
-    let verbatim = shared.is_verbatim();
-    if verbatim {
-        member.set_wants(Some(Wants::no_events()));
-        shared.interest.notify_one();
-    }
-    let mut session = Session::new(shared.config.dialects);
+    let (mut reader, writer) = tokio::io::split(stream);
     let mut news = shared.news.subscribe();
-    let (reboots, mut power_cycles) = {
-        let device = shared.device();
-        (device.reboots(), device.power_cycles())
-    };
+    let mut conversation = Conversation::new(shared, member, writer, tap);
     let mut chunk = vec![0; READ_CHUNK];
-    let mut replies: Vec<Reply> = Vec::new();
     loop {
-        tokio::select! {
-            read = reader.read(&mut chunk) => {
-                let read = read?;
-                if read == 0 {
-                    return Ok(());
-                }
-                shared.roster.passes(member);
-                tap.record(Side::Host, &chunk[..read]);
-                if verbatim {
-                    continue;
-                }
-                let saved = shared.converse(member.peer(), &mut session, scripted.as_mut(), &chunk[..read], &mut replies);
-                if session.counts().frames > 0 {
-                    member.has_spoken();
-                }
-                // Before the reply that says so. If it cannot be kept the client gets no answer, rather than a wrong one.
-                if let (Some(settings), Some(file)) = (saved, &shared.config.state) {
-                    file.keep(settings).await?;
-                }
-                if send(shared, member, &mut writer, &mut replies, &tap).await? {
-                    return writer.shutdown().await;
-                }
-                // Only now: no scan may overtake the reply to its subscription.
-                member.set_wants(Wants::of(&session));
-                shared.interest.notify_one();
-                // Where time waits for its clients, each poll takes the next scan: this client's next one comes after the mirror's turn.
-                if shared.clock.delivery().is_patient() && !shared.is_replayed() {
-                    shared.polls_answered().await;
-                }
-            }
-            telegram = telegrams.recv() => match telegram {
-                // What was queued when the client unsubscribed is not sent any more.
-                Some(QueuedTelegram { event, frame, pending: _pending }) if event.is_none_or(|event| session.subscriptions().has(event)) => {
-                    write(shared, member, &mut writer, &frame).await?;
-                    tap.record(Side::Device, &frame);
-                }
-                Some(_) => {}
-                None => return Ok(()),
+        let next = tokio::select! {
+            read = reader.read(&mut chunk) => match read? {
+                0 => Next::End,
+                read => conversation.hears(&chunk[..read]).await?,
             },
-            Ok(()) = news.changed() => {
-                {
-                    let mut device = shared.device();
-                    if device.reboots() != reboots {
-                        return Ok(());
-                    }
-                    // A device that was without power knows nobody. Whoever is still there hears nothing of it.
-                    if std::mem::replace(&mut power_cycles, device.power_cycles()) != device.power_cycles() {
-                        session = Session::new(shared.config.dialects);
-                        member.set_wants(None);
-                    }
-                    session.poll_events(&mut device, shared.clock.now(), &mut replies);
-                }
-                send(shared, member, &mut writer, &mut replies, &tap).await?;
+            telegram = telegrams.recv() => match telegram {
+                Some(telegram) => conversation.sends(telegram).await?,
+                None => Next::End,
+            },
+            Ok(()) = news.changed() => conversation.learns().await?,
+        };
+        if let Next::End = next {
+            return Ok(());
+        }
+    }
+}
+
+/// What becomes of a conversation.
+enum Next {
+    GoesOn,
+    End,
+}
+
+/// A client's session with the device, and the way back to the client.
+struct Conversation<'a, W> {
+    shared: &'a Shared,
+    member: &'a Member,
+    writer: W,
+    tap: Tap,
+    session: Session,
+    scripted: Option<ScriptedReplies>,
+    replies: Vec<Reply>,
+    reboots: u32,
+    power_cycles: u32,
+}
+
+impl<'a, W: AsyncWrite + Unpin> Conversation<'a, W> {
+    fn new(shared: &'a Shared, member: &'a Member, writer: W, tap: Tap) -> Self {
+        if shared.is_verbatim() {
+            member.set_wants(Some(Wants::no_events()));
+            shared.interest.notify_one();
+        }
+        let scripted = match &shared.program {
+            Program::Script(_, script) => Some(ScriptedReplies::new(Arc::clone(script))),
+            Program::Device | Program::Verbatim(..) => None,
+        };
+        let (reboots, power_cycles) = {
+            let device = shared.device();
+            (device.reboots(), device.power_cycles())
+        };
+        let session = Session::new(shared.config.dialects);
+        Self { shared, member, writer, tap, session, scripted, replies: Vec::new(), reboots, power_cycles }
+    }
+
+    /// Answers what the client says.
+    async fn hears(&mut self, bytes: &[u8]) -> io::Result<Next> {
+        let (shared, member) = (self.shared, self.member);
+        shared.roster.passes(member);
+        self.tap.record(Side::Host, bytes);
+        if shared.is_verbatim() {
+            return Ok(Next::GoesOn);
+        }
+        let (session, scripted) = (&mut self.session, self.scripted.as_mut());
+        let saved = shared.converse(member.peer(), session, scripted, bytes, &mut self.replies);
+        if self.session.counts().frames > 0 {
+            member.has_spoken();
+        }
+        // Before the reply that says so. If it cannot be kept the client gets no answer, rather than a wrong one.
+        if let (Some(settings), Some(file)) = (saved, &shared.config.state) {
+            file.keep(settings).await?;
+        }
+        if let Next::End = self.reply().await? {
+            self.writer.shutdown().await?;
+            return Ok(Next::End);
+        }
+        // Only now: no scan may overtake the reply to its subscription.
+        member.set_wants(Wants::of(&self.session));
+        shared.interest.notify_one();
+        // Where time waits for its clients, each poll takes the next scan: this client's next one comes after the mirror's turn.
+        if shared.clock.delivery().is_patient() && !shared.is_replayed() {
+            shared.polls_answered().await;
+        }
+        Ok(Next::GoesOn)
+    }
+
+    /// Sends what was queued for the client.
+    async fn sends(&mut self, queued: QueuedTelegram) -> io::Result<Next> {
+        let QueuedTelegram { event, frame, pending: _pending } = queued;
+        // What was queued when the client unsubscribed is not sent any more.
+        if event.is_none_or(|event| self.session.subscriptions().has(event)) {
+            self.write(&frame).await?;
+            self.tap.record(Side::Device, &frame);
+        }
+        Ok(Next::GoesOn)
+    }
+
+    /// Sends what the device says by itself.
+    async fn learns(&mut self) -> io::Result<Next> {
+        let shared = self.shared;
+        {
+            let mut device = shared.device();
+            if device.reboots() != self.reboots {
+                return Ok(Next::End);
+            }
+            // A device that was without power knows nobody. Whoever is still there hears nothing of it.
+            if std::mem::replace(&mut self.power_cycles, device.power_cycles()) != device.power_cycles() {
+                self.session = Session::new(shared.config.dialects);
+                self.member.set_wants(None);
+            }
+            self.session.poll_events(&mut device, shared.clock.now(), &mut self.replies);
+        }
+        self.reply().await?;
+        Ok(Next::GoesOn)
+    }
+
+    /// Sends replies and events, each when the device is done with it.
+    async fn reply(&mut self) -> io::Result<Next> {
+        for reply in std::mem::take(&mut self.replies) {
+            self.shared.clock.rest(reply.delay).await;
+            // One write a reply: many clients take whatever one read gives as the whole reply.
+            self.write(&reply.bytes).await?;
+            self.tap.record(Side::Device, &reply.bytes);
+            if let Some(AfterReply::Close) = reply.after {
+                return Ok(Next::End);
             }
         }
+        Ok(Next::GoesOn)
     }
-}
 
-/// Sends replies and events, each when the device is done with it; true if the connection ends with them.
-async fn send<W: AsyncWrite + Unpin>(
-    shared: &Shared,
-    member: &Member,
-    writer: &mut W,
-    replies: &mut Vec<Reply>,
-    tap: &Tap,
-) -> io::Result<bool> {
-    for reply in replies.drain(..) {
-        shared.clock.rest(reply.delay).await;
-        // One write a reply: many clients take whatever one read gives as the whole reply.
-        write(shared, member, writer, &reply.bytes).await?;
-        tap.record(Side::Device, &reply.bytes);
-        if let Some(AfterReply::Close) = reply.after {
-            return Ok(true);
-        }
+    /// Writes to the client; one that takes nothing for long is idle.
+    async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.shared.roster.writes(self.member, true);
+        self.writer.write_all(bytes).await?;
+        self.shared.roster.writes(self.member, false);
+        Ok(())
     }
-    Ok(false)
-}
-
-/// Writes to a client; one that takes nothing for long is idle.
-async fn write<W: AsyncWrite + Unpin>(
-    shared: &Shared,
-    member: &Member,
-    writer: &mut W,
-    bytes: &[u8],
-) -> io::Result<()> {
-    shared.roster.writes(member, true);
-    writer.write_all(bytes).await?;
-    shared.roster.writes(member, false);
-    Ok(())
 }

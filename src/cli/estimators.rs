@@ -19,6 +19,11 @@ pub(super) struct EstimatorArgs {
 }
 
 impl EstimatorArgs {
+    /// Whether any is.
+    pub(super) fn are_asked(&self) -> bool {
+        !self.estimators.is_empty()
+    }
+
     /// The estimators asked for, in the order of the table.
     pub(super) fn asked(&self) -> Result<Vec<&'static EstimatorInfo>, Failure> {
         if self.estimators.iter().any(|name| name == "all") {

@@ -4,11 +4,13 @@ mod follower;
 mod print;
 mod rig;
 
+use indicatif::ProgressBar;
 use rowscan_canopy::CutMethod;
 use rowscan_driver::{DriverConfig, Source};
 use rowscan_ports::Delivery;
+use rowscan_protocol::rig::Rig;
 use rowscan_recording::About;
-use rowscan_scenes::Scene;
+use rowscan_scenes::{Orchard, Scene};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -17,8 +19,8 @@ use super::estimators::{self, Beside, EstimatorArgs};
 use super::interrupt::Interrupt;
 use super::link_options::{PARTING, Prefer, stream_kind};
 use super::output::{self, say};
-use super::recorder::{self, RecordArgs};
-use super::sensor::SensorArgs;
+use super::recorder::{self, RecordArgs, Taping};
+use super::sensor::{Sensor, SensorArgs};
 use super::{Failure, Format, Outcome, progress, scene};
 use follower::{Followed, Follower};
 use print::Told;
@@ -121,12 +123,104 @@ impl Args {
             ))),
         }
     }
+
+    /// How each source is read.
+    fn readings(&self, rig: Option<&Rig>, scanners: &[usize]) -> Result<Vec<Reading>, Failure> {
+        let asked = self.estimators.asked()?;
+        let cuts: Vec<CutMethod> = self.trees.iter().copied().map(CutMethod::from).collect();
+        let read = |scanner: &usize| {
+            let calibration =
+                self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
+            let mut reading = Reading::of(rig, *scanner, self.sensor.wants_encoder(), calibration)?;
+            reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+            if let Some(hertz) = self.hertz {
+                reading.pipeline = reading.pipeline.at_frequency(hertz);
+            }
+            if self.sensor.only_encoder() {
+                reading.pipeline = reading.pipeline.by_encoder_only();
+            }
+            Ok(reading)
+        };
+        scanners.iter().map(read).collect()
+    }
+
+    /// Recordings wait for who reads them.
+    fn delivery(&self) -> Delivery {
+        let recorded = self.sources.iter().all(|source| matches!(source, Source::Recording { .. }));
+        if recorded { Delivery::Patient } else { Delivery::Paced }
+    }
+
+    /// What a recording says of itself.
+    fn about(&self, rig: Option<&Rig>) -> About {
+        let sources: Vec<String> = self.sources.iter().map(Source::to_string).collect();
+        About {
+            model: self.model.clone(),
+            rig: rig.and_then(recorder::rig_text),
+            source: Some(sources.join(", ")),
+            ..About::default()
+        }
+    }
+
+    /// Who follows the source at this place.
+    fn follower(
+        &self,
+        place: usize,
+        scanners: &[usize],
+        reading: Reading,
+        taping: &Taping,
+        sensor: Sensor,
+        bar: &ProgressBar,
+    ) -> Option<Follower> {
+        let (source, scanner) = (self.sources.get(place)?, scanners.get(place)?);
+        let name = (scanners.len() > 1).then(|| format!("scanner{scanner}"));
+        let Reading { cola, lms2xx, pipeline } = reading;
+        let prefer = self.prefer.into();
+        let mut config = DriverConfig { cola, lms2xx, wait: self.wait, prefer, ..DriverConfig::default() };
+        let stream = name.as_deref().unwrap_or("scanner");
+        config.tap = taping.taps().open(stream, stream_kind(source));
+        Some(Follower {
+            place,
+            source: source.clone(),
+            name,
+            config,
+            pipeline,
+            sensor,
+            scans: self.scans,
+            length_m: self.length,
+            bar: bar.clone(),
+        })
+    }
+
+    /// What is told of a scanner that gave scans; beside the truth where a scene knows it.
+    fn told(
+        &self,
+        followed: &mut Followed,
+        scanners: &[usize],
+        truth: Option<(&Orchard, &Rig)>,
+    ) -> Option<Told> {
+        let (estimate, scanner) = (followed.estimate.take()?, scanners.get(followed.place)?);
+        let truth = truth.map(|(orchard, rig)| {
+            let mount = rig.scanners.get(*scanner).cloned().unwrap_or_default();
+            (Appraisal::of(orchard, &mount, rig.ground_clearance_m), rig.start_m)
+        });
+        let truth = truth.as_ref().map(|(truth, start_m)| estimators::scanned(truth, &estimate, *start_m));
+        let side_by_side = match self.estimators.are_asked() {
+            true => Beside::of_row(&estimate, truth.as_ref()),
+            false => Vec::new(),
+        };
+        let several = scanners.len() > 1;
+        Some(Told {
+            scanner: several.then_some(*scanner),
+            source: several
+                .then(|| self.sources.get(followed.place).map(Source::to_string).unwrap_or_default()),
+            estimate,
+            side_by_side,
+        })
+    }
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
-    let asked = args.estimators.asked()?;
-    let cuts: Vec<CutMethod> = args.trees.iter().copied().map(CutMethod::from).collect();
     let scanners = args.scanners()?;
     let (rig, scene) = match &args.rig {
         Some(name) => {
@@ -135,93 +229,37 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         }
         None => (None, None),
     };
-    let mut readings = Vec::new();
-    for scanner in &scanners {
-        let calibration =
-            args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
-        let mut reading = Reading::of(rig.as_ref(), *scanner, args.sensor.wants_encoder(), calibration)?;
-        reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
-        if let Some(hertz) = args.hertz {
-            reading.pipeline = reading.pipeline.at_frequency(hertz);
-        }
-        if args.sensor.only_encoder() {
-            reading.pipeline = reading.pipeline.by_encoder_only();
-        }
-        readings.push(reading);
-    }
-    let orchard = match (&rig, scene) {
-        (Some(_), Some(scene)) if !asked.is_empty() => {
+    let readings = args.readings(rig.as_ref(), &scanners)?;
+    let orchard = match scene.filter(|_| args.estimators.are_asked()) {
+        Some(scene) => {
             let scene = Scene { seed: args.seed.unwrap_or(scene.seed), ..scene };
             match interrupt.or(scene::grow(scene)).await.transpose()? {
                 Some(stage) => Some(stage.orchard),
                 None => return Ok(Outcome::Done),
             }
         }
-        _ => None,
+        None => None,
     };
-    let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
-    let recorded = args.sources.iter().all(|source| matches!(source, Source::Recording { .. }));
-    let delivery = if recorded { Delivery::Patient } else { Delivery::Paced };
-    let sensors = args.sensor.open(args.format, &args.sources, delivery).await?;
-    let sources: Vec<String> = args.sources.iter().map(Source::to_string).collect();
-    let about = About {
-        model: args.model.clone(),
-        rig: rig.as_ref().and_then(recorder::rig_text),
-        source: Some(sources.join(", ")),
-        ..About::default()
-    };
-    let taping = args.record.start(about, false)?;
+    let sensors = args.sensor.open(args.format, &args.sources, args.delivery()).await?;
+    let taping = args.record.start(args.about(rig.as_ref()), false)?;
     let bar =
         progress::bar("scanning", "scans", args.scans.unwrap_or(0).saturating_mul(scanners.len() as u64));
     let (stop, stopped) = watch::channel(false);
     let mut following = JoinSet::new();
-    for (place, ((source, scanner), reading)) in args.sources.iter().zip(&scanners).zip(readings).enumerate()
-    {
-        let name = (scanners.len() > 1).then(|| format!("scanner{scanner}"));
-        let Reading { cola, lms2xx, pipeline } = reading;
-        let prefer = args.prefer.into();
-        let mut config = DriverConfig { cola, lms2xx, wait: args.wait, prefer, ..DriverConfig::default() };
-        let stream = name.as_deref().unwrap_or("scanner");
-        config.tap = taping.taps().open(stream, stream_kind(source));
-        let follower = Follower {
-            place,
-            source: source.clone(),
-            name,
-            config,
-            pipeline,
-            sensor: sensors.of(place, row_spacing_m),
-            scans: args.scans,
-            length_m: args.length,
-            bar: bar.clone(),
-        };
-        following.spawn(follower.follow(stopped.clone()));
+    let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
+    for (place, reading) in readings.into_iter().enumerate() {
+        let sensor = sensors.of(place, row_spacing_m);
+        if let Some(follower) = args.follower(place, &scanners, reading, &taping, sensor, &bar) {
+            following.spawn(follower.follow(stopped.clone()));
+        }
     }
     let mut all = follow_all(following, stop, &mut interrupt).await?;
     bar.finish_and_clear();
     sensors.part(PARTING).await;
-    let (mut told, mut failed) = (Vec::new(), None);
-    for followed in &mut all {
-        if let Err(cause) = std::mem::replace(&mut followed.ended, Ok(())) {
-            failed.get_or_insert(cause);
-        }
-        let (Some(estimate), Some(scanner)) = (followed.estimate.take(), scanners.get(followed.place)) else {
-            continue;
-        };
-        let truth = orchard.as_ref().zip(rig.as_ref()).map(|(orchard, rig)| {
-            let mount = rig.scanners.get(*scanner).cloned().unwrap_or_default();
-            (Appraisal::of(orchard, &mount, rig.ground_clearance_m), rig.start_m)
-        });
-        let truth = truth.as_ref().map(|(truth, start_m)| estimators::scanned(truth, &estimate, *start_m));
-        let side_by_side =
-            if asked.is_empty() { Vec::new() } else { Beside::of_row(&estimate, truth.as_ref()) };
-        let several = scanners.len() > 1;
-        told.push(Told {
-            scanner: several.then_some(*scanner),
-            source: several.then(|| sources.get(followed.place).cloned().unwrap_or_default()),
-            estimate,
-            side_by_side,
-        });
-    }
+    let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
+    let truth = orchard.as_ref().zip(rig.as_ref());
+    let told: Vec<Told> =
+        all.iter_mut().filter_map(|followed| args.told(followed, &scanners, truth)).collect();
     // Without a rig nobody asked for areas.
     let nothing = |told: &Told| told.estimate.scans == 0 || rig.is_some() && told.estimate.is_withheld();
     let withheld = told.iter().any(nothing);

@@ -23,7 +23,7 @@ use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
 use rowscan_emulator::{Player, RefusedSetting};
 use seats::{PlaceArgs, Sort};
-use stand::Stand;
+use stand::{Live, Stand};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -87,36 +87,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let seats = args.places.seats(&survey)?;
     let parts: Vec<&Part> = seats.iter().map(|seat| seat.part).collect();
-    // What other instruments said before the first scanner began is passed over, as long as there is a scanner.
-    let scanners = || parts.iter().filter(|part| part.is_scanner());
-    let begins_ns = scanners().filter_map(|part| part.begins_ns).min();
-    let begins_ns = begins_ns.or(parts.iter().filter_map(|part| part.begins_ns).min()).unwrap_or_default();
-    let ends_ns = parts.iter().map(|part| part.ends_ns).max().unwrap_or_default();
-    let counted = scanners().next().or(parts.first()).copied();
-    let rig = args.rig.as_deref();
-    let places = Places { rig, survey: &survey, part: counted, begins_ns, ends_ns };
-    let from_ns = args.from.map_or(Ok(0), |place| places.find(place))?;
-    let until_ns = args.until.map_or(Ok(u64::MAX), |place| places.find(place))?;
-    let start_ns = from_ns.max(begins_ns);
-    if until_ns <= start_ns {
-        return Err(Failure::Usage(
-            "--until lies at or before --from: there is nothing to play between them".to_owned(),
-        ));
-    }
-    // From the last event to the first of the next round passes as long as between two scans.
-    let period_ns = parts.iter().map(|part| part.period_ns()).min().unwrap_or(1);
-    let every_ns = until_ns.min(ends_ns.saturating_add(period_ns)).saturating_sub(start_ns).max(1);
-    let played = Played {
-        // Replies before the first event are part of what is verbatim.
-        from_ns: if args.verbatim { from_ns } else { start_ns },
-        until_ns,
-        every_ns: args.repeat.then_some(every_ns),
-        stamps: match args.stamps {
-            StampsArg::Keep => Stamps::Keep,
-            StampsArg::Now => Stamps::Now,
-        },
-        verbatim: args.verbatim,
-    };
+    let places = Places::of(args.rig.as_deref(), &survey, &parts);
+    let played = args.played(&places, &parts)?;
+    let start_ns = played.from_ns.max(places.begins_ns);
     let clock = Arc::new(SimClock::start(args.time_scale));
     let playhead = Arc::new(Playhead::new(start_ns));
     let taping = args.record.start(survey.about.clone(), args.time_scale.delivery().is_patient())?;
@@ -168,19 +141,53 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(faulting) = faulting {
         faulting.finish().await?;
     }
-    for (number, (live, part)) in lives.iter().zip(&parts).enumerate() {
+    tell_end(&player, &lives, &parts, args.format)?;
+    drop((player, lives));
+    Ok(taping.finish())
+}
+
+impl Args {
+    /// What is played of these streams.
+    fn played(&self, places: &Places<'_>, parts: &[&Part]) -> Result<Played, Failure> {
+        let from_ns = self.from.map_or(Ok(0), |place| places.find(place))?;
+        let until_ns = self.until.map_or(Ok(u64::MAX), |place| places.find(place))?;
+        let start_ns = from_ns.max(places.begins_ns);
+        if until_ns <= start_ns {
+            return Err(Failure::Usage(
+                "--until lies at or before --from: there is nothing to play between them".to_owned(),
+            ));
+        }
+        // From the last event to the first of the next round passes as long as between two scans.
+        let period_ns = parts.iter().map(|part| part.period_ns()).min().unwrap_or(1);
+        let every_ns = until_ns.min(places.ends_ns.saturating_add(period_ns)).saturating_sub(start_ns).max(1);
+        Ok(Played {
+            // Replies before the first event are part of what is verbatim.
+            from_ns: if self.verbatim { from_ns } else { start_ns },
+            until_ns,
+            every_ns: self.repeat.then_some(every_ns),
+            stamps: match self.stamps {
+                StampsArg::Keep => Stamps::Keep,
+                StampsArg::Now => Stamps::Now,
+            },
+            verbatim: self.verbatim,
+        })
+    }
+}
+
+/// Says what was sent on each stream, and which settings were refused.
+fn tell_end(player: &Player, lives: &[Live], parts: &[&Part], format: Format) -> Result<(), Failure> {
+    for (number, (live, part)) in lives.iter().zip(parts).enumerate() {
         let late = |fraction| player.lateness(number, fraction).unwrap_or_default();
         let sent = live.told(player.played(number));
         say(format_args!("{}: {sent}; late by {:?} (p50), {:?} (p99)", part.name, late(0.5), late(0.99)));
         let stream = (parts.len() > 1).then_some(part.name.as_str());
-        live.announce(args.format, stream)?;
+        live.announce(format, stream)?;
         for refused in live.refused_settings() {
             let RefusedSetting { client, setting, times } = refused;
             say(format_args!("{}: refused {setting} to {client}, {times} times", part.name));
         }
     }
-    drop((player, lives));
-    Ok(taping.finish())
+    Ok(())
 }
 
 /// Says what is played, and what is not.

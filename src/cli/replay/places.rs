@@ -35,15 +35,30 @@ impl FromStr for Seek {
 /// Finds places in recorded time.
 pub(super) struct Places<'a> {
     /// The rig to go by, instead of the recorded one.
-    pub(super) rig: Option<&'a str>,
-    pub(super) survey: &'a Survey,
+    rig: Option<&'a str>,
+    survey: &'a Survey,
     /// The stream whose scans are counted.
-    pub(super) part: Option<&'a Part>,
+    part: Option<&'a Part>,
     pub(super) begins_ns: u64,
     pub(super) ends_ns: u64,
 }
 
-impl Places<'_> {
+impl<'a> Places<'a> {
+    /// Places by what is played.
+    pub(super) fn of(rig: Option<&'a str>, survey: &'a Survey, parts: &[&'a Part]) -> Self {
+        // What other instruments said before the first scanner began is passed over, as long as there is a scanner.
+        let scanners = || parts.iter().filter(|part| part.is_scanner());
+        let begins_ns = scanners().filter_map(|part| part.begins_ns).min();
+        let begins_ns = begins_ns.or(parts.iter().filter_map(|part| part.begins_ns).min());
+        Self {
+            rig,
+            survey,
+            part: scanners().next().or(parts.first()).copied(),
+            begins_ns: begins_ns.unwrap_or_default(),
+            ends_ns: parts.iter().map(|part| part.ends_ns).max().unwrap_or_default(),
+        }
+    }
+
     pub(super) fn find(&self, place: Seek) -> Result<u64, Failure> {
         let refuse = |what: String| ReplayError::Seek {
             what,

@@ -1,32 +1,27 @@
 //! `rowscan emulate`
 
+mod fitted;
+mod running;
+mod stand;
+
 use std::sync::Arc;
 
 use rowscan_control::{Bench, Log, StateOf};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
-use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, Rig, ScannerView, SerialConfig, SerialEmulator, StageRow, StartWhen,
-    ViewError, faulty_wire,
-};
-use rowscan_faults::{Language, Medium, StreamFaults};
-use rowscan_protocol::device::{Device, DialectPolicy};
+use rowscan_emulator::{Rig, StageRow, StartWhen, ViewError};
+use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::lms2xx;
-use rowscan_protocol::model::{AnyModel, Model};
-use rowscan_recording::{About, StreamKind, Taps};
-use rowscan_vehicle::Tractor;
-use serde_json::{Map, Value, json};
+use rowscan_recording::About;
 
-use super::client_limits::{self, ClientLimitArgs};
+use super::client_limits::ClientLimitArgs;
 use super::control::{ControlArgs, Controlled};
 use super::device::DeviceArgs;
 use super::ending::EndArgs;
-use super::endpoint::{DEFAULT_PORTS, Place, announce_stream};
-use super::events::{self, Counted, End};
+use super::events::{self};
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
-use super::line::{self, LineArgs, Opened};
+use super::line::LineArgs;
 use super::lockstep::{LockstepArgs, Ways};
 use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
@@ -34,12 +29,9 @@ use super::scene::SceneArgs;
 use super::tractor_outputs::TractorOutputArgs;
 use super::truth_file::TruthArgs;
 use super::{Failure, Format, Outcome};
-
-/// How far apart the ports of several scanners are.
-const PORTS_APART: u16 = 10;
-
-/// Rate of a CoLa scanner's serial line out of the box, bits a second.
-const COLA_RATE: u32 = 57_600;
+use fitted::{Fitted, which};
+use running::{Running, state_of};
+use stand::Stand;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -114,117 +106,6 @@ impl From<DialectArg> for DialectPolicy {
     }
 }
 
-/// The flags that tell an estimate which scanners these are; models that differ are the rig's own.
-fn which(scanners: &[Fitted]) -> String {
-    let mut flags = String::new();
-    if let Some(first) = scanners.first()
-        && scanners.iter().all(|fitted| fitted.model.name() == first.model.name())
-    {
-        flags += &format!(" --model {}", first.model.name());
-    }
-    if scanners.iter().enumerate().any(|(place, fitted)| fitted.index != place) {
-        scanners.iter().for_each(|fitted| flags += &format!(" --scanner {}", fitted.index));
-    }
-    flags
-}
-
-/// A scanner of the rig with its model.
-struct Fitted {
-    /// Number in the rig, from 0.
-    index: usize,
-    model: AnyModel,
-}
-
-impl Fitted {
-    /// What its stream is called, where it is one of several.
-    fn stream(&self, of: usize) -> Option<String> {
-        (of > 1).then(|| format!("scanner{}", self.index))
-    }
-
-    /// Its part of the faults, if there are any.
-    fn faults(&self, faulting: Option<&Faulting>, on_a_line: bool) -> Option<StreamFaults> {
-        let (medium, language) = match self.model {
-            AnyModel::Cola(_) if !on_a_line => (Medium::Tcp, Language::Cola),
-            AnyModel::Cola(_) => (Medium::Wire, Language::Cola),
-            AnyModel::Lms2xx(_) => (Medium::Wire, Language::Lms2xx),
-        };
-        Some(faulting?.control().stream(&self.name(), medium, language))
-    }
-
-    /// What faults and state call it.
-    fn name(&self) -> String {
-        format!("scanner{}", self.index)
-    }
-}
-
-/// Tells what a scanner has done.
-type CountsOf = Box<dyn Fn() -> Value + Send + Sync>;
-
-/// Tells the state of all scanners, by their names.
-fn state_of(streams: Vec<(String, CountsOf)>) -> StateOf {
-    Arc::new(move || {
-        streams.iter().map(|(name, counts)| (name.clone(), counts())).collect::<Map<_, _>>().into()
-    })
-}
-
-/// A scanner that is set up, and where clients find it.
-enum Running {
-    Cola(Emulator),
-    Lms2xx(SerialEmulator),
-}
-
-impl Running {
-    /// Tells what it has done at any time, as [`Running::end`] does.
-    fn counting(&self) -> CountsOf {
-        match self {
-            Self::Cola(emulator) => {
-                let counter = emulator.counter();
-                Box::new(move || json!(counter.counts().as_ref().map(Counted::cola)))
-            }
-            Self::Lms2xx(emulator) => {
-                let counts = emulator.counting();
-                Box::new(move || json!(Counted::lms2xx(counts())))
-            }
-        }
-    }
-
-    /// What it has done, for scripts.
-    fn end<'a>(&self, stream: Option<&'a str>) -> End<'a> {
-        match self {
-            Self::Cola(emulator) => End::cola(stream, &emulator.counts()),
-            Self::Lms2xx(emulator) => End::lms2xx(stream, emulator.counts()),
-        }
-    }
-
-    /// Scans that the host was too slow for. An LMS2xx sends what it has, late.
-    fn missed(&self) -> u64 {
-        match self {
-            Self::Cola(emulator) => emulator.counts().scans_missed,
-            Self::Lms2xx(_) => 0,
-        }
-    }
-
-    /// One line for people on what it has done.
-    fn summary(&self) -> String {
-        match self {
-            Self::Cola(emulator) => {
-                let counts = emulator.counts();
-                format!(
-                    "{} scans sent, {} dropped for slow clients, {} missed by a slow host; {}",
-                    counts.scans_sent,
-                    counts.scans_dropped,
-                    counts.scans_missed,
-                    client_limits::told(&counts)
-                )
-            }
-            Self::Lms2xx(emulator) => {
-                let counts = emulator.counts();
-                format!("{} scans sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost)
-            }
-        }
-    }
-}
-
 pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     args.time_scale = Some(args.lockstep.time_scale(args.time_scale)?);
     let mut interrupt = Interrupt::watch()?;
@@ -254,46 +135,25 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     }
     let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
+    let stand = Stand {
+        args: &args,
+        stage: &stage,
+        tractor: &tractor,
+        fitted: &fitted,
+        taps: taping.taps(),
+        faulting: faulting.as_ref(),
+    };
     for (place, scanner) in fitted.iter().enumerate() {
-        let stream = scanner.stream(fitted.len());
-        let (emulator, source) = match scanner.model {
-            AnyModel::Cola(model) => {
-                let set_up =
-                    args.cola(&stage, &tractor, (scanner.index, model), stream.clone(), taping.taps())?;
-                let (device, view, mut config) = set_up;
-                config.faults = scanner.faults(faulting.as_ref(), args.addresses(&fitted, place).is_empty());
-                let mut emulator = rig.scanner(device, view, config);
-                let source = args.listen(&mut emulator, &fitted, place, stream.as_deref()).await?;
-                (Running::Cola(emulator), source)
-            }
-            AnyModel::Lms2xx(model) => {
-                let set_up =
-                    args.lms2xx(&stage, &tractor, (scanner.index, model), stream, taping.taps()).await?;
-                let (device, world, mut line, mut config) = set_up;
-                if let Some(faults) = scanner.faults(faulting.as_ref(), false) {
-                    let name = config.stream.as_deref().unwrap_or(model.name);
-                    let tap = std::mem::take(&mut config.taps).open(name, StreamKind::Lms2xx);
-                    line.wire = faulty_wire(line.wire, &faults, tap);
-                }
-                (Running::Lms2xx(rig.lms2xx(device, world, line.wire, config)), line.source)
-            }
-        };
+        let (emulator, source) = stand.open(place, scanner, &mut rig).await?;
         running.push(emulator);
         sources.extend(source.map(|source| format!(" {source}")));
     }
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
+    let streams = running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counting()));
     let _controlled = match &faulting {
-        Some(faulting) => {
-            let streams =
-                running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counting()));
-            let parts = vec![("streams".to_owned(), state_of(streams.collect()))];
-            let bench = Bench::new(faulting.control().clone(), Arc::new(rig.control()), log, parts);
-            let controlled = args.control.open(bench, args.format).await?;
-            controlled.addresses().for_each(|address| rig.control().exclude(address));
-            controlled
-        }
+        Some(faulting) => args.hand_over(faulting, &rig, log, state_of(streams.collect())).await?,
         None => Controlled::default(),
     };
     args.tell(&stage, &fitted, &sources);
@@ -307,12 +167,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     if let Some(faulting) = faulting {
         faulting.finish().await?;
     }
-    let mut missed = 0;
-    for (scanner, fitted) in running.iter().zip(&fitted) {
-        say(scanner.summary());
-        scanner.end(fitted.stream(running.len()).as_deref()).tell(args.format)?;
-        missed += scanner.missed();
-    }
+    let missed = args.tell_end(&running, &fitted)?;
     drop((running, timeline));
     let outcome = taping.finish();
     truth.finish().await?;
@@ -363,70 +218,6 @@ impl Args {
         self.record.start(about, self.scale().delivery().is_patient())
     }
 
-    /// A CoLa scanner as the flags have it.
-    fn cola(
-        &self,
-        stage: &Stage,
-        tractor: &Tractor,
-        (index, model): (usize, &'static Model),
-        stream: Option<String>,
-        taps: Taps,
-    ) -> Result<(Device, ScannerView, EmulatorConfig), Failure> {
-        let (device, world) = stage.scanner_on(tractor, index, model)?;
-        let (device, state, line_changes) = self.device.set_up(device, stage.scene.seed, index)?;
-        let config = EmulatorConfig {
-            taps,
-            time_scale: self.scale(),
-            dialects: self.dialect.into(),
-            state,
-            line_changes,
-            stream,
-            ..EmulatorConfig::default()
-        };
-        Ok((device, world, self.clients.of(config)))
-    }
-
-    /// An LMS2xx as the flags have it, with its line.
-    async fn lms2xx(
-        &self,
-        stage: &Stage,
-        tractor: &Tractor,
-        (index, model): (usize, &'static lms2xx::model::Model),
-        stream: Option<String>,
-        taps: Taps,
-    ) -> Result<(lms2xx::device::Device, ScannerView, Opened, SerialConfig), Failure> {
-        let options = line::options(&self.device, &self.line, self.scale())?;
-        let (mut device, world) = stage.serial_scanner_on(tractor, index, model, options)?;
-        self.device.lms2xx_fields(&mut device)?;
-        let state = self.device.lms2xx_state(&mut device)?;
-        let rate = device.rate().bits_per_second();
-        let line = self.line.open_one(&self.tcp, rate, self.format).await?;
-        let config = SerialConfig { time_scale: self.scale(), state, taps, stream };
-        Ok((device, world, line, config))
-    }
-
-    /// Has a CoLa scanner listen where the flags say; the source that reads it.
-    async fn listen(
-        &self,
-        emulator: &mut Emulator,
-        fitted: &[Fitted],
-        place: usize,
-        stream: Option<&str>,
-    ) -> Result<Option<String>, Failure> {
-        let mut source = None;
-        for address in self.addresses(fitted, place) {
-            let Bound { address } = emulator.listen(&address).await?;
-            announce_stream(self.format, stream, "tcp", Place::Address(&address))?;
-            source.get_or_insert_with(|| format!("tcp://{address}"));
-        }
-        if fitted.len() == 1 {
-            for line in self.line.open(self.format, COLA_RATE).await? {
-                emulator.attach(line.wire);
-            }
-        }
-        Ok(source)
-    }
-
     /// Says what runs where, and how to read it.
     fn tell(&self, stage: &Stage, fitted: &[Fitted], sources: &[String]) {
         let titles: Vec<&str> = fitted.iter().map(|fitted| fitted.model.title()).collect();
@@ -444,6 +235,30 @@ impl Args {
             let sources = sources.concat();
             say(format_args!("estimate with: rowscan estimate{sources} --rig {scene}{}", which(fitted)));
         }
+    }
+
+    /// Gives scripts a handle to the rig.
+    async fn hand_over(
+        &self,
+        faulting: &Faulting,
+        rig: &Rig,
+        log: Log,
+        streams: StateOf,
+    ) -> Result<Controlled, Failure> {
+        let parts = vec![("streams".to_owned(), streams)];
+        let bench = Bench::new(faulting.control().clone(), Arc::new(rig.control()), log, parts);
+        let controlled = self.control.open(bench, self.format).await?;
+        controlled.addresses().for_each(|address| rig.control().exclude(address));
+        Ok(controlled)
+    }
+
+    /// Says what the scanners have done; how many scans the host was too slow for.
+    fn tell_end(&self, running: &[Running], fitted: &[Fitted]) -> Result<u64, Failure> {
+        for (scanner, fitted) in running.iter().zip(fitted) {
+            say(scanner.summary());
+            scanner.end(fitted.stream(running.len()).as_deref()).tell(self.format)?;
+        }
+        Ok(running.iter().map(Running::missed).sum())
     }
 
     /// Refuses what the scanners cannot share.
@@ -478,20 +293,6 @@ impl Args {
                 self.tcp.len()
             )),
             _ => Ok(()),
-        }
-    }
-
-    /// Where the scanner at this place of those asked for listens.
-    fn addresses(&self, fitted: &[Fitted], place: usize) -> Vec<String> {
-        let before = fitted.iter().take(place).filter(|fitted| fitted.model.lms2xx().is_none()).count();
-        match self.tcp.get(before) {
-            Some(address) if fitted.len() > 1 => vec![address.clone()],
-            Some(_) => self.tcp.clone(),
-            None if fitted.len() == 1 && self.line.count() > 0 => Vec::new(),
-            None => {
-                let further = PORTS_APART.saturating_mul(u16::try_from(before).unwrap_or(u16::MAX));
-                DEFAULT_PORTS.map(|port| format!("127.0.0.1:{}", port.saturating_add(further))).to_vec()
-            }
         }
     }
 }
