@@ -148,11 +148,11 @@ fn dashes(path: &[(f64, f64)], right: f64, top: f64, ink: RGBColor) -> Vec<PathE
             }
             dash.push(*b);
         } else if !dash.is_empty() {
-            drawn.push(PathElement::new(std::mem::take(&mut dash), ink.mix(0.8).stroke_width(1)));
+            drawn.push(PathElement::new(ends(std::mem::take(&mut dash)), ink.mix(0.8).stroke_width(1)));
         }
     }
     if dash.len() > 1 {
-        drawn.push(PathElement::new(dash, ink.mix(0.8).stroke_width(1)));
+        drawn.push(PathElement::new(ends(dash), ink.mix(0.8).stroke_width(1)));
     }
     drawn
 }
