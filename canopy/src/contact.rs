@@ -27,6 +27,7 @@ impl ContactFrequency {
             report: ContactReport {
                 projection: parameters.projection,
                 voxel_m: parameters.voxel_m,
+                voxel_by: parameters.voxel_by,
                 slice_m,
                 ..ContactReport::default()
             },

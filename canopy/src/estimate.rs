@@ -6,6 +6,8 @@ use crate::calibration::model::{CalibrationClass, RegressionKind};
 use crate::cut::{CutMethod, FoundTree};
 use crate::estimator::measure::Measure;
 use crate::odometry::AdvanceSource;
+use crate::uncertainty::Uncertainty;
+use crate::voxel_edge::EdgeBy;
 use crate::warning::Warning;
 
 /// What a stream of scans says about a row.
@@ -42,6 +44,13 @@ pub struct Estimate {
     pub impacted_total_area_m2: Option<f64>,
     /// Best leaf area, one-sided, m²: see `leaf_area_estimator`.
     pub leaf_area_m2: Option<f64>,
+    /// The ends within which the leaf area lies with 95 %, lower and upper, m²: sampling and what other classes would have told. `None` where
+    /// nothing tells the row's class, or the row is too short.
+    pub leaf_area_interval_m2: Option<[f64; 2]>,
+    /// The ends by the row's own sampling alone, m²: what it lies within if the row is of the class that the leaf area holds for.
+    pub leaf_area_sampling_error_m2: Option<[f64; 2]>,
+    /// What both are made of, relative.
+    pub leaf_area_uncertainty: Option<Uncertainty>,
     /// Leaf area index: leaf area over row spacing × metres scanned. `None` without row and tree spacing.
     pub lai: Option<f64>,
     /// Where `leaf_area_m2` comes from.
@@ -121,6 +130,8 @@ pub struct ContactReport {
     pub projection: f64,
     /// Voxel edge across the row and in height, metres.
     pub voxel_m: f64,
+    /// What set that edge.
+    pub voxel_by: EdgeBy,
     /// Length of a slice along the row, metres.
     pub slice_m: f64,
     /// Beams that ended in a voxel.

@@ -39,6 +39,7 @@
 
 mod advance;
 pub mod calibration;
+mod class;
 mod contact;
 mod cut;
 mod error;
@@ -61,11 +62,14 @@ mod row_pass;
 pub mod shipped;
 mod stream;
 mod trees;
+pub mod uncertainty;
+mod voxel_edge;
 mod voxels;
 mod warning;
 pub mod window;
 
-pub use calibration::{Calibration, CalibrationError, FitError, Sample, fit};
+pub use calibration::{Calibration, CalibrationError, CanopyClass, FitError, Sample, fit};
+pub use class::{ClassKey, RowClass};
 pub use cut::{CutMethod, FoundTree};
 pub use error::PipelineError;
 pub use estimate::{Estimate, Progress, SliceEstimate, TreeEstimate, TreesFound};
@@ -75,4 +79,7 @@ pub use gate::{Exclusion, Field};
 pub use odometry::{AdvanceSource, GroundSpeed};
 pub use parameters::{AreaForm, Fill, Parameters};
 pub use stream::Pipeline;
+pub use uncertainty::Uncertainty;
+pub use voxel_edge::{EdgeBy, LOOKS, Sampling};
+pub use voxels::VoxelGrid;
 pub use warning::Warning;

@@ -2,6 +2,7 @@
 
 use crate::error::PipelineError;
 use crate::footprint::Footprint;
+use crate::voxel_edge::{EdgeBy, Sampling};
 
 /// Settings of the estimators that are neither the rig's nor the calibration's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,8 +12,10 @@ pub struct Parameters {
     /// Longest gap between two lines that is filled by its neighbours, in line steps. Beyond it each neighbour keeps
     /// half of this and the rest of the gap is not scanned.
     pub max_gap_steps: f64,
-    /// Voxel edge across the row and in height, metres.
+    /// Voxel edge across the row and in height, metres; by the rule of [`Sampling::voxel_edge`] unless given.
     pub voxel_m: f64,
+    /// What set the edge.
+    pub voxel_by: EdgeBy,
     /// Length of a contact-frequency slice along the row, metres; the nearest whole fraction of the tree spacing is used.
     pub slice_m: f64,
     /// Leaf projection function G: projected over one-sided area, 0.5 for leaves turned any way.
@@ -58,11 +61,13 @@ pub enum Fill {
 
 impl Default for Parameters {
     fn default() -> Self {
+        let (voxel_m, voxel_by) = Sampling::default().voxel_edge();
         Self {
             area_form: AreaForm::Midpoint,
             max_gap_steps: 5.0,
-            voxel_m: 0.25,
-            slice_m: 0.25,
+            voxel_m,
+            voxel_by,
+            slice_m: voxel_m,
             projection: 0.5,
             half_width_m: None,
             top_m: 5.0,
@@ -85,6 +90,12 @@ impl Parameters {
         within("half_width_m", self.half_width_m.unwrap_or(1.0), 0.05, 10.0)?;
         within("top_m", self.top_m, 0.1, 20.0)?;
         self.footprint.map_or(Ok(()), |footprint| footprint.validate())
+    }
+
+    /// The same with voxels and slices of this edge, metres.
+    #[must_use]
+    pub fn with_voxel_edge(self, edge_m: f64, by: EdgeBy) -> Self {
+        Self { voxel_m: edge_m, slice_m: edge_m, voxel_by: by, ..self }
     }
 
     /// How many times as often as a ray a beam meets a leaf at this range; 1 for ideal rays.

@@ -1,11 +1,13 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
 use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
+use crate::class::{ClassKey, Holds, RowClass, Standing};
 use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
 use crate::gate::Gate;
 use crate::odometry::AdvanceSource;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
+use crate::uncertainty::{self, Uncertainty, between_class};
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::rig::BeamWidth;
@@ -20,6 +22,7 @@ pub(crate) fn estimate(
     latest: Option<LatestScan>,
     pass: Option<&RowPass>,
     calibration: Option<&Calibration>,
+    class: Option<&RowClass>,
 ) -> Estimate {
     let mut estimate = Estimate {
         scans: counting.scans,
@@ -59,6 +62,7 @@ pub(crate) fn estimate(
         estimate.warnings.push(Warning::TooMuchExcluded { share, limit: pass.rig.max_excluded });
     } else {
         row(&mut estimate, pass, latest, calibration);
+        tell_how_sure(&mut estimate, pass, calibration, class);
     }
     estimate
 }
@@ -73,6 +77,49 @@ fn warn_of_excluded(estimate: &mut Estimate, gate: &Gate) {
     if gate.contaminated > 0 {
         warnings.push(Warning::ContaminationWarning { scans: gate.contaminated });
     }
+}
+
+/// Fills in how far the leaf area may be off, and warns where the row is not of the class that it holds for.
+fn tell_how_sure(
+    estimate: &mut Estimate,
+    pass: &RowPass,
+    calibration: Option<&Calibration>,
+    class: Option<&RowClass>,
+) {
+    let holds = calibration.map_or(Holds::Assumptions, |calibration| Holds::For(&calibration.class));
+    let estimator = if calibration.is_some() { "contact" } else { "contact_raw" };
+    let known = class.cloned().unwrap_or_default();
+    let compared = known.compared(&holds, pass.rig.optics);
+    let mut silent: Vec<ClassKey> = Vec::new();
+    for found in &compared {
+        match &found.standing {
+            Standing::Same => {}
+            Standing::Unknown => silent.push(found.key),
+            Standing::Differs { expected, found: is } => estimate.warnings.push(Warning::OutsideClass {
+                key: found.key,
+                expected: expected.clone(),
+                found: is.clone(),
+                calibrated: calibration.is_some(),
+                relative_sd: between_class(found.key, estimator),
+            }),
+        }
+    }
+    if !silent.is_empty() {
+        let sds: Option<Vec<f64>> = silent.iter().map(|key| between_class(*key, estimator)).collect();
+        let relative_sd = sds.map(uncertainty::combined);
+        estimate.warnings.push(Warning::ClassUnknown { keys: silent, relative_sd });
+    }
+    let sampled = uncertainty::relative_sd(pass.row.metres.iter());
+    let parts = Uncertainty {
+        sampling: sampled.map(|(sd, _)| sd),
+        between_class: class.and_then(|_| uncertainty::term(&compared, estimator)),
+        blocks: sampled.map_or(0, |(_, blocks)| blocks),
+    };
+    let ends = |sd: f64| estimate.leaf_area_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
+    estimate.leaf_area_sampling_error_m2 = parts.sampling.and_then(ends);
+    estimate.leaf_area_interval_m2 =
+        parts.sampling.zip(parts.between_class).and_then(|(a, b)| ends(uncertainty::combined([a, b])));
+    estimate.leaf_area_uncertainty = Some(parts);
 }
 
 /// Fills in everything that needs a rig.

@@ -5,6 +5,7 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
 
 use crate::calibration::Calibration;
+use crate::class::RowClass;
 use crate::cut::CutMethod;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
@@ -52,6 +53,7 @@ pub struct Pipeline {
     /// The same by the rig's speed, while the encoder that the pass goes by has not counted yet.
     fallback: Option<Box<RowPass>>,
     calibration: Option<Calibration>,
+    class: Option<RowClass>,
 }
 
 impl Pipeline {
@@ -85,6 +87,7 @@ impl Pipeline {
             pass,
             fallback: None,
             calibration,
+            class: None,
         })
     }
 
@@ -95,6 +98,13 @@ impl Pipeline {
             pass.row.measure(estimators);
         }
         self
+    }
+
+    /// Says what canopy it is. No number depends on it: the row is compared with the class that the leaf area holds for, and warnings and the
+    /// width of the interval tell the outcome.
+    #[must_use]
+    pub fn of_class(self, class: RowClass) -> Self {
+        Self { class: Some(class), ..self }
     }
 
     /// Looks for trees in the data as well, from the next scan on: [`Estimate::trees_found`].
@@ -214,6 +224,7 @@ impl Pipeline {
             self.latest,
             pass,
             self.calibration.as_ref(),
+            self.class.as_ref(),
         );
         if dead.is_some() {
             estimate.warnings.push(Warning::EncoderStood { lines: self.gate.valid });

@@ -115,7 +115,7 @@ impl Cells {
         self.list.iter_mut().rev().find(|cell| cell.index <= index).filter(|cell| cell.index == index)
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &Cell> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Cell> + Clone {
         self.list.iter()
     }
 

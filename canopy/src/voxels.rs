@@ -7,8 +7,11 @@
 mod paths;
 
 use self::paths::{Paths, Region};
+use crate::error::PipelineError;
 use crate::geometry::{Beam, Frame, Reading, reading};
 use crate::parameters::{Fill, Parameters};
+use crate::trees::Cut;
+use rowscan_protocol::rig::{Mount, Rig};
 
 /// The voxel region in the scan plane, and the open slice's sums.
 #[derive(Clone, Debug)]
@@ -22,6 +25,31 @@ pub(crate) struct Voxels {
     patches: u64,
     min_beams: u32,
     parameters: Parameters,
+}
+
+/// The voxels of a row: where the first one begins, and how large they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VoxelGrid {
+    /// Corner in the scene frame, metres: nearest to the scanner, at y = 0, lowest.
+    pub corner_m: [f64; 3],
+    /// Edges across the row, along it, in height, metres.
+    pub edge_m: [f64; 3],
+}
+
+impl VoxelGrid {
+    /// The voxels that a pipeline with these settings uses.
+    ///
+    /// # Errors
+    /// A rig that no estimate could be made with.
+    pub fn of(rig: &Rig, mount: &Mount, parameters: &Parameters) -> Result<Self, PipelineError> {
+        let frame = Frame::new(rig, mount)?;
+        let region = Region::new(&frame, rig.row_spacing_m, parameters);
+        let slice_m = Cut::new(rig.tree_spacing_m, parameters.slice_m).slice_m();
+        Ok(Self {
+            corner_m: [region.x_m - frame.distance_m, 0.0, region.z_m],
+            edge_m: [region.dx_m, slice_m, region.dz_m],
+        })
+    }
 }
 
 /// One voxel's sums.
@@ -214,7 +242,6 @@ mod tests {
     use crate::geometry::BeamTable;
     use crate::parameters::AreaForm;
     use rowscan_protocol::angle::BeamGrid;
-    use rowscan_protocol::rig::{Mount, Rig};
     use rowscan_protocol::scan::NO_ECHO;
 
     /// One line of `range_m`, all patches new.

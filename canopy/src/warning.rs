@@ -5,6 +5,7 @@ use std::fmt;
 use rowscan_protocol::validity::ScanFault;
 use serde::{Serialize, Serializer};
 
+use crate::class::ClassKey;
 use crate::gate::Exclusion;
 
 /// What a reader of an estimate must know beside its numbers. Serialises as its text, which begins with its [`code`](Warning::code).
@@ -27,6 +28,27 @@ pub enum Warning {
         expected: String,
         /// What is scanned.
         found: String,
+    },
+    /// The row is described as another canopy than the one that the leaf area holds for: the calibration's class, or without calibration what the
+    /// contact frequency assumes.
+    OutsideClass {
+        /// The property.
+        key: ClassKey,
+        /// What the leaf area holds for.
+        expected: String,
+        /// What the row is.
+        found: String,
+        /// True if a calibration says what is expected.
+        calibrated: bool,
+        /// How far classes that differ in it are apart, relative standard deviation; `None` where no study measured it.
+        relative_sd: Option<f64>,
+    },
+    /// Whether the row is of the class that the leaf area holds for is not known in these properties.
+    ClassUnknown {
+        /// The properties.
+        keys: Vec<ClassKey>,
+        /// What classes that differ in all of them are apart, relative standard deviation; `None` where no study measured one of them.
+        relative_sd: Option<f64>,
     },
     /// The row lies outside the range the calibration was fitted on.
     OutsideFittedRange {
@@ -129,6 +151,8 @@ impl Warning {
             Self::IdealOptics => "ideal_optics",
             Self::CalibratedOnRays => "calibrated_on_rays",
             Self::ClassMismatch { .. } => "class_mismatch",
+            Self::OutsideClass { .. } => "class",
+            Self::ClassUnknown { .. } => "class_unknown",
             Self::OutsideFittedRange { refused: false, .. } => "outside_fitted_range",
             Self::OutsideFittedRange { refused: true, .. } => "refused",
             Self::TreesRefused { .. } => "trees_refused",
@@ -170,6 +194,16 @@ impl fmt::Display for Warning {
             ),
             Self::ClassMismatch { key, expected, found } => {
                 write!(f, "the calibration's {key} is {expected}, this is {found}")
+            }
+            Self::OutsideClass { key, expected, found, calibrated, relative_sd } => {
+                let by = if *calibrated { "the calibration holds for" } else { "without calibration it is taken for" };
+                write!(f, "{} is {found}, {by} {expected}", key.name())?;
+                apart(f, *relative_sd)
+            }
+            Self::ClassUnknown { keys, relative_sd } => {
+                let names: Vec<&str> = keys.iter().map(|key| key.name()).collect();
+                write!(f, "whether the leaf area holds for this row is not known: {}", names.join(", "))?;
+                apart(f, *relative_sd)
             }
             Self::OutsideFittedRange { estimator, value_m2_per_m, low_m2_per_m, high_m2_per_m, refused } => write!(
                 f,
@@ -224,6 +258,14 @@ impl fmt::Display for Warning {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }
         }
+    }
+}
+
+/// How far classes are apart, in words.
+fn apart(f: &mut fmt::Formatter<'_>, relative_sd: Option<f64>) -> fmt::Result {
+    match relative_sd {
+        Some(sd) => write!(f, "; such classes are {:.0} % apart (standard deviation)", 100.0 * sd),
+        None => f.write_str("; how far such classes are apart was not measured"),
     }
 }
 

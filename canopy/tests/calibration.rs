@@ -8,7 +8,7 @@ use common::*;
 use rowscan_canopy::calibration::{
     CalibrationClass, CalibrationError, EchoRule, FittedRange, Optics, Provenance, RegressionKind,
 };
-use rowscan_canopy::{Calibration, Estimate, FitError, Pipeline, Sample, fit};
+use rowscan_canopy::{Calibration, CanopyClass, Estimate, FitError, Pipeline, Sample, fit};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
@@ -22,6 +22,7 @@ fn class() -> CalibrationClass {
         resolution_deg: 0.5,
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
+        canopy: CanopyClass::default(),
     }
 }
 

@@ -41,8 +41,13 @@ impl Stage {
     /// Grows the scene's orchard; `progress` hears of trees done and trees in all.
     pub fn grow(scene: Scene, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<Self, GrowError> {
         let orchard = Orchard::grow(&scene.orchard, scene.seed, progress)?;
+        Ok(Self::of_orchard(scene, orchard))
+    }
+
+    /// A stage on which another orchard stands than the scene grows: one that was grown before, or changed.
+    pub fn of_orchard(scene: Scene, orchard: Orchard) -> Self {
         let caster = Arc::new(Caster::new(&orchard));
-        Ok(Self { rig: scene.resolved_rig(), scene, orchard, caster })
+        Self { rig: scene.resolved_rig(), scene, orchard, caster }
     }
 
     /// A tractor at its start, for the rig's scanners to ride on.

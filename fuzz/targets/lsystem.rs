@@ -15,6 +15,6 @@ fuzz_target!(|text: &str| {
         ..LSystemOverrides::default()
     };
     let orchard =
-        OrchardParameters { generator: GeneratorKind::LSystem, trees: Some(1), lsystem, ..OrchardParameters::default() };
+        OrchardParameters { generator: Some(GeneratorKind::LSystem), trees: Some(1), lsystem, ..OrchardParameters::default() };
     let _ = Orchard::grow(&orchard, 1, &|_, _| {});
 });

@@ -38,6 +38,9 @@ pub struct Rig {
     /// One-sided area of a leaf, cm², for what a wide beam does at its rim; an apple leaf's 24 where left out.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub leaf_area_cm2: Option<f64>,
+    /// Edge of the voxels that densities are measured in, metres; by a rule from beams and leaves where left out.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub voxel_edge_m: Option<f64>,
     /// Calibration class that turns impacted area into leaf area: a shipped calibration's name or a file.
     pub calibration: Option<String>,
     /// The scanners, in the order of the emulator's ports.
@@ -66,6 +69,7 @@ impl Default for Rig {
             max_excluded: MAX_EXCLUDED,
             optics: None,
             leaf_area_cm2: None,
+            voxel_edge_m: None,
             calibration: None,
             scanners: alloc::vec![Mount::default()],
         }
@@ -216,6 +220,9 @@ impl Rig {
         }
         if let Some(area) = self.leaf_area_cm2 {
             positive("leaf_area_cm2", area)?;
+        }
+        if let Some(edge) = self.voxel_edge_m {
+            positive("voxel_edge_m", edge)?;
         }
         if self.scanners.is_empty() {
             return Err(RigError::NoScanner);

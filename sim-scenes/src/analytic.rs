@@ -223,7 +223,7 @@ mod tests {
 
     fn made(overrides: AnalyticOverrides) -> Orchard {
         let parameters = OrchardParameters {
-            generator: crate::generator::GeneratorKind::Analytic,
+            generator: Some(crate::generator::GeneratorKind::Analytic),
             analytic: overrides,
             trees: Some(4),
             tree_spacing_m: Some(2.0),

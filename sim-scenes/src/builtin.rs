@@ -5,6 +5,7 @@ pub const DEFAULT: &str = "spindle";
 
 const SCENES: &[(&str, &str)] = &[
     ("spindle", include_str!("../scenes/spindle.toml")),
+    ("tall_spindle", include_str!("../scenes/tall_spindle.toml")),
     ("mature", include_str!("../scenes/mature.toml")),
     ("paper", include_str!("../scenes/paper.toml")),
     ("vase", include_str!("../scenes/vase.toml")),

@@ -38,6 +38,7 @@ pub mod drawing;
 pub mod exchange;
 #[cfg(feature = "files")]
 pub mod files;
+mod form;
 pub mod generator;
 pub mod growth;
 pub mod import;
@@ -57,11 +58,13 @@ pub mod seed;
 mod seen;
 mod support;
 mod target;
+pub mod trained;
 mod truth;
 
 pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
 pub use cells::{Cell, CellAreas, CellColumn, CellGrid, ColumnBand, RowCells};
-pub use generator::{GeneratorKind, GrowError, Remark};
+pub use form::CanopyForm;
+pub use generator::{FoliageShares, GeneratorKind, GrowError, Remark};
 pub use orchard::{Orchard, OrchardParameters};
 pub use organ::{Cylinder, Facet, Leaf, OrganError, Surface, Tree};
 pub use placement::Placement;

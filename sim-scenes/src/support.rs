@@ -42,6 +42,12 @@ parameters! {
     post_height_m: f64 = 3.2, "m", "a little above the top wire";
     /// Diameter of a post.
     post_diameter_m: f64 = 0.09, "m", "round timber of 80 to 100 mm";
+    /// Height of a stake beside every tree; 0 for none.
+    stake_height_m: f64 = 0.0, "m", "single stakes of 2 to 2.5 m; none where the source names none";
+    /// Diameter of a stake.
+    stake_diameter_m: f64 = 0.05, "m", "round timber of 40 to 60 mm";
+    /// From the trunk to its stake along the row, middle to middle.
+    stake_offset_m: f64 = 0.1, "m", "beside the trunk";
     /// Lowest wire above the ground.
     wire_from_m: f64 = 0.6, "m", "above the graft, below the first tier";
     /// From one wire to the next.
@@ -67,10 +73,18 @@ impl Trellis {
         require(self.wires <= 100, "orchard.trellis.wires", "0 to 100", self.wires)?;
         within("post_height_m", self.post_height_m, 0.01, 20.0)?;
         within("post_diameter_m", self.post_diameter_m, 1e-4, 2.0)?;
+        within("stake_height_m", self.stake_height_m, 0.0, 20.0)?;
+        within("stake_diameter_m", self.stake_diameter_m, 1e-4, 2.0)?;
+        within("stake_offset_m", self.stake_offset_m, -10.0, 10.0)?;
         within("wire_from_m", self.wire_from_m, 0.0, 20.0)?;
         within("wire_step_m", self.wire_step_m, 1e-3, 20.0)?;
         within("wire_diameter_m", self.wire_diameter_m, 1e-5, 0.1)?;
         within("offset_m", self.offset_m, -10.0, 10.0)
+    }
+
+    /// Heights of the wires above the ground, metres, from the lowest up.
+    pub(crate) fn wire_heights_m(&self) -> impl Iterator<Item = f64> + use<'_> {
+        (0..self.wires).map(|wire| self.wire_from_m + f64::from(wire) * self.wire_step_m)
     }
 
     /// Posts and wires of all rows, row by row, in the scene frame. A wire is as long as the row's period.
@@ -86,13 +100,24 @@ impl Trellis {
                 let shape = Cylinder::new(foot, top, self.post_diameter_m / 2.0);
                 supports.extend(shape.ok().map(|shape| Support { kind: SupportKind::Post, shape }));
             }
-            for wire in 0..self.wires {
-                let z_m = self.wire_from_m + f64::from(wire) * self.wire_step_m;
+            supports.extend(self.stakes(layout, x_m));
+            for z_m in self.wire_heights_m() {
                 let shape = Cylinder::new([x_m, 0.0, z_m], [x_m, length_m, z_m], self.wire_diameter_m / 2.0);
                 supports.extend(shape.ok().map(|shape| Support { kind: SupportKind::Wire, shape }));
             }
         }
         supports
+    }
+
+    /// A stake beside every place of a row at `x_m`.
+    fn stakes(&self, layout: &Layout, x_m: f64) -> impl Iterator<Item = Support> {
+        let &Self { stake_height_m, stake_diameter_m, stake_offset_m, .. } = self;
+        let (places, spacing_m) = (layout.trees, layout.tree_spacing_m);
+        (0..if stake_height_m > 0.0 { places } else { 0 }).filter_map(move |place| {
+            let y_m = (f64::from(place) + 0.5) * spacing_m + stake_offset_m;
+            let shape = Cylinder::new([x_m, y_m, 0.0], [x_m, y_m, stake_height_m], 0.5 * stake_diameter_m);
+            shape.ok().map(|shape| Support { kind: SupportKind::Post, shape })
+        })
     }
 }
 

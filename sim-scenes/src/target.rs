@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::generator::draft::{Blade, Draft};
+use crate::generator::draft::{Age, Blade, Draft};
 use crate::growth::prune::Envelope;
 use crate::organ::Leaf;
 use crate::placement::Placement;
@@ -199,10 +199,14 @@ struct Sower {
 impl Sower {
     /// None for a tree without leaves or without wood.
     fn new(number: usize, draft: &Draft, stream: Stream) -> Option<Self> {
+        // Where none of its leaves stands on old wood, none is added there.
+        let is_old = |blade: &Blade| draft.segments.get(blade.segment).is_some_and(|at| at.age == Age::Older);
+        let on_old_wood = draft.blades.iter().any(is_old);
         let bearers = |most_m: f64| -> Vec<(usize, f64)> {
             let mut end_m = 0.0;
             let thin = draft.segments.iter().enumerate();
             thin.filter(|(_, segment)| segment.length_m > 0.0 && segment.radius_m <= most_m)
+                .filter(|(_, segment)| on_old_wood || segment.age != Age::Older)
                 .map(|(number, segment)| {
                     end_m += segment.length_m;
                     (number, end_m)

@@ -17,7 +17,7 @@ fn grown() -> Orchard {
 
 fn read(import: ImportParameters) -> Orchard {
     let parameters = OrchardParameters {
-        generator: GeneratorKind::Import,
+        generator: Some(GeneratorKind::Import),
         import: ImportParameters { stands: Stands::InPlace, ..import },
         trees: Some(3),
         ..OrchardParameters::of(Preset::FruitingWall)

@@ -3,10 +3,9 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use rayon::ThreadPoolBuilder;
-use rowscan_scenes::GrowError;
 use rowscan_scenes::growth::{MatrixSource, RuleSource};
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
-use rowscan_scenes::{Orchard, Tree};
+use rowscan_scenes::{GeneratorKind, GrowError, Orchard, Tree};
 
 fn grow(parameters: &OrchardParameters, seed: u64) -> Orchard {
     Orchard::grow(parameters, seed, &|_, _| {}).unwrap()
@@ -62,8 +61,8 @@ fn the_default_row_is_the_one_it_has_always_been() {
     assert_eq!((leaves, fingerprint(&orchard)), (PINNED_LEAVES, PINNED_FINGERPRINT));
 }
 
-const PINNED_LEAVES: usize = 45_853;
-const PINNED_FINGERPRINT: u64 = 4_145_997_996_459_812_018;
+const PINNED_LEAVES: usize = 57_836;
+const PINNED_FINGERPRINT: u64 = 30_645_423_821_107_490;
 
 #[test]
 fn every_place_has_its_own_tree_in_the_middle_of_its_cell() {
@@ -139,13 +138,20 @@ fn a_branching_matrix_equal_to_the_first_keeps_the_law_of_growth() {
 
 #[test]
 fn an_explosion_is_an_error_that_says_which_tree_and_what_to_do() {
-    let mut parameters = OrchardParameters { trees: Some(4), ..OrchardParameters::of(Preset::Spindle) };
+    let generator = Some(GeneratorKind::Hmt);
+    let mut parameters =
+        OrchardParameters { trees: Some(4), generator, ..OrchardParameters::of(Preset::Spindle) };
     parameters.tree.rules = Some(RuleSource::Inline(vec!["++++".into(); 4]));
     parameters.tree.iterations = Some(40);
     parameters.tree.max_metamers = Some(20_000);
     let error = Orchard::grow(&parameters, 1, &|_, _| {}).unwrap_err();
     assert!(matches!(error, GrowError::Exploded { row: 0, tree: 0, limit: 20_000, .. }), "{error}");
     assert!(error.to_string().contains("orchard.tree.max_metamers"));
+    let mut trained = OrchardParameters { trees: Some(2), ..OrchardParameters::of(Preset::Spindle) };
+    trained.training.side_shoots = Some(20.0);
+    trained.tree.max_metamers = Some(20_000);
+    let error = Orchard::grow(&trained, 1, &|_, _| {}).unwrap_err();
+    assert!(matches!(error, GrowError::Exploded { tree: 0, limit: 20_000, .. }), "{error}");
 }
 
 #[test]

@@ -5,7 +5,8 @@
 use rowscan_scenes::growth::{MatrixSource, TreeParameters};
 use rowscan_scenes::orchard::Preset;
 use rowscan_scenes::scene::VERSION;
-use rowscan_scenes::{Scene, SceneError, builtin};
+use rowscan_scenes::trained::Form;
+use rowscan_scenes::{GeneratorKind, Scene, SceneError, builtin};
 
 fn read(text: &str) -> Scene {
     toml::from_str(text).unwrap()
@@ -37,8 +38,8 @@ fn the_default_scene_is_the_one_that_the_documents_describe() {
     assert_eq!((rig.speed_m_s, rig.start_m), (1.0, 0.0));
     let mount = &rig.scanners[0];
     assert_eq!((mount.model.as_str(), mount.height_m, mount.distance_m), ("lms111", 1.6, 1.9));
-    assert!(scene.orchard.tree_parameters().pruned);
-    assert_eq!(scene.orchard.tree_parameters().iterations, 10);
+    assert_eq!(scene.orchard.generator(), GeneratorKind::Trained);
+    assert_eq!(scene.orchard.training_parameters().form, Form::Spindle);
 }
 
 #[test]
@@ -57,7 +58,7 @@ fn overrides_depart_from_the_preset_and_leave_the_rest() {
     );
     scene.validate().unwrap();
     let tree = scene.orchard.tree_parameters();
-    let mature = Preset::Mature.tree();
+    let mature = Preset::Mature.tree(GeneratorKind::Trained);
     assert_eq!((tree.shady_percent, tree.iterations, tree.pruned), (70.0, mature.iterations, mature.pruned));
     assert!(matches!(tree.transitions, MatrixSource::Inline(_)));
     assert_eq!((scene.orchard.layout().trees, scene.orchard.layout().row_spacing_m), (7, 4.0));

@@ -24,6 +24,7 @@ use rowscan_emulator::clock::{Latency, Stopwatch, TimeScale, Timer};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
 use rowscan_ports::{NetLine, Pty, Wire};
+use rowscan_study::class::row_class;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::trajectory::Drive;
 
@@ -201,7 +202,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     say(format_args!("a virtual {model} is at {source}, seed {}", stage.scene.seed));
 
     let prefer = if args.dialect == DialectArg::A { Prefer::A } else { Prefer::B };
-    let Reading { cola, lms2xx, mut pipeline } = reading;
+    let truth = stage.orchard.truth();
+    let Reading { cola, lms2xx, pipeline } = reading;
+    let mut pipeline = pipeline.of_class(row_class(&stage.scene, &truth));
     let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };
     let Some(mut scanner) = interrupt.or(Scanner::open(&source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
@@ -218,7 +221,6 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     drop(telling);
     ended?;
 
-    let truth = stage.orchard.truth();
     let error = |estimate: Option<f64>| {
         estimate
             .map(|found| (found - truth.leaf_area_m2) / truth.leaf_area_m2)
@@ -330,13 +332,22 @@ fn facts(outcomes: &Outcomes) -> String {
     let percent = |error: Option<f64>| {
         error.map_or_else(|| "unknown".to_owned(), |error| format!("{:+.1} %", 100.0 * error))
     };
+    let ends = |ends: Option<[f64; 2]>| {
+        ends.map_or_else(
+            || "unknown".to_owned(),
+            |[low_m2, high_m2]| format!("{low_m2:.1} to {high_m2:.1} m²"),
+        )
+    };
     format!(
         "row leaf area error   {} by contact frequency, {} by I_T\n\
+         95 % of leaf areas    {}; by sampling alone {}\n\
          scans                 {} received of {} sent by the time the row ended, {} lost, {} repeated\n\
          latency               p50 {}, p99 {} from the socket to the estimate\n\
          took                  {:.1} s for {:.1} m of row\n",
         percent(outcomes.leaf_area_error),
         percent(outcomes.leaf_area_regression_error),
+        ends(estimate.leaf_area_interval_m2),
+        ends(estimate.leaf_area_sampling_error_m2),
         estimate.scans,
         outcomes.scans_sent,
         estimate.scans_lost,

@@ -73,7 +73,10 @@ pub(super) fn scanned<'a>(appraisal: &'a Appraisal, estimate: &Estimate, start_m
 /// The numbers as a table for people.
 pub(super) fn table(rows: &[Beside]) -> String {
     let mut table = output::grid();
-    output::head(&mut table, ["estimator", "quantity", "z m", "value", "95 % from", "to", "truth", "error"]);
+    output::head(
+        &mut table,
+        ["estimator", "quantity", "z m", "value", "sampling from", "to", "truth", "error"],
+    );
     for Beside { measure, truth, error } in rows {
         let decimals =
             if measure.quantity == Quantity::TreeRowVolume || measure.quantity == Quantity::LeafWallArea {

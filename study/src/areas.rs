@@ -5,7 +5,7 @@ mod gates;
 mod report;
 
 use rowscan_canopy::Sample;
-use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics};
+use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model;
 use rowscan_scenes::orchard::Preset;
@@ -138,6 +138,7 @@ impl AreasStudy {
                 .unwrap_or_default(),
             echo_rule: EchoRule::First,
             optics: Optics::Ideal,
+            canopy: CanopyClass::default(),
         }
     }
 }

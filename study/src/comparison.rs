@@ -3,14 +3,12 @@
 use rayon::prelude::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Calibration, CutMethod, Measure, Pipeline, PipelineError, Quantity};
-use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::model::Model;
-use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
-use rowscan_scenes::caster::Class;
-use rowscan_scenes::{BeamFan, Return, Scene, Scratch};
+use rowscan_scenes::Scene;
 use serde::Serialize;
 
 use crate::appraisal::Appraisal;
+use crate::fine_scan::fine_scan;
 use crate::reading::ReadingError;
 use crate::trial::{Trial, TrialError};
 use rowscan_emulator::stage::Stage;
@@ -46,8 +44,8 @@ pub struct Compared {
     pub cv: f64,
     /// The same of the mean of all *other* rows' truths, taken for each: the estimate of someone who does not scan.
     pub null_cv: f64,
-    /// Share of the 95 % intervals that hold the truth, where there is one.
-    pub covered: Option<f64>,
+    /// Share of the sampling errors at 95 % that hold the truth, where there is one: below 0.95 by what is not sampling.
+    pub sampling_holds: Option<f64>,
 }
 
 /// How well trees are found in the data.
@@ -75,9 +73,6 @@ struct Row {
     cuts: Vec<(CutMethod, i64, Vec<f64>)>,
     planted: usize,
 }
-
-/// Steps of the finer scan: lines, metres, and beams, 1/10000°.
-const FINER: (f64, u16) = (0.01, 1000);
 
 /// Tries a scene's rows of these seeds, and compares.
 pub fn compare(
@@ -140,33 +135,12 @@ impl Row {
     }
 }
 
-/// Gaps, porosity and impacted area of the row by beams and lines so fine that finer ones change nothing, unquantised.
+/// Gaps, porosity and impacted area of the row by a scan so fine that a finer one changes nothing.
 fn finer_scan(stage: &Stage) -> Result<Vec<Measure>, PipelineError> {
-    let (dy_m, step) = FINER;
     let Some(mount) = stage.rig.scanners.first() else { return Ok(Vec::new()) };
-    let frequency_hz = 100.0;
-    let rig = rowscan_protocol::rig::Rig { speed_m_s: dy_m * frequency_hz, ..stage.rig.clone() };
     let wanted: Vec<_> = ["gap", "porosity", "impacted"].into_iter().filter_map(by_name).collect();
-    let mut pipeline = Pipeline::new(Some(&rig), 0, None)?.with_estimators(&wanted);
-    let grid = BeamGrid::spanning(0, 1_800_000, step);
-    let fan = BeamFan::of_mount(mount, grid);
-    let mut returns = vec![Return::MISS; grid.len()];
-    let (mut scratch, mut scan) = (Scratch::default(), Scan::default());
-    scan.beams = grid;
-    scan.scan_frequency_hz = frequency_hz;
-    scan.echoes = vec![Echo { range_m: vec![NO_ECHO; grid.len()], remission: Vec::new() }];
-    let lines = (stage.orchard.length_m() / dy_m).round() as u32;
-    for line in 0..lines {
-        let y_m = rig.y_m(f64::from(line) / frequency_hz);
-        stage.caster().cast(mount.pose(y_m), &fan, &mut scratch, &mut returns);
-        scan.telegram_counter = line as u16;
-        scan.scan_time_us = line.wrapping_mul(10_000);
-        for (range_m, found) in scan.echoes.iter_mut().flat_map(|echo| &mut echo.range_m).zip(&returns) {
-            *range_m = if found.class == Class::None { NO_ECHO } else { found.range_m };
-        }
-        pipeline.push(&scan);
-    }
-    Ok(pipeline.finish().measures)
+    let make = |rig: &_| Ok(Pipeline::new(Some(rig), 0, None)?.with_estimators(&wanted));
+    Ok(fine_scan(stage, mount, make)?.measures)
 }
 
 fn compared(scene: &str, rows: &[Row]) -> Vec<Compared> {
@@ -206,7 +180,7 @@ fn compared(scene: &str, rows: &[Row]) -> Vec<Compared> {
                 bias: mean(&ratios) - 1.0,
                 cv: cv(&ratios),
                 null_cv: cv(&null),
-                covered: (!held.is_empty())
+                sampling_holds: (!held.is_empty())
                     .then(|| held.iter().filter(|held| **held).count() as f64 / held.len() as f64),
             })
         })

@@ -46,6 +46,11 @@ impl<'a> Document<'a> {
         Ok(Self { path, text })
     }
 
+    /// A file that ships with the program.
+    pub(super) fn built_in(name: &'a str, text: &str) -> Self {
+        Self { path: Path::new(name), text: text.to_owned() }
+    }
+
     pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, StudyFileError> {
         files::from_toml(&self.text).map_err(|trouble| self.content(trouble))
     }

@@ -7,11 +7,16 @@
 
 pub mod appraisal;
 pub mod areas;
+pub mod budget;
 pub mod calibrations;
+pub mod class;
+pub mod classes;
 pub mod comparison;
 mod complaint;
+pub mod coverage;
 mod document;
 pub mod figure;
+mod fine_scan;
 pub mod fingerprint;
 pub mod journal;
 pub mod reading;
@@ -20,7 +25,9 @@ pub mod search;
 mod settings;
 mod shard;
 pub mod sweep;
+pub mod transfer;
 pub mod trial;
+mod wilson;
 
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
@@ -98,6 +105,14 @@ pub enum UnitError {
     UnknownModel {
         /// What was asked for.
         found: String,
+    },
+    /// A class whose scene cannot be used.
+    #[error("class `{name}`: {why}")]
+    Class {
+        /// Its name.
+        name: String,
+        /// Why.
+        why: String,
     },
     /// The row could not be driven past by the emulated scanner.
     #[error(transparent)]

@@ -1,8 +1,11 @@
 //! How one scanner of a rig is read: what a driver asks of the device, and what is made of its scans. Every command, online or offline, and
 //! every study derives both from the rig here.
 
-use rowscan_canopy::{Calibration, Field, Footprint, LeafShape, Parameters, Pipeline, PipelineError};
+use rowscan_canopy::{
+    Calibration, EdgeBy, Field, Footprint, LeafShape, Parameters, Pipeline, PipelineError, Sampling,
+};
 use rowscan_emulator::stage;
+use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
@@ -72,8 +75,8 @@ impl Reading {
             },
             lms2xx: lms2xx_config(rig, scanner),
             pipeline: {
-                let footprint = rig.zip(mount).and_then(|(rig, mount)| footprint(rig, mount));
-                let parameters = Parameters { footprint, ..Parameters::default() };
+                let parameters =
+                    rig.zip(mount).map(|(rig, mount)| parameters(rig, mount)).unwrap_or_default();
                 let pipeline = Pipeline::with_parameters(rig, scanner, calibration, parameters)?;
                 match mount.and_then(field) {
                     Some(field) => pipeline.within_field(field),
@@ -91,6 +94,31 @@ pub fn rig_with(rig: &Rig, scanner: usize, model: &str) -> Rig {
         model.clone_into(&mut mount.model);
     }
     rig
+}
+
+/// How a mount's scans are estimated, calibration apart.
+pub fn parameters(rig: &Rig, mount: &Mount) -> Parameters {
+    let (edge_m, by) =
+        rig.voxel_edge_m.map_or_else(|| sampling(rig, mount).voxel_edge(), |edge_m| (edge_m, EdgeBy::Given));
+    Parameters { footprint: footprint(rig, mount), ..Parameters::default() }.with_voxel_edge(edge_m, by)
+}
+
+/// What the rule for the voxel edge asks of a mount: beams and lines at the row axis, by the rig or the model's own mode.
+fn sampling(rig: &Rig, mount: &Mount) -> Sampling {
+    let default = Sampling::default();
+    let own = match AnyModel::by_name(&mount.model) {
+        Some(AnyModel::Cola(model)) => Some(model.default_mode),
+        _ => None,
+    };
+    let step_deg = mount.resolution_deg.or(own.map(|mode| exact_step_deg(mode.step)));
+    let frequency_hz = mount.frequency_hz.or(own.map(|mode| f64::from(mode.frequency_centihz) / 100.0));
+    Sampling {
+        spacing_m: step_deg
+            .zip(frequency_hz)
+            .map(|(step_deg, hertz)| [mount.distance_m * step_deg.to_radians(), rig.speed_m_s / hertz]),
+        leaf_area_m2: rig.leaf_area_cm2.map_or(default.leaf_area_m2, |area_cm2| area_cm2 * 1e-4),
+        ..default
+    }
 }
 
 /// What is known of the beams' width, where they have one.

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 use rowscan_canopy::Pipeline;
-use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo};
+use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo, RowClass};
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::lms2xx::{self, Rate};
 use rowscan_protocol::model::{AnyModel, Model};
+use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
 use rowscan_scenes::{GrowError, Scene, Truth};
@@ -15,6 +16,7 @@ use rowscan_emulator::offline::{Offline, SetUpError};
 use rowscan_emulator::offline_lms2xx::OfflineLms2xx;
 use rowscan_emulator::stage::{Stage, StageError};
 
+use crate::class::row_class;
 use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
 
 /// What came out of one row.
@@ -28,6 +30,8 @@ pub struct Trial {
     pub estimate: Estimate,
     /// What is there.
     pub truth: Truth,
+    /// What canopy that is.
+    pub class: RowClass,
 }
 
 /// Why a row could not be tried.
@@ -67,11 +71,24 @@ impl Trial {
         calibration: Option<Calibration>,
         estimators: &[&'static EstimatorInfo],
     ) -> Result<Self, TrialError> {
+        Self::drive_past_told(stage, &stage.rig, model, calibration, estimators)
+    }
+
+    /// The same by an estimator that believes in another rig.
+    pub fn drive_past_told(
+        stage: &Stage,
+        told: &Rig,
+        model: impl Into<AnyModel>,
+        calibration: Option<Calibration>,
+        estimators: &[&'static EstimatorInfo],
+    ) -> Result<Self, TrialError> {
         let model = model.into();
-        let rig = rig_with(&stage.rig, 0, model.name());
+        let rig = rig_with(told, 0, model.name());
+        let truth = stage.orchard.truth();
+        let class = row_class(&stage.scene, &truth);
         let Reading { cola, lms2xx, pipeline } =
             Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration.map(Box::new)))?;
-        let mut pipeline = pipeline.with_estimators(estimators);
+        let mut pipeline = pipeline.with_estimators(estimators).of_class(class.clone());
         if !estimators.is_empty() {
             pipeline = pipeline.with_trees_found(&CutMethod::ALL);
         }
@@ -83,7 +100,8 @@ impl Trial {
             seed: stage.scene.seed,
             length_m: stage.orchard.length_m(),
             estimate: pipeline.finish(),
-            truth: stage.orchard.truth(),
+            truth,
+            class,
         })
     }
 

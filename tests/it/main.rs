@@ -17,6 +17,7 @@ mod blindness;
 mod calibrations;
 mod captures;
 mod check;
+mod class_studies;
 mod client_limits;
 mod control;
 mod decode;

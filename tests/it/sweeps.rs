@@ -201,7 +201,8 @@ fn estimators_stand_side_by_side_with_the_truth_of_a_known_scene() {
     let voxel = of("voxel", "leaf_area_m2");
     assert!(voxel["error"].as_f64().is_some_and(|error| error.abs() < 0.1), "{voxel}");
     assert!(
-        voxel["low"].as_f64() < voxel["value"].as_f64() && voxel["value"].as_f64() < voxel["high"].as_f64()
+        voxel["sampling_low"].as_f64() < voxel["value"].as_f64()
+            && voxel["value"].as_f64() < voxel["sampling_high"].as_f64()
     );
     assert!(of("lwa", "leaf_wall_area_m2_ha")["truth"].is_number());
     assert!(of("contact_raw", "leaf_area_m2")["error"].is_number());

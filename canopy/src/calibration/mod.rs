@@ -8,9 +8,11 @@
 //! A calibration is valid for its [`CalibrationClass`] only. Within it, an estimate outside the fitted range carries a warning, and
 //! one far outside (a factor [`FAR`] beyond either end) is withheld.
 
+pub(crate) mod canopy;
 mod fit;
 pub(crate) mod model;
 
+pub use canopy::CanopyClass;
 pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
 pub use model::{
     Calibration, CalibrationClass, CalibrationError, ContactScale, EchoRule, FAR, FitQuality, FittedRange,

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::canopy::CanopyClass;
+
 /// How far beyond either end of the fitted range an estimate is withheld: a factor.
 pub const FAR: f64 = 2.0;
 
@@ -53,6 +55,9 @@ pub struct CalibrationClass {
     pub echo_rule: EchoRule,
     /// How the beam was modelled.
     pub optics: Optics,
+    /// Leaves and wood; unknown in files of versions before these keys.
+    #[serde(default, skip_serializing_if = "CanopyClass::is_unknown")]
+    pub canopy: CanopyClass,
 }
 
 /// Which echo a calibration was made with.

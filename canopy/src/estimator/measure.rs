@@ -63,9 +63,11 @@ pub struct Measure {
     pub z_to_m: Option<f64>,
     /// The number; null where nothing can be said.
     pub value: Option<f64>,
-    /// Lower end of the 95 % interval, where the literature has one.
+    /// Lower end of the sampling error, 95 %, where the literature has one: not what classes differ by.
+    #[serde(rename = "sampling_low")]
     pub low: Option<f64>,
-    /// Upper end of the 95 % interval.
+    /// Upper end of the sampling error.
+    #[serde(rename = "sampling_high")]
     pub high: Option<f64>,
 }
 
@@ -76,7 +78,7 @@ impl Measure {
         Self { estimator, quantity, z_from_m: None, z_to_m: None, value, low: None, high: None }
     }
 
-    /// The same with a 95 % interval.
+    /// The same with its sampling error, 95 %.
     #[must_use]
     pub(crate) fn within(self, [low, high]: [f64; 2]) -> Self {
         let known = self.value.is_some() && low.is_finite() && high.is_finite();

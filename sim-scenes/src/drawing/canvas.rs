@@ -162,7 +162,7 @@ impl Canvas {
         for ((colour, tenths), path) in &self.lines {
             let _ = writeln!(
                 text,
-                "<path d=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"/>",
+                "<path d=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\"/>",
                 hex(*colour),
                 f64::from(*tenths) / 10.0
             );

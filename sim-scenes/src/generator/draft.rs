@@ -5,6 +5,19 @@ use glam::DVec3;
 use crate::organ::{Cylinder, Facet, Leaf};
 use crate::support::Support;
 
+/// When a segment last grew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Age {
+    /// Grew in this season from end to end.
+    Current,
+    /// A spur: its tip grew in this season, on older wood.
+    Spur,
+    /// Older wood.
+    Older,
+    /// The generator keeps no seasons.
+    Unknown,
+}
+
 /// A straight piece of growing wood, in tree coordinates: foot of the tree at the origin, X across the row, Y along it, Z up.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Segment {
@@ -19,6 +32,7 @@ pub(crate) struct Segment {
     pub(crate) radius_m: f64,
     /// The trunk is not cut below the clear height.
     pub(crate) is_trunk: bool,
+    pub(crate) age: Age,
 }
 
 /// A leaf and where it grows.

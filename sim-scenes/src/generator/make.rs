@@ -8,11 +8,18 @@ use crate::growth::hmt::Hmt;
 use crate::import::Imported;
 use crate::lsystem::Sprouting;
 use crate::orchard::parameters::OrchardParameters;
+use crate::trained::Trained;
 
 /// The generator that the parameters name.
 pub(crate) fn make(parameters: &OrchardParameters, seed: u64) -> Result<Box<dyn Generator + '_>, GrowError> {
-    Ok(match parameters.generator {
+    Ok(match parameters.generator() {
         GeneratorKind::Hmt => Box::new(Hmt::new(parameters.tree_parameters(), seed)?),
+        GeneratorKind::Trained => Box::new(Trained::new(
+            parameters.training_parameters(),
+            parameters.tree_parameters(),
+            &parameters.trellis_parameters(),
+            seed,
+        )),
         GeneratorKind::LSystem => {
             Box::new(Sprouting::new(&parameters.lsystem_parameters(), parameters.tree_parameters(), seed)?)
         }

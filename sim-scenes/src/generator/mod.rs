@@ -6,6 +6,7 @@
 
 pub(crate) mod draft;
 pub(crate) mod error;
+pub(crate) mod foliage_shares;
 pub(crate) mod kind;
 mod make;
 pub(crate) mod plant;
@@ -13,5 +14,6 @@ pub(crate) mod planting;
 pub(crate) mod remark;
 
 pub use error::GrowError;
+pub use foliage_shares::FoliageShares;
 pub use kind::GeneratorKind;
 pub use remark::Remark;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::draft::{Blade, Draft};
 use super::error::GrowError;
+use super::foliage_shares::FoliageShares;
 use super::make::make;
 use super::planting::{Generator, Planting};
 use super::remark::Remark;
@@ -27,6 +28,8 @@ pub(crate) struct Planted {
     pub(crate) trees: Vec<Tree>,
     pub(crate) supports: Vec<Support>,
     pub(crate) adjustment: Option<Adjustment>,
+    /// None where a generator keeps no seasons.
+    pub(crate) foliage: Option<FoliageShares>,
     pub(crate) remarks: Vec<Remark>,
 }
 
@@ -82,8 +85,9 @@ pub(crate) fn plant(
         .zip(plantings)
         .flat_map(|(draft, planting)| draft.supports.iter().map(|support| support.translated(planting.base)))
         .collect();
+    let foliage = FoliageShares::of(&drafts, copies);
     let trees = drafts.par_iter().zip(plantings).map(|(draft, planting)| place(draft, planting)).collect();
-    Ok(Planted { trees, supports, adjustment, remarks: generator.remarks() })
+    Ok(Planted { trees, supports, adjustment, foliage, remarks: generator.remarks() })
 }
 
 fn draft(generator: &dyn Generator, tree: &TreeParameters, planting: &Planting) -> Result<Draft, GrowError> {
@@ -135,7 +139,8 @@ fn finish(draft: &Draft) -> Tree {
 #[cfg(test)]
 pub(crate) fn grow_lone_tree(parameters: &TreeParameters, seed: u64) -> Tree {
     let orchard = OrchardParameters { trees: Some(1), ..OrchardParameters::default() };
-    let orchard = OrchardParameters { tree: parameters.as_overrides(), ..orchard };
+    let generator = Some(super::kind::GeneratorKind::Hmt);
+    let orchard = OrchardParameters { generator, tree: parameters.as_overrides(), ..orchard };
     let planting = Planting { row: 0, tree: 0, gap: false, base: [0.0; 3] };
     plant(&orchard, seed, &[planting], &[1], &|_, _| {}).unwrap().trees.remove(0)
 }

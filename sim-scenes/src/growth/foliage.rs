@@ -12,6 +12,11 @@ use crate::generator::draft::Blade;
 use crate::organ::{Cylinder, Leaf};
 use crate::seed::Stream;
 
+/// One-sided area of a full blade, m².
+pub(crate) fn blade_area_m2(parameters: &TreeParameters) -> f64 {
+    BLADE_FILL * parameters.leaf_length_m * parameters.leaf_width_m
+}
+
 /// Half of the ovate blade: (distance along the midrib / length, half width / width), from the base to the tip. With its
 /// mirror image an octagon of 0.687 length · width: 24.7 cm² at 8 × 4.5 cm.
 const HALF_BLADE: [(f64, f64); 3] = [(0.12, 0.36), (0.40, 0.50), (0.75, 0.38)];
@@ -22,8 +27,13 @@ const BLADE_FILL: f64 = 0.687;
 /// Leaves that are preformed in the bud, by MAppleT.
 const PREFORMED: u32 = 8;
 
-/// All leaves of a tree, unit by unit, from the base up.
-pub(crate) fn clothe(units: &[GrowthUnit], parameters: &TreeParameters, stream: &mut Stream) -> Vec<Blade> {
+/// All leaves of a tree, unit by unit, from the base up; `radii_m` are those of the units' wood, on whose surface the petioles begin.
+pub(crate) fn clothe(
+    units: &[GrowthUnit],
+    radii_m: &[f64],
+    parameters: &TreeParameters,
+    stream: &mut Stream,
+) -> Vec<Blade> {
     let angles = LeafAngles::of(parameters.leaf_angle_law());
     let clothed = |unit: &GrowthUnit| match parameters.leaf_lifetime {
         LeafLifetime::EveryYear => true,
@@ -31,8 +41,9 @@ pub(crate) fn clothe(units: &[GrowthUnit], parameters: &TreeParameters, stream: 
     };
     let mut blades = Vec::new();
     for (number, unit) in units.iter().enumerate().filter(|(_, unit)| clothed(unit)) {
+        let radius_m = radii_m.get(number).copied().unwrap_or(0.0);
         for node in 1..=unit.internodes {
-            blades.extend(blade(number, unit, node, (parameters, &angles), stream));
+            blades.extend(blade((number, radius_m), unit, node, (parameters, &angles), stream));
         }
     }
     blades
@@ -40,7 +51,7 @@ pub(crate) fn clothe(units: &[GrowthUnit], parameters: &TreeParameters, stream: 
 
 /// The leaf of one metamer. None only for a blade without area.
 fn blade(
-    number: usize,
+    (number, radius_m): (usize, f64),
     unit: &GrowthUnit,
     node: u32,
     (parameters, angles): (&TreeParameters, &LeafAngles),
@@ -49,18 +60,15 @@ fn blade(
     let axis = unit.direction;
     let azimuth_deg = parameters.phyllotaxis_deg * f64::from((unit.first_node + node - 1) % 360);
     let along_m = f64::from(node) * parameters.internode_m;
-    let stem = Stem {
-        stalk: unit.base + axis * along_m,
-        axis,
-        radial: rotation::rotate(rotation::square_to(axis), axis, azimuth_deg),
-    };
+    let radial = rotation::rotate(rotation::square_to(axis), axis, azimuth_deg);
+    let stem = Stem { stalk: unit.base + axis * along_m + radial * radius_m, axis, radial };
     let (leaf, petiole) = stem.leaf(linear_scale(node, parameters), (parameters, angles), stream)?;
     Some(Blade { segment: number, along_m, leaf, petiole })
 }
 
 /// Where a leaf grows.
 pub(crate) struct Stem {
-    /// The point on the axis.
+    /// Where the petiole begins: on the surface of the wood.
     pub(crate) stalk: DVec3,
     /// Direction of the axis, of unit length.
     pub(crate) axis: DVec3,
@@ -119,7 +127,7 @@ fn linear_scale(rank: u32, parameters: &TreeParameters) -> f64 {
         RankScale::Preformed => share / f64::from(PREFORMED),
         RankScale::Linear => {
             let square_metres = 10e-4 + 20e-4 * (share - 1.0) / f64::from(PREFORMED - 1);
-            square_metres / (BLADE_FILL * parameters.leaf_length_m * parameters.leaf_width_m)
+            square_metres / blade_area_m2(parameters)
         }
     };
     area.sqrt()
@@ -146,7 +154,7 @@ mod tests {
     }
 
     fn leaves(parameters: &TreeParameters) -> Vec<Blade> {
-        clothe(&[upright(10)], parameters, &mut Purpose::Foliage.stream(1, 0, 0))
+        clothe(&[upright(10)], &[0.0], parameters, &mut Purpose::Foliage.stream(1, 0, 0))
     }
 
     #[test]

@@ -18,7 +18,6 @@ const BEARING: u32 = 2;
 
 /// The fruit of a tree. Those of one cluster hang around its tip, touching each other at most.
 pub(super) fn hang(units: &[GrowthUnit], parameters: &TreeParameters) -> Vec<Fruit> {
-    let (count, radius_m) = (parameters.fruits_per_cluster, parameters.fruit_diameter_m / 2.0);
     let bears =
         |unit: &GrowthUnit| unit.state == State::Floral && unit.season + BEARING > parameters.iterations;
     let clusters = units.iter().enumerate().filter(|(_, unit)| bears(unit));
@@ -26,15 +25,25 @@ pub(super) fn hang(units: &[GrowthUnit], parameters: &TreeParameters) -> Vec<Fru
         .flat_map(|(segment, unit)| {
             let along_m = f64::from(unit.internodes) * parameters.internode_m;
             let tip = unit.base + unit.direction * along_m;
-            let spread_m = if count > 1 { radius_m / libm::sin(TAU / 2.0 / f64::from(count)) } else { 0.0 };
-            (0..count).map(move |k| {
-                let angle = TAU * f64::from(k) / f64::from(count);
-                let out = DVec3::new(libm::cos(angle), libm::sin(angle), 0.0) * spread_m;
-                let middle = tip + out - DVec3::Z * (STALK_M + radius_m);
-                Fruit { segment, along_m, middle, radius_m }
+            cluster(tip, parameters).map(move |(middle, radius_m)| Fruit {
+                segment,
+                along_m,
+                middle,
+                radius_m,
             })
         })
         .collect()
+}
+
+/// Middles and radii of the fruit of one cluster, around and below the tip that bears it.
+pub(crate) fn cluster(tip: DVec3, parameters: &TreeParameters) -> impl Iterator<Item = (DVec3, f64)> + use<> {
+    let (count, radius_m) = (parameters.fruits_per_cluster, parameters.fruit_diameter_m / 2.0);
+    let spread_m = if count > 1 { radius_m / libm::sin(TAU / 2.0 / f64::from(count)) } else { 0.0 };
+    (0..count).map(move |k| {
+        let angle = TAU * f64::from(k) / f64::from(count);
+        let out = DVec3::new(libm::cos(angle), libm::sin(angle), 0.0) * spread_m;
+        (tip + out - DVec3::Z * (STALK_M + radius_m), radius_m)
+    })
 }
 
 /// The golden ratio.

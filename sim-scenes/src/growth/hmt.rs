@@ -3,7 +3,7 @@
 use super::parameters::TreeParameters;
 use super::skeleton::Grower;
 use super::{foliage, fruit, wood};
-use crate::generator::draft::{Draft, Segment};
+use crate::generator::draft::{Age, Draft, Segment};
 use crate::generator::error::GrowError;
 use crate::generator::planting::{Generator, Planting};
 use crate::generator::remark::Remark;
@@ -34,7 +34,7 @@ impl Generator for Hmt {
         })?;
         let radii = wood::radii(&units, parameters);
         let mut stream = Purpose::Foliage.stream(self.seed, row, tree);
-        let blades = foliage::clothe(&units, parameters, &mut stream);
+        let blades = foliage::clothe(&units, &radii, parameters, &mut stream);
         let segments = units.iter().zip(radii).map(|(unit, radius_m)| Segment {
             bearer: unit.bearer,
             bearer_m: f64::from(unit.bearer_node) * parameters.internode_m,
@@ -43,6 +43,7 @@ impl Generator for Hmt {
             length_m: f64::from(unit.internodes) * parameters.internode_m,
             radius_m,
             is_trunk: unit.order == 0,
+            age: if unit.season == parameters.iterations { Age::Current } else { Age::Older },
         });
         let fruits = fruit::hang(&units, parameters);
         Ok(Draft { segments: segments.collect(), blades, fruits, ..Draft::default() })

@@ -18,9 +18,10 @@ pub(crate) mod rotation;
 pub mod rules;
 pub mod shade;
 pub mod skeleton;
-mod wood;
+pub(crate) mod wood;
 
 pub use internodes::InternodeSource;
 pub use markov::{BranchingSource, MatrixSource, State};
+pub use options::LeafLifetime;
 pub use parameters::{TreeOverrides, TreeParameters};
 pub use rules::RuleSource;

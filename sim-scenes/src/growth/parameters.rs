@@ -39,7 +39,7 @@ parameters! {
     /// One state for all new axes of a branching, or one each.
     child_draw: ChildDraw = ChildDraw::One, "one | each", "paper: the new state";
     /// Internodes of long growth units: a name, or two rows (trunk; other axes) of internodes by year.
-    internodes: InternodeSource = InternodeSource::named("table2"), "table2 | flat20 | rows", "the paper's two falling exponentials by age; flat20 gives a 0.7 m trunk, as vases have";
+    internodes: InternodeSource = InternodeSource::named("flat20"), "flat20 | table2 | rows", "flat20: the paper's mean of long shoots, and a 0.7 m trunk, as vases have; table2, its two falling exponentials read by the tree's age, makes a pole of 2.3 m with a tuft";
     /// Years by which long shoots (not the trunk) count younger in table2.
     long_age_offset: u32 = 0, "years", "one clock for all; 1 fits the Fuji data better";
     /// Angle between a new axis and its bearer.
@@ -90,7 +90,7 @@ parameters! {
     /// Least radius of any wood.
     wood_floor_radius_m: f64 = 0.000_75, "m", "MAppleT; 0.002 comes nearer the paper's share of wood";
     /// Least diameter of the trunk (its long growth units); 0 for none.
-    trunk_floor_diameter_m: f64 = 0.12, "m", "120 mm for a vase, 50 to 80 mm for a spindle; the pipe model alone gives 12 to 48 mm";
+    trunk_floor_diameter_m: f64 = 0.0, "m", "none in the paper; 120 mm for a vase, 50 to 80 mm for a spindle, where the pipe model alone gives 12 to 48 mm";
 
     /// Leaves shaded at least this much are deleted; above 100, none.
     shady_percent: f64 = 101.0, "%", "the paper tests 60, 70, 80, 101; thresholds of different ray sets do not compare";

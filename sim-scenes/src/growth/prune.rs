@@ -148,12 +148,14 @@ fn kept_lengths(segments: &[Segment], envelope: &Envelope) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::generator::GeneratorKind;
+    use crate::generator::draft::Age;
     use crate::generator::plant::grow_lone_tree;
     use crate::orchard::Preset;
 
     #[test]
     fn nothing_but_the_trunk_leaves_the_envelope() {
-        let parameters = TreeParameters { iterations: 9, ..Preset::Spindle.tree() };
+        let parameters = TreeParameters { iterations: 9, ..Preset::Spindle.tree(GeneratorKind::Hmt) };
         let mut cut = 0;
         for seed in 1..=6 {
             let tree = grow_lone_tree(&parameters, seed);
@@ -172,7 +174,16 @@ mod tests {
 
     fn segment(bearer: Option<usize>, bearer_m: f64, base: DVec3, direction: DVec3) -> Segment {
         let is_trunk = bearer.is_none();
-        Segment { bearer, bearer_m, base, direction, length_m: 2.0, radius_m: 0.01, is_trunk }
+        Segment {
+            bearer,
+            bearer_m,
+            base,
+            direction,
+            length_m: 2.0,
+            radius_m: 0.01,
+            is_trunk,
+            age: Age::Unknown,
+        }
     }
 
     #[test]

@@ -16,7 +16,8 @@ pub(crate) fn radii(units: &[GrowthUnit], parameters: &TreeParameters) -> Vec<f6
     // Bearers come before what they bear, so that backwards every sum is complete when it is read.
     for (number, unit) in units.iter().enumerate().rev() {
         let borne: f64 = pipes.get(number).copied().unwrap_or(0.0);
-        let radius = libm::pow(borne, 1.0 / exponent).max(terminal_radius(unit.internodes, parameters));
+        let radius =
+            libm::pow(borne, 1.0 / exponent).max(terminal_radius_m(f64::from(unit.internodes), parameters));
         if let Some(below) = unit.bearer.and_then(|bearer| pipes.get_mut(bearer)) {
             *below += libm::pow(radius, exponent);
         }
@@ -30,9 +31,9 @@ pub(crate) fn radii(units: &[GrowthUnit], parameters: &TreeParameters) -> Vec<f6
 }
 
 /// Radius of a unit that bears nothing: linear from 4 to 70 internodes, not below the floor.
-fn terminal_radius(internodes: u32, parameters: &TreeParameters) -> f64 {
+pub(crate) fn terminal_radius_m(internodes: f64, parameters: &TreeParameters) -> f64 {
     let (thin, thick) = (parameters.terminal_radius_m, parameters.terminal_radius_long_m);
-    let share = (f64::from(internodes) - 4.0) / 66.0;
+    let share = (internodes - 4.0) / 66.0;
     (thin + share * (thick - thin)).max(parameters.wood_floor_radius_m)
 }
 

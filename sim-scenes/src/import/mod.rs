@@ -262,7 +262,7 @@ mod tests {
 
     fn orchard(import: ImportParameters, trees: u32) -> Result<Orchard, GrowError> {
         let parameters = OrchardParameters {
-            generator: GeneratorKind::Import,
+            generator: Some(GeneratorKind::Import),
             import,
             trees: Some(trees),
             tree_spacing_m: Some(2.0),

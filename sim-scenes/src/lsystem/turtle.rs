@@ -19,7 +19,7 @@
 use glam::DVec3;
 
 use super::grammar::{Grammar, Letter};
-use crate::generator::draft::{Blade, Draft, Segment};
+use crate::generator::draft::{Age, Blade, Draft, Segment};
 use crate::growth::TreeParameters;
 use crate::growth::foliage::Stem;
 use crate::growth::leaf_angle::LeafAngles;
@@ -100,6 +100,7 @@ pub(super) fn draw(
                         length_m,
                         radius_m: turtle.radius_m.max(parameters.wood_floor_radius_m),
                         is_trunk: turtle.is_trunk,
+                        age: Age::Unknown,
                     });
                 }
                 turtle.at += turtle.heading * length_m;

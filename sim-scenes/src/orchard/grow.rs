@@ -46,7 +46,7 @@ impl Orchard {
         for (tree, _) in &places {
             copies[*tree] += 1;
         }
-        let Planted { trees, supports, adjustment, remarks } =
+        let Planted { trees, supports, adjustment, foliage, remarks } =
             plant(parameters, seed, &plantings, &copies, progress)?;
         let trellis = parameters.trellis_parameters().build(&layout);
         Ok(Self {
@@ -59,6 +59,7 @@ impl Orchard {
             tree_spacing_m: Some(layout.tree_spacing_m),
             row_spacing_m: Some(layout.row_spacing_m),
             adjustment,
+            foliage,
             remarks,
         })
     }

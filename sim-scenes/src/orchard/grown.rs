@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use crate::generator::foliage_shares::FoliageShares;
 use crate::generator::remark::Remark;
 use crate::organ::{Cylinder, Leaf, Tree};
 use crate::placement::Placement;
@@ -27,6 +28,7 @@ pub struct Orchard {
     pub(super) tree_spacing_m: Option<f64>,
     pub(super) row_spacing_m: Option<f64>,
     pub(super) adjustment: Option<Adjustment>,
+    pub(super) foliage: Option<FoliageShares>,
     pub(super) remarks: Vec<Remark>,
 }
 
@@ -66,6 +68,7 @@ impl Orchard {
             tree_spacing_m,
             row_spacing_m,
             adjustment: None,
+            foliage: None,
             remarks: Vec::new(),
         }
     }
@@ -136,6 +139,11 @@ impl Orchard {
     /// How the target leaf area was reached; None without a target.
     pub fn adjustment(&self) -> Option<&Adjustment> {
         self.adjustment.as_ref()
+    }
+
+    /// On what wood the leaves stand; None where that is unknown (imported, analytic, handmade trees, L-systems).
+    pub fn foliage(&self) -> Option<FoliageShares> {
+        self.foliage
     }
 
     /// What was done to the input, for the user to know.

@@ -4,7 +4,9 @@ mod grow;
 pub(crate) mod grown;
 pub(crate) mod layout;
 pub mod parameters;
+mod preset;
 
 pub use grown::Orchard;
 pub use layout::{Layout, LayoutOverrides};
-pub use parameters::{OrchardParameters, Preset};
+pub use parameters::OrchardParameters;
+pub use preset::Preset;

@@ -1,8 +1,9 @@
-//! What a scene file says about the orchard: a preset, its layout, and what departs from the preset.
+//! What a scene file says about the orchard: a preset, and what departs from it.
 
 use serde::{Deserialize, Serialize};
 
 use super::layout::{Layout, LayoutOverrides};
+use super::preset::Preset;
 use crate::analytic::{AnalyticOverrides, AnalyticParameters};
 use crate::generator::kind::GeneratorKind;
 use crate::growth::{
@@ -10,100 +11,13 @@ use crate::growth::{
 };
 use crate::import::{ImportParameters, Stands};
 use crate::lsystem::{LSystemOverrides, LSystemParameters};
-use crate::parameters::{ParameterError, SceneFile, choices, require};
+use crate::parameters::{ParameterError, SceneFile, require};
 use crate::season::Season;
 use crate::support::{Trellis, TrellisOverrides};
+use crate::trained::{TrainingOverrides, TrainingParameters};
 
 /// Trees that are all grown and kept: 32 GB of the built-in spindles.
 const MOST_DIFFERENT: u32 = 10_000;
-
-choices! {
-    /// A named set of layout and tree parameters; MODEL and reasons stand in each parameter's table.
-    pub enum Preset {
-        /// Pruned slender trees of an intensive orchard: 12 trees at 1.5 m, rows 4 m apart, LAI about 1.3.
-        Spindle = "spindle",
-        /// The same, a season older and fuller: LAI about 2.4.
-        Mature = "mature",
-        /// The small free-growing trees of Méndez et al. (2013): 3 trees at 3 m, rows 5 m apart, not pruned.
-        Paper = "paper",
-        /// Open vases: free-standing crowns on scaffold branches, the middle kept open: 6 trees at 4 m, rows 5 m apart.
-        Vase = "vase",
-        /// A fruiting wall (palette): thin, mechanically pruned, on posts and wires: 12 trees at 1 m, rows 3.5 m apart.
-        FruitingWall = "fruiting_wall",
-        /// A hedge: low, dense and square: 12 trees at 0.8 m, rows 3 m apart.
-        Hedge = "hedge",
-    }
-}
-
-impl Preset {
-    /// Its layout.
-    pub fn layout(self) -> Layout {
-        let row = |trees, tree_spacing_m, row_spacing_m| Layout {
-            trees,
-            tree_spacing_m,
-            row_spacing_m,
-            ..Layout::default()
-        };
-        match self {
-            Self::Paper => Layout::default(),
-            Self::Spindle | Self::Mature => row(12, 1.5, 4.0),
-            Self::Vase => row(6, 4.0, 5.0),
-            Self::FruitingWall => row(12, 1.0, 3.5),
-            Self::Hedge => row(12, 0.8, 3.0),
-        }
-    }
-
-    /// Its tree parameters: the table's defaults are the paper's; the others depart from them.
-    pub fn tree(self) -> TreeParameters {
-        match self {
-            Self::Paper => TreeParameters::default(),
-            Self::Spindle => TreeParameters {
-                iterations: 10,
-                transitions: MatrixSource::named("P_mapplet_mean"),
-                rules: RuleSource::named("vase"),
-                internodes: InternodeSource::named("flat20"),
-                trunk_floor_diameter_m: 0.06,
-                pruned: true,
-                ..TreeParameters::default()
-            },
-            Self::Mature => TreeParameters { iterations: 11, ..Self::Spindle.tree() },
-            Self::Vase => TreeParameters {
-                iterations: 12,
-                trunk_floor_diameter_m: 0.12,
-                envelope_half_width_m: 1.8,
-                envelope_half_length_m: 1.8,
-                clear_trunk_m: 0.6,
-                envelope_top_m: 3.2,
-                hollow_deg: 20.0,
-                hollow_from_m: 0.9,
-                ..Self::Spindle.tree()
-            },
-            Self::FruitingWall => TreeParameters {
-                iterations: 11,
-                envelope_half_width_m: 0.45,
-                envelope_top_half_width_m: 0.25,
-                clear_trunk_m: 0.5,
-                envelope_top_m: 3.0,
-                ..Self::Spindle.tree()
-            },
-            Self::Hedge => TreeParameters {
-                iterations: 10,
-                envelope_half_width_m: 0.6,
-                clear_trunk_m: 0.3,
-                envelope_top_m: 2.2,
-                ..Self::Spindle.tree()
-            },
-        }
-    }
-
-    /// Its posts and wires.
-    pub fn trellis(self) -> Trellis {
-        match self {
-            Self::FruitingWall => Trellis { post_every: 6, wires: 5, wire_step_m: 0.5, ..Trellis::default() },
-            _ => Trellis::default(),
-        }
-    }
-}
 
 /// The `[orchard]` table of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -136,8 +50,9 @@ pub struct OrchardParameters {
     /// Directions that copies of distinct trees may face; the preset's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub directions: Option<u32>,
-    /// What makes the trees.
-    pub generator: GeneratorKind,
+    /// What makes the trees; the preset's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub generator: Option<GeneratorKind>,
     /// How many leaves are out, and how large.
     pub season: Season,
     /// Leaf area index that is reached within 1 % by thinning or adding leaves; none where absent.
@@ -145,6 +60,8 @@ pub struct OrchardParameters {
     pub target_lai: Option<f64>,
     /// What departs from the preset's trees.
     pub tree: TreeOverrides,
+    /// How trees are trained.
+    pub training: TrainingOverrides,
     /// Trees by an L-system.
     pub lsystem: LSystemOverrides,
     /// Trees from files.
@@ -174,10 +91,11 @@ impl OrchardParameters {
             order: Vec::new(),
             distinct_trees: None,
             directions: None,
-            generator: GeneratorKind::Hmt,
+            generator: None,
             season: Season::FullLeaf,
             target_lai: None,
             tree: TreeOverrides::default(),
+            training: TrainingOverrides::default(),
             lsystem: LSystemOverrides::default(),
             import: ImportParameters::default(),
             analytic: AnalyticOverrides::default(),
@@ -190,6 +108,16 @@ impl OrchardParameters {
         let Self { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions, .. } = *self;
         LayoutOverrides { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions }
             .over(self.preset.layout())
+    }
+
+    /// What makes the trees.
+    pub fn generator(&self) -> GeneratorKind {
+        self.generator.unwrap_or(self.preset.generator())
+    }
+
+    /// The training in force.
+    pub fn training_parameters(&self) -> TrainingParameters {
+        self.training.over(self.preset.training())
     }
 
     /// The L-system parameters in force.
@@ -222,7 +150,7 @@ impl OrchardParameters {
 
     /// The tree parameters in force.
     pub fn tree_parameters(&self) -> TreeParameters {
-        self.tree.over(self.preset.tree())
+        self.tree.over(self.preset.tree(self.generator()))
     }
 
     /// Checks all values.
@@ -250,7 +178,7 @@ impl OrchardParameters {
                 return Err(ParameterError::new("orchard.order", expected, format!("{:?}", self.order)));
             }
         }
-        let placed = self.generator == GeneratorKind::Import && self.import.stands == Stands::InPlace;
+        let placed = self.generator() == GeneratorKind::Import && self.import.stands == Stands::InPlace;
         let expected = "0 for trees that stand where their files say";
         require(
             !placed || layout.distinct_trees == 0,
@@ -264,7 +192,8 @@ impl OrchardParameters {
             "0 to 100000",
             layout.distinct_trees,
         )?;
-        let is_grown = matches!(self.generator, GeneratorKind::Hmt | GeneratorKind::LSystem);
+        let is_grown =
+            matches!(self.generator(), GeneratorKind::Hmt | GeneratorKind::Trained | GeneratorKind::LSystem);
         let different = layout.rows.saturating_mul(layout.trees);
         require(
             !is_grown || layout.distinct_trees > 0 || different <= MOST_DIFFERENT,
@@ -277,8 +206,9 @@ impl OrchardParameters {
             require(lai > 0.0 && lai <= 100.0, "orchard.target_lai", "above 0, up to 100", lai)?;
         }
         self.trellis_parameters().validate()?;
-        match self.generator {
+        match self.generator() {
             GeneratorKind::Hmt => {}
+            GeneratorKind::Trained => self.training_parameters().validate(self.trellis_parameters().wires)?,
             GeneratorKind::LSystem => self.lsystem_parameters().validate()?,
             GeneratorKind::Import => self.import.validate()?,
             GeneratorKind::Analytic => self.analytic_parameters().validate(layout.tree_spacing_m)?,

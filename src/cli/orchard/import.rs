@@ -139,7 +139,7 @@ fn read(args: &Args) -> Result<Orchard, Failure> {
     import.materials.wood.extend(args.wood_material.iter().cloned());
     import.materials.ignore.extend(args.ignore_material.iter().cloned());
     let parameters = OrchardParameters {
-        generator: GeneratorKind::Import,
+        generator: Some(GeneratorKind::Import),
         trees: Some(import.count_trees()?),
         rows: Some(1),
         tree_spacing_m: Some(args.tree_spacing),

@@ -58,6 +58,7 @@ fn tables(scene: &Scene) -> Vec<(&'static str, Vec<ParameterDoc>)> {
     vec![
         ("orchard", orchard.layout().table()),
         ("orchard.tree", orchard.tree_parameters().table()),
+        ("orchard.training", orchard.training_parameters().table()),
         ("orchard.lsystem", orchard.lsystem_parameters().table()),
         ("orchard.analytic", orchard.analytic_parameters().table()),
         ("orchard.trellis", orchard.trellis_parameters().table()),

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use rowscan_scenes::files;
-use rowscan_scenes::{GrowError, Orchard, Scene, TreeTruth, builtin};
+use rowscan_scenes::{CanopyForm, FoliageShares, GrowError, Orchard, Scene, TreeTruth, Truth, builtin};
 use serde::Serialize;
 
 use crate::cli::blocking::off_runtime;
@@ -40,6 +40,27 @@ struct Row {
     height_sd_m: f64,
     lai_mean: Option<f64>,
     leaf_angle_mean_deg: Option<f64>,
+    /// Extent of the leaves across the row.
+    width_mean_m: Option<f64>,
+    /// Lowest leaf.
+    clear_mean_m: Option<f64>,
+    /// Leaf area over the volume of the crowns.
+    leaf_area_density_mean_m2_m3: Option<f64>,
+    /// G(0°): leaf area seen square to the row, over leaf area.
+    projection_mean: Option<f64>,
+    /// Share of level lines across the row that pass.
+    gap_fraction_mean: Option<f64>,
+    /// Share of the leaf area on wood that did not grow in the season.
+    older_wood_share_mean: Option<f64>,
+    /// Share of the leaf area in rosettes of spurs.
+    spur_share_mean: Option<f64>,
+}
+
+/// What one orchard gives.
+struct Measured {
+    truth: Truth,
+    form: Option<CanopyForm>,
+    foliage: Option<FoliageShares>,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -66,28 +87,32 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 fn row(scene: &Scene, name: &str, seeds: &[u64], done: &(dyn Fn() + Sync)) -> Result<Row, GrowError> {
-    let truths = seeds
+    let measured = seeds
         .par_iter()
         .map(|seed| {
-            let truth = Orchard::grow(&scene.orchard, *seed, &|_, _| {})?.truth();
+            let orchard = Orchard::grow(&scene.orchard, *seed, &|_, _| {})?;
+            let form = CanopyForm::of_row(&orchard, 0);
             done();
-            Ok(truth)
+            Ok(Measured { truth: orchard.truth(), form, foliage: orchard.foliage() })
         })
         .collect::<Vec<Result<_, GrowError>>>();
     // In order, so that of several errors it is always the same one that is told.
-    let truths = truths.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let trees: Vec<&TreeTruth> = truths.iter().flat_map(|truth| &truth.trees).collect();
+    let measured = measured.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let trees: Vec<&TreeTruth> = measured.iter().flat_map(|orchard| &orchard.truth.trees).collect();
     let over = |of: &dyn Fn(&TreeTruth) -> f64| {
         let count = trees.len().max(1) as f64;
         let mean = trees.iter().map(|tree| of(tree)).sum::<f64>() / count;
         let squares = trees.iter().map(|tree| (of(tree) - mean) * (of(tree) - mean)).sum::<f64>();
         (mean, (squares / (count - 1.0).max(1.0)).sqrt())
     };
-    let mean_of = |values: Option<Vec<f64>>| {
+    // Unknown in one orchard is unknown of all.
+    let mean_of = |of: &dyn Fn(&Measured) -> Option<f64>| {
+        let values: Option<Vec<f64>> = measured.iter().map(of).collect();
         values
             .filter(|values| !values.is_empty())
             .map(|values| values.iter().sum::<f64>() / values.len() as f64)
     };
+    let of_form = |of: fn(&CanopyForm) -> f64| mean_of(&|orchard| orchard.form.as_ref().map(of));
     let (leaf_area_mean_m2, leaf_area_sd_m2) = over(&|tree| tree.leaf_area_m2);
     let (height_mean_m, height_sd_m) = over(&|tree| tree.height_m);
     Ok(Row {
@@ -100,20 +125,27 @@ fn row(scene: &Scene, name: &str, seeds: &[u64], done: &(dyn Fn() + Sync)) -> Re
         wood_area_mean_m2: over(&|tree| tree.wood_area_m2).0,
         height_mean_m,
         height_sd_m,
-        lai_mean: mean_of(truths.iter().map(|truth| truth.lai).collect()),
-        leaf_angle_mean_deg: mean_of(truths.iter().map(|truth| truth.leaf_angle_mean_deg).collect()),
+        lai_mean: mean_of(&|orchard| orchard.truth.lai),
+        leaf_angle_mean_deg: mean_of(&|orchard| orchard.truth.leaf_angle_mean_deg),
+        width_mean_m: of_form(|form| form.width_m),
+        clear_mean_m: of_form(|form| form.clear_m),
+        leaf_area_density_mean_m2_m3: of_form(|form| form.leaf_area_density_m2_m3),
+        projection_mean: of_form(|form| form.projection),
+        gap_fraction_mean: of_form(|form| form.gap_fraction),
+        older_wood_share_mean: mean_of(&|orchard| orchard.foliage.map(|foliage| foliage.older_share)),
+        spur_share_mean: mean_of(&|orchard| orchard.foliage.map(|foliage| foliage.spur_share)),
     })
 }
 
 fn markdown(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| scene | trees | leaves a tree | leaf area m² | CV | wood m² | height m | LAI | leaf angle ° |\n|---|---|---|---|---|---|---|---|---|\n",
+        "| scene | trees | leaves a tree | leaf area m² | CV | wood m² | height m | LAI | leaf angle ° | width m | lowest leaf m | leaf area density m²/m³ | G(0°) | gap fraction | on older wood | in rosettes |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     let written =
         |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     for row in rows {
         text.push_str(&format!(
-            "| {} | {} | {:.0} | {:.2} | {} | {:.2} | {:.2} ± {:.2} | {} | {} |\n",
+            "| {} | {} | {:.0} | {:.2} | {} | {:.2} | {:.2} ± {:.2} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
             row.scene,
             row.trees,
             row.leaves_mean,
@@ -123,7 +155,14 @@ fn markdown(rows: &[Row]) -> String {
             row.height_mean_m,
             row.height_sd_m,
             written(row.lai_mean, 2),
-            written(row.leaf_angle_mean_deg, 0)
+            written(row.leaf_angle_mean_deg, 0),
+            written(row.width_mean_m, 2),
+            written(row.clear_mean_m, 2),
+            written(row.leaf_area_density_mean_m2_m3, 1),
+            written(row.projection_mean, 2),
+            written(row.gap_fraction_mean, 2),
+            written(row.older_wood_share_mean, 2),
+            written(row.spur_share_mean, 2)
         ));
     }
     text

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use rowscan_canopy::Sample;
-use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics, Provenance};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
+use rowscan_scenes::optics::Stage;
+use rowscan_study::class::mean_class;
 
 use super::rows::{Seeds, tries};
 use crate::cli::output::{self, say};
@@ -29,7 +31,6 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scene = args.scene.scene()?;
     let model = args.scene.any_model(&scene.resolved_rig(), 0)?;
     let seeds = args.seeds.0;
-    let class = class_of(&scene, model);
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
     let provenance = Provenance {
         command: format!(
@@ -39,7 +40,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ),
         seeds: seeds.clone(),
     };
-    let trials = tries(scene, seeds, model, None).await?;
+    let trials = tries(scene.clone(), seeds, model, None).await?;
+    let canopy = mean_class(trials.iter().map(|trial| &trial.class)).canopy;
+    let class = class_of(&scene, model, canopy);
     let samples: Vec<Sample> =
         trials.iter().filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2)).collect();
     let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
@@ -55,7 +58,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 /// What a calibration made on this scene is valid for.
-fn class_of(scene: &Scene, model: AnyModel) -> CalibrationClass {
+fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationClass {
     let tree = scene.orchard.tree_parameters();
     CalibrationClass {
         preset: scene.orchard.preset.to_string(),
@@ -70,6 +73,7 @@ fn class_of(scene: &Scene, model: AnyModel) -> CalibrationClass {
             .and_then(|mount| mount.resolution_deg)
             .unwrap_or_else(|| exact_step_deg(model.default_step())),
         echo_rule: EchoRule::First,
-        optics: Optics::Ideal,
+        optics: if scene.optics.stages.has(Stage::Spot) { Optics::Footprint } else { Optics::Ideal },
+        canopy,
     }
 }

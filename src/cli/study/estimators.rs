@@ -91,7 +91,7 @@ fn tables(comparison: &Comparison) -> String {
     let mut estimators = output::grid();
     output::head(
         &mut estimators,
-        ["scene", "of", "estimator", "quantity", "n", "truth", "bias", "CV", "null CV", "in 95 %"],
+        ["scene", "of", "estimator", "quantity", "n", "truth", "bias", "CV", "null CV", "sampling holds"],
     );
     for row in &comparison.estimators {
         estimators.add_row([
@@ -104,7 +104,7 @@ fn tables(comparison: &Comparison) -> String {
             percent(Some(row.bias)),
             share(Some(row.cv)),
             share(Some(row.null_cv)),
-            share(row.covered),
+            share(row.sampling_holds),
         ]);
     }
     let mut cuts = output::grid();
@@ -130,7 +130,7 @@ fn markdown(comparison: &Comparison) -> String {
     let percent = |fraction: f64| format!("{:+.1}", 100.0 * fraction);
     let share = |fraction: f64| format!("{:.1}", 100.0 * fraction);
     let mut text = String::from(
-        "| scene | of | estimator | quantity | n | truth, mean | bias % | CV % | null CV % | in 95 %, % |\n\
+        "| scene | of | estimator | quantity | n | truth, mean | bias % | CV % | null CV % | sampling holds, % |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in &comparison.estimators {
@@ -145,7 +145,7 @@ fn markdown(comparison: &Comparison) -> String {
             percent(row.bias),
             share(row.cv),
             share(row.null_cv),
-            row.covered.map_or_else(String::new, |covered| format!("{:.0}", 100.0 * covered)),
+            row.sampling_holds.map_or_else(String::new, |share| format!("{:.0}", 100.0 * share)),
         ));
     }
     text.push_str(

@@ -7,12 +7,14 @@ use serde::de::IgnoredAny;
 
 use super::shards::{read_json, read_shard};
 use super::tell::TellArgs;
-use super::{areas, confirmed, resolution, run as sweep, search};
+use super::{areas, confirmed, coverage, resolution, run as sweep, search, transfer};
 use crate::cli::{Failure, Outcome};
 use rowscan_study::areas::AreasStudy;
+use rowscan_study::coverage::CoverageStudy;
 use rowscan_study::resolution::ResolutionStudy;
 use rowscan_study::search::{ConfirmStudy, SearchStudy};
 use rowscan_study::sweep::SweepStudy;
+use rowscan_study::transfer::TransferStudy;
 use rowscan_study::{Study, Whole, merge};
 
 #[derive(Debug, clap::Args)]
@@ -23,6 +25,8 @@ pub(in crate::cli) struct Args {
     /// Write a calibration for `estimate`; areas studies only
     #[arg(long, value_name = "FILE.toml")]
     calibration: Option<PathBuf>,
+    #[command(flatten)]
+    transfer: transfer::ToldArgs,
     #[command(flatten)]
     tell: TellArgs,
 }
@@ -62,6 +66,10 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
         SweepStudy::NAME => sweep::tell(&args.tell, whole::<SweepStudy>(&args.files)?),
         SearchStudy::NAME => search::tell(&args.tell, search::BEST, whole::<SearchStudy>(&args.files)?),
         ConfirmStudy::NAME => confirmed::tell(&args.tell, false, whole::<ConfirmStudy>(&args.files)?),
+        TransferStudy::NAME => {
+            transfer::tell(&args.tell, &args.transfer, whole::<TransferStudy>(&args.files)?)
+        }
+        CoverageStudy::NAME => coverage::tell(&args.tell, whole::<CoverageStudy>(&args.files)?),
         unknown => Err(Failure::Usage(format!("this version knows no study `{unknown}`"))),
     }
 }

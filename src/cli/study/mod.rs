@@ -2,9 +2,12 @@
 
 mod accuracy;
 mod areas;
+mod budget;
 mod calibration;
+mod class_args;
 mod confirmed;
 mod confirmed_markdown;
+mod coverage;
 mod estimators;
 mod merge;
 mod orchards;
@@ -14,6 +17,7 @@ mod run;
 mod search;
 mod shards;
 mod tell;
+mod transfer;
 
 use super::interrupt::Interrupt;
 use super::output::say;
@@ -35,6 +39,12 @@ pub(super) enum Command {
     Calibration(calibration::Args),
     /// Hold both estimators against rows of known leaf area
     Accuracy(accuracy::Args),
+    /// Take every estimator's error apart, term by term
+    Budget(budget::Args),
+    /// Carry calibrations from class to class: fitted on one, tried on the others
+    Transfer(transfer::Args),
+    /// Count how often intervals hold the truth, class by class
+    Coverage(coverage::Args),
     /// Hold every estimator, and the trees found in the data, against the truth
     Estimators(estimators::Args),
 }
@@ -46,7 +56,13 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Resolution(args) => args.shards.journal(),
         Command::Run(args) => args.shards.journal(),
         Command::Search(args) => args.shards.journal(),
-        Command::Merge(_) | Command::Calibration(_) | Command::Accuracy(_) | Command::Estimators(_) => None,
+        Command::Transfer(args) => args.shards.journal(),
+        Command::Coverage(args) => args.shards.journal(),
+        Command::Merge(_)
+        | Command::Calibration(_)
+        | Command::Accuracy(_)
+        | Command::Budget(_)
+        | Command::Estimators(_) => None,
     };
     let work = async {
         match command {
@@ -57,6 +73,9 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Merge(args) => merge::run(&args),
             Command::Calibration(args) => calibration::run(args).await,
             Command::Accuracy(args) => accuracy::run(args).await,
+            Command::Budget(args) => budget::run(args).await,
+            Command::Transfer(args) => transfer::run(args).await,
+            Command::Coverage(args) => coverage::run(args).await,
             Command::Estimators(args) => estimators::run(args).await,
         }
     };

@@ -1,0 +1,72 @@
+//! How far a leaf area may be off: what the row's own blocks tell, what another class would have told, and both together.
+
+mod between_class;
+mod blocks;
+
+use serde::Serialize;
+
+use crate::class::{Compared, Standing};
+
+pub use between_class::{BetweenClass, between_class};
+pub(crate) use blocks::relative_sd;
+
+/// Two-sided 95 %.
+const Z95: f64 = 1.959_963_985;
+
+/// Relative standard deviations of a leaf area, each from one cause; `None` where it is unknown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Uncertainty {
+    /// Of the row's blocks about their common leaf area per impacted area: what the sampling of beams, leaves and trees makes.
+    pub sampling: Option<f64>,
+    /// Of classes about the one that the estimate holds for, by the transfer study: the properties that differ from it or are not told. `None`
+    /// where nothing is known of the row.
+    pub between_class: Option<f64>,
+    /// Blocks of row that were drawn from.
+    pub blocks: u32,
+}
+
+/// The relative standard deviation of a product of independent factors, from theirs: the root of the sum of squares. Every cause of error that
+/// has a relative standard deviation enters by it.
+pub fn combined(relative_sds: impl IntoIterator<Item = f64>) -> f64 {
+    relative_sds.into_iter().map(|sd| sd * sd).sum::<f64>().sqrt()
+}
+
+/// The 95 % interval of a value that factors of this relative standard deviation scatter: value · exp(∓1.96 sd). Never below 0.
+pub fn interval(value: f64, relative_sd: f64) -> [f64; 2] {
+    [value * (-Z95 * relative_sd).exp(), value * (Z95 * relative_sd).exp()]
+}
+
+/// The between-class term of a row: every property in which it differs from the class, or of which one of them says nothing, by the study's
+/// table. `None` if the table lacks one of them: then there is no interval.
+pub(crate) fn term(compared: &[Compared], estimator: &str) -> Option<f64> {
+    let open = compared.iter().filter(|compared| compared.standing != Standing::Same);
+    let sds: Option<Vec<f64>> = open.map(|compared| between_class(compared.key, estimator)).collect();
+    sds.map(combined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::class::ClassKey;
+
+    #[test]
+    fn independent_factors_add_by_squares_and_intervals_are_positive() {
+        assert!((combined([0.03, 0.04]) - 0.05).abs() < 1e-12);
+        assert_eq!(combined([]), 0.0);
+        let [low, high] = interval(10.0, 2.0);
+        assert!(low > 0.0 && (low * high - 100.0).abs() < 1e-9);
+        // 95 % of a normal law lie within 1.96 standard deviations.
+        assert!((interval(1.0, 0.1)[1].ln() - 0.195_996).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_property_that_is_not_told_widens_as_much_as_one_that_differs() {
+        let with = |standing| [Compared { key: ClassKey::LeafAngle, standing }];
+        let differs = Standing::Differs { expected: "57°".into(), found: "30°".into() };
+        let same = term(&with(Standing::Same), "contact");
+        assert_eq!(same, Some(0.0));
+        let other = term(&with(differs), "contact");
+        assert!(other > same && other == term(&with(Standing::Unknown), "contact"));
+        assert_eq!(term(&with(Standing::Unknown), "no such estimator"), None);
+    }
+}

@@ -1,0 +1,153 @@
+//! What is told of a row's class: warnings and the interval's width, and no other number.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers are not known as tests
+
+mod common;
+
+use common::*;
+use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
+use rowscan_canopy::{Calibration, CanopyClass, Estimate, Pipeline, RowClass, Sample, fit};
+use rowscan_protocol::rig::{BeamWidth, Rig};
+use rowscan_protocol::scan::{NO_ECHO, Scan};
+
+fn rig() -> Rig {
+    Rig { optics: Some(BeamWidth::Ideal), ..orchard_rig() }
+}
+
+/// Twelve metres of a porous wall whose share of hits changes from metre to metre.
+fn wall() -> Vec<Scan> {
+    drive(&rig(), lms111(), 50, 600, |y_m, theta| {
+        let share = 0.3 + 0.2 * (y_m.floor() * 2.4).sin();
+        let dice = ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs();
+        if dice < share && theta.abs() < 0.9 { 1.5 / theta.cos() } else { NO_ECHO }
+    })
+}
+
+fn canopy() -> CanopyClass {
+    CanopyClass {
+        leaf_angle_deg: Some(48.0),
+        leaf_area_cm2: Some(24.7),
+        season: Some("full_leaf".into()),
+        generator: Some("hmt".into()),
+        wood_share: Some(0.05),
+    }
+}
+
+fn row_class() -> RowClass {
+    RowClass { preset: Some("spindle".into()), canopy: canopy() }
+}
+
+fn calibration(canopy: CanopyClass) -> Calibration {
+    let class = CalibrationClass {
+        preset: "spindle".into(),
+        shady_threshold_percent: 101.0,
+        growth_stage: "10 iterations".into(),
+        tree_spacing_m: 1.5,
+        scanner_model: "lms111".into(),
+        resolution_deg: 0.5,
+        echo_rule: EchoRule::First,
+        optics: Optics::Ideal,
+        canopy,
+    };
+    let sample = |f: f64| Sample {
+        length_m: 10.0,
+        impacted_total_area_m2: 10.0 * f,
+        contact_leaf_area_m2: 20.0 * f,
+        leaf_area_m2: 18.0 * f,
+    };
+    fit(&[0.2, 0.5, 1.0, 2.0, 4.0].map(sample), class, Provenance::default()).expect("it fits")
+}
+
+fn told(calibration: Option<Calibration>, class: Option<RowClass>) -> Estimate {
+    let mut pipeline = Pipeline::new(Some(&rig()), 0, calibration).expect("a pipeline");
+    if let Some(class) = class {
+        pipeline = pipeline.of_class(class);
+    }
+    wall().iter().for_each(|scan| pipeline.push(scan));
+    pipeline.finish()
+}
+
+fn warned(estimate: &Estimate, code: &str) -> Vec<String> {
+    estimate.warnings.iter().filter(|w| w.code() == code).map(ToString::to_string).collect()
+}
+
+#[test]
+fn no_number_but_the_intervals_width_depends_on_the_class() {
+    let unlike = RowClass {
+        preset: Some("vase".into()),
+        canopy: CanopyClass { leaf_angle_deg: Some(20.0), leaf_area_cm2: Some(60.0), ..canopy() },
+    };
+    let same = told(Some(calibration(canopy())), Some(row_class()));
+    let other = told(Some(calibration(canopy())), Some(unlike));
+    let bare = told(Some(calibration(canopy())), None);
+    let numbers = |estimate: &Estimate| {
+        let mut json = serde_json::to_value(estimate).expect("json");
+        let keys = json.as_object_mut().expect("an object");
+        for key in ["warnings", "leaf_area_interval_m2", "leaf_area_uncertainty"] {
+            assert!(keys.remove(key).is_some(), "{key}");
+        }
+        json
+    };
+    assert_eq!(numbers(&same), numbers(&other));
+    assert_eq!(numbers(&same), numbers(&bare));
+    let width = |estimate: &Estimate| estimate.leaf_area_interval_m2.map(|[low, high]| high - low);
+    assert!(width(&other) > width(&same), "{:?} {:?}", width(&other), width(&same));
+    // Where all agree nothing is between classes; where nothing is told it is sampling error only.
+    assert_eq!(same.leaf_area_interval_m2, same.leaf_area_sampling_error_m2);
+    assert_eq!(width(&bare), None);
+    assert!(bare.leaf_area_sampling_error_m2.is_some_and(|[low, high]| low < high));
+}
+
+#[test]
+fn every_key_outside_the_class_is_warned_of_and_none_inside() {
+    let same = told(Some(calibration(canopy())), Some(row_class()));
+    assert_eq!((warned(&same, "class"), warned(&same, "class_unknown")), (Vec::new(), Vec::new()));
+    type Change = fn(&mut RowClass);
+    let changes: [(&str, Change); 6] = [
+        ("leaf_angle", |row| row.canopy.leaf_angle_deg = Some(35.0)),
+        ("leaf_size", |row| row.canopy.leaf_area_cm2 = Some(40.0)),
+        ("season", |row| row.canopy.season = Some("bloom".into())),
+        ("generator", |row| row.canopy.generator = Some("import".into())),
+        ("wood_share", |row| row.canopy.wood_share = Some(0.2)),
+        ("training_system", |row| row.preset = Some("hedge".into())),
+    ];
+    for (key, change) in changes {
+        let mut row = row_class();
+        change(&mut row);
+        let warnings = warned(&told(Some(calibration(canopy())), Some(row)), "class");
+        assert!(warnings.len() == 1 && warnings[0].starts_with(&format!("class: {key} is ")), "{warnings:?}");
+    }
+}
+
+#[test]
+fn without_calibration_the_row_is_held_against_what_the_contact_frequency_assumes() {
+    let flat = warned(&told(None, Some(row_class())), "class");
+    assert!(
+        flat.iter().any(|w| w.contains("leaf_angle is 48°, without calibration it is taken for 57°")),
+        "{flat:?}"
+    );
+    assert!(!flat.iter().any(|w| w.contains("leaf_size")), "{flat:?}");
+    let assumed = CanopyClass {
+        leaf_angle_deg: Some(57.0),
+        leaf_area_cm2: Some(24.0),
+        wood_share: Some(0.01),
+        ..CanopyClass::default()
+    };
+    let row = RowClass { preset: None, canopy: assumed };
+    assert_eq!(warned(&told(None, Some(row)), "class"), Vec::<String>::new());
+}
+
+#[test]
+fn what_is_not_told_is_unknown_of_row_and_of_old_calibrations() {
+    let bare = warned(&told(Some(calibration(canopy())), None), "class_unknown");
+    assert!(bare.len() == 1 && bare[0].contains("leaf_angle, leaf_size, season, generator"), "{bare:?}");
+    // A calibration of a version before these keys.
+    let old = calibration(CanopyClass::default());
+    let text = toml::to_string(&old).expect("toml");
+    assert!(!text.contains("leaf_angle"));
+    assert_eq!(toml::from_str::<Calibration>(&text).expect("it is read"), old);
+    let found = told(Some(old), Some(row_class()));
+    assert_eq!(warned(&found, "class"), Vec::<String>::new());
+    assert!(warned(&found, "class_unknown")[0].contains("leaf_angle"));
+    assert!(found.leaf_area_interval_m2.is_some(), "an unknown key widens as much as one that differs");
+}

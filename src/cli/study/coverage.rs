@@ -1,0 +1,80 @@
+//! `rowscan study coverage`: how often intervals hold the truth.
+
+use comfy_table::Cell;
+
+use super::class_args::ClassArgs;
+use super::shards::ShardArgs;
+use super::tell::TellArgs;
+use crate::cli::output::{self, number, percent, share};
+use crate::cli::{Failure, Format, Outcome};
+use rowscan_study::Whole;
+use rowscan_study::coverage::{CoverageReport, CoverageStudy, Share, report};
+
+#[derive(Debug, clap::Args)]
+pub(in crate::cli) struct Args {
+    #[command(flatten)]
+    classes: ClassArgs,
+    /// Rows a class
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    rows: usize,
+    #[command(flatten)]
+    pub(super) shards: ShardArgs,
+    #[command(flatten)]
+    tell: TellArgs,
+}
+
+pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    if args.rows == 0 {
+        return Err(Failure::Usage("--rows: expected 1 or more, found 0".to_owned()));
+    }
+    let study = CoverageStudy { classes: args.classes.classes()?, rows: args.rows };
+    match args.shards.run(study).await? {
+        Some(whole) => tell(&args.tell, whole),
+        None => Ok(Outcome::Done),
+    }
+}
+
+/// Reports on a whole study.
+pub(super) fn tell(args: &TellArgs, (header, units): Whole<CoverageStudy>) -> Result<Outcome, Failure> {
+    args.no_figure("a coverage study")?;
+    let report = report(header, &units);
+    match args.format {
+        Format::Json | Format::Jsonl => output::print_json(args.format, &report)?,
+        Format::Csv => output::print_rows(args.format, &report.rows)?,
+        Format::Table => output::print(&table(&report))?,
+    }
+    Ok(Outcome::Done)
+}
+
+fn table(report: &CoverageReport) -> String {
+    let held = |share: Option<Share>| {
+        Cell::new(share.map_or_else(
+            || "–".to_owned(),
+            |Share { share, low, high }| {
+                format!("{:.0} % ({:.0} to {:.0})", 100.0 * share, 100.0 * low, 100.0 * high)
+            },
+        ))
+    };
+    let mut grid = output::grid();
+    output::head(
+        &mut grid,
+        ["axis", "class", "n", "bias", "RMSE", "sampling error holds", "interval holds", "half width"],
+    );
+    for row in &report.rows {
+        grid.add_row([
+            Cell::new(&row.axis),
+            Cell::new(&row.class),
+            number(Some(row.n as f64), 0),
+            percent(Some(row.bias)),
+            share(Some(row.rmse)),
+            held(row.sampling_holds),
+            held(row.interval_holds),
+            share(row.half_width),
+        ]);
+    }
+    let header = &report.provenance;
+    format!(
+        "{grid}\nin brackets Wilson's 95 % interval; seed {}, scene {} ({}), rowscan {}\n",
+        header.seed, header.scene, header.scene_hash, header.rowscan
+    )
+}

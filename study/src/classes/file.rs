@@ -1,0 +1,155 @@
+//! The file of classes.
+
+use std::path::Path;
+
+use rowscan_scenes::Scene;
+use rowscan_scenes::files;
+use serde::Deserialize;
+use toml::Table;
+
+use super::{Class, Classes, Reimport};
+use crate::complaint::Complaint;
+use crate::document::Document;
+use crate::settings;
+use crate::{Setting, StudyFileError};
+
+/// Format of the file.
+const VERSION: u32 = 1;
+/// The classes that ship with the program.
+const BUILT_IN: &str = include_str!("../../classes.toml");
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClassesFile {
+    version: u32,
+    #[serde(default)]
+    name: String,
+    scene: String,
+    axis: Vec<AxisFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisFile {
+    name: String,
+    class: Vec<ClassFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClassFile {
+    name: String,
+    #[serde(default)]
+    scene: Option<String>,
+    #[serde(default)]
+    set: Table,
+    #[serde(default)]
+    told: Table,
+    #[serde(default)]
+    reimport: Option<Reimport>,
+}
+
+/// Reads a file of classes. Scenes that are files are looked for beside it.
+///
+/// # Errors
+/// A file that cannot be read, names no classes, or keys or values that a scene does not have.
+pub fn read(path: &Path) -> Result<Classes, StudyFileError> {
+    of_document(&Document::open(path)?)
+}
+
+/// The classes that ship with the program.
+///
+/// # Errors
+/// None, which a test holds.
+pub fn built_in() -> Result<Classes, StudyFileError> {
+    of_document(&Document::built_in("classes.toml", BUILT_IN))
+}
+
+fn of_document(document: &Document<'_>) -> Result<Classes, StudyFileError> {
+    let file: ClassesFile = document.parse()?;
+    if file.version != VERSION {
+        let message = format!("version must be {VERSION}, found {}", file.version);
+        return Err(document.refuse(Complaint::new("version", message)));
+    }
+    let (base, mut shelf) = document.scene(&file.scene)?;
+    shelf.stock(&mut base.clone())?;
+    let mut classes = Vec::new();
+    for axis in file.axis {
+        if axis.class.len() < 2 {
+            let message =
+                format!("axis `{}`: expected two classes or more, found {}", axis.name, axis.class.len());
+            return Err(document.refuse(Complaint::new(axis.name, message)));
+        }
+        for class in axis.class {
+            let own = class.scene.as_deref().map(|name| document.scene(name)).transpose()?;
+            let from = own.map_or_else(|| base.clone(), |(scene, _)| scene);
+            let mut class = class
+                .checked(&axis.name, Scene { seed: base.seed, ..from })
+                .map_err(|complaint| document.refuse(complaint))?;
+            shelf.stock(&mut class.scene)?;
+            classes.push(class);
+        }
+    }
+    Ok(Classes { name: file.name, scene: base, classes, files: shelf })
+}
+
+impl ClassFile {
+    fn checked(self, axis: &str, base: Scene) -> Result<Class, Complaint> {
+        let refuse = |name: &str, why: String| Complaint::new(name, format!("class `{name}`: {why}"));
+        let with = |scene: &Scene, keys: &Table| {
+            let settings: Vec<Setting<'_>> =
+                keys.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
+            settings::set(scene, &settings, files::scene_from_text)
+        };
+        let scene = with(&base, &self.set).map_err(|why| refuse(&self.name, why))?;
+        let told = with(&scene, &self.told).map_err(|why| refuse(&self.name, why))?;
+        if let Some(stray) = self.told.keys().find(|key| !key.starts_with("rig.")) {
+            let why = format!("the estimator is told of the rig only, `told` holds `{stray}`");
+            return Err(refuse(&self.name, why));
+        }
+        Ok(Class {
+            axis: axis.to_owned(),
+            name: self.name,
+            told: (!self.told.is_empty()).then(|| told.resolved_rig()),
+            scene,
+            reimport: self.reimport,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_canopy::ClassKey;
+
+    #[test]
+    fn the_built_in_classes_are_sound_and_hold_every_class_key() {
+        let classes = built_in().expect("sound");
+        let axes = classes.axes();
+        assert!(ClassKey::ALL.into_iter().all(|key| axes.contains(&key.name())), "{axes:?}");
+        for class in &classes.classes {
+            let same = |other: &&Class| other.axis == class.axis && other.name == class.name;
+            assert_eq!(classes.classes.iter().filter(same).count(), 1, "{} {}", class.axis, class.name);
+        }
+        assert_eq!(classes.clone().of_axes(&["season".to_owned()]).axes(), ["season"]);
+    }
+
+    fn refusal(class: &str) -> String {
+        let text = format!(
+            "version = 1\nscene = \"spindle\"\n[[axis]]\nname = \"a\"\n[[axis.class]]\nname = \"one\"\n[[axis.class]]\nname = \"two\"\n{class}\n"
+        );
+        of_document(&Document::built_in("c.toml", &text)).expect_err(class).to_string()
+    }
+
+    #[test]
+    fn a_class_that_cannot_be_is_refused_with_its_line() {
+        let wrong = refusal("set = { \"orchard.tree.iteration\" = 3 }");
+        assert!(wrong.starts_with("c.toml:8:") && wrong.contains("did you mean `iterations`"), "{wrong}");
+        let told = refusal("told = { \"orchard.tree.iterations\" = 3 }");
+        assert!(told.contains("told of the rig only"), "{told}");
+        let lone =
+            "version = 1\nscene = \"spindle\"\n[[axis]]\nname = \"a\"\n[[axis.class]]\nname = \"one\"\n";
+        let why = of_document(&Document::built_in("c.toml", lone)).expect_err("one").to_string();
+        assert!(why.contains("two classes or more, found 1"), "{why}");
+    }
+}

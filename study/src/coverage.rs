@@ -1,0 +1,166 @@
+//! How often the intervals of the leaf area hold the truth, class by class, on rows that no calibration or table has seen.
+//!
+//! The calibration is the one that a user of the scene's rig gets. Seeds are hash("coverage", seed, row), so none is one of the transfer study's.
+
+use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
+use serde::{Deserialize, Serialize};
+
+use crate::calibrations;
+use crate::classes::Classes;
+use crate::wilson::wilson;
+use crate::{Header, Study, Unit, UnitError, fingerprint};
+
+/// Rows of every class.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoverageStudy {
+    /// The classes.
+    pub classes: Classes,
+    /// Rows a class.
+    pub rows: usize,
+}
+
+/// One row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoverageRow {
+    /// Its seed.
+    pub seed: u64,
+    /// True one-sided leaf area, m².
+    pub truth_m2: f64,
+    /// The estimate; null where it was withheld.
+    pub leaf_area_m2: Option<f64>,
+    /// Ends of the sampling error.
+    pub sampling_m2: Option<[f64; 2]>,
+    /// Ends of the interval.
+    pub interval_m2: Option<[f64; 2]>,
+}
+
+impl Study for CoverageStudy {
+    const NAME: &'static str = "coverage";
+    type Result = CoverageRow;
+
+    fn units(&self) -> usize {
+        self.classes.classes.len() * self.rows
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.classes.scene
+    }
+
+    fn files(&self) -> Vec<SceneFile> {
+        self.classes.files.files()
+    }
+
+    fn effort(&self, _index: usize) -> f64 {
+        1.0
+    }
+
+    fn unit(&self, index: usize) -> Result<CoverageRow, UnitError> {
+        let Some(class) = self.classes.classes.get(index / self.rows.max(1)) else {
+            return Err(UnitError::Class { name: index.to_string(), why: "there is none".to_owned() });
+        };
+        let seed = fingerprint::seed(Self::NAME, self.classes.scene.seed, index % self.rows.max(1));
+        let trial = class.drive_past(&self.classes.files, seed, &[], |rig| {
+            let mount = rig.scanners.first()?;
+            calibrations::load_calibration_for(rig.calibration.as_deref()?, &mount.model).ok().flatten()
+        })?;
+        Ok(CoverageRow {
+            seed,
+            truth_m2: trial.truth.leaf_area_m2,
+            leaf_area_m2: trial.estimate.leaf_area_m2,
+            sampling_m2: trial.estimate.leaf_area_sampling_error_m2,
+            interval_m2: trial.estimate.leaf_area_interval_m2,
+        })
+    }
+}
+
+/// What the study found.
+#[derive(Clone, Debug, Serialize)]
+pub struct CoverageReport {
+    /// Version, seed, scene, settings.
+    pub provenance: Header<CoverageStudy>,
+    /// One row a class.
+    pub rows: Vec<Covered>,
+}
+
+/// One class.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Covered {
+    /// The property.
+    pub axis: String,
+    /// The class.
+    pub class: String,
+    /// Rows with an estimate.
+    pub n: usize,
+    /// Mean of estimate / truth − 1.
+    pub bias: f64,
+    /// Root mean square of the same.
+    pub rmse: f64,
+    /// Share of rows whose sampling error holds the truth.
+    pub sampling_holds: Option<Share>,
+    /// Share of rows whose interval holds the truth.
+    pub interval_holds: Option<Share>,
+    /// Half of an interval's width over the estimate, mean.
+    pub half_width: Option<f64>,
+}
+
+/// A share with Wilson's 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Share {
+    /// Held.
+    pub share: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Sums a whole study up.
+pub fn report(provenance: Header<CoverageStudy>, units: &[Unit<CoverageRow>]) -> CoverageReport {
+    let (classes, rows) = (&provenance.settings.classes.classes, provenance.settings.rows);
+    let row = |(number, class): (usize, &crate::classes::Class)| {
+        let own: Vec<&CoverageRow> = units
+            .iter()
+            .filter(|unit| unit.index / rows.max(1) == number)
+            .map(|unit| &unit.result)
+            .filter(|row| row.truth_m2 > 0.0)
+            .collect();
+        let errors: Vec<f64> =
+            own.iter().filter_map(|row| Some(row.leaf_area_m2? / row.truth_m2 - 1.0)).collect();
+        let widths: Vec<f64> = own
+            .iter()
+            .filter_map(|row| {
+                let [low, high] = row.interval_m2?;
+                Some((high - low) / 2.0 / row.leaf_area_m2?)
+            })
+            .collect();
+        Covered {
+            axis: class.axis.clone(),
+            class: class.name.clone(),
+            n: errors.len(),
+            bias: mean(&errors),
+            rmse: mean(&errors.iter().map(|error| error * error).collect::<Vec<_>>()).sqrt(),
+            sampling_holds: share(&own, |row| row.sampling_m2),
+            interval_holds: share(&own, |row| row.interval_m2),
+            half_width: (!widths.is_empty()).then(|| mean(&widths)),
+        }
+    };
+    let rows = classes.iter().enumerate().map(row).collect();
+    CoverageReport { provenance, rows }
+}
+
+fn share(rows: &[&CoverageRow], ends: impl Fn(&CoverageRow) -> Option<[f64; 2]>) -> Option<Share> {
+    let held: Vec<bool> = rows
+        .iter()
+        .filter_map(|row| ends(row).map(|[low, high]| (low..=high).contains(&row.truth_m2)))
+        .collect();
+    let hits = held.iter().filter(|held| **held).count();
+    let [low, high] = wilson(hits, held.len());
+    (!held.is_empty()).then(|| Share { share: hits as f64 / held.len() as f64, low, high })
+}
+
+fn mean(values: &[f64]) -> f64 {
+    rowscan_canopy::regression::mean(values)
+}

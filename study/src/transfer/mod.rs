@@ -1,0 +1,96 @@
+//! Calibrations carried from one class to another: every estimator fitted on one class and tried on the others, with the null beside it.
+//!
+//! The rows of a class are split by half: fits see the first, errors are told of the second, so that the diagonal is no fit to itself. Rows of
+//! the same number have the same seed in every class, so that classes differ by their settings and not by their trees.
+
+mod fits;
+mod report;
+
+use rowscan_canopy::estimator::by_name;
+use rowscan_canopy::{Estimate, EstimatorInfo, Quantity};
+use rowscan_scenes::Scene;
+use rowscan_scenes::parameters::SceneFile;
+use serde::{Deserialize, Serialize};
+
+pub use report::{BetweenRow, Carried, LeftOut, TransferReport, report};
+
+use crate::classes::Classes;
+use crate::{Study, UnitError, fingerprint};
+
+/// Rows of every class.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransferStudy {
+    /// The classes.
+    pub classes: Classes,
+    /// Rows a class, half of them to fit on.
+    pub rows: usize,
+}
+
+/// One row: what the estimators regress on, and what is there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransferRow {
+    /// Its seed.
+    pub seed: u64,
+    /// True one-sided leaf area, m².
+    pub truth_m2: f64,
+    /// Metres of row with canopy.
+    pub canopy_m: f64,
+    /// I_T, m².
+    pub impacted_m2: f64,
+    /// Leaf area by contact frequency, `voxel`, `polar` and `gap`, without calibration, m²; in the order of [`DENSITIES`].
+    pub densities_m2: [Option<f64>; 4],
+}
+
+/// The estimators that are a density times a volume: one factor calibrates them.
+pub const DENSITIES: [&str; 4] = ["contact", "voxel", "polar", "gap"];
+
+impl Study for TransferStudy {
+    const NAME: &'static str = "transfer";
+    type Result = TransferRow;
+
+    fn units(&self) -> usize {
+        self.classes.classes.len() * self.rows
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.classes.scene
+    }
+
+    fn files(&self) -> Vec<SceneFile> {
+        self.classes.files.files()
+    }
+
+    fn effort(&self, _index: usize) -> f64 {
+        1.0
+    }
+
+    fn unit(&self, index: usize) -> Result<TransferRow, UnitError> {
+        let Some(class) = self.classes.classes.get(index / self.rows.max(1)) else {
+            return Err(UnitError::Class { name: index.to_string(), why: "there is none".to_owned() });
+        };
+        let seed = fingerprint::seed(Self::NAME, self.classes.scene.seed, index % self.rows.max(1));
+        let asked: Vec<&'static EstimatorInfo> = DENSITIES.into_iter().filter_map(by_name).collect();
+        let trial = class.drive_past(&self.classes.files, seed, &asked, |_| None)?;
+        let estimate = &trial.estimate;
+        Ok(TransferRow {
+            seed,
+            truth_m2: trial.truth.leaf_area_m2,
+            canopy_m: estimate.canopy_m.unwrap_or(0.0),
+            impacted_m2: estimate.impacted_total_area_m2.unwrap_or(0.0),
+            densities_m2: DENSITIES.map(|name| raw(estimate, name)),
+        })
+    }
+}
+
+/// What a density says without calibration.
+fn raw(estimate: &Estimate, name: &str) -> Option<f64> {
+    if name == "contact" {
+        return estimate.leaf_area_contact_raw_m2;
+    }
+    let of = |m: &&rowscan_canopy::Measure| {
+        m.estimator == name && m.quantity == Quantity::LeafArea && m.band_m().is_none()
+    };
+    estimate.measures.iter().find(of)?.value
+}
