@@ -106,7 +106,7 @@ impl AreasStudy {
 
     /// True if the orchards are readings of the paper's: only then its numbers and gates stand beside them.
     pub fn is_of_paper(&self) -> bool {
-        self.scene.orchard.preset == Preset::Paper && self.scene.orchard.generator == GeneratorKind::Hmt
+        self.scene.orchard.preset == Preset::Paper && self.scene.orchard.generator() == GeneratorKind::Hmt
     }
 
     /// Iterations and threshold of a unit.

@@ -84,12 +84,12 @@ seeds = [3, 4]
 seen = [50]
 one_at_a_time = true
 [base]
-iterations = [5, 6]
+iterations = [6, 8]
 shady_percent = [60.0, 101.0]
-"lateral.dy_m" = 0.1
-"lateral.dtheta_deg" = 2.0
-"zenith.dy_m" = 0.1
-"zenith.pitch_m" = 0.1
+"lateral.dy_m" = 0.05
+"lateral.dtheta_deg" = 1.0
+"zenith.dy_m" = 0.05
+"zenith.pitch_m" = 0.05
 "scene.orchard.trees" = 1
 [[knob]]
 key = "scene.orchard.tree.rules"

@@ -34,7 +34,8 @@ fn regressions(point: &PointReport) -> String {
             symbol(paper.area),
             with_ends(own.slope, own.slope_95),
             paper.slope,
-            100.0 * (own.slope / paper.slope - 1.0),
+            // Without a sign for what rounds to nothing.
+            (100.0 * (own.slope / paper.slope - 1.0)).round() + 0.0,
             where_free(with_ends(own.intercept_m2, own.intercept_m2_95)),
             where_free(format!("{:.2}", paper.intercept_m2)),
             with_ends(own.intercept_free_m2, own.intercept_free_m2_95),
