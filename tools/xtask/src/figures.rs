@@ -37,7 +37,7 @@ fn all(workspace: &Workspace, wanted: &[String]) -> Result<usize, String> {
     let mut made = 0;
     for (name, study) in STUDIES.iter().filter(|(name, _)| is_wanted(name)) {
         let file = format!("docs/figures/{name}.svg");
-        draw(workspace, &binary, &[study, &["--figure", &file]].concat())?;
+        draw(workspace, &binary, &[*study, &["--figure", &file][..]].concat())?;
         made += 1;
     }
     for name in drawings(workspace)?.iter().filter(|name| is_wanted(name)) {
