@@ -85,6 +85,7 @@ seen = [50]
 one_at_a_time = true
 [base]
 iterations = [6, 8]
+"scene.orchard.tree.internodes" = "table2"
 shady_percent = [60.0, 101.0]
 "lateral.dy_m" = 0.05
 "lateral.dtheta_deg" = 1.0
