@@ -42,6 +42,7 @@ pub mod calibration;
 mod class;
 mod contact;
 mod cut;
+mod delays;
 mod error;
 pub mod estimate;
 pub mod estimator;

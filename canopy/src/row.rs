@@ -109,6 +109,16 @@ impl Row {
         self.parameters.footprint.is_some()
     }
 
+    /// Relative standard deviation of the leaf area for what the beams' width was taken out by, at the row plane; 0 for ideal rays.
+    pub(crate) fn spot_relative_sd(&self) -> f64 {
+        self.parameters.spot_relative_sd(self.frame.distance_m)
+    }
+
+    /// Whether the beams have a width, and nobody knows which echo their scans hold.
+    pub(crate) fn lacks_the_echo(&self) -> bool {
+        self.parameters.footprint.is_some_and(|footprint| footprint.echo.is_none())
+    }
+
     /// Measures by these estimators too, from the next line on.
     pub(crate) fn measure(&mut self, asked: &[&'static EstimatorInfo]) {
         let Self { frame, parameters, row_spacing_m, .. } = *self;

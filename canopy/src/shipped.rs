@@ -41,13 +41,19 @@ pub fn text(name: &str) -> Option<&'static str> {
 mod tests {
     use super::*;
     use crate::Calibration;
+    use crate::calibration::Optics;
 
     #[test]
     fn every_shipped_calibration_is_sound_and_says_how_it_was_made() {
         for name in names() {
             let calibration: Calibration = toml::from_str(text(name).unwrap_or_default()).expect(name);
             calibration.validate().expect(name);
-            let Some((preset, model)) = name.split_once('-') else { panic!("{name} is not PRESET-MODEL") };
+            let (rows, optics) = match name.strip_suffix("-device") {
+                Some(rows) => (rows, Optics::Footprint),
+                None => (name, Optics::Ideal),
+            };
+            let Some((preset, model)) = rows.split_once('-') else { panic!("{name} is not PRESET-MODEL") };
+            assert_eq!(calibration.class.optics, optics, "{name}");
             assert_eq!(calibration.class.preset, preset);
             assert_eq!(calibration.class.scanner_model, model);
             assert!(calibration.provenance.command.contains(&format!("{preset} --model {model}")), "{name}");

@@ -10,7 +10,7 @@ use common::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Estimate, Footprint, LeafShape, Measure, Parameters, Pipeline, Quantity};
 use rowscan_protocol::optics::{Fact, Spot};
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use slab::*;
 
@@ -104,7 +104,17 @@ fn a_wide_beam_is_taken_out_of_every_density_and_of_the_impacted_area() {
         effective: Fact::assumed(0.9),
     };
     let leaf = LeafShape::default();
-    let wide = Footprint { spot, least_power: 0.0, least_share: 0.0, leaf, clumping: 1.0 };
+    let echo = Some(EchoChoice::First);
+    let wide = Footprint {
+        spot,
+        least_power: 0.0,
+        least_share: 0.0,
+        leaf,
+        echo,
+        merged_m: 0.0,
+        clumping: 1.0,
+        clump_m: f64::INFINITY,
+    };
     let inflation = wide.inflation(1.9, 0.5);
     assert!((2.0..3.5).contains(&inflation), "{inflation}");
     let corrected = Parameters { footprint: Some(wide), ..parameters() };

@@ -50,6 +50,12 @@ impl Stage {
         Self { rig: scene.resolved_rig(), scene, orchard, caster }
     }
 
+    /// The same orchard with another rig or other optics; what `scene` says of trees is not looked at.
+    #[must_use]
+    pub fn with_scene(self, scene: Scene) -> Self {
+        Self { rig: scene.resolved_rig(), scene, ..self }
+    }
+
     /// A tractor at its start, for the rig's scanners to ride on.
     pub fn tractor(&self) -> Tractor {
         Tractor::new(self.scene.trajectory(self.orchard.length_m()))

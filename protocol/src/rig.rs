@@ -108,6 +108,21 @@ pub struct Mount {
     pub frequency_hz: Option<f64>,
     /// Angle between beams, degrees; the model's own default where absent.
     pub resolution_deg: Option<f64>,
+    /// The echo that its scans hold: a live scanner is asked for it. Left out: the first of a live scanner, of a recording the factory setting
+    /// where that is the first.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub echo: Option<EchoChoice>,
+}
+
+/// One echo of a beam.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum EchoChoice {
+    /// The first.
+    First,
+    /// The last.
+    Last,
 }
 
 impl Default for Mount {
@@ -121,6 +136,7 @@ impl Default for Mount {
             distance_m: 1.9,
             frequency_hz: None,
             resolution_deg: None,
+            echo: None,
         }
     }
 }

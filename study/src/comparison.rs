@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Calibration, CutMethod, Measure, Pipeline, PipelineError, Quantity};
-use rowscan_protocol::model::Model;
+use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 use serde::Serialize;
 
@@ -78,7 +78,7 @@ struct Row {
 pub fn compare(
     scene: &Scene,
     seeds: &[u64],
-    model: &'static Model,
+    model: AnyModel,
     calibration: Option<&Calibration>,
     done: &(dyn Fn() + Sync),
 ) -> Result<(Vec<Compared>, Vec<CutCompared>), TrialError> {
@@ -94,11 +94,7 @@ pub fn compare(
 }
 
 impl Row {
-    fn try_one(
-        scene: Scene,
-        model: &'static Model,
-        calibration: Option<Calibration>,
-    ) -> Result<Self, TrialError> {
+    fn try_one(scene: Scene, model: AnyModel, calibration: Option<Calibration>) -> Result<Self, TrialError> {
         let stage = Stage::grow(scene, &|_, _| {})?;
         let all: Vec<_> = TABLE.iter().collect();
         let trial = Trial::drive_past(&stage, model, calibration, &all)?;

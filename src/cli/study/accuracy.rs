@@ -109,7 +109,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let model = args.scene.any_model(&rig, 0)?;
     let calibration = match (&args.calibration, &rig.calibration) {
         (Some(name), _) => Some(calibrations::load_calibration(name)?),
-        (None, Some(name)) => calibrations::load_calibration_for(name, model.name())?,
+        (None, Some(name)) => calibrations::load_calibration_for(name, model.name(), rig.optics)?,
         (None, None) => None,
     };
     if let Some(seed) =

@@ -6,8 +6,8 @@ use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics, Provenance};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::{BeamWidth, EchoChoice};
 use rowscan_scenes::Scene;
-use rowscan_scenes::optics::Stage;
 use rowscan_study::class::mean_class;
 
 use super::rows::{Seeds, tries};
@@ -34,9 +34,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
     let provenance = Provenance {
         command: format!(
-            "rowscan study calibration {} --model {} --seeds {range}",
+            "rowscan study calibration {} --model {} --seeds {range}{}",
             args.scene.name,
-            model.name()
+            model.name(),
+            match scene.optics.stages {
+                stages if stages.is_ideal() => String::new(),
+                stages => format!(" --optics {stages}"),
+            }
         ),
         seeds: seeds.clone(),
     };
@@ -72,8 +76,14 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
             .first()
             .and_then(|mount| mount.resolution_deg)
             .unwrap_or_else(|| exact_step_deg(model.default_step())),
-        echo_rule: EchoRule::First,
-        optics: if scene.optics.stages.has(Stage::Spot) { Optics::Footprint } else { Optics::Ideal },
+        echo_rule: match scene.rig.scanners.first().and_then(|mount| mount.echo) {
+            Some(EchoChoice::Last) => EchoRule::Last,
+            Some(EchoChoice::First) | None => EchoRule::First,
+        },
+        optics: match scene.resolved_rig().optics {
+            Some(BeamWidth::Device) => Optics::Footprint,
+            Some(BeamWidth::Ideal) | None => Optics::Ideal,
+        },
         canopy,
     }
 }

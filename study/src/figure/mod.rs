@@ -1,6 +1,7 @@
 //! Figures of the studies, as SVG: one file a figure; what they have in common stands in `style.rs`.
 
 mod areas;
+mod physics;
 mod resolution;
 mod style;
 mod sweep;
@@ -8,6 +9,7 @@ mod sweep;
 use plotters::prelude::DrawingAreaErrorKind;
 
 pub use areas::areas;
+pub use physics::physics;
 pub use resolution::resolution;
 pub use sweep::sweep;
 
