@@ -18,6 +18,7 @@ mod document;
 pub mod figure;
 mod fine_scan;
 pub mod fingerprint;
+pub mod foliage;
 pub mod journal;
 pub mod physics;
 pub mod reading;

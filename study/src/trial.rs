@@ -103,19 +103,18 @@ impl Trial {
         })
     }
 
-    /// Tries one row a seed, on all cores; the order of the seeds is the order of the results.
-    pub fn run_seeds(
-        scene: &Scene,
-        seeds: &[u64],
+    /// Tries one row a scene, on all cores; the order of the scenes is the order of the results.
+    pub fn run_all(
+        scenes: &[Scene],
         model: impl Into<AnyModel>,
         calibration: Option<&Calibration>,
         done: &(dyn Fn() + Sync),
     ) -> Result<Vec<Self>, TrialError> {
         let model = model.into();
-        seeds
+        scenes
             .par_iter()
-            .map(|&seed| {
-                let trial = Self::run(Scene { seed, ..scene.clone() }, model, calibration.cloned());
+            .map(|scene| {
+                let trial = Self::run(scene.clone(), model, calibration.cloned());
                 done();
                 trial
             })

@@ -9,8 +9,9 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice};
 use rowscan_scenes::Scene;
 use rowscan_study::class::mean_class;
+use rowscan_study::foliage::LaiRange;
 
-use super::rows::{Seeds, tries};
+use super::rows::{Rows, Seeds, tries};
 use crate::cli::output::{self, say};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Outcome};
@@ -22,6 +23,9 @@ pub(in crate::cli) struct Args {
     /// Seeds of the rows, first..last
     #[arg(long, value_name = "A..B", default_value = "1001..1060")]
     seeds: Seeds,
+    /// Dress the rows to leaf area indices drawn from this range, low..high [default: as they grow]
+    #[arg(long, value_name = "A..B")]
+    lai: Option<LaiRange>,
     /// Write the calibration to this file instead of standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -34,9 +38,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
     let provenance = Provenance {
         command: format!(
-            "rowscan study calibration {} --model {} --seeds {range}{}",
+            "rowscan study calibration {} --model {} --seeds {range}{}{}",
             args.scene.name,
             model.name(),
+            args.lai.map(|lai| format!(" --lai {lai}")).unwrap_or_default(),
             match scene.optics.stages {
                 stages if stages.is_ideal() => String::new(),
                 stages => format!(" --optics {stages}"),
@@ -44,7 +49,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ),
         seeds: seeds.clone(),
     };
-    let trials = tries(scene.clone(), seeds, model, None).await?;
+    let rows = Rows { seeds, lai: args.lai };
+    let trials = tries(&scene, &rows, model, None).await?;
     let canopy = mean_class(trials.iter().map(|trial| &trial.class)).canopy;
     let class = class_of(&scene, model, canopy);
     let samples: Vec<Sample> =
