@@ -67,6 +67,9 @@ pub struct Estimate {
     pub regression: Option<RegressionKind>,
     /// What the calibration rows' mean would give: the estimate of someone who does not scan, m².
     pub leaf_area_null_m2: Option<f64>,
+    /// How the rig says that the scanner sits, where that is not square to the row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mount: Option<MountReport>,
     /// How the contact frequency was sampled.
     pub contact: Option<ContactReport>,
     /// Returns by where they were put.
@@ -123,6 +126,19 @@ pub enum LeafAreaEstimator {
     ContactCalibratedSpotCorrected,
     /// The raw one, the width of the scanner's beams taken out.
     ContactRawSpotCorrected,
+}
+
+/// The mount pose that was undone: the rig's, which nothing here can check.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MountReport {
+    /// Mirror ahead of what the advance is measured of, metres.
+    pub offset_y_m: f64,
+    /// Beams at the row turned ahead, degrees.
+    pub yaw_deg: f64,
+    /// Top leant back, degrees.
+    pub pitch_deg: f64,
+    /// Top leant to the row, degrees.
+    pub roll_deg: f64,
 }
 
 /// How the contact frequency was sampled.

@@ -38,11 +38,13 @@
 //! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
 
 mod advance;
+mod astray;
 pub mod calibration;
 mod class;
 mod contact;
 mod cut;
 mod delays;
+mod deskew;
 mod error;
 pub mod estimate;
 pub mod estimator;

@@ -2,7 +2,9 @@
 
 use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
 use crate::class::{ClassKey, Holds, RowClass, Standing};
-use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
+use crate::estimate::{
+    Estimate, LeafAreaEstimator, MountReport, RangeStatistics, SliceEstimate, TreeEstimate,
+};
 use crate::estimator::{Measure, Quantity};
 use crate::gate::Gate;
 use crate::odometry::AdvanceSource;
@@ -11,7 +13,7 @@ use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty, between_class};
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
-use rowscan_protocol::rig::{BeamWidth, EchoChoice};
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount};
 
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;
@@ -142,6 +144,9 @@ fn row(
     estimate.scanned_m = Some(scanned_m);
     estimate.canopy_m = Some(totals.canopy_m);
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
+    let Mount { offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
+    let mount = MountReport { offset_y_m, yaw_deg, pitch_deg, roll_deg };
+    estimate.mount = Some(mount).filter(|mount| *mount != MountReport::default());
     estimate.contact = Some(pass.row.contact_report());
     estimate.returns = Some(totals.returns);
     estimate.leaf_area_contact_raw_m2 = Some(totals.contact_m2);

@@ -59,7 +59,9 @@ mod seen;
 mod support;
 mod target;
 pub mod trained;
+mod true_mount;
 mod truth;
+mod wind;
 
 pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
 pub use cells::{Cell, CellAreas, CellColumn, CellGrid, ColumnBand, RowCells};
@@ -72,4 +74,6 @@ pub use scene::{Scene, SceneError};
 pub use seen::{SeenCell, Track};
 pub use support::{Support, SupportKind, Trellis};
 pub use target::{Adjustment, TargetError};
+pub use true_mount::TrueMount;
 pub use truth::{HeightBand, RowSlab, TreeTruth, Truth, TruthGrid};
+pub use wind::{Lean, Wind};

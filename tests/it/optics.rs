@@ -10,10 +10,12 @@ use rowscan_canopy::{Measure, Quantity};
 use rowscan_emulator::offline::Offline;
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::client::ColaConfig;
-use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::device::{DialectPolicy, Session};
+use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_protocol::scan::Scan;
+use rowscan_protocol::time::SimTime;
 use rowscan_scenes::Scene;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::Trial;
@@ -209,4 +211,43 @@ fn a_scan_through_the_eye_sees_more_and_repeats_and_parallel_beams_have_no_spot(
     let told = refused(&["scan", "--type", "zenith-orthogonal", "--optics", "spot"]);
     assert_says(&told, &["--optics ideal"]);
     assert_says(&refused(&["scan", "--optics", "sport"]), &["found `sport`"]);
+}
+
+/// First echoes of ten scans of a row in fog, after a client has told the device this: those where fog answers, and all.
+fn in_fog(model: &str, visibility_m: f64, told: &[&str]) -> (usize, usize) {
+    let mut scene = seen_by("spot,echoes,energy,air");
+    scene.optics.air.visibility_m = Some(visibility_m);
+    let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
+    let model = model::by_name(model).expect("known");
+    let (mut device, view) = stage.scanner(0, model).expect("it fits");
+    let mut session = Session::new(DialectPolicy::Auto);
+    let mut replies = Vec::new();
+    for text in ["sMN SetAccessMode 3 F4724744", "sWN FREchoFilter 0"].iter().chain(told) {
+        let mut frame = Vec::new();
+        encode(Dialect::A, text.as_bytes(), &mut frame);
+        session.handle_bytes(&mut device, SimTime::ZERO, &frame, &mut replies);
+    }
+    assert!(replies.iter().all(|reply| !reply.bytes.windows(3).any(|word| word == b"sFA")), "{replies:?}");
+    let mut offline = Offline::new(device, view);
+    let mut scan = Scan::default();
+    let (mut fog, mut met) = (0, 0);
+    for _ in 0..10 {
+        assert!(offline.scan_into(&mut scan).expect("a scan"));
+        let ranges = &scan.echoes[0].range_m;
+        fog += ranges.iter().filter(|range_m| (0.9..1.5).contains(*range_m)).count();
+        met += ranges.iter().filter(|range_m| range_m.is_finite()).count();
+    }
+    (fog, met)
+}
+
+#[test]
+fn the_fog_filter_that_a_client_sets_takes_fog_away_and_leaves_the_trees() {
+    // By their least power an LMS111 sees thick fog only, and eight times an LMS511's suffices against a thin one.
+    for (name, visibility_m) in [("lms111", 60.0), ("lms511", 500.0)] {
+        let (fog, met) = in_fog(name, visibility_m, &["sWN MSsuppmode 0"]);
+        assert_eq!((fog, met), in_fog(name, visibility_m, &[]), "{name}: glitches only is as delivered");
+        let (left, seen) = in_fog(name, visibility_m, &["sWN MSsuppmode 1"]);
+        assert!(fog > 1000 && left < fog / 50, "{name}: {fog} echoes of fog, {left} with the filter");
+        assert!(seen > 200, "{name}: {seen} of {met} echoes left");
+    }
 }
