@@ -54,6 +54,7 @@ mod geometry;
 pub mod odometry;
 mod parameters;
 mod patches;
+pub mod percentile;
 mod profile;
 mod ranges;
 pub mod reference;

@@ -15,7 +15,8 @@ use crate::estimator::{
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::parameters::Parameters;
 use crate::patches::Patches;
-use crate::profile::{Histogram, Outline, TOP_SHARE};
+use crate::percentile::{Histogram, TOP_SHARE};
+use crate::profile::Outline;
 use crate::trees::{Cells, Cut, Keys};
 use crate::voxels::Voxels;
 use crate::window::{Recent, Window};

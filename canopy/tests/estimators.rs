@@ -199,6 +199,25 @@ fn edged_wall(_: f64, theta: f64) -> f64 {
 }
 
 #[test]
+fn gaps_are_counted_at_the_row_plane_and_not_at_the_crown() {
+    // The wall ends at 2.5 m, half a metre before the row; beams over its edge cross the row plane higher, and those below it never reach the plane.
+    let found = measured(&rig(), parameters(), &drive(&rig(), lms511(), 25, 200, edged_wall));
+    let edge_m = HEIGHT_M + (2.5 - HEIGHT_M) * DISTANCE_M / 1.5;
+    assert!(edge_m > 2.5 + 0.2);
+    let gap = |from_m: f64| {
+        let of_band =
+            |m: &&rowscan_canopy::Measure| m.quantity == Quantity::GapFraction && m.z_from_m == Some(from_m);
+        found.measures.iter().find(of_band).and_then(|m| m.value).unwrap()
+    };
+    let low = ((2.5 - HEIGHT_M) / DISTANCE_M).atan();
+    let high = ((3.0 - HEIGHT_M) / DISTANCE_M).atan();
+    let edge = ((edge_m - HEIGHT_M) / DISTANCE_M).atan();
+    let expected = (high - edge) / (high - low);
+    assert!((gap(2.5) - expected).abs() < 0.05, "{} {expected}", gap(2.5));
+    assert_eq!((gap(2.0), gap(3.0)), (0.0, 1.0));
+}
+
+#[test]
 fn a_wall_has_its_height_width_volume_and_wall_area() {
     let found = measured(&rig(), parameters(), &drive(&rig(), lms511(), 25, 200, edged_wall));
     let m = |name, quantity| value(&found.measures, name, quantity);

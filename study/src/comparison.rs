@@ -209,3 +209,39 @@ fn cv(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
     (squares / (values.len() as f64 - 1.0).max(1.0)).sqrt() / middle
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_scenes::files;
+
+    fn finer(scene: &str) -> Vec<Measure> {
+        let stage = Stage::grow(files::load_scene(scene).expect("built in"), &|_, _| {}).expect("grown");
+        finer_scan(&stage).expect("scanned")
+    }
+
+    fn of(measures: &[Measure], quantity: Quantity) -> impl Iterator<Item = &Measure> {
+        measures.iter().filter(move |m| m.quantity == quantity)
+    }
+
+    #[test]
+    fn a_checkered_wall_lets_half_of_the_beams_pass() {
+        let porosity = of(&finer("checker"), Quantity::Porosity).find_map(|m| m.value).expect("a porosity");
+        assert!((porosity - 0.5).abs() < 0.01, "{porosity}");
+    }
+
+    #[test]
+    fn a_wall_lets_no_beam_pass_below_its_top_and_all_above() {
+        // It stands in the row plane from 0.5 m to 3 m, and there a band of the plane is a band of the wall.
+        let found = finer("wall");
+        for band in of(&found, Quantity::GapFraction) {
+            let [low_m, high_m] = band.band_m().expect("a band");
+            let share = band.value.expect("a share");
+            match (low_m, high_m) {
+                (low_m, high_m) if low_m >= 0.5 && high_m <= 3.0 => assert!(share < 1e-3, "{band:?}"),
+                (low_m, _) if low_m >= 3.0 => assert!(share > 0.999, "{band:?}"),
+                _ => {}
+            }
+        }
+    }
+}

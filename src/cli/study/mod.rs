@@ -5,6 +5,8 @@ mod areas;
 mod budget;
 mod calibration;
 mod class_args;
+mod confirmed;
+mod confirmed_markdown;
 mod coverage;
 mod estimators;
 mod merge;
