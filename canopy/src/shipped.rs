@@ -11,20 +11,28 @@ macro_rules! shipped {
 
 shipped! {
     "mature-lms111",
+    "mature-lms111-device",
     "mature-lms200",
     "mature-lms221",
     "mature-lms291",
+    "mature-lms291-device",
     "mature-lms511",
+    "mature-lms511-device",
+    "mature-tim561-device",
     "paper-lms111",
     "paper-lms200",
     "paper-lms221",
     "paper-lms291",
     "paper-lms511",
     "spindle-lms111",
+    "spindle-lms111-device",
     "spindle-lms200",
     "spindle-lms221",
     "spindle-lms291",
+    "spindle-lms291-device",
     "spindle-lms511",
+    "spindle-lms511-device",
+    "spindle-tim561-device",
 }
 
 /// The names of all shipped calibrations.
