@@ -1,7 +1,7 @@
 //! Points on seeds that did not choose them: medians with intervals.
 
 use comfy_table::Cell;
-use rowscan_canopy::reference::{PAPER, PaperRegression, View};
+use rowscan_canopy::reference::{PAPER, PaperRegression};
 use rowscan_study::Whole;
 use rowscan_study::areas::symbol;
 use rowscan_study::search::{
@@ -10,7 +10,7 @@ use rowscan_study::search::{
 use serde::Serialize;
 
 use super::confirmed_markdown;
-use super::search::{gates, words};
+use super::points::{gates, view, words};
 use super::tell::TellArgs;
 use crate::cli::output::{self, number};
 use crate::cli::{Failure, Format, Outcome};
@@ -113,13 +113,6 @@ fn rows(point: &PointReport) -> impl Iterator<Item = Row> {
         }
     };
     point.regressions.iter().zip(&PAPER).map(of).collect::<Vec<_>>().into_iter()
-}
-
-pub(super) fn view(paper: &PaperRegression) -> &'static str {
-    match paper.view {
-        View::Lateral => "lateral",
-        View::Zenith => "zenith",
-    }
 }
 
 fn table(report: &ConfirmReport) -> String {

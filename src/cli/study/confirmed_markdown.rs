@@ -4,8 +4,7 @@ use rowscan_canopy::reference::PAPER;
 use rowscan_study::areas::symbol;
 use rowscan_study::search::{ConfirmReport, PointReport};
 
-use super::confirmed::view;
-use super::search::{range, words};
+use super::points::{range, view, words};
 
 /// The regressions of a single point; of several a line each.
 pub(super) fn text(report: &ConfirmReport) -> String {

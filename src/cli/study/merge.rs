@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::shards::{read_json, read_shard};
+use super::shards::{read_json, whole};
 use super::tell::TellArgs;
 use super::{areas, confirmed, coverage, resolution, run as sweep, search, transfer};
 use crate::cli::{Failure, Outcome};
+use rowscan_study::Study;
 use rowscan_study::areas::AreasStudy;
 use rowscan_study::coverage::CoverageStudy;
 use rowscan_study::resolution::ResolutionStudy;
 use rowscan_study::search::{ConfirmStudy, SearchStudy};
 use rowscan_study::sweep::SweepStudy;
 use rowscan_study::transfer::TransferStudy;
-use rowscan_study::{Study, Whole, merge};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
@@ -72,15 +72,4 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
         CoverageStudy::NAME => coverage::tell(&args.tell, whole::<CoverageStudy>(&args.files)?),
         unknown => Err(Failure::Usage(format!("this version knows no study `{unknown}`"))),
     }
-}
-
-/// A study that is whole, from the files of its shards.
-pub(super) fn whole<S: Study>(files: &[PathBuf]) -> Result<Whole<S>, Failure> {
-    Ok(merge(read_all::<S>(files)?)?)
-}
-
-type Named<S> = (String, rowscan_study::ShardFile<S, <S as Study>::Result>);
-
-fn read_all<S: Study>(files: &[PathBuf]) -> Result<Vec<Named<S>>, Failure> {
-    files.iter().map(|path| read_shard(path)).collect()
 }

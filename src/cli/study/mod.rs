@@ -12,6 +12,7 @@ mod estimators;
 mod merge;
 mod orchards;
 mod physics;
+mod points;
 mod recording;
 mod resolution;
 pub(super) mod rows;

@@ -7,14 +7,11 @@ use rowscan_scenes::Scene;
 use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 
-use super::report::{PointReport, SearchReport};
+use super::report::{LEAST_SEEDS, PointReport, SearchReport};
 use super::{SearchStudy, Tried};
 use crate::areas::AreasStudy;
 use crate::{Header, Study, Unit, UnitError};
 use rowscan_canopy::reference::{PAPER, PaperRegression};
-
-/// Fewest seeds that confirm a point.
-pub const LEAST_SEEDS: usize = 10;
 
 /// Some points of a search, each on the same fresh seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -19,11 +19,10 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 pub use confirm::{
-    ConfirmError, ConfirmReport, ConfirmStudy, INTERVAL, LEAST_SEEDS, nearest_points,
-    report as report_confirmed,
+    ConfirmError, ConfirmReport, ConfirmStudy, INTERVAL, nearest_points, report as report_confirmed,
 };
 pub use file::read;
-pub use report::{PointReport, Regression, SearchReport, report};
+pub use report::{LEAST_SEEDS, PointReport, Regression, SearchReport, report};
 
 use super::areas::{AreasStudy, Orchard};
 use super::settings::{self, Shelf};

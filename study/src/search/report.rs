@@ -5,10 +5,12 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::bootstrap::Draws;
-use super::confirm::LEAST_SEEDS;
 use super::{SearchStudy, Tried};
 use crate::areas::{Fit, Gate, Rule, View, gates, views};
 use crate::{Header, Unit, median};
+
+/// Fewest seeds that confirm a point.
+pub const LEAST_SEEDS: usize = 10;
 
 /// What the search found.
 #[derive(Clone, Debug, Serialize)]
