@@ -43,6 +43,7 @@ mod study;
 mod table_file;
 mod tractor_outputs;
 mod truth_file;
+mod web;
 
 use std::io;
 use std::process::ExitCode;

@@ -1,0 +1,109 @@
+//! One browser's socket: pictures as bytes, states as text, and for each picture the browser's word that it has drawn it.
+
+use axum::body::Bytes;
+use axum::extract::State;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use rowscan_control::Problem;
+use tokio::sync::{OwnedSemaphorePermit, watch};
+
+use crate::clock;
+use crate::web::{BROWSERS, Exposure, Studio};
+
+/// The protocol that the page asks for.
+const PROTOCOL: &str = "rowscan";
+/// Pictures that a browser may have and has not drawn yet. Those that come meanwhile it misses.
+const UNDRAWN: u32 = 2;
+/// The longest message of a browser.
+const MESSAGE_BYTES: usize = 256;
+
+/// Opens a browser's socket, if there is a place for it.
+pub(crate) async fn live(State(studio): State<Studio>, upgrade: WebSocketUpgrade) -> Response {
+    let Ok(seat) = studio.seats.try_acquire_owned() else {
+        let message = format!("{BROWSERS} browsers look already; close one of them");
+        return Problem::new(StatusCode::SERVICE_UNAVAILABLE, message).into_response();
+    };
+    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES);
+    upgrade.on_upgrade(move |socket| serve(socket, studio.exposures, seat))
+}
+
+/// Shows what comes until the browser goes, or does not take it.
+async fn serve(socket: WebSocket, exposures: watch::Receiver<Exposure>, seat: OwnedSemaphorePermit) {
+    let mut browser = Browser { socket, undrawn: 0, last: Bytes::new(), state_number: 0 };
+    browser.follow(exposures).await;
+    drop(seat);
+}
+
+struct Browser {
+    socket: WebSocket,
+    /// Pictures sent that it has not drawn.
+    undrawn: u32,
+    /// The last picture sent.
+    last: Bytes,
+    state_number: u64,
+}
+
+impl Browser {
+    async fn follow(&mut self, mut exposures: watch::Receiver<Exposure>) {
+        let mut asked = false;
+        loop {
+            let event = clock::quiet(async {
+                tokio::select! {
+                    said = self.socket.recv() => Event::Said(said.and_then(Result::ok)),
+                    changed = exposures.changed(), if self.undrawn < UNDRAWN => Event::Exposed(changed.is_ok()),
+                }
+            });
+            match event.await {
+                Some(Event::Said(Some(Message::Text(_)))) => {
+                    (self.undrawn, asked) = (self.undrawn.saturating_sub(1), false)
+                }
+                Some(Event::Said(Some(Message::Close(_)) | None) | Event::Exposed(false)) => return,
+                Some(Event::Said(Some(_))) => asked = false,
+                Some(Event::Exposed(true)) => {
+                    let exposure = exposures.borrow_and_update().clone();
+                    if !self.show(exposure).await {
+                        return;
+                    }
+                }
+                // A page in the background draws nothing, and answers all the same.
+                None if asked => return,
+                None => {
+                    asked = true;
+                    if !self.send(Message::Ping(Bytes::new())).await {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sends what is new; false if it is not taken.
+    async fn show(&mut self, exposure: Exposure) -> bool {
+        let Exposure { picture, state_number, state } = exposure;
+        if state_number != self.state_number {
+            self.state_number = state_number;
+            if !self.send(Message::Text(state)).await {
+                return false;
+            }
+        }
+        // Each is another allocation.
+        if picture.is_empty() || picture.as_ptr() == self.last.as_ptr() {
+            return true;
+        }
+        self.last = picture.clone();
+        self.undrawn += 1;
+        self.send(Message::Binary(picture)).await
+    }
+
+    async fn send(&mut self, message: Message) -> bool {
+        matches!(clock::send(self.socket.send(message)).await, Some(Ok(())))
+    }
+}
+
+enum Event {
+    /// Of the browser; none once it is gone.
+    Said(Option<Message>),
+    /// There is something new; false if there will not be.
+    Exposed(bool),
+}
