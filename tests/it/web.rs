@@ -68,9 +68,12 @@ async fn watched(guard: Guard) -> Watched {
 
 /// One HTTP request; status, head and body.
 async fn http(address: SocketAddr, head: &str, body: &str) -> (u16, String, Vec<u8>) {
-    let request =
-        format!("{head}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}", body.len());
-    let request = if head.contains("Host:") { request } else { request.replacen("\r\n", &format!("\r\nHost: {address}\r\n"), 1) };
+    let request = format!("{head}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}", body.len());
+    let request = if head.contains("Host:") {
+        request
+    } else {
+        request.replacen("\r\n", &format!("\r\nHost: {address}\r\n"), 1)
+    };
     let asked = move || {
         let mut stream = TcpStream::connect(address).expect("it listens");
         stream.write_all(request.as_bytes()).expect("sent");
@@ -189,7 +192,8 @@ async fn the_latest_scan_is_what_a_client_reads() {
     let (counter, range, remission, classes) = line_of(&picture).expect("a line");
     // What was sent before time stood is still on its way to the client.
     while scans.last().map(|scan| scan.telegram_counter) != Some(counter) {
-        scans.push(tokio::time::timeout(Duration::from_secs(20), client.next_scan()).await.expect("it comes"));
+        scans
+            .push(tokio::time::timeout(Duration::from_secs(20), client.next_scan()).await.expect("it comes"));
     }
     let read = &scans.last().expect("one").echoes[0];
     assert_eq!(range, read.range_m.iter().map(|range| *range as f32).collect::<Vec<_>>());
@@ -200,7 +204,10 @@ async fn the_latest_scan_is_what_a_client_reads() {
         assert_eq!(range.is_finite(), *class != 0, "a beam that met nothing is of no class");
     }
     let state = json(address, "/watch/state").await;
-    assert_eq!((&state["scanners"][0]["counter"], &state["clock"]["paused"]), (&counter.into(), &true.into()));
+    assert_eq!(
+        (&state["scanners"][0]["counter"], &state["clock"]["paused"]),
+        (&counter.into(), &true.into())
+    );
 }
 
 /// How long a browser waits for a picture that must not come: many times what one takes.
@@ -295,7 +302,9 @@ async fn pages_of_other_sites_learn_and_do_nothing() {
     let bench = watched(Guard::open()).await;
     let address = bench.web.address();
     let evil = "\r\nOrigin: http://evil.example";
-    for path in ["/watch/about", "/watch/orchard", "/watch/scan", "/watch/state", "/watch/log", "/watch/strip"] {
+    for path in
+        ["/watch/about", "/watch/orchard", "/watch/scan", "/watch/state", "/watch/log", "/watch/strip"]
+    {
         let (status, ..) = http(address, &format!("GET {path} HTTP/1.1{evil}"), "").await;
         assert_eq!(status, 403, "{path}");
     }
@@ -358,8 +367,12 @@ fn emulate_tells_where_its_page_is_and_what_it_needs() {
             }
             std::thread::sleep(Duration::from_millis(20));
         }
-        let said: Vec<_> = telegrams.iter().map(|spoken| (&spoken["telegram"], &spoken["by_device"])).collect();
-        assert_eq!(said, [(&"sRN DeviceIdent".into(), &false.into()), (&"sRA DeviceIdent".into(), &true.into())]);
+        let said: Vec<_> =
+            telegrams.iter().map(|spoken| (&spoken["telegram"], &spoken["by_device"])).collect();
+        assert_eq!(
+            said,
+            [(&"sRN DeviceIdent".into(), &false.into()), (&"sRA DeviceIdent".into(), &true.into())]
+        );
         let state = json(address, "/watch/state").await;
         assert_eq!(state["scanners"][0]["clients"], 1);
         assert!(state["tractor"]["speeds"]["ground_m_s"].as_f64() > Some(0.5), "{state}");
@@ -367,5 +380,7 @@ fn emulate_tells_where_its_page_is_and_what_it_needs() {
         assert!(strip["strip"]["truth"].as_array().is_some_and(|columns| columns.len() > 20));
     });
     telling.end();
-    assert!(refused(&["emulate", "spindle", "--web", "127.0.0.1:0", "--web-token", "short"]).contains("8 to 256"));
+    assert!(
+        refused(&["emulate", "spindle", "--web", "127.0.0.1:0", "--web-token", "short"]).contains("8 to 256")
+    );
 }

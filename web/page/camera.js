@@ -2,7 +2,8 @@
 
 import { add, lookAt, multiply, perspective, sub } from "./matrix.js";
 
-const START = { azimuth: -2.15, height: 0.36, distance: 8.6 };
+// From ahead and beside, so that the beams are seen between the tractor and its row.
+const START = { azimuth: 2.28, height: 0.34, distance: 8.2 };
 
 export class Camera {
   constructor(canvas, changed) {
@@ -37,7 +38,7 @@ export class Camera {
 
   /** The tractor has come to here. */
   ride(at) {
-    if (this.follows && at) this.target = [at.x + 1.4, at.y, 1.25];
+    if (this.follows && at) this.target = [at.x + 1.25, at.y - 0.3, 1.2];
   }
 
   drag(event) {

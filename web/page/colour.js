@@ -23,7 +23,11 @@ export function scale(part) {
   return CIVIDIS[low].map((c, i) => Math.round(c + f * (CIVIDIS[low + 1][i] - c)));
 }
 
-const TABLE = Array.from({ length: 256 }, (_, i) => scale(i / 255));
+const TABLES = {
+  light: Array.from({ length: 256 }, (_, i) => scale(i / 255)),
+  // What is near, or bright, must stand out from the ground in either scheme.
+  dark: Array.from({ length: 256 }, (_, i) => scale(1 - (i / 255) * 0.82)),
+};
 
 export function css([r, g, b], alpha = 1) {
   return `rgb(${r} ${g} ${b} / ${alpha})`;
@@ -35,13 +39,16 @@ export class Colouring {
     this.by = "range";
     this.far = 4;
     this.bright = 255;
+    this.scheme = "light";
   }
 
   /** Takes note of how far and how bright the lines are. */
   learn(lines) {
     let far = 0, bright = 0;
     for (const line of lines) {
-      for (const r of line.range) if (Number.isFinite(r) && r > far) far = r;
+      // Nine of ten: the few beams that find a gap and end far away would make all others one colour.
+      const ranges = line.range.filter(Number.isFinite).sort();
+      far = Math.max(far, 1.1 * (ranges[Math.floor(0.9 * ranges.length)] ?? 0));
       if (line.remission) for (const r of line.remission) if (r > bright) bright = r;
     }
     // Up at once, down slowly, in steps, so that the scale stands still.
@@ -51,13 +58,18 @@ export class Colouring {
 
   of(line, i) {
     if (this.by === "class" && line.classes) return CLASSES[line.classes[i]]?.rgb ?? CLASSES[0].rgb;
-    if (this.by === "remission" && line.remission) return TABLE[Math.min(255, Math.floor((line.remission[i] / this.bright) * 255))];
-    return TABLE[Math.min(255, Math.floor((line.range[i] / this.far) * 255))];
+    if (this.by === "remission" && line.remission) return this.shade(1 - line.remission[i] / this.bright);
+    return this.shade(line.range[i] / this.far);
+  }
+
+  /** The colour of a part from 0, what is to stand out, to 1. */
+  shade(part) {
+    return TABLES[this.scheme][Math.min(255, Math.max(0, Math.floor(part * 255)))];
   }
 
   /** What the scale ends at, in words. */
   ends() {
-    return this.by === "remission" ? ["0", String(this.bright)] : ["0 m", `${this.far} m`];
+    return this.by === "remission" ? [String(this.bright), "0"] : ["0 m", `${this.far} m`];
   }
 }
 
@@ -90,7 +102,7 @@ export function legend(colouring, document) {
   bar.height = 1;
   const context = bar.getContext("2d");
   for (let x = 0; x < 110; x++) {
-    context.fillStyle = css(scale(x / 109));
+    context.fillStyle = css(colouring.shade(x / 109));
     context.fillRect(x, 0, 1, 1);
   }
   const [low, high] = colouring.ends();

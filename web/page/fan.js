@@ -8,7 +8,8 @@ export class Fan {
   constructor(about, number, host) {
     this.number = number;
     this.line = null;
-    this.seen = 0;
+    this.lines = -1;
+    this.changed = 0;
     const card = document.createElement("section");
     card.className = "card fan";
     card.setAttribute("aria-label", `Scan line of ${about.name}`);
@@ -26,16 +27,16 @@ export class Fan {
     host.append(card);
   }
 
-  take(line, now) {
+  take(line) {
     if (this.line && this.line.counter === line.counter && this.line.at === line.at) return false;
     this.line = line;
-    this.seen = now;
     return true;
   }
 
   /** What the scanner says of itself, or that it says nothing. */
-  tell(status, isPaused, now) {
-    const stale = this.line && !isPaused && now - this.seen > NEVER;
+  tell({ status, lines }, isPaused, now) {
+    if (lines !== this.lines || isPaused) [this.lines, this.changed] = [lines, now];
+    const stale = now - this.changed > NEVER;
     const words = { ok: "ok", contamination_warning: "window dirty", contamination_error: "window too dirty", error: "device error" };
     this.state.dataset.status = stale ? "stale" : (status ?? "stale");
     this.state.textContent = stale ? "no scans" : (words[status] ?? "no scan yet");
@@ -59,7 +60,7 @@ export class Fan {
     const angle = (i) => (line.sight ? line.sight.first + i * line.sight.step : ((line.start + i * line.step) * Math.PI) / 180);
     let [left, right, low, high] = [-0.04, 0.04, -0.04, 0.04];
     for (let i = 0; i < line.range.length; i += 4) {
-      const r = Number.isFinite(line.range[i]) ? line.range[i] / colouring.far : 0.25;
+      const r = Number.isFinite(line.range[i]) ? Math.min(line.range[i] / colouring.far, 1.15) : 0.25;
       left = Math.min(left, r * Math.cos(angle(i)));
       right = Math.max(right, r * Math.cos(angle(i)));
       low = Math.min(low, r * Math.sin(angle(i)));

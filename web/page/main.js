@@ -102,9 +102,8 @@ class Page {
     if (!picture) return;
     this.picture = picture;
     this.colouring.learn(picture.lines);
-    const now = performance.now();
     for (const line of picture.lines) {
-      if (this.fans[line.scanner]?.take(line, now)) this.world?.take(line, this.colouring);
+      if (this.fans[line.scanner]?.take(line)) this.world?.take(line, this.colouring);
     }
     if (picture.lines.some((line) => line.classes)) byId("by-class").hidden = false;
     this.redraw();
@@ -124,7 +123,7 @@ class Page {
       if (clock.scale !== undefined && document.activeElement !== byId("speed")) byId("speed").value = String(clock.scale);
     }
     const now = performance.now();
-    state.scanners.forEach((of, number) => this.fans[number]?.tell(of.status, isPaused, now));
+    state.scanners.forEach((of, number) => this.fans[number]?.tell(of, isPaused, now));
     if (state.faults) this.faults?.show(state.faults);
     byId("place-told").textContent = placeOf(state.tractor);
     if (state.log_last > this.log.last || state.log_last < this.log.last) this.readLog(state.log_last < this.log.last);
@@ -150,18 +149,23 @@ class Page {
 
   frame(now) {
     requestAnimationFrame((next) => this.frame(next));
+    // How long the picture before kept the graphics busy.
+    if (this.drew) this.world?.adapt(now - this.drew);
+    this.drew = 0;
     if (!this.wanted) return;
     this.wanted = false;
+    this.drew = now;
     const style = getComputedStyle(document.documentElement);
     const ink = { line: style.getPropertyValue("--line"), soft: style.getPropertyValue("--soft"), accent: style.getPropertyValue("--accent") };
     const begun = performance.now();
-    this.world?.draw(this.picture?.tractor, dark.matches ? "dark" : "light");
+    this.colouring.scheme = dark.matches ? "dark" : "light";
+    this.world?.draw(this.picture?.tractor, this.colouring.scheme);
     for (const fan of this.fans) fan.draw(this.colouring, ink);
     this.strip.draw(this.picture?.tractor?.y, ink);
     this.drawMs = performance.now() - begun;
     this.count(now);
     for (; this.undrawn > 0; this.undrawn--) this.link?.drawn();
-    const host = byId("legend"), ends = `${this.colouring.by} ${this.colouring.ends()}`;
+    const host = byId("legend"), ends = `${this.colouring.by} ${this.colouring.ends()} ${this.colouring.scheme}`;
     if (host.dataset.ends !== ends) {
       host.dataset.ends = ends;
       host.replaceChildren(legend(this.colouring, document));
@@ -175,7 +179,6 @@ class Page {
     while (this.times.length > 2 && this.times[0] < now - 2000) this.times.shift();
     const spans = this.times.length - 1;
     this.fps = spans > 0 ? (1000 * spans) / (now - this.times[0]) : 0;
-    if (spans > 0) this.world?.adapt(now - this.times[this.times.length - 2]);
     if (!this.world || now < (this.told ?? 0) + 400) return;
     this.told = now;
     const { draws, leaves, sticks, points, bytes, orchardBytes } = this.world.stats;
@@ -203,6 +206,7 @@ class Page {
     byId("reset").onclick = () => this.camera?.reset();
     byId("colours").onchange = ({ target }) => {
       this.colouring.by = target.value;
+      this.world?.forgetReturns();
       this.redraw();
     };
     addEventListener("resize", this.redraw);

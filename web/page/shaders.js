@@ -33,19 +33,30 @@ const PLAIN_FRAGMENT = HEAD + SCENE + FOG + `
 in vec3 tint; in vec3 place; out vec4 colour;
 void main() { colour = vec4(fog(tint, place), 1.0); }`;
 
+// A stick is a ribbon that faces the eye; how round it is is the shading's business.
 const STICK_VERTEX = HEAD + SCENE + `
-layout(location=0) in vec3 corner; layout(location=1) in vec3 base; layout(location=2) in vec3 tip; layout(location=3) in float radius; layout(location=4) in float kind;
+layout(location=0) in vec2 corner; layout(location=1) in vec3 base; layout(location=2) in vec3 tip; layout(location=3) in float radius; layout(location=4) in float kind;
 uniform vec3 foot; uniform vec2 turn;
-out vec3 tint; out vec3 place;
+out vec3 base_tint; out vec3 place; out float across; flat out vec3 side; flat out vec3 front;
 vec3 turned(vec3 v) { return vec3(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y, v.z); }
 void main() {
   vec3 from = turned(base) + foot, to = turned(tip) + foot, axis = normalize(to - from);
-  vec3 side = normalize(cross(axis, abs(axis.z) < 0.9 ? vec3(0, 0, 1) : vec3(1, 0, 0))), other = cross(axis, side);
-  vec3 out_ward = side * corner.x + other * corner.y;
-  place = mix(from, to, corner.z) + out_ward * max(radius, 0.002);
-  vec3 base_tint = kind > 5.5 ? vec3(0.62, 0.66, 0.68) : kind > 4.5 ? vec3(0.58, 0.50, 0.40) : vec3(0.40, 0.31, 0.24);
-  tint = base_tint * (0.45 + 0.75 * max(dot(out_ward, sun), 0.0) + 0.12 * out_ward.z);
+  vec3 at = mix(from, to, corner.y);
+  front = normalize(eye - at);
+  side = normalize(cross(axis, front));
+  front = cross(side, axis);
+  // Never thinner than a picture shows.
+  float wide = max(radius, 0.0006 * length(eye - at));
+  place = at + side * corner.x * wide;
+  across = corner.x;
+  base_tint = kind > 5.5 ? vec3(0.62, 0.66, 0.68) : kind > 4.5 ? vec3(0.58, 0.50, 0.40) : vec3(0.40, 0.31, 0.24);
   gl_Position = view * vec4(place, 1.0);
+}`;
+const STICK_FRAGMENT = HEAD + SCENE + FOG + `
+in vec3 base_tint; in vec3 place; in float across; flat in vec3 side; flat in vec3 front; out vec4 colour;
+void main() {
+  vec3 n = normalize(side * across + front * sqrt(max(1.0 - across * across, 0.0)));
+  colour = vec4(fog(base_tint * (0.5 + 0.75 * max(dot(n, sun), 0.0) + 0.1 * n.z), place), 1.0);
 }`;
 
 const SOLID_VERTEX = HEAD + SCENE + `
@@ -83,6 +94,15 @@ void main() {
   colour = vec4(fog(c, place), 1.0);
 }`;
 
+const SKY_VERTEX = HEAD + SCENE + `
+layout(location=0) in vec2 corner; out float rise;
+// Where the horizon is on the picture: the way that is level and straight ahead, infinitely far.
+void main() { gl_Position = vec4(corner, 0.999, 1.0);
+  vec4 level = view * vec4(normalize(vec3(-view[0].w - 1e-6, -view[1].w, 0.0)) * -1.0, 0.0);
+  rise = corner.y - level.y / max(level.w, 1e-3); }`;
+const SKY_FRAGMENT = HEAD + SCENE + `
+in float rise; out vec4 colour; uniform vec3 top; void main() { colour = vec4(mix(haze, top, smoothstep(0.0, 1.1, rise)), 1.0); }`;
+
 const SHEET_VERTEX = HEAD + SCENE + `
 layout(location=0) in vec3 corner; out vec3 place; void main() { place = corner; gl_Position = view * vec4(corner, 1.0); }`;
 const SHEET_FRAGMENT = HEAD + SCENE + `
@@ -94,9 +114,10 @@ void main() { place = corner; tint = paint; gl_Position = view * vec4(corner, 1.
 
 const PROGRAMS = {
   leaf: [LEAF_VERTEX, PLAIN_FRAGMENT],
-  stick: [STICK_VERTEX, PLAIN_FRAGMENT],
+  stick: [STICK_VERTEX, STICK_FRAGMENT],
   solid: [SOLID_VERTEX, PLAIN_FRAGMENT],
   ground: [GROUND_VERTEX, GROUND_FRAGMENT],
+  sky: [SKY_VERTEX, SKY_FRAGMENT],
   sheet: [SHEET_VERTEX, SHEET_FRAGMENT],
   point: [POINT_VERTEX, PLAIN_FRAGMENT],
 };

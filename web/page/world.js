@@ -11,8 +11,8 @@ const FEWEST = 8000;
 const MOST = 160000;
 const SUN = unit([-0.5, -0.35, 0.85]);
 const SKIES = {
-  light: { haze: [0.86, 0.91, 0.93], dim: 1.06 },
-  dark: { haze: [0.055, 0.075, 0.072], dim: 0.5 },
+  light: { haze: [0.87, 0.91, 0.92], top: [0.60, 0.75, 0.87], dim: 1.06 },
+  dark: { haze: [0.10, 0.13, 0.135], top: [0.03, 0.045, 0.06], dim: 0.62 },
 };
 
 export class World {
@@ -23,14 +23,14 @@ export class World {
     if (!this.gl) throw new Error("this browser has no WebGL 2");
     const gl = this.gl;
     this.programs = programs(gl);
-    this.budget = 60000;
+    this.budget = 40000;
     this.orchard = null;
     this.lines = new Map();
     this.stats = { draws: 0, leaves: 0, sticks: 0, points: 0, bytes: 0, orchardBytes: 0 };
     this.solids = { tractor: this.solid(tractor()), scanner: this.solid(scanner()), mast: this.solid(mast()) };
     this.ground = this.mesh([[0, 2, gl.FLOAT, false, 8, 0]], new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
     this.leafShape = this.buffer(new Float32Array([-1, 0, -0.45, 0.8, -0.45, -0.8, 0.45, 0.72, 0.45, -0.72, 1, 0]));
-    this.stickShape = this.buffer(stick());
+    this.stickShape = this.buffer(new Float32Array([-1, 0, 1, 0, -1, 1, 1, 1]));
     this.makeCloud();
     this.sheetBuffer = gl.createBuffer();
     this.sheet = this.vertexArray(this.sheetBuffer, [[0, 3, gl.FLOAT, false, 12, 0]]);
@@ -76,9 +76,14 @@ export class World {
   }
 
   clearCloud() {
+    this.forgetReturns();
+    this.lines.clear();
+  }
+
+  /** Those to come may have other colours. */
+  forgetReturns() {
     this.cloudAt = 0;
     this.cloudCount = 0;
-    this.lines.clear();
   }
 
   /** Takes an orchard as decode.js reads it. */
@@ -105,7 +110,7 @@ export class World {
 
   sticks(buffer, first) {
     const gl = this.gl, at = first * 32;
-    const array = this.vertexArray(this.stickShape, [[0, 3, gl.FLOAT, false, 12, 0]]);
+    const array = this.vertexArray(this.stickShape, [[0, 2, gl.FLOAT, false, 8, 0]]);
     return this.vertexArray(buffer, [[1, 3, gl.FLOAT, false, 32, at], [2, 3, gl.FLOAT, false, 32, at + 12], [3, 1, gl.FLOAT, false, 32, at + 24],
       [4, 1, gl.UNSIGNED_BYTE, false, 32, at + 28]], array, 1);
   }
@@ -136,10 +141,10 @@ export class World {
     this.stats.bytes += bytes.length;
   }
 
-  /** Fewer leaves where drawing is slow, more where it is quick. */
+  /** Fewer leaves where a picture takes long, more where it does not. */
   adapt(frameMs) {
-    if (frameMs > 70) this.budget = Math.max(FEWEST, this.budget * 0.85);
-    else if (frameMs < 30) this.budget = Math.min(MOST, this.budget * 1.05);
+    if (frameMs > 55) this.budget = Math.max(FEWEST, this.budget * Math.max(0.6, 50 / frameMs));
+    else if (frameMs < 25) this.budget = Math.min(MOST, this.budget * 1.05);
   }
 
   draw(tractorAt, theme) {
@@ -155,6 +160,7 @@ export class World {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.camera.ride(tractorAt);
     this.view = this.camera.view(width / height);
+    this.drawSky();
     this.drawGround();
     if (this.orchard) this.drawOrchard();
     if (tractorAt) this.drawTractor(tractorAt);
@@ -172,6 +178,16 @@ export class World {
     if (at.haze) gl.uniform3fv(at.haze, sky.haze);
     if (at.far) gl.uniform1f(at.far, view.far);
     return at;
+  }
+
+  drawSky() {
+    const { gl } = this, at = this.use("sky");
+    gl.uniform3fv(at.top, this.sky.top);
+    gl.disable(gl.DEPTH_TEST);
+    gl.bindVertexArray(this.ground);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    gl.enable(gl.DEPTH_TEST);
+    this.stats.draws++;
   }
 
   drawGround() {
@@ -221,9 +237,9 @@ export class World {
     at = this.use("stick");
     for (const { tree, foot, cos, sin, distance } of seen) {
       // Twigs come last: from afar a tree is its older wood.
-      const count = Math.ceil(tree.wood.count * Math.min(1, 14 / distance));
+      const count = Math.ceil(tree.wood.count * Math.min(1, share / (distance * distance)));
       this.place(at, foot, cos, sin);
-      this.instances(tree.wood.array, gl.TRIANGLES, 30, count);
+      this.instances(tree.wood.array, gl.TRIANGLE_STRIP, 4, count);
       stats.sticks += count;
     }
     this.drawSupports(at);
@@ -235,7 +251,7 @@ export class World {
     const here = period ? Math.floor(this.camera.target[1] / period) : 0;
     for (const copy of period ? [here - 1, here, here + 1] : [0]) {
       this.place(at, [0, copy * period, 0], 1, 0);
-      this.instances(supports.array, gl.TRIANGLES, 30, supports.count);
+      this.instances(supports.array, gl.TRIANGLE_STRIP, 4, supports.count);
       this.stats.sticks += supports.count;
     }
   }
@@ -328,13 +344,6 @@ function shareOut(seen, budget) {
     else low = middle;
   }
   return low;
-}
-
-/** Five sides of a stick about its axis: x and y on the unit circle, z along. */
-function stick() {
-  const out = [], sides = 5, at = (i, z) => [Math.cos((i / sides) * 2 * Math.PI), Math.sin((i / sides) * 2 * Math.PI), z];
-  for (let i = 0; i < sides; i++) for (const [k, z] of [[i, 0], [i + 1, 0], [i + 1, 1], [i, 0], [i + 1, 1], [i, 1]]) out.push(...at(k, z));
-  return new Float32Array(out);
 }
 
 /** Triangles from the scanner to neighbouring returns; beams that met nothing leave a gap. */

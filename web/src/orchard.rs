@@ -9,7 +9,7 @@
 //! | 32 a stick | wood of every distinct tree, then posts and wires: base 3 × f32, tip 3 × f32, radius f32, class u8 and 3 × 0 |
 //!
 //! All little endian. Trees have their coordinates in their own frame, and `places` say where they stand. The leaves of a tree come in an order in which every
-//! beginning of it is a fair sample: who draws only the first tenth, larger, draws the same tree from farther away.
+//! beginning of it is a fair sample: who draws only the first tenth, larger, draws the same tree from farther away. Wood comes from the thickest to the thinnest.
 
 use rowscan_scenes::{Class, Cylinder, Leaf, Orchard, SupportKind, Surface, Tree};
 use serde::Serialize;
@@ -98,8 +98,10 @@ impl OrchardPicture {
         for facet in trees.iter().flat_map(|tree| &tree.facets) {
             write_blade(&facet.polygon, class_of(facet.surface), &mut bytes);
         }
-        for wood in trees.iter().flat_map(|tree| &tree.wood) {
-            write_stick(wood, Class::Wood, &mut bytes);
+        for tree in trees {
+            let mut wood: Vec<&Cylinder> = tree.wood.iter().collect();
+            wood.sort_by(|a, b| b.radius_m().total_cmp(&a.radius_m()));
+            wood.iter().for_each(|wood| write_stick(wood, Class::Wood, &mut bytes));
         }
         for support in orchard.supports() {
             let class = if support.kind == SupportKind::Post { Class::Post } else { Class::Wire };

@@ -13,7 +13,7 @@ use crate::gauges::{Gauges, TractorGauge};
 use crate::line::Line;
 use crate::orchard::OrchardPicture;
 use crate::picture;
-use crate::strip::Strip;
+use crate::strip::{Metre, Strip, TruthColumn};
 use crate::telegram_log::TelegramLog;
 
 /// What does not change while it is shown.
@@ -92,10 +92,22 @@ impl Show {
         self.0.log.clone()
     }
 
-    /// The canopy, as far as it is known now.
-    pub fn strip(&self, strip: Strip) {
+    /// What stands along the row, which repeats after `period_m` if it does.
+    pub fn truth(&self, truth: Vec<TruthColumn>, period_m: Option<f64>) {
         let mut kept = lock(&self.0.strip);
-        *kept = (kept.0 + 1, strip);
+        let measured = std::mem::take(&mut kept.1.measured);
+        *kept = (kept.0 + 1, Strip { truth, period_m, measured });
+    }
+
+    /// What scanner number `scanner` has measured, metre by metre.
+    pub fn measured(&self, scanner: usize, metres: Vec<Metre>) {
+        let mut kept = lock(&self.0.strip);
+        let scanners = self.0.lines.len();
+        kept.1.measured.resize_with(scanners, Vec::new);
+        if let Some(of_scanner) = kept.1.measured.get_mut(scanner) {
+            *of_scanner = metres;
+            kept.0 += 1;
+        }
     }
 
     pub(crate) fn about(&self) -> &About {

@@ -31,6 +31,8 @@ pub struct Metre {
     pub y_from_m: f64,
     /// To here.
     pub y_to_m: f64,
+    /// How much of it has been scanned.
+    pub scanned_m: f64,
     /// Impacted total area.
     pub impacted_m2: Option<f64>,
     /// Leaf area by the calibration.

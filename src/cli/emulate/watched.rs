@@ -5,21 +5,26 @@ use std::sync::Arc;
 use rowscan_control::Bench;
 use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{LineWatch, Rig};
+use rowscan_emulator::{LineWatch, LineWatcher, Rig};
+use rowscan_protocol::time::SimTime;
 use rowscan_recording::Taps;
 use rowscan_scenes::CellGrid;
+use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::Tractor;
-use rowscan_web::{About, OrchardPicture, ScannerAbout, Show, Strip, TruthColumn, Web};
+use rowscan_web::{About, Line, OrchardPicture, ScannerAbout, Show, TruthColumn, Web};
 use tokio::task::JoinSet;
 
 use super::super::Failure;
-use super::super::web::{RigGauges, Talk};
+use super::super::web::{Meter, RigGauges, Talk};
 use super::Args;
 use super::fitted::Fitted;
 use super::running::Running;
 
 /// The cells that the page shows the truth by, metres.
 const CELLS: CellGrid = CellGrid { cell_m: 0.25, band_m: 0.25 };
+
+/// Cells along a row that are shown at most: a kilometre.
+const LONGEST: f64 = 4000.0;
 
 /// Where scanners show what a page shows, before there is one.
 pub(super) struct Watching {
@@ -77,11 +82,14 @@ impl Watching {
             scanners: running.iter().map(Running::gauge).collect(),
         };
         let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
-        show.strip(truth(stage, &rig.tractor()));
+        if let Some((truth, period_m)) = truth(stage, &rig.tractor()) {
+            show.truth(truth, Some(period_m));
+        }
         let mut tasks = JoinSet::new();
         tasks.spawn(self.talk.tell(show.log()));
-        for (number, lines) in self.lines.iter().enumerate() {
-            tasks.spawn(show.clone().follow(number, lines.watch()));
+        for (number, (lines, fitted)) in self.lines.iter().zip(fitted).enumerate() {
+            let meter = meter(stage, fitted, &show, number);
+            tasks.spawn(follow(lines.watch(), show.clone(), number, rig.tractor(), meter));
         }
         let web = args.web.open(show, Some(bench), args.format).await?;
         if let Some(web) = &web {
@@ -97,12 +105,35 @@ impl std::fmt::Debug for Watched {
     }
 }
 
-/// What stands in the row that the tractor begins beside.
-fn truth(stage: &Stage, tractor: &Tractor) -> Strip {
-    let place = tractor.motion(rowscan_protocol::time::SimTime::ZERO).place;
+/// Shows a scanner's lines, and measures them while the tractor drives.
+async fn follow(
+    mut lines: LineWatcher,
+    show: Show,
+    number: usize,
+    tractor: Tractor,
+    mut meter: Option<Meter>,
+) {
+    while let Some(line) = lines.next().await {
+        show.line(number, Line::of_seen(&line));
+        let drives = tractor.began().is_some_and(|began| line.at >= began);
+        if let (Some(meter), true) = (&mut meter, drives) {
+            meter.push(&line.scan);
+        }
+    }
+}
+
+/// What measures a scanner's lines as `estimate --rig SCENE` would; none where that has no estimate.
+fn meter(stage: &Stage, fitted: &Fitted, show: &Show, number: usize) -> Option<Meter> {
+    let rig = rig_with(&stage.rig, fitted.index, fitted.model.name());
+    let reading = Reading::of(Some(&rig), fitted.index, false, CalibrationChoice::OfRig).ok()?;
+    Some(Meter::new(reading.pipeline, show.clone(), number))
+}
+
+/// What stands in the row that the tractor begins beside, and after how many metres the row repeats.
+fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64)> {
+    let place = tractor.motion(SimTime::ZERO).place;
     let row = place.alley.and_then(|alley| usize::try_from(alley.row_beside(true).0).ok()).unwrap_or(0);
-    let (length_m, cells) = (stage.orchard.length_m(), stage.orchard.cells_of_row(row, CELLS));
-    let (Some(cells), true) = (cells, length_m.is_finite()) else { return Strip::default() };
+    let (length_m, cells) = (stage.orchard.length_m(), stage.orchard.cells_of_row(row, CELLS)?);
     let column = |number: u32| {
         let column = cells.column((f64::from(number) + 0.5) * CELLS.cell_m);
         TruthColumn {
@@ -111,6 +142,6 @@ fn truth(stage: &Stage, tractor: &Tractor) -> Strip {
             leaf_area_m2: column.bands.iter().map(|band| band.areas.leaf_area_m2).collect(),
         }
     };
-    let count = (length_m / CELLS.cell_m).ceil().min(4000.0) as u32;
-    Strip { truth: (0..count).map(column).collect(), period_m: Some(length_m), measured: Vec::new() }
+    let count = (length_m / CELLS.cell_m).ceil().min(LONGEST) as u32;
+    length_m.is_finite().then(|| ((0..count).map(column).collect(), length_m))
 }

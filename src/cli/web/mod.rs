@@ -1,5 +1,6 @@
 //! `--web`: the live page beside a command.
 
+mod meter;
 mod rig_gauges;
 mod talk;
 
@@ -13,6 +14,7 @@ use super::endpoint::{Place, announce_stream};
 use super::output::say;
 use super::{Failure, Format};
 
+pub(super) use meter::Meter;
 pub(super) use rig_gauges::{GaugeOf, RigGauges};
 pub(super) use talk::Talk;
 
