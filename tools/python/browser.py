@@ -29,8 +29,8 @@ class Browser:
         self.folder = tempfile.mkdtemp(prefix="rowscan-browser-")
         (their_in, self.out), (self.into, their_out) = os.pipe(), os.pipe()
         command = [program(), *FLAGS, "--user-data-dir=" + self.folder, "--window-size=%d,%d" % (width, height), "about:blank"]
-        # Chromium reads from descriptor 3 and writes to 4.
-        shell = ["sh", "-c", 'exec "$@" 3<&%d 4>&%d' % (their_in, their_out), "sh"]
+        # Chromium reads from descriptor 3 and writes to 4; bash alone takes descriptors of two digits.
+        shell = ["bash", "-c", 'exec "$@" 3<&%d 4>&%d' % (their_in, their_out), "bash"]
         self.process = subprocess.Popen(shell + command, pass_fds=(their_in, their_out), stdin=subprocess.DEVNULL,
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(their_in)

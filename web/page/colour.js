@@ -40,6 +40,7 @@ export class Colouring {
     this.far = 4;
     this.bright = 255;
     this.scheme = "light";
+    this.hasRemission = false;
   }
 
   /** Takes note of how far and how bright the lines are. */
@@ -50,6 +51,7 @@ export class Colouring {
       const ranges = line.range.filter(Number.isFinite).sort();
       far = Math.max(far, 1.1 * (ranges[Math.floor(0.9 * ranges.length)] ?? 0));
       if (line.remission) for (const r of line.remission) if (r > bright) bright = r;
+      this.hasRemission ||= Boolean(line.remission);
     }
     // Up at once, down slowly, in steps, so that the scale stands still.
     this.far = nextRound(Math.max(far, this.far * 0.995));

@@ -51,15 +51,23 @@ export class Link {
     };
     socket.onmessage = ({ data }) => {
       this.received += data.byteLength ?? data.length;
-      if (typeof data === "string") this.on.state(JSON.parse(data));
-      else this.on.picture(data);
+      if (typeof data !== "string") {
+        this.on.picture(data);
+        return;
+      }
+      this.say("taken");
+      this.on.state(JSON.parse(data));
     };
     socket.onclose = () => this.broken();
   }
 
   /** A picture is drawn: the next may come. */
   drawn() {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send("d");
+    this.say("drawn");
+  }
+
+  say(word) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(word);
   }
 
   async broken() {

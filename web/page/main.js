@@ -105,14 +105,16 @@ class Page {
     for (const line of picture.lines) {
       if (this.fans[line.scanner]?.take(line)) this.world?.take(line, this.colouring);
     }
-    if (picture.lines.some((line) => line.classes)) byId("by-class").hidden = false;
+    byId("by-class").hidden = picture.lines.length > 0 && !picture.lines.some((line) => line.classes);
+    // Telegrams have them only where a client asks for them.
+    byId("by-remission").hidden = !this.colouring.hasRemission;
     this.redraw();
   }
 
   show(state) {
     this.state = state;
     this.numbers.show(state);
-    const { clock } = state, isPaused = Boolean(clock?.paused);
+    const { clock } = state, isPaused = stands(clock);
     if (clock) {
       byId("time").textContent = `${clock.now_s.toFixed(2)} s`;
       byId("pause").textContent = isPaused ? "Run" : "Pause";
@@ -195,7 +197,7 @@ class Page {
   buttons() {
     const tell = (asked) => asked.then((told) => told && this.state && this.show({ ...this.state, clock: told.clock ?? told }), (error) => notice(error.message));
     const clock = (body) => tell(ask("/clock", { method: "POST", body }));
-    byId("pause").onclick = () => clock({ paused: !this.state?.clock?.paused });
+    byId("pause").onclick = () => clock({ paused: !stands(this.state?.clock) });
     byId("step").onclick = () => tell(ask("/step", { method: "POST", body: { n: 1 } }));
     byId("speed").onchange = ({ target }) => clock({ scale: Number(target.value) });
     byId("seek").onsubmit = (event) => {
@@ -219,6 +221,11 @@ class Page {
       byId(button).click();
     });
   }
+}
+
+/** Time is paused, or has taken all the steps that it was granted. */
+function stands(clock) {
+  return Boolean(clock && (clock.paused || (clock.granted !== undefined && clock.steps >= clock.granted)));
 }
 
 function placeOf(tractor) {

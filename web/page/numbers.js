@@ -2,7 +2,7 @@
 
 const ROWS = [
   ["rate_hz", "Scans a second", (v) => v.toFixed(2)],
-  ["scans", "Scans sent", whole],
+  ["scans", "Scans", whole],
   ["lost", "Lost", whole],
   ["repeated", "Repeated", whole],
   ["bad", "Bad telegrams", whole],

@@ -7,7 +7,7 @@ import { programs } from "./shaders.js";
 import { mast, scanner, tractor } from "./solids.js";
 
 const CLOUD = 90000;
-const FEWEST = 8000;
+const FEWEST = 18000;
 const MOST = 160000;
 const SUN = unit([-0.5, -0.35, 0.85]);
 const SKIES = {

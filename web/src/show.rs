@@ -139,7 +139,7 @@ impl Show {
 
     /// Everything that is numbers, with what `bench` tells.
     pub(crate) fn state(&self, bench: Option<&Bench>) -> Value {
-        let mut all = bench.map(Bench::state).unwrap_or_else(Map::new);
+        let mut all = bench.map(Bench::state).unwrap_or_default();
         let gauges = self.0.gauges.scanners();
         let scanners: Vec<Value> = self
             .0

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use rowscan_control::StateOf;
-use rowscan_emulator::{Emulator, EmulatorCounts, SerialEmulator};
+use rowscan_emulator::{Emulator, SerialEmulator};
 use rowscan_web::ScannerGauge;
 use serde_json::{Map, Value, json};
 
 use super::super::client_limits;
 use super::super::events::{Counted, End};
-use super::super::web::GaugeOf;
+use super::super::web::{GaugeOf, of_cola};
 
 /// Tells what a scanner has done.
 pub(super) type CountsOf = Box<dyn Fn() -> Value + Send + Sync>;
@@ -19,17 +19,6 @@ pub(super) fn state_of(streams: Vec<(String, CountsOf)>) -> StateOf {
     Arc::new(move || {
         streams.iter().map(|(name, counts)| (name.clone(), counts())).collect::<Map<_, _>>().into()
     })
-}
-
-fn cola(counts: EmulatorCounts, clients: Option<usize>) -> ScannerGauge {
-    ScannerGauge {
-        scans: Some(counts.scans_sent),
-        lost: Some(counts.scans_dropped),
-        missed: Some(counts.scans_missed),
-        refused: Some(counts.connections_refused + counts.connections_silent + counts.connections_idle),
-        clients: clients.map(|clients| clients as u64),
-        ..ScannerGauge::default()
-    }
 }
 
 /// A scanner that is set up, and where clients find it.
@@ -56,14 +45,7 @@ impl Running {
     /// The same for the page.
     pub(super) fn gauge(&self) -> GaugeOf {
         match self {
-            Self::Cola(emulator) => {
-                let counter = emulator.counter();
-                Box::new(move || {
-                    counter
-                        .counts()
-                        .map_or_else(ScannerGauge::default, |counts| cola(counts, counter.clients()))
-                })
-            }
+            Self::Cola(emulator) => of_cola(emulator),
             Self::Lms2xx(emulator) => {
                 let counts = emulator.counting();
                 Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })

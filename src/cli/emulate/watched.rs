@@ -43,7 +43,7 @@ pub(super) struct Watched {
 impl Watching {
     /// For so many scanners.
     pub(super) fn new(scanners: usize, clock: Arc<SimClock>) -> Self {
-        let (taps, talk) = Talk::listen(clock);
+        let (taps, talk) = Talk::listen(Arc::new(move || clock.now().as_secs_f64()));
         Self { lines: (0..scanners).map(|_| LineWatch::default()).collect(), taps, talk }
     }
 

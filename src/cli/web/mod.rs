@@ -1,7 +1,9 @@
 //! `--web`: the live page beside a command.
 
+mod feed;
 mod meter;
 mod rig_gauges;
+mod scans;
 mod talk;
 
 use std::net::SocketAddr;
@@ -14,8 +16,10 @@ use super::endpoint::{Place, announce_stream};
 use super::output::say;
 use super::{Failure, Format};
 
+pub(super) use feed::{Feed, Feeds};
 pub(super) use meter::Meter;
-pub(super) use rig_gauges::{GaugeOf, RigGauges};
+pub(super) use rig_gauges::{GaugeOf, RigGauges, of_cola};
+pub(super) use scans::Scans;
 pub(super) use talk::Talk;
 
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -33,6 +37,11 @@ impl WebArgs {
     /// Whether anyone may look.
     pub(super) fn is_given(&self) -> bool {
         self.web.is_some()
+    }
+
+    /// The same, at `address` unless another place is asked for.
+    pub(super) fn at_least(self, address: &str) -> Self {
+        Self { web: self.web.or_else(|| Some(address.to_owned())), ..self }
     }
 
     /// Opens the page for `show`, with the routes of `bench` if there is one, and announces where it is.

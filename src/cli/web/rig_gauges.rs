@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rowscan_emulator::Emulator;
 use rowscan_emulator::clock::SimClock;
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
@@ -12,6 +13,22 @@ use rowscan_web::{Gauges, ScannerGauge, Speeds, TractorGauge};
 
 /// Tells what a scanner has done.
 pub(in super::super) type GaugeOf = Box<dyn Fn() -> ScannerGauge + Send + Sync>;
+
+/// The gauge of a virtual CoLa scanner.
+pub(in super::super) fn of_cola(emulator: &Emulator) -> GaugeOf {
+    let counter = emulator.counter();
+    Box::new(move || {
+        let Some(counts) = counter.counts() else { return ScannerGauge::default() };
+        ScannerGauge {
+            scans: Some(counts.scans_sent),
+            lost: Some(counts.scans_dropped),
+            missed: Some(counts.scans_missed),
+            refused: Some(counts.connections_refused + counts.connections_silent + counts.connections_idle),
+            clients: counter.clients().map(|clients| clients as u64),
+            ..ScannerGauge::default()
+        }
+    })
+}
 
 /// How long ticks are counted for a speed.
 const COUNTED: Duration = Duration::from_millis(200);

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::decode::{Entry, Follow, Verdict};
-use rowscan_emulator::clock::SimClock;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use rowscan_web::{Spoken, TelegramLog};
 use tokio::sync::mpsc;
@@ -28,6 +27,9 @@ struct Said {
     bytes: Vec<u8>,
 }
 
+/// Tells the time, seconds.
+pub(in super::super) type NowOf = Arc<dyn Fn() -> f64 + Send + Sync>;
+
 /// What is said, on its way to the log.
 pub(in super::super) struct Talk {
     said: mpsc::Receiver<Said>,
@@ -35,13 +37,13 @@ pub(in super::super) struct Talk {
 
 impl Talk {
     /// Taps for every connection, and what comes through them.
-    pub(in super::super) fn listen(clock: Arc<SimClock>) -> (Taps, Self) {
+    pub(in super::super) fn listen(now_s: NowOf) -> (Taps, Self) {
         let (sender, said) = mpsc::channel(WAITING);
         let connections = AtomicU64::new(0);
         let taps = Taps::new(move |name, kind| match kind {
             StreamKind::Cola => {
                 let connection = connections.fetch_add(1, Ordering::Relaxed);
-                tap(name, connection, sender.clone(), Arc::clone(&clock))
+                tap(name, connection, sender.clone(), Arc::clone(&now_s))
             }
             _ => Tap::default(),
         });
@@ -67,7 +69,7 @@ impl Talk {
 }
 
 /// A tap that leaves out all scans but the first of a row.
-fn tap(name: &str, connection: u64, sender: mpsc::Sender<Said>, clock: Arc<SimClock>) -> Tap {
+fn tap(name: &str, connection: u64, sender: mpsc::Sender<Said>, now_s: NowOf) -> Tap {
     let (stream, scans): (Arc<str>, _) = (Arc::from(name), AtomicBool::new(false));
     Tap::new(move |by, bytes| {
         let is_scan = by == Side::Device && is_scan(bytes);
@@ -75,7 +77,7 @@ fn tap(name: &str, connection: u64, sender: mpsc::Sender<Said>, clock: Arc<SimCl
         if is_scan && was_scan {
             return;
         }
-        let at_s = clock.now().as_secs_f64();
+        let at_s = now_s();
         let said = Said { stream: Arc::clone(&stream), connection, by, at_s, bytes: bytes.to_vec() };
         let _ = sender.try_send(said);
     })
