@@ -254,7 +254,10 @@ mod tests {
 
     #[test]
     fn marks_of_an_axis_have_no_empty_digits() {
-        assert_eq!([10.0, 0.30000000000000004, 2.5, -0.0].map(|value| mark_of(&value)), ["10", "0.3", "2.5", "0"]);
+        assert_eq!(
+            [10.0, 0.30000000000000004, 2.5, -0.0].map(|value| mark_of(&value)),
+            ["10", "0.3", "2.5", "0"]
+        );
     }
 
     #[test]
