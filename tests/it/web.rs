@@ -21,7 +21,8 @@ use tokio::task::JoinSet;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Bytes, Error, HandshakeError, Message, WebSocket};
 
-use crate::common::binary::{Telling, refused};
+use crate::common::binary::{Telling, refused, run};
+use crate::common::recorded::folder;
 use crate::common::{raw_client, small_scene};
 
 /// A scanner on a rig with a page.
@@ -395,4 +396,76 @@ fn emulate_tells_where_its_page_is_and_what_it_needs() {
     assert!(
         refused(&["emulate", "spindle", "--web", "127.0.0.1:0", "--web-token", "short"]).contains("8 to 256")
     );
+}
+
+/// Asks for a state until it is as wanted.
+async fn state_when(address: SocketAddr, is_wanted: impl Fn(&Value) -> bool) -> Value {
+    for _ in 0..500 {
+        let state = json(address, "/watch/state").await;
+        if is_wanted(&state) {
+            return state;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    panic!("it never is: {}", json(address, "/watch/state").await);
+}
+
+/// The page's address among what a command tells before `until`.
+fn page_of(telling: &mut Telling) -> SocketAddr {
+    let web = std::iter::from_fn(|| telling.next()).find(|line| line["endpoint"] == "web").expect("told");
+    web["address"].as_str().expect("told").parse().expect("an address")
+}
+
+#[test]
+fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
+    let (_folder, path) = folder();
+    let (scene, recording) = (path("row.toml"), path("run.mcap"));
+    let emulator =
+        super::common::binary::Emulator::start(&[&scene, "--model", "lms111", "--time-scale", "4"]);
+    let recorded = run(&["record", &emulator.url(), "-o", &recording, "--scans", "150"]);
+    assert_eq!(recorded.code, Some(0), "{}", recorded.stderr);
+    emulator.end();
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("a runtime");
+    runtime.block_on(async {
+        let mut watching = Telling::start("watch", &[&recording, "--rig", &scene, "--web", "127.0.0.1:0"]);
+        let page = page_of(&mut watching);
+        let about = json(page, "/watch/about").await;
+        assert_eq!((&about["has_orchard"], &about["has_control"]), (&false.into(), &false.into()));
+        let state = state_when(page, |state| state["scanners"][0]["scans"] == 150).await;
+        assert_eq!((&state["scanners"][0]["lost"], &state["scanners"][0]["bad"]), (&0.into(), &0.into()));
+        assert!(state["scanners"][0]["clients"].is_null(), "nobody knows");
+        let strip = json(page, "/watch/strip").await;
+        let metres = strip["strip"]["measured"][0].as_array().expect("measured").clone();
+        assert!(metres.iter().any(|metre| metre["impacted_m2"].as_f64() > Some(0.0)), "{strip}");
+        assert_eq!(http(page, "GET /clock HTTP/1.1", "").await.0, 404, "nothing to stop");
+        // It stays until it is told to go.
+        watching.end();
+
+        let places = ["--tcp", "127.0.0.1:0", "--web", "127.0.0.1:0", "--loop"];
+        let mut replaying = Telling::start("replay", &[&[recording.as_str()][..], &places].concat());
+        let scanner = replaying.address();
+        let page = page_of(&mut replaying);
+        let mut client = TcpStream::connect(scanner).expect("it listens");
+        client.write_all(b"\x02sEN LMDscandata 1\x03").expect("sent");
+        let reading =
+            std::thread::spawn(move || while client.read(&mut [0; 4096]).is_ok_and(|read| read > 0) {});
+        state_when(page, |state| state["scanners"][0]["lines"].as_u64() > Some(5)).await;
+        let (status, ..) = http(page, "POST /clock HTTP/1.1", r#"{"paused": true}"#).await;
+        assert_eq!(status, 200);
+        std::thread::sleep(NONE_COMES);
+        let before = json(page, "/watch/state").await;
+        std::thread::sleep(NONE_COMES);
+        let after = json(page, "/watch/state").await;
+        assert_eq!(before["scanners"][0]["lines"], after["scanners"][0]["lines"]);
+        assert!(after["clock"]["recorded_s"].is_number(), "{after}");
+        let (status, ..) =
+            http(page, "POST /clock HTTP/1.1", r#"{"seek": "scan:100", "paused": false}"#).await;
+        assert_eq!(status, 200);
+        state_when(page, |state| {
+            state["scanners"][0]["lines"].as_u64() > after["scanners"][0]["lines"].as_u64()
+        })
+        .await;
+        replaying.end();
+        reading.join().expect("it ends");
+    });
 }

@@ -3,7 +3,9 @@
 use std::process::ExitCode;
 
 use rowscan_bench::measure::Report;
-use rowscan_bench::{caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, web};
+use rowscan_bench::{
+    caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, web,
+};
 
 /// A bench: its name and what runs it with the arguments after it.
 type Bench = (&'static str, fn(&mut Report, &[String]));

@@ -75,20 +75,20 @@ fn measure(stage: &Stage, browsers: usize) -> Figures {
     let watched = watched.expect("a runtime");
     let (end, ended) = oneshot::channel::<()>();
     let (told, place) = std::sync::mpsc::channel();
+    let (bytes, pictures) = (AtomicU64::new(0), AtomicU64::new(0));
+    let counts = (&bytes, &pictures);
     thread::scope(|threads| {
         let watched = &watched;
         let served = threads.spawn(move || watched.block_on(serve(stage, told, ended)));
         let place = place.recv().expect("it listens");
-        let (bytes, pictures) = (AtomicU64::new(0), AtomicU64::new(0));
         let from = Instant::now() + WARM_UP;
-        let until = from + MEASURED;
+        let (until, page) = (from + MEASURED, place.page);
         let control = threads.spawn(|| {
             let turns = (WARM_UP + MEASURED).div_duration_f64(PERIOD) as u32;
             sleep_to((1..=turns).map(|turn| PERIOD * turn))
         });
-        let looking: Vec<_> = (0..browsers)
-            .map(|_| threads.spawn(|| look(place.page, from, until, (&bytes, &pictures))))
-            .collect();
+        let looking: Vec<_> =
+            (0..browsers).map(|_| threads.spawn(move || look(page, from, until, counts))).collect();
         let work = threads.spawn(move || {
             thread::sleep(from.saturating_duration_since(Instant::now()));
             let before = ticks();
@@ -108,7 +108,13 @@ fn measure(stage: &Stage, browsers: usize) -> Figures {
         end.send(()).expect("it is served until now");
         served.join().expect("it ends well");
         let control = control.join().expect("the control ends well");
-        Figures { lateness, control, cores, bytes: bytes.into_inner(), pictures: pictures.into_inner() }
+        Figures {
+            lateness,
+            control,
+            cores,
+            bytes: bytes.load(Ordering::Relaxed),
+            pictures: pictures.load(Ordering::Relaxed),
+        }
     })
 }
 
