@@ -103,8 +103,11 @@ fn f32_at(bytes: &[u8], at: usize) -> f32 {
     f32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
 }
 
-/// The first line of a picture: counter, ranges, remissions, numbers of classes.
-fn line_of(picture: &[u8]) -> Option<(u16, Vec<f32>, Vec<u16>, Vec<u8>)> {
+/// Counter, ranges, remissions, numbers of classes.
+type Shown = (u16, Vec<f32>, Vec<u16>, Vec<u8>);
+
+/// The first line of a picture.
+fn line_of(picture: &[u8]) -> Option<Shown> {
     assert_eq!(&picture[..4], b"RWP1");
     if u32_at(picture, 8) == 0 {
         return None;

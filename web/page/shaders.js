@@ -33,6 +33,20 @@ const PLAIN_FRAGMENT = HEAD + SCENE + FOG + `
 in vec3 tint; in vec3 place; out vec4 colour;
 void main() { colour = vec4(fog(tint, place), 1.0); }`;
 
+// A far tree is a few large leaves that lie ready as corners; its instances are the places where such a tree stands.
+const FAR_VERTEX = HEAD + SCENE + `
+layout(location=0) in vec3 corner; layout(location=1) in vec3 normal; layout(location=2) in vec3 foot; layout(location=3) in vec2 turn;
+out vec3 tint; out vec3 place;
+vec3 turned(vec3 v) { return vec3(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y, v.z); }
+void main() {
+  place = turned(corner) + foot;
+  vec3 n = turned(normal);
+  float lit = dot(n, sun) * sign(dot(n, eye - place));
+  vec3 light = lit > 0.0 ? vec3(1.05, 1.02, 0.92) * lit : vec3(0.55, 0.6, 0.2) * -lit;
+  tint = vec3(0.29, 0.47, 0.165) * (light * 0.85 + 0.5 + 0.05 * clamp(corner.z, 0.0, 3.0));
+  gl_Position = view * vec4(place, 1.0);
+}`;
+
 // A stick is a ribbon that faces the eye; how round it is is the shading's business.
 const STICK_VERTEX = HEAD + SCENE + `
 layout(location=0) in vec2 corner; layout(location=1) in vec3 base; layout(location=2) in vec3 tip; layout(location=3) in float radius; layout(location=4) in float kind;
@@ -114,6 +128,7 @@ void main() { place = corner; tint = paint; gl_Position = view * vec4(corner, 1.
 
 const PROGRAMS = {
   leaf: [LEAF_VERTEX, PLAIN_FRAGMENT],
+  far: [FAR_VERTEX, PLAIN_FRAGMENT],
   stick: [STICK_VERTEX, STICK_FRAGMENT],
   solid: [SOLID_VERTEX, PLAIN_FRAGMENT],
   ground: [GROUND_VERTEX, GROUND_FRAGMENT],

@@ -1,11 +1,14 @@
 // The orchard, the tractor, the beams and what they met, drawn by WebGL 2. Leaves are instances: a tree is one call, and one that is far is drawn with fewer
 // and larger leaves, so that all together stay within a budget.
 
+import { crown } from "./crowns.js";
 import { returnOf } from "./decode.js";
 import { dot, pose, sub, unit } from "./matrix.js";
 import { programs } from "./shaders.js";
 import { mast, scanner, tractor } from "./solids.js";
 
+// A tree of which less than this much would be drawn is drawn as one of many alike.
+const FAR_PART = 0.045;
 const CLOUD = 90000;
 const FEWEST = 18000;
 const MOST = 160000;
@@ -95,10 +98,19 @@ export class World {
       facets: { count: span.facets[1], array: this.blades(blades, head.leaves + span.facets[0]) },
       wood: { count: span.wood[1], array: this.sticks(sticks, span.wood[0]) },
     }));
+    trees.forEach((tree, number) => this.makeCrown(tree, orchard.blades, head.trees[number].leaves));
     const supports = { count: head.supports, array: this.sticks(sticks, head.wood) };
     this.orchard = { head, trees, supports };
     this.stats.orchardBytes = orchard.bytes;
     gl.bindVertexArray(null);
+  }
+
+  /** What a tree is from afar, and room for the places of those that are. */
+  makeCrown(tree, blades, [first, count]) {
+    const gl = this.gl, corners = crown(blades, first, count), places = gl.createBuffer();
+    const array = this.mesh([[0, 3, gl.FLOAT, false, 24, 0], [1, 3, gl.FLOAT, false, 24, 12]], corners);
+    this.vertexArray(places, [[2, 3, gl.FLOAT, false, 20, 0], [3, 2, gl.FLOAT, false, 20, 12]], array, 1);
+    tree.crown = { array, places, corners: corners.length / 6, leaves: corners.length / 36, at: [] };
   }
 
   blades(buffer, first) {
@@ -218,8 +230,11 @@ export class World {
   }
 
   drawOrchard() {
-    const { gl, stats } = this, seen = this.standing();
-    const share = shareOut(seen, this.budget);
+    const { gl, stats } = this, standing = this.standing();
+    const share = shareOut(standing, this.budget);
+    const isFar = ({ distance }) => share / (distance * distance) < FAR_PART;
+    const seen = standing.filter((of) => !isFar(of));
+    this.drawCrowns(standing.filter(isFar));
     let at = this.use("leaf");
     for (const { tree, foot, cos, sin, distance } of seen) {
       const part = Math.min(1, share / (distance * distance));
@@ -243,6 +258,22 @@ export class World {
       stats.sticks += count;
     }
     this.drawSupports(at);
+  }
+
+  /** Far trees: one call for all that are alike. */
+  drawCrowns(far) {
+    const { gl, stats } = this;
+    if (!far.length) return;
+    for (const { tree, foot, cos, sin } of far) tree.crown.at.push(...foot, cos, sin);
+    this.use("far");
+    for (const { crown } of this.orchard.trees) {
+      if (!crown.at.length) continue;
+      gl.bindBuffer(gl.ARRAY_BUFFER, crown.places);
+      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(crown.at), gl.STREAM_DRAW);
+      this.instances(crown.array, gl.TRIANGLES, crown.corners, crown.at.length / 5);
+      stats.leaves += crown.leaves * (crown.at.length / 5);
+      crown.at = [];
+    }
   }
 
   drawSupports(at) {

@@ -32,6 +32,7 @@ const FILES: &[File] = &[
     File("/page/fan.js", SCRIPT, include_str!("../page/fan.js")),
     File("/page/matrix.js", SCRIPT, include_str!("../page/matrix.js")),
     File("/page/camera.js", SCRIPT, include_str!("../page/camera.js")),
+    File("/page/crowns.js", SCRIPT, include_str!("../page/crowns.js")),
     File("/page/shaders.js", SCRIPT, include_str!("../page/shaders.js")),
     File("/page/solids.js", SCRIPT, include_str!("../page/solids.js")),
     File("/page/world.js", SCRIPT, include_str!("../page/world.js")),

@@ -63,8 +63,9 @@ impl Watching {
     ) -> Result<Watched, Failure> {
         let scanner =
             |name: &String| ScannerAbout { name: name.clone(), model: model.unwrap_or_default().to_owned() };
+        let name = args.file.file_name().unwrap_or(args.file.as_os_str());
         let about = About {
-            title: format!("rowscan replay {}", args.file.display()),
+            title: format!("rowscan replay {}", name.display()),
             scanners: self.names.iter().map(scanner).collect(),
         };
         let (parts, lives) = lives;
