@@ -57,8 +57,10 @@ use wood::{FloorPass, GroundPass};
 /// An orchard made ready for scanning. Immutable and shared between threads; each thread has its own [`Scratch`].
 #[derive(Clone, Debug)]
 pub struct Caster {
-    /// Posts and wires.
+    /// Posts, wires, soil and grass.
     supports: Block,
+    /// Height of the level plane under all.
+    plane_m: f64,
     /// All trees.
     trees: PlacedBlocks,
     period_m: f64,
@@ -91,7 +93,8 @@ impl Caster {
     pub fn new(orchard: &Orchard) -> Self {
         let period_m = orchard.length_m();
         Self {
-            supports: Block::new(std::iter::empty(), orchard.supports(), period_m),
+            supports: Block::new(std::iter::empty(), orchard.supports(), &orchard.ground().facets, period_m),
+            plane_m: orchard.ground().plane_m,
             trees: PlacedBlocks::new(orchard),
             period_m,
             registers: Registers::Widest,
@@ -167,7 +170,7 @@ impl Caster {
         nearest.reset(sight.count(), depth, T::FARTHEST);
         let parts = self.parts(origin, sight);
         if let Some(part) = parts.clone().next() {
-            self.dispatch(GroundPass { sight, part, nearest: &mut *nearest });
+            self.dispatch(GroundPass { sight, part, plane_m: self.plane_m, nearest: &mut *nearest });
         }
         views.clear();
         for part in parts {

@@ -15,10 +15,12 @@ const ALONG_AXIS: f64 = 1e-20;
 /// A beam that comes no nearer to the axis's direction than this (cosine) never meets ends.
 const SQUARE_ON: f64 = 1e-300;
 
-/// Enters the plane Z = 0 where beams that start above it look down.
+/// Enters the level plane under all where beams that start above it look down.
 pub(super) struct GroundPass<'a, T> {
     pub(super) sight: &'a T,
     pub(super) part: Part,
+    /// Its height.
+    pub(super) plane_m: f64,
     pub(super) nearest: &'a mut Nearest,
 }
 
@@ -27,7 +29,7 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { sight, part, nearest } = self;
+        let Self { sight, part, plane_m, nearest } = self;
         let (p, q) = sight.parameters();
         let (Some(q), Some((mut floor, _))) = (q.get(..p.len()), nearest.floor(p.len())) else { return };
         let zero = Lanes::splat(simd, 0.0);
@@ -35,7 +37,7 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
         for beam in (0..sight.count()).step_by(S::F64_LANES) {
             let (Some(p), Some(q)) = (Lanes::read(simd, p, beam), Lanes::read(simd, q, beam)) else { break };
             let rays = sight.rays(simd, p, q);
-            let height = Lanes::splat(simd, part.origin[2]) + rays.start.1;
+            let height = Lanes::splat(simd, part.origin[2] - plane_m) + rays.start.1;
             let cos = -rays.direction.1;
             let met = zero.lt(height).and(zero.lt(cos));
             if !met.is_empty() {

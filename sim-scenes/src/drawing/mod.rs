@@ -8,7 +8,7 @@ mod canvas;
 use crate::caster::Class;
 use crate::exchange::mesh::Material;
 use crate::orchard::Orchard;
-use crate::organ::{Cylinder, Tree};
+use crate::organ::{Cylinder, Facet, Tree};
 use crate::support::SupportKind;
 use canvas::Canvas;
 
@@ -118,6 +118,13 @@ fn paint(
             outline.chain([facet.polygon.centroid()]).for_each(|point| canvas.dot(on_paper(point), colour));
         }
     }
+    let near = |facet: &&Facet| facet.polygon.outline().iter().all(|[_, y, _]| *y <= reach_m);
+    // From above it would cover what stands on it.
+    for facet in orchard.ground().facets.iter().filter(near).filter(|_| view.along != 2) {
+        let colour = Material::of_surface(facet.surface).rgb();
+        let outline = facet.polygon.outline().iter().copied();
+        outline.for_each(|point| canvas.dot(on_paper(point), colour));
+    }
     let mut wood: Vec<&Cylinder> = trees.iter().flat_map(|tree| &tree.wood).collect();
     wood.sort_by(|a, b| b.radius_m().total_cmp(&a.radius_m()));
     for piece in wood.into_iter().take(MOST_WOOD) {
@@ -150,6 +157,7 @@ fn colour_of(class: Class) -> [u8; 3] {
         Class::Fruit => [230, 0, 120],
         Class::Post => [40, 40, 40],
         Class::Wire => [130, 0, 200],
+        Class::Grass => [150, 170, 0],
         Class::Ground | Class::None => [200, 170, 60],
     }
 }
