@@ -8,7 +8,7 @@ use super::frame::{CanFrame, EVERYONE, J1939Id};
 use super::message::{Message, Payload};
 use super::name::Name;
 use super::node::{AddressState, Node};
-use super::pgn::{TRACTOR_ADDRESS, gnss, tractor};
+use super::pgn::{TRACTOR_ADDRESS, gnss, sprayer, tractor};
 
 const MESSAGES: &[&Message] = &[
     &tractor::WHEEL_SPEED,
@@ -90,15 +90,22 @@ impl TractorEcu {
         self.node.open(at, out);
     }
 
-    /// A frame was received: answers, and obeys speed commands.
+    /// A frame was received: answers, and obeys commands to drive and to spray.
     pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
         self.overhear(at, frame, out);
         let Self { node, voice } = self;
-        let Some(id) = J1939Id::of(frame.id).filter(|id| id.pgn == tractor::SPEED_COMMAND.pgn) else {
-            return;
-        };
+        let Some(id) = J1939Id::of(frame.id) else { return };
         let here = matches!(node.address_state(), AddressState::Claimed(_)) && id.destination == EVERYONE;
-        let speed_m_s = tractor::commanded_m_s(frame.data()).filter(|_| here);
+        if !here {
+            return;
+        }
+        if id.pgn == sprayer::NOZZLE_DUTY.pgn {
+            for (nozzle, duty) in sprayer::nozzle_duties(frame.data()) {
+                voice.tractor.command_nozzle(at, nozzle, duty);
+            }
+        }
+        let to_drive = id.pgn == tractor::SPEED_COMMAND.pgn;
+        let speed_m_s = to_drive.then(|| tractor::commanded_m_s(frame.data())).flatten();
         // A command is repeated as long as it holds; only a new one changes anything.
         if let Some(speed_m_s) = speed_m_s.filter(|speed_m_s| voice.commanded_m_s != Some(*speed_m_s)) {
             voice.commanded_m_s = Some(speed_m_s);

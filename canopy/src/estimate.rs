@@ -55,6 +55,8 @@ pub struct Estimate {
     pub lai: Option<f64>,
     /// Where `leaf_area_m2` comes from.
     pub leaf_area_estimator: Option<LeafAreaEstimator>,
+    /// Relative standard deviation of `leaf_area_m2` by what the beams' width was taken out by; 0 for rays, `None` where their width is not known.
+    pub leaf_area_spot_relative_sd: Option<f64>,
     /// Leaf area by contact frequency, scaled if the calibration says how, m².
     pub leaf_area_contact_m2: Option<f64>,
     /// Leaf area by contact frequency, no fitted factor, wood included, m².
@@ -65,6 +67,9 @@ pub struct Estimate {
     pub regression: Option<RegressionKind>,
     /// What the calibration rows' mean would give: the estimate of someone who does not scan, m².
     pub leaf_area_null_m2: Option<f64>,
+    /// How the rig says that the scanner sits, where that is not square to the row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mount: Option<MountReport>,
     /// How the contact frequency was sampled.
     pub contact: Option<ContactReport>,
     /// Returns by where they were put.
@@ -121,6 +126,19 @@ pub enum LeafAreaEstimator {
     ContactCalibratedSpotCorrected,
     /// The raw one, the width of the scanner's beams taken out.
     ContactRawSpotCorrected,
+}
+
+/// The mount pose that was undone: the rig's, which nothing here can check.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MountReport {
+    /// Mirror ahead of what the advance is measured of, metres.
+    pub offset_y_m: f64,
+    /// Beams at the row turned ahead, degrees.
+    pub yaw_deg: f64,
+    /// Top leant back, degrees.
+    pub pitch_deg: f64,
+    /// Top leant to the row, degrees.
+    pub roll_deg: f64,
 }
 
 /// How the contact frequency was sampled.

@@ -4,7 +4,7 @@
 //! mirror towards the row (the row axis is at the mount's distance), z above ground.
 
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::rig::{Attitude, Axes, Mount, Rig};
 use rowscan_protocol::scan::NO_ECHO;
 
 use crate::error::PipelineError;
@@ -21,6 +21,10 @@ pub(crate) struct Frame {
     pub(crate) offset_deg: f64,
     pub(crate) height_m: f64,
     pub(crate) distance_m: f64,
+    /// How far the mirror sits ahead of what the advance is measured of.
+    pub(crate) offset_y_m: f64,
+    /// The scan plane's axes, where it is believed to lean; roll is in the angles.
+    pub(crate) axes: Option<Axes>,
     pub(crate) ground_clearance_m: f64,
     /// Returns at or beyond this x belong to the next row; infinite where the row spacing is unknown.
     pub(crate) far_gate_m: f64,
@@ -36,9 +40,12 @@ impl Frame {
         PipelineError::check("rig.scanner.height_m", mount.height_m, 0.0, 100.0)?;
         PipelineError::check("rig.scanner.distance_m", mount.distance_m, 0.0, 100.0)?;
         let (sense, offset_deg) = mount.angle_map();
+        let attitude = mount.attitude();
         Ok(Self {
             sense,
-            offset_deg,
+            offset_deg: offset_deg - mount.roll_deg,
+            offset_y_m: mount.offset_y_m,
+            axes: attitude.leans().then(|| Attitude { roll_rad: 0.0, ..attitude }.axes()),
             height_m: mount.height_m,
             distance_m: mount.distance_m,
             ground_clearance_m: rig.ground_clearance_m,
@@ -56,6 +63,31 @@ pub(crate) struct Beam {
     pub(crate) theta_rad: f64,
     /// ΔA = weight · range · this: 2 sin(Δθ/2) cos θ, or |sin(θ + Δθ) − sin θ|.
     pub(crate) area_factor: f64,
+    /// Along the row, a metre of the beam; 0 where the plane is square to it.
+    pub(crate) ahead: f64,
+    /// How far along the row, from its line, the beam crosses the row's middle.
+    pub(crate) shift_m: f64,
+}
+
+/// Beams that cross the row's middle farther off than so many times its distance are taken to end there: they are above all canopy, or in
+/// the ground.
+const FARTHEST: f64 = 2.0;
+
+impl Beam {
+    /// The same beam in a plane with these axes; None if it does not look at the row. What it stands for is as high as the beams are apart,
+    /// and as long as the row that the line stands for, however the plane leans.
+    fn leaning(self, axes: &Axes, distance_m: f64) -> Option<Self> {
+        let [cos, ahead, sin] = axes.beam(self.cos, self.sin);
+        let [.., upright] = axes.up;
+        (cos > 1e-9).then(|| Self {
+            cos,
+            sin,
+            theta_rad: sin.atan2(cos),
+            area_factor: self.area_factor * upright,
+            ahead,
+            shift_m: ahead * (distance_m / cos).min(FARTHEST * distance_m),
+        })
+    }
 }
 
 /// The beams of a grid; those that do not look ahead (|θ| ≥ 90°) are None.
@@ -85,7 +117,11 @@ impl BeamTable {
                 AreaForm::Midpoint => 2.0 * (step / 2.0).sin() * cos,
                 AreaForm::Forward => frame.sense * ((theta + frame.sense * step).sin() - sin),
             };
-            Some(Beam { cos, sin, theta_rad: theta, area_factor })
+            let upright = Beam { cos, sin, theta_rad: theta, area_factor, ahead: 0.0, shift_m: 0.0 };
+            match &frame.axes {
+                None => Some(upright),
+                Some(axes) => upright.leaning(axes, frame.distance_m),
+            }
         }));
         true
     }

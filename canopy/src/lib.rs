@@ -38,10 +38,13 @@
 //! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
 
 mod advance;
+mod astray;
 pub mod calibration;
 mod class;
 mod contact;
 mod cut;
+mod delays;
+mod deskew;
 mod error;
 pub mod estimate;
 pub mod estimator;
@@ -51,6 +54,7 @@ mod geometry;
 pub mod odometry;
 mod parameters;
 mod patches;
+pub mod percentile;
 mod profile;
 mod ranges;
 pub mod reference;

@@ -51,7 +51,8 @@ pub enum Fill {
     BandMean,
     /// Nothing.
     LeaveOut,
-    /// What its mirror image before the row plane holds: trees are alike on both sides. Nothing if that is unvisited too.
+    /// What its mirror image before the row plane holds: trees are alike on both sides. Where that is hidden too, in a dense crown's middle, what the
+    /// nearest voxel before it holds that beams reached.
     ///
     /// The default: on slabs of optical depth 4 to 6, where up to a third of the voxels is unvisited, it was within 1 % of
     /// the truth; leaving out lost 20 to 47 %, the band's mean added 2 to 34 %.
@@ -101,5 +102,10 @@ impl Parameters {
     /// How many times as often as a ray a beam meets a leaf at this range; 1 for ideal rays.
     pub(crate) fn inflation(&self, range_m: f64) -> f64 {
         self.footprint.map_or(1.0, |footprint| footprint.inflation(range_m, self.projection))
+    }
+
+    /// Relative standard deviation of every density for what the beams' width was taken out by; 0 for ideal rays.
+    pub(crate) fn spot_relative_sd(&self, range_m: f64) -> f64 {
+        self.footprint.map_or(0.0, |footprint| footprint.relative_sd(range_m, self.projection))
     }
 }

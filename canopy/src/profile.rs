@@ -1,55 +1,9 @@
-//! Heights, widths and outline of the side that was scanned.
+//! The outline of the side that was scanned.
 
-/// Height bins, metres.
-const BIN_M: f64 = 0.01;
-/// Highest height told apart, metres; higher returns count in the last bin.
+/// Highest height told apart, metres; higher returns count in the last cell.
 const TOP_M: f64 = 20.0;
 /// Height of a volume cell, metres.
 pub(crate) const CELL_M: f64 = 0.1;
-/// The share of the returns that stays below a tree's height.
-pub(crate) const TOP_SHARE: f64 = 0.995;
-
-/// Lengths (heights, half widths) of canopy returns, in bins of a centimetre, weighted by line so that slow driving does not bias them.
-#[derive(Clone, Debug)]
-pub(crate) struct Histogram {
-    bins: Vec<f64>,
-    total: f64,
-}
-
-impl Histogram {
-    pub(crate) fn new() -> Self {
-        Self { bins: vec![0.0; (TOP_M / BIN_M) as usize], total: 0.0 }
-    }
-
-    pub(crate) fn add(&mut self, length_m: f64, weight_m: f64) {
-        let last = self.bins.len() - 1;
-        if let Some(bin) = self.bins.get_mut(((length_m / BIN_M).max(0.0) as usize).min(last)) {
-            *bin += weight_m;
-            self.total += weight_m;
-        }
-    }
-
-    /// The length that a share of the returns stays below, metres. None without returns.
-    pub(crate) fn percentile(&self, share: f64) -> Option<f64> {
-        let mut above = self.total * (1.0 - share);
-        // Counted from the top, so that rounding of the sum never walks past the last filled bin.
-        let filled = self.bins.iter().enumerate().rev().filter(|(_, weight)| **weight > 0.0);
-        let mut lowest_m = None;
-        for (i, weight) in filled {
-            if *weight > above {
-                return Some((i as f64 + 1.0 - above / weight) * BIN_M);
-            }
-            above -= weight;
-            lowest_m = Some(i as f64 * BIN_M);
-        }
-        lowest_m
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.bins.fill(0.0);
-        self.total = 0.0;
-    }
-}
 
 /// The crown's outline in one cell along the row: the outermost return per 10 cm of height.
 ///
@@ -116,31 +70,6 @@ impl Section<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn height_is_the_upper_percentile_whatever_the_weights_add_up_to() {
-        let mut heights = Histogram::new();
-        for i in 0..10_000 {
-            heights.add(f64::from(i) * 3.0 / 10_000.0, 0.013);
-        }
-        let height_m = heights.percentile(TOP_SHARE).unwrap();
-        assert!((height_m - 0.995 * 3.0).abs() < 0.001, "{height_m}");
-        assert!((heights.percentile(0.01).unwrap() - 0.03).abs() < 0.001);
-        assert_eq!(heights.percentile(0.0), Some(0.0));
-        heights.clear();
-        assert_eq!(heights.percentile(TOP_SHARE), None);
-    }
-
-    #[test]
-    fn one_stray_return_does_not_make_a_tree_taller() {
-        let mut heights = Histogram::new();
-        for _ in 0..1000 {
-            heights.add(2.005, 0.02);
-        }
-        heights.add(9.0, 0.02);
-        let height_m = heights.percentile(TOP_SHARE).unwrap();
-        assert!((height_m - 2.01).abs() < 0.01, "{height_m}");
-    }
 
     #[test]
     fn a_box_has_its_volume() {

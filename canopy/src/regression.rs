@@ -14,7 +14,7 @@ pub struct FittedLine {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
     Free { n: f64, mean_x: f64, sum_xx: f64 },
-    Origin { sum_xx: f64 },
+    Origin { n: f64, sum_xx: f64 },
 }
 
 impl FittedLine {
@@ -36,7 +36,8 @@ impl FittedLine {
     pub fn through_origin(x: &[f64], y: &[f64]) -> Option<Self> {
         let sum_xx: f64 = x.iter().map(|x| x * x).sum();
         let sum_xy: f64 = x.iter().zip(y).map(|(x, y)| x * y).sum();
-        Self { intercept: 0.0, slope: sum_xy / sum_xx, form: Form::Origin { sum_xx } }.steady(x)
+        Self { intercept: 0.0, slope: sum_xy / sum_xx, form: Form::Origin { n: x.len() as f64, sum_xx } }
+            .steady(x)
     }
 
     /// The line at `x`.
@@ -50,6 +51,25 @@ impl FittedLine {
         x.iter().zip(y).map(|(&x, &y)| y - (y - self.at(x)) / (1.0 - self.leverage(x)))
     }
 
+    /// Standard deviation of the points about the line it was fitted to, with the degrees of freedom that the line leaves.
+    pub fn residual_sd(&self, x: &[f64], y: &[f64]) -> f64 {
+        let squares: f64 = x.iter().zip(y).map(|(&x, &y)| (y - self.at(x)).powi(2)).sum();
+        (squares / self.freedom()).sqrt()
+    }
+
+    /// Half the width of the 95 % confidence band of the line's mean at `x`, by Student's t, from the [`Self::residual_sd`] of its points.
+    pub fn half_band(&self, x: f64, residual_sd: f64) -> f64 {
+        student_t_95(self.freedom()) * residual_sd * self.leverage(x).sqrt()
+    }
+
+    /// Points less what the line takes.
+    fn freedom(&self) -> f64 {
+        match self.form {
+            Form::Free { n, .. } => n - 2.0,
+            Form::Origin { n, .. } => n - 1.0,
+        }
+    }
+
     fn steady(self, x: &[f64]) -> Option<Self> {
         let steady = !x.is_empty() && x.iter().all(|&x| self.leverage(x) <= 1.0 - 1e-9);
         (steady && self.slope.is_finite() && self.intercept.is_finite()).then_some(self)
@@ -58,7 +78,7 @@ impl FittedLine {
     fn leverage(&self, x: f64) -> f64 {
         match self.form {
             Form::Free { n, mean_x, sum_xx } => 1.0 / n + (x - mean_x).powi(2) / sum_xx,
-            Form::Origin { sum_xx } => x * x / sum_xx,
+            Form::Origin { sum_xx, .. } => x * x / sum_xx,
         }
     }
 }
@@ -93,6 +113,20 @@ impl Goodness {
     }
 }
 
+/// Student's t that 97.5 % stay below, by the expansion about the normal quantile (Abramowitz and Stegun 26.7.5): to a thousandth from 5 degrees of
+/// freedom on.
+pub fn student_t_95(freedom: f64) -> f64 {
+    let z: f64 = 1.959_963_985;
+    let terms = [
+        (z.powi(3) + z) / 4.0,
+        (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,
+        (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0,
+        (79.0 * z.powi(9) + 776.0 * z.powi(7) + 1482.0 * z.powi(5) - 1920.0 * z.powi(3) - 945.0 * z)
+            / 92_160.0,
+    ];
+    terms.iter().rev().fold(0.0, |sum, term| (sum + term) / freedom) + z
+}
+
 /// Arithmetic mean; NaN of nothing.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
@@ -108,6 +142,23 @@ pub fn spread(values: &[f64]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn student_s_t_and_the_band_of_a_line_are_the_tables() {
+        for (freedom, table) in [(5.0, 2.5706), (10.0, 2.2281), (18.0, 2.1009), (100.0, 1.9840)] {
+            assert!((student_t_95(freedom) - table).abs() < 2e-3, "{freedom} {}", student_t_95(freedom));
+        }
+        // Ten points at x = ±1 about y = 0, off by ±1: s² = 10 / 8, and at x = 0 the mean's own error, s / √10.
+        let x: Vec<f64> = (0..10).map(|i| if i < 5 { -1.0 } else { 1.0 }).collect();
+        let y: Vec<f64> = [1.0, -1.0, 1.0, -1.0, 0.0, 1.0, -1.0, 1.0, -1.0, 0.0].to_vec();
+        let line = FittedLine::fit(&x, &y).unwrap();
+        let sd = line.residual_sd(&x, &y);
+        assert!((sd - 1.0).abs() < 1e-12, "eight squares of 1 over eight: {sd}");
+        assert!((line.half_band(0.0, sd) - 2.306 / 10.0f64.sqrt()).abs() < 1e-3);
+        assert!((line.half_band(1.0, sd) / line.half_band(0.0, sd) - 2.0f64.sqrt()).abs() < 1e-12);
+        let origin = FittedLine::through_origin(&x, &y).unwrap();
+        assert_eq!(origin.half_band(0.0, origin.residual_sd(&x, &y)), 0.0);
+    }
 
     const X: [f64; 5] = [1.0, 2.0, 4.0, 7.0, 11.0];
     const Y: [f64; 5] = [1.5, 4.0, 9.0, 13.0, 24.0];

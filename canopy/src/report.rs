@@ -1,8 +1,11 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
-use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
+use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
 use crate::class::{ClassKey, Holds, RowClass, Standing};
-use crate::estimate::{Estimate, LeafAreaEstimator, RangeStatistics, SliceEstimate, TreeEstimate};
+use crate::estimate::{
+    Estimate, LeafAreaEstimator, MountReport, RangeStatistics, SliceEstimate, TreeEstimate,
+};
+use crate::estimator::{Measure, Quantity};
 use crate::gate::Gate;
 use crate::odometry::AdvanceSource;
 use crate::row_pass::{LatestScan, RowPass};
@@ -10,7 +13,7 @@ use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty, between_class};
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
-use rowscan_protocol::rig::BeamWidth;
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount};
 
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;
@@ -115,10 +118,15 @@ fn tell_how_sure(
         between_class: class.and_then(|_| uncertainty::term(&compared, estimator)),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
+    // A calibration through the eye has what the spot's correction is off in its factor.
+    let through_the_eye = calibration.is_some_and(|calibration| calibration.class.optics != Optics::Ideal);
+    let of_spot = if through_the_eye { 0.0 } else { pass.row.spot_relative_sd() };
     let ends = |sd: f64| estimate.leaf_area_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
     estimate.leaf_area_sampling_error_m2 = parts.sampling.and_then(ends);
-    estimate.leaf_area_interval_m2 =
-        parts.sampling.zip(parts.between_class).and_then(|(a, b)| ends(uncertainty::combined([a, b])));
+    estimate.leaf_area_interval_m2 = parts
+        .sampling
+        .zip(parts.between_class)
+        .and_then(|(a, b)| ends(uncertainty::combined([a, b, of_spot])));
     estimate.leaf_area_uncertainty = Some(parts);
 }
 
@@ -136,6 +144,9 @@ fn row(
     estimate.scanned_m = Some(scanned_m);
     estimate.canopy_m = Some(totals.canopy_m);
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
+    let Mount { offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
+    let mount = MountReport { offset_y_m, yaw_deg, pitch_deg, roll_deg };
+    estimate.mount = Some(mount).filter(|mount| *mount != MountReport::default());
     estimate.contact = Some(pass.row.contact_report());
     estimate.returns = Some(totals.returns);
     estimate.leaf_area_contact_raw_m2 = Some(totals.contact_m2);
@@ -159,6 +170,7 @@ fn row(
         of_rays: corrected && calibration.is_some_and(|c| c.class.optics == Optics::Ideal),
     };
     let whole = leaf.of(totals.canopy_m, totals.impacted_m2, totals.contact_m2, totals.returns.canopy);
+    estimate.leaf_area_spot_relative_sd = pass.rig.optics.map(|_| pass.row.spot_relative_sd());
     estimate.leaf_area_contact_m2 = whole.contact.value();
     estimate.leaf_area_m2 = whole.contact.value();
     estimate.leaf_area_regression_m2 = whole.regression.and_then(Ranged::value);
@@ -206,6 +218,34 @@ fn row(
     estimate.measures = pass.row.measures(scanned_m);
     estimate.trees_found = pass.row.trees_found();
     estimate.slices.extend(pass.row.metres.iter().map(|cell| slice(cell, &leaf.of_cell(cell))));
+    if pass.row.lacks_the_echo() {
+        estimate.warnings.push(Warning::EchoUnknown);
+        withhold_leaf_areas(estimate);
+    }
+}
+
+/// First and last echo err in opposite directions: without knowing which it was, leaf areas are unknown.
+fn withhold_leaf_areas(estimate: &mut Estimate) {
+    let of_leaves = |measure: &Measure| {
+        matches!(measure.quantity, Quantity::LeafArea | Quantity::Lai | Quantity::LeafAreaDensity)
+    };
+    let hide = |measures: &mut Vec<Measure>| {
+        for measure in measures.iter_mut().filter(|measure| of_leaves(measure)) {
+            (measure.value, measure.low, measure.high) = (None, None, None);
+        }
+    };
+    estimate.leaf_area_m2 = None;
+    estimate.leaf_area_contact_m2 = None;
+    estimate.leaf_area_contact_raw_m2 = None;
+    estimate.lai = None;
+    hide(&mut estimate.measures);
+    for tree in &mut estimate.trees {
+        (tree.leaf_area_m2, tree.leaf_area_contact_m2, tree.lai) = (None, None, None);
+        hide(&mut tree.measures);
+    }
+    for slice in &mut estimate.slices {
+        (slice.leaf_area_m2, slice.leaf_area_contact_m2) = (None, None);
+    }
 }
 
 fn tree(
@@ -367,6 +407,27 @@ fn warn_of_class(
     match (class.optics, pass.rig.optics) {
         (Optics::Ideal, None) => estimate.warnings.push(Warning::IdealOptics),
         (Optics::Ideal, Some(BeamWidth::Device)) => estimate.warnings.push(Warning::CalibratedOnRays),
-        _ => {}
+        (Optics::Footprint | Optics::Measured, found @ (None | Some(BeamWidth::Ideal))) => {
+            let found = if found.is_some() { "ideal" } else { "unknown" };
+            estimate.warnings.push(Warning::ClassMismatch {
+                key: "optics",
+                expected: "device".to_owned(),
+                found: found.to_owned(),
+            });
+        }
+        (Optics::Ideal, Some(BeamWidth::Ideal))
+        | (Optics::Footprint | Optics::Measured, Some(BeamWidth::Device)) => {}
     }
+    let (fitted, taken) = match (class.echo_rule, pass.mount.echo) {
+        (EchoRule::First, Some(EchoChoice::Last)) => ("first", "last"),
+        (EchoRule::Last, None | Some(EchoChoice::First)) => ("last", "first"),
+        (EchoRule::First, None | Some(EchoChoice::First)) | (EchoRule::Last, Some(EchoChoice::Last)) => {
+            return;
+        }
+    };
+    estimate.warnings.push(Warning::ClassMismatch {
+        key: "echo_rule",
+        expected: fitted.to_owned(),
+        found: taken.to_owned(),
+    });
 }

@@ -4,6 +4,7 @@ use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::advance::Weighted;
+use crate::astray::{Stray, Strays, into_cells};
 use crate::contact::ContactFrequency;
 use crate::cut::{CutMethod, Profile, TrunkZone};
 use crate::error::PipelineError;
@@ -14,7 +15,8 @@ use crate::estimator::{
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::parameters::Parameters;
 use crate::patches::Patches;
-use crate::profile::{Histogram, Outline, TOP_SHARE};
+use crate::percentile::{Histogram, TOP_SHARE};
+use crate::profile::Outline;
 use crate::trees::{Cells, Cut, Keys};
 use crate::voxels::Voxels;
 use crate::window::{Recent, Window};
@@ -47,6 +49,8 @@ pub(crate) struct Row {
     metre: (f64, bool),
     totals: Totals,
     recent: Recent,
+    /// Where the scan plane leans.
+    strays: Strays,
     pub(crate) trees: Cells,
     pub(crate) metres: Cells,
 }
@@ -98,6 +102,7 @@ impl Row {
             metre: (0.0, false),
             totals: Totals::default(),
             recent: Recent::default(),
+            strays: Strays::default(),
             trees: Cells::new(parameters.max_cells),
             metres: Cells::new(parameters.max_cells),
         })
@@ -106,6 +111,16 @@ impl Row {
     /// Whether densities are those of rays although the beams have a width.
     pub(crate) fn takes_out_the_spot(&self) -> bool {
         self.parameters.footprint.is_some()
+    }
+
+    /// Relative standard deviation of the leaf area for what the beams' width was taken out by, at the row plane; 0 for ideal rays.
+    pub(crate) fn spot_relative_sd(&self) -> f64 {
+        self.parameters.spot_relative_sd(self.frame.distance_m)
+    }
+
+    /// Whether the beams have a width, and nobody knows which echo their scans hold.
+    pub(crate) fn lacks_the_echo(&self) -> bool {
+        self.parameters.footprint.is_some_and(|footprint| footprint.echo.is_none())
     }
 
     /// Measures by these estimators too, from the next line on.
@@ -134,23 +149,27 @@ impl Row {
         let keys = self.cut.keys(line.y_m);
         self.pass_borders(keys);
         self.open = Some(keys);
+        self.strays.pass(line.y_m);
 
         self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
         self.voxels.add_line(range_m, self.patches.fresh(), weight_m);
-        let Placed { area_m, returns, trunk } = self.place_returns(range_m, weight_m);
+        let Placed { area_m, returns, trunk } = self.place_returns(range_m, line);
         self.estimators.enter_tree(keys.tree);
         self.estimators.line(&SightedLine { weight_m, sightings: &self.sightings });
 
         // I_T of the line: its weight × Σ 2 l sin(Δθ/2) cos θ over canopy returns, leaf and wood alike (paper eq. 3).
         let impacted_m2 = weight_m * area_m;
         self.totals.impacted_m2 += impacted_m2;
+        self.totals.returns.canopy += returns;
+        self.metre = (self.metre.0 + weight_m, self.metre.1 || returns > 0);
+        // Where the plane leans, returns go by their own places.
+        let (impacted_m2, returns, trunk) =
+            if self.frame.axes.is_some() { (0.0, 0, 0.0) } else { (impacted_m2, returns, trunk) };
         if let Some(profile) = &mut self.profile {
             profile.add_line(line.y_m, weight_m, impacted_m2, trunk);
         }
-        self.totals.returns.canopy += returns;
-        self.metre = (self.metre.0 + weight_m, self.metre.1 || returns > 0);
         let tree = keys.tree.and_then(|tree| self.trees.at(tree));
         for cell in tree.into_iter().chain(self.metres.at(keys.metre)) {
             cell.add_line(weight_m, impacted_m2, returns);
@@ -159,10 +178,23 @@ impl Row {
             Some((metre, share_m)) if *metre == keys.metre => *share_m += weight_m,
             _ => self.slice_metres.push((keys.metre, weight_m)),
         }
+        self.settle(false);
+    }
+
+    /// Adds returns to where they lie.
+    fn settle(&mut self, ended: bool) {
+        let Self { strays, cut, trees, metres, profile, .. } = self;
+        strays.settle(ended, |stray| {
+            into_cells(stray, cut, trees, metres);
+            if let Some(profile) = profile {
+                profile.add_line(stray.y_m, 0.0, stray.impacted_m2, stray.trunk);
+            }
+        });
     }
 
     /// Sorts a line's returns.
-    fn place_returns(&mut self, range_m: &[f64], weight_m: f64) -> Placed {
+    fn place_returns(&mut self, range_m: &[f64], Weighted { y_m, weight_m }: Weighted) -> Placed {
+        let leans = self.frame.axes.is_some();
         let Placed { mut area_m, mut returns, mut trunk } = Placed::default();
         let wanted = !self.estimators.is_empty();
         self.sightings.clear();
@@ -183,8 +215,14 @@ impl Row {
                     returns += 1;
                     self.heights.add(z_m, weight_m);
                     self.outline.add(x_m, z_m);
-                    if self.trunk_zone.holds(x_m, z_m, self.frame.distance_m) {
-                        trunk += weight_m;
+                    let of_trunk = self.trunk_zone.holds(x_m, z_m, self.frame.distance_m);
+                    trunk += if of_trunk { weight_m } else { 0.0 };
+                    if leans {
+                        self.strays.add(Stray {
+                            y_m: y_m + range_m * beam.ahead - beam.shift_m,
+                            impacted_m2: weight_m * range_m * beam.area_factor,
+                            trunk: if of_trunk { weight_m } else { 0.0 },
+                        });
                     }
                     canopy = Some(Contact { range_m, x_m, z_m, fresh });
                     self.recent.hit(z_m, self.frame.distance_m - x_m, weight_m * range_m * beam.area_factor);
@@ -217,6 +255,7 @@ impl Row {
     /// Closes everything open. Lines may still follow; they go on in the same cells.
     pub(crate) fn close(&mut self) {
         let Some(open) = self.open.take() else { return };
+        self.settle(true);
         self.close_outline(open);
         self.close_slice(open);
         self.close_tree(open);
@@ -311,6 +350,10 @@ impl Row {
             trees: profile.cut(*method, self.tree_spacing_m),
         };
         self.find.iter().filter_map(|method| Some((method, self.profile.as_ref()?))).map(found).collect()
+    }
+
+    pub(crate) fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     pub(crate) fn cut(&self) -> &Cut {

@@ -5,6 +5,7 @@ use rowscan_protocol::counting::Link;
 use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::advance::{Advance, Step, Weighted};
+use crate::deskew::Deskew;
 use crate::error::PipelineError;
 use crate::odometry::{EncoderChoice, Odometry};
 use crate::parameters::Parameters;
@@ -26,6 +27,8 @@ pub(crate) struct RowPass {
     pub(crate) odometry: Odometry,
     pub(crate) row: Row,
     pub(crate) open: OpenLine,
+    /// Where the scan plane is believed to lean.
+    deskew: Option<Deskew>,
 }
 
 /// The line whose weight is not known yet.
@@ -51,6 +54,7 @@ impl RowPass {
             odometry: Odometry::default(),
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
+            deskew: mount.attitude().leans().then(Deskew::default),
         })
     }
 
@@ -81,12 +85,25 @@ impl RowPass {
     pub(crate) fn close(&mut self) {
         let closed = self.advance.close(self.open.nominal_step_m);
         self.add_open_line(closed);
+        let Self { row, deskew, .. } = self;
+        if let Some(deskew) = deskew {
+            deskew.flush(&mut |grid, range_m, at| row.add(grid, range_m, at));
+        }
         self.row.close();
     }
 
     fn add_open_line(&mut self, weighted: Option<Weighted>) {
-        if let Some(weighted) = weighted {
-            self.row.add(self.open.beams, &self.open.range_m, weighted);
+        let Some(Weighted { y_m, weight_m }) = weighted else { return };
+        let Self { row, deskew, open, .. } = self;
+        let at = Weighted { y_m: y_m + row.frame().offset_y_m, weight_m };
+        match deskew {
+            None => row.add(open.beams, &open.range_m, at),
+            Some(deskew) => {
+                let frame = *row.frame();
+                deskew.push(&frame, (open.beams, &open.range_m), at, &mut |grid, range_m, at| {
+                    row.add(grid, range_m, at);
+                });
+            }
         }
     }
 }

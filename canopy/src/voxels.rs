@@ -7,6 +7,7 @@
 mod paths;
 
 use self::paths::{Paths, Region};
+use crate::delays::Delays;
 use crate::error::PipelineError;
 use crate::geometry::{Beam, Frame, Reading, reading};
 use crate::parameters::{Fill, Parameters};
@@ -24,6 +25,7 @@ pub(crate) struct Voxels {
     hits: u64,
     patches: u64,
     min_beams: u32,
+    delays: Delays,
     parameters: Parameters,
 }
 
@@ -111,6 +113,7 @@ impl Voxels {
             hits: 0,
             patches: 0,
             min_beams: parameters.min_beams.max(1),
+            delays: Delays::new(parameters),
             parameters: *parameters,
         }
     }
@@ -134,7 +137,11 @@ impl Voxels {
             if end_m < from_m {
                 continue;
             }
-            for step in self.paths.steps.get(way.first..way.last).unwrap_or_default() {
+            let steps = self.paths.steps.get(way.first..way.last).unwrap_or_default();
+            // A blended range lies behind the leaf that was met first; the ground stays where it is.
+            let inside = steps.last().is_some_and(|last| end_m < last.exit_m);
+            let end_m = if inside { (end_m - self.delays.at(end_m)).max(from_m) } else { end_m };
+            for step in steps {
                 let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
                 voxel.beams = voxel.beams.saturating_add(1);
                 let path_m = (step.exit_m.min(end_m) - from_m) * step.inflation;
@@ -171,12 +178,21 @@ impl Voxels {
                 Fill::BandMean => sum.density / f64::from(sum.visited) * f64::from(sum.unvisited),
                 Fill::Mirror => {
                     let missing = band.iter().enumerate().filter(|(_, voxel)| density(voxel).is_none());
-                    let twins = missing.filter_map(|(i, _)| band.get(self.region.mirrored(i)?));
-                    twins.filter_map(density).sum()
+                    missing.filter_map(|(i, _)| self.stands_in(band, i, density)).sum()
                 }
             };
             sum
         })
+    }
+
+    /// What an unvisited voxel of a layer is taken to hold: as much as its mirror image; where that is hidden too, as the nearest voxel before that
+    /// one that beams reached.
+    fn stands_in(&self, band: &[Voxel], ix: usize, density: impl Fn(&Voxel) -> Option<f64>) -> Option<f64> {
+        let twin = self.region.mirrored(ix)?;
+        if let Some(found) = band.get(twin).and_then(&density) {
+            return Some(found);
+        }
+        band.get(..twin.min(ix))?.iter().rev().find_map(density)
     }
 
     /// Every voxel's sums.

@@ -20,6 +20,8 @@ pub enum Warning {
     IdealOptics,
     /// The calibration was fitted on ideal rays, and these are the beams of a device: contact is corrected for the spot, I_T is not.
     CalibratedOnRays,
+    /// The beams have a width, and nobody knows which echo the scans hold: leaf areas are withheld.
+    EchoUnknown,
     /// The calibration's class says otherwise than the rig or the scans.
     ClassMismatch {
         /// The class's key.
@@ -150,6 +152,7 @@ impl Warning {
             Self::NoFarRowGate => "no_far_row_gate",
             Self::IdealOptics => "ideal_optics",
             Self::CalibratedOnRays => "calibrated_on_rays",
+            Self::EchoUnknown => "echo_unknown",
             Self::ClassMismatch { .. } => "class_mismatch",
             Self::OutsideClass { .. } => "class",
             Self::ClassUnknown { .. } => "class_unknown",
@@ -191,6 +194,10 @@ impl fmt::Display for Warning {
             Self::CalibratedOnRays => f.write_str(
                 "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \
                  withheld",
+            ),
+            Self::EchoUnknown => f.write_str(
+                "the recording does not say which echo its scans hold, and this model may send the last one: leaf areas by contact, voxel, polar, gap \
+                 and share are withheld; say which it was with --echo first, --echo last or the mount's echo",
             ),
             Self::ClassMismatch { key, expected, found } => {
                 write!(f, "the calibration's {key} is {expected}, this is {found}")

@@ -10,7 +10,7 @@ use common::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Estimate, Footprint, LeafShape, Measure, Parameters, Pipeline, Quantity};
 use rowscan_protocol::optics::{Fact, Spot};
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use slab::*;
 
@@ -104,7 +104,17 @@ fn a_wide_beam_is_taken_out_of_every_density_and_of_the_impacted_area() {
         effective: Fact::assumed(0.9),
     };
     let leaf = LeafShape::default();
-    let wide = Footprint { spot, least_power: 0.0, least_share: 0.0, leaf, clumping: 1.0 };
+    let echo = Some(EchoChoice::First);
+    let wide = Footprint {
+        spot,
+        least_power: 0.0,
+        least_share: 0.0,
+        leaf,
+        echo,
+        merged_m: 0.0,
+        clumping: 1.0,
+        clump_m: f64::INFINITY,
+    };
     let inflation = wide.inflation(1.9, 0.5);
     assert!((2.0..3.5).contains(&inflation), "{inflation}");
     let corrected = Parameters { footprint: Some(wide), ..parameters() };
@@ -186,6 +196,25 @@ fn leaf_area_density_of_an_isotropic_slab_is_within_two_percent() {
 fn edged_wall(_: f64, theta: f64) -> f64 {
     let z_m = HEIGHT_M + 1.5 * theta.tan();
     if (0.5..2.5).contains(&z_m) { 1.5 / theta.cos() } else { NO_ECHO }
+}
+
+#[test]
+fn gaps_are_counted_at_the_row_plane_and_not_at_the_crown() {
+    // The wall ends at 2.5 m, half a metre before the row; beams over its edge cross the row plane higher, and those below it never reach the plane.
+    let found = measured(&rig(), parameters(), &drive(&rig(), lms511(), 25, 200, edged_wall));
+    let edge_m = HEIGHT_M + (2.5 - HEIGHT_M) * DISTANCE_M / 1.5;
+    assert!(edge_m > 2.5 + 0.2);
+    let gap = |from_m: f64| {
+        let of_band =
+            |m: &&rowscan_canopy::Measure| m.quantity == Quantity::GapFraction && m.z_from_m == Some(from_m);
+        found.measures.iter().find(of_band).and_then(|m| m.value).unwrap()
+    };
+    let low = ((2.5 - HEIGHT_M) / DISTANCE_M).atan();
+    let high = ((3.0 - HEIGHT_M) / DISTANCE_M).atan();
+    let edge = ((edge_m - HEIGHT_M) / DISTANCE_M).atan();
+    let expected = (high - edge) / (high - low);
+    assert!((gap(2.5) - expected).abs() < 0.05, "{} {expected}", gap(2.5));
+    assert_eq!((gap(2.0), gap(3.0)), (0.0, 1.0));
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use rowscan_canopy::{Footprint, LeafShape};
 use rowscan_protocol::optics::{Fact, Spot};
 use rowscan_protocol::random::Stream;
+use rowscan_protocol::rig::EchoChoice;
 
 /// Edge of the field, metres, and of a bucket of leaves.
 const FIELD_M: f64 = 3.0;
@@ -120,7 +121,17 @@ fn footprint(radius_m: f64, least_share: f64, clumping: f64) -> Footprint {
         sweep_mrad: Fact::assumed(0.0),
         effective: Fact::assumed(1.0),
     };
-    Footprint { spot, least_power: 0.0, least_share, leaf: LeafShape::default(), clumping }
+    let (leaf, echo) = (LeafShape::default(), Some(EchoChoice::First));
+    Footprint {
+        spot,
+        least_power: 0.0,
+        least_share,
+        leaf,
+        echo,
+        merged_m: 0.0,
+        clumping,
+        clump_m: f64::INFINITY,
+    }
 }
 
 #[test]

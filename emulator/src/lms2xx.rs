@@ -410,7 +410,8 @@ impl Lms2xxScanner {
 pub(crate) fn look(device: &mut Device, world: &mut ScannerView, sweep: Sweep) {
     for turn in sweep.turns() {
         let beams = device.turn_beams(turn);
-        let mirror = Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams };
+        let mirror =
+            Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams, suppresses_fog: false };
         world.look(mirror, Sweep::turn_at(turn));
         let echo = world.echo();
         let seen = Beams { range_mm: &echo.range_mm, remission: &echo.remission };

@@ -10,6 +10,7 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;
 use rowscan_protocol::validity::ScanFault;
+use rowscan_scenes::Return;
 
 use crate::ScannerView;
 use crate::turns::Turns;
@@ -80,6 +81,11 @@ impl Offline {
         // The first scan finds the tractor at its start, and sets it going.
         self.begins = true;
         self.turn()
+    }
+
+    /// What the beams of the last turn met: [`ScannerView::returns`].
+    pub fn returns(&self) -> &[Return] {
+        self.world.returns()
     }
 
     fn turn(&mut self) -> Option<&LmdScandata> {

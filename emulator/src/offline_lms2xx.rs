@@ -7,6 +7,7 @@ use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::Device;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
+use rowscan_scenes::Return;
 
 use crate::ScannerView;
 use crate::lms2xx::look;
@@ -73,6 +74,11 @@ impl OfflineLms2xx {
 
     /// The next scan; none if the device sends none, or one that cannot be read.
     pub fn scan(&mut self) -> Option<&Scan> {
+        self.scan_met().map(|(scan, _)| scan)
+    }
+
+    /// The same, with what the beams of the last turn cast met: [`ScannerView::returns`].
+    pub fn scan_met(&mut self) -> Option<(&Scan, &[Return])> {
         let sweep = self.device.plan(self.now)?;
         look(&mut self.device, &mut self.world, sweep);
         if !self.begun {
@@ -85,7 +91,8 @@ impl OfflineLms2xx {
         self.now = self.device.pace().end(sweep.done(), telegram.len());
         self.device.transmitted(self.now);
         self.client.handle_bytes(self.now.elapsed(), &telegram);
-        (self.client.poll_event() == Some(HostEvent::Scan)).then(|| self.client.scan())
+        let sent = self.client.poll_event() == Some(HostEvent::Scan);
+        sent.then(|| (self.client.scan(), self.world.returns()))
     }
 }
 

@@ -21,6 +21,8 @@ pub struct Stage {
     pub scene: Scene,
     /// The rig, with what the scene knows filled in.
     pub rig: Rig,
+    /// The same with its scanners where they really are.
+    true_rig: Rig,
     /// The grown orchard.
     pub orchard: Orchard,
     caster: Arc<Caster>,
@@ -47,7 +49,13 @@ impl Stage {
     /// A stage on which another orchard stands than the scene grows: one that was grown before, or changed.
     pub fn of_orchard(scene: Scene, orchard: Orchard) -> Self {
         let caster = Arc::new(Caster::new(&orchard));
-        Self { rig: scene.resolved_rig(), scene, orchard, caster }
+        Self { rig: scene.resolved_rig(), true_rig: scene.true_rig(), scene, orchard, caster }
+    }
+
+    /// The same orchard with another rig or other optics; what `scene` says of trees is not looked at.
+    #[must_use]
+    pub fn with_scene(self, scene: Scene) -> Self {
+        Self { rig: scene.resolved_rig(), scene, ..self }
     }
 
     /// A tractor at its start, for the rig's scanners to ride on.
@@ -73,14 +81,17 @@ impl Stage {
         model: &'static Model,
     ) -> Result<(Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
-            .with_encoder(self.scene.encoder)
-            .with_eye(self.eye(index, model.into()));
+        let world =
+            ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
+                .with_encoder(self.scene.encoder)
+                .with_wind(self.scene.wind, self.scene.seed)
+                .with_eye(self.eye(index, model.into()));
         let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
         let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
         if self.scene.optics.stages.has(optics::Stage::Echoes) {
             device.set_factory_echo(model.optics.factory_echo);
         }
+        device.set_contamination(self.scene.optics.contamination());
         if let Some(mount) = self.rig.scanners.get(index) {
             let mode = scan_mode(model, mount)?;
             device.set_scan_mode(mode.frequency_centihz, mode.step)?;
@@ -108,8 +119,10 @@ impl Stage {
         options: lms2xx::device::Options,
     ) -> Result<(lms2xx::device::Device, ScannerView), StageError> {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
-        let world = ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.rig, index, limits)?
-            .with_eye(self.eye(index, model.into()));
+        let world =
+            ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
+                .with_wind(self.scene.wind, self.scene.seed)
+                .with_eye(self.eye(index, model.into()));
         let mut device = lms2xx::device::Device::new(model, options);
         let asked = self.rig.scanners.get(index).and_then(asked_step);
         let fits = |variant: &&lms2xx::Variant| asked == Some(variant.step_centideg.saturating_mul(100));

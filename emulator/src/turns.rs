@@ -50,7 +50,8 @@ mod tests {
     use rowscan_protocol::angle::BeamGrid;
 
     fn mirror(frequency_centihz: u32) -> Mirror {
-        Mirror { frequency_centihz, period_ppm: 0, beams: BeamGrid::spanning(-450_000, 2_250_000, 5000) }
+        let beams = BeamGrid::spanning(-450_000, 2_250_000, 5000);
+        Mirror { frequency_centihz, period_ppm: 0, beams, suppresses_fog: false }
     }
 
     #[test]

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
-use rowscan_protocol::rig::{Mount, Rig, RowSide};
+use rowscan_protocol::rig::{Attitude, Axes, Mount, Rig, RowSide};
 use rowscan_protocol::scan::Pose;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::optics::{self, Eye, RangeLimits};
-use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
+use rowscan_scenes::{BeamFan, Caster, Lean, Orchard, Return, Scratch, Wind};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
 use rowscan_vehicle::trajectory::{Alley, Course};
@@ -24,6 +24,8 @@ pub struct ScannerView {
     encoder: Encoder,
     mount: Mount,
     row_spacing_m: f64,
+    tree_spacing_m: f64,
+    wind: (Wind, u64),
     limits: RangeLimits,
     fan: BeamFan,
     returns: Vec<Return>,
@@ -33,6 +35,16 @@ pub struct ScannerView {
     /// First echo first; never empty.
     echoes: Vec<MeasuredEcho>,
     seen: Option<(Mirror, Viewpoint)>,
+}
+
+/// Trees that lean about their feet are seen as upright ones are by a scanner that is turned back about them by as much.
+fn before_trees(pose: Pose, row_m: f64, lean: Lean) -> Pose {
+    if lean == Lean::default() {
+        return pose;
+    }
+    let Pose { x_m, y_m, z_m } = pose;
+    let from_row_m = x_m - row_m;
+    Pose { x_m: x_m - z_m * lean.across, y_m: y_m - z_m * lean.along, z_m: z_m + from_row_m * lean.across }
 }
 
 /// What a view without echoes shows.
@@ -48,8 +60,12 @@ struct Viewpoint {
     headland: bool,
     /// From +X towards +Z, by which the tractor has rolled, radians.
     tilt_rad: f64,
+    /// The scan plane's axes where that leans; the tilt is in them.
+    axes: Option<Axes>,
     /// Nanoseconds since the tractor began to drive: the key of the eye's random numbers. 0 without an eye.
     moment: u64,
+    /// How often nozzles have been told otherwise; 0 without an eye.
+    nozzle_changes: u64,
 }
 
 /// Why a rig cannot carry this scanner.
@@ -86,6 +102,8 @@ impl ScannerView {
             encoder: Encoder::default(),
             mount,
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
+            tree_spacing_m: rig.tree_spacing_m.unwrap_or(1.0),
+            wind: (Wind::default(), 0),
             limits,
             fan: BeamFan::from_degrees(0.0, 0.0, 0),
             returns: Vec::new(),
@@ -100,6 +118,12 @@ impl ScannerView {
     #[must_use]
     pub fn with_encoder(self, encoder: Encoder) -> Self {
         Self { encoder, ..self }
+    }
+
+    /// The same in wind, in a scene with this seed.
+    #[must_use]
+    pub fn with_wind(self, wind: Wind, seed: u64) -> Self {
+        Self { wind: (wind, seed), ..self }
     }
 
     /// The same through a device's eye.
@@ -121,13 +145,19 @@ impl ScannerView {
         if self.seen.is_none_or(stale) {
             self.fan = BeamFan::tilted(&self.mount, mirror.beams, view.towards_x, view.tilt_rad);
             self.returns.resize(mirror.beams.len(), Return::MISS);
-            if let Some(eye) = &mut self.eye {
-                eye.turn_to(&self.fan, view.towards_x);
-            }
+        }
+        self.fan.lean(view.axes);
+        let turned = self.seen.is_none_or(|seen| stale(seen) || seen.1.axes != view.axes);
+        if let Some(eye) = self.eye.as_mut().filter(|_| turned) {
+            eye.turn_to(&self.fan, view.towards_x);
         }
         self.fan.advance(view.advance_m);
         let caster = if view.headland { &self.headland } else { &*self.caster };
         if let Some(eye) = &mut self.eye {
+            eye.suppress_fog(mirror.suppresses_fog);
+            let driven_s = Duration::from_nanos(view.moment).as_secs_f64();
+            let drive = optics::Moment { driven_s, y_m: view.pose.y_m };
+            eye.spray(drive, &|nozzle| self.tractor.nozzle_duty(nozzle, at));
             eye.look(caster, view.pose, view.advance_m, view.moment);
             for (number, echo) in self.echoes.iter_mut().enumerate() {
                 eye.write(number, &mut echo.range_mm, &mut echo.remission);
@@ -163,16 +193,51 @@ impl ScannerView {
         let alley = motion.place.alley.unwrap_or(Alley { number: 0, backwards: false });
         let (row, towards_x) = alley.row_beside(self.mount.row == RowSide::Right);
         let row_m = f64::from(row) * self.row_spacing_m;
-        let Pose { x_m, y_m, z_m } = self.mount.pose(motion.place.y_m);
-        let x_m = if towards_x { row_m + x_m } else { row_m - x_m };
-        // The tractor's right is +X on its way ahead; a roll right side down takes what is up to the right.
+        let Pose { x_m, z_m, .. } = self.mount.pose(0.0);
+        // The tractor's right is +X on its way ahead; a roll right side down takes what is up to the right, a pitch nose up takes it back.
         let right = if alley.backwards { -1.0 } else { 1.0 };
-        let x_m = x_m + right * (motion.right_m + z_m * motion.roll_rad.sin());
-        let (z_m, tilt_rad) = (z_m + motion.up_m, -right * motion.roll_rad);
+        let (to_row, pitch) = (if towards_x { 1.0 } else { -1.0 }, motion.pitch_rad.sin());
+        let x_m = row_m + to_row * x_m + right * (motion.right_m + z_m * motion.roll_rad.sin());
+        let y_m = motion.place.y_m + right * (self.mount.offset_y_m - z_m * pitch);
+        let z_m = z_m + motion.up_m + self.mount.offset_y_m * pitch;
+        let (tilt_rad, axes) = self.attitude(motion.roll_rad, motion.pitch_rad, right, to_row);
+        let lean = self.lean(y_m, at);
+        let (pose, tilt_rad) = (before_trees(Pose { x_m, y_m, z_m }, row_m, lean), tilt_rad + lean.across);
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
         let moment = self.moment(at);
-        Viewpoint { pose: Pose { x_m, y_m, z_m }, towards_x, advance_m, headland, tilt_rad, moment }
+        let nozzle_changes = if self.eye.is_some() { self.tractor.nozzle_changes(at) } else { 0 };
+        Viewpoint { pose, towards_x, advance_m, headland, tilt_rad, axes, moment, nozzle_changes }
+    }
+
+    /// How the trees abreast lean in the wind; those behind them are taken to lean alike.
+    fn lean(&self, y_m: f64, at: SimTime) -> Lean {
+        let (wind, seed) = &self.wind;
+        let driven = self.tractor.began().map_or(0, |began| at.0.saturating_sub(began.0));
+        wind.lean(
+            *seed,
+            (y_m / self.tree_spacing_m).floor() as i64,
+            Duration::from_nanos(driven).as_secs_f64(),
+        )
+    }
+
+    /// How far its beams are tilted in a plane square to the row, or the axes of a plane that leans. `right` is where the tractor's right is
+    /// along X, `to_row` where the row is.
+    fn attitude(&self, roll_rad: f64, pitch_rad: f64, right: f64, to_row: f64) -> (f64, Option<Axes>) {
+        let mounted = self.mount.attitude();
+        if !mounted.leans() && pitch_rad == 0.0 {
+            return (-right * roll_rad - to_row * mounted.roll_rad, None);
+        }
+        let tractor = Attitude { yaw_rad: 0.0, pitch_rad, roll_rad: right * to_row * roll_rad };
+        let Axes { to_row: [ux, uy, uz], ahead: [nx, ny, nz], up: [wx, wy, wz] } =
+            mounted.axes().on(&tractor.axes());
+        // The rig's X looks to the row and its Y ahead; the fan counts θ from the scene's +X.
+        let axes = Axes {
+            to_row: [ux, to_row * right * uy, to_row * uz],
+            ahead: [to_row * right * nx, ny, right * nz],
+            up: [to_row * wx, right * wy, wz],
+        };
+        (0.0, Some(axes))
     }
 
     /// The ticks that the encoder on this tractor's wheel has given by `at`.

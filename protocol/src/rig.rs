@@ -8,6 +8,10 @@ use alloc::vec::Vec;
 
 use crate::scan::Pose;
 
+mod attitude;
+
+pub use attitude::{Attitude, Axes};
+
 /// A tractor with its scanners. Speed and spacing are what the *estimator believes*; a scene fills them from the truth.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -54,6 +58,11 @@ pub const MAX_EXCLUDED: f64 = 0.05;
 #[cfg(feature = "serde")]
 fn is_default_share(share: &f64) -> bool {
     *share == MAX_EXCLUDED
+}
+
+#[cfg(feature = "serde")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Default for Rig {
@@ -104,10 +113,37 @@ pub struct Mount {
     pub height_m: f64,
     /// Horizontal distance from the mirror to the row axis, metres.
     pub distance_m: f64,
+    /// How far the mirror sits ahead of the tractor's reference point, metres.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub offset_y_m: f64,
+    /// How the scanner is turned, degrees, as [`Attitude`] has the signs: its beams at the row ahead.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub yaw_deg: f64,
+    /// Its top back.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub pitch_deg: f64,
+    /// Its top to the row.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub roll_deg: f64,
     /// Mirror turns a second; the model's own default where absent.
     pub frequency_hz: Option<f64>,
     /// Angle between beams, degrees; the model's own default where absent.
     pub resolution_deg: Option<f64>,
+    /// The echo that its scans hold: a live scanner is asked for it. Left out: the first of a live scanner, of a recording the factory setting
+    /// where that is the first.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub echo: Option<EchoChoice>,
+}
+
+/// One echo of a beam.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum EchoChoice {
+    /// The first.
+    First,
+    /// The last.
+    Last,
 }
 
 impl Default for Mount {
@@ -119,8 +155,13 @@ impl Default for Mount {
             row: RowSide::Right,
             height_m: 1.6,
             distance_m: 1.9,
+            offset_y_m: 0.0,
+            yaw_deg: 0.0,
+            pitch_deg: 0.0,
+            roll_deg: 0.0,
             frequency_hz: None,
             resolution_deg: None,
+            echo: None,
         }
     }
 }
@@ -161,6 +202,9 @@ pub enum RowSide {
     Left,
 }
 
+/// A scan plane that leans more would see along the row, degrees.
+const STEEPEST_DEG: f64 = 45.0;
+
 impl Mount {
     /// θ (degrees from +X, up positive) of a beam at device angle `alpha_deg`.
     pub fn theta_deg(&self, alpha_deg: f64) -> f64 {
@@ -188,7 +232,31 @@ impl Mount {
 
     /// The mirror's place when the tractor is at `y_m`.
     pub fn pose(&self, y_m: f64) -> Pose {
-        Pose { x_m: -self.distance_m, y_m, z_m: self.height_m }
+        Pose { x_m: -self.distance_m, y_m: y_m + self.offset_y_m, z_m: self.height_m }
+    }
+
+    /// How it is turned from its place square to the row.
+    pub fn attitude(&self) -> Attitude {
+        Attitude {
+            yaw_rad: self.yaw_deg.to_radians(),
+            pitch_rad: self.pitch_deg.to_radians(),
+            roll_rad: self.roll_deg.to_radians(),
+        }
+    }
+
+    /// Refuses a place or an attitude that no scanner has.
+    fn validate(&self) -> Result<(), RigError> {
+        let within = |key, value: f64, low: f64, high: f64| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(RigError::Outside { key, value, low, high })
+            }
+        };
+        within("scanner.offset_y_m", self.offset_y_m, -20.0, 20.0)?;
+        within("scanner.yaw_deg", self.yaw_deg, -STEEPEST_DEG, STEEPEST_DEG)?;
+        within("scanner.pitch_deg", self.pitch_deg, -STEEPEST_DEG, STEEPEST_DEG)?;
+        within("scanner.roll_deg", self.roll_deg, -180.0, 180.0)
     }
 }
 
@@ -230,6 +298,7 @@ impl Rig {
         for mount in &self.scanners {
             positive("scanner.distance_m", mount.distance_m)?;
             positive("scanner.height_m", mount.height_m)?;
+            mount.validate()?;
             if let Some(frequency) = mount.frequency_hz {
                 positive("scanner.frequency_hz", frequency)?;
             }
@@ -260,6 +329,18 @@ pub enum RigError {
         key: &'static str,
         /// What stands there.
         value: f64,
+    },
+    /// A place or an angle beyond what is supported.
+    #[error("rig.{key} must be between {low} and {high}, found {value}")]
+    Outside {
+        /// The key, below `rig`.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+        /// The least value.
+        low: f64,
+        /// The greatest.
+        high: f64,
     },
     /// A rig without scanners measures nothing.
     #[error("the rig has no scanner; add a [[rig.scanner]] table")]

@@ -11,8 +11,9 @@ use rowscan_protocol::device::{
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
 use rowscan_protocol::model::{MODELS, Model, RemissionWidth};
+use rowscan_protocol::rig::EchoChoice;
 use rowscan_protocol::scan::NO_ECHO;
-use rowscan_protocol::telegram::SopasError;
+use rowscan_protocol::telegram::{SopasError, fr_echo_filter};
 use rowscan_protocol::time::SimTime;
 
 /// A scanner, one connection, and a client.
@@ -237,6 +238,35 @@ fn a_clean_stop_unsubscribes_and_leaves_the_device_measuring() {
     assert_eq!(pair.events.last(), Some(&HostEvent::Stopped));
     assert!(!pair.session.subscribed() && pair.device.is_measuring());
     assert!(!pair.turn(&[]));
+}
+
+#[test]
+fn a_scanner_that_would_send_the_last_echo_is_asked_for_the_one_wanted() {
+    let asked = |model: &'static Model, echo, echoes| {
+        let mut scanner = device(model);
+        scanner.set_factory_echo(model.optics.factory_echo);
+        let config = ColaConfig { echo, echoes, ..ColaConfig::default() };
+        let mut pair = Pair::new(scanner, DialectPolicy::Auto, config, Dialect::B);
+        pair.settle();
+        assert!(matches!(pair.events[..], [HostEvent::Ready(_)]), "{:?}", pair.events);
+        let mut request = Vec::new();
+        encode(Dialect::B, b"sRN FREchoFilter", &mut request);
+        let mut replies = Vec::new();
+        let now = pair.sim_time();
+        pair.session.handle_bytes(&mut pair.device, now, &request, &mut replies);
+        // The code stands before the checksum.
+        replies[0].bytes[replies[0].bytes.len() - 2]
+    };
+    let lms511 = rowscan_protocol::model::by_ident("LMS511").unwrap();
+    let [first, last] = [EchoChoice::First, EchoChoice::Last].map(Some);
+    assert_eq!(asked(lms511, None, 1), fr_echo_filter::LAST, "as it was left");
+    assert_eq!(asked(lms511, first, 1), fr_echo_filter::FIRST);
+    assert_eq!(asked(lms511, last, 1), fr_echo_filter::LAST);
+    assert_eq!(asked(lms511, first, 3), fr_echo_filter::ALL);
+    // Of all echoes, the first stands in the first channel.
+    let lms111 = rowscan_protocol::model::by_ident("LMS111").unwrap();
+    assert_eq!(asked(lms111, first, 1), fr_echo_filter::ALL);
+    assert_eq!(asked(lms111, last, 1), fr_echo_filter::LAST);
 }
 
 #[test]

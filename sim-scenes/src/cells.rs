@@ -28,6 +28,18 @@ impl Default for CellGrid {
     }
 }
 
+impl CellGrid {
+    /// Cells along a row of this length, and height bands; None where a size is none.
+    pub(crate) fn bins(self, length_m: f64) -> Option<(Bins, Bins)> {
+        let along = if length_m.is_finite() {
+            Bins::along_row(length_m, self.cell_m)
+        } else {
+            Bins::even(Axis::Y, self.cell_m)
+        };
+        along.zip(Bins::even(Axis::Z, self.band_m))
+    }
+}
+
 /// One-sided leaf area, lateral surface of the wood, surface of the fruit, m².
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CellAreas {
@@ -118,14 +130,9 @@ impl Orchard {
     /// The cells of one row; none where there is no such row, or a size is not a positive number. Parts beyond the row's end count where
     /// the row repeats them.
     pub fn cells_of_row(&self, row: usize, grid: CellGrid) -> Option<RowCells> {
-        let along = if self.length_m().is_finite() {
-            Bins::along_row(self.length_m(), grid.cell_m)
-        } else {
-            Bins::even(Axis::Y, grid.cell_m)
-        };
-        let heights = Bins::even(Axis::Z, grid.band_m)?;
+        let (along, heights) = grid.bins(self.length_m())?;
         (row < self.rows()).then_some(())?;
-        let mut cells = RowCells { row, along: along?, heights, areas: BTreeMap::new(), reach: None };
+        let mut cells = RowCells { row, along, heights, areas: BTreeMap::new(), reach: None };
         for (number, tree) in (0..).zip(self.trees_of_row(row)) {
             cells.add(number, &tree);
         }
@@ -150,9 +157,14 @@ impl RowCells {
 
     /// The cells with anything in them, along the row, upwards, by tree.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
-        self.areas.iter().map(|((cell, band, tree), areas)| {
-            let ([y_from_m, y_to_m], [z_from_m, z_to_m]) = (self.y_m(*cell), self.z_m(*band));
-            Cell { row: self.row, tree: *tree, y_from_m, y_to_m, z_from_m, z_to_m, areas: *areas }
+        self.numbered().map(|(_, cell)| cell)
+    }
+
+    /// The same, with their numbers along the row and upwards, and their trees'.
+    pub(crate) fn numbered(&self) -> impl Iterator<Item = ((i64, i64, u32), Cell)> + '_ {
+        self.areas.iter().map(|(&(cell, band, tree), &areas)| {
+            let ([y_from_m, y_to_m], [z_from_m, z_to_m]) = (self.y_m(cell), self.z_m(band));
+            ((cell, band, tree), Cell { row: self.row, tree, y_from_m, y_to_m, z_from_m, z_to_m, areas })
         })
     }
 

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::optics::OpticsSettings;
 use crate::orchard::OrchardParameters;
 use crate::parameters::{ParameterError, SceneFile};
+use crate::true_mount::{TrueMount, true_rig};
+use crate::wind::Wind;
 
 /// The scene file format this crate reads.
 pub const VERSION: u32 = 1;
@@ -31,6 +33,9 @@ pub struct Scene {
     /// What drives past; spacings and number of trees left out here are the orchard's, see [`Scene::resolved_rig`].
     #[serde(default)]
     pub rig: Rig,
+    /// How the scanners really sit on it, where the rig is wrong.
+    #[serde(default, rename = "true_mount", skip_serializing_if = "Vec::is_empty")]
+    pub true_mounts: Vec<TrueMount>,
     /// How the tractor really drives; without it, at the rig's speed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub drive: Drive,
@@ -40,6 +45,9 @@ pub struct Scene {
     /// The GNSS receiver on the roof.
     #[serde(default, skip_serializing_if = "is_default")]
     pub gnss: Gnss,
+    /// The wind that trees sway in; calm where left out.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub wind: Wind,
     /// How the scanners see; ideal beams where left out.
     #[serde(default, skip_serializing_if = "is_default")]
     pub optics: OpticsSettings,
@@ -68,9 +76,15 @@ impl Scene {
         }
     }
 
+    /// The same with the scanners where they really are: what no estimator knows.
+    pub fn true_rig(&self) -> Rig {
+        true_rig(self.resolved_rig(), &self.true_mounts)
+    }
+
     /// The drive past rows of this length, metres: where the tractor is at any time.
     pub fn trajectory(&self, row_m: f64) -> Trajectory {
-        self.drive.trajectory(&self.resolved_rig(), row_m)
+        let ground = self.drive.road.as_ref().map(|road| road.ground(self.seed));
+        self.drive.trajectory(&self.resolved_rig(), row_m).over(ground)
     }
 
     /// The files that it names. Their contents must be handed in before it can be grown.
@@ -90,9 +104,15 @@ impl Scene {
         }
         self.orchard.validate()?;
         self.resolved_rig().validate()?;
+        let (mounts, scanners) = (self.true_mounts.len(), self.rig.scanners.len());
+        if mounts > scanners {
+            return Err(SceneError::TooManyMounts { mounts, scanners });
+        }
+        self.true_rig().validate().map_err(SceneError::TrueMount)?;
         self.drive.validate()?;
         self.encoder.validate()?;
         self.gnss.validate()?;
+        self.wind.validate()?;
         self.optics.validate()?;
         Ok(())
     }
@@ -108,12 +128,25 @@ pub enum SceneError {
         /// The value found.
         found: u32,
     },
-    /// A value in `[orchard]`, `[encoder]`, `[gnss]` or `[optics]`.
+    /// A value in `[orchard]`, `[encoder]`, `[gnss]`, `[wind]` or `[optics]`.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A value in `[rig]`.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// A value in `[[true_mount]]`.
+    #[error("the rig with `[[true_mount]]`: {0}")]
+    TrueMount(RigError),
+    /// More true mounts than scanners.
+    #[error(
+        "`[[true_mount]]`: expected one a scanner at most, found {mounts}; the rig has {scanners} scanner(s)"
+    )]
+    TooManyMounts {
+        /// Found.
+        mounts: usize,
+        /// Scanners of the rig.
+        scanners: usize,
+    },
     /// A value in `[drive]`.
     #[error(transparent)]
     Drive(#[from] DriveError),

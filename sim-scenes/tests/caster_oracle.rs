@@ -3,6 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 use proptest::prelude::*;
+use rowscan_protocol::rig::Attitude;
 use rowscan_protocol::scan::Pose;
 use rowscan_scenes::caster::brute;
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
@@ -122,6 +123,14 @@ impl Dice {
         fan.advancing(advance)
     }
 
+    /// The same fan in a plane that leans, mostly by degrees.
+    fn leaning(&mut self, fan: BeamFan) -> BeamFan {
+        let most = self.pick(&[0.02, 0.2, 0.7]);
+        let mut angle = || self.between(-most, most);
+        let attitude = Attitude { yaw_rad: angle(), pitch_rad: angle(), roll_rad: angle() };
+        fan.leaning(attitude.axes())
+    }
+
     fn parallel(&mut self) -> ParallelBeams {
         let make = self.pick(&[ParallelBeams::lateral, ParallelBeams::opposite, ParallelBeams::zenith]);
         make(self.between(-3.0, 0.5), self.pick(&[0.005, 0.031, -0.02]), self.between(1.0, 400.0) as usize)
@@ -209,6 +218,46 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20))]
+
+    #[test]
+    fn every_return_of_a_plane_that_leans_is_the_oracles(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let orchard = if seed % 4 == 0 { dice.foliage() } else { dice.scene() };
+        let caster = Caster::new(&orchard);
+        let mut scratch = Scratch::default();
+        for _ in 0..3 {
+            let (pose, still, moving) = (dice.pose(), dice.fan(), dice.moving_fan());
+            for fan in [still, moving] {
+                let fan = dice.leaning(fan);
+                compare(&orchard, &caster, pose, &fan, &mut scratch);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_plane_that_leans_meets_copies_in_many_rows() {
+    let mut dice = Dice::new(6);
+    let parameters = OrchardParameters {
+        trees: Some(3),
+        rows: Some(3),
+        distinct_trees: Some(2),
+        ..OrchardParameters::of(Preset::Spindle)
+    };
+    let orchard = Orchard::grow(&parameters, 4, &|_, _| {}).unwrap();
+    let caster = Caster::new(&orchard);
+    let mut scratch = Scratch::default();
+    let mut classes = [0; 4];
+    for _ in 0..6 {
+        let fan = dice.leaning(BeamFan::from_degrees(-135.0, 5.0, 55).advancing(0.0004));
+        let found = compare(&orchard, &caster, dice.pose(), &fan, &mut scratch);
+        classes.iter_mut().zip(found).for_each(|(sum, count)| *sum += count);
+    }
+    assert!(classes[Class::Leaf as usize] > 20, "{classes:?}");
+}
+
 /// Nearest surface and first leaves of every beam; leaves met at once may come in either order.
 fn compare_layers(orchard: &Orchard, origin: Pose, beams: &Beams, k: usize, out: &Layers) {
     assert_eq!(out.len(), beams.len());
@@ -286,7 +335,9 @@ fn any_register_width_gives_the_same_bits() {
         let wide = Caster::new(&if number % 2 == 0 { dice.scene() } else { dice.foliage() });
         let single = wide.clone().with_registers(Registers::Single);
         let (mut scratch, mut a, mut b) = (Scratch::default(), Layers::default(), Layers::default());
-        for beams in [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())] {
+        let askew = [dice.fan(), dice.moving_fan()].map(|fan| Beams::from(dice.leaning(fan)));
+        let level = [dice.fan().into(), dice.moving_fan().into(), Beams::from(dice.parallel())];
+        for beams in level.into_iter().chain(askew) {
             let pose = dice.pose();
             wide.cast_layers(pose, &beams, 3, &mut scratch, &mut a);
             single.cast_layers(pose, &beams, 3, &mut scratch, &mut b);

@@ -200,6 +200,12 @@ pub enum Failure {
     /// A rig the estimator cannot work with.
     #[error(transparent)]
     Reading(#[from] rowscan_study::reading::ReadingError),
+    /// Points of a search that cannot be confirmed so.
+    #[error(transparent)]
+    Confirm(#[from] rowscan_study::search::ConfirmError),
+    /// A figure that cannot be written.
+    #[error(transparent)]
+    Figure(#[from] crate::export::FigureError),
     /// Samples no calibration can be fitted to.
     #[error(transparent)]
     Fit(#[from] rowscan_canopy::FitError),

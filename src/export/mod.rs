@@ -4,6 +4,7 @@
 //! memory than one row, or one row group of Parquet, however long it becomes.
 
 mod csv;
+mod figure;
 mod las;
 pub(crate) mod npy;
 mod parquet;
@@ -13,6 +14,7 @@ mod scans;
 
 use std::io::{Seek, Write};
 
+pub use figure::{FigureError, FigureFormat};
 pub use points::{Placing, PointRows};
 pub use scans::{OtherBeams, OtherLayer, ScanRows};
 

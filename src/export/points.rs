@@ -31,7 +31,9 @@ impl Placing {
         };
         let pose = mount.pose(rig.y_m(time_s));
         let (sin, cos) = mount.theta_deg(alpha_deg).to_radians().sin_cos();
-        [pose.x_m + range_m * cos, pose.y_m + mount.roof_sense() * up_m, pose.z_m + range_m * sin]
+        let met = [range_m * cos, mount.roof_sense() * up_m, range_m * sin];
+        let [x, y, z] = mount.attitude().axes().turned(met);
+        [pose.x_m + x, pose.y_m + y, pose.z_m + z]
     }
 }
 

@@ -8,8 +8,9 @@ use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model;
-use rowscan_scenes::Scene;
+use rowscan_scenes::orchard::Preset;
 use rowscan_scenes::scan::{ScanAreas, ScanKind, ScanPlan, ScanSettings, Target};
+use rowscan_scenes::{GeneratorKind, Scene};
 use serde::{Deserialize, Serialize};
 
 pub use fits::{Fit, PowerFit, View, impacted, symbol, views};
@@ -101,6 +102,11 @@ impl AreasStudy {
             clearance_m: 0.5,
             whole_orchard: false,
         }
+    }
+
+    /// True if the orchards are readings of the paper's: only then its numbers and gates stand beside them.
+    pub fn is_of_paper(&self) -> bool {
+        self.scene.orchard.preset == Preset::Paper && self.scene.orchard.generator() == GeneratorKind::Hmt
     }
 
     /// Iterations and threshold of a unit.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Calibration, CutMethod, Measure, Pipeline, PipelineError, Quantity};
-use rowscan_protocol::model::Model;
+use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 use serde::Serialize;
 
@@ -78,7 +78,7 @@ struct Row {
 pub fn compare(
     scene: &Scene,
     seeds: &[u64],
-    model: &'static Model,
+    model: AnyModel,
     calibration: Option<&Calibration>,
     done: &(dyn Fn() + Sync),
 ) -> Result<(Vec<Compared>, Vec<CutCompared>), TrialError> {
@@ -94,11 +94,7 @@ pub fn compare(
 }
 
 impl Row {
-    fn try_one(
-        scene: Scene,
-        model: &'static Model,
-        calibration: Option<Calibration>,
-    ) -> Result<Self, TrialError> {
+    fn try_one(scene: Scene, model: AnyModel, calibration: Option<Calibration>) -> Result<Self, TrialError> {
         let stage = Stage::grow(scene, &|_, _| {})?;
         let all: Vec<_> = TABLE.iter().collect();
         let trial = Trial::drive_past(&stage, model, calibration, &all)?;
@@ -212,4 +208,40 @@ fn cv(values: &[f64]) -> f64 {
     let middle = mean(values);
     let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
     (squares / (values.len() as f64 - 1.0).max(1.0)).sqrt() / middle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_scenes::files;
+
+    fn finer(scene: &str) -> Vec<Measure> {
+        let stage = Stage::grow(files::load_scene(scene).expect("built in"), &|_, _| {}).expect("grown");
+        finer_scan(&stage).expect("scanned")
+    }
+
+    fn of(measures: &[Measure], quantity: Quantity) -> impl Iterator<Item = &Measure> {
+        measures.iter().filter(move |m| m.quantity == quantity)
+    }
+
+    #[test]
+    fn a_checkered_wall_lets_half_of_the_beams_pass() {
+        let porosity = of(&finer("checker"), Quantity::Porosity).find_map(|m| m.value).expect("a porosity");
+        assert!((porosity - 0.5).abs() < 0.01, "{porosity}");
+    }
+
+    #[test]
+    fn a_wall_lets_no_beam_pass_below_its_top_and_all_above() {
+        // It stands in the row plane from 0.5 m to 3 m, and there a band of the plane is a band of the wall.
+        let found = finer("wall");
+        for band in of(&found, Quantity::GapFraction) {
+            let [low_m, high_m] = band.band_m().expect("a band");
+            let share = band.value.expect("a share");
+            match (low_m, high_m) {
+                (low_m, high_m) if low_m >= 0.5 && high_m <= 3.0 => assert!(share < 1e-3, "{band:?}"),
+                (low_m, _) if low_m >= 3.0 => assert!(share > 0.999, "{band:?}"),
+                _ => {}
+            }
+        }
+    }
 }

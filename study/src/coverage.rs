@@ -64,7 +64,9 @@ impl Study for CoverageStudy {
         let seed = fingerprint::seed(Self::NAME, self.classes.scene.seed, index % self.rows.max(1));
         let trial = class.drive_past(&self.classes.files, seed, &[], |rig| {
             let mount = rig.scanners.first()?;
-            calibrations::load_calibration_for(rig.calibration.as_deref()?, &mount.model).ok().flatten()
+            calibrations::load_calibration_for(rig.calibration.as_deref()?, &mount.model, rig.optics)
+                .ok()
+                .flatten()
         })?;
         Ok(CoverageRow {
             seed,

@@ -18,8 +18,11 @@ mod document;
 pub mod figure;
 mod fine_scan;
 pub mod fingerprint;
+pub mod foliage;
 pub mod journal;
+pub mod physics;
 pub mod reading;
+pub mod recorded;
 pub mod resolution;
 pub mod search;
 mod settings;
@@ -93,9 +96,7 @@ pub enum UnitError {
         kind: rowscan_scenes::scan::ScanKind,
     },
     /// The row is too short for its coarsest advance.
-    #[error(
-        "a row of {length_m} m is too short: the advances to compare repeat together every {needed_m} m only"
-    )]
+    #[error("a row of {length_m} m is too short for the coarsest advance: expected {needed_m} m at least")]
     TooShort {
         /// Metres of row.
         length_m: f64,

@@ -10,7 +10,8 @@ use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::model::{AnyModel, ScanMode};
-use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
+use rowscan_protocol::optics::FactoryEcho;
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, Rig};
 
 use crate::calibrations::{self, ConfigError};
 
@@ -56,13 +57,34 @@ impl Reading {
         encoder: bool,
         calibration: CalibrationChoice<'_>,
     ) -> Result<Self, ReadingError> {
+        Self::made(rig, scanner, encoder, calibration, true)
+    }
+
+    /// The same of a recording: nothing is asked of it, so which echo it holds is known only where the rig says so or the model's factory setting
+    /// is the first.
+    pub fn of_recording(
+        rig: Option<&Rig>,
+        scanner: usize,
+        encoder: bool,
+        calibration: CalibrationChoice<'_>,
+    ) -> Result<Self, ReadingError> {
+        Self::made(rig, scanner, encoder, calibration, false)
+    }
+
+    fn made(
+        rig: Option<&Rig>,
+        scanner: usize,
+        encoder: bool,
+        calibration: CalibrationChoice<'_>,
+        live: bool,
+    ) -> Result<Self, ReadingError> {
         let mount = rig.and_then(|rig| rig.scanners.get(scanner));
         let of_rig = rig.and_then(|rig| rig.calibration.as_deref());
         let calibration = match (calibration, of_rig, mount) {
             (CalibrationChoice::Given(calibration), ..) => calibration.map(|given| *given),
             (CalibrationChoice::Named(name), ..) => Some(calibrations::load_calibration(name)?),
             (CalibrationChoice::OfRig, Some(name), Some(mount)) => {
-                calibrations::load_calibration_for(name, &mount.model)?
+                calibrations::load_calibration_for(name, &mount.model, rig.and_then(|rig| rig.optics))?
             }
             (CalibrationChoice::OfRig, ..) => None,
         };
@@ -70,13 +92,14 @@ impl Reading {
         Ok(Self {
             cola: ColaConfig {
                 scan_mode: scan_mode(rig, scanner),
+                echo: Some(mount.and_then(|mount| mount.echo).unwrap_or(EchoChoice::First)),
                 encoder_ticks_per_m: ticks.map(|ticks| ticks.abs().round() as u32),
                 ..ColaConfig::default()
             },
             lms2xx: lms2xx_config(rig, scanner),
             pipeline: {
                 let parameters =
-                    rig.zip(mount).map(|(rig, mount)| parameters(rig, mount)).unwrap_or_default();
+                    rig.zip(mount).map(|(rig, mount)| parameters(rig, mount, live)).unwrap_or_default();
                 let pipeline = Pipeline::with_parameters(rig, scanner, calibration, parameters)?;
                 match mount.and_then(field) {
                     Some(field) => pipeline.within_field(field),
@@ -96,11 +119,11 @@ pub fn rig_with(rig: &Rig, scanner: usize, model: &str) -> Rig {
     rig
 }
 
-/// How a mount's scans are estimated, calibration apart.
-pub fn parameters(rig: &Rig, mount: &Mount) -> Parameters {
+/// How a mount's scans are estimated, calibration apart; of a live scanner, or of a recording.
+pub fn parameters(rig: &Rig, mount: &Mount, live: bool) -> Parameters {
     let (edge_m, by) =
         rig.voxel_edge_m.map_or_else(|| sampling(rig, mount).voxel_edge(), |edge_m| (edge_m, EdgeBy::Given));
-    Parameters { footprint: footprint(rig, mount), ..Parameters::default() }.with_voxel_edge(edge_m, by)
+    Parameters { footprint: footprint(rig, mount, live), ..Parameters::default() }.with_voxel_edge(edge_m, by)
 }
 
 /// What the rule for the voxel edge asks of a mount: beams and lines at the row axis, by the rig or the model's own mode.
@@ -122,11 +145,14 @@ fn sampling(rig: &Rig, mount: &Mount) -> Sampling {
 }
 
 /// What is known of the beams' width, where they have one.
-fn footprint(rig: &Rig, mount: &Mount) -> Option<Footprint> {
+fn footprint(rig: &Rig, mount: &Mount, live: bool) -> Option<Footprint> {
     rig.optics.filter(|width| *width == BeamWidth::Device)?;
     let leaf = LeafShape::default();
     let leaf = rig.leaf_area_cm2.map_or(leaf, |area_cm2| leaf.of_area(area_cm2 * 1e-4));
-    Some(Footprint::of(AnyModel::by_name(&mount.model)?.optics(), leaf))
+    let model = AnyModel::by_name(&mount.model)?;
+    let first_by_itself = model.optics().factory_echo != FactoryEcho::Last;
+    let echo = mount.echo.or((live || first_by_itself).then_some(EchoChoice::First));
+    Some(Footprint { echo, ..Footprint::of(model.optics(), leaf) })
 }
 
 /// Where the mount's model can measure, if the model is known.

@@ -1,13 +1,25 @@
-//! How far apart lines and beams may be: I_T at coarser advances against the finest, over orchards and start offsets.
+//! How far apart lines and beams may be: I_T at coarser advances against the finest, over orchards and random start offsets.
+//!
+//! Trees stand an irrational distance apart. Were their distance a multiple of an advance, every trunk would be met in the same phase, and what one line
+//! more or less on a trunk does would be multiplied by the trees: an error of the layout and not of the advance. The sum over lines from a random start
+//! has no bias, whatever the advance (Cavalieri's sampling); so the spread is what an advance is judged by, and the mean tells only how well it was
+//! averaged.
 
 use rowscan_scenes::scan::{ScanError, ScanPlan, ScanSettings, Target};
 use rowscan_scenes::{Orchard, Scene};
 use serde::{Deserialize, Serialize};
 
 use super::{Header, Study, Unit, UnitError, fingerprint};
+use rowscan_protocol::random::Stream;
 
 /// The advance every other is held against, millimetres: the paper's.
 pub const REFERENCE_MM: u32 = 2;
+
+/// Added to the scene's distance between trees, metres: a tenth of the golden ratio's fraction, which no advance in millimetres divides, nor
+/// comes near to.
+const IRRATIONAL_M: f64 = 0.061_803_398_874_989_49;
+/// First word of the offsets' keys.
+const OFFSET: u64 = 0x6f66_6673;
 
 /// Advances and angles to compare, on so many orchards of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +29,10 @@ pub struct ResolutionStudy {
     pub scene: Scene,
     /// How many orchards.
     pub orchards: usize,
+    /// Distance between trees instead of the scene's, metres.
+    pub tree_spacing_m: f64,
+    /// Random start offsets an orchard and advance.
+    pub offsets: usize,
     /// Advances from line to line, whole millimetres.
     pub dy_mm: Vec<u32>,
     /// Angles between beams, degrees.
@@ -35,7 +51,7 @@ pub struct ResolutionUnit {
     pub seed: u64,
     /// True one-sided leaf area of the row, m².
     pub leaf_area_m2: f64,
-    /// Metres of row compared.
+    /// Metres of row.
     pub length_m: f64,
     /// One entry an angle, as the study lists them.
     pub angles: Vec<Angle>,
@@ -47,7 +63,7 @@ pub struct ResolutionUnit {
 pub struct Angle {
     /// I_T at [`REFERENCE_MM`], m².
     pub reference_m2: f64,
-    /// I_T, m²: by advance as the study lists them, then by start offset.
+    /// I_T, m²: by advance as the study lists them, then by start offset as drawn.
     pub total_m2: Vec<Vec<f64>>,
 }
 
@@ -56,6 +72,8 @@ impl ResolutionStudy {
     pub fn new(scene: Scene) -> Self {
         let scan = super::lateral_of(&scene);
         Self {
+            tree_spacing_m: scene.orchard.layout().tree_spacing_m + IRRATIONAL_M,
+            offsets: 20,
             scene,
             orchards: 12,
             dy_mm: vec![2, 4, 5, 10, 20, 40, 50, 100, 200],
@@ -70,9 +88,14 @@ impl ResolutionStudy {
         self.dy_mm.iter().copied().fold(REFERENCE_MM, gcd).max(1)
     }
 
-    /// All advances fit into this a whole number of times, millimetres.
-    fn common_mm(&self) -> u64 {
-        self.dy_mm.iter().map(|dy| u64::from(*dy)).fold(u64::from(REFERENCE_MM), lcm)
+    /// Start offsets of an orchard at an advance, in lines that are cast; one where there is no other.
+    fn offsets(&self, seed: u64, advance_mm: u32) -> Vec<usize> {
+        let lines = (advance_mm / self.base_mm()).max(1);
+        if lines == 1 {
+            return vec![0];
+        }
+        let mut stream = Stream::keyed(seed, &[OFFSET, u64::from(advance_mm)]);
+        (0..self.offsets).map(|_| (stream.unit() * f64::from(lines)) as usize).collect()
     }
 }
 
@@ -94,18 +117,18 @@ impl Study for ResolutionStudy {
 
     fn unit(&self, index: usize) -> Result<ResolutionUnit, UnitError> {
         let seed = fingerprint::seed(Self::NAME, self.scene.seed, index);
-        let orchard = Orchard::grow(&self.scene.orchard, seed, &|_, _| {})?;
+        let mut parameters = self.scene.orchard.clone();
+        parameters.tree_spacing_m = Some(self.tree_spacing_m);
+        let orchard = Orchard::grow(&parameters, seed, &|_, _| {})?;
         let target = Target::row(&orchard, 0).ok_or(ScanError::NothingThere { kind: self.scan.kind })?;
         let caster = self.scan.wood.caster(&orchard)?;
         let reach_m = target.extent.map_or(0.0, |extent| target.near_axis_x_m - extent.low[0]);
         let base_mm = self.base_mm();
-        let row_mm = (orchard.length_m() * 1000.0 + 1e-6).floor() as u64;
-        let length_mm = row_mm / self.common_mm() * self.common_mm();
-        if length_mm == 0 {
-            let needed_m = self.common_mm() as f64 / 1000.0;
+        // Two lines at the least, wherever they begin.
+        let needed_m = 2.0 * f64::from(self.dy_mm.iter().copied().max().unwrap_or(REFERENCE_MM)) / 1000.0;
+        if orchard.length_m() < needed_m {
             return Err(UnitError::TooShort { length_m: orchard.length_m(), needed_m });
         }
-        let lines = (length_mm / u64::from(base_mm)) as usize;
         let angle = |dtheta_deg: f64| -> Result<Angle, UnitError> {
             let settings = ScanSettings {
                 dy_m: f64::from(base_mm) / 1000.0,
@@ -114,8 +137,7 @@ impl Study for ResolutionStudy {
                 ..self.scan.clone()
             };
             let plan = ScanPlan::new(&target, &settings)?;
-            let mut totals = plan.lines(caster.as_ref(), 1, |line| plan.line_areas(line.layers).total_m2);
-            totals.truncate(lines);
+            let totals = plan.lines(caster.as_ref(), 1, |line| plan.line_areas(line.layers).total_m2);
             // Lines stand for the advance they are cast at; a coarser one counts every n-th line n-fold.
             let every = |mm: u32, offset: usize| {
                 let step = (mm / base_mm) as usize;
@@ -125,14 +147,14 @@ impl Study for ResolutionStudy {
             if reference_m2 <= 0.0 {
                 return Err(UnitError::SeesNothing { kind: settings.kind });
             }
-            let offsets =
-                |mm: u32| (0..(mm / base_mm) as usize).map(move |offset| every(mm, offset)).collect();
-            Ok(Angle { reference_m2, total_m2: self.dy_mm.iter().map(|mm| offsets(*mm)).collect() })
+            let started =
+                |mm: u32| self.offsets(seed, mm).into_iter().map(|offset| every(mm, offset)).collect();
+            Ok(Angle { reference_m2, total_m2: self.dy_mm.iter().map(|mm| started(*mm)).collect() })
         };
         Ok(ResolutionUnit {
             seed,
             leaf_area_m2: orchard.truth().leaf_area_m2,
-            length_m: length_mm as f64 / 1000.0,
+            length_m: orchard.length_m(),
             angles: self.dtheta_deg.iter().map(|dtheta| angle(*dtheta)).collect::<Result<_, _>>()?,
         })
     }
@@ -164,8 +186,10 @@ pub struct ResolutionRow {
     pub error_sd: f64,
     /// 95th percentile of |e| (nearest rank).
     pub error_p95_abs: f64,
-    /// Standard deviation of the orchards' own means: what the mean's error is judged by.
+    /// Standard deviation of the orchards' own means.
     pub error_orchard_sd: f64,
+    /// Standard error of the mean, by the orchards' own means: no bias is to be seen within twice this.
+    pub error_mean_se: f64,
     /// Mean error of this angle's reference against the finest angle's.
     pub dtheta_error_mean: f64,
 }
@@ -202,6 +226,7 @@ pub fn report(provenance: Header<ResolutionStudy>, units: &[Unit<ResolutionUnit>
                 error_sd: sd(&errors),
                 error_p95_abs: p95_abs(&errors),
                 error_orchard_sd: sd(&means),
+                error_mean_se: sd(&means) / (means.len() as f64).sqrt(),
                 dtheta_error_mean: mean(&against_finest),
             });
         }
@@ -227,14 +252,4 @@ fn p95_abs(values: &[f64]) -> f64 {
 
 fn gcd(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { gcd(b, a % b) }
-}
-
-fn lcm(a: u64, b: u64) -> u64 {
-    let greatest = |mut a: u64, mut b: u64| {
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
-    a.saturating_mul(b) / greatest(a, b).max(1)
 }

@@ -122,6 +122,13 @@ impl Shelf {
         Ok(())
     }
 
+    /// Keeps what was read already for a scene.
+    pub(super) fn of_scene(scene: &Scene) -> Self {
+        let mut scene = scene.clone();
+        let files = scene.files_mut().into_iter().map(|file| (file.path().to_owned(), file.clone()));
+        Self { folder: PathBuf::new(), files: files.collect() }
+    }
+
     /// What it holds.
     pub(super) fn files(&self) -> Vec<SceneFile> {
         self.files.values().cloned().collect()

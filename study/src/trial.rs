@@ -1,7 +1,6 @@
 //! One row, scanned in memory and estimated, beside its truth: what calibrations and accuracy tables are made of.
 
 use rayon::prelude::*;
-use rowscan_canopy::Pipeline;
 use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo, RowClass};
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
@@ -10,7 +9,7 @@ use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
-use rowscan_scenes::{GrowError, Scene, Truth};
+use rowscan_scenes::{GrowError, Return, Scene, Truth};
 
 use rowscan_emulator::offline::{Offline, SetUpError};
 use rowscan_emulator::offline_lms2xx::OfflineLms2xx;
@@ -86,16 +85,15 @@ impl Trial {
         let rig = rig_with(told, 0, model.name());
         let truth = stage.orchard.truth();
         let class = row_class(&stage.scene, &truth);
-        let Reading { cola, lms2xx, pipeline } =
-            Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration.map(Box::new)))?;
-        let mut pipeline = pipeline.with_estimators(estimators).of_class(class.clone());
+        let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration.map(Box::new)))?;
+        let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
+        let mut pipeline = reading.pipeline.with_estimators(estimators).of_class(class.clone());
         if !estimators.is_empty() {
             pipeline = pipeline.with_trees_found(&CutMethod::ALL);
         }
-        match model {
-            AnyModel::Cola(model) => push_cola(stage, model, cola, &mut pipeline)?,
-            AnyModel::Lms2xx(model) => push_lms2xx(stage, model, lms2xx, &mut pipeline)?,
-        }
+        each_scan(stage, model, asked, &mut |scan| {
+            pipeline.push(scan);
+        })?;
         Ok(Self {
             seed: stage.scene.seed,
             length_m: stage.orchard.length_m(),
@@ -105,19 +103,18 @@ impl Trial {
         })
     }
 
-    /// Tries one row a seed, on all cores; the order of the seeds is the order of the results.
-    pub fn run_seeds(
-        scene: &Scene,
-        seeds: &[u64],
+    /// Tries one row a scene, on all cores; the order of the scenes is the order of the results.
+    pub fn run_all(
+        scenes: &[Scene],
         model: impl Into<AnyModel>,
         calibration: Option<&Calibration>,
         done: &(dyn Fn() + Sync),
     ) -> Result<Vec<Self>, TrialError> {
         let model = model.into();
-        seeds
+        scenes
             .par_iter()
-            .map(|&seed| {
-                let trial = Self::run(Scene { seed, ..scene.clone() }, model, calibration.cloned());
+            .map(|scene| {
+                let trial = Self::run(scene.clone(), model, calibration.cloned());
                 done();
                 trial
             })
@@ -125,12 +122,50 @@ impl Trial {
     }
 }
 
-/// The scans of one pass, into `pipeline`.
-fn push_cola(
+/// What a device is asked at its start-up.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// Of a CoLa device.
+    pub cola: ColaConfig,
+    /// Of an LMS2xx.
+    pub lms2xx: Lms2xxConfig,
+}
+
+/// Hands out the scans of one pass by the rig's first scanner, a device of `model`.
+///
+/// # Errors
+/// A scanner that does not fit the rig, a refused start-up, a telegram without a scan.
+pub fn each_scan(
+    stage: &Stage,
+    model: AnyModel,
+    asked: Asked,
+    take: &mut dyn FnMut(&Scan),
+) -> Result<(), TrialError> {
+    each_scan_met(stage, model, asked, &mut |scan, _| take(scan))
+}
+
+/// The same, with what the beams of the mirror met: of a wide beam, the surface that returned most of its first echo. For studies that tell
+/// surfaces apart; no estimate sees it.
+///
+/// # Errors
+/// As [`each_scan`].
+pub fn each_scan_met(
+    stage: &Stage,
+    model: AnyModel,
+    asked: Asked,
+    take: &mut dyn FnMut(&Scan, &[Return]),
+) -> Result<(), TrialError> {
+    match model {
+        AnyModel::Cola(model) => each_cola(stage, model, asked.cola, take),
+        AnyModel::Lms2xx(model) => each_lms2xx(stage, model, asked.lms2xx, take),
+    }
+}
+
+fn each_cola(
     stage: &Stage,
     model: &'static Model,
     config: ColaConfig,
-    pipeline: &mut Pipeline,
+    take: &mut dyn FnMut(&Scan, &[Return]),
 ) -> Result<(), TrialError> {
     let (device, world) = stage.scanner(0, model)?;
     let scans = stage.scans_per_row(&device);
@@ -139,26 +174,26 @@ fn push_cola(
     let mut scan = Scan::default();
     for _ in 0..scans {
         if offline.scan_into(&mut scan)? {
-            pipeline.push(&scan);
+            take(&scan, offline.returns());
         }
     }
     Ok(())
 }
 
 /// The same of an LMS2xx, on the fastest line: no scan is left out.
-fn push_lms2xx(
+fn each_lms2xx(
     stage: &Stage,
     model: &'static lms2xx::model::Model,
     config: Lms2xxConfig,
-    pipeline: &mut Pipeline,
+    take: &mut dyn FnMut(&Scan, &[Return]),
 ) -> Result<(), TrialError> {
     let (device, world) = stage.serial_scanner(0, model, lms2xx::device::Options::default())?;
     let turns = model.turns(device.variant());
     let scans = stage.scans_to_row_end(f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(turns));
     let mut offline = OfflineLms2xx::set_up(device, world, Lms2xxConfig { rate: Rate::R500000, ..config })?;
     for _ in 0..scans {
-        if let Some(scan) = offline.scan() {
-            pipeline.push(scan);
+        if let Some((scan, met)) = offline.scan_met() {
+            take(scan, met);
         }
     }
     Ok(())

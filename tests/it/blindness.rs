@@ -10,7 +10,7 @@ use crate::common;
 
 use common::small_scene;
 use rowscan_protocol::model;
-use rowscan_scenes::Scene;
+use rowscan_scenes::{GeneratorKind, Scene};
 use rowscan_study::trial::Trial;
 
 fn run(scene: Scene) -> Trial {
@@ -20,9 +20,11 @@ fn run(scene: Scene) -> Trial {
 /// Trees so far apart that they do not hide each other.
 fn sparse(order: &[u32]) -> Scene {
     let mut scene = small_scene();
+    // Trained trees are much alike; these are not.
+    scene.orchard.generator = Some(GeneratorKind::Hmt);
     scene.orchard.trees = u32::try_from(order.len()).ok();
     scene.orchard.tree_spacing_m = Some(4.0);
-    scene.orchard.order = order.to_vec();
+    scene.orchard.order = order.to_vec().into();
     scene
 }
 

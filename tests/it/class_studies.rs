@@ -141,7 +141,7 @@ fn a_budget_adds_up_on_every_row() {
     let scene = write(folder.path(), "small.toml", SCENE);
     let found = json(&run(&["study", "budget", text(&scene), "--seeds", "1..2", "--format", "json"]));
     let rows = found["rows"].as_array().expect("rows");
-    assert!(rows.len() >= 2 * 5, "contact_raw, voxel, polar, gap and more: {}", rows.len());
+    assert!(rows.len() >= 2 * 4, "contact_raw, voxel, polar and gap of two rows: {}", rows.len());
     for row in rows {
         let number = |key: &str| row[key].as_f64().expect(key);
         let terms: f64 = row["terms_m2"].as_array().expect("terms").iter().filter_map(Value::as_f64).sum();

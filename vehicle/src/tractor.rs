@@ -9,6 +9,7 @@ use rowscan_protocol::time::SimTime;
 use crate::encoder::Encoder;
 use crate::faults::{Counting, Report, Reporting, Swaying, VehicleFault};
 use crate::gnss::Receiver;
+use crate::nozzles::Nozzles;
 use crate::trajectory::{Motion, Trajectory};
 
 /// A shared tractor. It stands at its start until something starts it; from then on it is a function of simulated time and of the
@@ -23,6 +24,7 @@ struct Driven {
     counting: Counting,
     reporting: Reporting,
     swaying: Swaying,
+    nozzles: Nozzles,
 }
 
 impl Driven {
@@ -46,7 +48,13 @@ impl Driven {
             place.x_m += sway.right_m * libm::cos(heading);
             place.y_m -= sway.right_m * libm::sin(heading);
         }
-        Motion { place, right_m: sway.right_m, up_m: sway.up_m, roll_rad: sway.roll_rad, ..motion }
+        Motion {
+            place,
+            right_m: sway.right_m,
+            up_m: motion.up_m + sway.up_m,
+            roll_rad: motion.roll_rad + sway.roll_rad,
+            ..motion
+        }
     }
 }
 
@@ -59,6 +67,7 @@ impl Tractor {
             counting: Counting::default(),
             reporting: Reporting::default(),
             swaying: Swaying::default(),
+            nozzles: Nozzles::default(),
         })))
     }
 
@@ -144,6 +153,21 @@ impl Tractor {
         if let Some(t_s) = driven.driven_s(at) {
             driven.trajectory.command(t_s, speed_m_s);
         }
+    }
+
+    /// Opens nozzle `number` of its sprayer this far from `at` on: 0 shut, 1 open.
+    pub fn command_nozzle(&self, at: SimTime, number: u8, duty: f64) {
+        self.lock().nozzles.tell(at, number, duty.clamp(0.0, 1.0));
+    }
+
+    /// How far a nozzle has been told to open; none while it has been told nothing.
+    pub fn nozzle_duty(&self, number: usize, at: SimTime) -> Option<f64> {
+        self.lock().nozzles.duty(number, at)
+    }
+
+    /// How often nozzles have been told otherwise by `at`.
+    pub fn nozzle_changes(&self, at: SimTime) -> u64 {
+        self.lock().nozzles.changes(at)
     }
 
     fn lock(&self) -> MutexGuard<'_, Driven> {

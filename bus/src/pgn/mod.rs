@@ -3,6 +3,7 @@
 pub mod canopy;
 pub mod gnss;
 pub mod network;
+pub mod sprayer;
 pub mod tractor;
 
 use super::message::Message;
@@ -23,6 +24,7 @@ pub const MESSAGES: &[&Message] = &[
     &canopy::SUMMARY,
     &canopy::IMPACTED_BANDS,
     &canopy::LEAF_BANDS,
+    &sprayer::NOZZLE_DUTY,
 ];
 
 /// Where the virtual tractor sits: the address of tractor ECUs.

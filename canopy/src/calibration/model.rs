@@ -64,9 +64,11 @@ pub struct CalibrationClass {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EchoRule {
-    /// The first; the only one the estimators use.
+    /// The first.
     #[default]
     First,
+    /// The last.
+    Last,
 }
 
 /// How the beam of a calibration's scans was made.

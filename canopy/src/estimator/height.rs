@@ -2,8 +2,7 @@
 
 use super::contract::{Estimator, EstimatorInfo, SightedLine, Stretch};
 use super::measure::{Measure, Quantity};
-use super::porosity::BASE_SHARE;
-use crate::profile::{Histogram, TOP_SHARE};
+use crate::percentile::{BASE_SHARE, Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "height",

@@ -34,7 +34,7 @@ quantities! {
     LeafAreaDensity = "leaf_area_density_m2_m3", "Mean leaf area density of the voxels that hold leaves, m²/m³.";
     TreeAreaIndex = "tree_area_index", "Area projected on the beams over ground area: G = 1.";
     ImpactedArea = "impacted_total_area_m2", "Impacted area of all canopy returns, leaf and wood, m².";
-    GapFraction = "gap_fraction", "Share of the beams through a height band that the canopy lets pass.";
+    GapFraction = "row_plane_gap_fraction", "Share of the beams aimed at a height band of the row plane that nothing stops, before the plane or behind it: below 1 above a crown that rising beams pass through.";
     Porosity = "porosity", "Share of the beams through the crown, from base to top, that it lets pass.";
     Height = "height_m", "Height that 99.5 % of the canopy returns stay below, metres.";
     MedianHeight = "height_p50_m", "Median height of the canopy returns, metres.";

@@ -5,6 +5,7 @@
 //! before, and ends there if it did within.
 
 use super::contract::{Setting, SightedLine};
+use crate::delays::Delays;
 use crate::geometry::Frame;
 
 /// Length of a cell along the beam, metres.
@@ -22,6 +23,7 @@ pub(super) struct PolarCells {
     rings: usize,
     /// By ring: how many times as often as a ray a beam meets a leaf.
     inflation: Vec<f64>,
+    delays: Delays,
     min_beams: f64,
     length_m: f64,
     hits: f64,
@@ -63,6 +65,7 @@ impl PolarCells {
             cells,
             rings,
             inflation: (0..rings).map(|ring| parameters.inflation((ring as f64 + 0.5) * STEP_M)).collect(),
+            delays: Delays::new(parameters),
             min_beams: f64::from(parameters.min_beams.max(1)),
             length_m: 0.0,
             hits: 0.0,
@@ -74,7 +77,10 @@ impl PolarCells {
         self.length_m += line.weight_m;
         for sighting in line.sightings {
             let first = sector(sighting.beam.theta_rad) * self.rings;
-            let end = sighting.canopy.map_or(self.rings, |contact| (contact.range_m / STEP_M) as usize);
+            let end = sighting.canopy.map_or(self.rings, |contact| {
+                let nearest_m = contact.range_m - self.delays.at(contact.range_m);
+                (nearest_m.max(0.0) / STEP_M) as usize
+            });
             let Some(cells) = self.cells.get_mut(first..first + self.rings) else { continue };
             for cell in cells.iter_mut().take(end + 1) {
                 cell.entered += 1.0;

@@ -3,7 +3,7 @@
 use super::bands::{Band, Bands, wilson};
 use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
 use super::measure::{Measure, Quantity};
-use crate::profile::{Histogram, TOP_SHARE};
+use crate::percentile::{BASE_SHARE, Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "porosity",
@@ -15,8 +15,6 @@ pub(super) const INFO: EstimatorInfo = EstimatorInfo {
 
 /// Height of a band, metres: how finely base and top cut.
 const BAND_M: f64 = 0.1;
-/// Returns below a crown's base.
-pub(super) const BASE_SHARE: f64 = 0.01;
 
 #[derive(Clone, Debug)]
 struct Porosity {

@@ -6,7 +6,8 @@
 //!
 //! Both hold for independent beams. Where a leaf is wider than the beams are apart, several end on it: hits are counted by patch
 //! (hits whose neighbours on the line and on the line before stand at another range), and correction and variance are multiplied by
-//! the slice's hits a patch. This factor is ours, not the paper's; `tests/estimators.rs` holds the interval's coverage.
+//! the slice's hits a patch. This factor is ours, not the paper's; `tests/estimators.rs` holds the interval's coverage. For beams with a width the interval
+//! also holds what their correction may be off.
 
 use super::contract::{Estimator, EstimatorInfo, Setting, Slice, Stretch, Z95};
 use super::measure::{Measure, Quantity};
@@ -26,6 +27,8 @@ const BAND_M: f64 = 0.5;
 #[derive(Clone, Debug)]
 struct VoxelDensity {
     projection: f64,
+    /// Relative standard deviation of what the beams' width was taken out by; 0 for rays.
+    spot_sd: f64,
     sums: Sums,
     /// Leaf area by band, m².
     bands_m2: Vec<f64>,
@@ -45,7 +48,12 @@ struct Sums {
 impl VoxelDensity {
     fn new(setting: &Setting) -> Self {
         let bands = (setting.parameters.top_m / BAND_M).ceil().max(1.0) as usize;
-        Self { projection: setting.parameters.projection, sums: Sums::default(), bands_m2: vec![0.0; bands] }
+        Self {
+            projection: setting.parameters.projection,
+            spot_sd: setting.parameters.spot_relative_sd(setting.frame.distance_m),
+            sums: Sums::default(),
+            bands_m2: vec![0.0; bands],
+        }
     }
 
     /// Shares a layer's leaf area out over the bands it reaches into.
@@ -97,7 +105,9 @@ impl Estimator for VoxelDensity {
     fn measures(&self, stretch: &Stretch, out: &mut Vec<Measure>) {
         let sums = &self.sums;
         let of = |quantity, value| Measure::new(INFO.name, quantity, value);
-        let half_m2 = Z95 * sums.variance_m4.sqrt();
+        // What the spot's correction may be off stands in every voxel alike.
+        let of_spot_m2 = self.spot_sd * sums.leaf_m2;
+        let half_m2 = Z95 * (sums.variance_m4 + of_spot_m2 * of_spot_m2).sqrt();
         let ends_m2 = [(sums.leaf_m2 - half_m2).max(0.0), sums.leaf_m2 + half_m2];
         let seen = stretch.scanned_m > 0.0;
         out.push(of(Quantity::LeafArea, seen.then_some(sums.leaf_m2)).within(ends_m2));

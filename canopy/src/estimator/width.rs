@@ -2,7 +2,7 @@
 
 use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Stretch};
 use super::measure::{Measure, Quantity};
-use crate::profile::{Histogram, TOP_SHARE};
+use crate::percentile::{Histogram, TOP_SHARE};
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "width",

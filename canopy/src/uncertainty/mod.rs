@@ -28,7 +28,7 @@ pub struct Uncertainty {
 /// The relative standard deviation of a product of independent factors, from theirs: the root of the sum of squares. Every cause of error that
 /// has a relative standard deviation enters by it.
 pub fn combined(relative_sds: impl IntoIterator<Item = f64>) -> f64 {
-    relative_sds.into_iter().map(|sd| sd * sd).sum::<f64>().sqrt()
+    relative_sds.into_iter().fold(0.0, |sum, sd| sd.mul_add(sd, sum)).sqrt()
 }
 
 /// The 95 % interval of a value that factors of this relative standard deviation scatter: value · exp(∓1.96 sd). Never below 0.

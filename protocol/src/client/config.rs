@@ -3,6 +3,7 @@
 use core::time::Duration;
 
 use crate::model::{self, Password, RemissionWidth, ScanMode};
+use crate::rig::EchoChoice;
 
 /// How a scanner is to be set up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,6 +16,9 @@ pub struct ColaConfig {
     pub output_range: Option<(i32, i32)>,
     /// Echoes wanted, 1..=5.
     pub echoes: u8,
+    /// The echo wanted where one is: a scanner that would send another one by itself (an LMS5xx: the last) is asked for it. As the device has it
+    /// where absent.
+    pub echo: Option<EchoChoice>,
     /// Ask for remission.
     pub remission: bool,
     /// In this width.
@@ -36,6 +40,7 @@ impl Default for ColaConfig {
             scan_mode: None,
             output_range: None,
             echoes: 1,
+            echo: Some(EchoChoice::First),
             remission: false,
             remission_width: RemissionWidth::Bits8,
             encoder_ticks_per_m: None,

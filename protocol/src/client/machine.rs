@@ -215,8 +215,7 @@ impl Machine {
 
     /// Sends the first needed step from line `index` on; past the last, scans will come.
     fn step_from(&mut self, index: usize) {
-        let config = &self.plan.config;
-        match START_UP.iter().enumerate().skip(index).find(|(_, step)| (step.needed)(config)) {
+        match START_UP.iter().enumerate().skip(index).find(|(_, step)| (step.needed)(&self.plan)) {
             Some((index, step)) => {
                 self.phase = Phase::Starting(index);
                 self.request(step);

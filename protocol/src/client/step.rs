@@ -7,9 +7,12 @@ use alloc::vec::Vec;
 
 use super::config::{ColaConfig, Login};
 use crate::frame::Dialect;
-use crate::model::RemissionWidth;
+use crate::model::{self, RemissionWidth};
+use crate::optics::FactoryEcho;
+use crate::rig::EchoChoice;
 use crate::telegram::device_ident::DeviceIdent;
 use crate::telegram::firmware_version::FirmwareVersion;
+use crate::telegram::fr_echo_filter::{self, EchoFilter};
 use crate::telegram::lic_encoder::{
     self, EncoderResolution, EncoderSetting, IncrementSource, InputsThreeAndFour,
 };
@@ -27,13 +30,16 @@ pub(super) static START_UP: &[Step] = &[
     read::<DeviceIdent>(take_ident),
     read::<FirmwareVersion>(take_firmware),
     call::<SetAccessMode>(log_in, take_yes),
-    call::<SetScanConfig>(set_scan_mode, take_scan_mode).only_if(|config| config.scan_mode.is_some()).slow(),
-    read::<OutputRange>(take_step).only_if(|config| config.output_range.is_some()),
-    write::<OutputRange>(set_output_range).only_if(|config| config.output_range.is_some()),
+    call::<SetScanConfig>(set_scan_mode, take_scan_mode)
+        .only_if(|plan| plan.config.scan_mode.is_some())
+        .slow(),
+    read::<OutputRange>(take_step).only_if(|plan| plan.config.output_range.is_some()),
+    write::<OutputRange>(set_output_range).only_if(|plan| plan.config.output_range.is_some()),
     write::<InputsThreeAndFour>(set_encoder_inputs).only_if(wants_encoder).where_known(),
     write::<EncoderSetting>(set_encoder).only_if(wants_encoder),
     write::<IncrementSource>(set_increments).only_if(wants_encoder),
     write::<EncoderResolution>(set_encoder_resolution).only_if(wants_encoder),
+    write::<EchoFilter>(set_echo_filter).only_if(wants_echo_filter).where_known(),
     write::<ScanDataConfig>(set_scan_data),
     call::<StartMeasurement>(|_, dialect, out| ask::<StartMeasurement>(dialect, out), take_accepted).slow(),
     call::<Run>(|_, dialect, out| ask::<Run>(dialect, out), take_yes),
@@ -48,7 +54,7 @@ pub(super) struct Step {
     pub(super) command: &'static str,
     /// The reply this step waits for.
     pub(super) reply_kind: Kind,
-    pub(super) needed: fn(&ColaConfig) -> bool,
+    pub(super) needed: fn(&Plan) -> bool,
     /// Appends the whole request frame.
     pub(super) request: fn(&Plan, Dialect, &mut Vec<u8>),
     /// Takes the reply; an error counts like `sFA`.
@@ -110,7 +116,7 @@ const fn subscribe(on: bool) -> Step {
 }
 
 impl Step {
-    const fn only_if(self, needed: fn(&ColaConfig) -> bool) -> Self {
+    const fn only_if(self, needed: fn(&Plan) -> bool) -> Self {
         Self { needed, ..self }
     }
 
@@ -164,15 +170,41 @@ fn set_scan_data(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
             RemissionWidth::Bits8 => REMISSION_8_BIT,
             RemissionWidth::Bits16 => REMISSION_16_BIT,
         },
-        encoders: LowHigh(u16::from(wants_encoder(config))),
+        encoders: LowHigh(u16::from(wants_encoder(plan))),
         output_rate: config.output_rate.max(1),
         ..ScanDataConfig::default()
     };
     set(dialect, &contents, out);
 }
 
-fn wants_encoder(config: &ColaConfig) -> bool {
-    config.encoder_ticks_per_m.is_some()
+fn wants_encoder(plan: &Plan) -> bool {
+    plan.config.encoder_ticks_per_m.is_some()
+}
+
+/// The filter's code for what is wanted; several echoes need all of them.
+fn echo_code(config: &ColaConfig) -> Option<u8> {
+    match config.echo? {
+        _ if config.echoes > 1 => Some(fr_echo_filter::ALL),
+        EchoChoice::First => Some(fr_echo_filter::FIRST),
+        EchoChoice::Last => Some(fr_echo_filter::LAST),
+    }
+}
+
+/// True of a model that would send another echo by itself. Where all are sent, the first channel holds the first.
+fn wants_echo_filter(plan: &Plan) -> bool {
+    let Some(model) = model::by_ident(&plan.ident) else { return plan.config.echo == Some(EchoChoice::Last) };
+    let by_itself = match model.optics.factory_echo {
+        FactoryEcho::First => fr_echo_filter::FIRST,
+        FactoryEcho::All => fr_echo_filter::ALL,
+        FactoryEcho::Last => fr_echo_filter::LAST,
+    };
+    let suffices =
+        |code| code == by_itself || (code, by_itself) == (fr_echo_filter::FIRST, fr_echo_filter::ALL);
+    model.echoes > 1 && echo_code(&plan.config).is_some_and(|code| !suffices(code))
+}
+
+fn set_echo_filter(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    set(dialect, &EchoFilter { code: echo_code(&plan.config).unwrap_or(fr_echo_filter::FIRST) }, out);
 }
 
 /// An LMS5xx takes its encoder at inputs 3 and 4; other models refuse this, and keep what they have.

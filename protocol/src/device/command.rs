@@ -15,9 +15,9 @@ use crate::telegram::{Args, Kind, Method, SopasError, Telegram, Variable};
 use crate::telegram::{
     device_ident, ee_writeall, ei_address, eihst_cola, field_nnn, firmware_version, fr_echo_filter,
     lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata,
-    lmd_scandatacfg, lmp_output_range, lmp_scancfg, location_name, lsp_datetime, od_oprh, od_pwrc, ord_num,
-    run, sc_reboot, scdevicestate, serial_number, set_access_mode, set_active_applications, stlms,
-    tsc_time_client,
+    lmd_scandatacfg, lmp_output_range, lmp_scancfg, location_name, lsp_datetime, ms_suppmode, od_oprh,
+    od_pwrc, ord_num, run, sc_reboot, scdevicestate, serial_number, set_access_mode, set_active_applications,
+    stlms, tsc_time_client,
 };
 use crate::visit::{Group, Value, Visitor, one_field};
 
@@ -36,6 +36,7 @@ pub static COMMANDS: &[Command] = &[
     variable::<lfp_filter::MeanFilter>().saved().replayed(),
     variable::<lfp_filter::MedianFilter>().saved().replayed(),
     variable::<lfp_filter::ParticleFilter>().saved().replayed(),
+    variable::<ms_suppmode::SuppressionMode>().saved().replayed(),
     variable::<lic_encoder::InputsThreeAndFour>().saved().replayed(),
     variable::<lic_encoder::IncrementSource>().saved().replayed(),
     variable::<lic_encoder::EncoderSetting>().saved().replayed(),

@@ -123,6 +123,7 @@ impl Settings {
             && contents(self) == contents(other)
             && range(self) == range(other)
             && filters(self) == filters(other)
+            && self.suppression == other.suppression
             && (model.echoes == 1 || self.echo_filter == other.echo_filter)
             && (self.scan_data.encoders.0 == 0 || self.encoder == other.encoder)
             && self.applications.ranging == other.applications.ranging

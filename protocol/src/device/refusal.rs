@@ -104,7 +104,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sRN, sWN", Fault::NoVariable, "no such variable", SopasError::UnknownVariable, Recorded("LMS511, fields 12 to 29"), "sRN NoSuchVariable"),
     line("sRI", Fault::NoVariable, "any index but 0", SopasError::UnknownVariable, Assumed, "sRI 7"),
     line("sRN fieldNNN", Fault::NoVariable, "a slot beyond the model's", SopasError::UnknownVariable, Recorded("LMS511, fields 12 to 29"), "sRN field030"),
-    Refusal { model: "tim571", ..line("sWN FREchoFilter, LIC…, DO3And4Fnc", Fault::NoVariable, "a variable the model does not have", SopasError::UnknownVariable, Assumed, "sWN FREchoFilter 1") },
+    Refusal { model: "tim571", ..line("sWN FREchoFilter, MSsuppmode, LIC…, DO3And4Fnc", Fault::NoVariable, "a variable the model does not have", SopasError::UnknownVariable, Assumed, "sWN FREchoFilter 1") },
     line("sMN", Fault::NoMethod, "no such method", SopasError::UnknownMethod, Documented("telegram listing, error codes"), "sMN NoSuchMethod"),
     line("sEN", Fault::NoEvent, "no such event", SopasError::UnknownEvent, Recorded("MRS1104, InertialMeasurementUnit"), "sEN InertialMeasurementUnit 1"),
     line("sWN", Fault::ReadOnly, "a variable that can only be read", SopasError::WriteAccessDenied, Documented("telegram listing, error codes"), "sWN SerialNumber 1 5"),
@@ -120,11 +120,11 @@ pub static REFUSALS: &[Refusal] = &[
     line("sRN LMDscandata", Fault::NoScanYet, "no scan has been made since power-up", SopasError::LocalConditionFailed, Assumed, "sRN LMDscandata"),
     line("sWN LMPoutputRange", Fault::OutsideOutputRange, "not one sector, or angles beyond the model's", SopasError::LocalConditionFailed, Recorded("MRS1104"), "sWN LMPoutputRange 1 1388 -500000 +2250000"),
     line("sWN LMDscandatacfg", Fault::ImpossibleContents, "echoes or encoders the model does not have, no echo at all (LMS5xx takes that), unit not 0, rate not 1 to 50000", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 04 00 0 0 0 00 00 0 0 0 0 +1"),
-    line("sWN EIHstCola, FREchoFilter, LICsrc, LICencset", Fault::NoSuchCode, "a code the variable does not have", SopasError::LocalConditionFailed, Assumed, "sWN EIHstCola 2"),
+    line("sWN EIHstCola, FREchoFilter, MSsuppmode, LICsrc, LICencset", Fault::NoSuchCode, "a code the variable does not have", SopasError::LocalConditionFailed, Assumed, "sWN EIHstCola 2"),
     line("sWN LICencres", Fault::NoSuchCode, "not between 0.001 and 2000", SopasError::LocalConditionFailed, Assumed, "sWN LICencres 00000000"),
     line("sWN LFPmeanfilter, LFPmedianfilter, LFPparticle", Fault::ImpossibleFilter, "a mean of other than 2 to 100 scans, a median of other than 3 beams", SopasError::LocalConditionFailed, Assumed, "sWN LFPmeanfilter 1 +101 0"),
     line("sWN SetActiveApplications", Fault::NoSuchApplication, "neither RANG nor FEVL", SopasError::LocalConditionFailed, Assumed, "sWN SetActiveApplications 1 NONE 1"),
-    line("sWN LMDscandatacfg, LMPoutputRange, FREchoFilter, LFP…, LIC…", Fault::FixedByRecording, "`rowscan replay` only: the recorded scans would have to be others", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"),
+    line("sWN LMDscandatacfg, LMPoutputRange, FREchoFilter, MSsuppmode, LFP…, LIC…", Fault::FixedByRecording, "`rowscan replay` only: the recorded scans would have to be others", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"),
     line("sWN TSC…, EIIpAddr, EImask, EIgate", Fault::FixedHere, "another value than the one in force: not emulated", SopasError::LocalConditionFailed, Assumed, "sWN TSCRole 1"),
 ];
 

@@ -10,6 +10,7 @@ use crate::telegram::lic_encoder::{
     self, EncoderResolution, EncoderSetting, IncrementSource, InputsThreeAndFour,
 };
 use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
+use crate::telegram::ms_suppmode::{self, SuppressionMode};
 use crate::telegram::wire::LowHigh;
 use crate::telegram::{Variable, fr_echo_filter};
 
@@ -25,6 +26,7 @@ pub(super) struct Settings {
     pub(super) output_range: OutputCut,
     pub(super) scan_data: ScanDataConfig,
     pub(super) echo_filter: u8,
+    pub(super) suppression: SuppressionMode,
     pub(super) location_name: String,
     pub(super) filters: filter::Active,
     pub(super) encoder: EncoderSettings,
@@ -81,6 +83,7 @@ impl Settings {
                 ..ScanDataConfig::default()
             },
             echo_filter: fr_echo_filter::ALL,
+            suppression: SuppressionMode { code: ms_suppmode::GLITCH },
             location_name: location_name.into(),
             filters: filter::Active {
                 mean: MeanFilter { active: false, scans: *filter::MEAN_SCANS.start(), reserved: 0 },

@@ -14,7 +14,7 @@ use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::model::{Model, ScanMode};
 use crate::optics::FactoryEcho;
-use crate::telegram::{DateTime, LmdScandata, fr_echo_filter};
+use crate::telegram::{DateTime, LmdScandata, fr_echo_filter, ms_suppmode};
 use crate::time::SimTime;
 
 /// What differs between two scanners of one model.
@@ -53,6 +53,8 @@ pub struct Mirror {
     pub period_ppm: i32,
     /// The full grid of the scan mode, before the output range is cut.
     pub beams: BeamGrid,
+    /// The receiver suppresses fog, as a client has set it with MSsuppmode.
+    pub suppresses_fog: bool,
 }
 
 /// A scan mode the model does not have.
@@ -180,7 +182,12 @@ impl Device {
             Profile::Bench => 0,
             Profile::Field => self.model.period_ppm,
         };
-        Mirror { frequency_centihz: mode.frequency_centihz, period_ppm, beams: self.model.beams(mode) }
+        Mirror {
+            frequency_centihz: mode.frequency_centihz,
+            period_ppm,
+            beams: self.model.beams(mode),
+            suppresses_fog: self.settings.suppression.code == ms_suppmode::FOG,
+        }
     }
 
     /// Sets the scan mode, as the host program finds it in a rig file. It is kept over restarts.

@@ -164,7 +164,7 @@ pub(super) const TIM: Model = Model {
     },
     fields: 48,
     evaluations: Evaluations { always: 3, most: 3 },
-    lacks: &["DO3And4Fnc", "LICsrc", "LICencset", "LICencres", "FREchoFilter"],
+    lacks: &["DO3And4Fnc", "LICsrc", "LICencset", "LICencres", "FREchoFilter", "MSsuppmode"],
     times: Times { first_scan: ms(280), start_reply: ms(1), ..LMS1XX.times },
     emulates: &[
         "15 Hz/0.3333°; LMPoutputRange cuts the full grid",
@@ -172,7 +172,7 @@ pub(super) const TIM: Model = Model {
         "the scan counter keeps counting over LMCstartmeas",
     ],
     not_emulated: &[
-        "echo filter and encoders: sFA 3 for FREchoFilter, LIC… and DO3And4Fnc, sFA 4 for encoders in LMDscandatacfg; whether real ones have them was not found out",
+        "echo filter and encoders: sFA 3 for FREchoFilter, MSsuppmode, LIC… and DO3And4Fnc, sFA 4 for encoders in LMDscandatacfg; whether real ones have them was not found out",
         "raw codes for no valid return other than 2",
     ],
     evidence: &[

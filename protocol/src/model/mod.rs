@@ -41,7 +41,7 @@ pub static MODELS: &[&Model] = &[
 pub const ALL_EMULATE: &[&str] = &[
     "both CoLa dialects, decimal and hex arguments, switched by EIHstCola",
     "LMDscandata: echo mask, 8- or 16-bit remission, position block (zeros), device name, comment, time, output rate; LMDscandatamon with it",
-    "LFPmeanfilter (one scan for all of a mean), LFPmedianfilter (3 beams), LFPparticle, SetActiveApplications",
+    "LFPmeanfilter (one scan for all of a mean), LFPmedianfilter (3 beams), LFPparticle, MSsuppmode (fog filter; through a device's eye), SetActiveApplications",
     "LIDinputstate and LIDoutputstate events when a line changes; LFErec for circles about the scanner (up to four fields; TiM7xx three, always reported; TiM5xx one)",
     "user levels, write protection, sFA codes (docs/refusals.md); settings kept by mEEwriteall, lost by mSCreboot",
 ];
@@ -60,7 +60,7 @@ pub const NONE_EMULATE: &[&str] = &[
 pub const ALL_EVIDENCE: &[&str] = &[
     "FREchoFilter and SetActiveApplications replies without a trailing blank: recorded on an MRS1104 only",
     "DeviceIdent: shape as recorded on other models; DItype and OrdNum: not verified",
-    "rules of the filters: not verified",
+    "rules of the filters: not verified; MSsuppmode by its name and codes in a public driver, 0 out of the box assumed",
     "LMDscandatacfg out of the box (first echo, no remission, no time, every scan): not known; all recorded reads followed a client's write",
     "FREchoFilter out of the box (all echoes), encoder and filter settings: assumed; no recording reads one before its client wrote it",
     "LocationName `not defined`: recorded before any write on an LMS111 and a TiM781S, as delivered; an LMS511's `SN 18110550` is as somebody left it",

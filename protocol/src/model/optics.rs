@@ -1,6 +1,6 @@
 //! What light does in the CoLa scanners. S1 to S14 are documents: docs/optics.md lists them.
 
-use crate::optics::{Fact, FactoryEcho, Noise, NoiseShape, Optics, Pulse, RemissionCurve, Spot};
+use crate::optics::{Fact, FactoryEcho, FogFilter, Noise, NoiseShape, Optics, Pulse, RemissionCurve, Spot};
 
 /// Gaps of 0.36 to 0.81 m were recorded as one blended range, gaps of 1.56 and 1.61 m as two with a trace of each other.
 pub(crate) const PULSE: Pulse = Pulse { merged_m: Fact::assumed(1.0), apart_m: Fact::assumed(2.0) };
@@ -18,6 +18,8 @@ pub(super) const LMS1XX: Optics = Optics {
     },
     pulse: PULSE,
     factory_echo: FactoryEcho::All,
+    // 6 % of a pulse's length, taken as 6 % of the spot.
+    fog_filter: FogFilter::SmallPulses { share: Fact::from("S11", 0.06) },
     range_at_10_percent_m: Fact::memory(18.0),
     noise: Noise {
         sigma_mm: Fact::recorded(8.3),
@@ -43,6 +45,8 @@ pub(super) const LMS5XX: Optics = Optics {
         ..LMS1XX.spot
     },
     factory_echo: FactoryEcho::Last,
+    // Level 3 of 6, the standard: 2 to the level.
+    fog_filter: FogFilter::LeastPower { times: Fact::assumed(8.0), within_m: Fact::from("S11", 16.0) },
     range_at_10_percent_m: Fact::memory(40.0),
     noise: Noise {
         sigma_mm: Fact::recorded(3.6),
@@ -79,6 +83,7 @@ pub(super) const TIM: Optics = Optics {
         effective: EFFECTIVE,
     },
     factory_echo: FactoryEcho::First,
+    fog_filter: FogFilter::None,
     range_at_10_percent_m: Fact::from("S10", 8.0),
     noise: Noise {
         sigma_mm: Fact::recorded(11.3),

@@ -19,6 +19,8 @@ pub struct Optics {
     pub pulse: Pulse,
     /// The echo that is reported out of the box.
     pub factory_echo: FactoryEcho,
+    /// What its fog filter does where a client has set it (`MSsuppmode`).
+    pub fog_filter: FogFilter,
     /// Farthest range of a surface with 10 % remission, metres: what sets the least power that is detected.
     pub range_at_10_percent_m: Fact,
     /// Scatter of the ranges.
@@ -70,6 +72,40 @@ pub enum FactoryEcho {
     All,
     /// The last.
     Last,
+}
+
+/// What a fog filter does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FogFilter {
+    /// The scanner has none.
+    None,
+    /// Small pulses are dropped: less than this share of the spot.
+    SmallPulses {
+        /// Share of the spot.
+        share: Fact,
+    },
+    /// The least power that is detected rises within a range.
+    LeastPower {
+        /// By so many times.
+        times: Fact,
+        /// Out to here, metres.
+        within_m: Fact,
+    },
+}
+
+impl FogFilter {
+    /// Least share of the spot that an echo must have.
+    pub fn least_share(&self) -> f64 {
+        if let Self::SmallPulses { share } = self { share.value } else { 0.0 }
+    }
+
+    /// How many times the least power an echo at this range must have.
+    pub fn times_least_power(&self, range_m: f64) -> f64 {
+        match self {
+            Self::LeastPower { times, within_m } if range_m < within_m.value => times.value,
+            _ => 1.0,
+        }
+    }
 }
 
 /// Scatter of the ranges, 1 σ: σ² = `sigma_mm²` + `weak_sigma_mm²` · least power / power.
@@ -151,6 +187,16 @@ impl Optics {
         ]
         .map(|(name, fact)| (name, fact.to_string()))
         .into();
+        match self.fog_filter {
+            FogFilter::None => {}
+            FogFilter::SmallPulses { share } => {
+                lines.push(("fog filter: least share of the spot", share.to_string()))
+            }
+            FogFilter::LeastPower { times, within_m } => {
+                lines.push(("fog filter: least power, times", times.to_string()));
+                lines.push(("fog filter: out to, m", within_m.to_string()));
+            }
+        }
         match self.remission {
             RemissionCurve::Logarithmic { digits_a_decade, sigma_digits } => {
                 lines.push(("remission sigma, digits", sigma_digits.to_string()));

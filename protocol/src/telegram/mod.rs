@@ -28,6 +28,7 @@ pub mod lmp_output_range;
 pub mod lmp_scancfg;
 pub mod location_name;
 pub mod lsp_datetime;
+pub mod ms_suppmode;
 pub mod od_oprh;
 pub mod od_pwrc;
 pub mod ord_num;

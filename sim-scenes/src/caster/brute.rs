@@ -120,7 +120,8 @@ fn images(o: DVec3, d: DVec3, low: f64, high: f64, orchard: &Orchard) -> impl It
     periods.map(move |k| if k == 0 { o } else { o - DVec3::Y * (k as f64 * period) })
 }
 
-/// Range and |d·n|: the plane first, then even-odd in the leaf's own plane; each edge owns its lower end.
+/// Range and |d·n|: the plane for the range, and even-odd as seen along the ray for the rest. All polygons are seen in the same axes, and an
+/// edge from its lower end, so that no ray passes between two that share one; each edge owns its lower end.
 fn meet_leaf(leaf: &Leaf, o: DVec3, d: DVec3) -> Option<(f64, f64)> {
     let normal = DVec3::from_array(leaf.normal());
     let facing = d.dot(normal);
@@ -129,18 +130,17 @@ fn meet_leaf(leaf: &Leaf, o: DVec3, d: DVec3) -> Option<(f64, f64)> {
     if facing.abs() < EDGE_ON || range <= 0.0 {
         return None;
     }
-    let at = o + d * range;
-    let u_axis = normal.any_orthonormal_vector();
-    let v_axis = normal.cross(u_axis);
+    let (u_axis, v_axis) = d.any_orthonormal_pair();
     let flat = |v: &[f64; 3]| {
-        let from_hit = DVec3::from_array(*v) - at;
-        (from_hit.dot(u_axis), from_hit.dot(v_axis))
+        let from_start = DVec3::from_array(*v) - o;
+        (from_start.dot(u_axis), from_start.dot(v_axis))
     };
     let mut odd = false;
     let mut from = flat(leaf.outline().last()?);
     for to in leaf.outline().iter().map(flat) {
-        if (from.1 > 0.0) != (to.1 > 0.0) && from.0 - from.1 * (to.0 - from.0) / (to.1 - from.1) > 0.0 {
-            odd = !odd;
+        if (from.1 > 0.0) != (to.1 > 0.0) {
+            let (low, high) = if to.1 > 0.0 { (from, to) } else { (to, from) };
+            odd ^= low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1) > 0.0;
         }
         from = to;
     }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 use pulp::Simd;
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::Mount;
+use rowscan_protocol::rig::{Axes, Mount};
 
 use super::nearest::Nearest;
 use super::rectangle::Rectangle;
@@ -27,6 +27,8 @@ pub struct BeamFan {
     /// The start, within half a turn of 0.
     first_rad: f64,
     advance_m: f64,
+    /// The scan plane's, if it leans.
+    axes: Option<Axes>,
     count: usize,
     /// Of every beam, padded.
     cos: Vec<f64>,
@@ -53,6 +55,7 @@ impl BeamFan {
             turns_per_beam: step_rad.abs() / TAU,
             first_rad: ((start_deg + 180.0).rem_euclid(360.0) - 180.0) * (PI / 180.0),
             advance_m: 0.0,
+            axes: None,
             count: cos.len(),
             cos: padded(cos),
             sin: padded(sin),
@@ -72,12 +75,34 @@ impl BeamFan {
         self.advance_m = if metres_per_beam.is_finite() { metres_per_beam } else { 0.0 };
     }
 
-    /// The beams of a scanner's mirror as mounted.
-    pub fn of_mount(mount: &Mount, grid: BeamGrid) -> Self {
-        Self::looking(mount, grid, true)
+    /// The same beams in a plane with these axes: θ counts from `to_row` towards `up`.
+    #[must_use]
+    pub fn leaning(mut self, axes: Axes) -> Self {
+        self.lean(Some(axes));
+        self
     }
 
-    /// The beams of a scanner's mirror as mounted, in the scene's frame: the mount's X points into the vegetation, which is the scene's
+    /// As [`Self::leaning`], in place: the next turn of a mirror whose carrier pitches.
+    pub fn lean(&mut self, axes: Option<Axes>) {
+        self.axes = axes.filter(|axes| *axes != Axes::LEVEL);
+    }
+
+    /// The axes of the scan plane, if it is not square to the row.
+    pub fn axes(&self) -> Option<&Axes> {
+        self.axes.as_ref()
+    }
+
+    /// The beams of a scanner's mirror as mounted.
+    pub fn of_mount(mount: &Mount, grid: BeamGrid) -> Self {
+        let attitude = mount.attitude();
+        if attitude.leans() {
+            Self::looking(mount, grid, true).leaning(attitude.axes())
+        } else {
+            Self::tilted(mount, grid, true, -attitude.roll_rad)
+        }
+    }
+
+    /// The beams of a scanner's mirror that is mounted level, in the scene's frame: the mount's X points into the vegetation, which is the scene's
     /// +X, or its −X where the tractor has the row on the other side.
     pub fn looking(mount: &Mount, grid: BeamGrid, towards_x: bool) -> Self {
         Self::tilted(mount, grid, towards_x, 0.0)
@@ -97,12 +122,18 @@ impl BeamFan {
     pub fn refined(&self, fold: usize, margin: usize) -> Self {
         let step_deg = self.step_deg / fold.max(1) as f64;
         let count = self.count.checked_sub(1).map_or(0, |gaps| gaps * fold.max(1) + 1 + 2 * margin);
-        Self::from_degrees(self.start_deg - margin as f64 * step_deg, step_deg, count)
+        let fan = Self::from_degrees(self.start_deg - margin as f64 * step_deg, step_deg, count);
+        Self { axes: self.axes, ..fan }
     }
 
     /// Angle from beam to beam, radians; negative where θ falls.
     pub fn step_rad(&self) -> f64 {
         self.step_rad
+    }
+
+    /// True if it has the other's beams, whichever way their planes lean.
+    pub(crate) fn is_turned_as(&self, other: &Self) -> bool {
+        (self.start_deg, self.step_deg, self.count) == (other.start_deg, other.step_deg, other.count)
     }
 
     /// Number of beams.
@@ -257,7 +288,8 @@ impl Sight for BeamFan {
     fn ray(&self, j: usize) -> (DVec3, DVec3) {
         match (self.cos.get(j), self.sin.get(j)) {
             (Some(cos), Some(sin)) if j < self.count => {
-                (DVec3::Y * (j as f64 * self.advance_m), DVec3::new(*cos, 0.0, *sin))
+                let direction = self.axes.map_or([*cos, 0.0, *sin], |axes| axes.beam(*cos, *sin));
+                (DVec3::Y * (j as f64 * self.advance_m), DVec3::from_array(direction))
             }
             _ => (DVec3::ZERO, DVec3::ZERO),
         }

@@ -10,6 +10,7 @@ use super::nearest::marked;
 use super::shapes::{Leaves, Shapes};
 use super::sight::{Cut, Points, Segments, Sight};
 use super::spans::for_beams;
+use super::turned::{Frame, Turned};
 use crate::lanes::{Lanes, Row, WIDTH};
 
 /// Leaves whose plane is nearer than this to the scan plane (sine of the angle) are edge-on and return nothing.
@@ -78,7 +79,7 @@ impl<T: Sight> LeafPass<'_, T> {
     }
 }
 
-/// Eight leaves cut by the plane y = `origin[1]`. False if it cuts none.
+/// Eight leaves cut by the line's plane. False if it cuts none.
 #[inline(always)]
 fn cut<S: Simd, T: Sight>(
     simd: S,
@@ -91,20 +92,30 @@ fn cut<S: Simd, T: Sight>(
     let mut any = false;
     for part in 0..Row::parts::<S>() {
         let Some(leaves) = shapes.leaves(simd, eight, part, origin) else { break };
-        let Edges { rise, fall, cut } = edges(leaves, Lanes::splat(simd, 0.0));
-        let (normal, on) = leaves.planes();
-        let facing = (normal.y.abs() * normal.y.of(PARALLEL)).le(normal.x.abs().max(normal.z.abs()));
-        let cut = Cut {
-            a: crossing(leaves, rise),
-            b: crossing(leaves, fall),
-            normal: Points(normal.x, normal.z),
-            distance: normal.dot(on),
-            cut: cut.and(facing),
+        let cut = if T::LEANS {
+            register(simd, Turned::new(Frame::of(simd, sight.axes()), leaves))
+        } else {
+            register(simd, leaves)
         };
         any |= !cut.cut.is_empty();
         sight.segments(simd, part, cut, out);
     }
     any
+}
+
+/// A register of leaves cut by the plane Y = 0.
+#[inline(always)]
+fn register<S: Simd, L: Leaves<S>>(simd: S, leaves: L) -> Cut<S> {
+    let Edges { rise, fall, cut } = edges(leaves, Lanes::splat(simd, 0.0));
+    let (normal, on) = leaves.planes();
+    let facing = (normal.y.abs() * normal.y.of(PARALLEL)).le(normal.x.abs().max(normal.z.abs()));
+    Cut {
+        a: crossing(leaves, rise),
+        b: crossing(leaves, fall),
+        normal: Points(normal.x, normal.z),
+        distance: normal.dot(on),
+        cut: cut.and(facing),
+    }
 }
 
 /// Where edges cross the plane. Always from the lower end, so that two pieces that share an edge share the crossing to the last bit.

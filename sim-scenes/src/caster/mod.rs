@@ -17,6 +17,7 @@ mod fan;
 mod layers;
 mod leaf_field;
 mod leaf_pass;
+mod leaning;
 mod leaves;
 mod moving;
 mod nearest;
@@ -32,6 +33,7 @@ mod sight;
 mod spans;
 mod tag;
 mod template;
+mod turned;
 mod wood;
 mod wood_field;
 
@@ -48,9 +50,11 @@ use rowscan_protocol::scan::Pose;
 use crate::orchard::Orchard;
 use block::Block;
 use leaf_pass::LeafPass;
+use leaning::Leaning;
 use nearest::Nearest;
 use placed_blocks::{PlacedBlocks, View};
 use range_pass::RangePass;
+use rectangle::Rectangle;
 use sight::{Part, Sight};
 use wood::{FloorPass, GroundPass};
 
@@ -63,6 +67,8 @@ pub struct Caster {
     plane_m: f64,
     /// All trees.
     trees: PlacedBlocks,
+    /// What all organs take up across the row, in (X, Z).
+    across: Rectangle,
     period_m: f64,
     registers: Registers,
 }
@@ -92,10 +98,18 @@ impl Caster {
     /// distinct directions, not with their copies.
     pub fn new(orchard: &Orchard) -> Self {
         let period_m = orchard.length_m();
+        let trees = PlacedBlocks::new(orchard);
+        let built = orchard.supports().iter().flat_map(|support| {
+            let (shape, around_m) = (&support.shape, support.shape.radius_m());
+            [shape.base(), shape.tip()].map(|at| Rectangle::around(at, around_m))
+        });
+        let ground = orchard.ground().facets.iter().flat_map(|facet| facet.polygon.outline());
+        let ground = ground.map(|vertex| Rectangle::around(*vertex, 0.0));
         Self {
+            across: built.chain(ground).fold(trees.across(), Rectangle::and),
             supports: Block::new(std::iter::empty(), orchard.supports(), &orchard.ground().facets, period_m),
             plane_m: orchard.ground().plane_m,
-            trees: PlacedBlocks::new(orchard),
+            trees,
             period_m,
             registers: Registers::Widest,
         }
@@ -113,12 +127,26 @@ impl Caster {
     /// The origin may be anywhere, also far along the row (which repeats), above it, or within the canopy. An origin that is not a
     /// number meets nothing.
     pub fn cast(&self, origin: Pose, fan: &BeamFan, scratch: &mut Scratch, out: &mut [Return]) {
-        self.look(origin, fan, 1, scratch);
+        match fan.axes() {
+            None => self.nearest(origin, fan, fan, scratch, out),
+            Some(axes) => self.nearest(origin, &Leaning::new(fan, axes), fan, scratch, out),
+        }
+    }
+
+    fn nearest<T: Sight>(
+        &self,
+        origin: Pose,
+        sight: &T,
+        fan: &BeamFan,
+        scratch: &mut Scratch,
+        out: &mut [Return],
+    ) {
+        self.look(origin, sight, 1, scratch);
         let nearest = &scratch.nearest;
         let (ranges, marks) = nearest.slot(0);
         let met = ranges.iter().zip(marks).zip(nearest.cos_of_floor()).zip(fan.directions());
         for ((((range_m, mark), cos), direction), target) in met.zip(out) {
-            *target = nearest.owners().tag(*mark).met(*range_m, direction, *cos);
+            *target = nearest.owners().tag(*mark).met(*range_m, sight.in_scene(direction), *cos);
         }
     }
 
@@ -134,7 +162,8 @@ impl Caster {
     /// The nearest surface along every beam, as [`Caster::cast`] finds it, and besides the first `k` leaves before the first wood and
     /// the ground (three for the I_3L of the paper), each with its own range, labels and incidence; in one pass.
     ///
-    /// `out` is emptied first and reused. With `k` = 0 only the nearest surface is kept.
+    /// `out` is emptied first and reused. With `k` = 0 only the nearest surface is kept. Of a plane that leans, a leaf that reaches over the
+    /// end of the row's period counts twice.
     pub fn cast_layers(
         &self,
         origin: Pose,
@@ -145,7 +174,10 @@ impl Caster {
     ) {
         out.reset(beams.len(), k);
         match beams {
-            Beams::Fan(fan) => self.layers(origin, fan, k, scratch, out),
+            Beams::Fan(fan) => match fan.axes() {
+                None => self.layers(origin, fan, k, scratch, out),
+                Some(axes) => self.layers(origin, &Leaning::new(fan, axes), k, scratch, out),
+            },
             Beams::Parallel(beams) => self.layers(origin, beams, k, scratch, out),
         }
     }
@@ -156,7 +188,7 @@ impl Caster {
         let nearest = &scratch.nearest;
         for (beam, cos) in (0..sight.count()).zip(nearest.cos_of_floor()) {
             let slots = (0..depth).filter_map(|slot| nearest.at(slot, beam));
-            let direction = sight.direction(beam);
+            let direction = sight.in_scene(sight.direction(beam));
             out.set(
                 beam,
                 slots.map(|(range_m, mark)| nearest.owners().tag(mark).met(range_m, direction, *cos)),
@@ -168,7 +200,7 @@ impl Caster {
     fn look<T: Sight>(&self, origin: Pose, sight: &T, depth: usize, scratch: &mut Scratch) {
         let Scratch { nearest, facets, views } = scratch;
         nearest.reset(sight.count(), depth, T::FARTHEST);
-        let parts = self.parts(origin, sight);
+        let parts = self.parts(origin, sight).flat_map(|part| self.images(part, sight));
         if let Some(part) = parts.clone().next() {
             self.dispatch(GroundPass { sight, part, plane_m: self.plane_m, nearest: &mut *nearest });
         }
@@ -181,6 +213,7 @@ impl Caster {
         let mut first = true;
         for View { block, tree, part, window, beyond } in views.iter() {
             let Some(block) = self.trees.block(*block) else { continue };
+            let part = &Part { y_m: sight.reach(part.starts_m, *window), ..*part };
             if first {
                 self.floor(block, sight, *part, *tree, nearest, facets);
                 nearest.close_floor();
@@ -261,11 +294,34 @@ impl Caster {
             next = beyond;
             let shift = here * if endless { period_m } else { 0.0 };
             let (one, other) = (at(from) - shift, at(beyond - 1) - shift);
-            Some(Part {
-                origin: [x_m, first_m - shift, z_m],
-                beams: (from, beyond),
-                y_m: (one.min(other), one.max(other)),
-            })
+            let starts_m = (one.min(other), one.max(other));
+            Some(Part { origin: [x_m, first_m - shift, z_m], beams: (from, beyond), starts_m, y_m: starts_m })
+        })
+    }
+
+    /// A part as every period of the row sees it that its beams may meet something in: of a level plane itself alone.
+    fn images<'a, T: Sight>(
+        &'a self,
+        part: Part,
+        sight: &T,
+    ) -> impl Iterator<Item = Part> + Clone + use<'a, T> {
+        let [x_m, first_m, z_m] = part.origin;
+        let Rectangle { low, high } = self.across;
+        let across = Rectangle { low: [low[0] - x_m, low[1] - z_m], high: [high[0] - x_m, high[1] - z_m] };
+        let (low_m, high_m) = sight.reach(part.starts_m, across);
+        let periods = if T::LEANS && self.period_m.is_finite() {
+            (low_m / self.period_m).floor().min(0.0) as i64..=(high_m / self.period_m).floor().max(0.0) as i64
+        } else {
+            0..=0
+        };
+        periods.map(move |period| {
+            let shift_m = if period == 0 { 0.0 } else { period as f64 * self.period_m };
+            Part {
+                origin: [x_m, first_m - shift_m, z_m],
+                starts_m: (part.starts_m.0 - shift_m, part.starts_m.1 - shift_m),
+                y_m: (low_m - shift_m, high_m - shift_m),
+                beams: part.beams,
+            }
         })
     }
 

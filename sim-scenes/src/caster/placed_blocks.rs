@@ -171,6 +171,15 @@ impl PlacedBlocks {
         self.copies = order.into_iter().map(|number| images.get(number?).copied()).collect();
     }
 
+    /// What all trees take up across the row, in (X, Z) of the scene.
+    pub(super) fn across(&self) -> Rectangle {
+        let copies =
+            self.copies.iter().flatten().filter_map(|copy| Some((copy.base_m, self.bounds.get(copy.block)?)));
+        let rows = self.bounds.iter().take(self.rows).map(|bounds| ([0.0; 3], bounds));
+        rows.chain(copies)
+            .fold(Rectangle::NOTHING, |all, ([x, y, z], bounds)| all.and(bounds.seen_from([-x, -y, -z])))
+    }
+
     pub(super) fn block(&self, number: usize) -> Option<&Block> {
         self.blocks.get(number)
     }
@@ -195,6 +204,7 @@ impl PlacedBlocks {
                 let moved = Part {
                     origin: [ox - x, oy - y, oz - z],
                     beams: part.beams,
+                    starts_m: (part.starts_m.0 - y, part.starts_m.1 - y),
                     y_m: (part.y_m.0 - y, part.y_m.1 - y),
                 };
                 let (block, tree) = (copy.block, Some(copy.tree));

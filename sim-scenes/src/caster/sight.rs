@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 use pulp::Simd;
+use rowscan_protocol::rig::Axes;
 
 use super::nearest::Nearest;
 use super::rectangle::Rectangle;
@@ -83,6 +84,12 @@ pub(super) struct Rays<S: Simd> {
 pub(super) trait Sight: Sync {
     /// Key of a surface infinitely far away.
     const FARTHEST: f64;
+    /// True if the scan plane is not square to the row.
+    const LEANS: bool = false;
+    /// Its axes: (X, Z) of what beams see, and Y across it, are along these.
+    fn axes(&self) -> &Axes {
+        &Axes::LEVEL
+    }
     /// Number of beams.
     fn count(&self) -> usize;
     /// True if all beams start in one point, unless the scanner moves.
@@ -105,8 +112,22 @@ pub(super) trait Sight: Sync {
     fn is_hidden(&self, _: Rectangle, _: &Nearest) -> bool {
         false
     }
-    /// Direction of beam `j`, (X, Z).
+    /// Direction of beam `j`, (X, Z) of the plane.
     fn direction(&self, j: usize) -> (f64, f64);
+    /// A direction of the plane in the scene.
+    #[inline(always)]
+    fn in_scene(&self, (x, z): (f64, f64)) -> [f64; 3] {
+        [x, 0.0, z]
+    }
+    /// From one beam's start to the next one's, by the plane's axes.
+    fn way(&self) -> [f64; 3] {
+        self.axes().seen([0.0, self.advance_m(), 0.0])
+    }
+    /// The Y at which beams that start between these two may meet what lies within the rectangle, which counts from the line's origin.
+    #[inline(always)]
+    fn reach(&self, starts_m: (f64, f64), _: Rectangle) -> (f64, f64) {
+        starts_m
+    }
     /// Start (from the line's origin) and direction of beam `j`.
     fn ray(&self, j: usize) -> (DVec3, DVec3);
 }
@@ -118,6 +139,8 @@ pub(super) struct Part {
     pub(super) origin: [f64; 3],
     /// First beam, and the one after the last.
     pub(super) beams: (usize, usize),
-    /// Least and greatest Y of those beams.
+    /// Least and greatest Y at which those beams start.
+    pub(super) starts_m: (f64, f64),
+    /// And at which they may meet something: other than that only where the plane leans.
     pub(super) y_m: (f64, f64),
 }

@@ -4,9 +4,11 @@
 use pulp::{Simd, WithSimd};
 
 use super::nearest::{GROUND, Nearest, marked};
+use super::shapes::Vertex;
 use super::sight::{Part, Points, Sight};
 use super::spans::{Spans, for_beams};
-use super::wood_field::{Poles, WIDER, WoodField};
+use super::turned::Frame;
+use super::wood_field::{LEVEL, Poles, WIDER, WoodField};
 use crate::lanes::{Lanes, Mask, Row};
 
 /// A beam this near to the axis's direction (square of the sine) meets ends only.
@@ -14,6 +16,9 @@ const ALONG_AXIS: f64 = 1e-20;
 
 /// A beam that comes no nearer to the axis's direction than this (cosine) never meets ends.
 const SQUARE_ON: f64 = 1e-300;
+
+/// How much farther a disk is looked for in a plane that leans, metres: far above rounding.
+const SPARE_M: f64 = 1e-9;
 
 /// Enters the level plane under all where beams that start above it look down.
 pub(super) struct GroundPass<'a, T> {
@@ -38,7 +43,13 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
             let (Some(p), Some(q)) = (Lanes::read(simd, p, beam), Lanes::read(simd, q, beam)) else { break };
             let rays = sight.rays(simd, p, q);
             let height = Lanes::splat(simd, part.origin[2] - plane_m) + rays.start.1;
-            let cos = -rays.direction.1;
+            let cos = if T::LEANS {
+                let [.., to_row] = sight.axes().to_row;
+                let [.., up] = sight.axes().up;
+                -(rays.direction.0 * zero.of(to_row) + rays.direction.1 * zero.of(up))
+            } else {
+                -rays.direction.1
+            };
             let met = zero.lt(height).and(zero.lt(cos));
             if !met.is_empty() {
                 floor.end(simd, beam, met, T::key(simd, height / cos), owner, cos);
@@ -68,6 +79,8 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
         let (mut aspects, mut spans) = (Aspects::NONE, Spans::of(sight.turn(), sight.count()));
         let advance = Lanes::splat(simd, sight.advance_m());
         let still = T::ONE_START && sight.advance_m() == 0.0;
+        // A metre of it.
+        let way = sight.axes().seen([0.0, 1.0, 0.0]);
         for eights in field.index.eights(part.y_m) {
             for eight in eights {
                 let eight = *eight as usize;
@@ -78,7 +91,7 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
                 let first_owner = owners.list(field.tags(eight), copy);
                 for lane in spans.asked().iter() {
                     let owner = marked(first_owner + lane);
-                    let pole = Pole::load(simd, poles, &aspects, lane);
+                    let pole = Pole::load::<T>(simd, poles, &aspects, lane);
                     for_beams!(S, spans, lane, |beam, last| {
                         let (Some(p), Some(q)) = (Lanes::read(simd, p, beam), Lanes::read(simd, q, beam))
                         else {
@@ -89,7 +102,9 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
                             (pole.height, pole.offset)
                         } else {
                             let moved = Lanes::count_from(simd, beam) * advance;
-                            pole.seen_from(Vector(rays.start.0, moved, rays.start.1))
+                            let way = way.map(|metre| Lanes::splat(simd, metre) * moved);
+                            let [x, y, z] = if T::LEANS { way } else { [rays.start.0, moved, rays.start.1] };
+                            pole.seen_from(Vector(x, y, z))
                         };
                         let (met, range, cos) = pole.hit(height, offset, rays.direction);
                         floor.end(simd, beam, met, T::key(simd, range), owner, cos);
@@ -106,10 +121,13 @@ struct Aspects {
     height: Row,
     /// From the point of the axis there to the origin.
     offset: [Row; 3],
+    /// The axes, where the plane leans.
+    axis: [Row; 3],
 }
 
 impl Aspects {
-    const NONE: Self = Self { height: Row::splat(0.0), offset: [Row::splat(0.0); 3] };
+    const NONE: Self =
+        Self { height: Row::splat(0.0), offset: [Row::splat(0.0); 3], axis: [Row::splat(0.0); 3] };
 
     /// How the eight are seen, and the beams that may meet each; false if none may. What the plane cuts lies within disks about that part
     /// of the axis that is within reach of the plane, and all of them within one about its middle.
@@ -126,13 +144,27 @@ impl Aspects {
         let (x_m, y_m, z_m) = (Lanes::splat(simd, x_m), Lanes::splat(simd, y_m), Lanes::splat(simd, z_m));
         let (least_m, most_m) = (Lanes::splat(simd, of.y_m.0), Lanes::splat(simd, of.y_m.1));
         let zero = Lanes::splat(simd, 0.0);
+        let [first_m, last_m] = plane_y_m(sight, of).map(|y_m| zero.of(y_m));
         let mut any = false;
         for part in 0..Row::parts::<S>() {
             let near = poles.from.load(simd, part).le(most_m).and(least_m.le(poles.to.load(simd, part)));
             any |= !near.is_empty();
             let base = Vector::load(simd, part, &poles.base);
-            let axis = Vector::load(simd, part, &poles.axis);
-            let from_base = Vector(x_m - base.0, y_m - base.1, z_m - base.2);
+            let mut axis = Vector::load(simd, part, &poles.axis);
+            let mut from_base = Vector(x_m - base.0, y_m - base.1, z_m - base.2);
+            let radius = poles.radius.load(simd, part);
+            let (mut reach, mut pitch) = (poles.reach.load(simd, part), poles.pitch.load(simd, part));
+            // Where the axis begins along the plane's Y, as the ends of what beams start at count it.
+            let mut base_y = base.1;
+            if T::LEANS {
+                let frame = Frame::of(simd, sight.axes());
+                (axis, from_base) = (axis.seen(frame), from_base.seen(frame));
+                for (row, value) in self.axis.iter_mut().zip([axis.0, axis.1, axis.2]) {
+                    row.store(part, value);
+                }
+                (reach, pitch) = leaning_pole(axis, radius);
+                base_y = -from_base.1;
+            }
             let height = from_base.dot(axis);
             let offset = from_base.plus(axis, -height);
             self.height.store(part, height);
@@ -140,9 +172,8 @@ impl Aspects {
             self.offset[1].store(part, offset.1);
             self.offset[2].store(part, offset.2);
             // Part of the axis (metres from the base) whose disks reach the plane, or any of the planes of a moving scanner.
-            let (length, reach) = (poles.length.load(simd, part), poles.reach.load(simd, part));
-            let pitch = poles.pitch.load(simd, part);
-            let (one, other) = ((least_m - reach - base.1) * pitch, (most_m + reach - base.1) * pitch);
+            let length = poles.length.load(simd, part);
+            let (one, other) = ((first_m - reach - base_y) * pitch, (last_m + reach - base_y) * pitch);
             let spare = length * zero.of(1e-9);
             let rises = pitch.abs().lt(zero.of(f64::INFINITY));
             let from = rises.select((one.min(other) - spare).max(zero).min(length), zero);
@@ -151,12 +182,32 @@ impl Aspects {
             let around = Points(axis.0 * middle - from_base.0, axis.2 * middle - from_base.2);
             // No shorter than the part as seen along Y.
             let length = half * (axis.0.abs() + axis.2.abs());
-            let radius = (length + poles.radius.load(simd, part)) * zero.of(WIDER) + zero.of(1e-12);
+            let radius = (length + radius) * zero.of(WIDER) + zero.of(1e-12);
             let (first, last) = sight.meeting(around, radius);
             spans.set(part, near.select(first, zero.of(f64::INFINITY)), last);
         }
         any
     }
+}
+
+/// Where along the plane's own Y beams start first and last; for a level one that is the scene's.
+fn plane_y_m<T: Sight>(sight: &T, of: Part) -> [f64; 2] {
+    let (first_m, last_m) = of.starts_m;
+    if !T::LEANS {
+        return [first_m, last_m];
+    }
+    let [_, ahead, _] = sight.axes().ahead;
+    [first_m, last_m].map(|start_m| (start_m - of.origin[1]) * ahead)
+}
+
+/// How far a disk square to the axis reaches along a leaning plane's Y, and metres along the axis for a metre along it.
+#[inline(always)]
+fn leaning_pole<S: Simd>(axis: Vector<S>, radius: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let one = radius.of(1.0);
+    let flat = (one - axis.1 * axis.1).max(one.of(0.0)).sqrt();
+    let level = axis.1.abs().le(one.of(LEVEL));
+    let pitch = level.select(one.of(f64::INFINITY), one / axis.1);
+    (radius * flat * one.of(WIDER) + one.of(SPARE_M), pitch)
 }
 
 /// A register of vectors.
@@ -167,6 +218,13 @@ impl<S: Simd> Vector<S> {
     #[inline(always)]
     fn load(simd: S, part: usize, [x, y, z]: &[Row; 3]) -> Self {
         Self(x.load(simd, part), y.load(simd, part), z.load(simd, part))
+    }
+
+    /// In a frame's axes.
+    #[inline(always)]
+    fn seen(self, frame: Frame<S>) -> Self {
+        let Vertex { x, y, z } = frame.seen(Vertex { x: self.0, y: self.1, z: self.2 });
+        Self(x, y, z)
     }
 
     /// The vector of lane `lane` everywhere.
@@ -200,9 +258,9 @@ struct Pole<S: Simd> {
 
 impl<S: Simd> Pole<S> {
     #[inline(always)]
-    fn load(simd: S, poles: &Poles, aspects: &Aspects, lane: usize) -> Self {
+    fn load<T: Sight>(simd: S, poles: &Poles, aspects: &Aspects, lane: usize) -> Self {
         Self {
-            axis: Vector::of_lane(simd, lane, &poles.axis),
+            axis: Vector::of_lane(simd, lane, if T::LEANS { &aspects.axis } else { &poles.axis }),
             length: poles.length.everywhere(simd, lane),
             radius: poles.radius.everywhere(simd, lane),
             inverse_radius: poles.inverse_radius.everywhere(simd, lane),

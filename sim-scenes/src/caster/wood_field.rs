@@ -9,7 +9,7 @@ use crate::organ::Cylinder;
 pub(super) const WIDER: f64 = 1.0 + 1e-9;
 
 /// An axis that rises less than this along Y lies in the scan plane.
-const LEVEL: f64 = 1e-12;
+pub(super) const LEVEL: f64 = 1e-12;
 
 /// Eight cylinders.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! From what a beam's parts met to echoes: returns closer than a pulse are one blended range.
 
-use rowscan_protocol::optics::Pulse;
+use rowscan_protocol::optics::{FogFilter, Pulse};
 
 use super::touch::Touch;
 
@@ -27,6 +27,8 @@ pub(super) struct Rules {
     pub(super) least_power: f64,
     /// Least share of the spot.
     pub(super) min_share: f64,
+    /// What else is suppressed.
+    pub(super) fog: FogFilter,
     /// Echoes that the receiver tells apart.
     pub(super) most: usize,
 }
@@ -34,11 +36,13 @@ pub(super) struct Rules {
 impl Rules {
     pub(super) fn of(pulse: &Pulse, min_share: f64, most: usize) -> Self {
         let (merged_m, apart_m) = (pulse.merged_m.value, pulse.apart_m.value);
-        Self { merged_m, apart_m, least_power: 0.0, min_share, most }
+        Self { merged_m, apart_m, least_power: 0.0, min_share, fog: FogFilter::None, most }
     }
 
-    fn detects(&self, echo: &Echo) -> bool {
-        echo.power > 0.0 && echo.power >= self.least_power && echo.share >= self.min_share
+    pub(super) fn detects(&self, echo: &Echo) -> bool {
+        let least_power = self.least_power * self.fog.times_least_power(echo.range_m);
+        let least_share = self.min_share.max(self.fog.least_share());
+        echo.power > 0.0 && echo.power >= least_power && echo.share >= least_share
     }
 
     /// The echoes of a beam, nearest first. `touches` may be sorted.
@@ -84,10 +88,10 @@ impl Rules {
 }
 
 /// What a beam without echo formation reports: the nearest surface that it touches.
-pub(super) fn nearest(touches: &[Touch], min_share: f64, echoes: &mut Vec<Echo>) {
+pub(super) fn nearest(touches: &[Touch], echoes: &mut Vec<Echo>) {
     echoes.clear();
     let share: f64 = touches.iter().map(|touch| touch.share).sum();
-    let first = touches.iter().filter(|touch| touch.power > 0.0 && share >= min_share);
+    let first = touches.iter().filter(|touch| touch.power > 0.0);
     echoes.extend(first.min_by(|a, b| a.range_m.total_cmp(&b.range_m)).map(|touch| Echo {
         range_m: touch.range_m,
         power: touches.iter().map(|touch| touch.power).sum(),
@@ -151,7 +155,14 @@ impl Group {
 mod tests {
     use super::*;
 
-    const RULES: Rules = Rules { merged_m: 1.0, apart_m: 2.0, least_power: 0.0, min_share: 0.0, most: 5 };
+    const RULES: Rules = Rules {
+        merged_m: 1.0,
+        apart_m: 2.0,
+        least_power: 0.0,
+        min_share: 0.0,
+        fog: FogFilter::None,
+        most: 5,
+    };
 
     /// Half of the spot at either range, 1/r² weights.
     fn two(near_m: f64, far_m: f64, rules: Rules) -> Vec<Echo> {
@@ -178,6 +189,25 @@ mod tests {
         let late = (two(1.0, 2.6, RULES)[0].range_m - 1.0) / 1.6;
         assert!((0.04..=0.13).contains(&late), "{late}");
         assert!((two(1.0, 3.0, RULES)[0].range_m - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_fog_filter_drops_small_pulses_or_weak_ones_within_its_range() {
+        use rowscan_protocol::optics::Fact;
+        let touch = |range_m: f64, share, power| Touch { range_m, share, power, ray: 0 };
+        let seen = |fog, touches: &mut [Touch]| {
+            let mut echoes = Vec::new();
+            Rules { least_power: 0.01, fog, ..RULES }.echoes(touches, &mut echoes);
+            echoes.iter().map(|echo| echo.range_m).collect::<Vec<_>>()
+        };
+        // A drop, a leaf's rim, a wall; the last two within reach of a level 3 or beyond it.
+        let mut parts =
+            [touch(2.0, 0.0, 0.05), touch(6.0, 0.05, 0.05), touch(10.0, 0.9, 0.2), touch(20.0, 0.9, 0.05)];
+        assert_eq!(seen(FogFilter::None, &mut parts), [2.0, 6.0, 10.0, 20.0]);
+        let small = FogFilter::SmallPulses { share: Fact::assumed(0.06) };
+        assert_eq!(seen(small, &mut parts), [10.0, 20.0]);
+        let weak = FogFilter::LeastPower { times: Fact::assumed(8.0), within_m: Fact::assumed(16.0) };
+        assert_eq!(seen(weak, &mut parts), [10.0, 20.0]);
     }
 
     #[test]

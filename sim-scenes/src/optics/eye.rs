@@ -1,10 +1,10 @@
 //! The device's eye: one line from cast to millimetres, through the stages that are on.
 
-use rowscan_protocol::optics::Optics;
+use rowscan_protocol::optics::{FogFilter, Optics};
 use rowscan_protocol::scan::Pose;
 
 use super::air::AirStage;
-use super::air::Shot;
+use super::air::{Moment, Shot};
 use super::draws::{Draws, Use};
 use super::echo::{Echo, Rules, nearest};
 use super::energy;
@@ -109,6 +109,12 @@ impl Eye {
         let same = |sight: &Sight| {
             sight.fan.len() == fan.len() && sight.fan.step_rad().abs() == fan.step_rad().abs()
         };
+        if let Some(sight) = self.sight.as_mut().filter(|sight| sight.fan.is_turned_as(fan)) {
+            // Only the plane leans otherwise.
+            sight.footprint.lean(fan);
+            (sight.fan, sight.towards_x) = (fan.clone(), towards_x);
+            return;
+        }
         if let Some(sight) = self.sight.as_mut().filter(|sight| same(sight)) {
             // The same beams, tilted: spots and errors stay.
             sight.footprint.tilt(fan);
@@ -124,6 +130,18 @@ impl Eye {
         let noise = UnitNoise::new(&self.optics, self.settings.noise, self.unit, fan.len());
         let footprint = Footprint::new(grid, fan);
         self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, noise });
+    }
+
+    /// Lines from now on are seen through what nozzles spray at this moment of the drive; `duty` is what a controller has told each.
+    pub fn spray(&mut self, drive: Moment, duty: &dyn Fn(usize) -> Option<f64>) {
+        if let Some(air) = &mut self.air {
+            air.spray(drive, duty);
+        }
+    }
+
+    /// Lines from now on are measured with the fog filter, or without.
+    pub fn suppress_fog(&mut self, on: bool) {
+        self.rules.fog = if on { self.optics.fog_filter } else { FogFilter::None };
     }
 
     /// Looks: beam 0 starts at `origin`, each next one `advance_m` farther along Y. `scan` is the key of the line's random numbers.
@@ -174,8 +192,8 @@ impl Eye {
         if stages.has(Stage::Echoes) {
             rules.echoes(&mut self.touches, &mut self.echoes);
         } else {
-            nearest(&self.touches, rules.min_share, &mut self.echoes);
-            self.echoes.retain(|echo| echo.power >= rules.least_power);
+            nearest(&self.touches, &mut self.echoes);
+            self.echoes.retain(|echo| rules.detects(echo));
         }
         let Self { settings, optics, limits, seed, echoes, found, .. } = self;
         let measured = Measured { settings, optics, limits: *limits, seed: *seed, noise, scan, beam };

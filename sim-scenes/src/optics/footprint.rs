@@ -6,6 +6,12 @@ use super::spot::{Extent, SpotGrid};
 use super::touch::Touch;
 use crate::caster::{BeamFan, Caster, Return, Scratch};
 
+/// A place so far across the fan's plane.
+fn beside(from: Pose, fan: &BeamFan, across_m: f64) -> Pose {
+    let [x, y, z] = fan.axes().map_or([0.0, 1.0, 0.0], |axes| axes.ahead);
+    Pose { x_m: from.x_m + x * across_m, y_m: from.y_m + y * across_m, z_m: from.z_m + z * across_m }
+}
+
 /// The casts of one line, and room for the next.
 #[derive(Clone, Debug)]
 pub(super) struct Footprint {
@@ -53,6 +59,11 @@ impl Footprint {
         self.fan = fan.refined(self.grid.fold, self.margin);
     }
 
+    /// The same beams in a plane that leans so.
+    pub(super) fn lean(&mut self, fan: &BeamFan) {
+        self.fan.lean(fan.axes().copied());
+    }
+
     /// Casts a line whose first beam starts at `origin`, with the plane grid at place `phase`. `gain` is what comes back of a ray: its
     /// power relative to a white wall at 1 m.
     pub(super) fn cast(
@@ -73,7 +84,7 @@ impl Footprint {
         self.rays.clear();
         let (mut widest_rad, half_sweep_rad) = (0.0_f64, self.grid.half_sweep_rad);
         for (plane, returns) in planes.iter().zip(self.returns.chunks_exact_mut(count.max(1))) {
-            let from = Pose { y_m: first_m + plane.y_m, ..origin };
+            let from = beside(Pose { y_m: first_m, ..origin }, &self.fan, plane.y_m);
             caster.cast(from, &self.fan, &mut self.scratch, returns);
             self.rays.extend(returns.iter().map(|found| {
                 if !found.is_hit() {

@@ -75,6 +75,11 @@ impl OpticsSettings {
         self.air.validate()
     }
 
+    /// The contamination that scanners report, as LCMstate has it: 0 to 3.
+    pub fn contamination(&self) -> u8 {
+        if self.stages.has(Stage::Air) { self.air.contamination() } else { 0 }
+    }
+
     /// How wide the beams are, as a rig says it.
     pub(crate) fn beam_width(&self) -> BeamWidth {
         if self.stages.has(Stage::Spot) { BeamWidth::Device } else { BeamWidth::Ideal }

@@ -1,9 +1,9 @@
 //! Trained trees: spindles, vases, palmettes and hedges, made as a grower makes them, by growth, tie and cut season after season.
 //!
-//! A tree is a set of axes ([`axis`]). Every season each living axis extends and last year's wood breaks into shoots and spurs
-//! ([`mod@grow`]); wood thickens by the pipe model ([`thick`]); all bends under its own load ([`bend`]). In winter young limbs are tied
-//! and the tree is cut ([`winter`]). The last season is the one that is scanned: leaves stand on its shoots and on the rosettes of the
-//! spurs ([`clothe`]) and nowhere else. `seasons`, leaf, petiole, envelope and shears are those of `[orchard.tree]`; what is the
+//! A tree is a set of axes (`axis`). Every season each living axis extends and last year's wood breaks into shoots and spurs
+//! (`grow`); wood thickens by the pipe model (`thick`); all bends under its own load (`bend`). In winter young limbs are tied
+//! and the tree is cut (`winter`). The last season is the one that is scanned: leaves stand on its shoots and on the rosettes of the
+//! spurs (`clothe`) and nowhere else. `seasons`, leaf, petiole, envelope and shears are those of `[orchard.tree]`; what is the
 //! system's own stands in `[orchard.training]`.
 
 mod axis;

@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use rowscan_canopy::CutMethod;
 use rowscan_driver::{DriverConfig, Source};
 use rowscan_ports::Delivery;
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_recording::About;
 use rowscan_scenes::{Orchard, Scene};
 use rowscan_study::reading::{CalibrationChoice, Reading};
@@ -42,6 +42,9 @@ pub(super) struct Args {
     /// Model of the scanners, instead of the rig's own; chooses the calibration
     #[arg(long, value_name = "NAME", requires = "rig")]
     model: Option<String>,
+    /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
+    #[arg(long, value_enum, value_name = "WHICH", requires = "rig")]
+    echo: Option<EchoArg>,
     /// A calibration file or a shipped calibration's name, instead of the rig's own
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
@@ -75,6 +78,24 @@ pub(super) struct Args {
     sensor: SensorArgs,
     #[command(flatten)]
     record: RecordArgs,
+}
+
+/// An echo of a beam.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum EchoArg {
+    /// The first
+    First,
+    /// The last: what an LMS5xx sends out of the box
+    Last,
+}
+
+impl From<EchoArg> for EchoChoice {
+    fn from(echo: EchoArg) -> Self {
+        match echo {
+            EchoArg::First => Self::First,
+            EchoArg::Last => Self::Last,
+        }
+    }
 }
 
 /// How trees are told apart in the data.
@@ -128,10 +149,14 @@ impl Args {
     fn readings(&self, rig: Option<&Rig>, scanners: &[usize]) -> Result<Vec<Reading>, Failure> {
         let asked = self.estimators.asked()?;
         let cuts: Vec<CutMethod> = self.trees.iter().copied().map(CutMethod::from).collect();
-        let read = |scanner: &usize| {
+        let read = |(source, scanner): (&Source, &usize)| {
             let calibration =
                 self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
-            let mut reading = Reading::of(rig, *scanner, self.sensor.wants_encoder(), calibration)?;
+            let encoder = self.sensor.wants_encoder();
+            let mut reading = match source {
+                Source::Recording { .. } => Reading::of_recording(rig, *scanner, encoder, calibration),
+                _ => Reading::of(rig, *scanner, encoder, calibration),
+            }?;
             reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
             if let Some(hertz) = self.hertz {
                 reading.pipeline = reading.pipeline.at_frequency(hertz);
@@ -141,7 +166,7 @@ impl Args {
             }
             Ok(reading)
         };
-        scanners.iter().map(read).collect()
+        self.sources.iter().zip(scanners).map(read).collect()
     }
 
     /// Recordings wait for who reads them.
@@ -224,7 +249,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scanners = args.scanners()?;
     let (rig, scene) = match &args.rig {
         Some(name) => {
-            let (rig, scene) = rig::load(name, args.model.as_deref(), &scanners)?;
+            let echo = args.echo.map(EchoChoice::from);
+            let (rig, scene) = rig::load(name, args.model.as_deref(), &scanners, echo)?;
             (Some(rig), scene)
         }
         None => (None, None),

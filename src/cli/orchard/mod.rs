@@ -7,6 +7,7 @@ mod import;
 mod parameters;
 mod statistics;
 mod truth;
+mod truth_cells;
 
 use super::interrupt::Interrupt;
 use super::{Failure, Outcome};

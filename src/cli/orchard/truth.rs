@@ -1,7 +1,6 @@
 //! `rowscan orchard truth`
 
-use rowscan_scenes::{Cell, CellGrid, RowCells};
-
+use super::truth_cells::{self, CellArgs};
 use crate::cli::output::{self, number};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome};
@@ -10,9 +9,11 @@ use crate::cli::{Failure, Format, Outcome};
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Instead, the areas by cell of 0.1 m along the row, height band of 0.5 m and tree, of all rows
+    /// Instead, the areas by cell along the row, height band and tree, of all rows
     #[arg(long)]
     cells: bool,
+    #[command(flatten)]
+    of_cells: CellArgs,
     /// How to write the truth
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -21,10 +22,7 @@ pub(crate) struct Args {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let stage = args.scene.stage().await?;
     if args.cells {
-        let rows = stage.orchard.cells(CellGrid::default());
-        let cells: Vec<Cell> = rows.iter().flat_map(RowCells::cells).collect();
-        output::print_rows(args.format, &cells)?;
-        return Ok(Outcome::Done);
+        return truth_cells::run(&args.of_cells, args.format, stage).await;
     }
     let truth = stage.orchard.truth();
     match args.format {

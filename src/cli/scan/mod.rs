@@ -27,7 +27,7 @@ use crate::export::TableFormat;
 use rowscan_emulator::stage::Stage;
 
 pub(super) use layout::ScanArgs;
-use points::Point;
+use points::{Ground, Kept, Point};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -62,6 +62,9 @@ pub(super) struct Args {
         requires = "output"
     )]
     write: Vec<File>,
+    /// Only points of these classes: leaf, wood, fruit, post, wire, ground
+    #[arg(long, value_name = "CLASSES", value_delimiter = ',', requires = "output", value_parser = class)]
+    only: Vec<Class>,
     /// How to write the areas
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -70,20 +73,27 @@ pub(super) struct Args {
 /// What can be written of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum File {
-    /// PREFIX_L.csv: matrix L, a row a beam, a column a line, metres
+    /// PREFIX_L.csv: matrix L, a row a beam, a column a line, metres; PREFIX_L.txt: what it is
     Matrix,
-    /// PREFIX_L.npy: the same as 32-bit floats for NumPy, and PREFIX_L.txt: what it is
+    /// PREFIX_L.npy: the same as 32-bit floats for NumPy, without header and first column; PREFIX_L.txt
     Npy,
     /// PREFIX_points.csv: every return with its labels
     Csv,
     /// PREFIX_points.ply: the same, binary little-endian
     Ply,
-    /// PREFIX_points.las: the same, LAS 1.4
+    /// PREFIX_points.las: the same, LAS 1.4, without the ground beyond the orchard
     Las,
 }
 
 fn kind(text: &str) -> Result<ScanKind, String> {
     ScanKind::from_name(text).ok_or_else(|| format!("expected one of {}", ScanKind::NAMES.join(", ")))
+}
+
+fn class(text: &str) -> Result<Class, String> {
+    let known = || Class::ALL.iter().filter(|class| **class != Class::None);
+    let found = known().find(|class| class.name() == text);
+    let names = || known().map(|class| class.name()).collect::<Vec<_>>().join(", ");
+    found.copied().ok_or_else(|| format!("expected some of {}, found `{text}`", names()))
 }
 
 fn range(text: &str) -> Result<(f64, f64), String> {
@@ -254,7 +264,8 @@ fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
             name.push(end);
             PathBuf::from(name)
         };
-        write(&plan, stage, files, &lines, &named)?;
+        let kept = Kept { only: &args.only, ground: Ground::of(&stage.orchard) };
+        write(&plan, stage, files, &lines, &kept, &named)?;
     }
     let areas: ScanAreas = lines.iter().map(|line| line.areas).sum();
     let total = |wanted: Class| -> usize {
@@ -294,36 +305,44 @@ fn write(
     stage: &Stage,
     files: &[File],
     lines: &[LineRecord],
+    kept: &Kept<'_>,
     named: &dyn Fn(&str) -> PathBuf,
 ) -> Result<(), Failure> {
     let columns: Vec<&[f64]> = lines.iter().map(|line| line.ranges.as_slice()).collect();
+    if files.iter().any(|file| matches!(file, File::Matrix | File::Npy)) {
+        output::write_file(&named("_L.txt"), matrix::about(plan, stage).as_bytes())?;
+    }
     for file in files {
         let path = match file {
             File::Matrix => {
                 let path = named("_L.csv");
-                output::write_file(&path, &matrix::csv(plan, stage, &columns))?;
+                output::write_file(&path, &matrix::csv(plan, &columns))?;
                 path
             }
             File::Npy => {
                 let path = named("_L.npy");
-                output::write_file(&named("_L.txt"), matrix::head(plan, stage).as_bytes())?;
                 output::write_file(&path, &matrix::npy(plan, &columns))?;
                 path
             }
-            File::Csv => write_points(named("_points.csv"), TableFormat::Csv, lines)?,
-            File::Ply => write_points(named("_points.ply"), TableFormat::Ply, lines)?,
-            File::Las => write_points(named("_points.las"), TableFormat::Las, lines)?,
+            File::Csv => write_points(named("_points.csv"), TableFormat::Csv, lines, kept)?,
+            File::Ply => write_points(named("_points.ply"), TableFormat::Ply, lines, kept)?,
+            File::Las => write_points(named("_points.las"), TableFormat::Las, lines, kept)?,
         };
         say(format_args!("wrote {}", path.display()));
     }
     Ok(())
 }
 
-/// Writes every return.
-fn write_points(path: PathBuf, format: TableFormat, lines: &[LineRecord]) -> Result<PathBuf, Failure> {
+/// Writes every return that is kept.
+fn write_points(
+    path: PathBuf,
+    format: TableFormat,
+    lines: &[LineRecord],
+    kept: &Kept<'_>,
+) -> Result<PathBuf, Failure> {
     let mut file = TableFile::create(&path, format, &points::table(format))?;
     let mut row = Vec::new();
-    for point in lines.iter().flat_map(|line| &line.points) {
+    for point in lines.iter().flat_map(|line| &line.points).filter(|point| kept.holds(point, format)) {
         points::row(point, format, &mut row);
         file.row(&row).map_err(|cause| file.failure(cause))?;
     }

@@ -1,5 +1,6 @@
 //! The returns of a scan as points with their truth: the columns of CSV, PLY and LAS.
 
+use rowscan_scenes::Orchard;
 use rowscan_scenes::caster::{Class, Return};
 use rowscan_scenes::scan::{CastLine, ScanPlan};
 
@@ -54,6 +55,41 @@ pub(super) fn of_line(plan: &ScanPlan, line: &CastLine<'_>) -> Vec<Point> {
         }
     }
     points
+}
+
+/// The ground of an orchard: half a row spacing beyond its outer rows. The rows themselves repeat, and lines end with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ground {
+    x_m: [f64; 2],
+}
+
+impl Ground {
+    pub(super) fn of(orchard: &Orchard) -> Self {
+        let spacing_m = orchard.row_spacing_m().unwrap_or(f64::INFINITY);
+        let last_m = if orchard.rows() > 1 { (orchard.rows() - 1) as f64 * spacing_m } else { 0.0 };
+        Self { x_m: [-spacing_m / 2.0, last_m + spacing_m / 2.0] }
+    }
+
+    fn holds(&self, point: &Point) -> bool {
+        let [low_m, high_m] = self.x_m;
+        (low_m..=high_m).contains(&point.at[0])
+    }
+}
+
+/// Which points are written.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kept<'a> {
+    /// Of these classes; of all where there is none.
+    pub(super) only: &'a [Class],
+    /// LAS is for programs that look at orchards, where a beam that grazes the ground a hundred metres off is in the way.
+    pub(super) ground: Ground,
+}
+
+impl Kept<'_> {
+    pub(super) fn holds(&self, point: &Point, format: TableFormat) -> bool {
+        let asked = self.only.is_empty() || self.only.contains(&point.class);
+        asked && (format != TableFormat::Las || point.class != Class::Ground || self.ground.holds(point))
+    }
 }
 
 /// A column of the points' table, and its number for a point.

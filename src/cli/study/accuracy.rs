@@ -4,11 +4,12 @@ use comfy_table::Cell;
 use rowscan_canopy::TreeEstimate;
 use serde::Serialize;
 
-use super::rows::{Seeds, tries};
+use super::rows::{Rows, Seeds, tries};
 use crate::cli::output::{self, number, percent, say, share};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::calibrations;
+use rowscan_study::foliage::LaiRange;
 use rowscan_study::trial::Trial;
 
 #[derive(Debug, clap::Args)]
@@ -18,6 +19,9 @@ pub(in crate::cli) struct Args {
     /// Seeds of the rows, first..last
     #[arg(long, value_name = "A..B", default_value = "1..20")]
     seeds: Seeds,
+    /// Dress the rows to leaf area indices drawn from this range, low..high [default: as they grow]
+    #[arg(long, value_name = "A..B")]
+    lai: Option<LaiRange>,
     /// A calibration file or a shipped calibration's name, instead of the rig's own
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
@@ -109,7 +113,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let model = args.scene.any_model(&rig, 0)?;
     let calibration = match (&args.calibration, &rig.calibration) {
         (Some(name), _) => Some(calibrations::load_calibration(name)?),
-        (None, Some(name)) => calibrations::load_calibration_for(name, model.name())?,
+        (None, Some(name)) => calibrations::load_calibration_for(name, model.name(), rig.optics)?,
         (None, None) => None,
     };
     if let Some(seed) =
@@ -119,7 +123,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             "warning: the calibration was fitted on seed {seed} too; choose seeds it has not seen"
         ));
     }
-    let trials = tries(scene, args.seeds.0, model, calibration).await?;
+    let rows = Rows { seeds: args.seeds.0, lai: args.lai };
+    let trials = tries(&scene, &rows, model, calibration).await?;
     let rows: Vec<AccuracyRow> = trials.iter().map(AccuracyRow::from).collect();
     let trees = |found: fn(&TreeEstimate) -> Option<f64>| tree_errors(&trials, found);
     let summary = vec![

@@ -7,13 +7,16 @@ use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::Provenance;
 use serde::Serialize;
 
+use super::confirmed;
 use super::orchards::OrchardArgs;
+use super::rows::Seeds;
 use super::shards::ShardArgs;
 use super::tell::TellArgs;
 use crate::cli::output::{self, number, say};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::areas::{AreasReport, AreasStudy, Orchard, View, report, symbol};
+use rowscan_study::search::ConfirmStudy;
 use rowscan_study::{Whole, figure};
 
 #[derive(Debug, clap::Args)]
@@ -29,6 +32,12 @@ pub(in crate::cli) struct Args {
     /// Count the leaves of all rows, not of the first alone
     #[arg(long)]
     whole_orchard: bool,
+    /// Do the whole study at each of these seeds, at least ten, and report medians with intervals
+    #[arg(long, value_name = "A..B", conflicts_with_all = ["seed", "calibration"])]
+    seeds: Option<Seeds>,
+    /// Write the medians as docs/paper.md holds them
+    #[arg(long, requires = "seeds", conflicts_with = "format")]
+    markdown: bool,
     #[command(flatten)]
     scan: ScanArgs,
     #[command(flatten)]
@@ -52,6 +61,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         whole_orchard: args.whole_orchard,
         scene: whole.scene,
     };
+    if let Some(Seeds(seeds)) = args.seeds {
+        return match args.shards.run(ConfirmStudy::of_areas(study, seeds)?).await? {
+            Some(whole) => confirmed::tell(&args.tell, args.markdown, whole),
+            None => Ok(Outcome::Done),
+        };
+    }
     match args.shards.run(study).await? {
         Some(whole) => tell(&args.tell, args.calibration.as_deref(), whole),
         None => Ok(Outcome::Done),
@@ -156,28 +171,25 @@ fn table(report: &AreasReport) -> String {
         }
         orchards.add_row(row);
     }
+    let of_paper = report.provenance.settings.is_of_paper();
     let mut fits = output::grid();
-    output::head(
-        &mut fits,
-        [
-            "view",
-            "area",
-            "slope",
-            "intercept m²",
-            "R²",
-            "R² unc.",
-            "LOO",
-            "slope, origin",
-            "bend t",
-            "power p",
-            "its LOO",
-            "paper slope",
-            "intercept m²",
-            "R²",
-        ],
-    );
+    let own = [
+        "view",
+        "area",
+        "slope",
+        "intercept m²",
+        "R²",
+        "R² unc.",
+        "LOO",
+        "slope, origin",
+        "bend t",
+        "power p",
+        "its LOO",
+    ];
+    let paper = ["paper slope", "intercept m²", "R²"];
+    output::head(&mut fits, own.into_iter().chain(paper.into_iter().filter(|_| of_paper)));
     for (name, view) in [("lateral", &report.lateral), ("zenith", &report.zenith)] {
-        fit_rows(&mut fits, name, view);
+        fit_rows(&mut fits, name, view, of_paper);
     }
     format!(
         "{orchards}\n{fits}\n{}{} orchards, L_A max/min {:.1}; seed {}, scene {} ({}), rowscan {}\n",
@@ -191,18 +203,21 @@ fn table(report: &AreasReport) -> String {
     )
 }
 
-/// The gates, by those that do not hold.
+/// The gates, by those that do not hold; nothing of orchards that are not the paper's.
 fn missed(report: &AreasReport) -> String {
+    if report.gates.is_empty() {
+        return String::new();
+    }
     let missed: Vec<String> =
         report.gates.iter().filter(|gate| !gate.holds).map(ToString::to_string).collect();
     let count = format!("{} of {} gates hold", report.gates.len() - missed.len(), report.gates.len());
     if missed.is_empty() { format!("{count}\n") } else { format!("{count}, not: {}\n", missed.join("; ")) }
 }
 
-fn fit_rows(table: &mut comfy_table::Table, name: &str, view: &View) {
+fn fit_rows(table: &mut comfy_table::Table, name: &str, view: &View, of_paper: bool) {
     for (area, fit) in view.fits() {
         let Some(fit) = fit else { continue };
-        table.add_row([
+        let own = [
             Cell::new(name),
             Cell::new(symbol(area)),
             number(Some(fit.slope), 2),
@@ -214,9 +229,12 @@ fn fit_rows(table: &mut comfy_table::Table, name: &str, view: &View) {
             number(fit.residual_trend_t, 1),
             number(fit.power.map(|power| power.p), 2),
             number(fit.power.map(|power| power.loo_rmse_relative), 3),
+        ];
+        let paper = [
             number(fit.paper.map(|paper| paper.slope), 2),
             number(fit.paper.filter(|paper| paper.intercept_m2 != 0.0).map(|paper| paper.intercept_m2), 2),
             number(fit.paper.map(|paper| paper.r2), 2),
-        ]);
+        ];
+        table.add_row(own.into_iter().chain(paper.into_iter().filter(|_| of_paper)));
     }
 }

@@ -6,11 +6,12 @@ use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics, Provenance};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::{BeamWidth, EchoChoice};
 use rowscan_scenes::Scene;
-use rowscan_scenes::optics::Stage;
 use rowscan_study::class::mean_class;
+use rowscan_study::foliage::LaiRange;
 
-use super::rows::{Seeds, tries};
+use super::rows::{Rows, Seeds, tries};
 use crate::cli::output::{self, say};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Outcome};
@@ -22,6 +23,9 @@ pub(in crate::cli) struct Args {
     /// Seeds of the rows, first..last
     #[arg(long, value_name = "A..B", default_value = "1001..1060")]
     seeds: Seeds,
+    /// Dress the rows to leaf area indices drawn from this range, low..high [default: as they grow]
+    #[arg(long, value_name = "A..B")]
+    lai: Option<LaiRange>,
     /// Write the calibration to this file instead of standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -34,13 +38,19 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
     let provenance = Provenance {
         command: format!(
-            "rowscan study calibration {} --model {} --seeds {range}",
+            "rowscan study calibration {} --model {} --seeds {range}{}{}",
             args.scene.name,
-            model.name()
+            model.name(),
+            args.lai.map(|lai| format!(" --lai {lai}")).unwrap_or_default(),
+            match scene.optics.stages {
+                stages if stages.is_ideal() => String::new(),
+                stages => format!(" --optics {stages}"),
+            }
         ),
         seeds: seeds.clone(),
     };
-    let trials = tries(scene.clone(), seeds, model, None).await?;
+    let rows = Rows { seeds, lai: args.lai };
+    let trials = tries(&scene, &rows, model, None).await?;
     let canopy = mean_class(trials.iter().map(|trial| &trial.class)).canopy;
     let class = class_of(&scene, model, canopy);
     let samples: Vec<Sample> =
@@ -72,8 +82,14 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
             .first()
             .and_then(|mount| mount.resolution_deg)
             .unwrap_or_else(|| exact_step_deg(model.default_step())),
-        echo_rule: EchoRule::First,
-        optics: if scene.optics.stages.has(Stage::Spot) { Optics::Footprint } else { Optics::Ideal },
+        echo_rule: match scene.rig.scanners.first().and_then(|mount| mount.echo) {
+            Some(EchoChoice::Last) => EchoRule::Last,
+            Some(EchoChoice::First) | None => EchoRule::First,
+        },
+        optics: match scene.resolved_rig().optics {
+            Some(BeamWidth::Device) => Optics::Footprint,
+            Some(BeamWidth::Ideal) | None => Optics::Ideal,
+        },
         canopy,
     }
 }

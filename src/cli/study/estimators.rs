@@ -1,7 +1,6 @@
 //! `rowscan study estimators`: every estimator against the truth, on rows of many seeds.
 
 use comfy_table::Cell;
-use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::files;
 use serde::Serialize;
 
@@ -47,17 +46,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         args.optics.over(&mut scene);
         let rig = scene.resolved_rig();
         let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
-        let model = match models::find(args.model.as_deref().or(mounted).unwrap_or_default())? {
-            AnyModel::Cola(model) => model,
-            AnyModel::Lms2xx(model) => {
-                return Err(Failure::Usage(format!(
-                    "studies drive past with a CoLa model, not with `{}`",
-                    model.name
-                )));
-            }
-        };
+        let model = models::find(args.model.as_deref().or(mounted).unwrap_or_default())?;
         let calibration = match &rig.calibration {
-            Some(name) => calibrations::load_calibration_for(name, model.name)?,
+            Some(name) => calibrations::load_calibration_for(name, model.name(), rig.optics)?,
             None => None,
         };
         let seeds = args.seeds.0.clone();

@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::shards::{read_json, read_shard};
+use super::shards::{read_json, whole};
 use super::tell::TellArgs;
-use super::{areas, coverage, resolution, run as sweep, search, transfer};
+use super::{areas, confirmed, coverage, resolution, run as sweep, search, transfer};
 use crate::cli::{Failure, Outcome};
+use rowscan_study::Study;
 use rowscan_study::areas::AreasStudy;
 use rowscan_study::coverage::CoverageStudy;
 use rowscan_study::resolution::ResolutionStudy;
-use rowscan_study::search::SearchStudy;
+use rowscan_study::search::{ConfirmStudy, SearchStudy};
 use rowscan_study::sweep::SweepStudy;
 use rowscan_study::transfer::TransferStudy;
-use rowscan_study::{Study, merge};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
@@ -57,28 +57,19 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     match first {
         AreasStudy::NAME => {
-            areas::tell(&args.tell, args.calibration.as_deref(), merge(read_all::<AreasStudy>(&args.files)?)?)
+            areas::tell(&args.tell, args.calibration.as_deref(), whole::<AreasStudy>(&args.files)?)
         }
         other if args.calibration.is_some() => {
             Err(Failure::Usage(format!("a study {other} gives no calibration")))
         }
-        ResolutionStudy::NAME => {
-            resolution::tell(&args.tell, merge(read_all::<ResolutionStudy>(&args.files)?)?)
-        }
-        SweepStudy::NAME => sweep::tell(&args.tell, merge(read_all::<SweepStudy>(&args.files)?)?),
-        SearchStudy::NAME => {
-            search::tell(&args.tell, search::BEST, merge(read_all::<SearchStudy>(&args.files)?)?)
-        }
+        ResolutionStudy::NAME => resolution::tell(&args.tell, whole::<ResolutionStudy>(&args.files)?),
+        SweepStudy::NAME => sweep::tell(&args.tell, whole::<SweepStudy>(&args.files)?),
+        SearchStudy::NAME => search::tell(&args.tell, search::BEST, whole::<SearchStudy>(&args.files)?),
+        ConfirmStudy::NAME => confirmed::tell(&args.tell, false, whole::<ConfirmStudy>(&args.files)?),
         TransferStudy::NAME => {
-            transfer::tell(&args.tell, &args.transfer, merge(read_all::<TransferStudy>(&args.files)?)?)
+            transfer::tell(&args.tell, &args.transfer, whole::<TransferStudy>(&args.files)?)
         }
-        CoverageStudy::NAME => coverage::tell(&args.tell, merge(read_all::<CoverageStudy>(&args.files)?)?),
+        CoverageStudy::NAME => coverage::tell(&args.tell, whole::<CoverageStudy>(&args.files)?),
         unknown => Err(Failure::Usage(format!("this version knows no study `{unknown}`"))),
     }
-}
-
-type Named<S> = (String, rowscan_study::ShardFile<S, <S as Study>::Result>);
-
-fn read_all<S: Study>(files: &[PathBuf]) -> Result<Vec<Named<S>>, Failure> {
-    files.iter().map(|path| read_shard(path)).collect()
 }

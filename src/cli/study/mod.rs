@@ -5,10 +5,15 @@ mod areas;
 mod budget;
 mod calibration;
 mod class_args;
+mod confirmed;
+mod confirmed_markdown;
 mod coverage;
 mod estimators;
 mod merge;
 mod orchards;
+mod physics;
+mod points;
+mod recording;
 mod resolution;
 pub(super) mod rows;
 mod run;
@@ -45,6 +50,10 @@ pub(super) enum Command {
     Coverage(coverage::Args),
     /// Hold every estimator, and the trees found in the data, against the truth
     Estimators(estimators::Args),
+    /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
+    Physics(physics::Args),
+    /// A recording of a scene that stands still beside our model of the device: noise, correlation, edges
+    Recording(recording::Args),
 }
 
 pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
@@ -60,7 +69,9 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
         | Command::Calibration(_)
         | Command::Accuracy(_)
         | Command::Budget(_)
-        | Command::Estimators(_) => None,
+        | Command::Estimators(_)
+        | Command::Physics(_)
+        | Command::Recording(_) => None,
     };
     let work = async {
         match command {
@@ -75,6 +86,8 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Transfer(args) => transfer::run(args).await,
             Command::Coverage(args) => coverage::run(args).await,
             Command::Estimators(args) => estimators::run(args).await,
+            Command::Physics(args) => physics::run(args).await,
+            Command::Recording(args) => recording::run(args).await,
         }
     };
     let ended = interrupt.finite(work).await;

@@ -16,6 +16,12 @@ pub(in crate::cli) struct Args {
     /// Orchards
     #[arg(long, value_name = "N", default_value_t = 12)]
     orchards: usize,
+    /// Random start offsets an orchard and advance
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    offsets: usize,
+    /// Distance between trees; without it 61.8 mm more than the scene's, which no advance divides, so that trees are not met in one phase
+    #[arg(long, value_name = "METRES")]
+    tree_spacing: Option<f64>,
     /// Advances from line to line, whole millimetres
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "2,4,5,10,20,40,50,100,200")]
     advances_mm: Vec<u32>,
@@ -35,10 +41,15 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if args.advances_mm.is_empty() || args.advances_mm.contains(&0) {
         return Err(refuse("the advances (--advances-mm)"));
     }
+    if args.offsets == 0 {
+        return Err(Failure::Usage("expected at least one start offset (--offsets), found 0".to_owned()));
+    }
     let scene = args.orchards_of.scene()?;
     let study = ResolutionStudy::new(scene);
     let study = ResolutionStudy {
         orchards: args.orchards,
+        offsets: args.offsets,
+        tree_spacing_m: args.tree_spacing.unwrap_or(study.tree_spacing_m),
         dy_mm: args.advances_mm,
         dtheta_deg: args.angles,
         scan: args.scan.over(study.scan),
@@ -62,7 +73,16 @@ pub(super) fn tell(args: &TellArgs, (header, units): Whole<ResolutionStudy>) -> 
             let mut grid = output::grid();
             output::head(
                 &mut grid,
-                ["Δθ °", "Δy mm", "n", "mean e %", "sd %", "95 % of |e| below %", "Δθ against finest %"],
+                [
+                    "Δθ °",
+                    "Δy mm",
+                    "n",
+                    "mean e %",
+                    "± %",
+                    "sd %",
+                    "95 % of |e| below %",
+                    "Δθ against finest %",
+                ],
             );
             for row in &report.rows {
                 grid.add_row([
@@ -70,14 +90,17 @@ pub(super) fn tell(args: &TellArgs, (header, units): Whole<ResolutionStudy>) -> 
                     number(Some(1000.0 * row.dy_m), 0),
                     number(Some(row.n as f64), 0),
                     number(Some(100.0 * row.error_mean), 3),
+                    number(Some(100.0 * row.error_mean_se), 3),
                     number(Some(100.0 * row.error_sd), 3),
                     number(Some(100.0 * row.error_p95_abs), 3),
                     number(Some(100.0 * row.dtheta_error_mean), 3),
                 ]);
             }
             output::print(&format!(
-                "{grid}\n{} orchards, e against {} mm at the same Δθ; seed {}, scene {} ({}), rowscan {}\n",
+                "{grid}\n{} orchards, {} random start offsets each, trees {:.4} m apart; e against {} mm at the same Δθ, ± its mean's standard error; seed {}, scene {} ({}), rowscan {}\n",
                 report.provenance.units,
+                report.provenance.settings.offsets,
+                report.provenance.settings.tree_spacing_m,
                 1000.0 * report.reference_dy_m,
                 report.provenance.seed,
                 report.provenance.scene,

@@ -8,6 +8,7 @@ use rowscan_scenes::Scene;
 
 use crate::cli::blocking::off_runtime;
 use crate::cli::{Failure, progress};
+use rowscan_study::foliage::LaiRange;
 use rowscan_study::trial::{Trial, TrialError};
 
 /// A range of seeds, both ends in it: `1..20`.
@@ -33,16 +34,35 @@ impl FromStr for Seeds {
     }
 }
 
+/// Which rows of a scene are tried.
+#[derive(Clone, Debug)]
+pub(super) struct Rows {
+    pub(super) seeds: Vec<u64>,
+    /// How much leaf they carry; as they grew where absent.
+    pub(super) lai: Option<LaiRange>,
+}
+
+impl Rows {
+    fn scenes(&self, scene: &Scene) -> Vec<Scene> {
+        let row = |&seed| match self.lai {
+            Some(lai) => lai.dress(scene, seed),
+            None => Scene { seed, ..scene.clone() },
+        };
+        self.seeds.iter().map(row).collect()
+    }
+}
+
 /// Tries one row a seed, off the runtime's threads, with a progress bar.
 pub(super) async fn tries(
-    scene: Scene,
-    seeds: Vec<u64>,
+    scene: &Scene,
+    rows: &Rows,
     model: AnyModel,
     calibration: Option<Calibration>,
 ) -> Result<Vec<Trial>, Failure> {
-    let bar = progress::bar("trying", "rows", seeds.len() as u64);
+    let bar = progress::bar("trying", "rows", rows.seeds.len() as u64);
+    let scenes = rows.scenes(scene);
     let work = move || -> Result<Vec<Trial>, TrialError> {
-        let trials = Trial::run_seeds(&scene, &seeds, model, calibration.as_ref(), &|| bar.inc(1));
+        let trials = Trial::run_all(&scenes, model, calibration.as_ref(), &|| bar.inc(1));
         bar.finish_and_clear();
         trials
     };

@@ -6,22 +6,42 @@ use comfy_table::{Cell, Table};
 use rowscan_canopy::reference::PAPER;
 use serde_json::Value;
 
-use super::shards::ShardArgs;
+use super::confirmed;
+use super::points::{gates, range, words};
+use super::rows::Seeds;
+use super::shards::{ShardArgs, whole};
 use super::tell::TellArgs;
 use crate::cli::output::{self, number};
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::Whole;
-use rowscan_study::areas::Rule;
-use rowscan_study::search::{self, PointReport, SearchReport, SearchStudy};
+use rowscan_study::search::{self, ConfirmStudy, PointReport, SearchReport, SearchStudy};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
     /// The search: a base, knobs with their values, and seeds; docs/paper.md says how
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
+    /// Try points of the search on these seeds instead, which may not be seeds that the search has seen, and report them with intervals
+    #[arg(long, value_name = "A..B")]
+    confirm: Option<Seeds>,
+    /// The points to confirm, by number: 0 is the base; without this or --selected all
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        requires = "confirm",
+        conflicts_with = "selected"
+    )]
+    points: Vec<usize>,
+    /// Confirm the base and the --best nearest points of the finished search in these files
+    #[arg(long, value_name = "FILE", value_delimiter = ',', requires = "confirm")]
+    selected: Vec<PathBuf>,
+    /// Write confirmed points as docs/paper.md holds them
+    #[arg(long, requires = "confirm", conflicts_with = "format")]
+    markdown: bool,
     #[command(flatten)]
     pub(super) shards: ShardArgs,
-    /// How many of the nearest points the table shows
+    /// How many of the nearest points the table shows, or --selected takes
     #[arg(long, value_name = "N", default_value_t = BEST)]
     best: usize,
     #[command(flatten)]
@@ -33,6 +53,21 @@ pub(super) const BEST: usize = 10;
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let study = search::read(&args.file)?;
+    if let Some(Seeds(seeds)) = args.confirm {
+        let points = match (args.selected.as_slice(), args.points) {
+            ([], points) if points.is_empty() => (0..study.points()).collect(),
+            ([], points) => points,
+            (files, _) => {
+                let (header, units) = whole::<SearchStudy>(files)?;
+                search::nearest_points(&study, &search::report(header, &units), args.best)?
+            }
+        };
+        let study = ConfirmStudy::new(study, points, seeds)?;
+        return match args.shards.run(study).await? {
+            Some(whole) => confirmed::tell(&args.tell, args.markdown, whole),
+            None => Ok(Outcome::Done),
+        };
+    }
     match args.shards.run(study).await? {
         Some(whole) => tell(&args.tell, args.best, whole),
         None => Ok(Outcome::Done),
@@ -61,6 +96,7 @@ fn row(point: &PointReport) -> serde_json::Map<String, Value> {
     row.insert("point".to_owned(), point.point.into());
     row.insert("settings".to_owned(), words(point).into());
     row.insert("seeds".to_owned(), point.seeds.into());
+    row.insert("confirmed".to_owned(), point.confirmed.into());
     row.insert("slope_distance".to_owned(), point.slope_distance.into());
     row.insert("r2_lead".to_owned(), point.r2_lead.into());
     for (place, paper) in PAPER.iter().enumerate() {
@@ -92,7 +128,8 @@ fn table(report: &SearchReport, best: usize) -> String {
         String::new()
     };
     format!(
-        "{singles}nearest to the paper's slopes, of {} points\n{}\n\n{}\n{refused}medians over seeds {:?}; scene {} ({}), rowscan {}\n",
+        "{singles}nearest to the paper's slopes, of {} points\n{}\n\n{}\n{refused}medians over seeds {:?}; scene {} ({}), rowscan {}\n\
+         unconfirmed: these seeds chose the order of the points; `study search FILE --confirm A..B` tries points on others\n",
         report.points.len(),
         points(&nearest),
         gates(&base().chain(nearest.iter().copied().filter(|point| point.point != 0)).collect::<Vec<_>>()),
@@ -123,49 +160,4 @@ fn points(points: &[&PointReport]) -> Table {
         table.add_row(row);
     }
     table
-}
-
-/// The share of seeds at which each gate holds.
-fn gates(points: &[&PointReport]) -> Table {
-    let mut table = output::grid();
-    output::head(&mut table, ["gates held, % of seeds"].into_iter().chain(Rule::ALL.map(Rule::words)));
-    for point in points {
-        let mut row =
-            vec![Cell::new(if point.point == 0 { "base".to_owned() } else { point.point.to_string() })];
-        row.extend(point.gates.iter().map(|(_, share)| number(Some(100.0 * share), 0)));
-        table.add_row(row);
-    }
-    table
-}
-
-/// Least to greatest.
-fn range(values: impl Iterator<Item = f64> + Clone) -> String {
-    let (least, greatest) =
-        (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max));
-    if least <= greatest { format!("{least:.2}-{greatest:.2}") } else { String::new() }
-}
-
-/// The settings of a point on a line.
-fn words(point: &PointReport) -> String {
-    let settings: Vec<String> =
-        point.settings.iter().map(|(key, value)| format!("{} {}", short(key), plain(value))).collect();
-    settings.join(", ")
-}
-
-/// A key without its tables, but for the two scans'.
-fn short(key: &str) -> &str {
-    let last = key.rsplit('.').next().unwrap_or(key);
-    let scan = key.starts_with("lateral.") || key.starts_with("zenith.");
-    if scan { key } else { last }
-}
-
-fn plain(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        Value::Array(items) => items.iter().map(plain).collect::<Vec<_>>().join("/"),
-        Value::Object(items) => {
-            items.iter().map(|(key, value)| format!("{key} {}", plain(value))).collect::<Vec<_>>().join(" ")
-        }
-        value => value.to_string(),
-    }
 }

@@ -12,7 +12,7 @@ use crate::cli::output::{self, say};
 use crate::cli::{Failure, progress};
 use rowscan_recording::is_standard_output;
 use rowscan_study::journal::{self, Journal};
-use rowscan_study::{Header, Shard, ShardFile, Study, Unit, Whole};
+use rowscan_study::{Header, Shard, ShardFile, Study, Unit, Whole, merge};
 
 /// The flags of every study that can be cut in parts.
 #[derive(Clone, Debug, clap::Args)]
@@ -175,6 +175,12 @@ fn journal_of(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".journal");
     path.with_file_name(name)
+}
+
+/// A study that is whole, from the files of its shards.
+pub(super) fn whole<S: Study>(files: &[PathBuf]) -> Result<Whole<S>, Failure> {
+    let shards: Result<Vec<_>, Failure> = files.iter().map(|path| read_shard::<S>(path)).collect();
+    Ok(merge(shards?)?)
 }
 
 /// A shard's file with its name.

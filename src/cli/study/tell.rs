@@ -4,17 +4,25 @@ use std::path::PathBuf;
 
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, Format};
+use crate::export::FigureFormat;
 use rowscan_study::figure::DrawError;
 
 /// How a whole study is told.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct TellArgs {
-    /// Draw the study's figure
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw the study's figure, by the file's name as SVG, PDF or PNG
+    #[arg(long, value_name = "FILE", value_parser = figure_file)]
     figure: Option<PathBuf>,
     /// How to write the report
     #[arg(long, value_enum, default_value_t)]
     pub(super) format: Format,
+}
+
+/// A name that can be drawn to, found out before the study runs.
+fn figure_file(name: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(name);
+    let format = FigureFormat::of_path(&path).and_then(FigureFormat::check);
+    format.map(|_| path).map_err(|why| why.to_string())
 }
 
 impl TellArgs {
@@ -29,10 +37,11 @@ impl TellArgs {
     /// Draws the figure, if one was asked for.
     pub(super) fn draw(&self, figure: impl FnOnce() -> Result<String, DrawError>) -> Result<(), Failure> {
         let Some(path) = &self.figure else { return Ok(()) };
+        let format = FigureFormat::of_path(path)?;
         let what = path.display().to_string();
         let drawing =
             figure().map_err(|cause| Failure::Write { what, cause: std::io::Error::other(cause) })?;
-        output::write_file(path, &drawing)?;
+        output::write_file(path, &format.convert(drawing)?)?;
         say(format_args!("wrote {}", path.display()));
         Ok(())
     }

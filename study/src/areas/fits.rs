@@ -31,6 +31,10 @@ pub struct Fit {
     pub intercept_m2: Option<f64>,
     /// Slope of the line through the origin.
     pub slope_origin: f64,
+    /// Slope of the line with an intercept, whatever the paper's form.
+    pub slope_free: f64,
+    /// Its intercept, m².
+    pub intercept_free_m2: f64,
     /// Centred R² of the paper's form.
     pub r2: f64,
     /// Uncentred R² of the paper's form.
@@ -45,8 +49,13 @@ pub struct Fit {
     pub residual_trend_t: Option<f64>,
     /// The power law beside it.
     pub power: Option<PowerFit>,
-    /// What the paper prints.
+    /// What the paper prints; None of orchards that are not its.
     pub paper: Option<PaperRegression>,
+    /// The line in the paper's form with what its band needs.
+    #[serde(skip)]
+    line: FittedLine,
+    #[serde(skip)]
+    residual_sd_m2: f64,
 }
 
 /// L_A = c · I^p, fitted in logarithms.
@@ -65,6 +74,13 @@ pub struct PowerFit {
 }
 
 impl View {
+    /// The same of orchards that are not the paper's: its numbers say nothing of them.
+    #[must_use]
+    pub fn without_paper(self) -> Self {
+        let alone = |fit: Option<Fit>| fit.map(|fit| Fit { paper: None, ..fit });
+        Self { leaf: alone(self.leaf), total: alone(self.total), three_leaves: alone(self.three_leaves) }
+    }
+
     /// The regressions with their names, in the paper's order.
     pub fn fits(&self) -> [(ImpactedArea, Option<&Fit>); 3] {
         [
@@ -119,6 +135,8 @@ impl Fit {
             slope: line.slope,
             intercept_m2: (kind == ImpactedArea::Total).then_some(line.intercept),
             slope_origin: origin.slope,
+            slope_free: free.slope,
+            intercept_free_m2: free.intercept,
             r2: goodness.r2,
             r2_uncentred: goodness.r2_uncentred,
             loo_rmse_relative: goodness.loo_rmse_relative,
@@ -127,7 +145,14 @@ impl Fit {
             residual_trend_t: bend_t(x, y),
             power: PowerFit::of(x, y),
             paper: PAPER.iter().find(|paper| paper.view == side && paper.area == kind).copied(),
+            residual_sd_m2: line.residual_sd(x, y),
+            line: line.clone(),
         })
+    }
+
+    /// Half the width of the line's 95 % confidence band at an impacted area, m².
+    pub fn half_band_m2(&self, impacted_m2: f64) -> f64 {
+        self.line.half_band(impacted_m2, self.residual_sd_m2)
     }
 
     /// The fitted line at an impacted area, m².

@@ -14,7 +14,7 @@ pub struct AreasReport {
     pub provenance: Header<AreasStudy>,
     /// Largest leaf area over smallest: a regression's R² grows with it.
     pub leaf_area_max_over_min: f64,
-    /// What the orchards should hold, and whether they do.
+    /// What the paper's orchards should hold, and whether they do; nothing of other orchards.
     pub gates: Vec<Gate>,
     /// From beside the row.
     pub lateral: View,
@@ -28,10 +28,13 @@ pub struct AreasReport {
 pub fn report(provenance: Header<AreasStudy>, units: Vec<Unit<Orchard>>) -> AreasReport {
     let orchards: Vec<Orchard> = units.into_iter().map(|unit| unit.result).collect();
     let (lateral, zenith) = views(&orchards);
+    let of_paper = provenance.settings.is_of_paper();
+    let gates = if of_paper { gates(&orchards, [&lateral, &zenith]) } else { Vec::new() };
+    let [lateral, zenith] = [lateral, zenith].map(|view| if of_paper { view } else { view.without_paper() });
     AreasReport {
         provenance,
         leaf_area_max_over_min: max_over_min(&orchards),
-        gates: gates(&orchards, [&lateral, &zenith]),
+        gates,
         lateral,
         zenith,
         orchards,

@@ -32,7 +32,8 @@ pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, Tr
     let rig = rig_with(&stage.rig, 0, model.name);
     let mount = rig.scanners.first().cloned().unwrap_or_default();
     let calibration = match &rig.calibration {
-        Some(name) => calibrations::load_calibration_for(name, model.name).map_err(ReadingError::from)?,
+        Some(name) => calibrations::load_calibration_for(name, model.name, stage.rig.optics)
+            .map_err(ReadingError::from)?,
         None => None,
     };
     let appraisal = Appraisal::of(&stage.orchard, &mount, rig.ground_clearance_m);
@@ -59,7 +60,7 @@ pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, Tr
 
     // From here on the estimator's own settings: rays, and no device.
     let rig = rig_with(&bare.rig, 0, model.name);
-    let base = reading::parameters(&rig, &mount);
+    let base = reading::parameters(&rig, &mount, true);
     let fine = |stage: &Stage, parameters: Parameters| -> Result<Estimate, TrialError> {
         scanned(stage, &mount, calibration.clone(), parameters)
     };

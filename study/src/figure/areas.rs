@@ -1,30 +1,32 @@
 //! The regressions of leaf area on impacted areas.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use rowscan_canopy::reference::ImpactedArea;
 use rowscan_scenes::scan::ScanAreas;
 
-use super::{DrawError, INKS, axes, builder, legend};
+use super::DrawError;
+use super::style::{Area, INKS, Key, Mark, axes, band, builder, figure, legend, legend_height};
 use crate::areas::{AreasReport, Fit, Orchard, impacted, symbol};
 
-/// Its colour in every figure.
-fn colour(area: ImpactedArea) -> RGBColor {
+/// Pixels of a view's chart.
+const CHART: (u32, u32) = (560, 460);
+/// Lines of its legend: three areas, what bands and dashes are.
+const LINES: usize = 5;
+
+/// Its colour and mark in every figure.
+fn style(area: ImpactedArea) -> (RGBColor, Mark) {
     let [total, leaf, three] = [INKS[1], INKS[2], INKS[0]];
     match area {
-        ImpactedArea::Leaf => leaf,
-        ImpactedArea::Total => total,
-        ImpactedArea::ThreeLeaves => three,
+        ImpactedArea::Leaf => (leaf, Mark::Disc),
+        ImpactedArea::Total => (total, Mark::Triangle),
+        ImpactedArea::ThreeLeaves => (three, Mark::Cross),
     }
 }
 
 /// Leaf area over impacted areas, both views, with our lines and the paper's: after the paper's Fig. 7.
 pub fn areas(report: &AreasReport) -> Result<String, DrawError> {
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, (1120, 540)).into_drawing_area();
-        root.fill(&WHITE)?;
-        let (left, right) = root.split_horizontally(560);
+    figure((2 * CHART.0, CHART.1 + legend_height(LINES)), |root| {
+        let (left, right) = root.split_horizontally(CHART.0);
         let lateral = |orchard: &Orchard| orchard.lateral;
         let zenith = |orchard: &Orchard| orchard.zenith;
         let sides: [(_, _, _, View<'_>); 2] = [
@@ -32,24 +34,21 @@ pub fn areas(report: &AreasReport) -> Result<String, DrawError> {
             (&right, "Zenith, orthogonal", &report.zenith, &zenith),
         ];
         for (panel, title, view, of) in sides {
+            let points = |area: ImpactedArea| -> Vec<(f64, f64)> {
+                let point = |orchard: &Orchard| (impacted(&of(orchard), area), orchard.leaf_area_m2);
+                report.orchards.iter().map(point).collect()
+            };
             let clouds: Vec<Cloud<'_>> = view
                 .fits()
                 .into_iter()
-                .map(|(area, fit)| Cloud {
-                    area,
-                    fit,
-                    points: report
-                        .orchards
-                        .iter()
-                        .map(|orchard| (impacted(&of(orchard), area), orchard.leaf_area_m2))
-                        .collect(),
-                })
+                .map(|(area, fit)| Cloud { area, fit, points: points(area) })
                 .collect();
-            regressions(panel, title, &clouds)?;
+            let (chart, below) = panel.split_vertically(CHART.1);
+            regressions(&chart, title, &clouds)?;
+            legend(&below, 72, &keys(&clouds))?;
         }
-        root.present()?;
-    }
-    Ok(svg)
+        Ok(())
+    })
 }
 
 /// The areas of one view.
@@ -62,22 +61,23 @@ struct Cloud<'a> {
     points: Vec<(f64, f64)>,
 }
 
-fn regressions(
-    panel: &DrawingArea<SVGBackend<'_>, Shift>,
-    title: &str,
-    clouds: &[Cloud<'_>],
-) -> Result<(), DrawError> {
+fn regressions(panel: &Area<'_>, title: &str, clouds: &[Cloud<'_>]) -> Result<(), DrawError> {
     let greatest = |value: fn(&(f64, f64)) -> f64| {
         clouds.iter().flat_map(|cloud| &cloud.points).map(value).fold(1e-6, f64::max)
     };
-    // Room above the clouds for the legend.
-    let (right, top) = (1.06 * greatest(|point| point.0), 1.45 * greatest(|point| point.1));
+    let (right, top) = (1.06 * greatest(|point| point.0), 1.1 * greatest(|point| point.1));
     let mut chart = builder(panel, title).build_cartesian_2d(0.0..right, 0.0..top)?;
     axes(&mut chart, "impacted area I, m²", "leaf area L_A, m²")?;
     for Cloud { area, fit, points } in clouds {
-        let ink = colour(*area);
+        let (ink, mark) = style(*area);
         let furthest = points.iter().map(|point| point.0).fold(0.0, f64::max);
         if let Some(fit) = fit {
+            let within = |y: f64| y.clamp(0.0, top);
+            let side = |sign: f64| -> Vec<(f64, f64)> {
+                let at = |x: f64| (x, within(fit.leaf_area_m2(x) + sign * fit.half_band_m2(x)));
+                (0..=60).map(|step| at(furthest * f64::from(step) / 60.0)).collect()
+            };
+            chart.draw_series([band(&side(-1.0), &side(1.0), ink)])?;
             let line = |x: f64| (x, fit.leaf_area_m2(x));
             let ours = ends(clipped(line, furthest, top));
             chart.draw_series([PathElement::new(ours, ink.stroke_width(2))])?;
@@ -86,14 +86,27 @@ fn regressions(
                 chart.draw_series(dashes(&theirs, right, top, ink))?;
             }
         }
-        let text = label(*area, *fit);
-        let area = *area;
-        chart
-            .draw_series(points.iter().map(|point| mark(area, *point)))?
-            .label(text)
-            .legend(move |(x, y)| mark(area, (x + 10, y)));
+        chart.draw_series(points.iter().map(|point| mark.at(*point, ink)))?;
     }
-    legend(&mut chart)
+    Ok(())
+}
+
+/// What the chart shows, line by line.
+fn keys(clouds: &[Cloud<'_>]) -> Vec<Key> {
+    let of_cloud = |cloud: &Cloud<'_>| {
+        let (ink, mark) = style(cloud.area);
+        Key::new(mark, ink, label(cloud.area, cloud.fit))
+    };
+    let mut keys: Vec<Key> = clouds.iter().map(of_cloud).collect();
+    keys.push(Key::new(
+        Mark::Band,
+        BLACK,
+        "95 % confidence band of the line, by Student's t over the orchards",
+    ));
+    if clouds.iter().any(|cloud| cloud.fit.is_some_and(|fit| fit.paper.is_some())) {
+        keys.push(Key::new(Mark::Dashes, BLACK, "Méndez et al. 2013, eqs. (5) to (10)"));
+    }
+    keys
 }
 
 /// The regression in words.
@@ -102,7 +115,7 @@ fn label(area: ImpactedArea, fit: Option<&Fit>) -> String {
     let intercept = fit.intercept_m2.map_or_else(String::new, |m2| {
         if m2 < 0.0 { format!(" − {:.2}", -m2) } else { format!(" + {m2:.2}") }
     });
-    let paper = fit.paper.map_or_else(String::new, |paper| format!("; paper, dashed: {:.2}", paper.slope));
+    let paper = fit.paper.map_or_else(String::new, |paper| format!(" (paper {:.2})", paper.slope));
     format!("L_A = {:.2} {}{intercept}, R² {:.2}{paper}", fit.slope, symbol(area), fit.r2)
 }
 
@@ -135,21 +148,11 @@ fn dashes(path: &[(f64, f64)], right: f64, top: f64, ink: RGBColor) -> Vec<PathE
             }
             dash.push(*b);
         } else if !dash.is_empty() {
-            drawn.push(PathElement::new(std::mem::take(&mut dash), ink.mix(0.8).stroke_width(1)));
+            drawn.push(PathElement::new(ends(std::mem::take(&mut dash)), ink.mix(0.8).stroke_width(1)));
         }
     }
     if dash.len() > 1 {
-        drawn.push(PathElement::new(dash, ink.mix(0.8).stroke_width(1)));
+        drawn.push(PathElement::new(ends(dash), ink.mix(0.8).stroke_width(1)));
     }
     drawn
-}
-
-/// The mark of an orchard, in the chart or in the legend.
-fn mark<B: DrawingBackend, C: Clone + 'static>(area: ImpactedArea, at: C) -> DynElement<'static, B, C> {
-    let ink = colour(area);
-    match area {
-        ImpactedArea::Leaf => Circle::new(at, 4, ink.filled()).into_dyn(),
-        ImpactedArea::Total => TriangleMarker::new(at, 5, ink.filled()).into_dyn(),
-        ImpactedArea::ThreeLeaves => Cross::new(at, 4, ink.stroke_width(2)).into_dyn(),
-    }
 }

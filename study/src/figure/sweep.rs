@@ -2,7 +2,10 @@
 
 use plotters::prelude::*;
 
-use super::{DrawError, FONT, INKS, axes, builder, legend};
+use super::DrawError;
+use super::style::{
+    Area, INKS, Key, Mark, axes, axes_of_categories, band, builder, figure, legend, legend_height,
+};
 use crate::sweep::{Effect, SweepReport};
 
 /// Panels side by side.
@@ -10,74 +13,103 @@ const COLUMNS: usize = 3;
 /// Pixels of a panel.
 const PANEL: (u32, u32) = (420, 360);
 
-/// Mean absolute error (or, of a sweep that keeps none, the mean of each output) over each axis, with its standard error twice over.
+/// Mean absolute error (or, of a sweep that keeps none, the mean of each output) over each axis, with its standard error twice over: a band along
+/// numbers, a bar at a category.
 pub fn sweep(report: &SweepReport) -> Result<String, DrawError> {
     let study = &report.provenance.settings;
-    let errors = study.keep.iter().any(|output| output.is_error());
-    let drawn: Vec<&str> =
-        study.keep.iter().filter(|output| output.is_error() == errors).map(|output| output.name()).collect();
+    let scale = Scale::of(report);
     let columns = study.sweep.len().clamp(1, COLUMNS);
     let rows = study.sweep.len().div_ceil(columns).max(1);
-    let mut svg = String::new();
-    {
-        let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
-        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        root.fill(&WHITE)?;
-        let middle = |effect: &Effect| if errors { 100.0 * effect.mean_abs } else { effect.mean };
-        let half = |effect: &Effect| {
-            let se = if errors { 100.0 * effect.mean_abs_se } else { effect.sd / (effect.n as f64).sqrt() };
-            2.0 * se
-        };
-        let shown = |effect: &&Effect| effect.n > 0 && drawn.contains(&effect.output.as_str());
-        let ends = report.effects.iter().filter(shown).map(|e| (middle(e) - half(e), middle(e) + half(e)));
-        let (low, high) = ends.fold((0.0_f64, 1e-6_f64), |(low, high), (a, b)| (low.min(a), high.max(b)));
-        // Room above for the legend.
-        let high = low + (high - low) * (1.15 + 0.09 * drawn.len() as f64);
-        for (at, (panel, axis)) in root.split_evenly((rows, columns)).iter().zip(&study.sweep).enumerate() {
+    let mut keys: Vec<Key> = scale
+        .drawn
+        .iter()
+        .zip(INKS.into_iter().cycle())
+        .map(|(output, ink)| Key::new(Mark::Disc, ink, output.strip_prefix("error.").unwrap_or(output)))
+        .collect();
+    keys.push(Key::new(Mark::Band, BLACK, "band or bar: twice the standard error of the mean"));
+    let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
+    figure((width, height + legend_height(keys.len())), |root| {
+        let (charts, below) = root.split_vertically(height);
+        legend(&below, 72, &keys)?;
+        for (area, axis) in charts.split_evenly((rows, columns)).iter().zip(&study.sweep) {
             let name = axis.name();
-            let effects: Vec<&Effect> =
-                report.effects.iter().filter(|effect| effect.axis == name).filter(shown).collect();
-            let places = Places::of(&effects);
-            let mut chart = builder(panel, &name).build_cartesian_2d(places.from..places.to, low..high)?;
-            let y = if errors { "mean |error|, %" } else { "mean" };
-            axes(&mut chart, if places.named.is_empty() { name.as_str() } else { "" }, y)?;
-            for (text, x) in &places.named {
-                // Upwards from the axis: names have no place on a scale of numbers.
-                let at = (*x, low + 0.02 * (high - low));
-                chart.draw_series([Text::new(
-                    text.clone(),
-                    at,
-                    (FONT, 12).into_font().transform(FontTransform::Rotate270),
-                )])?;
-            }
-            for (output, ink) in drawn.iter().zip(INKS.into_iter().cycle()) {
-                let points: Vec<(f64, &Effect)> = effects
-                    .iter()
-                    .filter(|effect| effect.output == *output)
-                    .map(|effect| (places.x(effect), *effect))
-                    .collect();
-                let bars = points.iter().map(|(x, e)| {
-                    PathElement::new(vec![(*x, middle(e) - half(e)), (*x, middle(e) + half(e))], ink.mix(0.6))
-                });
-                chart.draw_series(bars)?;
-                if places.named.is_empty() {
-                    let line: Vec<_> = points.iter().map(|(x, e)| (*x, middle(e))).collect();
-                    chart.draw_series([PathElement::new(line, ink.stroke_width(2))])?;
-                }
-                let marks = chart
-                    .draw_series(points.iter().map(|(x, e)| Circle::new((*x, middle(e)), 4, ink.filled())))?;
-                if at == 0 {
-                    let label = output.strip_prefix("error.").unwrap_or(output);
-                    marks.label(label).legend(move |(x, y)| Circle::new((x + 10, y), 4, ink.filled()));
-                }
-            }
-            if at == 0 {
-                legend(&mut chart)?;
+            let of_axis = |effect: &&Effect| effect.axis == name && scale.shows(effect);
+            panel(area, &name, &scale, &report.effects.iter().filter(of_axis).collect::<Vec<_>>())?;
+        }
+        Ok(())
+    })
+}
+
+/// What is drawn of every effect, and between which bounds.
+struct Scale<'a> {
+    errors: bool,
+    drawn: Vec<&'a str>,
+    low: f64,
+    high: f64,
+}
+
+impl<'a> Scale<'a> {
+    fn of(report: &'a SweepReport) -> Self {
+        let keep = &report.provenance.settings.keep;
+        let errors = keep.iter().any(|output| output.is_error());
+        let drawn = keep.iter().filter(|output| output.is_error() == errors).map(|output| output.name());
+        let mut scale = Self { errors, drawn: drawn.collect(), low: 0.0, high: 1e-6 };
+        for effect in &report.effects {
+            if scale.shows(effect) {
+                let [low, high] = scale.ends(effect);
+                (scale.low, scale.high) = (scale.low.min(low), scale.high.max(high));
             }
         }
-        root.present()?;
+        scale
     }
-    Ok(svg)
+
+    fn shows(&self, effect: &Effect) -> bool {
+        effect.n > 0 && self.drawn.contains(&effect.output.as_str())
+    }
+
+    fn middle(&self, effect: &Effect) -> f64 {
+        if self.errors { 100.0 * effect.mean_abs } else { effect.mean }
+    }
+
+    fn ends(&self, effect: &Effect) -> [f64; 2] {
+        let se = if self.errors { 100.0 * effect.mean_abs_se } else { effect.sd / (effect.n as f64).sqrt() };
+        [-2.0, 2.0].map(|times| self.middle(effect) + times * se)
+    }
+}
+
+fn panel(area: &Area<'_>, name: &str, scale: &Scale<'_>, effects: &[&Effect]) -> Result<(), DrawError> {
+    let places = Places::of(effects);
+    let (low, high) = (scale.low, scale.low + 1.05 * (scale.high - scale.low));
+    let named = !places.named.is_empty();
+    let mut chart = builder(area, name).build_cartesian_2d(places.from..places.to, low..high)?;
+    let y = if scale.errors { "mean |error|, %" } else { "mean" };
+    if named {
+        axes_of_categories(&mut chart, &places.named, y, low)?;
+    } else {
+        axes(&mut chart, name, y)?;
+    }
+    for (output, ink) in scale.drawn.iter().zip(INKS.into_iter().cycle()) {
+        let points: Vec<(f64, &Effect)> = effects
+            .iter()
+            .filter(|effect| effect.output == *output)
+            .map(|effect| (places.x(effect), *effect))
+            .collect();
+        let path = |value: &dyn Fn(&Effect) -> f64| -> Vec<(f64, f64)> {
+            points.iter().map(|(x, effect)| (*x, value(effect))).collect()
+        };
+        let [below, above] = [0, 1].map(|end| path(&|effect| scale.ends(effect)[end]));
+        let middles = path(&|effect| scale.middle(effect));
+        if named {
+            let bars =
+                below.into_iter().zip(above).map(|(from, to)| PathElement::new(vec![from, to], ink.mix(0.6)));
+            chart.draw_series(bars)?;
+        } else {
+            chart.draw_series([band(&below, &above, ink)])?;
+            chart.draw_series([PathElement::new(middles.clone(), ink.stroke_width(2))])?;
+        }
+        chart.draw_series(middles.into_iter().map(|at| Mark::Disc.at(at, ink)))?;
+    }
+    Ok(())
 }
 
 /// Where the values of an axis stand: at their number, or side by side under their names.
@@ -102,7 +134,7 @@ impl Places {
                 named.push((effect.at.clone(), named.len() as f64));
             }
         }
-        Self { from: -0.5, to: named.len() as f64 - 0.1, named }
+        Self { from: -0.5, to: named.len() as f64 - 0.5, named }
     }
 
     fn x(&self, effect: &Effect) -> f64 {

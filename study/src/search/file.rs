@@ -25,6 +25,8 @@ struct SearchFile {
     scene: String,
     seeds: Vec<u64>,
     #[serde(default)]
+    seen: Vec<u64>,
+    #[serde(default)]
     one_at_a_time: bool,
     #[serde(default)]
     joint: usize,
@@ -93,6 +95,7 @@ impl SearchFile {
             one_at_a_time: self.one_at_a_time,
             joint: self.joint,
             seeds: self.seeds,
+            seen: self.seen,
             files: Shelf::default(),
         };
         if search.points().saturating_mul(search.seeds.len()) > MOST_UNITS {

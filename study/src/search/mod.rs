@@ -3,8 +3,11 @@
 //! What the paper's text leaves open (its tables are lost) are [`Knob`]s: keys of an [`AreasStudy`] and the values they may have besides
 //! the base's. Point 0 is the base; then every value of every knob is tried alone; then come points that draw every knob by lot, each
 //! value (the base's among them) as likely as the others. All points see the same seeds, given in the search's file, and a point is told
-//! by its medians over them: no seed can be picked.
+//! by its medians over them: no seed can be picked. A point that is picked for its result is picked for its luck too, so it counts as
+//! unconfirmed until a [`ConfirmStudy`] has tried it on other seeds.
 
+mod bootstrap;
+mod confirm;
 mod file;
 mod report;
 
@@ -15,8 +18,11 @@ use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
+pub use confirm::{
+    ConfirmError, ConfirmReport, ConfirmStudy, INTERVAL, nearest_points, report as report_confirmed,
+};
 pub use file::read;
-pub use report::{PointReport, Regression, SearchReport, report};
+pub use report::{LEAST_SEEDS, PointReport, Regression, SearchReport, report};
 
 use super::areas::{AreasStudy, Orchard};
 use super::settings::{self, Shelf};
@@ -38,6 +44,9 @@ pub struct SearchStudy {
     pub joint: usize,
     /// Seeds of the areas study; every point sees all.
     pub seeds: Vec<u64>,
+    /// Seeds that base and knobs were chosen on before: they confirm nothing either.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub seen: Vec<u64>,
     /// What its scenes name.
     #[serde(skip)]
     files: Shelf,
@@ -73,6 +82,20 @@ fn with(base: &AreasStudy, settings: &[Setting<'_>]) -> Result<AreasStudy, Strin
 }
 
 impl SearchStudy {
+    /// A base that nothing is turned of, and that no seed has chosen.
+    fn of_base(base: AreasStudy) -> Self {
+        Self {
+            name: base.scene.name.clone(),
+            files: Shelf::of_scene(&base.scene),
+            base,
+            knobs: Vec::new(),
+            one_at_a_time: false,
+            joint: 0,
+            seeds: Vec::new(),
+            seen: Vec::new(),
+        }
+    }
+
     /// Points, the base among them.
     pub fn points(&self) -> usize {
         1 + self.singles() + self.joint
@@ -106,6 +129,31 @@ impl SearchStudy {
         self.files.serve(&mut study.scene)?;
         study.scene.seed = seed;
         Ok(study)
+    }
+
+    /// How long a point takes at a seed.
+    fn effort_of(&self, point: usize, seed: u64) -> f64 {
+        let of = |study: AreasStudy| -> f64 {
+            let layout = study.scene.orchard.layout();
+            let trees = f64::from(layout.trees) * f64::from(layout.rows);
+            trees * (0..study.units()).map(|unit| study.effort(unit)).sum::<f64>() / 1000.0
+        };
+        self.study_at(point, seed).map_or(0.0, of)
+    }
+
+    /// A point at a seed. A combination that cannot be is a finding of the search, not its end.
+    fn tried(&self, point: usize, seed: u64) -> Tried {
+        let refused = |why: String| Tried { orchards: Vec::new(), refused: Some(why) };
+        let study = match self.study_at(point, seed) {
+            Ok(study) => study,
+            Err(why) => return refused(why),
+        };
+        let orchards: Result<Vec<Orchard>, UnitError> =
+            (0..study.units()).into_par_iter().map(|unit| study.scanned(unit)).collect();
+        match orchards {
+            Ok(orchards) => Tried { orchards, refused: None },
+            Err(why) => refused(why.to_string()),
+        }
     }
 
     /// Point and seed of a unit.
@@ -146,28 +194,12 @@ impl Study for SearchStudy {
 
     fn effort(&self, index: usize) -> f64 {
         let (point, seed) = self.case(index);
-        let of = |study: AreasStudy| -> f64 {
-            let layout = study.scene.orchard.layout();
-            let trees = f64::from(layout.trees) * f64::from(layout.rows);
-            trees * (0..study.units()).map(|unit| study.effort(unit)).sum::<f64>() / 1000.0
-        };
-        self.study_at(point, seed).map_or(0.0, of)
+        self.effort_of(point, seed)
     }
 
     fn unit(&self, index: usize) -> Result<Tried, UnitError> {
         let (point, seed) = self.case(index);
-        // A combination that cannot be is a finding of the search, not its end.
-        let refused = |why: String| Ok(Tried { orchards: Vec::new(), refused: Some(why) });
-        let study = match self.study_at(point, seed) {
-            Ok(study) => study,
-            Err(why) => return refused(why),
-        };
-        let orchards: Result<Vec<Orchard>, UnitError> =
-            (0..study.units()).into_par_iter().map(|unit| study.scanned(unit)).collect();
-        match orchards {
-            Ok(orchards) => Ok(Tried { orchards, refused: None }),
-            Err(why) => refused(why.to_string()),
-        }
+        Ok(self.tried(point, seed))
     }
 }
 
@@ -191,6 +223,7 @@ mod tests {
             one_at_a_time: true,
             joint: 60,
             seeds: vec![4, 9],
+            seen: vec![30],
             files: Shelf::default(),
         }
     }
@@ -235,5 +268,26 @@ mod tests {
         let study = search.study_at(3, 9).expect("valid");
         assert_eq!(study.scene.orchard.tree_parameters().rules.to_string(), "floral_only");
         assert_eq!((study.scene.seed, study.scene.orchard.layout().trees), (9, 3));
+    }
+
+    #[test]
+    fn seeds_that_chose_a_point_cannot_confirm_it() {
+        let confirm =
+            |points: &[usize], seeds: &[u64]| ConfirmStudy::new(search(), points.to_vec(), seeds.to_vec());
+        let fresh: Vec<u64> = (101..=110).collect();
+        let study = confirm(&[0, 3], &fresh).expect("fresh");
+        assert_eq!(study.units(), 20);
+        let with = |more: &[u64]| [&fresh, more].concat();
+        assert_eq!(
+            confirm(&[0], &with(&[9])),
+            Err(ConfirmError::SharedSeeds { shared: vec![9], highest: 30 })
+        );
+        assert_eq!(
+            confirm(&[0], &with(&[30, 4])),
+            Err(ConfirmError::SharedSeeds { shared: vec![30, 4], highest: 30 })
+        );
+        assert_eq!(confirm(&[0], &fresh[1..]), Err(ConfirmError::TooFewSeeds { found: 9 }));
+        assert_eq!(confirm(&[0], &with(&[101])), Err(ConfirmError::TooFewSeeds { found: 10 }));
+        assert_eq!(confirm(&[64], &fresh), Err(ConfirmError::NoSuchPoint { found: 64, last: 63 }));
     }
 }

@@ -105,7 +105,9 @@ impl SweepStudy {
 /// The calibration the scene's rig names, if it is shipped for the scanner or is a file.
 fn calibration(stage: &Stage) -> Option<Calibration> {
     let mount = stage.rig.scanners.first()?;
-    calibrations::load_calibration_for(stage.rig.calibration.as_deref()?, &mount.model).ok().flatten()
+    calibrations::load_calibration_for(stage.rig.calibration.as_deref()?, &mount.model, stage.rig.optics)
+        .ok()
+        .flatten()
 }
 
 impl Study for SweepStudy {

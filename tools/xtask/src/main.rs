@@ -5,6 +5,7 @@ mod bench;
 mod ci;
 mod counts;
 mod emulator;
+mod figures;
 mod foreign;
 mod full;
 mod layering;
@@ -30,6 +31,7 @@ const COMMANDS: &[Command] = &[
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),
+    ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
     ("bench", "NAME: measure beside a peer", bench::command),
 ];
 

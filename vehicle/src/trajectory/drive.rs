@@ -7,6 +7,8 @@ use super::course::Course;
 use super::motion::{DEFAULT_ACCELERATION_M_S2, Trajectory};
 use super::profile::{SpeedProfile, SpeedProfileBuilder};
 use super::track::{Track, TrackError, TrackValue};
+use crate::parameter::ParameterError;
+use crate::road::Road;
 use crate::scene_file::{FileError, SceneFile};
 
 /// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
@@ -34,6 +36,9 @@ pub struct Drive {
     /// Alleys driven one after the other; it turns where the rows end. Absent: one alley without end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alleys: Option<u32>,
+    /// How rough the ground is; level where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub road: Option<Road>,
 }
 
 impl Default for Drive {
@@ -47,6 +52,7 @@ impl Default for Drive {
             acceleration_m_s2: DEFAULT_ACCELERATION_M_S2,
             alley: None,
             alleys: None,
+            road: None,
         }
     }
 }
@@ -91,6 +97,9 @@ pub enum DriveError {
         /// The value found.
         found: f64,
     },
+    /// A value in `[drive.road]`.
+    #[error(transparent)]
+    Road(#[from] ParameterError),
     /// More than one way to drive.
     #[error("drive.{one} and drive.{other} both say how to drive; leave one of them out")]
     Both {
@@ -135,6 +144,9 @@ impl Drive {
         }
         if let Some(file) = self.track.as_ref().filter(|file| file.is_filled()) {
             recorded(file)?;
+        }
+        if let Some(road) = &self.road {
+            road.validate()?;
         }
         for leg in &self.legs {
             seconds("legs.seconds", leg.seconds)?;

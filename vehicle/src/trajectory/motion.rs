@@ -3,6 +3,7 @@
 use super::course::{Course, Place};
 use super::detour::Detours;
 use super::profile::{ProfileState, SpeedProfile};
+use crate::road::{Ground, Stance};
 
 /// Acceleration towards a commanded speed where nothing else is set, m/s².
 pub(super) const DEFAULT_ACCELERATION_M_S2: f64 = 0.5;
@@ -26,6 +27,8 @@ pub struct Motion {
     pub up_m: f64,
     /// Rolled right side down, radians.
     pub roll_rad: f64,
+    /// Pitched nose up, radians.
+    pub pitch_rad: f64,
 }
 
 /// How the tractor drives: place and speed at any time of driving.
@@ -35,12 +38,20 @@ pub struct Trajectory {
     course: Course,
     acceleration_m_s2: f64,
     detours: Detours,
+    /// None is level.
+    ground: Option<Ground>,
 }
 
 impl Trajectory {
     /// Driven as `profile` says, along `course`; commands are obeyed with this acceleration, m/s².
     pub fn new(profile: SpeedProfile, course: Course, acceleration_m_s2: f64) -> Self {
-        Self { profile, course, acceleration_m_s2, detours: Detours::default() }
+        Self { profile, course, acceleration_m_s2, detours: Detours::default(), ground: None }
+    }
+
+    /// The same drive over this ground.
+    #[must_use]
+    pub fn over(self, ground: Option<Ground>) -> Self {
+        Self { ground, ..self }
     }
 
     /// Straight ahead at constant speed: y(t) = start + speed · t.
@@ -54,7 +65,9 @@ impl Trajectory {
         let run = self.detours.at(&self.profile, t_s);
         let ProfileState { way_m, speed_m_s, wheel_m, wheel_speed_m_s } = run;
         let place = self.course.at(way_m);
-        Motion { place, speed_m_s, way_m, wheel_m, wheel_speed_m_s, right_m: 0.0, up_m: 0.0, roll_rad: 0.0 }
+        let Stance { up_m, roll_rad, pitch_rad } =
+            self.ground.as_ref().map_or_else(Stance::default, |ground| ground.stance(way_m));
+        Motion { place, speed_m_s, way_m, wheel_m, wheel_speed_m_s, right_m: 0.0, up_m, roll_rad, pitch_rad }
     }
 
     /// From `t_s` on the tractor makes for `speed_m_s`, whatever its profile says: how a controller drives it. What was before `t_s`

@@ -8,6 +8,7 @@ use crate::telegram::lfp_filter::{MeanFilter, MedianFilter, ParticleFilter};
 use crate::telegram::lic_encoder::{
     ENCODER, EncoderResolution, EncoderSetting, IncrementSource, InputsThreeAndFour, LEVEL,
 };
+use crate::telegram::ms_suppmode::{FOG, SuppressionMode};
 
 /// Ticks a millimetre an encoder may have.
 const RESOLUTIONS: core::ops::RangeInclusive<f32> = 0.001..=2000.0;
@@ -38,6 +39,7 @@ settings! {
     MeanFilter: filters.mean, it => MEAN_SCANS.contains(&it.scans) && it.reserved == 0, ImpossibleFilter;
     MedianFilter: filters.median, it => it.beams == MEDIAN_BEAMS, ImpossibleFilter;
     ParticleFilter: filters.particle, it => it.threshold_mm > 0, ImpossibleFilter;
+    SuppressionMode: suppression, it => it.code <= FOG, NoSuchCode;
     IncrementSource: encoder.source, it => it.code <= ENCODER, NoSuchCode;
     EncoderSetting: encoder.setting, it => it.code <= LEVEL, NoSuchCode;
     EncoderResolution: encoder.resolution, it => RESOLUTIONS.contains(&it.ticks_per_mm), NoSuchCode;

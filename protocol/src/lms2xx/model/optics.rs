@@ -1,7 +1,7 @@
 //! What light does in the LMS2xx. "TD" is the technical description as quoted in the listing's notes; S8 is listed in docs/optics.md.
 
 use crate::model::optics::{EFFECTIVE, PULSE};
-use crate::optics::{Fact, FactoryEcho, Noise, NoiseShape, Optics, RemissionCurve, Spot};
+use crate::optics::{Fact, FactoryEcho, FogFilter, Noise, NoiseShape, Optics, RemissionCurve, Spot};
 
 /// LMS200: indoor. The first return wins.
 pub(super) const INDOOR: Optics = Optics {
@@ -14,6 +14,7 @@ pub(super) const INDOOR: Optics = Optics {
     },
     pulse: PULSE,
     factory_echo: FactoryEcho::First,
+    fog_filter: FogFilter::None,
     range_at_10_percent_m: Fact::memory(10.0),
     noise: Noise {
         sigma_mm: Fact::recorded(4.3),

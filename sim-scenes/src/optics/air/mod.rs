@@ -11,7 +11,7 @@ mod shot;
 mod window;
 
 pub use haze::{BACKSCATTER_SR, DUST_BACKSCATTER_SR};
-pub use plume::Plume;
+pub use plume::{FlowChange, Moment, Plume};
 pub use settings::Air;
 pub use window::WindowSector;
 
@@ -29,6 +29,8 @@ pub(super) struct AirStage {
     air: Air,
     drops: Vec<Drops>,
     haze: Haze,
+    /// The plumes with the flows of now.
+    spraying: Vec<Plume>,
 }
 
 impl AirStage {
@@ -38,7 +40,21 @@ impl AirStage {
         let snow = (air.snow_mm_h > 0.0).then(|| Drops::snow(optics, air.snow_mm_h));
         let haze =
             Haze::new(optics, air.visibility_m, air.dust_g_m3, drops::extinction_of_rain(air.rain_mm_h));
-        Self { air: air.clone(), drops: rain.into_iter().chain(snow).collect(), haze }
+        let mut stage = Self {
+            air: air.clone(),
+            spraying: air.plumes.clone(),
+            drops: rain.into_iter().chain(snow).collect(),
+            haze,
+        };
+        stage.spray(Moment::default(), &|_| None);
+        stage
+    }
+
+    /// Nozzles spray from now on as they do at this moment of the drive; `duty` is what a controller has told each.
+    pub(super) fn spray(&mut self, drive: Moment, duty: &dyn Fn(usize) -> Option<f64>) {
+        for (number, (now, plume)) in self.spraying.iter_mut().zip(&self.air.plumes).enumerate() {
+            now.flow_l_min = plume.flow_at(drive, duty(number));
+        }
     }
 
     /// Dims what a beam's parts met, and adds what the air returns.
@@ -50,7 +66,7 @@ impl AirStage {
         for touch in touches.iter_mut() {
             touch.power *= libm::exp(-2.0 * extinction * touch.range_m);
         }
-        for plume in &self.air.plumes {
+        for plume in &self.spraying {
             plume.act(shot, free_m, touches);
         }
         touches.extend(self.haze.echo(shot, extinction, free_m));

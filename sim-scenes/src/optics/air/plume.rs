@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use rowscan_vehicle::ParameterError;
-use rowscan_vehicle::parameter::require_within;
+use rowscan_vehicle::parameter::{require, require_within};
 use serde::{Deserialize, Serialize};
 
 use super::haze::BACKSCATTER_SR;
@@ -48,6 +48,44 @@ pub struct Plume {
     pub drop_um: f64,
     /// Their speed, m/s.
     pub speed_m_s: f64,
+    /// Shut until a controller opens it over CAN.
+    pub shut: bool,
+    /// Other flows from a place or a time of the drive on.
+    #[serde(rename = "change", skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<FlowChange>,
+}
+
+/// Another flow: table `[[optics.air.plume.change]]`, with either `at_s` or `at_m`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FlowChange {
+    /// From so many seconds of driving on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
+    /// Where the scanner is farther along the row than this, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_m: Option<f64>,
+    /// The flow, l/min.
+    pub flow_l_min: f64,
+}
+
+impl FlowChange {
+    fn is_reached(&self, drive: Moment) -> bool {
+        match (self.at_s, self.at_m) {
+            (Some(at_s), _) => drive.driven_s >= at_s,
+            (None, Some(at_m)) => drive.y_m >= at_m,
+            (None, None) => false,
+        }
+    }
+}
+
+/// Where a drive has come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Seconds since it began.
+    pub driven_s: f64,
+    /// Y of the scanner, metres.
+    pub y_m: f64,
 }
 
 impl Default for Plume {
@@ -60,6 +98,8 @@ impl Default for Plume {
             flow_l_min: 1.0,
             drop_um: 120.0,
             speed_m_s: 12.0,
+            shut: false,
+            changes: Vec::new(),
         }
     }
 }
@@ -71,8 +111,28 @@ impl Plume {
         }
         require_within("optics.air.plume.pitch_deg", self.pitch_deg, -90.0, 90.0)?;
         require_within("optics.air.plume.flow_l_min", self.flow_l_min, 0.0, 100.0)?;
+        for change in &self.changes {
+            let expected = "a table with either at_s or at_m";
+            let one = change.at_s.is_some() != change.at_m.is_some();
+            require(
+                one,
+                "optics.air.plume.change",
+                expected,
+                if change.at_s.is_some() { "both" } else { "neither" },
+            )?;
+            require_within("optics.air.plume.change.flow_l_min", change.flow_l_min, 0.0, 100.0)?;
+            require_within("optics.air.plume.change.at_s", change.at_s.unwrap_or(0.0), 0.0, 1e6)?;
+            require_within("optics.air.plume.change.at_m", change.at_m.unwrap_or(0.0), -1e6, 1e6)?;
+        }
         require_within("optics.air.plume.drop_um", self.drop_um, 10.0, 5000.0)?;
         require_within("optics.air.plume.speed_m_s", self.speed_m_s, 0.1, 200.0)
+    }
+
+    /// Its flow at a moment of the drive, l/min; `duty` is what a controller has told it.
+    pub(super) fn flow_at(&self, drive: Moment, duty: Option<f64>) -> f64 {
+        let reached = self.changes.iter().rev().find(|change| change.is_reached(drive));
+        let set = reached.map_or(self.flow_l_min, |change| change.flow_l_min);
+        set * duty.unwrap_or(if self.shut { 0.0 } else { 1.0 })
     }
 
     /// Extinction so far before the nozzle, 1/m: drops by mass balance over the cone's cross-section.
@@ -132,6 +192,23 @@ impl Plume {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_flow_is_the_last_change_reached_times_the_duty_told() {
+        let change = |at_s, at_m, flow_l_min| FlowChange { at_s, at_m, flow_l_min };
+        let changes = vec![change(Some(3.0), None, 0.0), change(None, Some(8.0), 2.0)];
+        let plume = Plume { changes, ..Plume::default() };
+        plume.validate().unwrap();
+        let at = |driven_s, y_m, duty| plume.flow_at(Moment { driven_s, y_m }, duty);
+        assert_eq!((at(2.9, 2.9, None), at(3.0, 3.0, None), at(8.0, 8.0, None)), (1.0, 0.0, 2.0));
+        assert_eq!((at(8.0, 8.0, Some(0.25)), at(1.0, 1.0, Some(0.0))), (0.5, 0.0));
+        let shut = Plume { shut: true, ..Plume::default() };
+        let at_start = |duty| shut.flow_at(Moment::default(), duty);
+        assert_eq!((at_start(None), at_start(Some(1.0))), (0.0, 1.0));
+        let both = Plume { changes: vec![change(Some(1.0), Some(1.0), 0.0)], ..Plume::default() };
+        let message = both.validate().unwrap_err().to_string();
+        assert!(message.contains("either at_s or at_m") && message.contains("both"), "{message}");
+    }
 
     #[test]
     fn a_worked_plume_has_the_extinction_of_the_sheet() {

@@ -33,6 +33,11 @@ pub struct Air {
 }
 
 impl Air {
+    /// What a scanner reports of its window: the level of the dirtiest sector.
+    pub(in crate::optics) fn contamination(&self) -> u8 {
+        self.windows.iter().map(WindowSector::contamination).max().unwrap_or(0)
+    }
+
     /// # Errors
     /// The first key with an invalid value.
     pub(in crate::optics) fn validate(&self) -> Result<(), ParameterError> {

@@ -1,14 +1,21 @@
 //! What an estimator's number should have been: measured on the leaves and branches themselves, by the same definition.
 //!
-//! The estimators never see this. A row is cut into sections of about 0.1 m; each keeps the exact leaf area between its faces, and
-//! the crown's outline on the scanner's side in cells of 0.1 m. Any stretch of the row, which repeats, is summed from those.
+//! The estimators never see this. A row is cut into sections of about 0.1 m; each keeps the exact leaf area between its faces, the
+//! crown's outline on the scanner's side in cells of 0.1 m, and the heights and half widths of the returns that its organs would give if none hid
+//! another. Any stretch of the row, which repeats, is summed from those. So a percentile is held against the same percentile and not against the
+//! highest tip; what is left between the two is what beams do not reach.
 
+mod organs;
+mod section;
+
+use rowscan_canopy::percentile::{BASE_SHARE, Histogram, TOP_SHARE};
 use rowscan_canopy::{Measure, Quantity};
 use rowscan_protocol::rig::Mount;
-use rowscan_scenes::{Orchard, Truth};
+use rowscan_scenes::{Orchard, Surface, Truth, patches};
 
-/// Length of a section and height of an outline cell, metres.
-const CELL_M: f64 = 0.1;
+use organs::Eye;
+use section::{CELL_M, Section, Shares};
+
 /// Square metres in a hectare.
 const HECTARE_M2: f64 = 10_000.0;
 /// Most sections of a row.
@@ -23,17 +30,6 @@ pub struct Appraisal {
     row_spacing_m: Option<f64>,
     /// Of the whole row.
     finer: Vec<Measure>,
-}
-
-#[derive(Clone, Debug, Default)]
-struct Section {
-    leaf_m2: f64,
-    /// Σ leaf area · |beam · normal|: what the leaves turn towards the scanner.
-    projected_m2: f64,
-    /// How far the crown reaches before the row plane, by cell of height; 0 where it does not.
-    half_width_m: Vec<f64>,
-    /// Lowest and highest point.
-    extent_m: Option<[f64; 2]>,
 }
 
 /// A stretch of the row: its organs between two places.
@@ -60,30 +56,34 @@ impl Appraisal {
         for (section, slab) in sections.iter_mut().zip(&truth.slabs) {
             section.leaf_m2 = slab.leaf_area_m2;
         }
-        let trees: Vec<_> = orchard.trees().take(orchard.trees_per_row()).collect();
         let at = |y_m: f64| ((y_m.rem_euclid(length_m) / section_m) as usize).min(count.saturating_sub(1));
-        for leaf in trees.iter().flat_map(|tree| &tree.leaves) {
-            let [nx, _, nz] = leaf.normal();
-            let points = sampled(leaf.outline());
-            let share_m2 = leaf.area_m2() / points.len().max(1) as f64;
-            for point in points {
-                let (ahead, up) = (point[0] + mount.distance_m, point[2] - mount.height_m);
-                let cosine = ((ahead * nx + up * nz) / ahead.hypot(up)).abs();
-                if let Some(section) = sections.get_mut(at(point[1])) {
-                    section.projected_m2 += share_m2 * cosine;
-                    section.reach(point, clearance_m);
+        let mut put = |[x, y, z]: [f64; 3], add: &dyn Fn(&mut Section)| {
+            // What is lower counts as ground.
+            if let Some(section) = sections.get_mut(at(y)).filter(|_| z >= clearance_m && x.is_finite()) {
+                add(section);
+            }
+        };
+        let eye = Eye::of(mount);
+        for tree in orchard.trees().take(orchard.trees_per_row()) {
+            let of_canopy =
+                tree.facets.iter().filter(|facet| matches!(facet.surface, Surface::Bark | Surface::Fruit));
+            for blade in tree.leaves.iter().chain(of_canopy.map(|facet| &facet.polygon)) {
+                patches::of_blade(blade, |patch| {
+                    if let Some(met) = eye.blade(&patch) {
+                        put(patch.at, &|section| section.meet(&met));
+                    }
+                });
+                for point in sampled(blade.outline()) {
+                    put(point, &|section| section.reach(point));
                 }
             }
-        }
-        for piece in trees.iter().flat_map(|tree| &tree.wood) {
-            let (base, tip, radius_m) = (piece.base(), piece.tip(), piece.radius_m());
-            let steps = (piece.length_m() / (CELL_M / 2.0)).ceil().clamp(1.0, 1000.0);
-            for step in 0..=steps as usize {
-                let share = step as f64 / steps;
-                let [x, y, z] = [0, 1, 2].map(|k| base[k] + share * (tip[k] - base[k]));
-                if let Some(section) = sections.get_mut(at(y)) {
-                    section.reach([x - radius_m, y, z], clearance_m);
-                }
+            for piece in &tree.wood {
+                patches::of_branch(piece, |patch| {
+                    put(patch.at, &|section| section.reach(patch.at));
+                    if let Some(met) = eye.branch(&patch) {
+                        put(patch.at, &|section| section.meet(&met));
+                    }
+                });
             }
         }
         Self { truth, sections, section_m, row_spacing_m: orchard.row_spacing_m(), finer: Vec::new() }
@@ -142,31 +142,18 @@ fn sampled(outline: &[[f64; 3]]) -> Vec<[f64; 3]> {
     points
 }
 
-impl Section {
-    fn reach(&mut self, [x_m, _, z_m]: [f64; 3], clearance_m: f64) {
-        if z_m < clearance_m {
-            return;
-        }
-        let cell = (z_m / CELL_M) as usize;
-        if self.half_width_m.len() <= cell {
-            self.half_width_m.resize(cell.min(1000) + 1, 0.0);
-        }
-        if let Some(half_m) = self.half_width_m.get_mut(cell) {
-            *half_m = half_m.max(-x_m);
-        }
-        let [low, high] = self.extent_m.unwrap_or([z_m, z_m]);
-        self.extent_m = Some([low.min(z_m), high.max(z_m)]);
-    }
-}
-
 impl Stretch<'_> {
     fn sum(&self, of: impl Fn(&Section) -> f64) -> f64 {
         self.parts.iter().map(|(section, share)| of(section) * share).sum()
     }
 
-    fn most(&self, of: impl Fn(&Section) -> Option<f64>) -> Option<f64> {
-        // A sliver of a section at an end is not in it.
-        self.parts.iter().filter(|(_, share)| *share > 0.5).filter_map(|(s, _)| of(s)).reduce(f64::max)
+    /// The length that a share of the returns stays below; None where nothing stands.
+    fn percentile(&self, of: impl Fn(&Section) -> &Shares, share: f64) -> Option<f64> {
+        let mut lengths = Histogram::new();
+        for (section, part) in &self.parts {
+            of(section).iter().for_each(|(length_m, returns)| lengths.add(length_m, returns * part));
+        }
+        lengths.percentile(share)
     }
 
     /// What a quantity really is; None where nothing but a finer scan could tell, or nothing stands there.
@@ -175,11 +162,9 @@ impl Stretch<'_> {
             return None;
         }
         let ground_m2 = self.row.row_spacing_m.map(|spacing_m| spacing_m * self.length_m);
-        let top_m = || self.most(|section| section.extent_m.map(|[_, high]| high));
-        let width_m = || {
-            let widest = |section: &Section| section.half_width_m.iter().copied().reduce(f64::max);
-            self.most(widest).map(|half_m| 2.0 * half_m)
-        };
+        let height_m = |share| self.percentile(|section| &section.heights, share);
+        let width_m =
+            |share| self.percentile(|section| &section.half_widths, share).map(|half_m| 2.0 * half_m);
         match (quantity, band_m) {
             (Quantity::LeafArea, Some([from_m, to_m])) => self.whole.then(|| {
                 let inside = |z_m: f64| z_m > from_m - 1e-9 && z_m < to_m + 1e-9;
@@ -193,19 +178,18 @@ impl Stretch<'_> {
             (_, Some(_)) => None,
             (Quantity::LeafArea, None) => Some(self.sum(|section| section.leaf_m2)),
             (Quantity::Lai, None) => Some(self.sum(|section| section.leaf_m2) / ground_m2?),
-            (Quantity::TreeAreaIndex, None) => Some(self.sum(|section| section.projected_m2) / ground_m2?),
-            (Quantity::Height, None) => top_m(),
-            (Quantity::Width, None) => width_m(),
-            (Quantity::Volume, None) => {
-                let area_m2 = |section: &Section| 2.0 * section.half_width_m.iter().sum::<f64>() * CELL_M;
-                Some(self.sum(area_m2) * self.row.section_m)
-            }
+            (Quantity::TreeAreaIndex, None) => Some(self.sum(|section| section.facing_m2) / ground_m2?),
+            (Quantity::Height, None) => height_m(TOP_SHARE),
+            (Quantity::MedianHeight, None) => height_m(0.5),
+            (Quantity::Base, None) => height_m(BASE_SHARE),
+            (Quantity::Width, None) => width_m(TOP_SHARE),
+            (Quantity::MedianWidth, None) => width_m(0.5),
+            (Quantity::Volume, None) => Some(self.sum(Section::crown_m2) * self.row.section_m),
             (Quantity::TreeRowVolume, None) => {
-                Some(top_m()? * width_m()? * HECTARE_M2 / self.row.row_spacing_m?)
+                Some(height_m(TOP_SHARE)? * width_m(TOP_SHARE)? * HECTARE_M2 / self.row.row_spacing_m?)
             }
             (Quantity::LeafWallArea, None) => {
-                let height_m = |section: &Section| section.extent_m.map_or(0.0, |[low, high]| high - low);
-                let wall_m2 = self.sum(height_m) * self.row.section_m;
+                let wall_m2 = self.sum(Section::wall_m) * self.row.section_m;
                 Some(2.0 * wall_m2 * HECTARE_M2 / (self.row.row_spacing_m? * self.length_m))
             }
             _ => None,
@@ -216,7 +200,7 @@ impl Stretch<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rowscan_scenes::{Leaf, Tree};
+    use rowscan_scenes::{Cylinder, Leaf, Tree};
 
     /// A row of one tree in 2 m: a vertical leaf 1 m wide and 2 m high, 0.5 m before the row plane, from 0.5 m up.
     fn board() -> Orchard {
@@ -230,23 +214,78 @@ mod tests {
         assert!(found.is_some_and(|found| (found / expected - 1.0).abs() < 1e-5), "{found:?} {expected}");
     }
 
+    /// The height on a wall `ahead_m` from the default mount's mirror below which a share of evenly spread beams ends.
+    fn height_m(ahead_m: f64, [low_m, high_m]: [f64; 2], share: f64) -> f64 {
+        let mirror_m = Mount::default().height_m;
+        let angle = |z_m: f64| ((z_m - mirror_m) / ahead_m).atan();
+        let at = angle(low_m) + share * (angle(high_m) - angle(low_m));
+        mirror_m + ahead_m * at.tan()
+    }
+
     #[test]
-    fn a_board_has_its_area_height_and_width() {
+    fn a_board_has_its_areas_and_percentiles() {
         let appraisal = Appraisal::of(&board(), &Mount::default(), 0.1);
         let row = appraisal.stretch(0.0, 2.0);
+        let value = |quantity| row.value(quantity, None).expect("a number");
         close(row.value(Quantity::LeafArea, None), 2.0);
         close(row.value(Quantity::LeafArea, Some([0.5, 1.0])), 0.5);
         close(row.value(Quantity::Lai, None), 2.0 / 8.0);
-        close(row.value(Quantity::Height, None), 2.5);
-        close(row.value(Quantity::Width, None), 1.0);
-        close(row.value(Quantity::TreeRowVolume, None), 2.5 * 1e4 / 4.0);
+        // Percentiles of beams, not the board's edges: 99.5 % of them end below 2.488 m. In bins of a centimetre.
+        for (quantity, share) in
+            [(Quantity::Height, 0.995), (Quantity::MedianHeight, 0.5), (Quantity::Base, 0.01)]
+        {
+            let expected = height_m(1.4, [0.5, 2.5], share);
+            assert!((value(quantity) - expected).abs() < 0.01, "{quantity:?} {} {expected}", value(quantity));
+        }
+        assert!(value(Quantity::Height) < 2.495);
+        // A bin of a centimetre on each side.
+        for quantity in [Quantity::Width, Quantity::MedianWidth] {
+            assert!((1.0..1.021).contains(&value(quantity)), "{}", value(quantity));
+        }
+        close(
+            row.value(Quantity::TreeRowVolume, None),
+            value(Quantity::Height) * value(Quantity::Width) * 1e4 / 4.0,
+        );
         // 1.4 m off, its middle 0.1 m below: 1/2 ∫ 1.4 / hypot(1.4, z) dz over z = −1.1 to 0.9.
         let cosine = 0.7 * ((1.1f64 / 1.4).asinh() + (0.9f64 / 1.4).asinh());
-        let index = row.value(Quantity::TreeAreaIndex, None).expect("a number");
-        assert!((index / (2.0 * cosine / 8.0) - 1.0).abs() < 0.02, "{index} {cosine}");
+        let index = value(Quantity::TreeAreaIndex);
+        assert!((index / (2.0 * cosine / 8.0) - 1.0).abs() < 1e-3, "{index} {cosine}");
         assert_eq!(row.value(Quantity::Porosity, None), None);
         close(row.value(Quantity::Volume, None), 2.0);
         close(row.value(Quantity::LeafWallArea, None), 2.0 * 2.0 * 1e4 / 8.0);
+    }
+
+    #[test]
+    fn a_wall_area_is_made_of_whole_cells() {
+        // From 0.54 to 2.46 m: cells from 0.5 to 2.5 m hold returns, as the estimator's do.
+        let corners = [[0.0, 0.0, 0.54], [0.0, 2.0, 0.54], [0.0, 2.0, 2.46], [0.0, 0.0, 2.46]];
+        let tree = Tree { leaves: vec![Leaf::new(corners).expect("a leaf")], ..Tree::default() };
+        let orchard = Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0));
+        let appraisal = Appraisal::of(&orchard, &Mount::default(), 0.1);
+        close(appraisal.stretch(0.0, 2.0).value(Quantity::LeafWallArea, None), 2.0 * 2.0 * 1e4 / 4.0);
+    }
+
+    #[test]
+    fn a_post_of_wood_has_the_widths_of_a_circle() {
+        let radius_m: f64 = 0.3;
+        let wood = vec![Cylinder::new([0.0, 1.0, 0.5], [0.0, 1.0, 2.5], radius_m).expect("a post")];
+        let tree = Tree { wood, ..Tree::default() };
+        let orchard = Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0));
+        let appraisal = Appraisal::of(&orchard, &Mount::default(), 0.1);
+        let row = appraisal.stretch(0.0, 2.0);
+        let value = |quantity| row.value(quantity, None).expect("a number");
+        // Lines meet it evenly across: r √(1 − u²) with u even from −1 to 1; half of them within r √¾.
+        let median_m = 2.0 * radius_m * 0.75f64.sqrt();
+        assert!((value(Quantity::MedianWidth) - median_m).abs() < 0.02, "{}", value(Quantity::MedianWidth));
+        assert!((value(Quantity::Width) - 2.0 * radius_m).abs() < 0.021, "{}", value(Quantity::Width));
+        assert!((value(Quantity::MedianHeight) - height_m(1.66, [0.5, 2.5], 0.5)).abs() < 0.02);
+        // In cells of 0.1 m as deep as the circle is at their end nearest to the axis, both sides; patches of 2 cm may miss that end.
+        let depths = [0.0f64, 0.1, 0.2].map(|y_m| (radius_m * radius_m - y_m * y_m).sqrt());
+        let volume_m3 = 2.0 * (2.0 * depths.iter().sum::<f64>() * 0.1) * 2.0;
+        assert!((value(Quantity::Volume) / volume_m3 - 1.0).abs() < 0.03, "{}", value(Quantity::Volume));
+        // Wood turns its width to the beams and counts in the tree area index; it has no leaf area.
+        assert!(value(Quantity::TreeAreaIndex) > 0.5 * 2.0 * radius_m * 2.0 / 8.0);
+        close(row.value(Quantity::LeafArea, None).map(|m2| m2 + 1.0), 1.0);
     }
 
     #[test]

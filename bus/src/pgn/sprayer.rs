@@ -1,0 +1,57 @@
+//! What a spray controller tells the nozzles that ride with the tractor, in the range for proprietary broadcasts.
+
+use crate::message::{Message, Signal};
+
+/// Nozzles that one frame is about.
+pub const NOZZLES: usize = 7;
+
+const DUTY: Signal = Signal::new("Duty", 8, 8, 0.4, "%");
+
+/// Nozzle duties: obeyed by the nozzles of the scene, in their order over all scanners' plumes.
+pub const NOZZLE_DUTY: Message = Message {
+    name: "NozzleDuty",
+    pgn: 65_299,
+    priority: 3,
+    period_ms: None,
+    len: 8,
+    source: 0xFE,
+    about: "how far nozzles are open, seven from the first one named on; 255 leaves one as it is (proprietary B)",
+    signals: &[
+        Signal::new("FirstNozzle", 0, 8, 1.0, "").about("0 is the scene's first [[optics.air.plume]]"),
+        Signal { name: "Duty0", ..DUTY },
+        Signal { name: "Duty1", start: 16, ..DUTY },
+        Signal { name: "Duty2", start: 24, ..DUTY },
+        Signal { name: "Duty3", start: 32, ..DUTY },
+        Signal { name: "Duty4", start: 40, ..DUTY },
+        Signal { name: "Duty5", start: 48, ..DUTY },
+        Signal { name: "Duty6", start: 56, ..DUTY },
+    ],
+};
+
+/// Which nozzles a [`NOZZLE_DUTY`] sets, each with its duty, 0 to 1.
+pub fn nozzle_duties(data: &[u8]) -> impl Iterator<Item = (u8, f64)> + use<> {
+    let mut values = NOZZLE_DUTY.decode(data).into_iter();
+    let first = values.next().flatten();
+    let duties = values.enumerate().filter_map(|(place, percent)| Some((place as f64, percent?)));
+    duties.filter_map(move |(place, percent)| {
+        let number = first? + place;
+        (number <= 250.0).then_some((number as u8, percent / 100.0))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn duties_count_from_the_first_nozzle_and_255_says_nothing() {
+        let found: Vec<(u8, f64)> = nozzle_duties(&[3, 250, 255, 0, 125, 255, 255, 255]).collect();
+        assert_eq!(found, [(3, 1.0), (5, 0.0), (6, 0.5)]);
+        assert_eq!(nozzle_duties(&[0, 250]).collect::<Vec<_>>(), [(0, 1.0)]);
+        assert_eq!(nozzle_duties(&[255, 250, 0, 0, 0, 0, 0, 0]).count(), 0);
+        // What an encoder writes comes back.
+        let duties = [Some(2.0), Some(40.0), None, Some(100.0)];
+        let back: Vec<(u8, f64)> = nozzle_duties(NOZZLE_DUTY.encode(&duties).bytes()).collect();
+        assert_eq!(back, [(2, 0.4), (4, 1.0)]);
+    }
+}

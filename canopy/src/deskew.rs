@@ -1,0 +1,148 @@
+//! Lines of a scan plane that leans, put upright: each beam's range goes to the line that was where the beam crosses the row's middle.
+//!
+//! What a beam met nearer or farther than that lies off its new line by a little: the row puts each return at its own place along it
+//! ([`crate::astray`]). Beams whose place no line was at are left out there: the ends of a drive are seen by some beams only.
+
+use std::collections::VecDeque;
+
+use rowscan_protocol::angle::BeamGrid;
+
+use crate::advance::Weighted;
+use crate::geometry::{BeamTable, Frame};
+use crate::parameters::AreaForm;
+
+/// Lines kept at most. A tractor that creeps has its lines put upright over less than all of its reach.
+const MOST_LINES: usize = 2000;
+
+/// Puts lines upright, as far behind the newest as beams reach ahead.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Deskew {
+    table: BeamTable,
+    grid: BeamGrid,
+    reach_m: f64,
+    lines: VecDeque<Line>,
+    /// The first that has not been given.
+    next: usize,
+    spare: Vec<Vec<f64>>,
+    upright: Vec<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct Line {
+    at: Weighted,
+    range_m: Vec<f64>,
+}
+
+impl Deskew {
+    /// A line of `grid` enters; gives lines that are complete to `row`.
+    pub(crate) fn push(
+        &mut self,
+        frame: &Frame,
+        (grid, range_m): (BeamGrid, &[f64]),
+        at: Weighted,
+        row: &mut dyn FnMut(BeamGrid, &[f64], Weighted),
+    ) {
+        if !(at.weight_m > 0.0 && at.y_m.is_finite()) {
+            return;
+        }
+        if grid != self.grid {
+            self.flush(row);
+            self.grid = grid;
+            self.table.update(grid, frame, AreaForm::Midpoint);
+            let shifts = self.table.beams().iter().flatten().map(|beam| beam.shift_m.abs());
+            self.reach_m = shifts.fold(0.0, f64::max);
+        }
+        let mut kept = self.spare.pop().unwrap_or_default();
+        kept.clear();
+        kept.extend_from_slice(range_m);
+        self.lines.push_back(Line { at, range_m: kept });
+        while let Some(next) = self.lines.get(self.next) {
+            if next.at.y_m + self.reach_m > at.y_m && self.lines.len() < MOST_LINES {
+                break;
+            }
+            self.give(row);
+        }
+    }
+
+    /// No more lines come.
+    pub(crate) fn flush(&mut self, row: &mut dyn FnMut(BeamGrid, &[f64], Weighted)) {
+        while self.next < self.lines.len() {
+            self.give(row);
+        }
+        self.spare.extend(self.lines.drain(..).map(|line| line.range_m));
+        self.next = 0;
+    }
+
+    /// The next line, upright.
+    fn give(&mut self, row: &mut dyn FnMut(BeamGrid, &[f64], Weighted)) {
+        let Some(at) = self.lines.get(self.next).map(|line| line.at) else { return };
+        self.upright.clear();
+        let lines = &self.lines;
+        self.upright.extend(self.table.beams().iter().enumerate().map(|(number, beam)| {
+            let Some(beam) = beam else { return f64::NAN };
+            let from_m = at.y_m - beam.shift_m;
+            let after = lines.partition_point(|line| line.at.y_m < from_m);
+            let near =
+                [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|line| lines.get(line));
+            let off = |line: &Line| (line.at.y_m - from_m).abs();
+            let nearest = near.min_by(|a, b| off(a).total_cmp(&off(b)));
+            // A line that stands for this place.
+            let own = nearest.filter(|line| off(line) <= line.at.weight_m);
+            own.and_then(|line| line.range_m.get(number)).copied().unwrap_or(f64::NAN)
+        }));
+        row(self.grid, &self.upright, at);
+        self.next += 1;
+        let past = |line: &Line| line.at.y_m + self.reach_m + line.at.weight_m < at.y_m;
+        while self.next > 0
+            && self.lines.front().is_some_and(|line| past(line) || self.lines.len() >= MOST_LINES)
+        {
+            self.spare.extend(self.lines.pop_front().map(|line| line.range_m));
+            self.next -= 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_protocol::rig::{Mount, Rig};
+
+    /// What each line holds of the number of the line that a range came from.
+    fn upright(mount: &Mount, lines: u32) -> Vec<(f64, Vec<f64>)> {
+        let frame = Frame::new(&Rig::default(), mount).unwrap();
+        let grid = BeamGrid::spanning(300_000, 1_500_000, 60_000);
+        let (mut deskew, mut found) = (Deskew::default(), Vec::new());
+        let mut take = |_: BeamGrid, range_m: &[f64], at: Weighted| found.push((at.y_m, range_m.to_vec()));
+        for number in 0..lines {
+            let (y_m, range_m) = (f64::from(number) * 0.02, vec![1.0 + f64::from(number); grid.len()]);
+            deskew.push(&frame, (grid, &range_m), Weighted { y_m, weight_m: 0.02 }, &mut take);
+        }
+        deskew.flush(&mut take);
+        found
+    }
+
+    #[test]
+    fn each_beam_comes_from_the_line_that_crossed_the_row_there() {
+        let mount = Mount { distance_m: 2.0, yaw_deg: 10.0, ..Mount::default() };
+        let found = upright(&mount, 100);
+        assert_eq!(found.len(), 100);
+        // Level beams cross the row tan 10° · 2 m = 0.353 m ahead: 17.6 lines.
+        let (y_m, line) = &found[50];
+        assert!((y_m - 1.0).abs() < 1e-9);
+        let middle = line[10];
+        assert!((middle - 1.0 - (50.0 - 17.6)).abs() <= 0.6, "{middle}");
+        // The first lines have none of it, the last all.
+        assert!(found[10].1[10].is_nan() && !found[99].1[10].is_nan());
+    }
+
+    #[test]
+    fn a_pitch_parts_beams_up_and_down_and_leaves_the_level_one() {
+        let mount = Mount { distance_m: 2.0, pitch_deg: 5.0, ..Mount::default() };
+        let found = upright(&mount, 100);
+        let line = &found[50].1;
+        // Beams 5, 10 and 15 are at −30°, 0° and 30°; the tops lean back, so the upper beams of a later line cross here.
+        assert_eq!(line[10], 51.0);
+        let ahead = 2.0 * 30f64.to_radians().tan() * 5f64.to_radians().sin() / 0.02;
+        assert!((line[15] - 51.0 - ahead).abs() <= 0.6 && (line[5] - 51.0 + ahead).abs() <= 0.6, "{line:?}");
+    }
+}

@@ -1,0 +1,75 @@
+//! `cargo xtask figures [NAME…]`: every figure of the documents, made anew by the release binary.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+use crate::shell;
+use crate::workspace::Workspace;
+
+/// Figures of studies: the name below docs/figures and the study that draws it.
+const STUDIES: &[(&str, &[&str])] = &[
+    ("areas", &["study", "areas"]),
+    ("resolution", &["study", "resolution"]),
+    ("sensor-study", &["study", "run", "docs/examples/sensor-study.toml"]),
+];
+/// A drawing below docs/orchards that is not of a scene alone: its name, its scene, its further flags.
+const DRAWINGS: &[(&str, &str, &[&str])] = &[("spindle-scan", "spindle", &["--scan", "lateral"])];
+
+/// Makes the figures named, or all.
+pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
+    match all(workspace, arguments) {
+        Ok(made) => {
+            println!("{made} figures made; look at each before it is committed");
+            ExitCode::SUCCESS
+        }
+        Err(why) => {
+            eprintln!("xtask figures: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn all(workspace: &Workspace, wanted: &[String]) -> Result<usize, String> {
+    workspace.build_binary()?;
+    let binary = workspace.built_binary()?;
+    let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|other| other == name);
+    let mut made = 0;
+    for (name, study) in STUDIES.iter().filter(|(name, _)| is_wanted(name)) {
+        let file = format!("docs/figures/{name}.svg");
+        draw(workspace, &binary, &[*study, &["--figure", &file][..]].concat())?;
+        made += 1;
+    }
+    for name in drawings(workspace)?.iter().filter(|name| is_wanted(name)) {
+        let file = format!("docs/orchards/{name}.svg");
+        let special = DRAWINGS.iter().find(|(drawing, ..)| drawing == name);
+        let (scene, flags) = special.map_or((name.as_str(), &[][..]), |(_, scene, flags)| (*scene, *flags));
+        if !workspace.root.join(format!("sim-scenes/scenes/{scene}.toml")).is_file() {
+            println!("SKIPPED: {file}: there is no scene {scene}");
+            continue;
+        }
+        let export = ["orchard", "export", scene, "--trees", "3", "--cell", "0.08", "--svg", &file];
+        draw(workspace, &binary, &[&export[..], flags].concat())?;
+        made += 1;
+    }
+    if made == 0 { Err(format!("there is no figure {}", wanted.join(", "))) } else { Ok(made) }
+}
+
+/// The drawings of orchards that the documents have, by name.
+fn drawings(workspace: &Workspace) -> Result<Vec<String>, String> {
+    let folder = workspace.root.join("docs").join("orchards");
+    let entries = fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let paths = entries.filter_map(Result::ok).map(|entry| entry.path());
+    let drawn = paths.filter(|path| path.extension().is_some_and(|extension| extension == "svg"));
+    let mut names: Vec<String> =
+        drawn.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
+    names.sort();
+    Ok(names)
+}
+
+fn draw(workspace: &Workspace, binary: &Path, arguments: &[&str]) -> Result<(), String> {
+    println!("rowscan {}", arguments.join(" "));
+    shell::run(
+        Command::new(binary).current_dir(&workspace.root).args(arguments).stdout(std::process::Stdio::null()),
+    )
+}
