@@ -56,8 +56,8 @@ const VIEWS: [View; 3] = [
 /// Pieces of wood drawn in a view: the thickest.
 const MOST_WOOD: usize = 500;
 
-/// The same where there is not a leaf for every piece of wood: then wood is what there is to see.
-const MOST_BARE_WOOD: usize = 2500;
+/// The same of trees without leaves: then wood is what there is to see.
+const MOST_BARE_WOOD: usize = 1500;
 
 /// Space around a view, pixels.
 const MARGIN_PX: f64 = 24.0;
@@ -152,8 +152,8 @@ fn paint(view: View, shown: &Shown<'_>, dots: &[Dot], drawing: &Drawing) -> Opti
     }
     let mut wood: Vec<&Cylinder> = shown.trees.iter().flat_map(|tree| &tree.wood).collect();
     wood.sort_by(|a, b| b.radius_m().total_cmp(&a.radius_m()));
-    let leaves: usize = shown.trees.iter().map(|tree| tree.leaves.len()).sum();
-    let most = if leaves < wood.len() { MOST_BARE_WOOD } else { MOST_WOOD };
+    let is_bare = shown.trees.iter().all(|tree| tree.leaves.is_empty());
+    let most = if is_bare { MOST_BARE_WOOD } else { MOST_WOOD };
     for piece in wood.into_iter().take(most) {
         let thick_m = 2.0 * piece.radius_m();
         canvas.line(on_paper(piece.base()), on_paper(piece.tip()), thick_m, Material::Wood.rgb());

@@ -17,12 +17,11 @@ const STUDIES: &[(&str, &[&str])] = &[
 const DRAWINGS: &[(&str, &str, &[&str])] = &[
     ("spindle-scan", "spindle", &["--scan", "lateral"]),
     ("spindle-dormant", "spindle", &["--season", "dormant"]),
-    ("spindle-bud_burst", "spindle", &["--season", "bud_burst"]),
     ("spindle-unfolding", "spindle", &["--season", "unfolding"]),
     ("spindle-bloom", "spindle", &["--season", "bloom"]),
     ("spindle-fruit_set", "spindle", &["--season", "fruit_set"]),
     ("spindle-leaf_fall", "spindle", &["--season", "leaf_fall"]),
-    ("alley", "docs/orchards/alley.toml", &[]),
+    ("alley", "docs/orchards/alley.toml", &["--cell", "0.04"]),
 ];
 
 /// Makes the figures named, or all.
@@ -58,8 +57,9 @@ fn all(workspace: &Workspace, wanted: &[String]) -> Result<usize, String> {
             println!("SKIPPED: {file}: there is no scene {scene}");
             continue;
         }
-        let export = ["orchard", "export", scene, "--trees", "3", "--cell", "0.08", "--svg", &file];
-        draw(workspace, &binary, &[&export[..], flags].concat())?;
+        let export = ["orchard", "export", scene, "--trees", "3", "--svg", &file];
+        let cell = if flags.contains(&"--cell") { &[][..] } else { &["--cell", "0.08"] };
+        draw(workspace, &binary, &[&export[..], cell, flags].concat())?;
         made += 1;
     }
     if made == 0 { Err(format!("there is no figure {}", wanted.join(", "))) } else { Ok(made) }
