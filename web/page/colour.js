@@ -13,6 +13,7 @@ export const CLASSES = [
   { name: "fruit", rgb: [204, 121, 167] },
   { name: "post", rgb: [0, 114, 178] },
   { name: "wire", rgb: [86, 180, 233] },
+  { name: "grass", rgb: [240, 228, 66] },
 ];
 
 /** The colour of a part between 0 and 1. */

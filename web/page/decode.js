@@ -75,7 +75,7 @@ export function readOrchard(buffer) {
   if (buffer.byteLength < 8 || magic(view) !== "RWO1") return null;
   const length = view.getUint32(4, true);
   const head = JSON.parse(LETTERS.decode(new Uint8Array(buffer, 8, length)));
-  const blades = 28 * (head.leaves + head.facets);
+  const blades = 28 * (head.leaves + head.facets + head.grass);
   const sticks = 32 * (head.wood + head.supports);
   return {
     head,

@@ -21,7 +21,7 @@ void main() {
   float lit = dot(n, sun) * sign(dot(n, to));
   float own = hash(dot(centre, vec3(12.9898, 78.233, 37.719)));
   vec3 leaf = mix(vec3(0.16, 0.36, 0.13), vec3(0.42, 0.58, 0.20), own);
-  vec3 base = kind > 3.5 && kind < 4.5 ? mix(vec3(0.75, 0.16, 0.13), vec3(0.86, 0.42, 0.20), own) : kind > 1.5 ? vec3(0.42, 0.33, 0.25) : leaf;
+  vec3 base = kind > 3.5 && kind < 4.5 ? mix(vec3(0.75, 0.16, 0.13), vec3(0.86, 0.42, 0.20), own) : kind > 6.5 ? mix(vec3(0.30, 0.42, 0.16), vec3(0.52, 0.60, 0.28), own) : kind > 1.5 ? vec3(0.42, 0.33, 0.25) : leaf;
   // Light through a leaf from behind is weaker and more yellow.
   vec3 light = lit > 0.0 ? vec3(1.05, 1.02, 0.92) * lit : vec3(0.55, 0.6, 0.2) * -lit;
   float sky = 0.42 + 0.22 * abs(n.z) + 0.05 * clamp(place.z, 0.0, 3.0);

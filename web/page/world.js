@@ -100,7 +100,8 @@ export class World {
     }));
     trees.forEach((tree, number) => this.makeCrown(tree, orchard.blades, head.trees[number].leaves));
     const supports = { count: head.supports, array: this.sticks(sticks, head.wood) };
-    this.orchard = { head, trees, supports };
+    const grass = { count: head.grass, array: this.blades(blades, head.leaves + head.facets) };
+    this.orchard = { head, trees, supports, grass };
     this.stats.orchardBytes = orchard.bytes;
     gl.bindVertexArray(null);
   }
@@ -249,6 +250,7 @@ export class World {
         stats.leaves += tree.facets.count;
       }
     }
+    this.drawGrass(at);
     at = this.use("stick");
     for (const { tree, foot, cos, sin, distance } of seen) {
       // Twigs come last: from afar a tree is its older wood.
@@ -258,6 +260,18 @@ export class World {
       stats.sticks += count;
     }
     this.drawSupports(at);
+  }
+
+  drawGrass(at) {
+    const { grass, head } = this.orchard, period = head.period_m ?? 0;
+    if (!grass.count) return;
+    const here = period ? Math.floor(this.camera.target[1] / period) : 0, count = Math.ceil(grass.count * Math.min(1, this.budget / 60000));
+    this.gl.uniform1f(at.grow, Math.sqrt(grass.count / count));
+    for (const copy of period ? [here - 1, here, here + 1] : [0]) {
+      this.place(at, [0, copy * period, 0], 1, 0);
+      this.instances(grass.array, this.gl.TRIANGLE_STRIP, 6, count);
+      this.stats.leaves += count;
+    }
   }
 
   /** Far trees: one call for all that are alike. */

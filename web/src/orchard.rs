@@ -5,19 +5,21 @@
 //! | 4 | `RWO1` |
 //! | 4 | length of the head, a multiple of 4, u32 |
 //! | head | JSON: [`Head`], blanks behind it |
-//! | 28 a blade | leaves of every distinct tree, then facets: centre 3 × f32, normal 3 × i8 and class u8, axis 3 × i8 and 0, length and width u16 in 0.1 mm, area f32 m² |
+//! | 28 a blade | leaves of every distinct tree, then facets, then blades of grass: centre 3 × f32, normal 3 × i8 and class u8, axis 3 × i8 and 0, length and width u16 in 0.1 mm, area f32 m² |
 //! | 32 a stick | wood of every distinct tree, then posts and wires: base 3 × f32, tip 3 × f32, radius f32, class u8 and 3 × 0 |
 //!
 //! All little endian. Trees have their coordinates in their own frame, and `places` say where they stand. The leaves of a tree come in an order in which every
 //! beginning of it is a fair sample: who draws only the first tenth, larger, draws the same tree from farther away. Wood comes from the thickest to the thinnest.
 
-use rowscan_scenes::{Class, Cylinder, Leaf, Orchard, SupportKind, Surface, Tree};
+use rowscan_scenes::{Class, Cylinder, Facet, Leaf, Orchard, SupportKind, Surface, Tree};
 use serde::Serialize;
 
 /// What the bytes begin with.
 const MAGIC: &[u8; 4] = b"RWO1";
 /// A leaf's width to its length where it has no extent to tell.
 const ROUND: f64 = 1.0;
+/// Blades of grass in a picture at most.
+const MOST_GRASS: usize = 30_000;
 /// Sizes are in these, metres.
 const SIZE_UNIT_M: f64 = 1e-4;
 
@@ -31,6 +33,7 @@ pub(crate) fn class_code(class: Class) -> u8 {
         Class::Fruit => 4,
         Class::Post => 5,
         Class::Wire => 6,
+        Class::Grass => 7,
     }
 }
 
@@ -47,6 +50,8 @@ struct Head {
     /// Leaves of all distinct trees; facets follow them.
     leaves: usize,
     facets: usize,
+    /// Blades of grass, of which a dense meadow has too many to be drawn: so many of them.
+    grass: usize,
     /// Branches of all distinct trees; posts and wires follow them.
     wood: usize,
     supports: usize,
@@ -83,8 +88,11 @@ impl OrchardPicture {
             counts.iter_mut().zip(of).for_each(|(count, more)| *count += more);
         }
         let [leaves, facets, wood] = counts;
-        let head = head(orchard, spans, counts);
-        let mut bytes = Vec::with_capacity(8 + head.len() + 28 * (leaves + facets) + 32 * wood);
+        let grass: Vec<&Facet> =
+            orchard.ground().facets.iter().filter(|facet| facet.surface == Surface::Grass).collect();
+        let drawn = grass.len().min(MOST_GRASS);
+        let head = head(orchard, spans, counts, drawn);
+        let mut bytes = Vec::with_capacity(8 + head.len() + 28 * (leaves + facets + drawn) + 32 * wood);
         bytes.extend_from_slice(MAGIC);
         bytes.extend_from_slice(&u32::try_from(head.len()).unwrap_or(u32::MAX).to_le_bytes());
         bytes.extend_from_slice(&head);
@@ -97,6 +105,9 @@ impl OrchardPicture {
         }
         for facet in trees.iter().flat_map(|tree| &tree.facets) {
             write_blade(&facet.polygon, class_of(facet.surface), &mut bytes);
+        }
+        for facet in sampled(grass.len()).take(drawn).filter_map(|number| grass.get(number)) {
+            write_blade(&facet.polygon, Class::Grass, &mut bytes);
         }
         for tree in trees {
             let mut wood: Vec<&Cylinder> = tree.wood.iter().collect();
@@ -122,7 +133,12 @@ impl OrchardPicture {
 }
 
 /// The head as JSON, filled up with blanks.
-fn head(orchard: &Orchard, trees: Vec<TreeSpan>, [leaves, facets, wood]: [usize; 3]) -> Vec<u8> {
+fn head(
+    orchard: &Orchard,
+    trees: Vec<TreeSpan>,
+    [leaves, facets, wood]: [usize; 3],
+    grass: usize,
+) -> Vec<u8> {
     let places = orchard.standing().map(|(tree, placement)| {
         let [x, y, z] = placement.base_m();
         let [cos, sin, _] = placement.direction([1.0, 0.0, 0.0]);
@@ -132,6 +148,7 @@ fn head(orchard: &Orchard, trees: Vec<TreeSpan>, [leaves, facets, wood]: [usize;
     let head = Head {
         leaves,
         facets,
+        grass,
         wood,
         supports: orchard.supports().len(),
         trees,
@@ -177,6 +194,8 @@ fn class_of(surface: Surface) -> Class {
         Surface::Fruit => Class::Fruit,
         Surface::Post => Class::Post,
         Surface::Wire => Class::Wire,
+        Surface::Soil => Class::Ground,
+        Surface::Grass => Class::Grass,
     }
 }
 
