@@ -21,6 +21,7 @@ mod picture;
 mod routes;
 mod show;
 mod strip;
+mod studio;
 mod telegram_log;
 mod web;
 
@@ -29,5 +30,6 @@ pub use line::Line;
 pub use orchard::OrchardPicture;
 pub use show::{About, ScannerAbout, Show};
 pub use strip::{Metre, Strip, TruthColumn};
+pub use studio::BROWSERS;
 pub use telegram_log::{Spoken, TelegramLog};
-pub use web::{BROWSERS, Web};
+pub use web::Web;

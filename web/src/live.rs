@@ -9,7 +9,7 @@ use rowscan_control::Problem;
 use tokio::sync::{OwnedSemaphorePermit, watch};
 
 use crate::clock;
-use crate::web::{BROWSERS, Exposure, Studio};
+use crate::studio::{BROWSERS, Exposure, Studio};
 
 /// The protocol that the page asks for.
 const PROTOCOL: &str = "rowscan";

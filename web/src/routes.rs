@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use crate::live;
-use crate::web::Studio;
+use crate::studio::Studio;
 
 const BINARY: [(axum::http::HeaderName, &str); 2] =
     [(CONTENT_TYPE, "application/octet-stream"), (CACHE_CONTROL, "no-store")];
