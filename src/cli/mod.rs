@@ -206,6 +206,9 @@ pub enum Failure {
     /// A figure that cannot be written.
     #[error(transparent)]
     Figure(#[from] crate::export::FigureError),
+    /// A picture that cannot be drawn.
+    #[error(transparent)]
+    Render(#[from] rowscan_render::RenderError),
     /// Samples no calibration can be fitted to.
     #[error(transparent)]
     Fit(#[from] rowscan_canopy::FitError),
