@@ -86,6 +86,21 @@ impl Camera {
         Ok(Self { eye, lens: Lens::Parallel { half_m: 0.5 * width_m }, ..camera })
     }
 
+    /// A camera without perspective that draws as a chart does: `right` and `up` are the axes to the right and up, and need not be those that
+    /// somebody who looks that way would have. So a row seen from the scanner's side can begin on the left.
+    ///
+    /// # Errors
+    /// A size, width or direction that no camera has.
+    pub fn chart(
+        middle: [f64; 3],
+        [right, up, towards]: [[f64; 3]; 3],
+        width_m: f64,
+        size: (u32, u32),
+    ) -> Result<Self, RenderError> {
+        let camera = Self::parallel(middle, towards, width_m, size)?;
+        Ok(Self { right: DVec3::from_array(right), up: DVec3::from_array(up), ..camera })
+    }
+
     /// None for a direction that is none.
     pub(crate) fn facing(towards: DVec3, size: (u32, u32)) -> Result<Option<Self>, RenderError> {
         let (width, height) = size;
@@ -182,6 +197,14 @@ impl Camera {
                 from: self.eye + self.right * (right * half_m) + self.up * (up * half_m),
                 to: self.forward,
             },
+        }
+    }
+
+    /// Metres of air before what is at a distance: none without perspective, where the camera's place means nothing.
+    pub(crate) fn air_m(&self, distance_m: f32) -> f32 {
+        match self.lens {
+            Lens::Perspective { .. } => distance_m,
+            Lens::Parallel { .. } => 0.0,
         }
     }
 

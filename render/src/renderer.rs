@@ -44,12 +44,19 @@ pub struct Look {
     pub sun: [f64; 3],
     /// What is behind.
     pub backdrop: Backdrop,
+    /// True where returns are drawn over everything, also over what stands before them.
+    pub returns_on_top: bool,
 }
 
 impl Default for Look {
     /// A summer's afternoon, the sun on the scanner's side of the row.
     fn default() -> Self {
-        Self { season: Season::FullLeaf, sun: [-0.62, 0.50, 0.80], backdrop: Backdrop::Landscape }
+        Self {
+            season: Season::FullLeaf,
+            sun: [-0.62, 0.50, 0.80],
+            backdrop: Backdrop::Landscape,
+            returns_on_top: false,
+        }
     }
 }
 
@@ -60,9 +67,11 @@ pub fn render(model: &Model, camera: &Camera, look: &Look) -> Picture {
     let shading = Shading { model, lighting: &lighting, camera, season: look.season };
     let marks = model.marks_facing(camera.forward);
     let bands = Bands::of(&[&model.mesh, &marks], camera, SAMPLES, BAND * SAMPLES as usize);
+    let own = model.mesh.triangles.len() as u32;
+    let first_on_top = if look.returns_on_top { own } else { NOTHING };
     let page = Page { shading, marks: &marks, look, width: camera.size().0 as usize };
     let rows: Vec<Vec<u8>> =
-        (0..bands.len()).into_par_iter().map(|band| page.pixels(&bands.band(band))).collect();
+        (0..bands.len()).into_par_iter().map(|band| page.pixels(&bands.band(band, first_on_top))).collect();
     Picture::new(camera.size(), rows.concat())
 }
 

@@ -64,7 +64,7 @@ impl Shading<'_> {
         });
         let normal = smooth.normalize_or(view);
         let from_front = normal.dot(view) >= 0.0;
-        let is_leaf = matches!(patch.finish, Finish::Leaf | Finish::Grass);
+        let is_leaf = patch.finish == Finish::Leaf;
         let (normal, sides) = match (from_front, is_leaf) {
             (true, _) => (normal, sides),
             (false, true) => (-normal, [sides[1], sides[0]]),
@@ -84,7 +84,7 @@ impl Shading<'_> {
         } else {
             self.solid(at, &face, &gloss(patch.finish))
         };
-        sky::hazy(lit, distance_m)
+        sky::hazy(lit, self.camera.air_m(distance_m))
     }
 
     /// Light from where there is no surface: the ground, or the sky.
@@ -105,7 +105,7 @@ impl Shading<'_> {
         let albedo = paint::colour(&patch, &spot, true, self.season, &self.model.rows);
         let sun = self.lighting.sun.z.max(0.0) * self.lighting.sunlight(at + Vec3::Z * 0.005, lot);
         let light = sky::SUN * sun + sky::SKY * self.lighting.on_ground(at.x, at.y);
-        sky::hazy(albedo * light, distance_m)
+        sky::hazy(albedo * light, self.camera.air_m(distance_m))
     }
 
     fn solid(&self, at: Vec3, face: &Face, gloss: &Gloss) -> Vec3 {

@@ -84,8 +84,9 @@ impl Bands {
         self.bands.len()
     }
 
-    /// Finds what a band's samples see. Of two triangles equally near, the first is seen.
-    pub(crate) fn band(&self, band: usize) -> Band {
+    /// Finds what a band's samples see. Of two triangles equally near, the first is seen; those numbered `first_on_top` or more are before
+    /// all others.
+    pub(crate) fn band(&self, band: usize, first_on_top: u32) -> Band {
         let rows = band * self.rows..((band + 1) * self.rows).min(self.height);
         let count = rows.len() * self.width;
         let mut nearness = vec![f32::NEG_INFINITY; count];
@@ -94,7 +95,9 @@ impl Bands {
             let Flat { vertices, number } = self.flats[*place as usize];
             raster::fill(vertices, self.width, rows.clone(), |column, row, near| {
                 let sample = (row - rows.start) * self.width + column;
-                if near as f32 > nearness[sample] {
+                let seen = numbers[sample];
+                let is_above = number >= first_on_top && (seen < first_on_top || seen == NOTHING);
+                if is_above || near as f32 > nearness[sample] {
                     nearness[sample] = near as f32;
                     numbers[sample] = number;
                 }
@@ -155,7 +158,9 @@ mod tests {
             Orchard::from_organs(vec![Leaf::new(outline.to_vec()).unwrap()], Vec::new(), f64::INFINITY);
         let model = Model::of(&orchard, usize::MAX).unwrap();
         let bands = Bands::of(&[&model.mesh], camera, 3, 24);
-        let seen = |band: usize| bands.band(band).numbers.iter().filter(|number| **number != NOTHING).count();
+        let seen = |band: usize| {
+            bands.band(band, NOTHING).numbers.iter().filter(|number| **number != NOTHING).count()
+        };
         let (width, height) = camera.size();
         (0..bands.len()).map(seen).sum::<usize>() as f64 / (9.0 * f64::from(width) * f64::from(height))
     }
@@ -191,7 +196,7 @@ mod tests {
         for (leaves, nearest) in [([square(3.0), square(2.0)], 1), ([square(2.0), square(3.0)], 0)] {
             let model =
                 Model::of(&Orchard::from_organs(leaves.into(), Vec::new(), f64::INFINITY), 9).unwrap();
-            let band = Bands::of(&[&model.mesh], &camera, 1, 8).band(0);
+            let band = Bands::of(&[&model.mesh], &camera, 1, 8).band(0, NOTHING);
             assert!(
                 band.numbers.iter().all(|number| model.mesh.triangles[*number as usize].patch == nearest)
             );

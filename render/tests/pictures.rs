@@ -10,6 +10,7 @@ const PAPER: Look = Look {
     season: rowscan_scenes::season::Season::FullLeaf,
     sun: [-1.0, 0.0, 0.5],
     backdrop: Backdrop::Paper { pale: 0.0 },
+    returns_on_top: false,
 };
 
 /// A wall across X = 2 m.
@@ -62,12 +63,13 @@ fn a_leaf_is_green_where_it_must_be_and_paper_is_white_beside_it() {
 fn a_return_has_its_own_colour_before_the_leaf_and_is_hidden_behind_it() {
     let camera = Camera::parallel([2.0, 0.0, 1.0], [1.0, 0.0, 0.0], 4.0, (80, 40)).unwrap();
     let at = |x: f64| Mark { at: [x, 0.0, 1.0], radius_m: 0.2, rgb: [213, 94, 0] };
-    let drawn = |x: f64| {
+    let drawn = |x: f64, returns_on_top: bool| {
         let model = Model::of(&wall([-1.0, 1.0], [0.0, 2.0]), 1).unwrap().with_marks(vec![at(x)]);
-        render(&model, &camera, &PAPER).pixel(40, 20)
+        render(&model, &camera, &Look { returns_on_top, ..PAPER }).pixel(40, 20)
     };
-    assert_eq!(drawn(2.0), Some([213, 94, 0]), "on the leaf, in the colour of the legend");
-    assert_ne!(drawn(3.0), Some([213, 94, 0]));
+    assert_eq!(drawn(2.0, false), Some([213, 94, 0]), "on the leaf, in the colour of the legend");
+    assert_ne!(drawn(3.0, false), Some([213, 94, 0]));
+    assert_eq!(drawn(3.0, true), Some([213, 94, 0]), "over everything where that is asked for");
 }
 
 #[test]
