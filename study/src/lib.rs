@@ -15,6 +15,7 @@ pub mod comparison;
 mod complaint;
 pub mod coverage;
 mod document;
+pub mod eye;
 pub mod figure;
 mod fine_scan;
 pub mod fingerprint;

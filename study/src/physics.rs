@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::appraisal::Appraisal;
 use crate::calibrations::load_calibration_for;
+use crate::eye::placed;
 use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
 use crate::trial::{Asked, TrialError, each_scan_met};
 
@@ -213,15 +214,7 @@ struct TriedRow {
 
 impl TriedRow {
     fn of(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Self, TrialError> {
-        let mut scene = Scene { seed, ..scene.clone() };
-        // The tractor drives in the middle of its alley or nearer to the row.
-        let spacing_m = scene.resolved_rig().row_spacing_m.unwrap_or(0.0);
-        if let Some(mount) = scene.rig.scanners.first_mut() {
-            mount.distance_m = distance_m;
-            model.name().clone_into(&mut mount.model);
-        }
-        let spacing_m = Some(spacing_m.max(2.0 * distance_m));
-        (scene.orchard.row_spacing_m, scene.rig.row_spacing_m) = (spacing_m, spacing_m);
+        let scene = placed(scene, model, distance_m, seed);
         let mut set = Set::grow(scene, &|_, _| {})?;
         let mount = set.rig.scanners.first().cloned().unwrap_or_default();
         let appraisal = Appraisal::of(&set.orchard, &mount, set.rig.ground_clearance_m);

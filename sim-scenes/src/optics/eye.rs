@@ -203,6 +203,11 @@ impl Eye {
         }
     }
 
+    /// Planes of a line, and rays cast in each; 0 before the first [`turn_to`](Self::turn_to).
+    pub fn rays(&self) -> [usize; 2] {
+        self.sight.as_ref().map_or([0; 2], |sight| sight.footprint.rays())
+    }
+
     /// Echoes that the receiver tells apart.
     pub fn depth(&self) -> usize {
         self.rules.most

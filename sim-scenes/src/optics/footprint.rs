@@ -123,6 +123,11 @@ impl Footprint {
         self.returns.get(ray as usize).copied().unwrap_or(Return::MISS)
     }
 
+    /// Planes, and rays cast in each.
+    pub(super) fn rays(&self) -> [usize; 2] {
+        [self.grid.planes(0).len(), self.fan.len()]
+    }
+
     /// Number of beams.
     pub(super) fn beams(&self) -> usize {
         self.beams

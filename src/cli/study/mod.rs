@@ -9,6 +9,7 @@ mod confirmed;
 mod confirmed_markdown;
 mod coverage;
 mod estimators;
+mod eye;
 mod merge;
 mod orchards;
 mod physics;
@@ -50,6 +51,8 @@ pub(super) enum Command {
     Coverage(coverage::Args),
     /// Hold every estimator, and the trees found in the data, against the truth
     Estimators(estimators::Args),
+    /// Leaf area through the device's optics: every estimator against the truth, by model and distance
+    Eye(eye::Args),
     /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
     Physics(physics::Args),
     /// A recording of a scene that stands still beside our model of the device: noise, correlation, edges
@@ -70,6 +73,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
         | Command::Accuracy(_)
         | Command::Budget(_)
         | Command::Estimators(_)
+        | Command::Eye(_)
         | Command::Physics(_)
         | Command::Recording(_) => None,
     };
@@ -86,6 +90,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Transfer(args) => transfer::run(args).await,
             Command::Coverage(args) => coverage::run(args).await,
             Command::Estimators(args) => estimators::run(args).await,
+            Command::Eye(args) => eye::run(args).await,
             Command::Physics(args) => physics::run(args).await,
             Command::Recording(args) => recording::run(args).await,
         }

@@ -30,10 +30,12 @@ pub fn resolution(report: &ResolutionReport) -> Result<String, DrawError> {
         let low = report.rows.iter().map(mm).fold(f64::INFINITY, f64::min).max(1e-3);
         let high = report.rows.iter().map(mm).fold(0.0, f64::max).max(2.0 * low);
         let worst = report.rows.iter().map(|row| 100.0 * row.error_p95_abs).fold(6.0, f64::max);
+        let least = report.rows.iter().map(|row| 100.0 * row.error_sd).filter(|percent| *percent > 0.0);
+        let least = (0.7 * least.fold(1.0, f64::min)).max(LEAST_PERCENT);
         let mut chart = builder(&chart, "I_T of coarser advances against 2 mm, same Δθ, random starts")
             .build_cartesian_2d(
                 ((0.8 * low)..(1.2 * high)).log_scale(),
-                (LEAST_PERCENT..1.5 * worst).log_scale(),
+                (least..1.5 * worst).log_scale(),
             )?;
         axes(&mut chart, "advance Δy, mm", "error of I_T, %")?;
         let (from, to) = ((0.8 * low).ln(), (1.2 * high).ln());
@@ -50,7 +52,7 @@ pub fn resolution(report: &ResolutionReport) -> Result<String, DrawError> {
             let rows =
                 || report.rows.iter().filter(move |row| row.dtheta_deg == *angle && row.error_p95_abs > 0.0);
             let path = |value: fn(&ResolutionRow) -> f64| -> Vec<(f64, f64)> {
-                rows().map(|row| (mm(row), (100.0 * value(row)).max(LEAST_PERCENT))).collect()
+                rows().map(|row| (mm(row), (100.0 * value(row)).max(least))).collect()
             };
             for (mark, width, points) in
                 [(Mark::Disc, 2, path(|row| row.error_p95_abs)), (Mark::Ring, 1, path(|row| row.error_sd))]

@@ -88,6 +88,8 @@ where
         .bold_line_style(BLACK.mix(0.1))
         .x_desc(x)
         .y_desc(y)
+        .x_label_formatter(&mark_of)
+        .y_label_formatter(&mark_of)
         .label_style((FONT, LABEL))
         .axis_desc_style((FONT, NAME))
         .draw()?;
@@ -112,6 +114,7 @@ where
         .bold_line_style(BLACK.mix(0.1))
         .x_labels(0)
         .y_desc(y)
+        .y_label_formatter(&mark_of)
         .label_style((FONT, LABEL))
         .axis_desc_style((FONT, NAME))
         .draw()?;
@@ -238,6 +241,7 @@ fn set(words: &str) -> String {
         SYMBOLS.iter().filter_map(|symbol| Some((rest.find(symbol)?, *symbol))).min()
     {
         let (before, after) = rest.split_at(at);
+        let before = kept(before);
         let (letter, below) = symbol.split_once('_').unwrap_or((symbol, ""));
         let raise = if out.is_empty() { "" } else { " dy=\"-0.25em\"" };
         out.push_str(&format!(
@@ -249,7 +253,21 @@ fn set(words: &str) -> String {
         return words.to_owned();
     }
     // The last raise may be of nothing.
-    format!("{out}<tspan dy=\"-0.25em\">{rest}</tspan>")
+    format!("{out}<tspan dy=\"-0.25em\">{}</tspan>", kept(rest))
+}
+
+/// Words whose spaces at both ends every program keeps.
+fn kept(words: &str) -> String {
+    let words_begin = words.trim_start();
+    let middle = words_begin.trim_end();
+    let fixed = |spaces: usize| "\u{a0}".repeat(spaces);
+    format!("{}{middle}{}", fixed(words.len() - words_begin.len()), fixed(words_begin.len() - middle.len()))
+}
+
+/// A number on an axis: as few digits as tell it.
+fn mark_of(value: &f64) -> String {
+    let rounded = (value * 1e6).round() / 1e6;
+    if rounded == 0.0 { "0".to_owned() } else { rounded.to_string() }
 }
 
 #[cfg(test)]
@@ -257,13 +275,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn marks_of_an_axis_have_no_empty_digits() {
+        assert_eq!([10.0, 0.30000000000000004, 2.5, -0.0].map(|value| mark_of(&value)), ["10", "0.3", "2.5", "0"]);
+    }
+
+    #[test]
     fn symbols_are_set_with_subscripts_and_nothing_else_is_touched() {
         assert_eq!(set("advance, mm"), "advance, mm");
         let one = set("leaf area L_A, m²");
         assert_eq!(
             one,
-            "<tspan>leaf area </tspan><tspan font-style=\"italic\">L</tspan><tspan dy=\"0.36em\" font-size=\"70%\">A</tspan><tspan dy=\"-0.25em\">, m²</tspan>"
+            "<tspan>leaf area\u{a0}</tspan><tspan font-style=\"italic\">L</tspan><tspan dy=\"0.36em\" font-size=\"70%\">A</tspan><tspan dy=\"-0.25em\">, m²</tspan>"
         );
+        assert!(set("error of I_T of").contains("error of\u{a0}<") && set("I_T of").contains(">\u{a0}of<"));
         assert_eq!(set("L_A = 3 I_3L").matches("italic").count(), 2);
         assert!(!set("L_A = 3 I_3L − 1").contains('_'));
         let svg = "<text x=\"1\">\nI_T\n</text><rect id=\"I_T\"/><text>b</text>";

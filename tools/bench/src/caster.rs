@@ -6,7 +6,7 @@ use rowscan_protocol::scan::Pose;
 use rowscan_scenes::{BeamFan, Beams, Caster, Layers, Return, Scratch};
 
 use crate::measure::{Case, Report};
-use crate::peer::{FARTHEST_M, PARRY, Peer};
+use crate::peer::{PARRY, Peer, before_ground};
 use crate::row::Planting;
 
 /// Beams of a line: 270° in steps of a quarter.
@@ -213,9 +213,4 @@ impl Bench {
 
 fn pose(y_m: f64) -> Pose {
     Pose { x_m: -1.9, y_m, z_m: 1.6 }
-}
-
-/// Range to the ground, where the peer may stop looking.
-fn before_ground(z_m: f64, sin: f64) -> f32 {
-    if sin < 0.0 { (z_m / -sin) as f32 } else { FARTHEST_M }
 }

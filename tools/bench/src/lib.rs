@@ -11,6 +11,7 @@ pub mod lockstep;
 pub mod lockstep_reader;
 pub mod loopback;
 pub mod measure;
+pub mod optics;
 pub mod peer;
 pub mod proxy;
 #[cfg(target_os = "linux")]

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use rowscan_bench::measure::Report;
-use rowscan_bench::{caster, codec, fleet, hectare, lockstep, lockstep_reader, proxy, replay, shady};
+use rowscan_bench::{caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady};
 
 /// A bench: its name and what runs it with the arguments after it.
 type Bench = (&'static str, fn(&mut Report, &[String]));
@@ -14,6 +14,7 @@ const BENCHES: &[Bench] = &[
     ("fleet", fleet::run),
     ("hectare", hectare::run),
     ("lockstep", lockstep::run),
+    ("optics", optics::run),
     ("proxy", proxy::run),
     ("replay", replay::run),
     ("shady", shady::run),

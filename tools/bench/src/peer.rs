@@ -15,6 +15,11 @@ pub const PARRY: &str = "parry3d 0.31 Bvh";
 /// As far as rays are followed, metres.
 pub const FARTHEST_M: f32 = 1000.0;
 
+/// Range to the ground, where the peer may stop looking.
+pub fn before_ground(z_m: f64, sin: f64) -> f32 {
+    if sin < 0.0 { (z_m / -sin) as f32 } else { FARTHEST_M }
+}
+
 /// A primitive of the hierarchy.
 enum Organ {
     Leaf(FlatLeaf),

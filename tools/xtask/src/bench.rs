@@ -17,6 +17,7 @@ const BENCHES: &[Bench] = &[
     ("hectare", |workspace, arguments| beside_peers(workspace, "hectare", arguments)),
     ("latency", latency::run),
     ("lockstep", |workspace, arguments| beside_peers(workspace, "lockstep", arguments)),
+    ("optics", |workspace, arguments| beside_peers(workspace, "optics", arguments)),
     ("proxy", |workspace, arguments| beside_peers(workspace, "proxy", arguments)),
     ("replay", |workspace, arguments| beside_peers(workspace, "replay", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),

@@ -10,6 +10,7 @@ use crate::workspace::Workspace;
 /// Figures of studies: the name below docs/figures and the study that draws it.
 const STUDIES: &[(&str, &[&str])] = &[
     ("areas", &["study", "areas"]),
+    ("physics", &["study", "physics", "spindle"]),
     ("resolution", &["study", "resolution"]),
     ("sensor-study", &["study", "run", "docs/examples/sensor-study.toml"]),
 ];

@@ -1,0 +1,290 @@
+//! Leaf area through the device's eye: every estimator against the truth, by model and distance, before and after the spot is taken out.
+
+use rayon::prelude::*;
+use rowscan_canopy::estimator::by_name;
+use rowscan_canopy::{Estimate, Parameters, Pipeline, Quantity};
+use rowscan_emulator::stage::Stage as Set;
+use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::Rig;
+use rowscan_scenes::Scene;
+use rowscan_scenes::optics::Stages;
+use serde::Serialize;
+
+use crate::calibrations::load_calibration_for;
+use crate::class::row_class;
+use crate::median;
+use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
+use crate::trial::{Asked, TrialError, each_scan};
+use crate::wilson::wilson;
+
+/// What is tried.
+#[derive(Clone, Debug)]
+pub struct ThroughTheEye {
+    /// Scenes; all stages of the eye are on.
+    pub scenes: Vec<Scene>,
+    /// Rows of each.
+    pub seeds: Vec<u64>,
+    /// Scanners.
+    pub models: Vec<AnyModel>,
+    /// From the mirror to the row plane, metres.
+    pub distances_m: Vec<f64>,
+}
+
+/// A way to the leaf area.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Way {
+    /// Contact frequency, the spot left in, no calibration.
+    ContactBefore,
+    /// Contact frequency, the spot taken out, no calibration.
+    ContactRaw,
+    /// The same times the calibration's factor.
+    Contact,
+    /// Density in voxels, the spot taken out.
+    Voxel,
+    /// The polar gap fraction, the spot taken out.
+    Polar,
+    /// The gap fraction, the spot taken out.
+    Gap,
+    /// The calibration's regression on impacted area.
+    Regression,
+    /// The calibration's mean: no scan at all.
+    Null,
+    /// What the estimate calls the leaf area.
+    LeafArea,
+}
+
+impl Way {
+    /// All of them, in the order of the table.
+    pub const ALL: [Self; 9] = [
+        Self::ContactBefore,
+        Self::ContactRaw,
+        Self::Contact,
+        Self::Voxel,
+        Self::Polar,
+        Self::Gap,
+        Self::Regression,
+        Self::Null,
+        Self::LeafArea,
+    ];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ContactBefore => "contact_raw, spot left in",
+            Self::ContactRaw => "contact_raw",
+            Self::Contact => "contact",
+            Self::Voxel => "voxel",
+            Self::Polar => "polar",
+            Self::Gap => "gap",
+            Self::Regression => "I_T",
+            Self::Null => "null",
+            Self::LeafArea => "leaf_area_m2",
+        }
+    }
+}
+
+/// One way over all rows of a place.
+#[derive(Clone, Debug, Serialize)]
+pub struct Seen {
+    /// The scene.
+    pub scene: String,
+    /// The scanner.
+    pub model: &'static str,
+    /// From the mirror to the row plane, metres.
+    pub distance_m: f64,
+    /// The way.
+    pub way: Way,
+    /// Rows.
+    pub rows: usize,
+    /// Rows with a value: the others were withheld.
+    pub n: usize,
+    /// Median of value / truth − 1.
+    pub median: Option<f64>,
+    /// Mean of it.
+    pub mean: Option<f64>,
+    /// Standard deviation of it.
+    pub sd: Option<f64>,
+    /// Share of the intervals that hold the truth, with Wilson's 95 % interval; `null` for a way without intervals.
+    pub holds: Option<[f64; 3]>,
+    /// Half of an interval's width over the value, mean.
+    pub half_width: Option<f64>,
+}
+
+/// A row's value of one way over the truth, with its interval's ends.
+type Ratio = Option<(f64, Option<[f64; 2]>)>;
+
+/// Tries everything; `done` hears of every pass that is through.
+///
+/// # Errors
+/// The first row that could not be tried.
+pub fn through_the_eye(asked: &ThroughTheEye, done: &(dyn Fn() + Sync)) -> Result<Vec<Seen>, TrialError> {
+    let mut places = Vec::new();
+    for scene in &asked.scenes {
+        for model in &asked.models {
+            places.extend(asked.distances_m.iter().map(|distance_m| (scene, *model, *distance_m)));
+        }
+    }
+    let passes: Vec<_> =
+        places.iter().flat_map(|place| asked.seeds.iter().map(move |seed| (*place, *seed))).collect();
+    let rows: Vec<Vec<Ratio>> = passes
+        .par_iter()
+        .map(|((scene, model, distance_m), seed)| {
+            let row = row(scene, *model, *distance_m, *seed);
+            done();
+            row
+        })
+        .collect::<Result<_, _>>()?;
+    let mut seen = Vec::new();
+    for ((scene, model, distance_m), rows) in places.iter().zip(rows.chunks(asked.seeds.len().max(1))) {
+        for (at, way) in Way::ALL.into_iter().enumerate() {
+            let ratios: Vec<_> = rows.iter().filter_map(|row| row.get(at).copied().flatten()).collect();
+            seen.push(summed_up((&scene.name, model.name(), *distance_m), way, rows.len(), &ratios));
+        }
+    }
+    Ok(seen)
+}
+
+/// A scene's row with its first scanner of this model so far from the row plane. Rows stand farther apart if they must, for the tractor drives in
+/// the middle of its alley or nearer to the row.
+pub(crate) fn placed(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Scene {
+    let mut scene = Scene { seed, ..scene.clone() };
+    let spacing_m = scene.resolved_rig().row_spacing_m.unwrap_or(0.0);
+    if let Some(mount) = scene.rig.scanners.first_mut() {
+        mount.distance_m = distance_m;
+        model.name().clone_into(&mut mount.model);
+    }
+    let spacing_m = Some(spacing_m.max(2.0 * distance_m));
+    (scene.orchard.row_spacing_m, scene.rig.row_spacing_m) = (spacing_m, spacing_m);
+    scene
+}
+
+fn row(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Vec<Ratio>, TrialError> {
+    let mut scene = placed(scene, model, distance_m, seed);
+    scene.optics.stages = Stages::device();
+    let set = Set::grow(scene, &|_, _| {})?;
+    let truth = set.orchard.truth();
+    let rig = rig_with(&set.rig, 0, model.name());
+    let calibration = match &rig.calibration {
+        Some(name) => load_calibration_for(name, model.name(), rig.optics).map_err(ReadingError::from)?,
+        None => None,
+    };
+    let choice = CalibrationChoice::Given(calibration.map(Box::new));
+    let reading = Reading::of(Some(&rig), 0, true, choice)?;
+    let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
+    let wanted: Vec<_> = ["voxel", "polar", "gap"].into_iter().filter_map(by_name).collect();
+    let mut corrected = reading.pipeline.with_estimators(&wanted).of_class(row_class(&set.scene, &truth));
+    let mut before = spot_left_in(&rig)?;
+    each_scan(&set, model, asked, &mut |scan| {
+        before.push(scan);
+        corrected.push(scan);
+    })?;
+    let (before, after) = (before.finish(), corrected.finish());
+    let truth_m2 = truth.leaf_area_m2;
+    let ratio = |way| {
+        let (value_m2, ends_m2) = value(way, &before, &after);
+        let value_m2 = value_m2.filter(|_| truth_m2 > 0.0)?;
+        Some((value_m2 / truth_m2, ends_m2.map(|ends| ends.map(|end_m2| end_m2 / truth_m2))))
+    };
+    Ok(Way::ALL.into_iter().map(ratio).collect())
+}
+
+/// A pipeline that knows nothing of the spot.
+pub(crate) fn spot_left_in(rig: &Rig) -> Result<Pipeline, ReadingError> {
+    Ok(Pipeline::with_parameters(Some(rig), 0, None, Parameters::default())?)
+}
+
+/// A way's leaf area and its interval, m².
+fn value(way: Way, before: &Estimate, after: &Estimate) -> (Option<f64>, Option<[f64; 2]>) {
+    let measure = |estimator: &str| {
+        let of_row = |m: &&rowscan_canopy::Measure| {
+            m.estimator == estimator && m.quantity == Quantity::LeafArea && m.band_m().is_none()
+        };
+        let found = after.measures.iter().find(of_row);
+        let ends = found.and_then(|m| Some([m.low?, m.high?]));
+        (found.and_then(|m| m.value), ends)
+    };
+    match way {
+        Way::ContactBefore => (before.leaf_area_contact_raw_m2, None),
+        Way::ContactRaw => (after.leaf_area_contact_raw_m2, None),
+        Way::Contact => (after.leaf_area_contact_m2.filter(|_| after.calibration.is_some()), None),
+        Way::Voxel => measure("voxel"),
+        Way::Polar => measure("polar"),
+        Way::Gap => measure("gap"),
+        Way::Regression => (after.leaf_area_regression_m2, None),
+        Way::Null => (after.leaf_area_null_m2, None),
+        Way::LeafArea => (after.leaf_area_m2, after.leaf_area_interval_m2),
+    }
+}
+
+fn summed_up(
+    (scene, model, distance_m): (&str, &'static str, f64),
+    way: Way,
+    rows: usize,
+    ratios: &[(f64, Option<[f64; 2]>)],
+) -> Seen {
+    let errors: Vec<f64> = ratios.iter().map(|(ratio, _)| ratio - 1.0).collect();
+    let n = errors.len();
+    let mean = (n > 0).then(|| rowscan_canopy::regression::mean(&errors));
+    let squares = |mean: f64| errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>();
+    let ends: Vec<(f64, [f64; 2])> =
+        ratios.iter().filter_map(|(ratio, ends)| Some((*ratio, (*ends)?))).collect();
+    let held = ends.iter().filter(|(_, [low, high])| (*low..=*high).contains(&1.0)).count();
+    let [least, most] = wilson(held, ends.len());
+    let widths: f64 = ends.iter().map(|(ratio, [low, high])| (high - low) / 2.0 / ratio).sum();
+    let of_intervals = |value: f64| (!ends.is_empty()).then_some(value / ends.len() as f64);
+    Seen {
+        scene: scene.to_owned(),
+        model,
+        distance_m,
+        way,
+        rows,
+        n,
+        median: median(errors.clone()),
+        mean,
+        sd: mean.filter(|_| n > 1).map(|mean| (squares(mean) / (n - 1) as f64).sqrt()),
+        holds: of_intervals(held as f64).map(|share| [share, least, most]),
+        half_width: of_intervals(widths),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLACE: (&str, &str, f64) = ("row", "lms111", 2.0);
+
+    #[test]
+    fn a_way_is_summed_up_by_its_errors_and_what_its_intervals_hold() {
+        let ratios = [(0.9, Some([0.8, 1.0])), (1.1, Some([1.05, 1.2])), (1.3, None)];
+        let seen = summed_up(PLACE, Way::LeafArea, 4, &ratios);
+        assert_eq!((seen.rows, seen.n), (4, 3));
+        assert!((seen.median.expect("a median") - 0.1).abs() < 1e-12);
+        assert!((seen.sd.expect("two and more") - 0.2).abs() < 1e-12);
+        let [share, least, most] = seen.holds.expect("intervals");
+        assert!(share == 0.5 && least < 0.5 && most > 0.5);
+        let half = f64::midpoint(0.1 / 0.9, 0.075 / 1.1);
+        assert!((seen.half_width.expect("intervals") - half).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_was_withheld_is_unknown_and_not_zero() {
+        let seen = summed_up(PLACE, Way::Regression, 2, &[]);
+        assert_eq!((seen.rows, seen.n), (2, 0));
+        assert_eq!([seen.median, seen.mean, seen.sd, seen.half_width], [None; 4]);
+        assert_eq!(seen.holds, None);
+    }
+
+    #[test]
+    fn a_scanner_farther_than_half_the_alley_moves_the_next_row_away() {
+        let scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
+        let model = AnyModel::by_name("lms511").expect("a model");
+        let far = placed(&scene, model, 4.0, 7);
+        assert_eq!((far.seed, far.orchard.row_spacing_m, far.rig.row_spacing_m), (7, Some(8.0), Some(8.0)));
+        let near = placed(&scene, model, 1.0, 7);
+        assert_eq!(near.orchard.row_spacing_m, Some(4.0));
+        assert!(
+            near.rig.scanners.first().is_some_and(|mount| mount.distance_m == 1.0 && mount.model == "lms511")
+        );
+    }
+}
