@@ -17,6 +17,12 @@ impl Picture {
         Self { width, height, rgb }
     }
 
+    /// A picture drawn by somebody else, three bytes a pixel; None where there are more or fewer.
+    pub fn from_rgb(size: (u32, u32), rgb: Vec<u8>) -> Option<Self> {
+        let pixels = u64::from(size.0) * u64::from(size.1);
+        (pixels > 0 && rgb.len() as u64 == 3 * pixels).then(|| Self::new(size, rgb))
+    }
+
     /// Width and height, pixels.
     pub fn size(&self) -> (u32, u32) {
         (self.width, self.height)

@@ -33,10 +33,7 @@ pub fn resolution(report: &ResolutionReport) -> Result<String, DrawError> {
         let least = report.rows.iter().map(|row| 100.0 * row.error_sd).filter(|percent| *percent > 0.0);
         let least = (0.7 * least.fold(1.0, f64::min)).max(LEAST_PERCENT);
         let mut chart = builder(&chart, "I_T of coarser advances against 2 mm, same Δθ, random starts")
-            .build_cartesian_2d(
-                ((0.8 * low)..(1.2 * high)).log_scale(),
-                (least..1.5 * worst).log_scale(),
-            )?;
+            .build_cartesian_2d(((0.8 * low)..(1.2 * high)).log_scale(), (least..1.5 * worst).log_scale())?;
         axes(&mut chart, "advance Δy, mm", "error of I_T, %")?;
         let (from, to) = ((0.8 * low).ln(), (1.2 * high).ln());
         let along = |share: f64| ((from + share * (to - from)).exp(), 5.0);

@@ -60,7 +60,11 @@ pub(super) fn layer(
 /// A chart with room for its axes.
 pub(super) fn builder<'a, 'b>(area: &'a Area<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut builder = ChartBuilder::on(area);
-    builder.caption(title, (FONT, TITLE)).margin(12).x_label_area_size(46).y_label_area_size(60);
+    // An empty caption would take room as well.
+    if !title.is_empty() {
+        builder.caption(title, (FONT, TITLE));
+    }
+    builder.margin(12).x_label_area_size(46).y_label_area_size(60);
     builder
 }
 
@@ -276,7 +280,10 @@ mod tests {
 
     #[test]
     fn marks_of_an_axis_have_no_empty_digits() {
-        assert_eq!([10.0, 0.30000000000000004, 2.5, -0.0].map(|value| mark_of(&value)), ["10", "0.3", "2.5", "0"]);
+        assert_eq!(
+            [10.0, 0.30000000000000004, 2.5, -0.0].map(|value| mark_of(&value)),
+            ["10", "0.3", "2.5", "0"]
+        );
     }
 
     #[test]

@@ -157,6 +157,8 @@ fn leaves_at(orchard: &Orchard, y_m: f64) -> usize {
     };
     let leaves = orchard.trees().flat_map(|tree| &tree.leaves);
     leaves
-        .map(|leaf| [-length_m, 0.0, length_m].into_iter().filter(|shift| cuts(leaf.outline(), *shift)).count())
+        .map(|leaf| {
+            [-length_m, 0.0, length_m].into_iter().filter(|shift| cuts(leaf.outline(), *shift)).count()
+        })
         .sum()
 }
