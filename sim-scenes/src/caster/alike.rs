@@ -1,6 +1,7 @@
 //! Leaves that share a template: nine numbers each, however many vertices.
 
 use pulp::Simd;
+use rayon::prelude::*;
 
 use super::shapes::{Entry, Leaves, Shapes, Vertex, radius};
 use super::sight::Points;
@@ -17,16 +18,20 @@ pub(super) struct Alike {
 }
 
 impl Alike {
-    pub(super) fn of(template: Template) -> Self {
-        Self { template, eights: Vec::new() }
+    /// Leaves by eights.
+    pub(super) fn of<'a>(
+        template: Template,
+        eights: impl IndexedParallelIterator<Item = [Option<Entry<'a>>; WIDTH]>,
+    ) -> Self {
+        let eights = eights.map(|eight| Self::rows_of(&template, &eight)).collect();
+        Self { template, eights }
     }
 
-    /// Adds eight leaves.
-    pub(super) fn push(&mut self, eight: &[Option<Entry<'_>>]) {
+    fn rows_of(template: &Template, eight: &[Option<Entry<'_>>; WIDTH]) -> [Row; 10] {
         let mut rows = [Row::splat(0.0); 10];
         for (lane, entry) in eight.iter().enumerate() {
             let Some(Entry { outline, shift_m, .. }) = entry else { continue };
-            let Some(Frame { mut middle, u, v }) = self.template.frame(outline) else { continue };
+            let Some(Frame { mut middle, u, v }) = template.frame(outline) else { continue };
             let radius = radius(outline, middle.x, middle.z);
             middle.y += shift_m;
             let vectors = [middle, u, v].into_iter().flat_map(|vector| vector.to_array());
@@ -34,7 +39,7 @@ impl Alike {
                 row.0[lane] = value;
             }
         }
-        self.eights.push(rows);
+        rows
     }
 }
 

@@ -7,9 +7,14 @@ use crate::organ::Leaf;
 /// A turn less than this part of the outline's square is straight.
 const STRAIGHT: f64 = 1e-12;
 
-/// The outline itself where it is convex; triangles that fill it where it is not. Pieces use the outline's own vertices, so that two
-/// that share an edge share every crossing of it to the last bit.
+/// The outline itself where it is convex; triangles that fill it where it is not.
 pub(crate) fn pieces(leaf: &Leaf) -> Vec<Vec<[f64; 3]>> {
+    parts(leaf).unwrap_or_else(|| vec![leaf.outline().to_vec()])
+}
+
+/// Triangles that fill the outline; none where it is convex. They use the outline's own vertices, so that two that share an edge share every
+/// crossing of it to the last bit.
+pub(crate) fn parts(leaf: &Leaf) -> Option<Vec<Vec<[f64; 3]>>> {
     let outline = leaf.outline();
     let normal = DVec3::from_array(leaf.normal());
     let (u_axis, v_axis) = normal.any_orthonormal_pair();
@@ -25,7 +30,7 @@ pub(crate) fn pieces(leaf: &Leaf) -> Vec<Vec<[f64; 3]>> {
     // Counter-clockwise about the normal by its definition. One turn in all, or it would be a star that crosses itself.
     let left = (0..n).all(|i| corner((i + n - 1) % n, i, (i + 1) % n) >= -straight);
     if left && (1..n - 1).all(|i| corner(0, i, i + 1) >= -straight) {
-        return vec![outline.to_vec()];
+        return None;
     }
     let mut rest: Vec<usize> = (0..n).collect();
     let mut pieces = Vec::with_capacity(n - 2);
@@ -49,7 +54,7 @@ pub(crate) fn pieces(leaf: &Leaf) -> Vec<Vec<[f64; 3]>> {
         rest.remove(best);
     }
     pieces.push(rest.iter().map(|i| outline[*i]).collect());
-    pieces
+    Some(pieces)
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Leaves as the caster keeps them: convex pieces, eight side by side.
 
+use rayon::prelude::*;
+
 use super::alike::Alike;
 use super::convex;
 use super::outlined::Outlined;
@@ -30,59 +32,77 @@ pub(super) enum Kind {
 struct Piece<'a> {
     label: Label,
     leaf: &'a Leaf,
-    outline: Vec<[f64; 3]>,
+    /// Its outline, where it is not the leaf's.
+    part: Option<Box<[[f64; 3]]>>,
 }
 
 impl AsRef<[[f64; 3]]> for Piece<'_> {
     fn as_ref(&self) -> &[[f64; 3]] {
-        &self.outline
+        self.part.as_deref().unwrap_or(self.leaf.outline())
     }
 }
+
+impl<'a> Piece<'a> {
+    fn of(label: Label, leaf: &'a Leaf) -> impl Iterator<Item = Self> {
+        let parts = convex::parts(leaf);
+        let whole = parts.is_none().then_some(None);
+        let parts = parts.into_iter().flatten().map(|part| Some(part.into_boxed_slice()));
+        whole.into_iter().chain(parts).map(move |part| Self { label, leaf, part })
+    }
+}
+
+/// A piece and how far along Y its image lies.
+type Image<'a> = (&'a Piece<'a>, f64);
 
 impl LeafField {
     /// The leaves by the templates they share, and those that share none.
     pub(super) fn by_kind<'a>(leaves: impl Iterator<Item = (Label, &'a Leaf)>, period_m: f64) -> Vec<Self> {
-        let pieces: Vec<Piece<'_>> = leaves
-            .flat_map(|(label, leaf)| {
-                convex::pieces(leaf).into_iter().map(move |outline| Piece { label, leaf, outline })
-            })
+        let leaves: Vec<(Label, &Leaf)> = leaves.collect();
+        let parts: Vec<Vec<Piece<'_>>> = leaves
+            .par_chunks(1 << 14)
+            .map(|leaves| leaves.iter().flat_map(|(label, leaf)| Piece::of(*label, leaf)).collect())
             .collect();
+        drop(leaves);
+        let mut pieces = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+        pieces.extend(parts.into_iter().flatten());
         let (templates, of) = Template::among(&pieces);
-        let kinds =
-            (0..).zip(templates).map(|(number, template)| (Some(number), Kind::Alike(Alike::of(template))));
-        let fields = kinds.chain([(None, Kind::Outlined(Outlined::new()))]).map(|(number, kind)| {
+        let kinds = (0..).zip(templates).map(|(number, template)| (Some(number), Some(template)));
+        let fields = kinds.chain([(None, None)]).map(|(number, template)| {
             let own = pieces.iter().zip(&of).filter(|(_, of)| **of == number);
-            Self::of(kind, own.map(|(piece, _)| piece), period_m)
+            Self::of(template, own.map(|(piece, _)| piece), period_m)
         });
         fields.filter(|field| !field.tags.is_empty()).collect()
     }
 
-    fn of<'a>(kind: Kind, pieces: impl Iterator<Item = &'a Piece<'a>>, period_m: f64) -> Self {
-        let (mut images, mut extents): (Vec<(&Piece<'_>, f64)>, Vec<YExtent>) = (Vec::new(), Vec::new());
+    fn of<'a>(
+        template: Option<Template>,
+        pieces: impl Iterator<Item = &'a Piece<'a>> + Clone,
+        period_m: f64,
+    ) -> Self {
+        let mut images: Vec<Image<'a>> = Vec::new();
+        images.reserve_exact(pieces.clone().count());
+        let along = |piece: &Piece<'_>| YExtent::around(piece.as_ref().iter().map(|[_, y, _]| *y));
         for piece in pieces {
-            let extent = YExtent::around(piece.outline.iter().map(|[_, y, _]| *y));
-            for shift in extent.images(period_m) {
-                images.push((piece, shift));
-                extents.push(YExtent { from_m: extent.from_m + shift, to_m: extent.to_m + shift });
-            }
+            images.extend(along(piece).images(period_m).map(|shift| (piece, shift)));
         }
+        let extents: Vec<YExtent> =
+            images.par_iter().map(|(piece, shift)| along(piece).moved(*shift)).collect();
         let (index, order) = RowIndex::new(&extents);
-        let mut field = Self { index, tags: Vec::with_capacity(order.len()), kind };
-        for eight in order.chunks(WIDTH) {
-            let image = |lane: usize| images.get((*eight.get(lane)?)?);
-            let entries: [_; WIDTH] = std::array::from_fn(|lane| {
-                let (piece, shift_m) = *image(lane)?;
-                Some(Entry { outline: &piece.outline, normal: piece.leaf.normal(), shift_m })
-            });
-            match &mut field.kind {
-                Kind::Alike(alike) => alike.push(&entries),
-                Kind::Outlined(outlined) => outlined.push(&entries),
-            }
-            field.tags.extend((0..WIDTH).map(|lane| {
-                image(lane).map_or(Tag::NOTHING, |(piece, _)| Tag::polygon(piece.label, piece.leaf.normal()))
-            }));
-        }
-        field
+        drop(extents);
+        let image = |number: Option<u32>| images.get(number? as usize);
+        let eight = |numbers: &[Option<u32>]| -> [Option<Entry<'_>>; WIDTH] {
+            std::array::from_fn(|lane| {
+                let (piece, shift_m) = *image(*numbers.get(lane)?)?;
+                Some(Entry { outline: piece.as_ref(), normal: piece.leaf.normal(), shift_m })
+            })
+        };
+        let kind = match template {
+            Some(template) => Kind::Alike(Alike::of(template, order.par_chunks(WIDTH).map(eight))),
+            None => Kind::Outlined(Outlined::of(order.chunks(WIDTH).map(eight))),
+        };
+        let tag = |(piece, _): &Image<'_>| Tag::polygon(piece.label, piece.leaf.normal());
+        let tags = order.par_iter().map(|number| image(*number).map_or(Tag::NOTHING, tag)).collect();
+        Self { index, tags, kind }
     }
 
     /// What eight entries are.

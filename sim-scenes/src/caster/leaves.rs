@@ -134,6 +134,7 @@ mod tests {
     use crate::caster::template::Template;
     use crate::lanes::WIDTH;
     use crate::seed::Purpose;
+    use rayon::prelude::*;
 
     /// A crossing of a leaf as a fan sees it from the origin: X and Z of both ends.
     fn crossings(shapes: &impl Shapes, eight: usize, y_m: f64) -> [[f64; 4]; WIDTH] {
@@ -173,13 +174,15 @@ mod tests {
             .collect();
         let (templates, of) = Template::among(&outlines);
         assert!(templates.len() == 1 && of.iter().all(|of| *of == Some(0)));
-        let (mut alike, mut outlined) = (Alike::of(templates[0].clone()), Outlined::new());
+        let entry = |outline| Some(Entry { outline, normal: [0.0; 3], shift_m: 0.5 });
+        let eights: Vec<[_; WIDTH]> = outlines
+            .chunks(WIDTH)
+            .map(|eight| std::array::from_fn(|lane| entry(eight.get(lane)?.as_slice())))
+            .collect();
+        let alike = Alike::of(templates[0].clone(), eights.clone().into_par_iter());
+        let outlined = Outlined::of(eights.iter().copied());
         let (mut cut, mut worst) = (0, 0.0f64);
-        for (eight, outlines) in outlines.chunks(WIDTH).enumerate() {
-            let entry = |outline| Some(Entry { outline, normal: [0.0; 3], shift_m: 0.5 });
-            let entries: Vec<_> = outlines.iter().map(|outline| entry(outline.as_slice())).collect();
-            alike.push(&entries);
-            outlined.push(&entries);
+        for eight in 0..eights.len() {
             for place in 0..400 {
                 let y_m = f64::from(place) * 0.02 - 4.0;
                 for (a, b) in crossings(&alike, eight, y_m).iter().zip(&crossings(&outlined, eight, y_m)) {

@@ -18,14 +18,23 @@ pub(super) struct Outlined {
 }
 
 impl Outlined {
-    pub(super) fn new() -> Self {
-        Self { starts: vec![0], values: Vec::new() }
+    /// Leaves by eights.
+    pub(super) fn of<'a>(eights: impl ExactSizeIterator<Item = [Option<Entry<'a>>; WIDTH]> + Clone) -> Self {
+        let mut field = Self { starts: Vec::with_capacity(eights.len() + 1), values: Vec::new() };
+        field.values.reserve_exact(eights.clone().map(|eight| rows_of(&eight)).sum());
+        field.starts.push(0);
+        for eight in eights {
+            field.push(&eight);
+        }
+        field
     }
 
     /// Adds eight leaves.
-    pub(super) fn push(&mut self, eight: &[Option<Entry<'_>>]) {
-        let vertices = eight.iter().flatten().map(|entry| entry.outline.len()).max().unwrap_or(0);
-        let mut rows = vec![Row::splat(0.0); 6 + 3 * vertices];
+    fn push(&mut self, eight: &[Option<Entry<'_>>; WIDTH]) {
+        let start = self.values.len();
+        self.values.resize(start + rows_of(eight), Row::splat(0.0));
+        let vertices = (rows_of(eight) - HEAD) / 3;
+        let rows = self.values.get_mut(start..).unwrap_or_default();
         for (lane, entry) in eight.iter().enumerate() {
             let Some(Entry { outline, normal, shift_m }) = entry else { continue };
             let shifted = outline.iter().map(|[x, y, z]| [*x, y + shift_m, *z]);
@@ -36,7 +45,6 @@ impl Outlined {
                 row.0[lane] = value;
             }
         }
-        self.values.extend(rows);
         self.starts.push(self.values.len());
     }
 
@@ -44,6 +52,14 @@ impl Outlined {
     fn eight(&self, eight: usize) -> &[[Row; 3]] {
         self.rows(eight).as_chunks::<3>().0
     }
+}
+
+/// Rows of normals and circles.
+const HEAD: usize = 6;
+
+/// How many rows eight leaves take.
+fn rows_of(eight: &[Option<Entry<'_>>; WIDTH]) -> usize {
+    HEAD + 3 * eight.iter().flatten().map(|entry| entry.outline.len()).max().unwrap_or(0)
 }
 
 impl Shapes for Outlined {

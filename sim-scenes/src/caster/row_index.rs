@@ -1,6 +1,8 @@
 //! Which organs a scan plane across the row may cut: organs in eights of like extent along Y, and for every short stretch of the row the
 //! eights that reach into it.
 
+use rayon::prelude::*;
+
 use crate::lanes::WIDTH;
 
 /// What an organ takes up along Y, metres.
@@ -17,6 +19,11 @@ impl YExtent {
             from_m: extent.from_m.min(y),
             to_m: extent.to_m.max(y),
         })
+    }
+
+    /// The extent so far along the row.
+    pub(super) fn moved(self, shift_m: f64) -> Self {
+        Self { from_m: self.from_m + shift_m, to_m: self.to_m + shift_m }
     }
 
     fn length_m(self) -> f64 {
@@ -69,7 +76,7 @@ const RUN: usize = 32;
 
 /// Extents, sorted by their middles, in the order in which a line comes upon the fewest eights of them. Eights of neighbours are short if
 /// neighbours are of like length; where they are not, neighbours a little farther on are sorted by length first. How far, is tried.
-fn packed(run: &[usize], extent: impl Fn(&usize) -> YExtent) -> Vec<usize> {
+fn packed(run: &[u32], extent: impl Fn(&u32) -> YExtent) -> Vec<u32> {
     let farther = (0..).map(|power| 1 << power).take_while(|eights| *eights <= RUN);
     let ways = farther.map(|eights| {
         let mut way = run.to_vec();
@@ -91,15 +98,19 @@ const MOST: f64 = 16.0;
 
 impl RowIndex {
     /// Sorts the extents into eights. Gives the index and, entry by entry, which extent it is; None fills up an eight.
-    pub(super) fn new(extents: &[YExtent]) -> (Self, Vec<Option<usize>>) {
-        let extent =
-            |number: &usize| extents.get(*number).copied().unwrap_or(YExtent { from_m: 0.0, to_m: 0.0 });
-        let mut order: Vec<usize> = (0..extents.len()).collect();
-        order.sort_by(|a, b| extent(a).middle_m().total_cmp(&extent(b).middle_m()));
+    pub(super) fn new(extents: &[YExtent]) -> (Self, Vec<Option<u32>>) {
+        let extent = |number: &u32| {
+            extents.get(*number as usize).copied().unwrap_or(YExtent { from_m: 0.0, to_m: 0.0 })
+        };
+        // Eights are listed as numbers of 32 bits too: more extents than that no machine holds.
+        let mut order: Vec<u32> = (0..extents.len() as u32).collect();
+        order.par_sort_by(|a, b| extent(a).middle_m().total_cmp(&extent(b).middle_m()));
         let mut numbers = Vec::with_capacity(extents.len() + WIDTH);
         let mut reaches = Vec::with_capacity(extents.len() / WIDTH + 1);
-        for run in order.chunks(WIDTH * RUN) {
-            for eight in packed(run, extent).chunks(WIDTH) {
+        let runs: Vec<Vec<u32>> = order.par_chunks(WIDTH * RUN).map(|run| packed(run, extent)).collect();
+        drop(order);
+        for run in runs {
+            for eight in run.chunks(WIDTH) {
                 reaches.push(YExtent::joined(eight.iter().map(extent)));
                 numbers.extend(eight.iter().copied().map(Some));
                 numbers.resize(numbers.len().next_multiple_of(WIDTH), None);
@@ -199,7 +210,7 @@ mod tests {
                 let eights: Vec<usize> = index.eights((y, high)).flatten().map(|eight| *eight as usize).collect();
                 let entries = eights.iter().flat_map(|eight| eight * WIDTH..(eight + 1) * WIDTH);
                 let touches = |i: &usize| extents[*i].from_m <= high && y <= extents[*i].to_m;
-                let mut found: Vec<usize> = entries.filter_map(|entry| order[entry]).filter(touches).collect();
+                let mut found: Vec<usize> = entries.filter_map(|entry| Some(order[entry]? as usize)).filter(touches).collect();
                 found.sort_unstable();
                 let all: Vec<usize> = (0..extents.len()).filter(touches).collect();
                 prop_assert_eq!(found, all);

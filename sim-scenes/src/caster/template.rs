@@ -1,6 +1,7 @@
 //! Outlines that many leaves share. Nearly all leaves of an orchard are copies of one blade: moved, turned, mirrored, stretched.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A leaf belongs to a template if no vertex lies farther from where the template has it than this part of the leaf's size, which is that
 /// of its u and v: less than a nanometre on a leaf of any size that grows.
@@ -12,6 +13,9 @@ const FEWEST_VERTICES: usize = 5;
 
 /// Templates of a field, at most.
 const MOST: usize = 16;
+
+/// Outlines that are looked at side by side.
+const BATCH: usize = 1 << 14;
 
 /// Leaves that are worth a field of their own.
 const WORTH: usize = 64;
@@ -36,23 +40,36 @@ pub(super) struct Frame {
 
 impl Template {
     /// The templates of outlines, those first that come first, and outline by outline which one fits.
-    pub(super) fn among(outlines: &[impl AsRef<[[f64; 3]]>]) -> (Vec<Self>, Vec<Option<usize>>) {
+    pub(super) fn among<T: AsRef<[[f64; 3]]> + Sync>(outlines: &[T]) -> (Vec<Self>, Vec<Option<u8>>) {
         let mut templates: Vec<Self> = Vec::new();
-        let mut of: Vec<Option<usize>> = Vec::with_capacity(outlines.len());
-        for outline in outlines.iter().map(AsRef::as_ref) {
-            let known = templates.iter().position(|template| template.frame(outline).is_some());
-            of.push(known.or_else(|| {
-                templates.push(Self::of(outline).filter(|_| templates.len() < MOST)?);
-                Some(templates.len() - 1)
+        let mut of: Vec<Option<u8>> = Vec::with_capacity(outlines.len());
+        for batch in outlines.chunks(BATCH) {
+            // Those that fit a template of earlier batches fit no template before it; the others make new ones in their order.
+            let known: Vec<Option<u8>> =
+                batch.par_iter().map(|outline| fitting(&templates, outline.as_ref())).collect();
+            of.extend(batch.iter().zip(known).map(|(outline, known)| {
+                known.or_else(|| fitting(&templates, outline.as_ref())).or_else(|| {
+                    templates.push(Self::of(outline.as_ref()).filter(|_| templates.len() < MOST)?);
+                    u8::try_from(templates.len() - 1).ok()
+                })
             }));
         }
-        let worth = |template: usize| of.iter().filter(|of| **of == Some(template)).count() >= WORTH;
-        let kept: Vec<usize> = (0..templates.len()).filter(|template| worth(*template)).collect();
-        let place = |of: usize| kept.iter().position(|kept| *kept == of);
-        (
-            kept.iter().filter_map(|kept| templates.get(*kept).cloned()).collect(),
-            of.iter().map(|of| of.and_then(place)).collect(),
-        )
+        let mut leaves = [0_usize; MOST];
+        for of in of.iter().flatten() {
+            leaves[usize::from(*of) % MOST] += 1;
+        }
+        let mut places = [None; MOST];
+        let mut kept = Vec::new();
+        for ((template, leaves), place) in templates.into_iter().zip(leaves).zip(&mut places) {
+            if leaves >= WORTH {
+                *place = u8::try_from(kept.len()).ok();
+                kept.push(template);
+            }
+        }
+        for of in &mut of {
+            *of = of.and_then(|of| places[usize::from(of) % MOST]);
+        }
+        (kept, of)
     }
 
     /// The template of an outline. u and v end at the two vertices that span most.
@@ -93,6 +110,11 @@ impl Template {
         let most = ALIKE * ALIKE * (frame.u.length_squared() + frame.v.length_squared());
         outline.iter().zip(&self.shares).all(|pair| off(pair) <= most).then_some(frame)
     }
+}
+
+/// The first template that an outline fits.
+fn fitting(templates: &[Template], outline: &[[f64; 3]]) -> Option<u8> {
+    u8::try_from(templates.iter().position(|template| template.frame(outline).is_some())?).ok()
 }
 
 fn middle(outline: &[[f64; 3]]) -> DVec3 {

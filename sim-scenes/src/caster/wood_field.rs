@@ -94,11 +94,12 @@ impl WoodField {
             })
             .collect();
         let (index, order) = RowIndex::new(&extents);
-        let mut field = Self { index, ..Self::default() };
+        let (tags, poles) = (Vec::with_capacity(order.len()), Vec::with_capacity(order.len() / WIDTH));
+        let mut field = Self { index, tags, poles };
         for eight in order.chunks(WIDTH) {
             let mut poles = Poles::NONE;
             for (lane, number) in eight.iter().enumerate() {
-                let image = number.and_then(|number| images.get(number));
+                let image = number.and_then(|number| images.get(number as usize));
                 field.tags.push(image.map_or(Tag::NOTHING, |image| Tag::round(image.0)));
                 if let Some((_, piece, shift)) = image {
                     poles.set(lane, piece, *shift);

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use rowscan_protocol::scan::Pose;
-use rowscan_scenes::{BeamFan, Beams, Caster, Layers, Return, Scratch};
+use rowscan_scenes::{BeamFan, Beams, Caster, Layers, Orchard, Return, Scratch};
 
 use crate::measure::{Case, Report};
 use crate::peer::{PARRY, Peer, before_ground};
@@ -60,6 +60,7 @@ pub fn run(report: &mut Report, arguments: &[String]) {
             continue;
         }
         let orchard = scene.planting.orchard();
+        memory(report, scene.name, &orchard);
         let bench = Bench {
             name: scene.name,
             caster: Caster::new(&orchard),
@@ -80,6 +81,42 @@ pub fn run(report: &mut Report, arguments: &[String]) {
         bench.two_threads(report);
     }
     flatness(report);
+}
+
+/// What the caster keeps, and takes while it is built on one thread, beside the peer; and how long it takes on all threads.
+fn memory(report: &mut Report, name: &str, orchard: &Orchard) {
+    let ours = std::thread::scope(|scope| {
+        // Allocations are counted by thread, so all of the work must be this one's.
+        let alone = || {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().ok()?;
+            Some(pool.install(|| megabytes(|| Caster::new(orchard))))
+        };
+        scope.spawn(alone).join().ok().flatten()
+    });
+    let peer = megabytes(|| Peer::new(orchard));
+    let case = |what: &str, unit, threads| Case {
+        name: format!("{name}, {what}"),
+        unit,
+        peer: PARRY,
+        threads,
+        work: [1.0; 2],
+    };
+    if let Some(ours) = ours {
+        for ((what, ours), peer) in ["kept", "at most, while built"].into_iter().zip(ours).zip(peer) {
+            report.less_is_better(&case(what, "MB", 1), ours, peer);
+        }
+    }
+    let threads = rayon::current_num_threads();
+    let builds = || drop(black_box(Caster::new(orchard)));
+    report.compare(&case("built", "builds/s", threads), 2, builds, || drop(black_box(Peer::new(orchard))));
+}
+
+/// What is kept of a thing, and what making it takes at most, MB.
+fn megabytes<T>(make: impl FnOnce() -> T) -> [f64; 2] {
+    let mut kept = None;
+    let used = allocation_counter::measure(|| kept = Some(make()));
+    drop(kept);
+    [used.bytes_current as f64, used.bytes_max as f64].map(|bytes| bytes * 1e-6)
 }
 
 /// Lines a second in rows of 100 and 1000 like trees, beside 10: what a line costs must not depend on the trees it does not cut.
