@@ -18,6 +18,8 @@ pub(crate) enum Finish {
     Wire,
     /// Soil or turf, by place.
     Ground,
+    /// A blade of grass or the leaf of a weed.
+    Grass,
     /// A colour of its own: clothes, a pole.
     Plain([u8; 3]),
     /// Red and white bands of half a metre.

@@ -197,6 +197,8 @@ fn of_surface(surface: Surface) -> Finish {
         Surface::Fruit => Finish::Fruit,
         Surface::Post => Finish::Post,
         Surface::Wire => Finish::Wire,
+        Surface::Soil => Finish::Ground,
+        Surface::Grass => Finish::Grass,
     }
 }
 
@@ -224,9 +226,25 @@ fn supports(mesh: &mut Mesh, orchard: &Orchard, reach_m: f64) {
 }
 
 /// Soil and grass, where the orchard has any.
-fn ground(_mesh: &mut Mesh, _orchard: &Orchard, _reach_m: f64) {}
+fn ground(mesh: &mut Mesh, orchard: &Orchard, reach_m: f64) {
+    for (number, Facet { surface, polygon }) in orchard.ground().facets.iter().enumerate() {
+        let begins_m = polygon.outline().first().map_or(0.0, |foot| foot[1]);
+        if begins_m > reach_m {
+            continue;
+        }
+        let lot = hash2(number as u32, 13);
+        match surface {
+            Surface::Grass => blade(mesh, polygon, Finish::Grass, lot),
+            surface => {
+                let patch = mesh.patch(plain(of_surface(*surface), lot, DVec3::ZERO));
+                let normal = DVec3::from_array(polygon.normal());
+                mesh.polygon(polygon.outline(), |_| normal, polygon.normal(), patch, false);
+            }
+        }
+    }
+}
 
 /// Height of the level plane.
-fn plane_m(_orchard: &Orchard) -> f64 {
-    0.0
+fn plane_m(orchard: &Orchard) -> f64 {
+    orchard.ground().plane_m
 }

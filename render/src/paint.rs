@@ -56,6 +56,10 @@ pub(crate) fn colour(patch: &Patch, spot: &Spot, above: bool, season: Season, ro
         Finish::Ground => {
             ground(spot, rows).lerp(STRAW * 0.8, if season == Season::Dormant { 0.35 } else { 0.0 })
         }
+        Finish::Grass => {
+            let tint = TURF.lerp(TURF_LIGHT, unit(patch.lot)).lerp(STRAW, 0.35 * unit(hash(patch.lot)));
+            tint * (0.55 + 0.75 * spot.on.x.clamp(0.0, 1.0))
+        }
         Finish::Plain(rgb) | Finish::Mark(rgb) => linear_rgb(rgb),
         Finish::Banded => {
             let height_m = spot.at.z - patch.foot.z;

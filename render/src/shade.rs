@@ -64,7 +64,7 @@ impl Shading<'_> {
         });
         let normal = smooth.normalize_or(view);
         let from_front = normal.dot(view) >= 0.0;
-        let is_leaf = patch.finish == Finish::Leaf;
+        let is_leaf = matches!(patch.finish, Finish::Leaf | Finish::Grass);
         let (normal, sides) = match (from_front, is_leaf) {
             (true, _) => (normal, sides),
             (false, true) => (-normal, [sides[1], sides[0]]),

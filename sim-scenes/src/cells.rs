@@ -211,7 +211,7 @@ impl RowCells {
                 Surface::Fruit => {
                     knife.polygon(&facet.polygon, |cell, band, area| put(cell, band, fruit(area)));
                 }
-                Surface::Post | Surface::Wire => {}
+                Surface::Post | Surface::Wire | Surface::Soil | Surface::Grass => {}
             }
         }
         for piece in &tree.wood {

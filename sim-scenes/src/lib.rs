@@ -40,6 +40,7 @@ pub mod exchange;
 pub mod files;
 mod form;
 pub mod generator;
+mod ground;
 pub mod growth;
 pub mod import;
 mod lanes;
@@ -67,6 +68,7 @@ pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers
 pub use cells::{Cell, CellAreas, CellColumn, CellGrid, ColumnBand, RowCells};
 pub use form::CanopyForm;
 pub use generator::{FoliageShares, GeneratorKind, GrowError, Remark};
+pub use ground::{Ground, GroundOverrides, GroundParameters};
 pub use orchard::{Orchard, OrchardParameters};
 pub use organ::{Cylinder, Facet, Leaf, OrganError, Surface, Tree};
 pub use placement::Placement;

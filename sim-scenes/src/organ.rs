@@ -172,6 +172,10 @@ pub enum Surface {
     Post,
     /// A wire that came as a mesh.
     Wire,
+    /// Soil that is not a plane.
+    Soil,
+    /// Grass, or the leaf of a weed.
+    Grass,
 }
 
 /// A plane polygon that stops beams and is not a leaf.

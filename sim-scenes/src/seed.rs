@@ -22,6 +22,8 @@ pub enum Purpose {
     Placing = 7,
     /// Which leaves are out in a season.
     Season = 8,
+    /// Waves of the soil, and where grass stands.
+    Ground = 9,
 }
 
 impl Purpose {
@@ -52,6 +54,7 @@ mod tests {
             Purpose::Rewriting,
             Purpose::Placing,
             Purpose::Season,
+            Purpose::Ground,
         ];
         assert!(all.into_iter().all(|purpose| purpose as u64 != gnss::STREAM));
     }

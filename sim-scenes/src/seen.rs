@@ -141,7 +141,7 @@ impl Look<'_> {
             let kind = match facet.surface {
                 Surface::Bark => WOOD,
                 Surface::Fruit => FRUIT,
-                Surface::Post | Surface::Wire => continue,
+                Surface::Post | Surface::Wire | Surface::Soil | Surface::Grass => continue,
             };
             patches::of_blade(&facet.polygon, |patch| ask(&patch, kind, tree.wood.len() + organ));
         }

@@ -41,6 +41,8 @@ pub struct Truth {
     pub wire_area_m2: f64,
     /// Surface of the fruit of the row, m².
     pub fruit_area_m2: f64,
+    /// One-sided area of the grass and weeds of the row's strip and half alleys, m²; never part of the leaf area.
+    pub grass_area_m2: f64,
     /// Inclination of the leaves from the horizontal, degrees: mean weighted by area; None without leaves.
     pub leaf_angle_mean_deg: Option<f64>,
     /// Its standard deviation, weighted by area too.
@@ -146,6 +148,8 @@ impl Truth {
             post_area_m2: built(SupportKind::Post) + surface(Surface::Post),
             wire_area_m2: built(SupportKind::Wire) + surface(Surface::Wire),
             fruit_area_m2: surface(Surface::Fruit),
+            grass_area_m2: surface(Surface::Grass)
+                + orchard.ground().grass_area_m2(row, orchard.rows(), orchard.row_spacing_m()),
             leaf_angle_mean_deg: angle.map(|(mean, _)| mean),
             leaf_angle_sd_deg: angle.map(|(_, sd)| sd),
             adjustment: orchard.adjustment().copied(),

@@ -168,11 +168,11 @@ fn compare(
     origin: Pose,
     fan: &BeamFan,
     scratch: &mut Scratch,
-) -> [usize; 4] {
+) -> [usize; Class::ALL.len()] {
     let mut fast = vec![Return::MISS; fan.len()];
     caster.cast(origin, fan, scratch, &mut fast);
     let slow = brute::cast(orchard, origin, fan);
-    let mut classes = [0; 4];
+    let mut classes = [0; Class::ALL.len()];
     for (beam, (a, b)) in fast.iter().zip(&slow).enumerate() {
         classes[a.class as usize] += 1;
         if let Err(difference) = agree(a, b) {

@@ -119,7 +119,7 @@ fn what_reaches_over_the_end_counts_where_the_row_repeats_it() {
 
 #[test]
 fn cells_sum_to_the_rows_trees_and_slabs_of_several_rows() {
-    let parameters = OrchardParameters { missing: vec![1], ..OrchardParameters::of(Preset::Spindle) };
+    let parameters = OrchardParameters { missing: vec![1].into(), ..OrchardParameters::of(Preset::Spindle) };
     let parameters = OrchardParameters { trees: Some(3), rows: Some(2), ..parameters };
     let orchard = Orchard::grow(&parameters, 6, &|_, _| {}).unwrap();
     let rows = orchard.cells(CellGrid::default());

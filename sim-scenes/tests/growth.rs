@@ -83,8 +83,10 @@ fn every_place_has_its_own_tree_in_the_middle_of_its_cell() {
 fn order_moves_whole_trees_and_missing_leaves_gaps() {
     let straight = grow(&small(Preset::Spindle), 3);
     let order = vec![4, 2, 0, 1, 3];
-    let moved =
-        grow(&OrchardParameters { order: order.clone(), missing: vec![1], ..small(Preset::Spindle) }, 3);
+    let moved = grow(
+        &OrchardParameters { order: order.clone().into(), missing: vec![1].into(), ..small(Preset::Spindle) },
+        3,
+    );
     for row in 0..2 {
         for (place, tree) in order.iter().enumerate() {
             let (there, here) =

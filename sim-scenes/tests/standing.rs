@@ -15,7 +15,7 @@ fn few() -> OrchardParameters {
         trees: Some(4),
         distinct_trees: Some(2),
         directions: Some(5),
-        missing: vec![2],
+        missing: vec![2].into(),
         ..OrchardParameters::of(Preset::FruitingWall)
     };
     parameters.tree.iterations = Some(7);

@@ -83,7 +83,7 @@ fn a_scene_without_spacing_has_no_leaf_area_index() {
 #[test]
 fn slabs_bands_and_trees_each_sum_to_the_row() {
     for preset in [Preset::Spindle, Preset::Paper] {
-        let mut parameters = OrchardParameters { missing: vec![1], ..OrchardParameters::of(preset) };
+        let mut parameters = OrchardParameters { missing: vec![1].into(), ..OrchardParameters::of(preset) };
         parameters.trees = Some(4);
         let orchard = grow(&parameters);
         for grid in [TruthGrid::default(), TruthGrid { slab_m: 0.37, band_m: 0.11 }] {
@@ -127,7 +127,7 @@ fn cells_hold_what_stands_between_a_trees_borders() {
 #[test]
 fn truth_follows_positions_and_rows() {
     let parameters = OrchardParameters { trees: Some(4), rows: Some(2), ..OrchardParameters::default() };
-    let moved = OrchardParameters { order: vec![2, 0, 3, 1], ..parameters.clone() };
+    let moved = OrchardParameters { order: vec![2, 0, 3, 1].into(), ..parameters.clone() };
     let (straight, moved) = (grow(&parameters), grow(&moved));
     let areas = |orchard: &Orchard, row| -> Vec<f64> {
         let truth = orchard.truth_of_row(row, TruthGrid::default());

@@ -218,7 +218,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let telling = LinkTeller::start(&scanner, None);
     let bar = progress::bar("driving", "scans", scans);
-    let mut seen = args.picture.is_some().then(|| (Placing::new(Some(stage.rig.clone()), 0), Vec::new()));
+    let mut seen = args
+        .picture
+        .is_some()
+        .then(|| Seen { placing: Placing::new(Some(stage.rig.clone()), 0), points: Vec::new() });
     let ended = tokio::select! {
         ended = follow(&mut scanner, &mut pipeline, &emulator, scans, (&bar, &mut seen)) => ended,
         () = interrupt.wait() => Ok(()),
@@ -249,12 +252,18 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         wall_clock_s: watch.elapsed().as_secs_f64(),
     };
     print(args.format, &outcomes)?;
-    if let (Some(path), Some((_, points))) = (args.picture, seen) {
+    if let (Some(path), Some(Seen { points, .. })) = (args.picture, seen) {
         let estimate = outcomes.estimate.clone();
         let work = move || pictured::demo(&path, &stage, &estimate, &points);
         off_runtime("draw the row", work).await?;
     }
     Ok(if outcomes.estimate.is_withheld() { Outcome::Finding } else { Outcome::Done })
+}
+
+/// What the picture shows of the scans: where their returns came from.
+struct Seen {
+    placing: Placing,
+    points: Vec<[f64; 3]>,
 }
 
 /// Feeds the pipeline the scans of one pass of the row.
@@ -263,12 +272,12 @@ async fn follow(
     pipeline: &mut Pipeline,
     emulator: &Virtual,
     scans: u64,
-    (bar, seen): (&ProgressBar, &mut Option<(Placing, Vec<[f64; 3]>)>),
+    (bar, seen): (&ProgressBar, &mut Option<Seen>),
 ) -> Result<(), Failure> {
     while pipeline.progress().scans < scans {
         let Some(record) = scanner.next().await? else { break };
         pipeline.push(record.scan);
-        if let Some((placing, points)) = seen {
+        if let Some(Seen { placing, points }) = seen {
             let returns = placing.points(record.scan);
             if pipeline.progress().scans.is_multiple_of(pictured::EVERY) {
                 points.extend(returns);

@@ -154,8 +154,12 @@ pub(crate) fn placed(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64)
         mount.distance_m = distance_m;
         model.name().clone_into(&mut mount.model);
     }
-    let spacing_m = Some(spacing_m.max(2.0 * distance_m));
-    (scene.orchard.row_spacing_m, scene.rig.row_spacing_m) = (spacing_m, spacing_m);
+    let wider_m = spacing_m.max(2.0 * distance_m);
+    (scene.orchard.row_spacing_m, scene.rig.row_spacing_m) = (Some(wider_m), Some(wider_m));
+    // The trees stay what they are: their leaf area, and so less of it on more ground.
+    if let Some(lai) = scene.orchard.target_lai.as_mut().filter(|_| spacing_m > 0.0) {
+        *lai *= spacing_m / wider_m;
+    }
     scene
 }
 
@@ -275,13 +279,22 @@ mod tests {
         assert_eq!(seen.holds, None);
     }
 
+    fn with_lai(scene: &Scene, lai: f64) -> Scene {
+        let mut scene = scene.clone();
+        scene.orchard.target_lai = Some(lai);
+        scene
+    }
+
     #[test]
     fn a_scanner_farther_than_half_the_alley_moves_the_next_row_away() {
         let scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
         let model = AnyModel::by_name("lms511").expect("a model");
         let far = placed(&scene, model, 4.0, 7);
         assert_eq!((far.seed, far.orchard.row_spacing_m, far.rig.row_spacing_m), (7, Some(8.0), Some(8.0)));
-        let near = placed(&scene, model, 1.0, 7);
+        let dressed = placed(&with_lai(&scene, 1.6), model, 4.0, 7);
+        assert_eq!(dressed.orchard.target_lai, Some(0.8));
+        let near = placed(&with_lai(&scene, 1.6), model, 1.0, 7);
+        assert_eq!(near.orchard.target_lai, Some(1.6));
         assert_eq!(near.orchard.row_spacing_m, Some(4.0));
         assert!(
             near.rig.scanners.first().is_some_and(|mount| mount.distance_m == 1.0 && mount.model == "lms511")

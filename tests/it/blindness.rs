@@ -24,7 +24,7 @@ fn sparse(order: &[u32]) -> Scene {
     scene.orchard.generator = Some(GeneratorKind::Hmt);
     scene.orchard.trees = u32::try_from(order.len()).ok();
     scene.orchard.tree_spacing_m = Some(4.0);
-    scene.orchard.order = order.to_vec();
+    scene.orchard.order = order.to_vec().into();
     scene
 }
 
@@ -50,7 +50,7 @@ fn estimates_follow_trees_to_their_new_places() {
 #[test]
 fn a_missing_tree_leaves_a_gap_in_the_estimate() {
     let mut scene = sparse(&[0, 1, 2, 3]);
-    scene.orchard.missing = vec![2];
+    scene.orchard.missing = vec![2].into();
     let trial = run(scene);
     let gap = &trial.estimate.trees[2];
     assert!(gap.impacted_total_area_m2 < 0.02, "I_T of the gap: {}", gap.impacted_total_area_m2);

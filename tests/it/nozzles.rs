@@ -18,7 +18,7 @@ use rowscan_scenes::optics::Plume;
 fn gap(flow_l_min: f64) -> Scene {
     let mut scene = small_scene();
     scene.orchard.trees = Some(4);
-    scene.orchard.missing = vec![1, 2, 3];
+    scene.orchard.missing = vec![1, 2, 3].into();
     scene.optics.stages = "echoes,energy,air".parse().expect("stages");
     scene.optics.air.plumes = vec![Plume { flow_l_min, shut: true, ..Plume::default() }];
     scene

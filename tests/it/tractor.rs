@@ -24,6 +24,7 @@ use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::Scene;
 use rowscan_scenes::files::load_scene;
+use rowscan_scenes::orchard::ByRow;
 use rowscan_vehicle::trajectory::{Drive, StopAndGo};
 
 const MS: u64 = 1_000_000;
@@ -213,9 +214,9 @@ fn a_tree_driven_over_twice_is_one_tree() {
 }
 
 /// Two rows, the tractor between them; what each mount makes of its row.
-fn between_two_rows(mounts: [Mount; 2]) -> [Estimate; 2] {
+fn between_two_rows(mounts: [Mount; 2], missing: ByRow) -> [Estimate; 2] {
     let mut scene = small_scene();
-    scene.orchard.rows = Some(2);
+    (scene.orchard.rows, scene.orchard.missing) = (Some(2), missing);
     scene.drive.alley = Some(1);
     scene.rig.scanners = mounts.to_vec();
     let stage = stage(scene);
@@ -241,8 +242,11 @@ fn between_two_rows(mounts: [Mount; 2]) -> [Estimate; 2] {
 fn left_and_right_scanners_see_their_own_rows_and_an_upright_one_sees_both() {
     let mount = |orientation, row| Mount { orientation, row, distance_m: 2.0, ..Mount::default() };
     let area = |estimate: &Estimate| estimate.impacted_total_area_m2.unwrap();
-    let side = between_two_rows([RowSide::Right, RowSide::Left].map(|row| mount(Orientation::Side, row)));
-    let up = between_two_rows([RowSide::Right, RowSide::Left].map(|row| mount(Orientation::Up, row)));
+    let both = |orientation| {
+        let mounts = [RowSide::Right, RowSide::Left].map(|row| mount(orientation, row));
+        between_two_rows(mounts, ByRow::default())
+    };
+    let (side, up) = (both(Orientation::Side), both(Orientation::Up));
     let rows = [area(&side[0]), area(&side[1])];
     assert!(rows.iter().all(|area_m2| *area_m2 > 0.5), "{rows:?}");
     assert!((rows[0] - rows[1]).abs() > 0.01, "different trees, seen from different sides: {rows:?}");
@@ -251,4 +255,19 @@ fn left_and_right_scanners_see_their_own_rows_and_an_upright_one_sees_both() {
         let (side_m2, up_m2) = (area(side), area(up));
         assert!(up_m2 < side_m2 * 1.02 && up_m2 > side_m2 * 0.6, "{side_m2} {up_m2}");
     }
+}
+
+#[test]
+fn the_row_on_the_other_side_of_the_alley_is_no_part_of_an_estimate() {
+    let mounts = || {
+        let mount = Mount { distance_m: 2.0, ..Mount::default() };
+        [Mount { row: RowSide::Right, ..mount.clone() }, Mount { row: RowSide::Left, ..mount }]
+    };
+    let all: Vec<u32> = (0..small_scene().orchard.layout().trees).collect();
+    let [right, left] = between_two_rows(mounts(), ByRow::default());
+    let [alone, felled] = between_two_rows(mounts(), ByRow::Each(vec![all, vec![]]));
+    assert!(right.impacted_total_area_m2.unwrap() > 0.5);
+    assert_eq!(alone.impacted_total_area_m2, right.impacted_total_area_m2);
+    assert!(left.impacted_total_area_m2.unwrap() > 0.5);
+    assert!(felled.impacted_total_area_m2.unwrap() < 0.1, "{:?}", felled.impacted_total_area_m2);
 }

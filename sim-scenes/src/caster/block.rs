@@ -4,7 +4,7 @@ use super::leaf_field::LeafField;
 use super::returns::{Class, Return};
 use super::tag::Label;
 use super::wood_field::WoodField;
-use crate::organ::{Surface, Tree};
+use crate::organ::{Facet, Surface, Tree};
 use crate::support::{Support, SupportKind};
 
 /// Leaves, wood and facets, each sorted along the row.
@@ -16,10 +16,11 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// The organs of trees, by number, and of supports; images over the border of the period included.
+    /// The organs of trees, by number, of supports and of the ground; images over the border of the period included.
     pub(super) fn new<'a>(
         trees: impl Iterator<Item = (u32, &'a Tree)> + Clone,
         supports: &[Support],
+        ground: &[Facet],
         period_m: f64,
     ) -> Self {
         let leaves = trees.clone().flat_map(|(tree, organs)| {
@@ -42,6 +43,9 @@ impl Block {
                 (Label { tree, organ, class: class_of_surface(facet.surface) }, &facet.polygon)
             })
         });
+        let ground =
+            ground.iter().map(|facet| (Label::of_nobody(class_of_surface(facet.surface)), &facet.polygon));
+        let facets = facets.chain(ground);
         Self {
             leaves: LeafField::by_kind(leaves, period_m),
             wood: WoodField::new(wood.chain(built), period_m),
@@ -56,6 +60,8 @@ fn class_of_surface(surface: Surface) -> Class {
         Surface::Fruit => Class::Fruit,
         Surface::Post => Class::Post,
         Surface::Wire => Class::Wire,
+        Surface::Soil => Class::Ground,
+        Surface::Grass => Class::Grass,
     }
 }
 

@@ -21,7 +21,7 @@ pub fn cast(orchard: &Orchard, origin: Pose, fan: &BeamFan) -> Vec<Return> {
     beams.rays(origin).map(|(start, direction)| ray(orchard, start, direction)).collect()
 }
 
-/// The nearest surface along any ray: leaf, wood, or the ground Z = 0. `direction` is a unit vector.
+/// The nearest surface along any ray: leaf, wood, or the ground. `direction` is a unit vector.
 pub fn ray(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Return {
     surfaces(orchard, origin, direction).first().copied().unwrap_or(Return::MISS)
 }
@@ -35,7 +35,7 @@ pub fn leaves(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3], k: usize
 /// All surfaces along a ray, each organ once, nearest first.
 fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Return> {
     let (o, d) = (DVec3::from_array(origin), DVec3::from_array(direction));
-    let mut found: Vec<Return> = ground(o, d).into_iter().collect();
+    let mut found: Vec<Return> = ground(o, d, orchard.ground().plane_m).into_iter().collect();
     let mut offer = |hit: Option<(f64, f64)>, class, tree, organ| {
         if let Some((range_m, cos)) = hit {
             found.push(Return { range_m, class, tree, organ, cos_incidence: cos as f32 });
@@ -51,12 +51,7 @@ fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Ret
             }
         }
         for (organ, facet) in (organs.wood.len() as u32..).zip(&organs.facets) {
-            let class = match facet.surface {
-                Surface::Bark => Class::Wood,
-                Surface::Fruit => Class::Fruit,
-                Surface::Post => Class::Post,
-                Surface::Wire => Class::Wire,
-            };
+            let class = class_of(facet.surface);
             let ys = facet.polygon.outline().iter().map(|[_, y, _]| *y);
             let (low, high) =
                 (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
@@ -81,13 +76,32 @@ fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Ret
             offer(meet_cylinder(&support.shape, start, d), class, Return::NO_LABEL, organ);
         }
     }
+    for facet in &orchard.ground().facets {
+        let ys = facet.polygon.outline().iter().map(|[_, y, _]| *y);
+        let (low, high) = (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
+        for start in images(o, d, low, high, orchard) {
+            let class = class_of(facet.surface);
+            offer(meet_leaf(&facet.polygon, start, d), class, Return::NO_LABEL, Return::NO_LABEL);
+        }
+    }
     found.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));
     found
 }
 
-fn ground(o: DVec3, d: DVec3) -> Option<Return> {
-    (d.z < 0.0 && o.z > 0.0).then(|| Return {
-        range_m: -o.z / d.z,
+fn class_of(surface: Surface) -> Class {
+    match surface {
+        Surface::Bark => Class::Wood,
+        Surface::Fruit => Class::Fruit,
+        Surface::Post => Class::Post,
+        Surface::Wire => Class::Wire,
+        Surface::Soil => Class::Ground,
+        Surface::Grass => Class::Grass,
+    }
+}
+
+fn ground(o: DVec3, d: DVec3, plane_m: f64) -> Option<Return> {
+    (d.z < 0.0 && o.z > plane_m).then(|| Return {
+        range_m: -(o.z - plane_m) / d.z,
         class: Class::Ground,
         cos_incidence: -d.z as f32,
         ..Return::MISS
@@ -106,7 +120,8 @@ fn images(o: DVec3, d: DVec3, low: f64, high: f64, orchard: &Orchard) -> impl It
     periods.map(move |k| if k == 0 { o } else { o - DVec3::Y * (k as f64 * period) })
 }
 
-/// Range and |d·n|: the plane first, then even-odd in the leaf's own plane; each edge owns its lower end.
+/// Range and |d·n|: the plane for the range, and even-odd as seen along the ray for the rest. All polygons are seen in the same axes, and an
+/// edge from its lower end, so that no ray passes between two that share one; each edge owns its lower end.
 fn meet_leaf(leaf: &Leaf, o: DVec3, d: DVec3) -> Option<(f64, f64)> {
     let normal = DVec3::from_array(leaf.normal());
     let facing = d.dot(normal);
@@ -115,18 +130,17 @@ fn meet_leaf(leaf: &Leaf, o: DVec3, d: DVec3) -> Option<(f64, f64)> {
     if facing.abs() < EDGE_ON || range <= 0.0 {
         return None;
     }
-    let at = o + d * range;
-    let u_axis = normal.any_orthonormal_vector();
-    let v_axis = normal.cross(u_axis);
+    let (u_axis, v_axis) = d.any_orthonormal_pair();
     let flat = |v: &[f64; 3]| {
-        let from_hit = DVec3::from_array(*v) - at;
-        (from_hit.dot(u_axis), from_hit.dot(v_axis))
+        let from_start = DVec3::from_array(*v) - o;
+        (from_start.dot(u_axis), from_start.dot(v_axis))
     };
     let mut odd = false;
     let mut from = flat(leaf.outline().last()?);
     for to in leaf.outline().iter().map(flat) {
-        if (from.1 > 0.0) != (to.1 > 0.0) && from.0 - from.1 * (to.0 - from.0) / (to.1 - from.1) > 0.0 {
-            odd = !odd;
+        if (from.1 > 0.0) != (to.1 > 0.0) {
+            let (low, high) = if to.1 > 0.0 { (from, to) } else { (to, from) };
+            odd ^= low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1) > 0.0;
         }
         from = to;
     }

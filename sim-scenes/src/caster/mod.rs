@@ -61,8 +61,10 @@ use wood::{FloorPass, GroundPass};
 /// An orchard made ready for scanning. Immutable and shared between threads; each thread has its own [`Scratch`].
 #[derive(Clone, Debug)]
 pub struct Caster {
-    /// Posts and wires.
+    /// Posts, wires, soil and grass.
     supports: Block,
+    /// Height of the level plane under all.
+    plane_m: f64,
     /// All trees.
     trees: PlacedBlocks,
     /// What all organs take up across the row, in (X, Z).
@@ -99,14 +101,14 @@ impl Caster {
         let trees = PlacedBlocks::new(orchard);
         let built = orchard.supports().iter().flat_map(|support| {
             let (shape, around_m) = (&support.shape, support.shape.radius_m());
-            [shape.base(), shape.tip()].map(|[x, _, z]| Rectangle {
-                low: [x - around_m, z - around_m],
-                high: [x + around_m, z + around_m],
-            })
+            [shape.base(), shape.tip()].map(|at| Rectangle::around(at, around_m))
         });
+        let ground = orchard.ground().facets.iter().flat_map(|facet| facet.polygon.outline());
+        let ground = ground.map(|vertex| Rectangle::around(*vertex, 0.0));
         Self {
-            across: built.fold(trees.across(), Rectangle::and),
-            supports: Block::new(std::iter::empty(), orchard.supports(), period_m),
+            across: built.chain(ground).fold(trees.across(), Rectangle::and),
+            supports: Block::new(std::iter::empty(), orchard.supports(), &orchard.ground().facets, period_m),
+            plane_m: orchard.ground().plane_m,
             trees,
             period_m,
             registers: Registers::Widest,
@@ -200,7 +202,7 @@ impl Caster {
         nearest.reset(sight.count(), depth, T::FARTHEST);
         let parts = self.parts(origin, sight).flat_map(|part| self.images(part, sight));
         if let Some(part) = parts.clone().next() {
-            self.dispatch(GroundPass { sight, part, nearest: &mut *nearest });
+            self.dispatch(GroundPass { sight, part, plane_m: self.plane_m, nearest: &mut *nearest });
         }
         views.clear();
         for part in parts {

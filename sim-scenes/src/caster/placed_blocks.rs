@@ -122,7 +122,7 @@ impl PlacedBlocks {
             let bounds = row.iter().fold(Bounds::NOTHING, |all, (.., bounds)| all.and(*bounds));
             standing.bounds.push(bounds);
             let trees = row.iter().map(|(number, tree, _)| (*number, *tree));
-            standing.blocks.push(Block::new(trees, &[], orchard.length_m()));
+            standing.blocks.push(Block::new(trees, &[], &[], orchard.length_m()));
         }
         standing.rows = standing.blocks.len();
         // A distinct tree in one direction is one block, whatever the number of its places.
@@ -139,7 +139,7 @@ impl PlacedBlocks {
                 None => {
                     let turned = organs.placed(&Placement::HERE.turned(placement.turn_deg()));
                     standing.bounds.push(Bounds::of(&turned));
-                    standing.blocks.push(Block::new(std::iter::once((0, &turned)), &[], f64::INFINITY));
+                    standing.blocks.push(Block::new(std::iter::once((0, &turned)), &[], &[], f64::INFINITY));
                     known.push((distinct, turn, standing.blocks.len() - 1));
                     standing.blocks.len() - 1
                 }

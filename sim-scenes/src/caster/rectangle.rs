@@ -12,6 +12,11 @@ pub(super) struct Rectangle {
 impl Rectangle {
     pub(super) const NOTHING: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
+    /// What a ball takes up across the row.
+    pub(super) fn around([x_m, _, z_m]: [f64; 3], radius_m: f64) -> Self {
+        Self { low: [x_m - radius_m, z_m - radius_m], high: [x_m + radius_m, z_m + radius_m] }
+    }
+
     /// How far its nearest point is; 0 from within.
     pub(super) fn distance_m(&self) -> f64 {
         let along = |axis: usize| self.low[axis].max(-self.high[axis]).max(0.0);

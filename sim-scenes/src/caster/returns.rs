@@ -7,7 +7,7 @@ pub enum Class {
     Leaf,
     /// A branch or trunk.
     Wood,
-    /// The plane Z = 0.
+    /// The soil, or the plane below it.
     Ground,
     /// Nothing: the beam escaped.
     #[default]
@@ -18,12 +18,14 @@ pub enum Class {
     Post,
     /// A wire of the trellis.
     Wire,
+    /// Grass, or the leaf of a weed.
+    Grass,
 }
 
 impl Class {
     /// All classes.
     pub const ALL: &'static [Self] =
-        &[Self::Leaf, Self::Wood, Self::Ground, Self::None, Self::Fruit, Self::Post, Self::Wire];
+        &[Self::Leaf, Self::Wood, Self::Ground, Self::None, Self::Fruit, Self::Post, Self::Wire, Self::Grass];
 
     /// Its name in files.
     pub fn name(self) -> &'static str {
@@ -35,6 +37,7 @@ impl Class {
             Self::Fruit => "fruit",
             Self::Post => "post",
             Self::Wire => "wire",
+            Self::Grass => "grass",
         }
     }
 }
@@ -46,10 +49,10 @@ pub struct Return {
     pub range_m: f64,
     /// What it met.
     pub class: Class,
-    /// Number of the tree in [`crate::Orchard::trees`]; [`Return::NO_LABEL`] for ground, misses, posts and wires.
+    /// Number of the tree in [`crate::Orchard::trees`]; [`Return::NO_LABEL`] for ground, grass, misses, posts and wires.
     pub tree: u32,
     /// Number of the leaf or branch within its tree, facets counting on after branches; of a post or wire in
-    /// [`crate::Orchard::supports`]; [`Return::NO_LABEL`] for ground and misses.
+    /// [`crate::Orchard::supports`]; [`Return::NO_LABEL`] for ground, grass and misses.
     pub organ: u32,
     /// |beam · surface normal| there; 0 for a miss.
     pub cos_incidence: f32,

@@ -25,7 +25,7 @@ pub(super) struct Tag {
 impl Tag {
     /// What no beam meets.
     pub(super) const NOTHING: Self = Self::round(Label::of_nobody(Class::None));
-    /// The plane Z = 0.
+    /// The level plane under all.
     pub(super) const GROUND: Self = Self::round(Label::of_nobody(Class::Ground));
 
     pub(super) const fn round(label: Label) -> Self {
@@ -52,7 +52,7 @@ impl Tag {
 }
 
 impl Label {
-    const fn of_nobody(class: Class) -> Self {
+    pub(super) const fn of_nobody(class: Class) -> Self {
         Self { tree: Return::NO_LABEL, organ: Return::NO_LABEL, class }
     }
 }

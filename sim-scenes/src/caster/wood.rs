@@ -20,10 +20,12 @@ const SQUARE_ON: f64 = 1e-300;
 /// How much farther a disk is looked for in a plane that leans, metres: far above rounding.
 const SPARE_M: f64 = 1e-9;
 
-/// Enters the plane Z = 0 where beams that start above it look down.
+/// Enters the level plane under all where beams that start above it look down.
 pub(super) struct GroundPass<'a, T> {
     pub(super) sight: &'a T,
     pub(super) part: Part,
+    /// Its height.
+    pub(super) plane_m: f64,
     pub(super) nearest: &'a mut Nearest,
 }
 
@@ -32,7 +34,7 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { sight, part, nearest } = self;
+        let Self { sight, part, plane_m, nearest } = self;
         let (p, q) = sight.parameters();
         let (Some(q), Some((mut floor, _))) = (q.get(..p.len()), nearest.floor(p.len())) else { return };
         let zero = Lanes::splat(simd, 0.0);
@@ -40,7 +42,7 @@ impl<T: Sight> WithSimd for GroundPass<'_, T> {
         for beam in (0..sight.count()).step_by(S::F64_LANES) {
             let (Some(p), Some(q)) = (Lanes::read(simd, p, beam), Lanes::read(simd, q, beam)) else { break };
             let rays = sight.rays(simd, p, q);
-            let height = Lanes::splat(simd, part.origin[2]) + rays.start.1;
+            let height = Lanes::splat(simd, part.origin[2] - plane_m) + rays.start.1;
             let cos = if T::LEANS {
                 let [.., to_row] = sight.axes().to_row;
                 let [.., up] = sight.axes().up;

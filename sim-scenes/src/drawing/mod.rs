@@ -8,8 +8,8 @@ mod canvas;
 use crate::caster::Class;
 use crate::exchange::mesh::Material;
 use crate::orchard::Orchard;
-use crate::organ::{Cylinder, Tree};
-use crate::support::SupportKind;
+use crate::organ::{Cylinder, Facet, Tree};
+use crate::support::{Support, SupportKind};
 use canvas::Canvas;
 
 /// What is drawn, and how finely.
@@ -19,7 +19,7 @@ pub struct Drawing {
     pub cell_m: f64,
     /// Pixels of a metre.
     pub scale_px: f64,
-    /// Places that are drawn, from the first.
+    /// Places of every row that are drawn, from the first.
     pub trees: usize,
 }
 
@@ -48,62 +48,94 @@ struct View {
 }
 
 const VIEWS: [View; 3] = [
-    View { title: "front: along the row, as the scanner looks", right: 1, up: 2, along: 0 },
-    View { title: "side: across the row", right: 0, up: 2, along: 1 },
+    View { title: "front: as the scanner looks", right: 1, up: 2, along: 0 },
+    View { title: "side: along the row", right: 0, up: 2, along: 1 },
     View { title: "top", right: 1, up: 0, along: 2 },
 ];
 
 /// Pieces of wood drawn in a view: the thickest.
 const MOST_WOOD: usize = 500;
 
+/// The same of trees without leaves: then wood is what there is to see.
+const MOST_BARE_WOOD: usize = 1500;
+
 /// Space around a view, pixels.
 const MARGIN_PX: f64 = 24.0;
 
+/// Room for a view's title, pixels.
+const LEAST_PX: f64 = 180.0;
+
 /// Draws the trees, posts and wires of an orchard, and dots over them.
 pub fn draw(orchard: &Orchard, dots: &[Dot], drawing: &Drawing) -> String {
-    let trees: Vec<Tree> = orchard.trees().take(drawing.trees).map(|tree| tree.into_owned()).collect();
+    let per_row = orchard.trees_per_row().max(1);
+    let drawn =
+        (0..).zip(orchard.trees()).filter(|(number, _): &(usize, _)| number % per_row < drawing.trees);
+    let trees: Vec<Tree> = drawn.map(|(_, tree)| tree.into_owned()).collect();
     let reach_m = match orchard.tree_spacing_m() {
         Some(spacing_m) if drawing.trees < orchard.trees_per_row() => drawing.trees as f64 * spacing_m,
         _ => orchard.length_m(),
     };
+    let shown = Shown { orchard, trees: &trees, reach_m };
+    let [front, side, top] = VIEWS.map(|view| Some((view, paint(view, &shown, dots, drawing)?)));
     let mut body = String::new();
-    let (mut width_px, mut height_px) = (0.0f64, MARGIN_PX);
-    for view in VIEWS {
-        let Some(canvas) = paint(view, orchard, &trees, reach_m, dots, drawing) else { continue };
-        let (width, height) = canvas.size_px();
-        body.push_str(&canvas.write(view.title, MARGIN_PX, height_px));
-        height_px += height + 2.0 * MARGIN_PX;
-        width_px = width_px.max(width);
+    let (mut width_px, mut height_px) = (320.0f64, MARGIN_PX);
+    // Front and side stand on one ground; the view from above lies below the front.
+    for line in [[front, side], [top, None]] {
+        let (mut right_px, mut tall_px) = (MARGIN_PX, 0.0f64);
+        for (view, canvas) in line.into_iter().flatten() {
+            let (width, height) = canvas.size_px();
+            body.push_str(&canvas.write(view.title, right_px, height_px));
+            (right_px, tall_px) = (right_px + width.max(LEAST_PX) + MARGIN_PX, tall_px.max(height));
+        }
+        (width_px, height_px) = (width_px.max(right_px), height_px + tall_px + 2.0 * MARGIN_PX);
     }
-    width_px = (width_px + 2.0 * MARGIN_PX).max(320.0);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_px:.0}\" height=\"{height_px:.0}\" font-family=\"sans-serif\" \
          font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{body}</svg>\n"
     )
 }
 
-fn paint(
-    view: View,
-    orchard: &Orchard,
-    trees: &[Tree],
+/// What is drawn of an orchard.
+struct Shown<'a> {
+    orchard: &'a Orchard,
+    trees: &'a [Tree],
+    /// How far along the row.
     reach_m: f64,
-    dots: &[Dot],
-    drawing: &Drawing,
-) -> Option<Canvas> {
+}
+
+impl Shown<'_> {
+    /// Posts and wires, cut where the drawing ends: a wire runs on beyond the trees that are drawn.
+    fn supports(&self) -> impl Iterator<Item = (SupportKind, [[f64; 3]; 2], f64)> {
+        let reach_m = self.reach_m;
+        let cut = move |[x, y, z]: [f64; 3]| [x, if reach_m.is_finite() { y.min(reach_m) } else { y }, z];
+        let near = move |shape: &Cylinder| shape.base()[1].min(shape.tip()[1]) <= reach_m;
+        let supports = self.orchard.supports().iter().filter(move |support| near(&support.shape));
+        supports
+            .map(move |Support { kind, shape }| (*kind, [shape.base(), cut(shape.tip())], shape.radius_m()))
+    }
+
+    /// Soil and grass; not from above, where they would cover what stands on them.
+    fn ground(&self, view: View) -> impl Iterator<Item = &Facet> {
+        let near = |facet: &&Facet| facet.polygon.outline().iter().all(|[_, y, _]| *y <= self.reach_m);
+        self.orchard.ground().facets.iter().filter(near).filter(move |_| view.along != 2)
+    }
+
+    fn points(&self, view: View) -> impl Iterator<Item = [f64; 3]> {
+        let organs = self.trees.iter().flat_map(|tree| {
+            let facets = tree.facets.iter().map(|facet| &facet.polygon);
+            let outlines = tree.leaves.iter().chain(facets).flat_map(|leaf| leaf.outline().iter().copied());
+            outlines.chain(tree.wood.iter().flat_map(|piece| [piece.base(), piece.tip()]))
+        });
+        let ground = self.ground(view).flat_map(|facet| facet.polygon.outline().iter().copied());
+        organs.chain(self.supports().flat_map(|(_, ends, _)| ends)).chain(ground)
+    }
+}
+
+fn paint(view: View, shown: &Shown<'_>, dots: &[Dot], drawing: &Drawing) -> Option<Canvas> {
     let on_paper = |point: [f64; 3]| [point[view.right], point[view.up]];
-    let shown = |cylinder: &Cylinder| cylinder.base()[1].min(cylinder.tip()[1]) <= reach_m;
-    let supports: Vec<_> = orchard.supports().iter().filter(|support| shown(&support.shape)).collect();
-    // A wire runs on beyond the trees that are drawn.
-    let cut = |[x, y, z]: [f64; 3]| [x, if reach_m.is_finite() { y.min(reach_m) } else { y }, z];
-    let organs = trees.iter().flat_map(|tree| {
-        let facets = tree.facets.iter().map(|facet| &facet.polygon);
-        let outlines = tree.leaves.iter().chain(facets).flat_map(|leaf| leaf.outline().iter().copied());
-        outlines.chain(tree.wood.iter().flat_map(|piece| [piece.base(), piece.tip()]))
-    });
-    let built = supports.iter().flat_map(|support| [support.shape.base(), cut(support.shape.tip())]);
-    let mut canvas =
-        Canvas::around(organs.chain(built).map(on_paper), view.up == 2, (drawing.cell_m, drawing.scale_px))?;
-    for tree in trees {
+    let points = shown.points(view).map(on_paper);
+    let mut canvas = Canvas::around(points, view.up == 2, (drawing.cell_m, drawing.scale_px))?;
+    for tree in shown.trees {
         for leaf in &tree.leaves {
             // A leaf's area as seen, spread over its vertices and its middle.
             let outline = leaf.outline();
@@ -112,31 +144,28 @@ fn paint(
                 canvas.shade(on_paper(point), seen_m2);
             }
         }
-        for facet in &tree.facets {
-            let colour = Material::of_surface(facet.surface).rgb();
-            let outline = facet.polygon.outline().iter().copied();
-            outline.chain([facet.polygon.centroid()]).for_each(|point| canvas.dot(on_paper(point), colour));
-        }
     }
-    let mut wood: Vec<&Cylinder> = trees.iter().flat_map(|tree| &tree.wood).collect();
+    for facet in shown.trees.iter().flat_map(|tree| &tree.facets).chain(shown.ground(view)) {
+        let colour = Material::of_surface(facet.surface).rgb();
+        let outline = facet.polygon.outline().iter().copied();
+        outline.chain([facet.polygon.centroid()]).for_each(|point| canvas.dot(on_paper(point), colour));
+    }
+    let mut wood: Vec<&Cylinder> = shown.trees.iter().flat_map(|tree| &tree.wood).collect();
     wood.sort_by(|a, b| b.radius_m().total_cmp(&a.radius_m()));
-    for piece in wood.into_iter().take(MOST_WOOD) {
-        canvas.line(
-            on_paper(piece.base()),
-            on_paper(piece.tip()),
-            2.0 * piece.radius_m(),
-            Material::Wood.rgb(),
-        );
+    let is_bare = shown.trees.iter().all(|tree| tree.leaves.is_empty());
+    let most = if is_bare { MOST_BARE_WOOD } else { MOST_WOOD };
+    for piece in wood.into_iter().take(most) {
+        let thick_m = 2.0 * piece.radius_m();
+        canvas.line(on_paper(piece.base()), on_paper(piece.tip()), thick_m, Material::Wood.rgb());
     }
-    for support in supports {
-        let colour = match support.kind {
+    for (kind, [base, tip], radius_m) in shown.supports() {
+        let colour = match kind {
             SupportKind::Post => Material::Post.rgb(),
             SupportKind::Wire => Material::Wire.rgb(),
         };
-        let (base, tip) = (support.shape.base(), cut(support.shape.tip()));
-        canvas.line(on_paper(base), on_paper(tip), 2.0 * support.shape.radius_m(), colour);
+        canvas.line(on_paper(base), on_paper(tip), 2.0 * radius_m, colour);
     }
-    for dot in dots.iter().filter(|dot| dot.at[1] <= reach_m) {
+    for dot in dots.iter().filter(|dot| dot.at[1] <= shown.reach_m) {
         canvas.dot(on_paper(dot.at), colour_of(dot.class));
     }
     Some(canvas)
@@ -150,6 +179,7 @@ fn colour_of(class: Class) -> [u8; 3] {
         Class::Fruit => [230, 0, 120],
         Class::Post => [40, 40, 40],
         Class::Wire => [130, 0, 200],
+        Class::Grass => [150, 170, 0],
         Class::Ground | Class::None => [200, 170, 60],
     }
 }

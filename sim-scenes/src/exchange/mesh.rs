@@ -24,6 +24,10 @@ choices! {
         Post = "post",
         /// A wire.
         Wire = "wire",
+        /// Soil.
+        Soil = "soil",
+        /// Grass and weeds.
+        Grass = "grass",
     }
 }
 
@@ -36,6 +40,8 @@ impl Material {
             Self::Fruit => Some(Surface::Fruit),
             Self::Post => Some(Surface::Post),
             Self::Wire => Some(Surface::Wire),
+            Self::Soil => Some(Surface::Soil),
+            Self::Grass => Some(Surface::Grass),
         }
     }
 
@@ -46,6 +52,8 @@ impl Material {
             Surface::Fruit => Self::Fruit,
             Surface::Post => Self::Post,
             Surface::Wire => Self::Wire,
+            Surface::Soil => Self::Soil,
+            Surface::Grass => Self::Grass,
         }
     }
 
@@ -57,6 +65,8 @@ impl Material {
             Self::Fruit => [196, 52, 44],
             Self::Post => [120, 120, 120],
             Self::Wire => [60, 80, 140],
+            Self::Soil => [150, 120, 90],
+            Self::Grass => [150, 170, 80],
         }
     }
 }
@@ -76,6 +86,10 @@ pub struct MaterialNames {
     pub post: Vec<String>,
     /// Wires.
     pub wire: Vec<String>,
+    /// Soil.
+    pub soil: Vec<String>,
+    /// Grass and weeds.
+    pub grass: Vec<String>,
     /// What is left out.
     pub ignore: Vec<String>,
 }
@@ -89,6 +103,8 @@ impl Default for MaterialNames {
             fruit: names(&["fruit", "apple"]),
             post: names(&["post", "stake"]),
             wire: names(&["wire"]),
+            soil: names(&["soil", "ground", "terrain"]),
+            grass: names(&["grass", "weed"]),
             ignore: Vec::new(),
         }
     }
@@ -112,13 +128,15 @@ impl MaterialNames {
         all.join(", ")
     }
 
-    fn lists(&self) -> [(&Vec<String>, Option<Material>); 6] {
+    fn lists(&self) -> [(&Vec<String>, Option<Material>); 8] {
         [
             (&self.leaf, Some(Material::Leaf)),
             (&self.wood, Some(Material::Wood)),
             (&self.fruit, Some(Material::Fruit)),
             (&self.post, Some(Material::Post)),
             (&self.wire, Some(Material::Wire)),
+            (&self.soil, Some(Material::Soil)),
+            (&self.grass, Some(Material::Grass)),
             (&self.ignore, None),
         ]
     }
@@ -161,13 +179,18 @@ pub fn faces_of_tree(tree: &Tree) -> Vec<Face> {
     leaves.chain(wood).chain(facets).collect()
 }
 
-/// The faces of posts and wires.
+/// The faces of posts, wires, soil and grass.
 pub fn faces_of_supports(orchard: &Orchard) -> Vec<Face> {
     let material = |kind| match kind {
         SupportKind::Post => Material::Post,
         SupportKind::Wire => Material::Wire,
     };
-    orchard.supports().iter().flat_map(|support| prism(&support.shape, material(support.kind))).collect()
+    let built = orchard.supports().iter().flat_map(|support| prism(&support.shape, material(support.kind)));
+    let ground = orchard.ground().facets.iter().map(|facet| Face {
+        material: Material::of_surface(facet.surface),
+        outline: facet.polygon.outline().to_vec(),
+    });
+    built.chain(ground).collect()
 }
 
 /// The sides of a prism about a cylinder's axis, as wide around as the cylinder, so that its area is kept.

@@ -42,12 +42,18 @@ pub(crate) fn plant(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Planted, GrowError> {
     let generator = make(parameters, seed)?;
+    let young_parameters = parameters.of_replanted();
+    let nursery = match plantings.iter().any(|planting| planting.is_young) {
+        true => Some(make(&young_parameters, seed)?),
+        false => None,
+    };
     let tree = parameters.tree_parameters();
     let done = AtomicUsize::new(0);
     let drafts: Vec<Result<Draft, GrowError>> = plantings
         .par_iter()
         .map(|planting| {
-            let draft = draft(generator.as_ref(), &tree, planting);
+            let grower = nursery.as_ref().filter(|_| planting.is_young).unwrap_or(&generator);
+            let draft = draft(grower.as_ref(), &tree, planting);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, plantings.len());
             draft
         })
@@ -141,6 +147,6 @@ pub(crate) fn grow_lone_tree(parameters: &TreeParameters, seed: u64) -> Tree {
     let orchard = OrchardParameters { trees: Some(1), ..OrchardParameters::default() };
     let generator = Some(super::kind::GeneratorKind::Hmt);
     let orchard = OrchardParameters { generator, tree: parameters.as_overrides(), ..orchard };
-    let planting = Planting { row: 0, tree: 0, gap: false, base: [0.0; 3] };
+    let planting = Planting { row: 0, tree: 0, gap: false, is_young: false, base: [0.0; 3] };
     plant(&orchard, seed, &[planting], &[1], &|_, _| {}).unwrap().trees.remove(0)
 }

@@ -13,6 +13,8 @@ pub(crate) struct Planting {
     pub(crate) tree: u32,
     /// Nothing grows here.
     pub(crate) gap: bool,
+    /// A replanted tree, younger than the others.
+    pub(crate) is_young: bool,
     /// Foot of the trunk, scene frame.
     pub(crate) base: [f64; 3],
 }

@@ -18,6 +18,8 @@ parameters! {
 
     /// Seasons. The first makes the first growth unit; each later one a transition of every live axis.
     iterations: u32 = 9, "seasons", "the paper grows 7 to 11";
+    /// Seasons of a replanted tree.
+    replanted_seasons: u32 = 2, "seasons", "a gap is filled with a nursery tree that has stood a year or two";
     /// State of the first growth unit.
     initial_state: State = State::Long, "L | M | S | F", "paper: start vector (1, 0, 0, 0)";
     /// Transition matrix: a name, or four rows (parent L M S F) of four probabilities (child L M S F).
@@ -177,6 +179,12 @@ impl TreeParameters {
             )
         };
         require((1..=40).contains(&self.iterations), &key("iterations"), "1 to 40", self.iterations)?;
+        require(
+            (1..=40).contains(&self.replanted_seasons),
+            &key("replanted_seasons"),
+            "1 to 40",
+            self.replanted_seasons,
+        )?;
         require((1..=100).contains(&self.max_new_axes), &key("max_new_axes"), "1 to 100", self.max_new_axes)?;
         require(self.max_metamers > 0, &key("max_metamers"), "1 or more", self.max_metamers)?;
         self.matrices()?;

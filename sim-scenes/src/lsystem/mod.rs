@@ -112,7 +112,7 @@ mod tests {
             let parameters =
                 LSystemParameters { rules: GrammarSource::named(name), ..LSystemParameters::default() };
             let sprouting = Sprouting::new(&parameters, TreeParameters::default(), 1).unwrap();
-            let planting = |tree| Planting { row: 0, tree, gap: false, base: [0.0; 3] };
+            let planting = |tree| Planting { row: 0, tree, gap: false, is_young: false, base: [0.0; 3] };
             let (one, other) =
                 (sprouting.draft(&planting(0)).unwrap(), sprouting.draft(&planting(1)).unwrap());
             assert!(one.segments.len() > 100, "{name}: {}", one.segments.len());

@@ -62,7 +62,8 @@ impl Reflectance {
     /// Of a class, so wet.
     pub(super) fn of(&self, class: Class, wetness: f64) -> f64 {
         let dry = match class {
-            Class::Leaf => self.leaf,
+            // Grass reflects as leaves do.
+            Class::Leaf | Class::Grass => self.leaf,
             Class::Wood => self.wood,
             Class::Fruit => self.fruit,
             Class::Post => self.post,

@@ -37,7 +37,7 @@ pub fn measure(
 /// Remission on the 16-bit scale: 65535 · ρ · |cos incidence|, a Lambert surface without loss by distance.
 ///
 /// ρ near 905 nm is taken as 0.50 for leaves (about half of near infrared passes or is absorbed), 0.35 for bark, 0.20 for soil and
-/// grass litter, 0.60 for fruit, 0.40 for dry timber, 0.30 for dull wire: round figures that tell the classes apart, not a radiometric model.
+/// litter, 0.60 for fruit, 0.45 for grass, 0.40 for dry timber, 0.30 for dull wire: round figures that tell the classes apart, not a radiometric model.
 pub fn remission(hit: &Return) -> u16 {
     let reflectance = match hit.class {
         Class::Leaf => 0.50,
@@ -45,6 +45,7 @@ pub fn remission(hit: &Return) -> u16 {
         Class::Fruit => 0.60,
         Class::Post => 0.40,
         Class::Wire => 0.30,
+        Class::Grass => 0.45,
         Class::Ground => 0.20,
         Class::None => 0.0,
     };

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use crate::generator::foliage_shares::FoliageShares;
 use crate::generator::remark::Remark;
+use crate::ground::Ground;
 use crate::organ::{Cylinder, Leaf, Tree};
 use crate::placement::Placement;
 use crate::support::Support;
@@ -22,6 +23,7 @@ pub struct Orchard {
     /// Which of them stands where.
     pub(super) places: Vec<(usize, Placement)>,
     pub(super) supports: Vec<Support>,
+    pub(super) ground: Ground,
     pub(super) trees_per_row: usize,
     pub(super) length_m: f64,
     pub(super) seed: Option<u64>,
@@ -63,6 +65,7 @@ impl Orchard {
             distinct: trees,
             places,
             supports: Vec::new(),
+            ground: Ground::default(),
             length_m: if length_m > 0.0 { length_m } else { f64::INFINITY },
             seed: None,
             tree_spacing_m,
@@ -134,6 +137,17 @@ impl Orchard {
             let at = spacing_m.map_or(0.0, |spacing_m| (support.shape.base()[0] / spacing_m).round());
             at.clamp(0.0, last) == row as f64
         })
+    }
+
+    /// Soil and grass of all rows, which repeat with them, and the level plane below.
+    pub fn ground(&self) -> &Ground {
+        &self.ground
+    }
+
+    /// The same orchard on another ground.
+    #[must_use]
+    pub fn with_ground(self, ground: Ground) -> Self {
+        Self { ground, ..self }
     }
 
     /// How the target leaf area was reached; None without a target.

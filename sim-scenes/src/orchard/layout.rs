@@ -12,6 +12,8 @@ parameters! {
     rows: u32 = 1, "rows", "the scanner sees one row; a second is the background";
     /// Places for trees in a row; after them the row repeats.
     trees: u32 = 3, "trees", "three steady the regressions";
+    /// Places at both ends of every row where nothing stands: the headland.
+    row_ends: u32 = 0, "places", "rows repeat; with gaps at their ends they begin and end";
     /// Distance between trees in the row.
     tree_spacing_m: f64 = 3.0, "m", "free-standing apple 2 to 3.5 m";
     /// Distance between rows.

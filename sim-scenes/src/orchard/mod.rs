@@ -1,11 +1,13 @@
 //! The orchard: rows of trees that repeat forever along Y.
 
+mod by_row;
 mod grow;
 pub(crate) mod grown;
 pub(crate) mod layout;
 pub mod parameters;
 mod preset;
 
+pub use by_row::ByRow;
 pub use grown::Orchard;
 pub use layout::{Layout, LayoutOverrides};
 pub use parameters::OrchardParameters;

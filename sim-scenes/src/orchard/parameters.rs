@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::by_row::ByRow;
 use super::layout::{Layout, LayoutOverrides};
 use super::preset::Preset;
 use crate::analytic::{AnalyticOverrides, AnalyticParameters};
 use crate::generator::kind::GeneratorKind;
+use crate::ground::{GroundOverrides, GroundParameters};
 use crate::growth::{
     BranchingSource, InternodeSource, MatrixSource, RuleSource, TreeOverrides, TreeParameters,
 };
@@ -37,13 +39,19 @@ pub struct OrchardParameters {
     /// Distance between rows, metres; the preset's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub row_spacing_m: Option<f64>,
-    /// Places (counted from 0) where no tree stands, in every row.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub missing: Vec<u32>,
-    /// Which tree grows at which place: a permutation of 0..trees. Empty: tree `i` at place `i`. The same trees in another order
-    /// tell what an estimator owes to a tree and what to its neighbours.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub order: Vec<u32>,
+    /// Places at both ends of every row where nothing stands; the preset's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub row_ends: Option<u32>,
+    /// Places (counted from 0) where no tree stands, in every row or row by row.
+    #[serde(skip_serializing_if = "ByRow::is_empty")]
+    pub missing: ByRow,
+    /// Places where a young tree stands, of `tree.replanted_seasons`.
+    #[serde(skip_serializing_if = "ByRow::is_empty")]
+    pub replanted: ByRow,
+    /// Which tree grows at which place: a permutation of 0..trees, for every row or row by row. Empty: tree `i` at place `i`. The same
+    /// trees in another order tell what an estimator owes to a tree and what to its neighbours.
+    #[serde(skip_serializing_if = "ByRow::is_empty")]
+    pub order: ByRow,
     /// Trees that differ; the preset's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distinct_trees: Option<u32>,
@@ -70,6 +78,13 @@ pub struct OrchardParameters {
     pub analytic: AnalyticOverrides,
     /// What departs from the preset's posts and wires.
     pub trellis: TrellisOverrides,
+    /// Soil and grass.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ground: GroundOverrides,
+}
+
+fn is_default<T: Default + PartialEq>(table: &T) -> bool {
+    *table == T::default()
 }
 
 impl Default for OrchardParameters {
@@ -87,8 +102,10 @@ impl OrchardParameters {
             trees: None,
             tree_spacing_m: None,
             row_spacing_m: None,
-            missing: Vec::new(),
-            order: Vec::new(),
+            row_ends: None,
+            missing: ByRow::default(),
+            replanted: ByRow::default(),
+            order: ByRow::default(),
             distinct_trees: None,
             directions: None,
             generator: None,
@@ -100,13 +117,15 @@ impl OrchardParameters {
             import: ImportParameters::default(),
             analytic: AnalyticOverrides::default(),
             trellis: TrellisOverrides::default(),
+            ground: GroundOverrides::default(),
         }
     }
 
     /// The layout in force.
     pub fn layout(&self) -> Layout {
-        let Self { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions, .. } = *self;
-        LayoutOverrides { rows, trees, tree_spacing_m, row_spacing_m, distinct_trees, directions }
+        let Self { rows, trees, row_ends, tree_spacing_m, row_spacing_m, distinct_trees, directions, .. } =
+            *self;
+        LayoutOverrides { rows, trees, row_ends, tree_spacing_m, row_spacing_m, distinct_trees, directions }
             .over(self.preset.layout())
     }
 
@@ -130,6 +149,11 @@ impl OrchardParameters {
         self.analytic.over(AnalyticParameters::default())
     }
 
+    /// The ground in force.
+    pub fn ground_parameters(&self) -> GroundParameters {
+        self.ground.over(GroundParameters::default())
+    }
+
     /// The posts and wires in force.
     pub fn trellis_parameters(&self) -> Trellis {
         self.trellis.over(self.preset.trellis())
@@ -146,6 +170,13 @@ impl OrchardParameters {
         files.extend(self.lsystem.rules.as_mut().and_then(|rules| rules.file_mut()));
         files.extend(self.import.files_mut());
         files
+    }
+
+    /// The same orchard with all trees as young as replanted ones.
+    pub(crate) fn of_replanted(&self) -> Self {
+        let seasons = self.tree_parameters().replanted_seasons;
+        let tree = TreeOverrides { iterations: Some(seasons), ..self.tree.clone() };
+        Self { tree, ..self.clone() }
     }
 
     /// The tree parameters in force.
@@ -166,18 +197,19 @@ impl OrchardParameters {
         require((1..=100_000).contains(&layout.trees), "orchard.trees", "1 to 100000", layout.trees)?;
         positive("orchard.tree_spacing_m", layout.tree_spacing_m)?;
         positive("orchard.row_spacing_m", layout.row_spacing_m)?;
-        if let Some(place) = self.missing.iter().find(|place| **place >= layout.trees) {
-            let expected = format!("places from 0 to {}", layout.trees - 1);
-            return Err(ParameterError::new("orchard.missing", expected, place));
-        }
-        if !self.order.is_empty() {
-            let mut sorted = self.order.clone();
-            sorted.sort_unstable();
-            if !sorted.iter().copied().eq(0..layout.trees) {
-                let expected = format!("every number from 0 to {} once", layout.trees - 1);
-                return Err(ParameterError::new("orchard.order", expected, format!("{:?}", self.order)));
-            }
-        }
+        self.missing.are_places("orchard.missing", layout.rows, layout.trees)?;
+        self.replanted.are_places("orchard.replanted", layout.rows, layout.trees)?;
+        self.order.are_orders("orchard.order", layout.rows, layout.trees)?;
+        let grows = matches!(self.generator(), GeneratorKind::Hmt | GeneratorKind::Trained);
+        let expected = "empty, unless trees are grown season by season (hmt, trained)";
+        require(grows || self.replanted.is_empty(), "orchard.replanted", expected, self.generator())?;
+        let expected = "less than half of orchard.trees";
+        require(
+            2 * u64::from(layout.row_ends) < u64::from(layout.trees),
+            "orchard.row_ends",
+            expected,
+            layout.row_ends,
+        )?;
         let placed = self.generator() == GeneratorKind::Import && self.import.stands == Stands::InPlace;
         let expected = "0 for trees that stand where their files say";
         require(
@@ -206,6 +238,7 @@ impl OrchardParameters {
             require(lai > 0.0 && lai <= 100.0, "orchard.target_lai", "above 0, up to 100", lai)?;
         }
         self.trellis_parameters().validate()?;
+        self.ground_parameters().validate(&layout)?;
         match self.generator() {
             GeneratorKind::Hmt => {}
             GeneratorKind::Trained => self.training_parameters().validate(self.trellis_parameters().wires)?,

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use rowscan_scenes::drawing::{self, Dot, Drawing};
 use rowscan_scenes::scan::{ScanError, ScanKind, ScanPlan, ScanSettings, Target};
+use rowscan_scenes::season::Season;
 use rowscan_scenes::{Caster, Class};
 
 use super::files::{self, FileFormat};
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
-use crate::cli::scene::SceneArgs;
+use crate::cli::scene::{SceneArgs, grow};
 use crate::cli::{Failure, Outcome};
 use rowscan_emulator::stage::Stage;
 
@@ -17,6 +18,9 @@ use rowscan_emulator::stage::Stage;
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
+    /// Season, instead of the scene's own: dormant, bud_burst, unfolding, bloom, fruit_set, full_leaf, leaf_fall
+    #[arg(long, value_name = "NAME", value_parser = season)]
+    season: Option<Season>,
     /// Write files that begin with this
     #[arg(short, long, value_name = "PREFIX", required_unless_present = "svg")]
     output: Option<PathBuf>,
@@ -37,6 +41,11 @@ pub(crate) struct Args {
     cell: f64,
 }
 
+pub(super) fn season(text: &str) -> Result<Season, String> {
+    let known = Season::ALL.iter().find(|season| season.to_string() == text);
+    known.copied().ok_or_else(|| format!("expected one of {}", Season::NAMES.join(", ")))
+}
+
 fn kind(text: &str) -> Result<ScanKind, String> {
     ScanKind::from_name(text).ok_or_else(|| format!("expected one of {}", ScanKind::NAMES.join(", ")))
 }
@@ -48,7 +57,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             args.cell
         )));
     }
-    let stage = args.scene.stage().await?;
+    let mut scene = args.scene.scene()?;
+    scene.orchard.season = args.season.unwrap_or(scene.orchard.season);
+    let stage = grow(scene).await?;
     off_runtime("write the orchard", move || export(&args, &stage)).await
 }
 

@@ -62,6 +62,7 @@ fn tables(scene: &Scene) -> Vec<(&'static str, Vec<ParameterDoc>)> {
         ("orchard.lsystem", orchard.lsystem_parameters().table()),
         ("orchard.analytic", orchard.analytic_parameters().table()),
         ("orchard.trellis", orchard.trellis_parameters().table()),
+        ("orchard.ground", orchard.ground_parameters().table()),
     ]
 }
 

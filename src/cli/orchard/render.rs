@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use rowscan_render::{Camera, Figure, Look, Model, View, render};
 use rowscan_scenes::season::Season;
 
+use super::export::season;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
 use crate::cli::scene::{SceneArgs, grow};
@@ -93,11 +94,6 @@ impl From<FigureArg> for Figure {
             FigureArg::None => Self::None,
         }
     }
-}
-
-fn season(text: &str) -> Result<Season, String> {
-    let known = Season::ALL.iter().find(|season| season.to_string() == text);
-    known.copied().ok_or_else(|| format!("expected one of {}", Season::NAMES.join(", ")))
 }
 
 fn point(text: &str) -> Result<[f64; 3], String> {

@@ -135,6 +135,7 @@ struct Scanned {
     wood_hits: usize,
     fruit_hits: usize,
     support_hits: usize,
+    grass_hits: usize,
     ground_hits: usize,
     escapes: usize,
     #[serde(rename = "I_L")]
@@ -304,6 +305,7 @@ fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
         wood_hits: total(Class::Wood),
         fruit_hits: total(Class::Fruit),
         support_hits: total(Class::Post) + total(Class::Wire),
+        grass_hits: total(Class::Grass),
         ground_hits: total(Class::Ground),
         escapes: total(Class::None),
         leaf_m2: areas.leaf_m2,

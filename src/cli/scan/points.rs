@@ -142,7 +142,7 @@ const LAS: &[Field] = &[
 ];
 
 /// Names of classes, at the numbers that PLY has for them.
-const CLASSES: &[&str] = &["ground", "leaf", "wood", "fruit", "post", "wire"];
+const CLASSES: &[&str] = &["ground", "leaf", "wood", "fruit", "post", "wire", "grass"];
 
 /// Number of a class, as PLY's header says.
 fn code(class: Class) -> u8 {
@@ -152,15 +152,17 @@ fn code(class: Class) -> u8 {
         Class::Fruit => 3,
         Class::Post => 4,
         Class::Wire => 5,
+        Class::Grass => 6,
         Class::Ground | Class::None => 0,
     }
 }
 
-/// Class of LAS: ground and high vegetation as the format has them, what it has no class for from 64 on, the first that is left to the user.
+/// Class of LAS: ground, low and high vegetation as the format has them, what it has no class for from 64 on, the first that is left to the user.
 fn las_class(class: Class) -> u8 {
     match class {
         Class::None => 1,
         Class::Ground => 2,
+        Class::Grass => 3,
         Class::Leaf => 5,
         Class::Wood => 64,
         Class::Fruit => 65,

@@ -36,6 +36,7 @@ pub fn of_class(class: Class) -> [u8; 3] {
         Class::Post => [0, 114, 178],
         Class::Wire => [86, 180, 233],
         Class::Ground => [230, 159, 0],
+        Class::Grass => [240, 228, 66],
         Class::None => [120, 120, 120],
     }
 }

@@ -155,10 +155,8 @@ fn leaves_at(orchard: &Orchard, y_m: f64) -> usize {
         let ys = || outline.iter().map(|vertex| vertex[1] + shift_m);
         ys().fold(f64::MAX, f64::min) <= y_m && y_m <= ys().fold(f64::MIN, f64::max)
     };
-    let leaves = orchard.trees().flat_map(|tree| &tree.leaves);
-    leaves
-        .map(|leaf| {
-            [-length_m, 0.0, length_m].into_iter().filter(|shift| cuts(leaf.outline(), *shift)).count()
-        })
-        .sum()
+    let images = |outline: &[[f64; 3]]| {
+        [-length_m, 0.0, length_m].into_iter().filter(|shift| cuts(outline, *shift)).count()
+    };
+    orchard.trees().map(|tree| tree.leaves.iter().map(|leaf| images(leaf.outline())).sum::<usize>()).sum()
 }

@@ -36,8 +36,16 @@ const PICTURES: &[(&str, &[&str])] = &[
     ("scan-depth", &["scan", "spindle", "--picture"]),
     ("scan-class", &["scan", "fruiting_wall", "--colour-by", "class", "--picture"]),
 ];
-/// A drawing below docs/orchards that is not of a scene alone: its name, its scene, its further flags.
-const DRAWINGS: &[(&str, &str, &[&str])] = &[("spindle-scan", "spindle", &["--scan", "lateral"])];
+/// A drawing below docs/orchards that is not of a built-in scene alone: its name, its scene, its further flags.
+const DRAWINGS: &[(&str, &str, &[&str])] = &[
+    ("spindle-scan", "spindle", &["--scan", "lateral"]),
+    ("spindle-dormant", "spindle", &["--season", "dormant"]),
+    ("spindle-unfolding", "spindle", &["--season", "unfolding"]),
+    ("spindle-bloom", "spindle", &["--season", "bloom"]),
+    ("spindle-fruit_set", "spindle", &["--season", "fruit_set"]),
+    ("spindle-leaf_fall", "spindle", &["--season", "leaf_fall"]),
+    ("alley", "docs/orchards/alley.toml", &["--cell", "0.04"]),
+];
 
 /// Makes the figures named, or all.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
@@ -73,26 +81,30 @@ fn all(workspace: &Workspace, wanted: &[String]) -> Result<usize, String> {
         let file = format!("docs/orchards/{name}.svg");
         let special = DRAWINGS.iter().find(|(drawing, ..)| drawing == name);
         let (scene, flags) = special.map_or((name.as_str(), &[][..]), |(_, scene, flags)| (*scene, *flags));
-        if !workspace.root.join(format!("sim-scenes/scenes/{scene}.toml")).is_file() {
+        let is_file = |path: &str| workspace.root.join(path).is_file();
+        if !is_file(scene) && !is_file(&format!("sim-scenes/scenes/{scene}.toml")) {
             println!("SKIPPED: {file}: there is no scene {scene}");
             continue;
         }
-        let export = ["orchard", "export", scene, "--trees", "3", "--cell", "0.08", "--svg", &file];
-        draw(workspace, &binary, &[&export[..], flags].concat())?;
+        let export = ["orchard", "export", scene, "--trees", "3", "--svg", &file];
+        let cell = if flags.contains(&"--cell") { &[][..] } else { &["--cell", "0.08"] };
+        draw(workspace, &binary, &[&export[..], cell, flags].concat())?;
         made += 1;
     }
     if made == 0 { Err(format!("there is no figure {}", wanted.join(", "))) } else { Ok(made) }
 }
 
-/// The drawings of orchards that the documents have, by name.
+/// The drawings of orchards that the documents have or should have, by name.
 fn drawings(workspace: &Workspace) -> Result<Vec<String>, String> {
     let folder = workspace.root.join("docs").join("orchards");
     let entries = fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let paths = entries.filter_map(Result::ok).map(|entry| entry.path());
     let drawn = paths.filter(|path| path.extension().is_some_and(|extension| extension == "svg"));
+    let named = DRAWINGS.iter().map(|(name, ..)| (*name).to_owned());
     let mut names: Vec<String> =
-        drawn.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
+        drawn.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).chain(named).collect();
     names.sort();
+    names.dedup();
     Ok(names)
 }
 
