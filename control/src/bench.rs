@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use rowscan_faults::FaultControl;
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
 use crate::log::Log;
 use crate::time::Time;
@@ -38,6 +38,17 @@ impl fmt::Debug for Bench {
 }
 
 impl Bench {
+    /// What `GET /state` tells: clock, faults, and each part under its name.
+    pub fn state(&self) -> Map<String, Value> {
+        let mut all = Map::new();
+        all.insert("clock".to_owned(), json!(self.time.state()));
+        all.insert("faults".to_owned(), json!(self.faults.list()));
+        for (name, tell) in self.parts.iter() {
+            all.insert(name.clone(), tell());
+        }
+        all
+    }
+
     /// Keeps in the log that somebody asked for something.
     pub(crate) fn note(&self, what: &'static str, order: &Value) {
         let at_s = self.time.state().now_s;

@@ -6,7 +6,7 @@
 use std::net::IpAddr;
 
 use axum::extract::{Request, State};
-use axum::http::header::{AUTHORIZATION, HOST, ORIGIN};
+use axum::http::header::{AUTHORIZATION, HOST, ORIGIN, SEC_WEBSOCKET_PROTOCOL};
 use axum::http::{HeaderMap, StatusCode, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
@@ -26,7 +26,7 @@ impl Guard {
         Self { token: None }
     }
 
-    /// Who sends `Authorization: Bearer TOKEN`.
+    /// Who sends `Authorization: Bearer TOKEN`, or opens a WebSocket that offers the protocol `bearer.TOKEN`: a web page cannot add a header there.
     pub fn token(token: String) -> Self {
         Self { token: Some(token) }
     }
@@ -51,7 +51,12 @@ impl Guard {
             }
         }
         let token = self.token.as_ref()?;
-        let shown = text(AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer ")).unwrap_or_default();
+        let header = text(AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer "));
+        let offered = || {
+            let protocols = text(SEC_WEBSOCKET_PROTOCOL)?.split(',');
+            protocols.map(str::trim).find_map(|protocol| protocol.strip_prefix("bearer."))
+        };
+        let shown = header.or_else(offered).unwrap_or_default();
         (!same(shown.as_bytes(), token.as_bytes())).then(|| {
             Problem::new(
                 StatusCode::UNAUTHORIZED,
@@ -122,5 +127,10 @@ mod tests {
             assert!(asks(wrong).is_some(), "{wrong}");
         }
         assert!(guard.refuses(&headers(&[("host", "127.0.0.1:1")])).is_some());
+        let offers = |protocols| {
+            guard.refuses(&headers(&[("host", "bench.example:1"), ("sec-websocket-protocol", protocols)]))
+        };
+        assert_eq!(offers("rowscan, bearer.secret"), None);
+        assert!(offers("rowscan, bearer.secret2").is_some() && offers("rowscan").is_some());
     }
 }

@@ -12,6 +12,7 @@
 
 mod bench;
 mod clock;
+mod fault_table;
 mod guard;
 mod lines;
 mod log;
@@ -29,6 +30,7 @@ pub use bench::{Bench, StateOf};
 pub use guard::Guard;
 pub use lines::{LineAnswer, Lines};
 pub use log::Log;
+pub use problem::Problem;
 pub use routes::router;
-pub use server::{Server, ServerError};
+pub use server::{Served, Server, ServerError};
 pub use time::{Refused, Time, TimeState, Wait};

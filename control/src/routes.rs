@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::bench::Bench;
 use crate::clock;
+use crate::fault_table::FaultTable;
 use crate::problem::Problem;
 use crate::request::{body, of_fault, spec};
 use crate::toxiproxy;
@@ -27,6 +28,7 @@ pub fn router(bench: Bench) -> Router {
     Router::new()
         .route("/faults", get(faults).post(add_faults).delete(reset))
         .route("/faults/{id}", delete(remove_fault))
+        .route("/fault-table", get(fault_table))
         .route("/reset", post(reset))
         .route("/clock", get(time).post(set_time))
         .route("/step", post(step))
@@ -62,6 +64,11 @@ async fn add_faults(State(bench): State<Bench>, bytes: Bytes) -> Result<impl Int
     let specs = tables.into_iter().map(spec).collect::<Result<Vec<_>, _>>()?;
     let ids = bench.faults.add_all(specs).map_err(|error| of_fault(&error))?;
     Ok((StatusCode::CREATED, Json(json!({ "ids": ids }))))
+}
+
+/// Every fault there is, with its parameters, and the streams it may be on.
+async fn fault_table(State(bench): State<Bench>) -> impl IntoResponse {
+    Json(FaultTable::of(&bench.faults))
 }
 
 async fn remove_fault(State(bench): State<Bench>, Path(id): Path<String>) -> Result<StatusCode, Problem> {
@@ -143,18 +150,12 @@ async fn log(State(bench): State<Bench>, Query(Since { since }): Query<Since>) -
 }
 
 async fn state(State(bench): State<Bench>) -> impl IntoResponse {
-    let mut all = serde_json::Map::new();
-    all.insert("clock".to_owned(), json!(bench.time.state()));
-    all.insert("faults".to_owned(), json!(bench.faults.list()));
-    for (name, tell) in bench.parts.iter() {
-        all.insert(name.clone(), tell());
-    }
-    Json(Value::Object(all))
+    Json(Value::Object(bench.state()))
 }
 
 async fn unknown() -> Problem {
     Problem::missing(
-        "there is no such path; there are /faults, /faults/{id}, /reset, /clock, /step, /log, /state, /proxies, /populate, /version",
+        "there is no such path; there are /faults, /faults/{id}, /fault-table, /reset, /clock, /step, /log, /state, /proxies, /populate, /version",
     )
 }
 

@@ -14,7 +14,7 @@ use tokio::task::JoinSet;
 use crate::clock;
 use crate::guard::{self, Guard};
 
-/// Connections at once; more wait to be taken.
+/// Connections at once, unless told otherwise; more wait to be taken.
 const MOST: usize = 32;
 /// What a request's head may hold.
 const HEAD_BYTES: usize = 16 * 1024;
@@ -34,6 +34,23 @@ pub struct ServerError {
     cause: std::io::Error,
 }
 
+/// Routes to be served.
+#[derive(Clone, Debug)]
+pub struct Served {
+    /// What only those may ask whom the guard lets.
+    pub guarded: Router,
+    /// What is no secret: a page that asks for the token, without what the token is for.
+    pub public: Router,
+    /// Connections at once; more wait to be taken.
+    pub connections: usize,
+}
+
+impl From<Router> for Served {
+    fn from(guarded: Router) -> Self {
+        Self { guarded, public: Router::new(), connections: MOST }
+    }
+}
+
 impl Server {
     /// Serves `routes` at `address` (port 0 takes a free one) to whom `guard` lets. `guard` hears where that is.
     ///
@@ -41,15 +58,17 @@ impl Server {
     /// The address is not to be had.
     pub async fn open(
         address: &str,
-        routes: Router,
+        routes: impl Into<Served>,
         guard: impl FnOnce(&SocketAddr) -> Guard,
     ) -> Result<Self, ServerError> {
+        let Served { guarded, public, connections } = routes.into();
         let refused = |cause| ServerError { address: address.to_owned(), cause };
         let listener = TcpListener::bind(address).await.map_err(refused)?;
         let address = listener.local_addr().map_err(refused)?;
-        let routes = routes.layer(middleware::from_fn_with_state(guard(&address), guard::check));
+        let routes =
+            guarded.layer(middleware::from_fn_with_state(guard(&address), guard::check)).merge(public);
         let mut tasks = JoinSet::new();
-        tasks.spawn(accept(listener, routes));
+        tasks.spawn(accept(listener, routes, connections));
         Ok(Self { address, _tasks: tasks })
     }
 
@@ -59,8 +78,8 @@ impl Server {
     }
 }
 
-async fn accept(listener: TcpListener, routes: Router) {
-    let seats = Arc::new(Semaphore::new(MOST));
+async fn accept(listener: TcpListener, routes: Router, connections: usize) {
+    let seats = Arc::new(Semaphore::new(connections));
     let mut serving = JoinSet::new();
     loop {
         // It is never closed.

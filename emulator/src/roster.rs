@@ -161,6 +161,11 @@ impl Roster {
             .map(|(index, idle)| (index, TurnedOut::Idle(idle)))
     }
 
+    /// Clients connected.
+    pub(crate) fn size(&self) -> usize {
+        self.lock().len()
+    }
+
     /// Clients at most.
     pub(crate) fn limit(&self) -> usize {
         self.limit

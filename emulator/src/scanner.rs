@@ -26,6 +26,11 @@ impl Counter {
     pub fn counts(&self) -> Option<EmulatorCounts> {
         self.0.upgrade().map(|shared| shared.counts.so_far())
     }
+
+    /// How many clients are connected; none once it is gone.
+    pub fn clients(&self) -> Option<usize> {
+        self.0.upgrade().map(|shared| shared.roster.size())
+    }
 }
 
 /// A running virtual scanner. Dropping it ends its tasks and closes its connections.

@@ -17,6 +17,7 @@ use tokio::sync::{Notify, watch};
 use crate::clock::{Latency, SimClock, TimeScale, Timer};
 use crate::faulted::DeviceFaults;
 use crate::line_change::LineChange;
+use crate::line_watch::LineWatch;
 use crate::refused_settings::RefusedSettings;
 use crate::replay::{self, Script, ScriptedReplies};
 use crate::roster::Roster;
@@ -47,6 +48,8 @@ pub struct EmulatorConfig {
     pub line_changes: Vec<LineChange>,
     /// Who measures the host time that scan telegrams take to their user, if anyone.
     pub latency: Option<Arc<Latency>>,
+    /// Where its lines can be watched, if anywhere.
+    pub lines: Option<LineWatch>,
     /// Where copies of all bytes go, a stream a client; nowhere unless something records.
     pub taps: Taps,
     /// What those streams are called; as the model is, where absent.
@@ -66,6 +69,7 @@ impl Default for EmulatorConfig {
             state: None,
             line_changes: Vec::new(),
             latency: None,
+            lines: None,
             taps: Taps::default(),
             stream: None,
             faults: None,

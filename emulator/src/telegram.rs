@@ -74,6 +74,9 @@ impl Telegram {
     ) -> Option<Self> {
         let mut device = shared.device();
         let measured = device.measure(at, &world.line()).map(|scan| {
+            if let Some(lines) = &shared.config.lines {
+                lines.show(at, scan, world);
+            }
             let wanted = |of: fn(&Wants) -> bool| {
                 move |dialect| audience.iter().any(|(_, wants)| wants.dialect == dialect && of(wants))
             };

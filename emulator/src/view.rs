@@ -14,6 +14,8 @@ use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
 use rowscan_vehicle::trajectory::{Alley, Course};
 
+use crate::sight::Sight;
+
 /// One scanner's view of an orchard.
 #[derive(Debug)]
 pub struct ScannerView {
@@ -254,6 +256,17 @@ impl ScannerView {
     pub fn line(&self) -> MeasuredLine<'_> {
         let grid = self.seen.map_or_else(BeamGrid::default, |(mirror, _)| mirror.beams);
         MeasuredLine { grid, echoes: &self.echoes }
+    }
+
+    /// Where the beams of the line last cast went out, and which they are; none before the first.
+    pub fn sight(&self) -> Option<(BeamGrid, Sight)> {
+        let (mirror, view) = self.seen?;
+        let axes = view.axes.unwrap_or(Axes::LEVEL);
+        let (first_rad, step_rad) = (self.fan.theta_rad(0), self.fan.step_rad());
+        Some((
+            mirror.beams,
+            Sight { origin: view.pose, axes, first_rad, step_rad, advance_m: view.advance_m },
+        ))
     }
 
     /// Ranges and remissions of the line last cast, first echo.

@@ -25,6 +25,15 @@ impl Taps {
         Self(Some(Arc::new(open)))
     }
 
+    /// Taps that hand the bytes to both.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        match (self.0, other.0) {
+            (Some(one), Some(two)) => Self::new(move |name, kind| one(name, kind).and(two(name, kind))),
+            (one, two) => Self(one.or(two)),
+        }
+    }
+
     /// A tap for one stream. A recorder numbers a name that is taken.
     pub fn open(&self, name: &str, kind: StreamKind) -> Tap {
         self.0.as_ref().map_or_else(Tap::default, |open| open(name, kind))
@@ -45,6 +54,18 @@ impl Tap {
     /// ```
     pub fn new(sink: impl Fn(Side, &[u8]) + Send + Sync + 'static) -> Self {
         Self(Some(Arc::new(sink)))
+    }
+
+    /// A tap that hands the bytes to both.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        match (self.0, other.0) {
+            (Some(one), Some(two)) => Self::new(move |from, bytes| {
+                one(from, bytes);
+                two(from, bytes);
+            }),
+            (one, two) => Self(one.or(two)),
+        }
     }
 
     /// Hands on `bytes` sent by `from`.

@@ -24,7 +24,7 @@ pub(super) struct ControlArgs {
     control_token: Option<String>,
 }
 
-fn token(text: &str) -> Result<String, String> {
+pub(super) fn token(text: &str) -> Result<String, String> {
     let sound = (8..=256).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_graphic());
     if sound { Ok(text.to_owned()) } else { Err("expected 8 to 256 letters, digits and signs".to_owned()) }
 }
@@ -59,11 +59,7 @@ impl ControlArgs {
                 continue;
             }
             let mut made_up = None;
-            let guard = |address: &SocketAddr| match &self.control_token {
-                Some(token) => Guard::token(token.clone()),
-                None if address.ip().is_loopback() => Guard::open(),
-                None => Guard::token(made_up.insert(random_token()).clone()),
-            };
+            let guard = |address: &SocketAddr| guard_at(address, self.control_token.as_ref(), &mut made_up);
             let server = Server::open(place, routes.clone(), guard).await?;
             announce_stream(format, None, "control", Place::Address(&server.address()))?;
             if let Some(token) = made_up {
@@ -72,6 +68,15 @@ impl ControlArgs {
             controlled.servers.push(server);
         }
         Ok(controlled)
+    }
+}
+
+/// Who may ask at this address: who shows `token`, or one that is made up where others reach it.
+pub(super) fn guard_at(address: &SocketAddr, token: Option<&String>, made_up: &mut Option<String>) -> Guard {
+    match token {
+        Some(token) => Guard::token(token.clone()),
+        None if address.ip().is_loopback() => Guard::open(),
+        None => Guard::token(made_up.insert(random_token()).clone()),
     }
 }
 

@@ -44,6 +44,7 @@ mod study;
 mod table_file;
 mod tractor_outputs;
 mod truth_file;
+mod web;
 
 use std::io;
 use std::process::ExitCode;
@@ -75,6 +76,8 @@ enum Command {
     /// Estimate leaf area from a live scanner or a recording
     #[command(after_long_help = estimators::list())]
     Estimate(estimate::Args),
+    /// Look at scanners, or a recording, on a live page: `estimate --web 127.0.0.1:8080 --wait`, recordings at the pace they had
+    Watch(estimate::Args),
     /// Grow orchards and measure what is really there
     #[command(subcommand)]
     Orchard(orchard::Command),
@@ -304,6 +307,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Emulate(args) => emulate::run(*args).await,
             Command::Check(args) => check::run(args).await,
             Command::Estimate(args) => estimate::run(args).await,
+            Command::Watch(args) => estimate::watch(args).await,
             Command::Orchard(command) => orchard::run(command).await,
             Command::Scan(args) => scan::run(args).await,
             Command::Study(command) => study::run(command).await,

@@ -5,6 +5,7 @@
 
 mod description;
 mod filter;
+mod follow;
 mod input;
 mod lms2xx;
 
@@ -18,6 +19,7 @@ use serde::Serialize;
 
 use description::Description;
 pub use filter::Filter;
+pub use follow::Follow;
 pub use input::Input;
 
 /// The largest payload that is taken for one: twice that of the largest scan telegram in text.

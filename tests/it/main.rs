@@ -63,3 +63,4 @@ mod tractor_faults;
 mod transcripts;
 mod truth_files;
 mod validity;
+mod web;

@@ -40,6 +40,16 @@ class Emulator:
                 host, port = event["address"].rsplit(":", 1)
                 return host, int(port)
 
+    def endpoint(self, name, limit_s=60.0):
+        """The event that tells where it listens under this name, once it has come."""
+        while name not in self.endpoints:
+            line = self.lines.get(timeout=limit_s)
+            assert line is not None, "rowscan ended with %s" % self.process.wait()
+            event = json.loads(line)
+            if event.get("event") == "listening":
+                self.endpoints.setdefault(event.get("endpoint"), event)
+        return self.endpoints[name]
+
     def interrupt(self, limit_s=10.0):
         """SIGINT; returns the exit code."""
         self.process.send_signal(signal.SIGINT)

@@ -3,6 +3,7 @@
 mod fitted;
 mod running;
 mod stand;
+mod watched;
 
 use std::sync::Arc;
 
@@ -12,7 +13,7 @@ use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{Rig, StageRow, StartWhen, ViewError};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
-use rowscan_recording::About;
+use rowscan_recording::{About, Taps};
 
 use super::client_limits::ClientLimitArgs;
 use super::control::{ControlArgs, Controlled};
@@ -28,10 +29,12 @@ use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
 use super::tractor_outputs::TractorOutputArgs;
 use super::truth_file::TruthArgs;
+use super::web::WebArgs;
 use super::{Failure, Format, Outcome};
 use fitted::{Fitted, which};
 use running::{Running, state_of};
 use stand::Stand;
+use watched::{Watched, Watching};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -75,6 +78,8 @@ pub(super) struct Args {
     #[command(flatten)]
     control: ControlArgs,
     #[command(flatten)]
+    web: WebArgs,
+    #[command(flatten)]
     end: EndArgs,
     #[command(flatten)]
     device: DeviceArgs,
@@ -116,7 +121,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     let taping = args.tape(&stage, &models.join(", "))?;
     let tractor = stage.tractor();
     let mut rig = Rig::new(tractor.clone(), args.scale()).with_timer(Timer::system());
-    let ways = Ways { bus: args.tractor_outputs.has_bus(), control: args.control.is_given() };
+    let ways = Ways { bus: args.tractor_outputs.has_bus(), control: args.is_handled() };
     rig = args.lockstep.apply(rig, &ways, args.format).await?;
     if let Some(end) = args.end.end(&stage) {
         rig = rig.until(end);
@@ -128,11 +133,12 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     let (mut rig, truth) = args.truth.start(&stage, first, rig)?;
     let (script, log) = (args.faults.read()?, Log::default());
     let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
-    let faulting = (script.is_some() || args.control.is_given())
+    let faulting = (script.is_some() || args.is_handled())
         .then(|| Faulting::start(stage.scene.seed, rig.clock(), Some(row), (args.format, &log)));
     if let Some(faulting) = &faulting {
         rig.set_faults(faulting.control());
     }
+    let watching = args.web.is_given().then(|| Watching::new(fitted.len(), rig.clock()));
     let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
     let stand = Stand {
@@ -140,8 +146,9 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         stage: &stage,
         tractor: &tractor,
         fitted: &fitted,
-        taps: taping.taps(),
+        taps: watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps()),
         faulting: faulting.as_ref(),
+        watching: watching.as_ref(),
     };
     for (place, scanner) in fitted.iter().enumerate() {
         let (emulator, source) = stand.open(place, scanner, &mut rig).await?;
@@ -152,9 +159,14 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         faulting.begin(script)?;
     }
     let streams = running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counting()));
-    let _controlled = match &faulting {
-        Some(faulting) => args.hand_over(faulting, &rig, log, state_of(streams.collect())).await?,
+    let bench = faulting.as_ref().map(|faulting| bench_of(faulting, &rig, log, state_of(streams.collect())));
+    let _controlled = match &bench {
+        Some(bench) => args.hand_over(bench.clone(), &rig).await?,
         None => Controlled::default(),
+    };
+    let _watched = match watching.zip(bench) {
+        Some((watching, bench)) => watching.open(&args, &stage, &rig, bench, (&fitted, &running)).await?,
+        None => Watched::default(),
     };
     args.tell(&stage, &fitted, &sources);
     events::ready(args.format)?;
@@ -179,6 +191,12 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         }
         None => Ok(outcome),
     }
+}
+
+/// The rig in others' hands.
+fn bench_of(faulting: &Faulting, rig: &Rig, log: Log, streams: StateOf) -> Bench {
+    let parts = vec![("streams".to_owned(), streams)];
+    Bench::new(faulting.control().clone(), Arc::new(rig.control()), log, parts)
 }
 
 impl Args {
@@ -237,16 +255,13 @@ impl Args {
         }
     }
 
+    /// Others may have a hand in it: scripts or people.
+    fn is_handled(&self) -> bool {
+        self.control.is_given() || self.web.is_given()
+    }
+
     /// Gives scripts a handle to the rig.
-    async fn hand_over(
-        &self,
-        faulting: &Faulting,
-        rig: &Rig,
-        log: Log,
-        streams: StateOf,
-    ) -> Result<Controlled, Failure> {
-        let parts = vec![("streams".to_owned(), streams)];
-        let bench = Bench::new(faulting.control().clone(), Arc::new(rig.control()), log, parts);
+    async fn hand_over(&self, bench: Bench, rig: &Rig) -> Result<Controlled, Failure> {
         let controlled = self.control.open(bench, self.format).await?;
         controlled.addresses().for_each(|address| rig.control().exclude(address));
         Ok(controlled)

@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use rowscan_control::StateOf;
 use rowscan_emulator::{Emulator, SerialEmulator};
+use rowscan_web::ScannerGauge;
 use serde_json::{Map, Value, json};
 
 use super::super::client_limits;
 use super::super::events::{Counted, End};
+use super::super::web::{GaugeOf, of_cola};
 
 /// Tells what a scanner has done.
 pub(super) type CountsOf = Box<dyn Fn() -> Value + Send + Sync>;
@@ -36,6 +38,17 @@ impl Running {
             Self::Lms2xx(emulator) => {
                 let counts = emulator.counting();
                 Box::new(move || json!(Counted::lms2xx(counts())))
+            }
+        }
+    }
+
+    /// The same for the page.
+    pub(super) fn gauge(&self) -> GaugeOf {
+        match self {
+            Self::Cola(emulator) => of_cola(emulator),
+            Self::Lms2xx(emulator) => {
+                let counts = emulator.counting();
+                Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
             }
         }
     }

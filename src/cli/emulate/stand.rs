@@ -17,6 +17,7 @@ use super::super::line::{self, Opened};
 use super::Args;
 use super::fitted::Fitted;
 use super::running::Running;
+use super::watched::Watching;
 
 /// How far apart the ports of several scanners are.
 const PORTS_APART: u16 = 10;
@@ -32,6 +33,7 @@ pub(super) struct Stand<'a> {
     pub(super) fitted: &'a [Fitted],
     pub(super) taps: Taps,
     pub(super) faulting: Option<&'a Faulting>,
+    pub(super) watching: Option<&'a Watching>,
 }
 
 impl Stand<'_> {
@@ -47,6 +49,7 @@ impl Stand<'_> {
                 let addresses = self.addresses(place);
                 let (device, view, mut config) = self.cola(scanner, model)?;
                 config.faults = scanner.faults(self.faulting, addresses.is_empty());
+                config.lines = self.watching.and_then(|watching| watching.lines(place));
                 let mut emulator = rig.scanner(device, view, config);
                 let source = self.listen(&mut emulator, scanner, &addresses).await?;
                 Ok((Running::Cola(emulator), source))

@@ -13,6 +13,7 @@ use super::super::link_events::LinkTeller;
 use super::super::link_options::PARTING;
 use super::super::output::say;
 use super::super::sensor::Sensor;
+use super::super::web::Feed;
 
 /// A live scanner whose telegrams hold no valid scan for so long is given up.
 const UNREADABLE: Duration = Duration::from_secs(10);
@@ -32,6 +33,8 @@ pub(super) struct Follower {
     pub(super) scans: Option<u64>,
     pub(super) length_m: Option<f64>,
     pub(super) bar: ProgressBar,
+    /// Its part of the page, if there is one.
+    pub(super) feed: Option<Feed>,
 }
 
 /// What came of it.
@@ -85,11 +88,18 @@ impl Follower {
                     }
                     Some(Arrival::Scan(record)) => {
                         let received = record.received;
+                        if let Some(feed) = &mut self.feed {
+                            feed.scan(received.0, record.scan);
+                            feed.keep_pace(received.0).await;
+                        }
                         self.sensor.push(&mut self.pipeline, record).await;
                         self.sensor.written().await;
                         self.sensor.measured(scanner.now().0.saturating_sub(received.0));
                     }
                 },
+            }
+            if let Some(feed) = &mut self.feed {
+                feed.measured(&self.pipeline, scanner.counts().telegrams_bad);
             }
             // A recording never waits by itself.
             tokio::task::coop::consume_budget().await;

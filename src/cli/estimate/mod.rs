@@ -4,14 +4,18 @@ mod follower;
 mod print;
 mod rig;
 
+use std::sync::Arc;
+
 use indicatif::ProgressBar;
 use rowscan_canopy::CutMethod;
 use rowscan_driver::{DriverConfig, Source};
+use rowscan_emulator::clock::Stopwatch;
 use rowscan_ports::Delivery;
 use rowscan_protocol::rig::{EchoChoice, Rig};
-use rowscan_recording::About;
+use rowscan_recording::Taps;
 use rowscan_scenes::{Orchard, Scene};
 use rowscan_study::reading::{CalibrationChoice, Reading};
+use rowscan_web::{About, ScannerAbout};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
@@ -21,6 +25,7 @@ use super::link_options::{PARTING, Prefer, stream_kind};
 use super::output::{self, say};
 use super::recorder::{self, RecordArgs, Taping};
 use super::sensor::{Sensor, SensorArgs};
+use super::web::{Feeds, Talk, WebArgs};
 use super::{Failure, Format, Outcome, progress, scene};
 use follower::{Followed, Follower};
 use print::Told;
@@ -78,7 +83,15 @@ pub(super) struct Args {
     sensor: SensorArgs,
     #[command(flatten)]
     record: RecordArgs,
+    #[command(flatten)]
+    web: WebArgs,
+    /// Recordings take the time that they took.
+    #[arg(skip)]
+    paced: bool,
 }
+
+/// Where `watch` opens its page, unless told otherwise.
+const PAGE: &str = "127.0.0.1:8080";
 
 /// An echo of a beam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -176,13 +189,13 @@ impl Args {
     }
 
     /// What a recording says of itself.
-    fn about(&self, rig: Option<&Rig>) -> About {
+    fn about(&self, rig: Option<&Rig>) -> rowscan_recording::About {
         let sources: Vec<String> = self.sources.iter().map(Source::to_string).collect();
-        About {
+        rowscan_recording::About {
             model: self.model.clone(),
             rig: rig.and_then(recorder::rig_text),
             source: Some(sources.join(", ")),
-            ..About::default()
+            ..rowscan_recording::About::default()
         }
     }
 
@@ -194,7 +207,7 @@ impl Args {
         reading: Reading,
         taping: &Taping,
         sensor: Sensor,
-        bar: &ProgressBar,
+        beside: (&ProgressBar, &Page),
     ) -> Option<Follower> {
         let (source, scanner) = (self.sources.get(place)?, scanners.get(place)?);
         let name = (scanners.len() > 1).then(|| format!("scanner{scanner}"));
@@ -202,7 +215,8 @@ impl Args {
         let prefer = self.prefer.into();
         let mut config = DriverConfig { cola, lms2xx, wait: self.wait, prefer, ..DriverConfig::default() };
         let stream = name.as_deref().unwrap_or("scanner");
-        config.tap = taping.taps().open(stream, stream_kind(source));
+        let (bar, page) = beside;
+        config.tap = page.taps.clone().and(taping.taps()).open(stream, stream_kind(source));
         Some(Follower {
             place,
             source: source.clone(),
@@ -213,6 +227,7 @@ impl Args {
             scans: self.scans,
             length_m: self.length,
             bar: bar.clone(),
+            feed: page.feeds.as_ref().map(|feeds| feeds.of(place)),
         })
     }
 
@@ -244,6 +259,42 @@ impl Args {
     }
 }
 
+/// The page beside the estimate, if one is asked for.
+#[derive(Default)]
+struct Page {
+    feeds: Option<Feeds>,
+    taps: Taps,
+}
+
+impl Page {
+    async fn open(args: &Args, scanners: &[usize]) -> Result<Self, Failure> {
+        if !args.web.is_given() {
+            return Ok(Self::default());
+        }
+        let watch = Stopwatch::start();
+        let (taps, talk) = Talk::listen(Arc::new(move || watch.elapsed().as_secs_f64()));
+        let sources: Vec<String> = args.sources.iter().map(Source::to_string).collect();
+        let about = About {
+            title: format!("rowscan {} {}", if args.paced { "watch" } else { "estimate" }, sources.join(" ")),
+            scanners: scanners
+                .iter()
+                .map(|scanner| ScannerAbout {
+                    name: format!("scanner{scanner}"),
+                    model: args.model.clone().unwrap_or_default(),
+                })
+                .collect(),
+        };
+        let feeds = Feeds::open(&args.web, about, talk, args.paced, args.format).await?;
+        Ok(Self { feeds: Some(feeds), taps })
+    }
+}
+
+/// `rowscan watch`: the same with a page, waiting for the scanner, and recordings as slow as they were.
+pub(super) async fn watch(args: Args) -> Result<Outcome, Failure> {
+    let web = args.web.clone().at_least(PAGE);
+    run(Args { web, wait: true, paced: true, ..args }).await
+}
+
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     let scanners = args.scanners()?;
@@ -268,6 +319,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let sensors = args.sensor.open(args.format, &args.sources, args.delivery()).await?;
     let taping = args.record.start(args.about(rig.as_ref()), false)?;
+    let page = Page::open(&args, &scanners).await?;
     let bar =
         progress::bar("scanning", "scans", args.scans.unwrap_or(0).saturating_mul(scanners.len() as u64));
     let (stop, stopped) = watch::channel(false);
@@ -275,12 +327,16 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
     for (place, reading) in readings.into_iter().enumerate() {
         let sensor = sensors.of(place, row_spacing_m);
-        if let Some(follower) = args.follower(place, &scanners, reading, &taping, sensor, &bar) {
+        if let Some(follower) = args.follower(place, &scanners, reading, &taping, sensor, (&bar, &page)) {
             following.spawn(follower.follow(stopped.clone()));
         }
     }
-    let mut all = follow_all(following, stop, &mut interrupt).await?;
+    let (mut all, is_interrupted) = follow_all(following, stop, &mut interrupt).await?;
     bar.finish_and_clear();
+    if args.paced && !is_interrupted && all.iter().all(|followed| followed.ended.is_ok()) {
+        say("all has been shown; Ctrl-C closes the page");
+        interrupt.wait().await;
+    }
     sensors.part(PARTING).await;
     let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
     let truth = orchard.as_ref().zip(rig.as_ref());
@@ -311,13 +367,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     failed.map_or(Ok(outcome), Err)
 }
 
-/// Waits for all scanners, in the order of their sources. One that fails ends the others, which would go on half blind; so does the user.
+/// Waits for all scanners, in the order of their sources, and whether the user ended them. One that fails ends the others, which would go on half blind; so does the user.
 async fn follow_all(
     mut following: JoinSet<Followed>,
     stop: watch::Sender<bool>,
     interrupt: &mut Interrupt,
-) -> Result<Vec<Followed>, Failure> {
-    let mut all: Vec<Followed> = Vec::new();
+) -> Result<(Vec<Followed>, bool), Failure> {
+    let (mut all, mut is_interrupted): (Vec<Followed>, bool) = (Vec::new(), false);
     loop {
         tokio::select! {
             followed = following.join_next() => match followed {
@@ -333,9 +389,12 @@ async fn follow_all(
                 }
                 None => break,
             },
-            () = interrupt.wait() => { stop.send_replace(true); }
+            () = interrupt.wait() => {
+                is_interrupted = true;
+                stop.send_replace(true);
+            }
         }
     }
     all.sort_by_key(|followed| followed.place);
-    Ok(all)
+    Ok((all, is_interrupted))
 }

@@ -4,6 +4,7 @@ mod orders;
 mod places;
 mod seats;
 mod stand;
+mod watched;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::output::say;
 use super::recorder::RecordArgs;
+use super::web::WebArgs;
 use super::{Failure, Format, Outcome, models};
 use orders::ReplayTime;
 use places::{Places, Seek};
@@ -22,8 +24,10 @@ use rowscan_control::{Bench, Log};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
 use rowscan_emulator::{Player, RefusedSetting};
+use rowscan_recording::Taps;
 use seats::{PlaceArgs, Sort};
 use stand::{Live, Stand};
+use watched::{Watched, Watching};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -66,6 +70,8 @@ pub(super) struct Args {
     faults: FaultArgs,
     #[command(flatten)]
     record: RecordArgs,
+    #[command(flatten)]
+    web: WebArgs,
 }
 
 /// What becomes of counters and device times.
@@ -96,16 +102,17 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let tape = Playback::open(survey.path.clone(), &parts, played)?;
     let (script, log) = (args.faults.read()?, Log::default());
     let seed = survey.about.seed.unwrap_or(1);
-    let faulting = (script.is_some() || args.control.is_given()).then(|| {
+    let faulting = (script.is_some() || args.control.is_given() || args.web.is_given()).then(|| {
         let clock: Arc<SimClock> = Arc::clone(&clock);
         Faulting::start(seed, clock, None, (args.format, &log))
     });
+    let watching = args.web.is_given().then(|| Watching::new(&parts, Arc::clone(&clock)));
     let stand = Stand {
         args: &args,
         survey: &survey,
         asked,
         clock: Arc::clone(&clock),
-        taps: taping.taps(),
+        taps: watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps()),
         faulting: faulting.as_ref(),
     };
     let (mut lives, mut outlets) = (Vec::new(), Vec::new());
@@ -118,12 +125,17 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         faulting.begin(script)?;
     }
     let (time, mut seeks) = ReplayTime::new(Arc::clone(&clock), Arc::clone(&playhead));
-    let _controlled = match &faulting {
-        Some(faulting) => {
-            let bench = Bench::new(faulting.control().clone(), Arc::new(time), log, Vec::new());
-            args.control.open(bench, args.format).await?
-        }
+    let bench = faulting
+        .as_ref()
+        .map(|faulting| Bench::new(faulting.control().clone(), Arc::new(time), log, Vec::new()));
+    let _controlled = match &bench {
+        Some(bench) => args.control.open(bench.clone(), args.format).await?,
         None => Controlled::default(),
+    };
+    let model = survey.about.model.as_deref();
+    let _watched = match watching.zip(bench) {
+        Some((watching, bench)) => watching.open(&args, model, (&parts, &lives), bench).await?,
+        None => Watched::default(),
     };
     tell_streams(&survey, &parts);
     events::ready(args.format)?;

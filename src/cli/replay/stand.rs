@@ -13,6 +13,7 @@ use super::super::events::End;
 use super::super::faulting::Faulting;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
+use super::super::web::{GaugeOf, of_cola};
 use super::super::{Failure, Format};
 use super::Args;
 use super::seats::{Place, Seat, Sort};
@@ -27,6 +28,7 @@ use rowscan_emulator::{
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_ports::{NetLine, Pty, Wire};
+use rowscan_web::ScannerGauge;
 
 /// What every stream is opened with.
 pub(super) struct Stand<'a> {
@@ -64,6 +66,18 @@ impl Live {
                 format!("{} telegrams sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost)
             }
             Self::Beside => format!("{played} packets sent"),
+        }
+    }
+
+    /// The same for the page.
+    pub(super) fn gauge(&self) -> GaugeOf {
+        match self {
+            Self::Cola(emulator) => of_cola(emulator),
+            Self::Lms2xx(emulator) => {
+                let counts = emulator.counting();
+                Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
+            }
+            Self::Beside => Box::new(ScannerGauge::default),
         }
     }
 

@@ -18,3 +18,5 @@ pub mod proxy;
 pub mod replay;
 pub mod row;
 pub mod shady;
+#[cfg(target_os = "linux")]
+pub mod web;

@@ -3,7 +3,9 @@
 use std::process::ExitCode;
 
 use rowscan_bench::measure::Report;
-use rowscan_bench::{caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady};
+use rowscan_bench::{
+    caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, web,
+};
 
 /// A bench: its name and what runs it with the arguments after it.
 type Bench = (&'static str, fn(&mut Report, &[String]));
@@ -18,6 +20,7 @@ const BENCHES: &[Bench] = &[
     ("proxy", proxy::run),
     ("replay", replay::run),
     ("shady", shady::run),
+    ("web", web::run),
 ];
 
 fn main() -> ExitCode {

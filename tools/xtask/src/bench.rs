@@ -21,6 +21,7 @@ const BENCHES: &[Bench] = &[
     ("proxy", |workspace, arguments| beside_peers(workspace, "proxy", arguments)),
     ("replay", |workspace, arguments| beside_peers(workspace, "replay", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),
+    ("web", |workspace, arguments| beside_peers(workspace, "web", arguments)),
 ];
 
 /// Builds and runs a bench of `tools/bench`.

@@ -197,6 +197,12 @@ const RULES: &[Rule] = &[
         why: "somebody else's test embeds the control without the command line",
     },
     Rule {
+        package: "rowscan-web",
+        features: Features::All,
+        forbidden: &["clap", "comfy-table", "parquet", "rowscan-driver", "rowscan-study", "rowscan"],
+        why: "the page shows what it is handed, whoever measured it",
+    },
+    Rule {
         package: "rowscan-study",
         features: Features::All,
         forbidden: &["clap", "comfy-table", "rowscan-driver", "rowscan"],

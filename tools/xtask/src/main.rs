@@ -14,6 +14,7 @@ mod lint;
 mod python;
 mod readme;
 mod rust_tests;
+mod screenshots;
 mod shell;
 mod steps;
 mod workspace;
@@ -32,6 +33,7 @@ const COMMANDS: &[Command] = &[
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),
     ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
+    ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),
     ("bench", "NAME: measure beside a peer", bench::command),
 ];
 

@@ -2,6 +2,7 @@
 //!
 //! A part that cannot run here (no root, no network, no Debian) is skipped visibly; a part that runs and fails is a failure.
 
+mod browser;
 mod capture;
 mod debian;
 mod mrpt;
@@ -19,6 +20,7 @@ const PARTS: &[Step] = &[
     Step::new("socat", socat::run),
     Step::new("mrpt", mrpt::run),
     Step::new("capture", capture::run),
+    Step::new("browser", browser::run),
     VCAN,
 ];
 
@@ -33,6 +35,11 @@ pub fn vcan(workspace: &Workspace, _: &[String]) -> ExitCode {
 /// Runs every part, or those named in `arguments`.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
     steps::run(workspace, PARTS, arguments)
+}
+
+/// Makes Chromium available, or says why that cannot be.
+pub fn chromium() -> Result<(), String> {
+    debian::provide(&["chromium"], &["chromium"])
 }
 
 /// Runs `part` once its programs are there, which come in Debian `packages`; skips it where they cannot be had.

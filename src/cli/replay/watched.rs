@@ -1,0 +1,81 @@
+//! The page beside a replay.
+
+use std::sync::Arc;
+
+use rowscan_control::Bench;
+use rowscan_emulator::clock::SimClock;
+use rowscan_emulator::replay::Part;
+use rowscan_recording::Taps;
+use rowscan_web::{About, Gauges, ScannerAbout, ScannerGauge, Show, Web};
+use tokio::task::JoinSet;
+
+use super::super::Failure;
+use super::super::web::{GaugeOf, Scans, Talk};
+use super::Args;
+use super::stand::Live;
+
+/// What the page is to hear, before there is one.
+pub(super) struct Watching {
+    names: Vec<String>,
+    taps: Taps,
+    talk: Talk,
+    scans: Scans,
+}
+
+/// A page that is served. Dropped, it is served no longer.
+#[derive(Default)]
+pub(super) struct Watched {
+    _web: Option<Web>,
+    _tasks: JoinSet<()>,
+}
+
+struct Told(Vec<GaugeOf>);
+
+impl Gauges for Told {
+    fn scanners(&self) -> Vec<ScannerGauge> {
+        self.0.iter().map(|gauge| gauge()).collect()
+    }
+}
+
+impl Watching {
+    /// For the scanners among these streams.
+    pub(super) fn new(parts: &[&Part], clock: Arc<SimClock>) -> Self {
+        let names: Vec<String> =
+            parts.iter().filter(|part| part.is_scanner()).map(|part| part.name.clone()).collect();
+        let now_s: Arc<dyn Fn() -> f64 + Send + Sync> = Arc::new(move || clock.now().as_secs_f64());
+        let (talk_taps, talk) = Talk::listen(Arc::clone(&now_s));
+        let (scan_taps, scans) = Scans::listen(names.clone(), now_s);
+        Self { names, taps: talk_taps.and(scan_taps), talk, scans }
+    }
+
+    /// Where bytes go.
+    pub(super) fn taps(&self) -> Taps {
+        self.taps.clone()
+    }
+
+    /// Opens the page.
+    pub(super) async fn open(
+        self,
+        args: &Args,
+        model: Option<&str>,
+        lives: (&[&Part], &[Live]),
+        bench: Bench,
+    ) -> Result<Watched, Failure> {
+        let scanner =
+            |name: &String| ScannerAbout { name: name.clone(), model: model.unwrap_or_default().to_owned() };
+        let name = args.file.file_name().unwrap_or(args.file.as_os_str());
+        let about = About {
+            title: format!("rowscan replay {}", name.display()),
+            scanners: self.names.iter().map(scanner).collect(),
+        };
+        let (parts, lives) = lives;
+        let gauges =
+            parts.iter().zip(lives).filter(|(part, _)| part.is_scanner()).map(|(_, live)| live.gauge());
+        let show = Show::new(about, None, Box::new(Told(gauges.collect())));
+        let mut tasks = JoinSet::new();
+        tasks.spawn(self.talk.tell(show.log()));
+        tasks.spawn(self.scans.show(show.clone()));
+        let web = args.web.open(show, Some(bench), args.format).await?;
+        Ok(Watched { _web: web, _tasks: tasks })
+    }
+}

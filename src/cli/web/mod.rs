@@ -1,0 +1,66 @@
+//! `--web`: the live page beside a command.
+
+mod feed;
+mod meter;
+mod rig_gauges;
+mod scans;
+mod talk;
+
+use std::net::SocketAddr;
+
+use rowscan_control::Bench;
+use rowscan_web::{Show, Web};
+
+use super::control::{guard_at, token};
+use super::endpoint::{Place, announce_stream};
+use super::output::say;
+use super::{Failure, Format};
+
+pub(super) use feed::{Feed, Feeds};
+pub(super) use meter::Meter;
+pub(super) use rig_gauges::{GaugeOf, RigGauges, of_cola};
+pub(super) use scans::Scans;
+pub(super) use talk::Talk;
+
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Page")]
+pub(super) struct WebArgs {
+    /// Show what happens on a live page at this address; port 0 takes a free one (docs/watch.md)
+    #[arg(long, value_name = "ADDR")]
+    web: Option<String>,
+    /// Ask everyone for this token [default: on loopback none; elsewhere one that is made up and printed]
+    #[arg(long, value_name = "TOKEN", requires = "web", value_parser = token)]
+    web_token: Option<String>,
+}
+
+impl WebArgs {
+    /// Whether anyone may look.
+    pub(super) fn is_given(&self) -> bool {
+        self.web.is_some()
+    }
+
+    /// The same, at `address` unless another place is asked for.
+    pub(super) fn at_least(self, address: &str) -> Self {
+        Self { web: self.web.or_else(|| Some(address.to_owned())), ..self }
+    }
+
+    /// Opens the page for `show`, with the routes of `bench` if there is one, and announces where it is.
+    pub(super) async fn open(
+        &self,
+        show: Show,
+        bench: Option<Bench>,
+        format: Format,
+    ) -> Result<Option<Web>, Failure> {
+        let Some(place) = &self.web else { return Ok(None) };
+        let mut made_up = None;
+        let guard = |address: &SocketAddr| guard_at(address, self.web_token.as_ref(), &mut made_up);
+        let web = Web::open(place, show, bench, guard).await?;
+        announce_stream(format, None, "web", Place::Address(&web.address()))?;
+        if let Some(token) = made_up {
+            say(format_args!("the page needs the token {token}: http://{}/#token={token}", web.address()));
+        } else if matches!(format, Format::Table | Format::Csv) {
+            say(format_args!("watch at http://{}/", web.address()));
+        }
+        Ok(Some(web))
+    }
+}

@@ -1,0 +1,111 @@
+"""Pictures of the live page for the documents: `cargo xtask screenshots` runs it. Look at each before it is committed."""
+
+import contextlib
+import os
+import sys
+import tempfile
+import threading
+import time
+
+from browser import Browser
+from emulator import Emulator, run
+from lms_client import Client
+
+#: Where a picture is told how the page got there.
+FOLDER = sys.argv[1]
+WANTED = sys.argv[2:]
+
+
+def look(window, started, wait_s):
+    """Opens the page and lets it run for a while."""
+    window.open("http://%s/" % started.endpoint("web")["address"])
+    window.wait("rowscan.firstMs && rowscan.state && (!rowscan.about.has_orchard || rowscan.world.orchard)")
+    # As detailed as on a graphics card, however slow this machine draws.
+    window.ask("if (rowscan.world) { rowscan.world.adapt = () => {}; rowscan.world.budget = 90000; }")
+    time.sleep(wait_s)
+
+
+def keep(window, name):
+    path = os.path.join(FOLDER, "watch-%s.webp" % name)
+    window.picture(path)
+    print("%s: %d kB" % (path, os.path.getsize(path) / 1000))
+    assert os.path.getsize(path) < 300_000, "%s is too heavy" % path
+
+
+def drive(name, scheme, script="true", arguments=(), wait_s=7.0, after_s=2.0, size=(1440, 1000)):
+    """A drive past a row, with a client; `script` is what is pressed."""
+    started = Emulator("spindle", "--seed", "7", "--web", "127.0.0.1:0", *arguments)
+    try:
+        with Browser(*size, scheme=scheme) as window, Client(started.address, "B") as client:
+            client.exchange(b"sRN DeviceIdent")
+            client.login()
+            client.exchange(b"sMN Run")
+            client.subscribe()
+            threading.Thread(target=drain, args=(client,), daemon=True).start()
+            look(window, started, wait_s)
+            window.ask(script)
+            time.sleep(after_s)
+            keep(window, name)
+    finally:
+        started.close()
+
+
+def replay(name, scheme):
+    """A recording of a drive, replayed to a client."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "run.mcap")
+        started = Emulator("spindle", "--seed", "7", "--time-scale", "8")
+        try:
+            code, _, said = run("record", "tcp://%s:%d" % started.address, "-o", path, "--scans", "600", limit_s=60)
+            assert code == 0, said
+        finally:
+            started.close()
+        started = Emulator(path, "--web", "127.0.0.1:0", command="replay")
+        try:
+            with Browser(1440, 900, scheme=scheme) as window, Client(started.address, "B") as client:
+                client.exchange(b"sRN DeviceIdent")
+                client.subscribe()
+                threading.Thread(target=drain, args=(client,), daemon=True).start()
+                look(window, started, 6.0)
+                window.ask("document.getElementById('pause').click()")
+                time.sleep(1.0)
+                keep(window, name)
+        finally:
+            started.close()
+
+
+def drain(client):
+    """Takes what comes, until nothing does."""
+    with contextlib.suppress(OSError):
+        while client.socket.recv(65536):
+            pass
+
+
+def fault(name, **keys):
+    """A script that starts a fault as a person would."""
+    sets = "".join("document.querySelector('[data-key=%s]').value = %r;" % item for item in keys.items())
+    return ("(() => { const name = document.getElementById('fault-name'); name.value = %r; name.dispatchEvent(new Event('change')); %s"
+            "document.getElementById('fault-for').value = ''; document.querySelector('#fault-form button.main').click(); })()" % (name, sets))
+
+
+def by_class(rest="true"):
+    return "document.querySelector('input[value=class]').click(); %s" % rest
+
+
+PICTURES = {
+    "drive": lambda: drive("drive", "light", by_class(), ["--optics", "device"]),
+    "dark": lambda: drive("dark", "dark"),
+    "lost": lambda: drive("lost", "dark", fault("power", off_ms="30000"), ["--scanner", "0"], after_s=5.0),
+    "dirty": lambda: drive("dirty", "light", fault("contamination", level="2", sector="[60, 100]"), after_s=3.0),
+    "replay": lambda: replay("replay", "light"),
+    "small": lambda: drive("small", "dark", size=(420, 900)),
+}
+
+
+def main():
+    for name in WANTED or PICTURES:
+        PICTURES[name]()
+
+
+if __name__ == "__main__":
+    main()
