@@ -1,5 +1,6 @@
 //! `rowscan demo`: a virtual scanner, our own driver, and the estimate beside the truth, over a real socket.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use comfy_table::Cell;
@@ -12,6 +13,7 @@ use rowscan_recording::Taps;
 use rowscan_scenes::Truth;
 use serde::Serialize;
 
+use super::blocking::off_runtime;
 use super::emulate::DialectArg;
 use super::estimate;
 use super::interrupt::Interrupt;
@@ -19,7 +21,8 @@ use super::link_events::LinkTeller;
 use super::link_options::{PARTING, Prefer};
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
-use super::{Failure, Format, Outcome, progress};
+use super::{Failure, Format, Outcome, pictured, progress};
+use crate::export::Placing;
 use rowscan_emulator::clock::{Latency, Stopwatch, TimeScale, Timer};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
@@ -44,6 +47,9 @@ pub(super) struct Args {
     /// What the scanner and the driver speak over; a serial line has an LMS2xx on it
     #[arg(long, value_enum, default_value_t)]
     line: Line,
+    /// Draw the row, the returns that were received, and the estimate beside the truth by metre to this PNG or SVG file
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// How to write the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -189,6 +195,7 @@ struct Outcomes {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
+    args.picture.as_deref().map(pictured::check).transpose()?;
     let watch = Stopwatch::start();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     if stage.scene.drive == Drive::default() && stage.rig.speed_m_s == 0.0 {
@@ -211,8 +218,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let telling = LinkTeller::start(&scanner, None);
     let bar = progress::bar("driving", "scans", scans);
+    let mut seen = args
+        .picture
+        .is_some()
+        .then(|| Seen { placing: Placing::new(Some(stage.rig.clone()), 0), points: Vec::new() });
     let ended = tokio::select! {
-        ended = follow(&mut scanner, &mut pipeline, &emulator, scans, &bar) => ended,
+        ended = follow(&mut scanner, &mut pipeline, &emulator, scans, (&bar, &mut seen)) => ended,
         () = interrupt.wait() => Ok(()),
     };
     bar.finish_and_clear();
@@ -241,7 +252,18 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         wall_clock_s: watch.elapsed().as_secs_f64(),
     };
     print(args.format, &outcomes)?;
+    if let (Some(path), Some(Seen { points, .. })) = (args.picture, seen) {
+        let estimate = outcomes.estimate.clone();
+        let work = move || pictured::demo(&path, &stage, &estimate, &points);
+        off_runtime("draw the row", work).await?;
+    }
     Ok(if outcomes.estimate.is_withheld() { Outcome::Finding } else { Outcome::Done })
+}
+
+/// What the picture shows of the scans: where their returns came from.
+struct Seen {
+    placing: Placing,
+    points: Vec<[f64; 3]>,
 }
 
 /// Feeds the pipeline the scans of one pass of the row.
@@ -250,11 +272,17 @@ async fn follow(
     pipeline: &mut Pipeline,
     emulator: &Virtual,
     scans: u64,
-    bar: &ProgressBar,
+    (bar, seen): (&ProgressBar, &mut Option<Seen>),
 ) -> Result<(), Failure> {
     while pipeline.progress().scans < scans {
         let Some(record) = scanner.next().await? else { break };
         pipeline.push(record.scan);
+        if let Some(Seen { placing, points }) = seen {
+            let returns = placing.points(record.scan);
+            if pipeline.progress().scans.is_multiple_of(pictured::EVERY) {
+                points.extend(returns);
+            }
+        }
         emulator.used(record.scan.telegram_counter);
         bar.set_position(pipeline.progress().scans);
     }

@@ -29,6 +29,7 @@ mod named;
 mod orchard;
 mod output;
 mod page_args;
+mod pictured;
 mod progress;
 mod proxy;
 mod record;
@@ -206,9 +207,15 @@ pub enum Failure {
     /// Points of a search that cannot be confirmed so.
     #[error(transparent)]
     Confirm(#[from] rowscan_study::search::ConfirmError),
+    /// A figure that cannot be drawn.
+    #[error(transparent)]
+    Draw(#[from] rowscan_study::figure::DrawError),
     /// A figure that cannot be written.
     #[error(transparent)]
     Figure(#[from] crate::export::FigureError),
+    /// A picture that cannot be drawn.
+    #[error(transparent)]
+    Render(#[from] rowscan_render::RenderError),
     /// Samples no calibration can be fitted to.
     #[error(transparent)]
     Fit(#[from] rowscan_canopy::FitError),

@@ -26,6 +26,12 @@ pub enum FigureError {
         /// The name.
         found: String,
     },
+    /// A picture that is no vectors, in a format for vectors.
+    #[error("expected a picture's name to end in .png or .svg, found `{found}`")]
+    PictureEnding {
+        /// The name.
+        found: String,
+    },
     /// PDF and PNG hold letters as outlines.
     #[error(
         "expected a sans-serif font on this machine for PDF and PNG, found none: install one (Debian: fonts-dejavu-core), or write .svg"
@@ -52,6 +58,17 @@ impl FigureFormat {
             Some("pdf") => Ok(Self::Pdf),
             Some("png") => Ok(Self::Png),
             _ => Err(FigureError::Ending { found: path.display().to_string() }),
+        }
+    }
+
+    /// By the ending of a picture's name.
+    ///
+    /// # Errors
+    /// Any other ending than those of pictures.
+    pub fn of_picture(path: &Path) -> Result<Self, FigureError> {
+        match Self::of_path(path) {
+            Ok(format @ (Self::Svg | Self::Png)) => Ok(format),
+            _ => Err(FigureError::PictureEnding { found: path.display().to_string() }),
         }
     }
 
@@ -94,7 +111,7 @@ fn fonts() -> Result<usvg::fontdb::Database, FigureError> {
     Ok(fonts)
 }
 
-fn tree(svg: &str) -> Result<usvg::Tree, FigureError> {
+pub(super) fn tree(svg: &str) -> Result<usvg::Tree, FigureError> {
     let options = usvg::Options { fontdb: Arc::new(fonts()?), ..usvg::Options::default() };
     usvg::Tree::from_str(svg, &options).map_err(|cause| FigureError::Convert(cause.to_string()))
 }

@@ -8,6 +8,7 @@ mod figure;
 mod las;
 pub(crate) mod npy;
 mod parquet;
+mod plate;
 mod ply;
 mod points;
 mod scans;
@@ -15,6 +16,7 @@ mod scans;
 use std::io::{Seek, Write};
 
 pub use figure::{FigureError, FigureFormat};
+pub use plate::{PLATE_SCALE, plate};
 pub use points::{Placing, PointRows};
 pub use scans::{OtherBeams, OtherLayer, ScanRows};
 

@@ -21,6 +21,16 @@ impl Placing {
         Self { rig: mounted, clock: DeviceClock::default() }
     }
 
+    /// Where the first echoes of a scan came from; time counts from the first scan that is asked about.
+    pub fn points(&mut self, scan: &Scan) -> Vec<[f64; 3]> {
+        let time_s = self.clock.seconds(scan.scan_time_us);
+        let layer_deg = f64::from(scan.layer_centideg) / 100.0;
+        let ranges = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
+        let hits = ranges.iter().enumerate().filter(|(_, range_m)| range_m.is_finite());
+        hits.map(|(beam, range_m)| self.place(time_s, scan.beams.angle_deg(beam), layer_deg, *range_m))
+            .collect()
+    }
+
     /// A point, by time since the first scan, device angle, elevation of the layer and range.
     fn place(&self, time_s: f64, alpha_deg: f64, layer_deg: f64, range_m: f64) -> [f64; 3] {
         let (up, ahead) = layer_deg.to_radians().sin_cos();

@@ -41,7 +41,7 @@ pub(crate) struct Args {
     cell: f64,
 }
 
-fn season(text: &str) -> Result<Season, String> {
+pub(super) fn season(text: &str) -> Result<Season, String> {
     let known = Season::ALL.iter().find(|season| season.to_string() == text);
     known.copied().ok_or_else(|| format!("expected one of {}", Season::NAMES.join(", ")))
 }

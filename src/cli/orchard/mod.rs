@@ -5,6 +5,7 @@ mod files;
 mod grow;
 mod import;
 mod parameters;
+mod render;
 mod statistics;
 mod truth;
 mod truth_cells;
@@ -22,6 +23,8 @@ pub(super) enum Command {
     Import(import::Args),
     /// Write an orchard as text, OBJ, PLY or glTF, or draw it as SVG
     Export(export::Args),
+    /// Draw a shaded picture as PNG: leaves, wood, posts, wires, fruit and ground in sunlight
+    Render(render::Args),
     /// Leaf area, wood and height over many seeds
     Statistics(statistics::Args),
     /// List every parameter of an orchard with its value, its unit and the reason for its default
@@ -36,6 +39,7 @@ pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
             Command::Truth(args) => truth::run(args).await,
             Command::Import(args) => import::run(args).await,
             Command::Export(args) => export::run(args).await,
+            Command::Render(args) => render::run(args).await,
             Command::Statistics(args) => statistics::run(args).await,
             Command::Parameters(args) => parameters::run(&args),
         }

@@ -2,6 +2,7 @@
 
 mod layout;
 mod matrix;
+mod picture;
 mod points;
 
 use std::path::PathBuf;
@@ -20,6 +21,7 @@ use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
 use super::models;
 use super::output::{self, say};
+use super::pictured;
 use super::scene::OpticsArgs;
 use super::table_file::TableFile;
 use super::{Failure, Format, Outcome, progress};
@@ -27,6 +29,7 @@ use crate::export::TableFormat;
 use rowscan_emulator::stage::Stage;
 
 pub(super) use layout::ScanArgs;
+use picture::{ColourBy, Shot};
 use points::{Ground, Kept, Point};
 
 #[derive(Debug, clap::Args)]
@@ -62,6 +65,12 @@ pub(super) struct Args {
         requires = "output"
     )]
     write: Vec<File>,
+    /// Draw the returns over the trees to this PNG or SVG file; an angular or orthogonal scan from the side as a side view, from above as a plan
+    #[arg(long, value_name = "FILE", conflicts_with = "two_rows")]
+    picture: Option<PathBuf>,
+    /// What the colours of the returns in the picture say
+    #[arg(long, value_enum, default_value_t, requires = "picture")]
+    colour_by: ColourBy,
     /// Only points of these classes: leaf, wood, fruit, post, wire, ground
     #[arg(long, value_name = "CLASSES", value_delimiter = ',', requires = "output", value_parser = class)]
     only: Vec<Class>,
@@ -145,6 +154,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 fn scan(args: &Args) -> Result<Outcome, Failure> {
+    args.picture.as_deref().map(pictured::check).transpose()?;
     let mut scene = files::load_scene(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     args.optics.over(&mut scene);
@@ -209,6 +219,7 @@ struct LineRecord {
     counts: Vec<(Class, usize)>,
     ranges: Vec<f64>,
     points: Vec<Point>,
+    shots: Vec<Shot>,
 }
 
 /// What casts the beams of a plan: the exact caster, the paper's mesh, or the eye of the rig's scanner.
@@ -254,6 +265,7 @@ fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
                 Vec::new()
             },
             points: if wants_points { points::of_line(&plan, &line) } else { Vec::new() },
+            shots: if args.picture.is_some() { picture::of_line(&plan, &line) } else { Vec::new() },
         }
     });
     bar.finish_and_clear();
@@ -266,6 +278,10 @@ fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
         };
         let kept = Kept { only: &args.only, ground: Ground::of(&stage.orchard) };
         write(&plan, stage, files, &lines, &kept, &named)?;
+    }
+    if let Some(path) = &args.picture {
+        let shots = lines.iter().flat_map(|line| &line.shots).copied().collect();
+        picture::write(path, args.colour_by, &plan, stage, shots)?;
     }
     let areas: ScanAreas = lines.iter().map(|line| line.areas).sum();
     let total = |wanted: Class| -> usize {

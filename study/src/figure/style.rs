@@ -37,10 +37,20 @@ pub(super) fn figure(
     size: (u32, u32),
     draw: impl FnOnce(&Area<'_>) -> Result<(), DrawError>,
 ) -> Result<String, DrawError> {
+    layer(size, |root| {
+        root.fill(&WHITE)?;
+        draw(root)
+    })
+}
+
+/// The same without white paper: to be laid over a picture.
+pub(super) fn layer(
+    size: (u32, u32),
+    draw: impl FnOnce(&Area<'_>) -> Result<(), DrawError>,
+) -> Result<String, DrawError> {
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        root.fill(&WHITE)?;
         draw(&root)?;
         root.present()?;
     }
@@ -50,8 +60,24 @@ pub(super) fn figure(
 /// A chart with room for its axes.
 pub(super) fn builder<'a, 'b>(area: &'a Area<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut builder = ChartBuilder::on(area);
-    builder.caption(title, (FONT, TITLE)).margin(12).x_label_area_size(46).y_label_area_size(60);
+    // An empty caption would take room as well.
+    if !title.is_empty() {
+        builder.caption(title, (FONT, TITLE));
+    }
+    builder.margin(12).x_label_area_size(46).y_label_area_size(60);
     builder
+}
+
+/// Writes a title at a place of its own, for charts that leave no room for theirs.
+pub(super) fn title(area: &Area<'_>, words: &str, at: (i32, i32)) -> Result<(), DrawError> {
+    area.draw_text(words, &TextStyle::from((FONT, TITLE).into_font()).pos(text_anchor(false)), at)?;
+    Ok(())
+}
+
+/// Writes a label with its middle, or its left end, at a place.
+pub(super) fn label(area: &Area<'_>, words: &str, at: (i32, i32), middle: bool) -> Result<(), DrawError> {
+    area.draw_text(words, &TextStyle::from((FONT, LABEL).into_font()).pos(text_anchor(middle)), at)?;
+    Ok(())
 }
 
 /// Draws the axes, all figures' alike.

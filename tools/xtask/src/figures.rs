@@ -14,6 +14,28 @@ const STUDIES: &[(&str, &[&str])] = &[
     ("resolution", &["study", "resolution"]),
     ("sensor-study", &["study", "run", "docs/examples/sensor-study.toml"]),
 ];
+/// Pictures below docs/figures, as PNG: the name and what draws it, up to the file. `pictures` is the name of all.
+const PICTURES: &[(&str, &[&str])] = &[
+    ("row", &["orchard", "render", "spindle", "--size", "1200x460", "--colours", "128", "--output"]),
+    (
+        "winter",
+        &[
+            "orchard",
+            "render",
+            "vase",
+            "--season",
+            "dormant",
+            "--size",
+            "900x420",
+            "--colours",
+            "64",
+            "--output",
+        ],
+    ),
+    ("demo", &["demo", "--picture"]),
+    ("scan-depth", &["scan", "spindle", "--picture"]),
+    ("scan-class", &["scan", "fruiting_wall", "--colour-by", "class", "--picture"]),
+];
 /// A drawing below docs/orchards that is not of a built-in scene alone: its name, its scene, its further flags.
 const DRAWINGS: &[(&str, &str, &[&str])] = &[
     ("spindle-scan", "spindle", &["--scan", "lateral"]),
@@ -42,11 +64,17 @@ pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
 fn all(workspace: &Workspace, wanted: &[String]) -> Result<usize, String> {
     workspace.build_binary()?;
     let binary = workspace.built_binary()?;
-    let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|other| other == name);
+    let is_named = |name: &str| wanted.iter().any(|other| other == name);
+    let is_wanted = |name: &str| wanted.is_empty() || is_named(name);
     let mut made = 0;
     for (name, study) in STUDIES.iter().filter(|(name, _)| is_wanted(name)) {
         let file = format!("docs/figures/{name}.svg");
         draw(workspace, &binary, &[*study, &["--figure", &file][..]].concat())?;
+        made += 1;
+    }
+    for (name, picture) in PICTURES.iter().filter(|(name, _)| is_wanted(name) || is_named("pictures")) {
+        let file = format!("docs/figures/{name}.png");
+        draw(workspace, &binary, &[*picture, &[file.as_str()][..]].concat())?;
         made += 1;
     }
     for name in drawings(workspace)?.iter().filter(|name| is_wanted(name)) {

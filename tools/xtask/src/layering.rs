@@ -98,6 +98,22 @@ const RULES: &[Rule] = &[
         why: "the orchard knows no async, no socket and no estimate",
     },
     Rule {
+        package: "rowscan-render",
+        features: Features::All,
+        forbidden: &[
+            "tokio",
+            "mio",
+            "socket2",
+            "plotters",
+            "resvg",
+            "rowscan-driver",
+            "rowscan-canopy",
+            "rowscan-emulator",
+            "rowscan",
+        ],
+        why: "pictures know orchards and nothing of scanners' links, estimates and plots",
+    },
+    Rule {
         package: "rowscan-driver",
         features: Features::All,
         forbidden: &["rowscan-canopy", "rowscan-scenes", "rowscan-vehicle", "rowscan"],

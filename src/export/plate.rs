@@ -1,0 +1,118 @@
+//! A picture with axes and texts around it, as one file.
+
+use resvg::tiny_skia;
+use rowscan_render::Picture;
+use rowscan_study::figure::Sheet;
+
+use super::figure::{FigureError, FigureFormat, tree};
+
+/// Pixels of the file for each of the sheet's: the picture in a sheet's window must be so many times as large.
+pub const PLATE_SCALE: u32 = 2;
+
+/// Colours of a plate as PNG: enough for trees, and a small file.
+const COLOURS: u16 = 256;
+
+/// Lays a sheet over its picture.
+///
+/// # Errors
+/// A machine without fonts, for PNG; a sheet or picture that is not understood.
+pub fn plate(sheet: &Sheet, picture: &Picture, format: FigureFormat) -> Result<Vec<u8>, FigureError> {
+    match format {
+        FigureFormat::Png => png(sheet, picture),
+        _ => svg(sheet, picture).map(String::into_bytes),
+    }
+}
+
+fn failed(cause: impl ToString) -> FigureError {
+    FigureError::Convert(cause.to_string())
+}
+
+fn png(sheet: &Sheet, picture: &Picture) -> Result<Vec<u8>, FigureError> {
+    let size = (sheet.size.0 * PLATE_SCALE, sheet.size.1 * PLATE_SCALE);
+    let no_size = || failed(format!("{} × {} is no size", size.0, size.1));
+    let mut page = tiny_skia::Pixmap::new(size.0, size.1).ok_or_else(no_size)?;
+    page.fill(tiny_skia::Color::WHITE);
+    let (left, top) = (sheet.window.left * PLATE_SCALE, sheet.window.top * PLATE_SCALE);
+    let wide = 4 * size.0 as usize;
+    for row in 0..picture.size().1 {
+        for column in 0..picture.size().0 {
+            let at = (top + row) as usize * wide + 4 * (left + column) as usize;
+            let inside = left + column < size.0;
+            let pixel = page.data_mut().get_mut(at..at + 3).filter(|_| inside);
+            if let (Some(pixel), Some(rgb)) = (pixel, picture.pixel(column, row)) {
+                pixel.copy_from_slice(&rgb);
+            }
+        }
+    }
+    let scale = PLATE_SCALE as f32;
+    resvg::render(&tree(&sheet.svg)?, tiny_skia::Transform::from_scale(scale, scale), &mut page.as_mut());
+    let rgb = page.data().chunks_exact(4).flat_map(|pixel| pixel.iter().take(3).copied()).collect();
+    Picture::from_rgb(size, rgb).ok_or_else(no_size)?.png(Some(COLOURS)).map_err(failed)
+}
+
+/// White paper and the picture go in behind everything else.
+fn svg(sheet: &Sheet, picture: &Picture) -> Result<String, FigureError> {
+    let file = picture.png(Some(COLOURS)).map_err(failed)?;
+    let begin = sheet.svg.find("<svg").and_then(|at| Some(at + sheet.svg.get(at..)?.find('>')? + 1));
+    let (head, body) = sheet.svg.split_at(begin.ok_or_else(|| failed("the sheet is no SVG"))?);
+    let window = sheet.window;
+    Ok(format!(
+        "{head}\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" \
+         href=\"data:image/png;base64,{}\"/>{body}",
+        window.left,
+        window.top,
+        window.width,
+        window.height,
+        base64(&file)
+    ))
+}
+
+/// Bytes as text (RFC 4648, section 4).
+fn base64(bytes: &[u8]) -> String {
+    const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let of = |place: usize| u32::from(three.get(place).copied().unwrap_or(0));
+        let bits = of(0) << 16 | of(1) << 8 | of(2);
+        for sign in 0..4 {
+            let value = (bits >> (18 - 6 * sign)) & 63;
+            text.push(if sign > three.len() { '=' } else { char::from(SIGNS[value as usize]) });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_study::figure::Window;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        let of = |text: &str| base64(text.as_bytes());
+        assert_eq!(
+            (of("f"), of("fo"), of("foo"), of("foobar")),
+            ("Zg==".into(), "Zm8=".into(), "Zm9v".into(), "Zm9vYmFy".into())
+        );
+    }
+
+    #[test]
+    fn the_picture_stands_in_its_window_behind_the_drawing() {
+        let window = Window { left: 3, top: 2, width: 4, height: 5 };
+        let drawing = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"20\" height=\"10\"><rect x=\"4\" y=\"3\" width=\"1\" height=\"1\" fill=\"#f00\"/></svg>";
+        let sheet = Sheet { svg: drawing.to_owned(), size: (20, 10), window };
+        let picture = Picture::from_rgb((8, 10), [20, 120, 60].repeat(80)).unwrap();
+        let svg = String::from_utf8(plate(&sheet, &picture, FigureFormat::Svg).unwrap()).unwrap();
+        assert!(svg.find("<image").unwrap() < svg.find("#f00").unwrap() && svg.contains("x=\"3\" y=\"2\""));
+        let file = match plate(&sheet, &picture, FigureFormat::Png) {
+            Err(FigureError::NoFont) => return,
+            file => file.unwrap(),
+        };
+        let page = tiny_skia::Pixmap::decode_png(&file).unwrap();
+        let at = |x, y| page.pixel(x, y).map(|p| [p.red(), p.green(), p.blue()]);
+        assert_eq!((page.width(), page.height()), (40, 20));
+        assert_eq!((at(0, 0), at(9, 7)), (Some([255; 3]), Some([255, 1, 1])));
+        let [r, g, b] = at(7, 5).unwrap();
+        assert!(r.abs_diff(20) < 3 && g.abs_diff(120) < 3 && b.abs_diff(60) < 3);
+    }
+}
