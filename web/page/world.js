@@ -31,6 +31,8 @@ export class World {
     this.budget = 40000;
     this.orchard = null;
     this.lines = new Map();
+    /** Where each scanner was seen from its tractor. */
+    this.asides = new Map();
     this.stats = { draws: 0, leaves: 0, sticks: 0, points: 0, bytes: 0, orchardBytes: 0 };
     this.solids = { tractor: this.solid(tractor()), scanner: this.solid(scanner()), mast: this.solid(mast()) };
     this.ground = this.mesh([[0, 2, gl.FLOAT, false, 8, 0]], new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
@@ -192,8 +194,11 @@ export class World {
     line.isOld = at - line.at > OLD;
     const { origin } = line.sight;
     if (!line.isOld || !tractorAt) line.stand = origin;
-    else line.stand = line.aside ? [tractorAt.x + line.aside[0], tractorAt.y + line.aside[1], origin[2]] : origin;
-    if (tractorAt && !line.isOld) line.aside = [origin[0] - tractorAt.x, origin[1] - tractorAt.y];
+    else {
+      const aside = this.asides.get(line.scanner) ?? [0, 0];
+      line.stand = [tractorAt.x + aside[0], tractorAt.y + aside[1], origin[2]];
+    }
+    if (tractorAt && !line.isOld) this.asides.set(line.scanner, [origin[0] - tractorAt.x, origin[1] - tractorAt.y]);
   }
 
   use(name) {
