@@ -101,8 +101,9 @@ class Browser:
             time.sleep(0.05)
 
     def picture(self, path):
-        """A picture of the window, as PNG."""
-        data = self.call("Page.captureScreenshot", format="png")["data"]
+        """A picture of the window, as PNG or WebP by its name."""
+        kind = {"format": "webp", "quality": 80} if path.endswith(".webp") else {"format": "png"}
+        data = self.call("Page.captureScreenshot", **kind)["data"]
         with open(path, "wb") as out:
             out.write(base64.b64decode(data))
 

@@ -21,7 +21,7 @@ def look(window, started, wait_s):
     window.open("http://%s/" % started.endpoint("web")["address"])
     window.wait("rowscan.firstMs && rowscan.state && (!rowscan.about.has_orchard || rowscan.world.orchard)")
     # As detailed as on a graphics card, however slow this machine draws.
-    window.ask("if (rowscan.world) { rowscan.world.adapt = () => {}; rowscan.world.budget = 90000; }")
+    window.ask("if (rowscan.world) { rowscan.world.adapt = () => {}; rowscan.world.budget = 60000; }")
     time.sleep(wait_s)
 
 
@@ -54,13 +54,13 @@ def replay(name, scheme):
     """A recording of a drive, replayed to a client."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "run.mcap")
-        started = Emulator("spindle", "--seed", "7", "--time-scale", "8")
+        started = Emulator("spindle", "--seed", "7", "--start-when", "first")
         try:
-            code, _, said = run("record", "tcp://%s:%d" % started.address, "-o", path, "--scans", "600", limit_s=60)
+            code, _, said = run("record", "tcp://%s:%d" % started.address, "-o", path, "--scans", "400", limit_s=60)
             assert code == 0, said
         finally:
             started.close()
-        started = Emulator(path, "--web", "127.0.0.1:0", command="replay")
+        started = Emulator(path, "--web", "127.0.0.1:0", "--loop", command="replay")
         try:
             with Browser(1440, 900, scheme=scheme) as window, Client(started.address, "B") as client:
                 client.exchange(b"sRN DeviceIdent")
@@ -95,7 +95,7 @@ def by_class(rest="true"):
 PICTURES = {
     "drive": lambda: drive("drive", "light", by_class(), ["--optics", "device"]),
     "dark": lambda: drive("dark", "dark"),
-    "lost": lambda: drive("lost", "dark", fault("power", off_ms="30000"), ["--scanner", "0"], after_s=5.0),
+    "lost": lambda: drive("lost", "dark", fault("power"), after_s=6.0),
     "dirty": lambda: drive("dirty", "light", fault("contamination", level="2", sector="[60, 100]"), after_s=3.0),
     "replay": lambda: replay("replay", "light"),
     "small": lambda: drive("small", "dark", size=(420, 900)),

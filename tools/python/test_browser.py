@@ -58,7 +58,7 @@ def test_it_draws_everything_and_complains_of_nothing(bench, window):
     look(window, bench.web)
     print("first picture after %.0f ms" % window.ask("rowscan.firstMs"))
     window.wait("rowscan.strip.strip && rowscan.world.cloudCount > 2000")
-    colours = window.ask("(() => { const p = rowscan; p.world.draw(p.picture.tractor, 'dark'); return p.world.colours(); })()")
+    colours = window.ask("(() => { const p = rowscan; p.world.draw(p.picture.tractor, 'dark', p.picture.at); return p.world.colours(); })()")
     assert colours > 100, colours
     for canvas in (".fan canvas", "#strip"):
         painted = window.ask("""(() => { const c = document.querySelector(%s);

@@ -161,7 +161,7 @@ class Page {
     const ink = { line: style.getPropertyValue("--line"), soft: style.getPropertyValue("--soft"), accent: style.getPropertyValue("--accent") };
     const begun = performance.now();
     this.colouring.scheme = dark.matches ? "dark" : "light";
-    this.world?.draw(this.picture?.tractor, this.colouring.scheme);
+    this.world?.draw(this.picture?.tractor, this.colouring.scheme, this.picture?.at);
     for (const fan of this.fans) fan.draw(this.colouring, ink);
     this.strip.draw(this.picture?.tractor?.y, ink);
     this.drawMs = performance.now() - begun;

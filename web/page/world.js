@@ -9,6 +9,8 @@ import { mast, scanner, tractor } from "./solids.js";
 
 // A tree of which less than this much would be drawn is drawn as one of many alike.
 const FAR_PART = 0.045;
+// A scanner that has told nothing for so many seconds has no beams to show.
+const OLD = 0.6;
 const CLOUD = 90000;
 const FEWEST = 18000;
 const MOST = 160000;
@@ -29,6 +31,8 @@ export class World {
     this.budget = 40000;
     this.orchard = null;
     this.lines = new Map();
+    /** Where each scanner was seen from its tractor. */
+    this.asides = new Map();
     this.stats = { draws: 0, leaves: 0, sticks: 0, points: 0, bytes: 0, orchardBytes: 0 };
     this.solids = { tractor: this.solid(tractor()), scanner: this.solid(scanner()), mast: this.solid(mast()) };
     this.ground = this.mesh([[0, 2, gl.FLOAT, false, 8, 0]], new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
@@ -160,7 +164,8 @@ export class World {
     else if (frameMs < 25) this.budget = Math.min(MOST, this.budget * 1.05);
   }
 
-  draw(tractorAt, theme) {
+  /** `at`: the picture's seconds, by which a line is old. */
+  draw(tractorAt, theme, at) {
     const { gl, canvas, stats } = this;
     const ratio = Math.min(devicePixelRatio || 1, 2);
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
@@ -173,6 +178,7 @@ export class World {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.camera.ride(tractorAt);
     this.view = this.camera.view(width / height);
+    for (const line of this.lines.values()) this.mount(line, tractorAt, at);
     this.drawSky();
     this.drawGround();
     if (this.orchard) this.drawOrchard();
@@ -180,6 +186,19 @@ export class World {
     this.drawCloud(height);
     this.drawSheets();
     gl.bindVertexArray(null);
+  }
+
+  /** A scanner that tells no more rides on with its tractor. */
+  mount(line, tractorAt, at) {
+    if (!line.sight) return;
+    line.isOld = at - line.at > OLD;
+    const { origin } = line.sight;
+    if (!line.isOld || !tractorAt) line.stand = origin;
+    else {
+      const aside = this.asides.get(line.scanner) ?? [0, 0];
+      line.stand = [tractorAt.x + aside[0], tractorAt.y + aside[1], origin[2]];
+    }
+    if (tractorAt && !line.isOld) this.asides.set(line.scanner, [origin[0] - tractorAt.x, origin[1] - tractorAt.y]);
   }
 
   use(name) {
@@ -316,15 +335,15 @@ export class World {
   drawTractor({ x, y, up, heading, roll, pitch }) {
     const at = this.use("solid");
     this.drawSolid(at, this.solids.tractor, pose([x, y, up], heading, roll, pitch));
-    for (const { sight } of this.lines.values()) {
+    for (const { sight, stand: foremost } of this.lines.values()) {
       if (!sight) continue;
-      const model = pose(sight.origin, heading, roll, pitch);
+      const model = pose(foremost, heading, roll, pitch);
       this.drawSolid(at, this.solids.scanner, model);
       // From the bonnet out to the scanner.
-      const [dx, dy] = [sight.origin[0] - x, sight.origin[1] - y];
-      const foot = Math.max(0.4, Math.min(1.1, sight.origin[2] - 0.2));
+      const [dx, dy] = [foremost[0] - x, foremost[1] - y];
+      const foot = Math.max(0.4, Math.min(1.1, foremost[2] - 0.2));
       const stand = pose([x + Math.max(-0.3, Math.min(0.3, dx)), y + dy, foot], heading, 0, 0);
-      for (let k = 8; k < 11; k++) stand[k] *= sight.origin[2] - 0.1 - foot;
+      for (let k = 8; k < 11; k++) stand[k] *= foremost[2] - 0.1 - foot;
       this.drawSolid(at, this.solids.mast, stand);
     }
   }
@@ -353,7 +372,7 @@ export class World {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     for (const line of this.lines.values()) {
-      if (!line.sight) continue;
+      if (!line.sight || line.isOld) continue;
       const corners = sheetOf(line), at = this.use("sheet");
       gl.bindBuffer(gl.ARRAY_BUFFER, this.sheetBuffer);
       gl.bufferData(gl.ARRAY_BUFFER, corners, gl.STREAM_DRAW);

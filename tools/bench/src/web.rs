@@ -133,7 +133,7 @@ async fn serve(stage: &Stage, told: std::sync::mpsc::Sender<Place>, ended: onesh
     let (mut emulators, mut scanners, mut following) = (Vec::new(), Vec::new(), JoinSet::new());
     for number in 0..SCANNERS {
         let model = model::by_name("lms111").expect("a model");
-        let (device, world) = stage.scanner_on(&tractor, number, model).expect("the rig has it");
+        let (device, world) = stage.scanner_on(&tractor, 0, model).expect("the rig has it");
         let lines = LineWatch::default();
         let config =
             EmulatorConfig { time_scale: scale, lines: Some(lines.clone()), ..EmulatorConfig::default() };
