@@ -1,6 +1,6 @@
 //! Pictures of virtual orchards: leaves in their real outlines, wood as tapered tubes, posts, wires, fruit and ground, in sun and skylight.
 //!
-//! The way through the crate: [`Model`] turns an orchard into triangles; [`Lighting`] finds how much sky every corner of them sees and
+//! The way through the crate: [`Model`] turns an orchard into triangles; `Lighting` finds how much sky every corner of them sees and
 //! where the sun's shadows fall; [`Camera`] says where to look from, [`View`] names the usual places; [`render`] gives a [`Picture`].
 //!
 //! Scene frame: X across the row, Y along it, Z up; metres. The crate does no I/O, reads no clock and keeps no global state. The same orchard
