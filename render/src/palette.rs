@@ -10,8 +10,15 @@ pub(crate) struct Palette {
     number: BTreeMap<[u8; 3], u8>,
 }
 
-/// A colour and how many pixels have it.
-type Count = ([u8; 3], u32);
+/// A colour as it is looked at, and its pixels.
+type Count = ([u8; 3], Pixels);
+
+/// Pixels of like colour: how many, and the sums of what they are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pixels {
+    count: u32,
+    sum: [u64; 3],
+}
 
 /// What of a colour is looked at: 6 bits of red and blue, 7 of green.
 fn coarse(rgb: &[u8]) -> [u8; 3] {
@@ -24,9 +31,13 @@ fn coarse(rgb: &[u8]) -> [u8; 3] {
 impl Palette {
     /// At most `most` colours for the pixels.
     pub(crate) fn of(rgb: &[u8], most: usize) -> Self {
-        let mut counts: BTreeMap<[u8; 3], u32> = BTreeMap::new();
+        let mut counts: BTreeMap<[u8; 3], Pixels> = BTreeMap::new();
         for pixel in rgb.chunks_exact(3) {
-            *counts.entry(coarse(pixel)).or_default() += 1;
+            let pixels = counts.entry(coarse(pixel)).or_default();
+            pixels.count += 1;
+            for (sum, value) in pixels.sum.iter_mut().zip(pixel) {
+                *sum += u64::from(*value);
+            }
         }
         let mut boxes: Vec<Vec<Count>> = vec![counts.into_iter().collect()];
         while boxes.len() < most {
@@ -76,7 +87,7 @@ fn weight(counts: &[Count]) -> u64 {
     if counts.len() < 2 {
         return 0;
     }
-    let pixels: u64 = counts.iter().map(|(_, count)| u64::from(*count)).sum();
+    let pixels: u64 = counts.iter().map(|(_, pixels)| u64::from(pixels.count)).sum();
     let width = u64::from(spread(counts).1);
     width * width * (1 + pixels.isqrt())
 }
@@ -84,10 +95,10 @@ fn weight(counts: &[Count]) -> u64 {
 fn cut(mut counts: Vec<Count>) -> (Vec<Count>, Vec<Count>) {
     let (axis, _) = spread(&counts);
     counts.sort_by_key(|(colour, _)| (colour[axis], *colour));
-    let half = counts.iter().map(|(_, count)| u64::from(*count)).sum::<u64>() / 2;
+    let half = counts.iter().map(|(_, pixels)| u64::from(pixels.count)).sum::<u64>() / 2;
     let mut sum = 0;
-    let middle = counts.iter().position(|(_, count)| {
-        sum += u64::from(*count);
+    let middle = counts.iter().position(|(_, pixels)| {
+        sum += u64::from(pixels.count);
         sum > half
     });
     let middle = middle.unwrap_or(0).clamp(1, counts.len() - 1);
@@ -95,12 +106,27 @@ fn cut(mut counts: Vec<Count>) -> (Vec<Count>, Vec<Count>) {
     (counts, high)
 }
 
+/// The mean of the pixels themselves, so that a picture of few colours keeps them.
 fn mean(counts: &[Count]) -> [u8; 3] {
-    let pixels: u64 = counts.iter().map(|(_, count)| u64::from(*count)).sum();
+    let pixels: u64 = counts.iter().map(|(_, pixels)| u64::from(pixels.count)).sum();
     std::array::from_fn(|axis| {
-        let sum: u64 = counts.iter().map(|(colour, count)| u64::from(colour[axis]) * u64::from(*count)).sum();
-        // The bits left out are half of their range on average.
-        let dropped = if axis == 1 { 0 } else { 1 };
-        (sum / pixels.max(1) + dropped).min(255) as u8
+        let sum: u64 = counts.iter().map(|(_, pixels)| pixels.sum[axis]).sum();
+        ((sum + pixels / 2) / pixels.max(1)).min(255) as u8
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_of_few_colours_keeps_them() {
+        let colours = [[255, 255, 255], [255, 0, 0], [0, 0, 0], [21, 121, 61]];
+        let rgb: Vec<u8> = colours.into_iter().cycle().take(40).flatten().collect();
+        let palette = Palette::of(&rgb, 16);
+        let (bytes, numbers) = (palette.bytes(), palette.numbers(&rgb));
+        let back: Vec<u8> =
+            numbers.iter().flat_map(|number| bytes[3 * usize::from(*number)..][..3].to_vec()).collect();
+        assert_eq!(back, rgb);
+    }
 }
