@@ -45,6 +45,7 @@ const DRAWINGS: &[(&str, &str, &[&str])] = &[
     ("spindle-fruit_set", "spindle", &["--season", "fruit_set"]),
     ("spindle-leaf_fall", "spindle", &["--season", "leaf_fall"]),
     ("alley", "docs/orchards/alley.toml", &["--cell", "0.04"]),
+    ("vase", "vase", &["--cell", "0.12"]),
 ];
 
 /// Makes the figures named, or all.
