@@ -10,12 +10,11 @@ use rowscan_scenes::Scene;
 use rowscan_scenes::optics::Stages;
 use serde::Serialize;
 
-use crate::calibrations::load_calibration_for;
 use crate::class::row_class;
-use crate::median;
 use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
 use crate::trial::{Asked, TrialError, each_scan};
 use crate::wilson::wilson;
+use crate::{median, moments};
 
 /// What is tried.
 #[derive(Clone, Debug)]
@@ -169,12 +168,7 @@ fn row(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Vec
     let set = Set::grow(scene, &|_, _| {})?;
     let truth = set.orchard.truth();
     let rig = rig_with(&set.rig, 0, model.name());
-    let calibration = match &rig.calibration {
-        Some(name) => load_calibration_for(name, model.name(), rig.optics).map_err(ReadingError::from)?,
-        None => None,
-    };
-    let choice = CalibrationChoice::Given(calibration.map(Box::new));
-    let reading = Reading::of(Some(&rig), 0, true, choice)?;
+    let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig)?;
     let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
     let wanted: Vec<_> = ["voxel", "polar", "gap"].into_iter().filter_map(by_name).collect();
     let mut corrected = reading.pipeline.with_estimators(&wanted).of_class(row_class(&set.scene, &truth));
@@ -229,8 +223,7 @@ fn summed_up(
 ) -> Seen {
     let errors: Vec<f64> = ratios.iter().map(|(ratio, _)| ratio - 1.0).collect();
     let n = errors.len();
-    let mean = (n > 0).then(|| rowscan_canopy::regression::mean(&errors));
-    let squares = |mean: f64| errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>();
+    let spread = (n > 0).then(|| moments(&errors));
     let ends: Vec<(f64, [f64; 2])> =
         ratios.iter().filter_map(|(ratio, ends)| Some((*ratio, (*ends)?))).collect();
     let held = ends.iter().filter(|(_, [low, high])| (*low..=*high).contains(&1.0)).count();
@@ -244,9 +237,9 @@ fn summed_up(
         way,
         rows,
         n,
-        median: median(errors.clone()),
-        mean,
-        sd: mean.filter(|_| n > 1).map(|mean| (squares(mean) / (n - 1) as f64).sqrt()),
+        median: median(errors),
+        mean: spread.map(|(mean, _)| mean),
+        sd: spread.and_then(|(_, sd)| sd),
         holds: of_intervals(held as f64).map(|share| [share, least, most]),
         half_width: of_intervals(widths),
     }

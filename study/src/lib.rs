@@ -153,6 +153,14 @@ fn lateral_of(scene: &Scene) -> ScanSettings {
     }
 }
 
+/// Mean, and standard deviation of two values and more.
+pub(crate) fn moments(values: &[f64]) -> (f64, Option<f64>) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
+}
+
 /// The middle value, or the mean of the two in the middle; None of nothing.
 pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use rowscan_canopy::estimator::by_name;
-use rowscan_canopy::{Estimate, Parameters, Pipeline, PipelineError, Quantity};
+use rowscan_canopy::{Estimate, Quantity};
 use rowscan_emulator::stage::Stage as Set;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::NO_ECHO;
@@ -12,9 +12,9 @@ use rowscan_scenes::optics::{Stage, Stages};
 use serde::Serialize;
 
 use crate::appraisal::Appraisal;
-use crate::calibrations::load_calibration_for;
-use crate::eye::placed;
-use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
+use crate::eye::{placed, spot_left_in};
+use crate::moments;
+use crate::reading::{CalibrationChoice, Reading, rig_with};
 use crate::trial::{Asked, TrialError, each_scan_met};
 
 /// A number that a scan of a row gives.
@@ -197,14 +197,6 @@ pub fn physics(asked: &Physics, done: &(dyn Fn() + Sync)) -> Result<Vec<Effect>,
     Ok(effects)
 }
 
-/// Mean, and standard deviation of two values and more.
-fn moments(values: &[f64]) -> (f64, Option<f64>) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
-}
-
 /// One row before one scanner at one distance.
 struct TriedRow {
     /// By rung, then by output.
@@ -236,21 +228,12 @@ impl TriedRow {
 /// One pass under the stage's optics.
 fn values(set: &Set, model: AnyModel) -> Result<Values, TrialError> {
     let rig = rig_with(&set.rig, 0, model.name());
-    let calibration = match &rig.calibration {
-        Some(name) => load_calibration_for(name, model.name(), rig.optics).map_err(ReadingError::from)?,
-        None => None,
-    };
-    let choice = CalibrationChoice::Given(calibration.map(Box::new));
-    let reading = Reading::of(Some(&rig), 0, true, choice)?;
+    let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig)?;
     let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
-    let plain = |names: &[&str]| -> Result<Pipeline, PipelineError> {
-        let estimators: Vec<_> = names.iter().filter_map(|name| by_name(name)).collect();
-        let pipeline = Pipeline::with_parameters(Some(&rig), 0, None, Parameters::default())?;
-        Ok(pipeline.with_estimators(&estimators))
-    };
-    let shapes = ["gap", "height", "width", "volume", "trv", "lwa"];
-    let mut raw = plain(&shapes).map_err(ReadingError::from)?;
-    let mut leaves = plain(&[]).map_err(ReadingError::from)?;
+    let shapes: Vec<_> =
+        ["gap", "height", "width", "volume", "trv", "lwa"].into_iter().filter_map(by_name).collect();
+    let mut raw = spot_left_in(&rig)?.with_estimators(&shapes);
+    let mut leaves = spot_left_in(&rig)?;
     let mut corrected = reading.pipeline;
     let mut told_apart = true;
     each_scan_met(set, model, asked, &mut |scan, met| {

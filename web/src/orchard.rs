@@ -11,7 +11,7 @@
 //! All little endian. Trees have their coordinates in their own frame, and `places` say where they stand. The leaves of a tree come in an order in which every
 //! beginning of it is a fair sample: who draws only the first tenth, larger, draws the same tree from farther away. Wood comes from the thickest to the thinnest.
 
-use rowscan_scenes::{Class, Cylinder, Facet, Leaf, Orchard, SupportKind, Surface, Tree};
+use rowscan_scenes::{Class, Cylinder, Facet, Leaf, Orchard, Surface, Tree};
 use serde::Serialize;
 
 /// What the bytes begin with.
@@ -104,7 +104,7 @@ impl OrchardPicture {
             }
         }
         for facet in trees.iter().flat_map(|tree| &tree.facets) {
-            write_blade(&facet.polygon, class_of(facet.surface), &mut bytes);
+            write_blade(&facet.polygon, facet.surface.into(), &mut bytes);
         }
         for facet in sampled(grass.len()).take(drawn).filter_map(|number| grass.get(number)) {
             write_blade(&facet.polygon, Class::Grass, &mut bytes);
@@ -115,7 +115,7 @@ impl OrchardPicture {
             wood.iter().for_each(|wood| write_stick(wood, Class::Wood, &mut bytes));
         }
         for support in orchard.supports() {
-            let class = if support.kind == SupportKind::Post { Class::Post } else { Class::Wire };
+            let class = Class::from(support.kind);
             write_stick(&support.shape, class, &mut bytes);
         }
         Self { bytes, leaves }
@@ -186,17 +186,6 @@ fn sampled(count: usize) -> impl Iterator<Item = usize> {
         *at = (here + step) % count.max(1);
         Some(here)
     })
-}
-
-fn class_of(surface: Surface) -> Class {
-    match surface {
-        Surface::Bark => Class::Wood,
-        Surface::Fruit => Class::Fruit,
-        Surface::Post => Class::Post,
-        Surface::Wire => Class::Wire,
-        Surface::Soil => Class::Ground,
-        Surface::Grass => Class::Grass,
-    }
 }
 
 /// A polygon as an ellipse of the same area: from its foot to its farthest vertex, and as wide as the area asks for.

@@ -4,8 +4,8 @@ use super::leaf_field::LeafField;
 use super::returns::{Class, Return};
 use super::tag::Label;
 use super::wood_field::WoodField;
-use crate::organ::{Facet, Surface, Tree};
-use crate::support::{Support, SupportKind};
+use crate::organ::{Facet, Tree};
+use crate::support::Support;
 
 /// Leaves, wood and facets, each sorted along the row.
 #[derive(Clone, Debug, Default)]
@@ -34,40 +34,21 @@ impl Block {
                 .map(move |(organ, piece)| (Label { tree, organ, class: Class::Wood }, piece))
         });
         let built = (0..).zip(supports).map(|(organ, support)| {
-            (Label { tree: Return::NO_LABEL, organ, class: class_of_support(support.kind) }, &support.shape)
+            (Label { tree: Return::NO_LABEL, organ, class: support.kind.into() }, &support.shape)
         });
         // Facets count on where branches end.
         let facets = trees.flat_map(|(tree, organs)| {
             let first = organs.wood.len() as u32;
             (first..).zip(&organs.facets).map(move |(organ, facet)| {
-                (Label { tree, organ, class: class_of_surface(facet.surface) }, &facet.polygon)
+                (Label { tree, organ, class: facet.surface.into() }, &facet.polygon)
             })
         });
-        let ground =
-            ground.iter().map(|facet| (Label::of_nobody(class_of_surface(facet.surface)), &facet.polygon));
+        let ground = ground.iter().map(|facet| (Label::of_nobody(facet.surface.into()), &facet.polygon));
         let facets = facets.chain(ground);
         Self {
             leaves: LeafField::by_kind(leaves, period_m),
             wood: WoodField::new(wood.chain(built), period_m),
             facets: LeafField::by_kind(facets, period_m),
         }
-    }
-}
-
-fn class_of_surface(surface: Surface) -> Class {
-    match surface {
-        Surface::Bark => Class::Wood,
-        Surface::Fruit => Class::Fruit,
-        Surface::Post => Class::Post,
-        Surface::Wire => Class::Wire,
-        Surface::Soil => Class::Ground,
-        Surface::Grass => Class::Grass,
-    }
-}
-
-pub(super) fn class_of_support(kind: SupportKind) -> Class {
-    match kind {
-        SupportKind::Post => Class::Post,
-        SupportKind::Wire => Class::Wire,
     }
 }

@@ -6,8 +6,7 @@ use rowscan_protocol::scan::Pose;
 
 use super::{BeamFan, Beams, Class, Return};
 use crate::orchard::Orchard;
-use crate::organ::{Cylinder, Leaf, Surface};
-use crate::support::SupportKind;
+use crate::organ::{Cylinder, Leaf};
 
 /// A leaf seen more edge-on than this returns nothing.
 const EDGE_ON: f64 = 1e-12;
@@ -51,7 +50,7 @@ fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Ret
             }
         }
         for (organ, facet) in (organs.wood.len() as u32..).zip(&organs.facets) {
-            let class = class_of(facet.surface);
+            let class = Class::from(facet.surface);
             let ys = facet.polygon.outline().iter().map(|[_, y, _]| *y);
             let (low, high) =
                 (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
@@ -68,10 +67,7 @@ fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Ret
     }
     for (organ, support) in (0..).zip(orchard.supports()) {
         let (a, b, r) = (support.shape.base()[1], support.shape.tip()[1], support.shape.radius_m());
-        let class = match support.kind {
-            SupportKind::Post => Class::Post,
-            SupportKind::Wire => Class::Wire,
-        };
+        let class = Class::from(support.kind);
         for start in images(o, d, a.min(b) - r, a.max(b) + r, orchard) {
             offer(meet_cylinder(&support.shape, start, d), class, Return::NO_LABEL, organ);
         }
@@ -80,23 +76,12 @@ fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Ret
         let ys = facet.polygon.outline().iter().map(|[_, y, _]| *y);
         let (low, high) = (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
         for start in images(o, d, low, high, orchard) {
-            let class = class_of(facet.surface);
+            let class = Class::from(facet.surface);
             offer(meet_leaf(&facet.polygon, start, d), class, Return::NO_LABEL, Return::NO_LABEL);
         }
     }
     found.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));
     found
-}
-
-fn class_of(surface: Surface) -> Class {
-    match surface {
-        Surface::Bark => Class::Wood,
-        Surface::Fruit => Class::Fruit,
-        Surface::Post => Class::Post,
-        Surface::Wire => Class::Wire,
-        Surface::Soil => Class::Ground,
-        Surface::Grass => Class::Grass,
-    }
 }
 
 fn ground(o: DVec3, d: DVec3, plane_m: f64) -> Option<Return> {

@@ -79,14 +79,17 @@ impl LeafField {
         pieces: impl Iterator<Item = &'a Piece<'a>> + Clone,
         period_m: f64,
     ) -> Self {
-        let mut images: Vec<Image<'a>> = Vec::new();
-        images.reserve_exact(pieces.clone().count());
-        let along = |piece: &Piece<'_>| YExtent::around(piece.as_ref().iter().map(|[_, y, _]| *y));
+        // Nearly every piece has one image.
+        let count = pieces.clone().count();
+        let (mut images, mut extents): (Vec<Image<'a>>, Vec<YExtent>) =
+            (Vec::with_capacity(count), Vec::with_capacity(count));
         for piece in pieces {
-            images.extend(along(piece).images(period_m).map(|shift| (piece, shift)));
+            let extent = YExtent::around(piece.as_ref().iter().map(|[_, y, _]| *y));
+            for shift in extent.images(period_m) {
+                images.push((piece, shift));
+                extents.push(extent.moved(shift));
+            }
         }
-        let extents: Vec<YExtent> =
-            images.par_iter().map(|(piece, shift)| along(piece).moved(*shift)).collect();
         let (index, order) = RowIndex::new(&extents);
         drop(extents);
         let image = |number: Option<u32>| images.get(number? as usize);

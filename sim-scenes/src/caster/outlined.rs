@@ -31,9 +31,9 @@ impl Outlined {
 
     /// Adds eight leaves.
     fn push(&mut self, eight: &[Option<Entry<'_>>; WIDTH]) {
-        let start = self.values.len();
-        self.values.resize(start + rows_of(eight), Row::splat(0.0));
-        let vertices = (rows_of(eight) - HEAD) / 3;
+        let (start, count) = (self.values.len(), rows_of(eight));
+        self.values.resize(start + count, Row::splat(0.0));
+        let vertices = (count - HEAD) / 3;
         let rows = self.values.get_mut(start..).unwrap_or_default();
         for (lane, entry) in eight.iter().enumerate() {
             let Some(Entry { outline, normal, shift_m }) = entry else { continue };

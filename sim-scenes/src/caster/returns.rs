@@ -1,5 +1,8 @@
 //! What a beam came back from.
 
+use crate::organ::Surface;
+use crate::support::SupportKind;
+
 /// What kind of surface a beam met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Class {
@@ -20,6 +23,28 @@ pub enum Class {
     Wire,
     /// Grass, or the leaf of a weed.
     Grass,
+}
+
+impl From<Surface> for Class {
+    fn from(surface: Surface) -> Self {
+        match surface {
+            Surface::Bark => Self::Wood,
+            Surface::Fruit => Self::Fruit,
+            Surface::Post => Self::Post,
+            Surface::Wire => Self::Wire,
+            Surface::Soil => Self::Ground,
+            Surface::Grass => Self::Grass,
+        }
+    }
+}
+
+impl From<SupportKind> for Class {
+    fn from(kind: SupportKind) -> Self {
+        match kind {
+            SupportKind::Post => Self::Post,
+            SupportKind::Wire => Self::Wire,
+        }
+    }
 }
 
 impl Class {

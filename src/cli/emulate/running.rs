@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use rowscan_control::StateOf;
 use rowscan_emulator::{Emulator, SerialEmulator};
-use rowscan_web::ScannerGauge;
 use serde_json::{Map, Value, json};
 
 use super::super::client_limits;
 use super::super::events::{Counted, End};
-use super::super::web::{GaugeOf, of_cola};
+use super::super::web::{GaugeOf, of_cola, of_lms2xx};
 
 /// Tells what a scanner has done.
 pub(super) type CountsOf = Box<dyn Fn() -> Value + Send + Sync>;
@@ -46,10 +45,7 @@ impl Running {
     pub(super) fn gauge(&self) -> GaugeOf {
         match self {
             Self::Cola(emulator) => of_cola(emulator),
-            Self::Lms2xx(emulator) => {
-                let counts = emulator.counting();
-                Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
-            }
+            Self::Lms2xx(emulator) => of_lms2xx(emulator),
         }
     }
 

@@ -13,7 +13,7 @@ use super::super::events::End;
 use super::super::faulting::Faulting;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
-use super::super::web::{GaugeOf, of_cola};
+use super::super::web::{GaugeOf, of_cola, of_lms2xx};
 use super::super::{Failure, Format};
 use super::Args;
 use super::seats::{Place, Seat, Sort};
@@ -73,10 +73,7 @@ impl Live {
     pub(super) fn gauge(&self) -> GaugeOf {
         match self {
             Self::Cola(emulator) => of_cola(emulator),
-            Self::Lms2xx(emulator) => {
-                let counts = emulator.counting();
-                Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
-            }
+            Self::Lms2xx(emulator) => of_lms2xx(emulator),
             Self::Beside => Box::new(ScannerGauge::default),
         }
     }

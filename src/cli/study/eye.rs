@@ -4,7 +4,7 @@ use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::{Scene, files};
 
-use super::rows::Seeds;
+use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, number, percent};
 use crate::cli::{Failure, Format, Outcome, models, progress};
@@ -33,13 +33,11 @@ pub(in crate::cli) struct Args {
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    if let Some(distance_m) = args.distance.iter().find(|metres| !(0.2..=50.0).contains(*metres)) {
-        return Err(Failure::Usage(format!("--distance: expected 0.2 to 50 metres, found {distance_m}")));
-    }
+    let distances_m = distances_m(&args.distance)?;
     let scenes: Vec<Scene> =
         args.scene.iter().map(|name| files::load_scene(name)).collect::<Result<_, _>>()?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
-    let (seeds, distances_m) = (args.seeds.0.clone(), args.distance.clone());
+    let seeds = args.seeds.0.clone();
     let passes = scenes.len() * seeds.len() * models.len() * distances_m.len();
     let asked = ThroughTheEye { scenes, seeds, models, distances_m };
     let bar = progress::bar("driving past", "rows", passes as u64);

@@ -6,7 +6,7 @@ use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::files;
 
-use super::rows::Seeds;
+use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, number, percent, say};
 use crate::cli::{Failure, Format, Outcome, models, progress};
@@ -40,11 +40,9 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scene = files::load_scene(&args.scene)?;
-    if let Some(distance_m) = args.distance.iter().find(|metres| !(0.2..=50.0).contains(*metres)) {
-        return Err(Failure::Usage(format!("--distance: expected 0.2 to 50 metres, found {distance_m}")));
-    }
+    let distances_m = distances_m(&args.distance)?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
-    let asked = Physics { scene, seeds: args.seeds.0.clone(), models, distances_m: args.distance.clone() };
+    let asked = Physics { scene, seeds: args.seeds.0.clone(), models, distances_m };
     let tries = asked.seeds.len() * asked.models.len() * asked.distances_m.len();
     let bar = progress::bar("driving past", "rows", tries as u64);
     let work = move || {

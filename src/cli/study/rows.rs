@@ -34,6 +34,14 @@ impl FromStr for Seeds {
     }
 }
 
+/// Distances from the mirror to the row plane, metres: refused where no scanner stands so.
+pub(super) fn distances_m(asked: &[f64]) -> Result<Vec<f64>, Failure> {
+    match asked.iter().find(|metres| !(0.2..=50.0).contains(*metres)) {
+        Some(metres) => Err(Failure::Usage(format!("--distance: expected 0.2 to 50 metres, found {metres}"))),
+        None => Ok(asked.to_vec()),
+    }
+}
+
 /// Which rows of a scene are tried.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {

@@ -18,7 +18,7 @@ use super::{Failure, Format};
 
 pub(super) use feed::{Feed, Feeds};
 pub(super) use meter::Meter;
-pub(super) use rig_gauges::{GaugeOf, RigGauges, of_cola};
+pub(super) use rig_gauges::{GaugeOf, RigGauges, of_cola, of_lms2xx};
 pub(super) use scans::Scans;
 pub(super) use talk::Talk;
 

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rowscan_emulator::Emulator;
 use rowscan_emulator::clock::SimClock;
+use rowscan_emulator::{Emulator, SerialEmulator};
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
@@ -28,6 +28,12 @@ pub(in super::super) fn of_cola(emulator: &Emulator) -> GaugeOf {
             ..ScannerGauge::default()
         }
     })
+}
+
+/// The gauge of a virtual LMS2xx.
+pub(in super::super) fn of_lms2xx(emulator: &SerialEmulator) -> GaugeOf {
+    let counts = emulator.counting();
+    Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
 }
 
 /// How long ticks are counted for a speed.
