@@ -20,7 +20,7 @@ use rowscan_ports::Pty;
 use rowscan_protocol::device::{DialectPolicy, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::Model;
-use rowscan_recording::{StreamKind, Taps};
+use rowscan_recording::StreamKind;
 use rowscan_scenes::files::load_scene;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::Tractor;
@@ -230,12 +230,7 @@ impl Wiring<'_> {
         let faults = self.control.stream(&spec.id, Medium::Wire, Language::Lms2xx);
         let tap = self.witness.taps().open(&spec.id, StreamKind::Lms2xx);
         let wire = faulty_wire(Box::new(pty), &faults, tap);
-        let config = SerialConfig {
-            time_scale: self.scale,
-            state: None,
-            taps: Taps::default(),
-            stream: Some(spec.id.clone()),
-        };
+        let config = SerialConfig { stream: Some(spec.id.clone()), ..SerialConfig::at(self.scale) };
         Ok(self.rig.lms2xx(set_up.0, set_up.1, wire, config))
     }
 }

@@ -56,6 +56,7 @@ mod roster;
 mod running;
 mod scan_moment;
 mod scanner;
+mod sent_lines;
 mod serial_emulator;
 mod shared;
 mod sight;

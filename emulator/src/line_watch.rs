@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;
@@ -47,13 +48,15 @@ impl LineWatch {
         LineWatcher(self.0.subscribe())
     }
 
+    /// Whether anybody watches.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.0.receiver_count() > 0
+    }
+
     /// Shows the line that `telegram` tells of.
-    pub(crate) fn show(&self, at: SimTime, telegram: &LmdScandata, world: &ScannerView) {
-        if self.0.receiver_count() == 0 {
-            return;
-        }
+    pub(crate) fn show_cola(&self, at: SimTime, telegram: &LmdScandata, world: &ScannerView) {
         let mut scan = Scan::default();
-        let Some((whole, sight)) = world.sight() else { return };
+        let Some((whole, sight)) = world.sight().filter(|_| self.is_watched()) else { return };
         if telegram.to_scan_into(&mut scan).is_err() {
             return;
         }
@@ -64,6 +67,17 @@ impl LineWatch {
             returns.get(number.round() as usize).map_or(Class::None, |met| met.class)
         };
         let classes = (0..scan.beams.len()).map(class).collect();
+        self.show(at, scan, classes, (whole, sight));
+    }
+
+    /// Shows what a telegram says, what its beams met, and from where beams on that grid went out, of which its own are some.
+    pub(crate) fn show(
+        &self,
+        at: SimTime,
+        scan: Scan,
+        classes: Vec<Class>,
+        (whole, sight): (BeamGrid, Sight),
+    ) {
         let sight = sight.of_part(whole, scan.beams);
         // Nobody there is no failure.
         let _ = self.0.send(Arc::new(SeenLine { at, scan, classes, sight }));

@@ -21,8 +21,10 @@ use crate::ScannerView;
 use crate::clock::{SimClock, TimeScale};
 use crate::faulted::DeviceFaults;
 use crate::firing::{Claim, Firing};
+use crate::line_watch::LineWatch;
 use crate::playback_queue::{Recorded, Values};
 use crate::scan_moment::LastScan;
+use crate::sent_lines::SentLines;
 use crate::state_file::StateFile;
 
 /// Bytes taken from a client at a time.
@@ -43,6 +45,15 @@ pub struct SerialConfig {
     pub taps: Taps,
     /// What its stream is called; as the model is, where absent.
     pub stream: Option<String>,
+    /// Where its lines can be watched, if anywhere; a recorded one has none to show.
+    pub lines: Option<LineWatch>,
+}
+
+impl SerialConfig {
+    /// As it is out of the box, with simulated time at this scale.
+    pub fn at(time_scale: TimeScale) -> Self {
+        Self { time_scale, state: None, taps: Taps::default(), stream: None, lines: None }
+    }
 }
 
 /// What the host's scheduling adds to a pause inside a telegram.
@@ -99,6 +110,8 @@ pub(crate) struct Lms2xxScanner {
     /// What goes wrong with the device itself.
     troubles: Option<Arc<DeviceFaults>>,
     last_scan: Option<LastScan>,
+    /// Who watches its lines.
+    lines: Option<SentLines>,
 }
 
 /// Bytes from a client, on their way.
@@ -162,12 +175,18 @@ impl Lms2xxScanner {
             counts: Arc::default(),
             troubles: None,
             last_scan: None,
+            lines: None,
         }
     }
 
     /// The same with what goes wrong with it.
     pub(crate) fn troubled(self, troubles: Option<Arc<DeviceFaults>>) -> Self {
         Self { troubles, ..self }
+    }
+
+    /// The same with its lines watched.
+    pub(crate) fn watched(self, lines: Option<LineWatch>) -> Self {
+        Self { lines: lines.and_then(SentLines::new), ..self }
     }
 
     /// Does what goes wrong, or comes right, by now.
@@ -302,6 +321,11 @@ impl Lms2xxScanner {
         let now = self.clock.now();
         if let Some(bytes) = self.device.poll_transmit(now) {
             self.tap.record(Side::Device, &bytes);
+            if let (Some(lines), Values::Seen(world), Some(scan)) =
+                (&mut self.lines, &self.values, self.last_scan)
+            {
+                lines.sent(scan.at, &bytes, world);
+            }
             let began = self.free.max(now);
             let sending = Sending { bytes, began, pace: self.device.pace(), handed_on: 0 };
             self.free = sending.end();
@@ -397,7 +421,9 @@ impl Lms2xxScanner {
     /// Has the telegram of a sweep made.
     fn measure(&mut self, sweep: Sweep) -> bool {
         let Values::Seen(world) = &mut self.values else { return false };
-        look(&mut self.device, world, sweep);
+        let mut lines = self.lines.as_mut().filter(|lines| lines.are_watched());
+        lines.iter_mut().for_each(|lines| lines.begin());
+        look(&mut self.device, world, sweep, |world| lines.iter_mut().for_each(|lines| lines.turn(world)));
         let first = sweep.turns().next();
         self.last_scan = first.map(|turn| LastScan { at: Sweep::turn_at(turn), telegram_counter: None });
         let sent = self.device.finish(sweep.done(), sweep);
@@ -406,13 +432,19 @@ impl Lms2xxScanner {
     }
 }
 
-/// Looks once a mirror turn, each from where the tractor then is.
-pub(crate) fn look(device: &mut Device, world: &mut ScannerView, sweep: Sweep) {
+/// Looks once a mirror turn, each from where the tractor then is; `each` hears of it.
+pub(crate) fn look(
+    device: &mut Device,
+    world: &mut ScannerView,
+    sweep: Sweep,
+    mut each: impl FnMut(&ScannerView),
+) {
     for turn in sweep.turns() {
         let beams = device.turn_beams(turn);
         let mirror =
             Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams, suppresses_fog: false };
         world.look(mirror, Sweep::turn_at(turn));
+        each(world);
         let echo = world.echo();
         let seen = Beams { range_mm: &echo.range_mm, remission: &echo.remission };
         device.measure(sweep, turn, seen);

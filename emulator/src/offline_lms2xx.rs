@@ -80,7 +80,7 @@ impl OfflineLms2xx {
     /// The same, with what the beams of the last turn cast met: [`ScannerView::returns`].
     pub fn scan_met(&mut self) -> Option<(&Scan, &[Return])> {
         let sweep = self.device.plan(self.now)?;
-        look(&mut self.device, &mut self.world, sweep);
+        look(&mut self.device, &mut self.world, sweep, |_| ());
         if !self.begun {
             // The first scan finds the tractor at its start, and sets it going.
             self.world.tractor().begin(sweep.done());

@@ -220,7 +220,9 @@ impl Rig {
             faults.part(Arc::<DeviceFaults>::clone(&device));
             device
         });
-        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap).troubled(troubles);
+        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap)
+            .troubled(troubles)
+            .watched(config.lines);
         let emulator = SerialEmulator::of(&scanner);
         self.add_lms2xx(scanner);
         emulator

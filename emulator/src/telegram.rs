@@ -75,7 +75,7 @@ impl Telegram {
         let mut device = shared.device();
         let measured = device.measure(at, &world.line()).map(|scan| {
             if let Some(lines) = &shared.config.lines {
-                lines.show(at, scan, world);
+                lines.show_cola(at, scan, world);
             }
             let wanted = |of: fn(&Wants) -> bool| {
                 move |dialect| audience.iter().any(|(_, wants)| wants.dialect == dialect && of(wants))

@@ -4,13 +4,13 @@ use rowscan_protocol::nmea::{NmeaLines, sentence};
 
 /// Where the antenna was.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Fix {
+pub struct Fix {
     /// Degrees, north positive.
-    pub(crate) latitude_deg: f64,
+    pub latitude_deg: f64,
     /// Degrees, east positive.
-    pub(crate) longitude_deg: f64,
+    pub longitude_deg: f64,
     /// Above the ellipsoid: the height that GGA has over mean sea level and the geoid's own.
-    pub(crate) altitude_m: f64,
+    pub altitude_m: f64,
 }
 
 /// Finds fixes in a receiver's bytes.

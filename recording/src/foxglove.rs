@@ -7,25 +7,26 @@ use rowscan_protocol::can::CanFrame;
 use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
 
-use crate::fix::Fix;
+pub use crate::fix::Fix;
+pub use crate::schema::{Language, Schema};
 
-/// What a decoded channel holds, and what its topic ends in.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Schema {
-    pub(crate) topic: &'static str,
-    pub(crate) name: &'static str,
-    pub(crate) text: &'static str,
-}
-
-pub(crate) const LASER_SCAN: Schema =
-    Schema { topic: "scan", name: "foxglove.LaserScan", text: include_str!("foxglove/LaserScan.json") };
-pub(crate) const POINT_CLOUD: Schema =
-    Schema { topic: "points", name: "foxglove.PointCloud", text: include_str!("foxglove/PointCloud.json") };
-pub(crate) const LOCATION_FIX: Schema =
-    Schema { topic: "fix", name: "foxglove.LocationFix", text: include_str!("foxglove/LocationFix.json") };
+/// A scan: a range a beam.
+pub const LASER_SCAN: Schema = json("scan", "foxglove.LaserScan", include_str!("foxglove/LaserScan.json"));
+/// A scan: what came back, as points.
+pub const POINT_CLOUD: Schema =
+    json("points", "foxglove.PointCloud", include_str!("foxglove/PointCloud.json"));
+/// A position.
+pub const LOCATION_FIX: Schema =
+    json("fix", "foxglove.LocationFix", include_str!("foxglove/LocationFix.json"));
+/// Where one frame of reference is in another.
+pub const FRAME_TRANSFORM: Schema =
+    json("tf", "foxglove.FrameTransform", include_str!("foxglove/FrameTransform.json"));
 /// Foxglove has no schema of a CAN frame.
-pub(crate) const CAN_FRAME: Schema =
-    Schema { topic: "frame", name: "rowscan.CanFrame", text: include_str!("foxglove/CanFrame.json") };
+pub const CAN_FRAME: Schema = json("frame", "rowscan.CanFrame", include_str!("foxglove/CanFrame.json"));
+
+const fn json(topic: &'static str, name: &'static str, text: &'static str) -> Schema {
+    Schema { topic, name, text, language: Language::Json }
+}
 
 /// What stands for a beam without an echo: JSON has no infinity, and viewers leave zeros out.
 const MISS: f64 = 0.0;
@@ -34,7 +35,7 @@ const MISS: f64 = 0.0;
 const FLOAT32: u8 = 7;
 
 /// The scan's frame: x along device angle 0°, y along 90°, in metres; counter-clockwise from above.
-pub(crate) fn laser_scan(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
+pub fn laser_scan(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
     let beams = scan.beams;
     let angle = |beam: usize| beams.angle_deg(beam).to_radians();
     let first = scan.echoes.first();
@@ -54,7 +55,7 @@ pub(crate) fn laser_scan(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
 }
 
 /// Every echo that came back: x, y, z and remission, packed as 32-bit floats.
-pub(crate) fn point_cloud(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
+pub fn point_cloud(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
     let mut data = Vec::new();
     let (up, ahead) = (f64::from(scan.layer_centideg) / 100.0).to_radians().sin_cos();
     for echo in &scan.echoes {
@@ -79,7 +80,7 @@ pub(crate) fn point_cloud(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
 }
 
 /// A position. How exact it is GGA does not say.
-pub(crate) fn location_fix(at_ns: u64, frame: &str, fix: &Fix) -> Vec<u8> {
+pub fn location_fix(at_ns: u64, frame: &str, fix: &Fix) -> Vec<u8> {
     text(&json!({
         "timestamp": timestamp(at_ns),
         "frame_id": frame,
@@ -91,8 +92,24 @@ pub(crate) fn location_fix(at_ns: u64, frame: &str, fix: &Fix) -> Vec<u8> {
     }))
 }
 
+/// Where the origin of `child` is in `parent`, metres, and how it is turned there: x, y, z and w of a unit quaternion.
+pub fn frame_transform(
+    at_ns: u64,
+    (parent, child): (&str, &str),
+    [x, y, z]: [f64; 3],
+    [i, j, k, w]: [f64; 4],
+) -> Vec<u8> {
+    text(&json!({
+        "timestamp": timestamp(at_ns),
+        "parent_frame_id": parent,
+        "child_frame_id": child,
+        "translation": { "x": x, "y": y, "z": z },
+        "rotation": { "x": i, "y": j, "z": k, "w": w },
+    }))
+}
+
 /// A CAN frame.
-pub(crate) fn can_frame(at_ns: u64, frame: &CanFrame) -> Vec<u8> {
+pub fn can_frame(at_ns: u64, frame: &CanFrame) -> Vec<u8> {
     text(&json!({
         "timestamp": timestamp(at_ns),
         "id": frame.id.bits(),
@@ -102,7 +119,8 @@ pub(crate) fn can_frame(at_ns: u64, frame: &CanFrame) -> Vec<u8> {
     }))
 }
 
-fn timestamp(at_ns: u64) -> Value {
+/// A time as the schemas have it.
+pub fn timestamp(at_ns: u64) -> Value {
     json!({ "sec": at_ns / 1_000_000_000, "nsec": at_ns % 1_000_000_000 })
 }
 

@@ -32,7 +32,7 @@ mod error;
 #[cfg(feature = "files")]
 mod fix;
 #[cfg(feature = "files")]
-mod foxglove;
+pub mod foxglove;
 #[cfg(feature = "files")]
 mod frames;
 #[cfg(feature = "files")]
@@ -48,7 +48,11 @@ mod recorder;
 #[cfg(feature = "files")]
 mod repair;
 #[cfg(feature = "files")]
+mod ros2;
+#[cfg(feature = "files")]
 mod scan_reader;
+#[cfg(feature = "files")]
+mod schema;
 mod tap;
 mod wall_clock;
 #[cfg(feature = "files")]

@@ -44,8 +44,8 @@ impl ScanReader {
         self.push_bytes(at, &packet.bytes);
     }
 
-    /// Takes the device's next bytes.
-    pub(crate) fn push_bytes(&mut self, at: Duration, bytes: &[u8]) {
+    /// Takes the device's next bytes, which came at `at`, any epoch.
+    pub fn push_bytes(&mut self, at: Duration, bytes: &[u8]) {
         self.0.handle_bytes(at, bytes);
     }
 

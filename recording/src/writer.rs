@@ -8,6 +8,9 @@
 //! | `/NAME/fix` | `foxglove.LocationFix` in JSON, of a GNSS receiver |
 //! | `/NAME/frame` | `rowscan.CanFrame` in JSON, of a CAN bus, both directions |
 //!
+//! As a ROS 2 bag ([`Language::Ros2`]) every message is in CDR, for ROS 2 reads no file with two encodings: raw bytes are `std_msgs/msg/UInt8MultiArray`, scans
+//! `sensor_msgs/msg/LaserScan`, positions `sensor_msgs/msg/NavSatFix`.
+//!
 //! Log time is the host's. A channel's sequence numbers count packets, lost ones too. Records are not chunked: whatever was handed to
 //! the system before a crash is whole records and at most one torn one, and every MCAP reader can read up to there.
 
@@ -21,9 +24,9 @@ use mcap::{McapError, WriteOptions, Writer};
 use rowscan_protocol::can::CanFrame;
 
 use crate::fix::FixReader;
-use crate::foxglove::Schema;
 use crate::scan_reader::{MAX_PAYLOAD, ScanReader};
-use crate::{Side, StreamKind, foxglove};
+use crate::schema::{Language, Schema};
+use crate::{Side, StreamKind, foxglove, ros2};
 
 /// Message encoding of raw bytes.
 pub(crate) const BYTES: &str = "bytes";
@@ -102,6 +105,8 @@ pub struct Decoded {
     pub points: bool,
     /// Positions as `foxglove.LocationFix`, CAN frames as `rowscan.CanFrame`.
     pub beside: bool,
+    /// In which language. ROS 2 has no points of ours and no CAN frames.
+    pub language: Language,
 }
 
 /// A stream of the file being written.
@@ -141,7 +146,7 @@ impl Watch {
                 ScanReader::new(kind, MAX_PAYLOAD).map(Self::Scans)
             }
             StreamKind::Nmea if decoded.beside => Some(Self::Fixes(FixReader::default())),
-            StreamKind::Can if decoded.beside => Some(Self::Frames),
+            StreamKind::Can if decoded.beside && decoded.language == Language::Json => Some(Self::Frames),
             _ => None,
         }
     }
@@ -161,9 +166,12 @@ impl Watch {
                 reader.push_bytes(Duration::from_nanos(at_ns), bytes);
                 while let Some(scan) = reader.next_scan() {
                     if wanted.scans {
-                        messages.push((foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan)));
+                        messages.push(match wanted.language {
+                            Language::Json => (foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan)),
+                            Language::Ros2 => (ros2::LASER_SCAN, ros2::laser_scan(at_ns, name, scan)),
+                        });
                     }
-                    if wanted.points {
+                    if wanted.points && wanted.language == Language::Json {
                         messages.push((foxglove::POINT_CLOUD, foxglove::point_cloud(at_ns, name, scan)));
                     }
                 }
@@ -171,9 +179,10 @@ impl Watch {
             Self::Fixes(reader) if from == Side::Device => {
                 reader.push(bytes);
                 let fixes = std::iter::from_fn(|| reader.next_fix());
-                messages.extend(
-                    fixes.map(|fix| (foxglove::LOCATION_FIX, foxglove::location_fix(at_ns, name, &fix))),
-                );
+                messages.extend(fixes.map(|fix| match wanted.language {
+                    Language::Json => (foxglove::LOCATION_FIX, foxglove::location_fix(at_ns, name, &fix)),
+                    Language::Ros2 => (ros2::NAV_SAT_FIX, ros2::nav_sat_fix(at_ns, name, &fix)),
+                }));
             }
             // A bus has no sides.
             Self::Frames => {
@@ -192,6 +201,20 @@ struct Channel {
     sequence: u32,
 }
 
+/// The number of a schema in the file, where it stands from here on.
+fn schema_id<W: Write + Seek>(
+    writer: &mut Writer<W>,
+    schemas: &mut BTreeMap<&'static str, u16>,
+    schema: Schema,
+) -> io::Result<u16> {
+    if let Some(id) = schemas.get(schema.name) {
+        return Ok(*id);
+    }
+    let language = schema.language.of_schema();
+    let id = writer.add_schema(schema.name, language, schema.text.as_bytes()).map_err(plain)?;
+    Ok(*schemas.entry(schema.name).or_insert(id))
+}
+
 impl<W: Write + Seek> McapWriter<W> {
     /// Begins a file that is safe against crashes: records one after another, the index only at its end.
     pub fn new(out: W, about: &About, decoded: Decoded) -> io::Result<Self> {
@@ -206,7 +229,11 @@ impl<W: Write + Seek> McapWriter<W> {
 
     fn with_options(out: W, about: &About, decoded: Decoded, options: WriteOptions) -> io::Result<Self> {
         let program = about.program.clone().unwrap_or_else(|| "rowscan".to_owned());
-        let options = options.compression(None).profile("").library(program);
+        let profile = match decoded.language {
+            Language::Json => "",
+            Language::Ros2 => "ros2",
+        };
+        let options = options.compression(None).profile(profile).library(program);
         let mut writer = Writer::with_options(out, options).map_err(plain)?;
         let about = Metadata { name: ABOUT.to_owned(), metadata: about.entries() };
         writer.write_metadata(&about).map_err(plain)?;
@@ -234,7 +261,13 @@ impl<W: Write + Seek> McapWriter<W> {
         };
         let about = [(STREAM_KEY, name), (SIDE_KEY, from), (KIND_KEY, &kind.to_string())];
         let about = about.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
-        let id = self.writer.add_channel(0, &topic, BYTES, &about).map_err(plain)?;
+        let (schema, encoding) = match self.decoded.language {
+            Language::Json => (0, BYTES),
+            Language::Ros2 => {
+                (schema_id(&mut self.writer, &mut self.schemas, ros2::BYTES)?, Language::Ros2.of_messages())
+            }
+        };
+        let id = self.writer.add_channel(schema, &topic, encoding, &about).map_err(plain)?;
         Ok(Channel { id, sequence: 0 })
     }
 
@@ -254,24 +287,20 @@ impl<W: Write + Seek> McapWriter<W> {
             Side::Host => &mut found.to_device,
         };
         channel.sequence = channel.sequence.wrapping_add(lost_before);
-        message(writer, channel, at_ns, bytes)?;
+        match decoded.language {
+            Language::Json => message(writer, channel, at_ns, bytes)?,
+            Language::Ros2 => message(writer, channel, at_ns, &ros2::bytes(bytes))?,
+        }
         let Some(watch) = &mut found.watch else { return Ok(()) };
         for (schema, text) in watch.read(&found.name, from, at_ns, bytes, *decoded) {
-            let schema_id = match schemas.get(schema.name) {
-                Some(id) => *id,
-                None => {
-                    let id = writer
-                        .add_schema(schema.name, "jsonschema", schema.text.as_bytes())
-                        .map_err(plain)?;
-                    *schemas.entry(schema.name).or_insert(id)
-                }
-            };
+            let schema_id = schema_id(writer, schemas, schema)?;
             let channel = match found.decoded.entry(schema.topic) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(free) => {
                     let topic = format!("/{}/{}", found.name, schema.topic);
-                    let id =
-                        writer.add_channel(schema_id, &topic, "json", &BTreeMap::new()).map_err(plain)?;
+                    let id = writer
+                        .add_channel(schema_id, &topic, schema.language.of_messages(), &BTreeMap::new())
+                        .map_err(plain)?;
                     free.insert(Channel { id, sequence: 0 })
                 }
             };

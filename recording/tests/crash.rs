@@ -86,7 +86,8 @@ fn read(file: &[u8]) -> (Vec<Packet>, bool) {
 
 #[test]
 fn cut_anywhere_it_opens_and_lacks_nothing_but_its_tail() {
-    let (file, boundaries) = written(Decoded { scans: true, points: true, beside: true });
+    let (file, boundaries) =
+        written(Decoded { scans: true, points: true, beside: true, ..Decoded::default() });
     let sample = sample();
     let check = |cut: usize, at_least: usize| {
         let (packets, torn) = read(&file[..cut]);

@@ -12,7 +12,7 @@ const STDIN: &str = "-";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A recording: MCAP, pcap, pcapng, raw bytes, hex text (one frame a line, comments after `;`), candump log, CSV of ranges; `-` reads standard input to its end
+    /// A recording: MCAP, pcap, pcapng, raw bytes, hex text (one frame a line, comments after `;`), telegrams as text, CARMEN log, candump log, CSV of ranges, each as it is or packed by gzip; `-` reads standard input to its end
     file: PathBuf,
     /// Write every value out in words; else long lists are shown by length and extremes
     #[arg(long)]
@@ -54,7 +54,7 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     let (bad, opaque) = (transcript.count(Verdict::Bad), transcript.count(Verdict::Opaque));
     if transcript.frames() == 0 {
         return Err(refused(
-            "no telegram found; MCAP, pcap, pcapng, raw bytes, hex text, candump logs and CSV of ranges are understood"
+            "no telegram found; MCAP, pcap, pcapng, raw bytes, hex text, telegrams as text, CARMEN logs, candump logs and CSV of ranges are understood"
                 .to_owned(),
         ));
     }

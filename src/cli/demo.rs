@@ -9,7 +9,6 @@ use rowscan_canopy::{Estimate, Pipeline};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::AnyModel;
-use rowscan_recording::Taps;
 use rowscan_scenes::Truth;
 use serde::Serialize;
 
@@ -167,8 +166,7 @@ impl Args {
                 (Box::new(pty), Source::Serial { path: link, rate })
             }
         };
-        let config =
-            SerialConfig { time_scale: self.time_scale, state: None, taps: Taps::default(), stream: None };
+        let config = SerialConfig::at(self.time_scale);
         let scanner = Virtual::Lms2xx(SerialEmulator::start(device, world, wire, config));
         Ok(Set { scanner, source, reading, scans, model: model.name })
     }

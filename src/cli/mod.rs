@@ -92,7 +92,7 @@ enum Command {
     Replay(replay::Args),
     /// Scans or points of a recording as CSV, PLY, LAS, NPY or Parquet
     Export(export::Args),
-    /// Recorded telegrams in words: MCAP, pcap, pcapng, raw bytes, hex text
+    /// Recorded telegrams in words: MCAP, pcap, pcapng, raw bytes, hex text, telegrams as text
     Decode(decode::Args),
     /// The messages on the CAN bus: DBC file, tables, logs in words
     #[command(subcommand)]
@@ -183,6 +183,9 @@ pub enum Failure {
     /// A control.
     #[error(transparent)]
     Control(#[from] rowscan_control::ServerError),
+    /// A server for Foxglove.
+    #[error(transparent)]
+    Foxglove(#[from] rowscan_foxglove::FoxgloveError),
     /// An endpoint.
     #[error(transparent)]
     Listen(#[from] rowscan_emulator::ListenError),

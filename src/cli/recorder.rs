@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rowscan_protocol::rig::Rig;
+use rowscan_recording::foxglove::Language;
 use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps};
 use tokio::sync::Notify;
 
@@ -48,15 +49,21 @@ enum DecodedArg {
     Points,
     /// Both
     All,
+    /// A ROS 2 bag: sensor_msgs/LaserScan, sensor_msgs/NavSatFix, and the raw bytes as std_msgs/UInt8MultiArray
+    Ros2,
 }
 
 impl From<DecodedArgs> for Decoded {
     fn from(args: DecodedArgs) -> Self {
         let is = |wanted: &[DecodedArg]| wanted.contains(&args.decoded);
         Self {
-            scans: is(&[DecodedArg::Scans, DecodedArg::All]),
+            scans: is(&[DecodedArg::Scans, DecodedArg::All, DecodedArg::Ros2]),
             points: is(&[DecodedArg::Points, DecodedArg::All]),
             beside: args.decoded != DecodedArg::None,
+            language: match args.decoded {
+                DecodedArg::Ros2 => Language::Ros2,
+                _ => Language::Json,
+            },
         }
     }
 }

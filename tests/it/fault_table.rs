@@ -226,12 +226,7 @@ impl Bench<'_> {
                 Some(faults) => faulty_wire(Box::new(there), &faults, Tap::default()),
                 None => Box::new(there),
             };
-            let config = SerialConfig {
-                time_scale: TimeScale::Paced(1.0),
-                state: None,
-                taps: Taps::default(),
-                stream: None,
-            };
+            let config = SerialConfig::at(TimeScale::Paced(1.0));
             return (here, None, Box::new(rig.lms2xx(device, view, wire, config)));
         }
         let medium = if self.client == Client::ColaLine { Medium::Wire } else { Medium::Tcp };

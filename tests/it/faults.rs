@@ -15,7 +15,6 @@ use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::model;
-use rowscan_recording::Taps;
 use serde_json::Value;
 use tokio::time::Instant;
 
@@ -161,12 +160,7 @@ async fn a_serial_line_has_its_faults_too() {
         let stream = control.stream("line", Medium::Wire, Language::Lms2xx);
         control.add_all(read(&text).expect("sound")).expect("fits");
         let (here, there) = tokio::io::duplex(64 * 1024);
-        let config = SerialConfig {
-            time_scale: TimeScale::Paced(1.0),
-            state: None,
-            taps: Taps::default(),
-            stream: None,
-        };
+        let config = SerialConfig::at(TimeScale::Paced(1.0));
         let wire = Box::new(stream.wrap(there, |_| ()));
         let emulator = rig.lms2xx(device, world, wire, config);
         let _running = rig.run();

@@ -64,3 +64,4 @@ mod transcripts;
 mod truth_files;
 mod validity;
 mod web;
+mod web_lms2xx;

@@ -21,7 +21,6 @@ use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{self, Model};
-use rowscan_recording::Taps;
 use rowscan_scenes::Scene;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::Trial;
@@ -109,8 +108,7 @@ async fn online_on_a_line(model: &'static lms2xx::model::Model) -> Estimate {
     let scans = stage.scans_to_row_end(hertz);
     let line = NetLine::rfc2217("127.0.0.1:0").await.expect("a free port");
     let source = Source::Rfc2217 { address: line.address().to_string(), rate: lms2xx::Rate::R500000 };
-    let serial =
-        SerialConfig { time_scale: TimeScale::Max, state: None, taps: Taps::default(), stream: None };
+    let serial = SerialConfig::at(TimeScale::Max);
     let _emulator = SerialEmulator::start(device, world, Box::new(line), serial);
     let config = DriverConfig { lms2xx: config, ..DriverConfig::default() };
     let mut scanner = Scanner::open(&source, config).await.expect("it answers");

@@ -192,8 +192,7 @@ async fn every_lms2xx_on_a_bare_line_and_on_a_pseudo_terminal() {
             let options = Options { pause_slack: Duration::MAX / 4, ..Options::default() };
             let first = recorder(&x);
             let (device, world) = stage.serial_scanner(0, model, options).expect("it fits");
-            let config =
-                SerialConfig { time_scale: TimeScale::Max, state: None, taps: first.taps(), stream: None };
+            let config = SerialConfig { taps: first.taps(), ..SerialConfig::at(TimeScale::Max) };
             let (wire, place) = open(line, &folder.path().join("first")).await;
             let emulator = SerialEmulator::start(device, world, wire, config);
             take_lms2xx(line, &place).await;
@@ -208,8 +207,7 @@ async fn every_lms2xx_on_a_bare_line_and_on_a_pseudo_terminal() {
             let clock = Arc::new(SimClock::start(TimeScale::Max));
             let playhead = Arc::new(Playhead::new(parts[0].begins_ns.expect("scans")));
             let tape = Playback::open(x.clone(), &parts, played()).expect("it opens");
-            let config =
-                SerialConfig { time_scale: TimeScale::Max, state: None, taps: second.taps(), stream: None };
+            let config = SerialConfig { taps: second.taps(), ..SerialConfig::at(TimeScale::Max) };
             let (wire, place) = open(line, &folder.path().join("second")).await;
             let device = lms2xx_device_of(parts[0], found, options);
             let emulator = SerialEmulator::replay(device, &parts[0].name, wire, Arc::clone(&clock), config);

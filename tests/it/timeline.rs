@@ -263,8 +263,7 @@ async fn gnss_beside_an_lms2xx_at_full_speed_waits_for_the_lines_client() {
     let (device, world) = stage.serial_scanner_on(&tractor, 0, model, options).expect("it fits");
     let wire = NetLine::bare("127.0.0.1:0").await.expect("a free port");
     let address = wire.address();
-    let config =
-        SerialConfig { time_scale: TimeScale::Max, state: None, taps: Taps::default(), stream: None };
+    let config = SerialConfig::at(TimeScale::Max);
     let scanner = rig.lms2xx(device, world, Box::new(wire), config);
     let _running = rig.run();
     let mut sentence = [0; 4096];

@@ -68,7 +68,7 @@ async fn watched(guard: Guard) -> Watched {
 }
 
 /// One HTTP request; status, head and body.
-async fn http(address: SocketAddr, head: &str, body: &str) -> (u16, String, Vec<u8>) {
+pub(super) async fn http(address: SocketAddr, head: &str, body: &str) -> (u16, String, Vec<u8>) {
     let request = format!("{head}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}", body.len());
     let request = if head.contains("Host:") {
         request
@@ -89,7 +89,7 @@ async fn http(address: SocketAddr, head: &str, body: &str) -> (u16, String, Vec<
     (status, head, answer[end + 4..].to_vec())
 }
 
-async fn json(address: SocketAddr, path: &str) -> Value {
+pub(super) async fn json(address: SocketAddr, path: &str) -> Value {
     let (status, head, body) = http(address, &format!("GET {path} HTTP/1.1"), "").await;
     assert_eq!(status, 200, "{path}: {head}");
     serde_json::from_slice(&body).expect("json")
@@ -104,10 +104,10 @@ fn f32_at(bytes: &[u8], at: usize) -> f32 {
 }
 
 /// Counter, ranges, remissions, numbers of classes.
-type Shown = (u16, Vec<f32>, Vec<u16>, Vec<u8>);
+pub(super) type Shown = (u16, Vec<f32>, Vec<u16>, Vec<u8>);
 
 /// The first line of a picture.
-fn line_of(picture: &[u8]) -> Option<Shown> {
+pub(super) fn line_of(picture: &[u8]) -> Option<Shown> {
     assert_eq!(&picture[..4], b"RWP1");
     if u32_at(picture, 8) == 0 {
         return None;
@@ -402,7 +402,7 @@ fn emulate_tells_where_its_page_is_and_what_it_needs() {
 }
 
 /// Asks for a state until it is as wanted.
-async fn state_when(address: SocketAddr, is_wanted: impl Fn(&Value) -> bool) -> Value {
+pub(super) async fn state_when(address: SocketAddr, is_wanted: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..500 {
         let state = json(address, "/watch/state").await;
         if is_wanted(&state) {
@@ -414,7 +414,7 @@ async fn state_when(address: SocketAddr, is_wanted: impl Fn(&Value) -> bool) -> 
 }
 
 /// The page's address among what a command tells before `until`.
-fn page_of(telling: &mut Telling) -> SocketAddr {
+pub(super) fn page_of(telling: &mut Telling) -> SocketAddr {
     let web = std::iter::from_fn(|| telling.next()).find(|line| line["endpoint"] == "web").expect("told");
     web["address"].as_str().expect("told").parse().expect("an address")
 }
@@ -444,7 +444,7 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         // It stays until it is told to go.
         watching.end();
 
-        let places = ["--tcp", "127.0.0.1:0", "--web", "127.0.0.1:0", "--loop"];
+        let places = ["--tcp", "127.0.0.1:0", "--web", "127.0.0.1:0", "--loop", "--rig", &scene];
         let mut replaying = Telling::start("replay", &[&[recording.as_str()][..], &places].concat());
         let scanner = replaying.address();
         let page = page_of(&mut replaying);
@@ -468,6 +468,10 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
             state["scanners"][0]["lines"].as_u64() > after["scanners"][0]["lines"].as_u64()
         })
         .await;
+        state_when(page, |state| state["strip_version"].as_u64() > Some(0)).await;
+        let strip = json(page, "/watch/strip").await;
+        let measured = strip["strip"]["measured"][0].as_array().expect("by the rig");
+        assert!(measured.iter().any(|metre| metre["impacted_m2"].as_f64() > Some(0.0)), "{strip}");
         replaying.end();
         reading.join().expect("it ends");
     });

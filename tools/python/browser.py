@@ -107,6 +107,10 @@ class Browser:
         with open(path, "wb") as out:
             out.write(base64.b64decode(data))
 
+    def still(self, quality):
+        """The window as lossy WebP."""
+        return base64.b64decode(self.call("Page.captureScreenshot", format="webp", quality=quality)["data"])
+
     def close(self):
         """Ends it."""
         if self.process.poll() is None:

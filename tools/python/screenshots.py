@@ -1,12 +1,15 @@
 """Pictures of the live page for the documents: `cargo xtask screenshots` runs it. Look at each before it is committed."""
 
 import contextlib
+import json
 import os
 import sys
 import tempfile
 import threading
 import time
+import urllib.request
 
+import animated
 from browser import Browser
 from emulator import Emulator, run
 from lms_client import Client
@@ -46,6 +49,35 @@ def drive(name, scheme, script="true", arguments=(), wait_s=7.0, after_s=2.0, si
             window.ask(script)
             time.sleep(after_s)
             keep(window, name)
+    finally:
+        started.close()
+
+
+def motion(name, scheme, frames=40, size=(1000, 640)):
+    """A drive past a row that moves: simulated time runs slowly, so that a machine without a graphics card gets every frame."""
+    slow = 0.125
+    started = Emulator("spindle", "--seed", "7", "--web", "127.0.0.1:0", "--time-scale", str(slow))
+    try:
+        with Browser(*size, scheme=scheme) as window, Client(started.address, "B") as client:
+            client.subscribe()
+            threading.Thread(target=drain, args=(client,), daemon=True).start()
+            look(window, started, 2.0)
+            window.ask(by_class())
+            request = urllib.request.Request("http://%s/clock" % started.endpoint("web")["address"], method="POST")
+            request.add_header("Content-Type", "application/json")
+            urllib.request.urlopen(request, json.dumps({"scale": 4}).encode()).close()
+            time.sleep(1.0)
+            urllib.request.urlopen(request, json.dumps({"scale": slow}).encode()).close()
+            stills, at_s = [], []
+            for _ in range(frames):
+                stills.append(window.still(quality=55))
+                at_s.append(window.ask("rowscan.state.tractor.at_s"))
+        between_ms = round((at_s[-1] - at_s[0]) / (frames - 1) * 1000)
+        path = os.path.join(FOLDER, "watch-%s.webp" % name)
+        with open(path, "wb") as file:
+            file.write(animated.webp(stills, *size, between_ms))
+        print("%s: %d kB, a frame every %d ms" % (path, os.path.getsize(path) / 1000, between_ms))
+        assert os.path.getsize(path) < 2_000_000, "%s is too heavy" % path
     finally:
         started.close()
 
@@ -98,6 +130,7 @@ PICTURES = {
     "lost": lambda: drive("lost", "dark", fault("power"), after_s=6.0),
     "dirty": lambda: drive("dirty", "light", fault("contamination", level="2", sector="[60, 100]"), after_s=3.0),
     "replay": lambda: replay("replay", "light"),
+    "motion": lambda: motion("motion", "dark"),
     "small": lambda: drive("small", "dark", size=(420, 900)),
 }
 

@@ -9,6 +9,11 @@ pub trait Gauges: Send + Sync {
         None
     }
 
+    /// Where the GNSS receiver says it is, if it knows.
+    fn fix(&self) -> Option<FixGauge> {
+        None
+    }
+
     /// The scanners, in the order of [`About::scanners`](crate::About).
     fn scanners(&self) -> Vec<ScannerGauge>;
 }
@@ -36,6 +41,17 @@ pub struct TractorGauge {
     pub has_begun: bool,
     /// How fast it is, as each instrument has it.
     pub speeds: Speeds,
+}
+
+/// A position by the GNSS receiver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct FixGauge {
+    /// Degrees north.
+    pub latitude_deg: f64,
+    /// Degrees east.
+    pub longitude_deg: f64,
+    /// Above the ellipsoid, metres.
+    pub altitude_m: f64,
 }
 
 /// One speed, by who measures it; m/s.

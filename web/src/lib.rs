@@ -6,6 +6,7 @@
 //! | [`Show`] | what is shown: lines are handed in, everything else is asked for |
 //! | [`Gauges`] | where tractor and scanners tell how they are |
 //! | [`OrchardPicture`] | an orchard as a browser draws it: bytes, made once |
+//! | [`Onlooker`] | another program that is told of every scan |
 //! | [`Web`] | the page at an address, with the routes of a [`Bench`](rowscan_control::Bench) beside it |
 //!
 //! Nobody who is watched waits for a browser. Lines are kept one a scanner, the newest. A picture is made of them every 40 ms while somebody looks, once for
@@ -15,6 +16,7 @@ mod clock;
 mod gauges;
 mod line;
 mod live;
+mod onlooker;
 mod orchard;
 mod page;
 mod picture;
@@ -25,8 +27,8 @@ mod studio;
 mod telegram_log;
 mod web;
 
-pub use gauges::{Gauges, ScannerGauge, Speeds, TractorGauge};
-pub use line::Line;
+pub use gauges::{FixGauge, Gauges, ScannerGauge, Speeds, TractorGauge};
+pub use onlooker::{Onlooker, Seen};
 pub use orchard::OrchardPicture;
 pub use show::{About, ScannerAbout, Show};
 pub use strip::{Metre, Strip, TruthColumn};

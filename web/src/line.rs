@@ -7,32 +7,32 @@ use rowscan_scenes::Class;
 
 /// One line of a scanner. As many ranges as beams; remissions and classes as many, or none.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub(crate) struct Line {
     /// Seconds: simulated ones, or since the source began.
-    pub at_s: f64,
+    pub(crate) at_s: f64,
     /// The number in its telegram.
-    pub counter: u16,
+    pub(crate) counter: u16,
     /// What the device says of itself.
-    pub status: DeviceStatus,
+    pub(crate) status: DeviceStatus,
     /// Mirror turns a second, as the telegram tells; 0 where it does not.
-    pub frequency_hz: f64,
+    pub(crate) frequency_hz: f64,
     /// Device angle of beam 0, degrees.
-    pub start_deg: f64,
+    pub(crate) start_deg: f64,
     /// From beam to beam, degrees.
-    pub step_deg: f64,
+    pub(crate) step_deg: f64,
     /// First echo, metres; infinite where there was none.
-    pub range_m: Vec<f32>,
+    pub(crate) range_m: Vec<f32>,
     /// First echo, in the device's own digits.
-    pub remission: Vec<u16>,
+    pub(crate) remission: Vec<u16>,
     /// What each beam met, where that is known.
-    pub classes: Vec<Class>,
+    pub(crate) classes: Vec<Class>,
     /// Where the beams went out, where that is known.
-    pub sight: Option<Sight>,
+    pub(crate) sight: Option<Sight>,
 }
 
 impl Line {
     /// What a telegram says.
-    pub fn of_scan(at_s: f64, scan: &Scan) -> Self {
+    pub(crate) fn of_scan(at_s: f64, scan: &Scan) -> Self {
         let echo = scan.echoes.first();
         Self {
             at_s,
@@ -51,7 +51,7 @@ impl Line {
     }
 
     /// What an emulated scanner's telegram says, and what only the emulator knows.
-    pub fn of_seen(seen: &SeenLine) -> Self {
+    pub(crate) fn of_seen(seen: &SeenLine) -> Self {
         let line = Self::of_scan(seen.at.as_secs_f64(), &seen.scan);
         // What the telegram leaves out was not met, whatever stands there.
         let classes = line.range_m.iter().zip(&seen.classes);

@@ -1,16 +1,18 @@
 //! What is shown: newest lines, log, strip, and where to ask for the rest.
 
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 use rowscan_control::Bench;
-use rowscan_emulator::LineWatcher;
+use rowscan_emulator::{LineWatcher, SeenLine};
+use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::DeviceStatus;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::gauges::{Gauges, TractorGauge};
 use crate::line::Line;
+use crate::onlooker::{Onlooker, Seen};
 use crate::orchard::OrchardPicture;
 use crate::picture;
 use crate::strip::{Metre, Strip, TruthColumn};
@@ -45,6 +47,7 @@ struct Shown {
     lines: Vec<Mutex<Newest>>,
     log: TelegramLog,
     strip: Mutex<(u64, Strip)>,
+    onlookers: RwLock<Vec<Box<dyn Onlooker>>>,
 }
 
 /// The newest line of a scanner, and how often there is one.
@@ -69,21 +72,45 @@ impl Show {
     /// Shows this; `gauges` are asked for what changes.
     pub fn new(about: About, orchard: Option<OrchardPicture>, gauges: Box<dyn Gauges>) -> Self {
         let lines = about.scanners.iter().map(|_| Mutex::default()).collect();
-        let (log, strip) = (TelegramLog::default(), Mutex::default());
-        Self(Arc::new(Shown { about, orchard, gauges, lines, log, strip }))
+        let (log, strip, onlookers) = Default::default();
+        Self(Arc::new(Shown { about, orchard, gauges, lines, log, strip, onlookers }))
     }
 
-    /// A new line of scanner number `scanner`.
-    pub fn line(&self, scanner: usize, line: Line) {
+    /// Has somebody else look on from now on.
+    pub fn add(&self, onlooker: impl Onlooker + 'static) {
+        self.0.onlookers.write().unwrap_or_else(PoisonError::into_inner).push(Box::new(onlooker));
+    }
+
+    /// A new scan of scanner number `scanner`, as its telegram has it; seconds since the source began.
+    pub fn scan(&self, scanner: usize, at_s: f64, scan: &Scan) {
+        self.take(scanner, Line::of_scan(at_s, scan));
+        self.tell(|onlooker| {
+            onlooker.scan(&Seen { scanner, at_s, scan, sight: None, gauges: &*self.0.gauges });
+        });
+    }
+
+    /// A new line of an emulated scanner.
+    pub fn seen(&self, scanner: usize, line: &SeenLine) {
+        self.take(scanner, Line::of_seen(line));
+        let (at_s, scan, sight) = (line.at.as_secs_f64(), &line.scan, Some(line.sight));
+        self.tell(|onlooker| onlooker.scan(&Seen { scanner, at_s, scan, sight, gauges: &*self.0.gauges }));
+    }
+
+    fn take(&self, scanner: usize, line: Line) {
         if let Some(newest) = self.0.lines.get(scanner) {
             lock(newest).take(line);
         }
     }
 
+    fn tell(&self, what: impl Fn(&dyn Onlooker)) {
+        let onlookers = self.0.onlookers.read().unwrap_or_else(PoisonError::into_inner);
+        onlookers.iter().for_each(|onlooker| what(&**onlooker));
+    }
+
     /// Shows the lines of an emulated scanner, until it is gone.
     pub async fn follow(self, scanner: usize, mut lines: LineWatcher) {
         while let Some(line) = lines.next().await {
-            self.line(scanner, Line::of_seen(&line));
+            self.seen(scanner, &line);
         }
     }
 
@@ -101,6 +128,7 @@ impl Show {
 
     /// What scanner number `scanner` has measured, metre by metre.
     pub fn measured(&self, scanner: usize, metres: Vec<Metre>) {
+        self.tell(|onlooker| onlooker.measured(scanner, &metres));
         let mut kept = lock(&self.0.strip);
         let scanners = self.0.lines.len();
         kept.1.measured.resize_with(scanners, Vec::new);
@@ -110,7 +138,8 @@ impl Show {
         }
     }
 
-    pub(crate) fn about(&self) -> &About {
+    /// What does not change.
+    pub fn about(&self) -> &About {
         &self.0.about
     }
 

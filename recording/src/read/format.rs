@@ -4,6 +4,8 @@ use std::fmt;
 
 use rowscan_protocol::can::CandumpLine;
 
+use super::{carmen, ranges, words};
+
 /// Kinds of files that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -15,6 +17,10 @@ pub enum Format {
     Candump,
     /// Ranges as text, with a header that says how they were measured.
     Ranges,
+    /// Telegrams as text, one a line, without their frames.
+    Telegrams,
+    /// A log of the CARMEN toolkit.
+    Carmen,
     /// Bytes in hex.
     Hex,
     /// Bytes as they went over the wire.
@@ -35,7 +41,7 @@ const CAPTURES: [[u8; 4]; 5] = [
 
 /// Files that people take for recordings, by their first bytes, and what to do with them.
 const OTHERS: [(&[u8], &str); 15] = [
-    (b"\x1F\x8B\x08", "a gzip archive: unpack it with `gunzip` first"),
+    (b"\x1F\x8B\x08", "a gzip archive that was packed twice: unpack it once with `gunzip` first"),
     (b"\x28\xB5\x2F\xFD", "a Zstandard archive: unpack it with `zstd -d` first"),
     (b"\xFD7zXZ\0", "an xz archive: unpack it with `unxz` first"),
     (b"BZh", "a bzip2 archive: unpack it with `bunzip2` first"),
@@ -64,8 +70,8 @@ impl Format {
     /// True if such a file says when its packets came, and who sent them.
     pub fn has_times(self) -> bool {
         match self {
-            Self::Mcap | Self::Capture | Self::Candump | Self::Ranges => true,
-            Self::Hex | Self::Raw => false,
+            Self::Mcap | Self::Capture | Self::Candump | Self::Ranges | Self::Carmen => true,
+            Self::Telegrams | Self::Hex | Self::Raw => false,
         }
     }
 
@@ -82,10 +88,18 @@ impl Format {
         }
         let text = String::from_utf8_lossy(head);
         let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-        match lines.next() {
-            Some(line) if line.starts_with(super::ranges::TITLE) => Self::Ranges,
-            Some(line) if CandumpLine::parse(line).is_some() => Self::Candump,
-            _ => Self::Hex,
+        let first = lines.clone().next().unwrap_or_default();
+        let content = lines.find(|line| !line.starts_with([';', '#'])).unwrap_or_default();
+        if first.starts_with(ranges::TITLE) {
+            Self::Ranges
+        } else if CandumpLine::parse(first).is_some() {
+            Self::Candump
+        } else if carmen::is_log(first) || carmen::is_log(content) {
+            Self::Carmen
+        } else if words::is_telegram(content) {
+            Self::Telegrams
+        } else {
+            Self::Hex
         }
     }
 }
@@ -108,6 +122,8 @@ impl fmt::Display for Format {
             Self::Capture => "network capture",
             Self::Candump => "candump log",
             Self::Ranges => "CSV of ranges",
+            Self::Telegrams => "telegrams as text",
+            Self::Carmen => "CARMEN log",
             Self::Hex => "hex text",
             Self::Raw => "raw bytes",
         })
@@ -128,13 +144,17 @@ mod tests {
             (b"# rowscan ranges 1; model lms111\n", Format::Ranges),
             (b"02 73 03", Format::Hex),
             (b"; notes\n02 73 03", Format::Hex),
+            (b"# notes\nsRN DeviceIdent\n", Format::Telegrams),
+            (b"<STX>sRA STlms 7 0 8 12:00:00 8 01.01.2020 0 0 0<ETX>\n", Format::Telegrams),
+            (b"# CARMEN Logfile\n# file format is one message per line\n", Format::Carmen),
+            (b"# notes\nFLASER 180 1.0 1.0", Format::Carmen),
             (b"\x02sRN DeviceIdent\x03", Format::Raw),
             (b"\x02\x02\x02\x02\0\0\0\x07sMN Run\x19", Format::Raw),
             (b"\xFF\xD8\xFF\xE0", Format::Raw),
         ] {
             assert_eq!(Format::of(head), expected, "{head:?}");
         }
-        assert!(foreign(b"\x1F\x8B\x08\0more").is_some_and(|what| what.contains("gunzip")));
+        assert!(foreign(b"PK\x03\x04more").is_some_and(|what| what.contains("unpack")));
         assert_eq!(foreign(b"\x02\x02\x02\x02"), None);
     }
 }

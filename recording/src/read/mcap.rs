@@ -8,6 +8,8 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 
 use super::torn::Torn;
 use super::{ReadError, StreamInfo};
+use crate::ros2;
+use crate::schema::Language;
 use crate::writer::{ABOUT, BYTES, KIND_KEY, SIDE_KEY, STREAM_KEY};
 use crate::{About, Joint, Packet, Side, StreamKind};
 
@@ -35,8 +37,34 @@ pub(super) struct McapReader {
 struct Channel {
     stream: usize,
     from: Side,
+    wrapping: Wrapping,
     /// The next message's number, once one has come.
     next: Option<u32>,
+}
+
+/// What a message has around a packet's bytes.
+#[derive(Clone, Copy)]
+enum Wrapping {
+    None,
+    /// Of a ROS 2 bag.
+    Ros2,
+}
+
+impl Wrapping {
+    fn of(encoding: &str) -> Option<Self> {
+        if encoding == BYTES {
+            return Some(Self::None);
+        }
+        (encoding == Language::Ros2.of_messages()).then_some(Self::Ros2)
+    }
+
+    /// The bytes of the packet; none if the message is another one.
+    fn bytes(self, message: &[u8]) -> Option<&[u8]> {
+        match self {
+            Self::None => Some(message),
+            Self::Ros2 => ros2::packet(message),
+        }
+    }
 }
 
 impl McapReader {
@@ -77,8 +105,13 @@ impl McapReader {
                         // It repeats what was read; it must be there and whole.
                         Ok(_) if self.in_summary => {}
                         Ok(Record::Message { header, data }) => {
-                            if let Some(channel) = self.channels.get_mut(&header.channel_id) {
-                                return Ok(Some(channel.packet(header.sequence, header.log_time, &data)));
+                            let known = self.channels.get_mut(&header.channel_id);
+                            let packet = known.and_then(|channel| {
+                                let bytes = channel.wrapping.bytes(&data)?;
+                                Some(channel.packet(header.sequence, header.log_time, bytes))
+                            });
+                            if packet.is_some() {
+                                return Ok(packet);
                             }
                         }
                         Ok(Record::Channel(channel)) => {
@@ -136,7 +169,8 @@ fn add(
         Some("host") => Some(Side::Host),
         _ => None,
     };
-    let (Some(name), Some(from), BYTES) = (text(STREAM_KEY), from, found.message_encoding.as_str()) else {
+    let wrapping = Wrapping::of(&found.message_encoding);
+    let (Some(name), Some(from), Some(wrapping)) = (text(STREAM_KEY), from, wrapping) else {
         if !foreign.contains(&found.topic) && foreign.len() < 20 {
             foreign.push(found.topic);
         }
@@ -148,7 +182,7 @@ fn add(
         streams.push(StreamInfo::new(name, kind));
         streams.len() - 1
     });
-    channels.entry(found.id).or_insert(Channel { stream, from, next: None });
+    channels.entry(found.id).or_insert(Channel { stream, from, wrapping, next: None });
 }
 
 impl Channel {

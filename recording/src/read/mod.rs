@@ -2,7 +2,9 @@
 
 mod candump;
 mod capture;
+mod carmen;
 mod format;
+mod gzip;
 mod hex;
 mod mcap;
 mod ranges;
@@ -10,6 +12,7 @@ mod segment;
 mod sides;
 mod tcp;
 mod torn;
+mod words;
 
 use std::fs::File;
 use std::io::{self, Cursor, Read};
@@ -63,7 +66,9 @@ pub enum ReadError {
     #[error("it is empty: expected recorded telegrams, found 0 bytes")]
     Empty,
     /// A file of another kind.
-    #[error("it is {what}; expected a recording: MCAP, a network capture, raw bytes or hex text")]
+    #[error(
+        "it is {what}; expected a recording: MCAP, a network capture, raw bytes, hex text, telegrams as text or a CARMEN log"
+    )]
     Foreign {
         /// What it is, and the remedy.
         what: &'static str,
@@ -88,9 +93,9 @@ pub enum ReadError {
         /// How it begins.
         found: String,
     },
-    /// A table of ranges that does not keep to its own header.
+    /// A line of text that does not keep to what the lines before it say.
     #[error("line {line}: expected {expected}, found `{found}`")]
-    NotRanges {
+    Line {
         /// From 1 on.
         line: usize,
         /// What should stand there.
@@ -161,9 +166,8 @@ impl Recording {
         Self::read_apart(input, &[])
     }
 
-    fn read_apart(mut input: Box<dyn Read + Send>, connections: &[&str]) -> Result<Self, ReadError> {
-        let mut head = Vec::new();
-        input.by_ref().take(CHUNK as u64).read_to_end(&mut head)?;
+    fn read_apart(input: Box<dyn Read + Send>, connections: &[&str]) -> Result<Self, ReadError> {
+        let (mut head, mut input) = gzip::unpacked(input)?;
         if head.is_empty() {
             return Err(ReadError::Empty);
         }
@@ -176,7 +180,7 @@ impl Recording {
         }
         let format = Format::of(&head);
         let kind = language(&head);
-        let mut input: Box<dyn Read + Send> = Box::new(Cursor::new(head).chain(input));
+        input = Box::new(Cursor::new(head).chain(input));
         let scanner = |kind| StreamInfo::new("scanner", kind);
         let mut recording = Self {
             format,
@@ -209,6 +213,15 @@ impl Recording {
                 }
                 let bytes: Vec<u8> = packets.iter().flat_map(|packet| packet.bytes.iter().copied()).collect();
                 recording.streams.push(scanner(language(&bytes)));
+                recording.packets = Packets::Listed(packets.into_iter());
+            }
+            Format::Telegrams => {
+                recording.streams.push(scanner(StreamKind::Cola));
+                recording.packets = Packets::Listed(words::packets(&text(input)?)?.into_iter());
+            }
+            Format::Carmen => {
+                let (packets, streams) = carmen::packets(&text(input)?)?;
+                recording.streams = streams;
                 recording.packets = Packets::Listed(packets.into_iter());
             }
             Format::Candump => {

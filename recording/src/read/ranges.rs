@@ -66,7 +66,7 @@ pub(super) fn packets(text: &str) -> Result<(Vec<Packet>, About), ReadError> {
 }
 
 fn wrong(line: usize, expected: impl Into<String>, found: &str) -> ReadError {
-    ReadError::NotRanges { line, expected: expected.into(), found: found.chars().take(40).collect() }
+    ReadError::Line { line, expected: expected.into(), found: found.chars().take(40).collect() }
 }
 
 impl Header {

@@ -2,7 +2,7 @@
 
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, Rig, ScannerView, SerialConfig, SerialEmulator, faulty_wire,
+    Bound, Emulator, EmulatorConfig, LineWatch, Rig, ScannerView, SerialConfig, SerialEmulator, faulty_wire,
 };
 use rowscan_protocol::device::Device;
 use rowscan_protocol::lms2xx;
@@ -55,7 +55,8 @@ impl Stand<'_> {
                 Ok((Running::Cola(emulator), source))
             }
             AnyModel::Lms2xx(model) => {
-                let (emulator, source) = self.lms2xx(scanner, model, rig).await?;
+                let lines = self.watching.and_then(|watching| watching.lines(place));
+                let (emulator, source) = self.lms2xx(scanner, model, lines, rig).await?;
                 Ok((Running::Lms2xx(emulator), source))
             }
         }
@@ -88,6 +89,7 @@ impl Stand<'_> {
         &self,
         scanner: &Fitted,
         model: &'static lms2xx::model::Model,
+        lines: Option<LineWatch>,
         rig: &mut Rig,
     ) -> Result<(SerialEmulator, Option<String>), Failure> {
         let args = self.args;
@@ -104,7 +106,7 @@ impl Stand<'_> {
                 std::mem::take(&mut taps).open(stream.as_deref().unwrap_or(model.name), StreamKind::Lms2xx);
             wire = faulty_wire(wire, &faults, tap);
         }
-        let config = SerialConfig { time_scale: args.scale(), state, taps, stream };
+        let config = SerialConfig { time_scale: args.scale(), state, taps, stream, lines };
         Ok((rig.lms2xx(device, view, wire, config), source))
     }
 

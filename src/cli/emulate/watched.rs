@@ -11,11 +11,11 @@ use rowscan_recording::Taps;
 use rowscan_scenes::CellGrid;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::Tractor;
-use rowscan_web::{About, Line, OrchardPicture, ScannerAbout, Show, TruthColumn, Web};
+use rowscan_web::{About, OrchardPicture, ScannerAbout, Show, TruthColumn};
 use tokio::task::JoinSet;
 
 use super::super::Failure;
-use super::super::web::{Meter, RigGauges, Talk};
+use super::super::web::{Meter, Opened, RigGauges, Talk};
 use super::Args;
 use super::fitted::Fitted;
 use super::running::Running;
@@ -34,9 +34,9 @@ pub(super) struct Watching {
 }
 
 /// A page that is served. Dropped, it is served no longer.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct Watched {
-    web: Option<Web>,
+    _web: Opened,
     _tasks: JoinSet<()>,
 }
 
@@ -92,16 +92,8 @@ impl Watching {
             tasks.spawn(follow(lines.watch(), show.clone(), number, rig.tractor(), meter));
         }
         let web = args.web.open(show, Some(bench), args.format).await?;
-        if let Some(web) = &web {
-            rig.control().exclude(web.address());
-        }
-        Ok(Watched { web, _tasks: tasks })
-    }
-}
-
-impl std::fmt::Debug for Watched {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("Watched").field(&self.web.as_ref().map(Web::address)).finish()
+        web.addresses().for_each(|address| rig.control().exclude(address));
+        Ok(Watched { _web: web, _tasks: tasks })
     }
 }
 
@@ -114,7 +106,7 @@ async fn follow(
     mut meter: Option<Meter>,
 ) {
     while let Some(line) = lines.next().await {
-        show.line(number, Line::of_seen(&line));
+        show.seen(number, &line);
         let drives = tractor.began().is_some_and(|began| line.at >= began);
         if let (Some(meter), true) = (&mut meter, drives) {
             meter.push(&line.scan);

@@ -31,7 +31,7 @@ use watched::{Watched, Watching};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A recording: MCAP, pcap, pcapng, raw bytes, hex text, CSV of ranges
+    /// A recording: MCAP, pcap, pcapng, raw bytes, hex text, telegrams as text, CARMEN log, CSV of ranges
     file: PathBuf,
     #[command(flatten)]
     places: PlaceArgs,
@@ -56,7 +56,7 @@ pub(super) struct Args {
     /// Counters and device times
     #[arg(long, value_enum, default_value_t)]
     stamps: StampsArg,
-    /// The rig that `metre:` goes by, instead of the recorded one
+    /// The rig that `metre:` and the page go by, instead of the recorded one
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
     #[command(flatten)]
@@ -134,7 +134,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let model = survey.about.model.as_deref();
     let _watched = match watching.zip(bench) {
-        Some((watching, bench)) => watching.open(&args, model, (&parts, &lives), bench).await?,
+        Some((watching, bench)) => {
+            let rig = places.rig()?;
+            watching.open(&args, model, rig.as_ref(), (&parts, &lives), bench).await?
+        }
         None => Watched::default(),
     };
     tell_streams(&survey, &parts);

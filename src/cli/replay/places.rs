@@ -82,7 +82,8 @@ impl<'a> Places<'a> {
         Ok(found.ok_or_else(|| refuse(format!("there is no {}", told(place))))?)
     }
 
-    fn rig(&self) -> Result<Option<Rig>, Failure> {
+    /// The rig that was asked for, else the recorded one.
+    pub(super) fn rig(&self) -> Result<Option<Rig>, Failure> {
         if let Some(name) = self.rig {
             return Ok(Some(files::load_rig(name)?.0));
         }

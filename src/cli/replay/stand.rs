@@ -130,8 +130,7 @@ impl Stand<'_> {
         let options =
             Options { pause_slack: pause_slack(Profile::Field, args.time_scale), ..Options::default() };
         let device = lms2xx_device_of(part, model, options);
-        let mut config =
-            SerialConfig { time_scale: args.time_scale, state: None, taps: self.taps.clone(), stream: None };
+        let mut config = SerialConfig { taps: self.taps.clone(), ..SerialConfig::at(args.time_scale) };
         let wire = match self.faults(seat) {
             Some(faults) => faulty_wire(
                 wire,

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use rowscan_control::Bench;
 use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::replay::Part;
+use rowscan_protocol::rig::Rig;
 use rowscan_recording::Taps;
-use rowscan_web::{About, Gauges, ScannerAbout, ScannerGauge, Show, Web};
+use rowscan_study::reading::{CalibrationChoice, Reading};
+use rowscan_web::{About, Gauges, ScannerAbout, ScannerGauge, Show};
 use tokio::task::JoinSet;
 
 use super::super::Failure;
-use super::super::web::{GaugeOf, Scans, Talk};
+use super::super::web::{GaugeOf, Meter, Opened, Scans, Talk};
 use super::Args;
 use super::stand::Live;
 
@@ -25,7 +27,7 @@ pub(super) struct Watching {
 /// A page that is served. Dropped, it is served no longer.
 #[derive(Default)]
 pub(super) struct Watched {
-    _web: Option<Web>,
+    _web: Opened,
     _tasks: JoinSet<()>,
 }
 
@@ -58,6 +60,7 @@ impl Watching {
         self,
         args: &Args,
         model: Option<&str>,
+        rig: Option<&Rig>,
         lives: (&[&Part], &[Live]),
         bench: Bench,
     ) -> Result<Watched, Failure> {
@@ -74,8 +77,18 @@ impl Watching {
         let show = Show::new(about, None, Box::new(Told(gauges.collect())));
         let mut tasks = JoinSet::new();
         tasks.spawn(self.talk.tell(show.log()));
-        tasks.spawn(self.scans.show(show.clone()));
+        let meters =
+            (0..self.names.len()).map(|number| meter(rig, number, self.names.len(), &show)).collect();
+        tasks.spawn(self.scans.show(show.clone(), meters));
         let web = args.web.open(show, Some(bench), args.format).await?;
         Ok(Watched { _web: web, _tasks: tasks })
     }
+}
+
+/// What measures the scans of scanner number `number` of `scanners` as `estimate FILE --rig RIG` would; none where that has no estimate. A rig's
+/// scanners are the recording's in their order.
+fn meter(rig: Option<&Rig>, number: usize, scanners: usize, show: &Show) -> Option<Meter> {
+    let rig = rig.filter(|rig| scanners == 1 || rig.scanners.len() == scanners)?;
+    let reading = Reading::of_recording(Some(rig), number, false, CalibrationChoice::OfRig).ok()?;
+    Some(Meter::new(reading.pipeline, show.clone(), number))
 }

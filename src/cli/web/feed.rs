@@ -7,11 +7,11 @@ use rowscan_canopy::Pipeline;
 use rowscan_emulator::clock::Stopwatch;
 use rowscan_ports::clock;
 use rowscan_protocol::scan::Scan;
-use rowscan_web::{About, Gauges, Line, ScannerGauge, Show, Web};
+use rowscan_web::{About, Gauges, ScannerGauge, Show};
 use tokio::task::JoinSet;
 
 use super::meter::metres;
-use super::{Talk, WebArgs};
+use super::{Opened, Talk, WebArgs};
 use crate::cli::{Failure, Format};
 
 /// Scans from one strip to the next.
@@ -24,7 +24,7 @@ pub(in super::super) struct Feeds {
     show: Show,
     counts: Counts,
     is_paced: bool,
-    _web: Option<Web>,
+    _web: Opened,
     _tasks: JoinSet<()>,
 }
 
@@ -75,7 +75,7 @@ impl Feed {
     /// A scan has come.
     pub(in super::super) fn scan(&mut self, received: Duration, scan: &Scan) {
         let passed = received.saturating_sub(*self.began.get_or_insert(received));
-        self.show.line(self.place, Line::of_scan(passed.as_secs_f64(), scan));
+        self.show.scan(self.place, passed.as_secs_f64(), scan);
     }
 
     /// What came of it.

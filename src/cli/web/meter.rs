@@ -12,6 +12,8 @@ const KEPT: usize = 200;
 /// Measures one scanner's scans, and shows what came of them.
 pub(in super::super) struct Meter {
     pipeline: Pipeline,
+    /// As it was before the first scan.
+    empty: Pipeline,
     show: Show,
     scanner: usize,
     scans: u32,
@@ -20,7 +22,14 @@ pub(in super::super) struct Meter {
 impl Meter {
     /// Scans of scanner number `scanner` of `show` go into `pipeline`.
     pub(in super::super) fn new(pipeline: Pipeline, show: Show, scanner: usize) -> Self {
-        Self { pipeline, show, scanner, scans: 0 }
+        Self { empty: pipeline.clone(), pipeline, show, scanner, scans: 0 }
+    }
+
+    /// What comes was recorded before what has come: all is measured anew.
+    pub(in super::super) fn begin_anew(&mut self) {
+        self.pipeline = self.empty.clone();
+        self.scans = 0;
+        self.show.measured(self.scanner, Vec::new());
     }
 
     /// One more.

@@ -9,6 +9,7 @@ mod talk;
 use std::net::SocketAddr;
 
 use rowscan_control::Bench;
+use rowscan_foxglove::FoxgloveServer;
 use rowscan_web::{Show, Web};
 
 use super::control::{guard_at, token};
@@ -31,12 +32,30 @@ pub(super) struct WebArgs {
     /// Ask everyone for this token [default: on loopback none; elsewhere one that is made up and printed]
     #[arg(long, value_name = "TOKEN", requires = "web", value_parser = token)]
     web_token: Option<String>,
+    /// Show what happens in Foxglove or Lichtblick, which connect to this address, on loopback; port 0 takes a free one
+    #[arg(long, value_name = "ADDR")]
+    foxglove: Option<SocketAddr>,
+}
+
+/// What shows it. Dropped, it is shown no longer.
+#[derive(Debug, Default)]
+pub(super) struct Opened {
+    web: Option<Web>,
+    foxglove: Option<FoxgloveServer>,
+}
+
+impl Opened {
+    /// Where it listens.
+    pub(super) fn addresses(&self) -> impl Iterator<Item = SocketAddr> {
+        let foxglove = self.foxglove.as_ref().map(FoxgloveServer::address);
+        self.web.as_ref().map(Web::address).into_iter().chain(foxglove)
+    }
 }
 
 impl WebArgs {
     /// Whether anyone may look.
     pub(super) fn is_given(&self) -> bool {
-        self.web.is_some()
+        self.web.is_some() || self.foxglove.is_some()
     }
 
     /// The same, at `address` unless another place is asked for.
@@ -44,8 +63,25 @@ impl WebArgs {
         Self { web: self.web.or_else(|| Some(address.to_owned())), ..self }
     }
 
-    /// Opens the page for `show`, with the routes of `bench` if there is one, and announces where it is.
+    /// Opens all that is asked for, for `show`; the page with the routes of `bench` if there is one. Announces where they are.
     pub(super) async fn open(
+        &self,
+        show: Show,
+        bench: Option<Bench>,
+        format: Format,
+    ) -> Result<Opened, Failure> {
+        let foxglove = self.open_foxglove(&show, format).await?;
+        Ok(Opened { foxglove, web: self.open_page(show, bench, format).await? })
+    }
+
+    async fn open_foxglove(&self, show: &Show, format: Format) -> Result<Option<FoxgloveServer>, Failure> {
+        let Some(place) = self.foxglove else { return Ok(None) };
+        let server = FoxgloveServer::open(place, show).await?;
+        announce_stream(format, None, "foxglove", Place::Address(&server.address()))?;
+        Ok(Some(server))
+    }
+
+    async fn open_page(
         &self,
         show: Show,
         bench: Option<Bench>,

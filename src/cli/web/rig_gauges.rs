@@ -9,7 +9,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
 use rowscan_vehicle::gnss::{FixQuality, Receiver};
-use rowscan_web::{Gauges, ScannerGauge, Speeds, TractorGauge};
+use rowscan_web::{FixGauge, Gauges, ScannerGauge, Speeds, TractorGauge};
 
 /// Tells what a scanner has done.
 pub(in super::super) type GaugeOf = Box<dyn Fn() -> ScannerGauge + Send + Sync>;
@@ -81,6 +81,15 @@ impl Gauges for RigGauges {
                 wheel_m_s: self.wheel_m_s(at),
                 gnss_m_s: self.gnss_m_s(at),
             },
+        })
+    }
+
+    fn fix(&self) -> Option<FixGauge> {
+        let fix = self.tractor.report(&self.receiver, self.clock.now()).fix;
+        (fix.quality != FixQuality::None).then_some(FixGauge {
+            latitude_deg: fix.latitude_deg,
+            longitude_deg: fix.longitude_deg,
+            altitude_m: fix.altitude_m + fix.geoid_m,
         })
     }
 

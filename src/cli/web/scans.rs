@@ -2,14 +2,16 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
-use rowscan_protocol::frame::{Accept, FrameDecoder};
+use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_protocol::telegram::{LmdScandata, Telegram};
-use rowscan_recording::{Side, StreamKind, Tap, Taps};
-use rowscan_web::{Line, Show};
+use rowscan_recording::{ScanReader, Side, StreamKind, Tap, Taps};
+use rowscan_web::Show;
 use tokio::sync::mpsc;
 
+use super::Meter;
 use super::talk::NowOf;
 
 /// Writes that may wait; more are passed over, for a byte path waits for no page.
@@ -20,6 +22,7 @@ const MAX_PAYLOAD: usize = 64 * 1024;
 /// Bytes of a device.
 struct Sent {
     scanner: usize,
+    kind: StreamKind,
     connection: u64,
     at_s: f64,
     bytes: Vec<u8>,
@@ -31,9 +34,9 @@ pub(in super::super) struct Scans(mpsc::Receiver<Sent>);
 /// What is read of one scanner: one connection at a time, for all get the same.
 struct Reading {
     connection: u64,
-    frames: FrameDecoder,
-    telegram: LmdScandata,
-    scan: Scan,
+    reader: ScanReader,
+    /// Scans have numbers: one that comes again, on another event, is shown once.
+    is_numbered: bool,
     last: Option<u16>,
 }
 
@@ -41,15 +44,17 @@ impl Scans {
     /// Taps for the streams of these names, in the order of the page's scanners; and what comes through them.
     pub(in super::super) fn listen(names: Vec<String>, now_s: NowOf) -> (Taps, Self) {
         let (sender, sent) = mpsc::channel(WAITING);
-        let connections = std::sync::atomic::AtomicU64::new(0);
+        let connections = AtomicU64::new(0);
         let taps = Taps::new(move |name, kind| {
             let scanner = names.iter().position(|known| known == name);
-            let (Some(scanner), StreamKind::Cola) = (scanner, kind) else { return Tap::default() };
-            let connection = connections.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            let (Some(scanner), StreamKind::Cola | StreamKind::Lms2xx) = (scanner, kind) else {
+                return Tap::default();
+            };
+            let connection = connections.fetch_add(1, Ordering::Relaxed);
             let (sender, now_s) = (sender.clone(), Arc::clone(&now_s));
             Tap::new(move |by, bytes| {
                 if by == Side::Device {
-                    let sent = Sent { scanner, connection, at_s: now_s(), bytes: bytes.to_vec() };
+                    let sent = Sent { scanner, kind, connection, at_s: now_s(), bytes: bytes.to_vec() };
                     let _ = sender.try_send(sent);
                 }
             })
@@ -57,43 +62,102 @@ impl Scans {
         (taps, Self(sent))
     }
 
-    /// Shows them until nobody sends any more.
-    pub(in super::super) async fn show(mut self, show: Show) {
+    /// Shows them until nobody sends any more; measures those of scanners that have a meter.
+    pub(in super::super) async fn show(mut self, show: Show, mut meters: Vec<Option<Meter>>) {
         let mut readings: HashMap<usize, Reading> = HashMap::new();
-        while let Some(Sent { scanner, connection, at_s, bytes }) = self.0.recv().await {
-            let reading = readings.entry(scanner).or_insert_with(|| Reading::of(connection));
+        while let Some(Sent { scanner, kind, connection, at_s, bytes }) = self.0.recv().await {
+            let is_newer = readings.get(&scanner).is_none_or(|reading| connection > reading.connection);
             // The newest connection: older ones end without a word.
-            if connection > reading.connection {
-                *reading = Reading::of(connection);
+            if is_newer && let Some(reading) = Reading::of(kind, connection) {
+                readings.insert(scanner, reading);
             }
+            let Some(reading) = readings.get_mut(&scanner) else { continue };
             if connection == reading.connection {
-                reading.read(&bytes, |scan| show.line(scanner, Line::of_scan(at_s, scan)));
+                let mut meter = meters.get_mut(scanner).and_then(Option::as_mut);
+                reading.read(at_s, &bytes, |scan, is_earlier| {
+                    show.scan(scanner, at_s, scan);
+                    if let Some(meter) = &mut meter {
+                        if is_earlier {
+                            meter.begin_anew();
+                        }
+                        meter.push(scan);
+                    }
+                });
             }
         }
     }
 }
 
 impl Reading {
-    fn of(connection: u64) -> Self {
-        Self {
-            connection,
-            frames: FrameDecoder::new(Accept::Either, MAX_PAYLOAD),
-            telegram: LmdScandata::default(),
-            scan: Scan::default(),
-            last: None,
-        }
+    fn of(kind: StreamKind, connection: u64) -> Option<Self> {
+        let reader = ScanReader::new(kind, MAX_PAYLOAD)?;
+        Some(Self { connection, reader, is_numbered: kind == StreamKind::Cola, last: None })
     }
 
-    fn read(&mut self, bytes: &[u8], mut each: impl FnMut(&Scan)) {
-        self.frames.push(bytes);
-        while let Some(frame) = self.frames.next_frame() {
-            let Ok(telegram) = Telegram::parse(frame.dialect, frame.payload) else { continue };
-            let is_scan = telegram.name == "LMDscandata"
-                && telegram.args.decode_into(&mut self.telegram).is_ok()
-                && self.telegram.to_scan_into(&mut self.scan).is_ok();
-            if is_scan && self.last.replace(self.scan.telegram_counter) != Some(self.scan.telegram_counter) {
-                each(&self.scan);
+    /// Hands on each scan, and whether its number lies before that of the last.
+    fn read(&mut self, at_s: f64, bytes: &[u8], mut each: impl FnMut(&Scan, bool)) {
+        self.reader.push_bytes(Duration::try_from_secs_f64(at_s).unwrap_or_default(), bytes);
+        while let Some(event) = self.reader.next_event() {
+            if event != HostEvent::Scan {
+                continue;
+            }
+            let scan = self.reader.scan();
+            let last = self.last.replace(scan.telegram_counter).filter(|_| self.is_numbered);
+            match last.map(|last| scan.telegram_counter.wrapping_sub(last)) {
+                Some(0) => {}
+                // Numbers begin anew behind the last of 16 bits.
+                Some(ahead) => each(scan, ahead > u16::MAX / 2),
+                None => each(scan, false),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rowscan_protocol::device::scan_event;
+    use rowscan_protocol::frame::Dialect;
+    use rowscan_protocol::telegram::wire::FixedText;
+    use rowscan_protocol::telegram::{Channel, LmdScandata};
+
+    use super::*;
+
+    /// A scan event with this number.
+    fn scan(counter: u16) -> Vec<u8> {
+        let distances = Channel {
+            name: FixedText(*b"DIST1"),
+            scale: 1.0,
+            step: 5000,
+            values: vec![1],
+            ..Channel::default()
+        };
+        let telegram =
+            LmdScandata { telegram_counter: counter, channels16: vec![distances], ..LmdScandata::default() };
+        let mut frame = Vec::new();
+        scan_event(Dialect::A, &telegram, &mut frame);
+        frame
+    }
+
+    #[test]
+    fn a_scan_that_comes_twice_is_shown_once_and_one_from_before_begins_anew() {
+        let mut reading = Reading::of(StreamKind::Cola, 0).expect("scanners speak it");
+        let mut shown = Vec::new();
+        for counter in [65_534, 65_535, 65_535, 0, 1, 60_000, 60_001, 5] {
+            reading.read(0.0, &scan(counter), |scan, is_earlier| {
+                shown.push((scan.telegram_counter, is_earlier))
+            });
+        }
+        assert_eq!(
+            shown,
+            [
+                (65_534, false),
+                (65_535, false),
+                (0, false),
+                (1, false),
+                (60_000, true),
+                (60_001, false),
+                (5, false)
+            ]
+        );
     }
 }
