@@ -21,7 +21,7 @@ def bag(rowscan, tmp_path):
     path = str(tmp_path / "run.mcap")
     with tractor(rowscan, "spindle", "--model", "lms111", "--nmea", "tcp:127.0.0.1:0") as endpoints:
         scanner, gnss = endpoints["tcp"]["address"], endpoints["nmea"]["address"]
-        code, _, told = rowscan.run("record", "scanner=tcp://" + scanner, "--nmea", "tcp://" + gnss, "-o", path,
+        code, _, told = rowscan.run("record", "scanner=tcp://" + scanner, "--nmea", "tcp:" + gnss, "-o", path,
                                     "--scans", "60", "--decoded", "ros2", limit_s=60)
         assert code == 0, told
     return path
@@ -70,6 +70,6 @@ def test_positions_and_bytes_are_there_too(rowscan, bag):
     # It is a recording all the same.
     code, out, said = rowscan.run("record", "--info", bag, "--format", "json")
     assert code == 0, said
-    streams = {stream["name"]: stream for stream in json.loads(out)["streams"]}
+    streams = {stream["stream"]: stream for stream in json.loads(out)["streams"]}
     assert streams["scanner"]["scans"] >= 60
     assert os.path.getsize(bag) > len(bytes_sent)
