@@ -51,9 +51,14 @@ impl Steps {
         state.granted.is_some_and(|granted| state.taken >= granted)
     }
 
-    /// One more was taken; it ended at `at`.
-    pub(crate) fn take(&self, at: SimTime) {
-        self.state.send_modify(|state| (state.taken, state.at) = (state.taken + 1, at));
+    /// One more was taken; it ended at `at`. After the last that was granted, `clock` is closed before anyone hears of it.
+    pub(crate) fn take(&self, at: SimTime, clock: &SimClock) {
+        let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        let taken = self.taken() + 1;
+        if self.granted().is_some_and(|granted| taken >= granted) {
+            clock.gate(true);
+        }
+        self.state.send_modify(|state| (state.taken, state.at) = (taken, at));
     }
 
     /// Closes `clock` if all that was granted is taken.

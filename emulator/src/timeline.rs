@@ -259,7 +259,7 @@ impl Timeline {
                         self.wait_for(at, Wait::Step).await?;
                     }
                     if ends && counts {
-                        self.steps.take(at);
+                        self.steps.take(at, &clock);
                     }
                 }
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use comfy_table::Cell;
 use indicatif::ProgressBar;
-use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_canopy::{Estimate, Pipeline, Placing};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::AnyModel;
@@ -21,7 +21,6 @@ use super::link_options::{PARTING, Prefer};
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, pictured, progress};
-use crate::export::Placing;
 use rowscan_emulator::clock::{Latency, Stopwatch, TimeScale, Timer};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use rowscan_canopy::Placing;
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
@@ -10,7 +11,7 @@ use super::interrupt::Interrupt;
 use super::output::{name_of, say};
 use super::table_file::TableFile;
 use super::{Failure, Outcome};
-use crate::export::{Placing, PointRows, RowError, Rows, ScanRows, TableFormat};
+use crate::export::{PointRows, RowError, Rows, ScanRows, TableFormat};
 use rowscan_emulator::ViewError;
 use rowscan_emulator::stage::StageError;
 

@@ -155,13 +155,8 @@ pub enum Failure {
         errors: usize,
     },
     /// A name that is no scanner model.
-    #[error("unknown scanner model `{found}`; known are {known} (see `rowscan models`)")]
-    UnknownModel {
-        /// What was asked for.
-        found: String,
-        /// All names.
-        known: String,
-    },
+    #[error(transparent)]
+    UnknownModel(#[from] rowscan_protocol::model::UnknownModel),
     /// An orchard that cannot be grown.
     #[error("the orchard cannot be grown: {0}")]
     Grow(#[from] rowscan_scenes::GrowError),

@@ -144,10 +144,7 @@ impl From<&'static Refusal> for RefusalRow {
 
 /// The model called `name`.
 pub(super) fn find(name: &str) -> Result<AnyModel, Failure> {
-    AnyModel::by_name(name).ok_or_else(|| Failure::UnknownModel {
-        found: name.to_owned(),
-        known: AnyModel::all().map(AnyModel::name).collect::<Vec<_>>().join(", "),
-    })
+    Ok(AnyModel::named(name)?)
 }
 
 pub(super) fn run(args: Args) -> Result<Outcome, Failure> {

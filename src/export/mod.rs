@@ -17,7 +17,7 @@ use std::io::{Seek, Write};
 
 pub use figure::{FigureError, FigureFormat};
 pub use plate::{PLATE_SCALE, plate};
-pub use points::{Placing, PointRows};
+pub use points::PointRows;
 pub use scans::{OtherBeams, OtherLayer, ScanRows};
 
 use rowscan_protocol::scan::Scan;

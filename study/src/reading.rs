@@ -119,6 +119,24 @@ pub fn rig_with(rig: &Rig, scanner: usize, model: &str) -> Rig {
     rig
 }
 
+/// The rig with these of its scanners being of `model` and sending this echo, where they are given.
+pub fn fitted_rig(
+    mut rig: Rig,
+    scanners: &[usize],
+    model: Option<AnyModel>,
+    echo: Option<EchoChoice>,
+) -> Rig {
+    for scanner in scanners {
+        if let Some(mount) = rig.scanners.get_mut(*scanner) {
+            if let Some(model) = model {
+                model.name().clone_into(&mut mount.model);
+            }
+            mount.echo = echo.or(mount.echo);
+        }
+    }
+    rig
+}
+
 /// How a mount's scans are estimated, calibration apart; of a live scanner, or of a recording.
 pub fn parameters(rig: &Rig, mount: &Mount, live: bool) -> Parameters {
     let (edge_m, by) =

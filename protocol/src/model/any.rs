@@ -1,5 +1,9 @@
 //! One look-up over both families of scanners.
 
+use alloc::borrow::ToOwned;
+use alloc::string::String;
+use alloc::vec::Vec;
+
 use super::{MODELS, Model};
 use crate::lms2xx;
 use crate::optics::Optics;
@@ -25,6 +29,16 @@ impl From<&'static lms2xx::model::Model> for AnyModel {
     }
 }
 
+/// A name that is no scanner model.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown scanner model `{found}`; known are {known} (see `rowscan models`)")]
+pub struct UnknownModel {
+    /// What was asked for.
+    pub found: String,
+    /// All names.
+    pub known: String,
+}
+
 impl AnyModel {
     /// All, CoLa first.
     pub fn all() -> impl Iterator<Item = Self> {
@@ -41,6 +55,17 @@ impl AnyModel {
     /// ```
     pub fn by_name(name: &str) -> Option<Self> {
         Self::all().find(|model| model.name().eq_ignore_ascii_case(name))
+    }
+
+    /// The same, or what to tell the user.
+    ///
+    /// # Errors
+    /// There is no model of that name.
+    pub fn named(name: &str) -> Result<Self, UnknownModel> {
+        Self::by_name(name).ok_or_else(|| UnknownModel {
+            found: name.to_owned(),
+            known: Self::all().map(Self::name).collect::<Vec<_>>().join(", "),
+        })
     }
 
     /// Name on the command line and in rig files.

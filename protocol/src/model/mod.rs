@@ -17,7 +17,7 @@ mod tim781s;
 
 use core::time::Duration;
 
-pub use any::AnyModel;
+pub use any::{AnyModel, UnknownModel};
 
 use crate::angle::BeamGrid;
 use crate::optics::Optics;

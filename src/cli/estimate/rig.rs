@@ -3,6 +3,7 @@
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_scenes::Scene;
 use rowscan_scenes::files;
+use rowscan_study::reading::fitted_rig;
 
 use super::super::{Failure, models};
 
@@ -13,18 +14,7 @@ pub(super) fn load(
     scanners: &[usize],
     echo: Option<EchoChoice>,
 ) -> Result<(Rig, Option<Scene>), Failure> {
-    let (mut rig, scene) = files::load_rig(name)?;
-    if let Some(model) = model.map(models::find).transpose()? {
-        for scanner in scanners {
-            if let Some(mount) = rig.scanners.get_mut(*scanner) {
-                model.name().clone_into(&mut mount.model);
-            }
-        }
-    }
-    for scanner in scanners {
-        if let Some(mount) = rig.scanners.get_mut(*scanner) {
-            mount.echo = echo.or(mount.echo);
-        }
-    }
-    Ok((rig, scene))
+    let (rig, scene) = files::load_rig(name)?;
+    let model = model.map(models::find).transpose()?;
+    Ok((fitted_rig(rig, scanners, model, echo), scene))
 }

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use crate::steps::{self, Outcome, Step};
 use crate::workspace::Workspace;
-use crate::{advisories, layering, licences, lint, python, readme, rust_tests, shell};
+use crate::{advisories, layering, licences, lint, python, readme, rust_tests, shell, wheel};
 
 /// Every step, quick ones first.
 const STEPS: &[Step] = &[
@@ -28,6 +28,7 @@ const STEPS: &[Step] = &[
     Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
     Step::new("readme", readme::run),
     Step::new("python", python::run),
+    Step::new("wheel", wheel::run),
 ];
 
 /// Runs every step, also after a failed one; or those named in `arguments` only.

@@ -4,6 +4,7 @@ mod demo;
 mod fuzz;
 mod lockstep;
 mod publish;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -15,6 +16,7 @@ const STEPS: &[Step] = &[
     Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
     Step::new("demo", demo::run),
     Step::new("lockstep", lockstep::run),
+    Step::new("wheel", wheel::run),
     Step::new("publish", publish::run),
     Step::new("fuzz", fuzz::run),
 ];

@@ -17,6 +17,7 @@ mod rust_tests;
 mod screenshots;
 mod shell;
 mod steps;
+mod wheel;
 mod workspace;
 
 use std::process::ExitCode;

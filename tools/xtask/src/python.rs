@@ -1,7 +1,7 @@
 //! The clients in tools/python: plain Python sockets and pytest, run against the release binary.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
@@ -12,6 +12,10 @@ use crate::workspace::Workspace;
 
 /// Every test has a time-out of its own; this one is for a pytest that hangs.
 const LIMIT: Limit = Limit::InAll(Duration::from_secs(30 * 60));
+
+/// Where an environment's interpreter is, and its packages where there is none.
+const VENV: &str = "venv";
+const PACKAGES: &str = "packages";
 
 /// Installs the pinned packages (once) and runs the tests.
 pub fn run(workspace: &Workspace) -> Outcome {
@@ -47,49 +51,65 @@ pub fn run_only(workspace: &Workspace, files: &[&str], environment: &[(&str, &st
     Outcome::from_tests(counts, exit)
 }
 
-/// An interpreter that sees the pinned packages.
-struct Python {
+/// An interpreter with packages of its own.
+pub struct Python {
     program: PathBuf,
     /// Where the packages are, if not in a virtual environment.
     packages: Option<PathBuf>,
 }
 
 impl Python {
-    /// Makes or reuses the environment below the build directory. Where the system's Python cannot make one with pip in it
-    /// (Debian without python3-venv), pip installs into a plain folder instead.
-    fn prepare(workspace: &Workspace) -> Result<Self, String> {
+    /// Makes or reuses the environment with the pinned packages below the build directory.
+    pub fn prepare(workspace: &Workspace) -> Result<Self, String> {
         let requirements = workspace.root.join("tools/python/requirements.txt");
         let wanted =
             fs::read_to_string(&requirements).map_err(|error| format!("requirements.txt: {error}"))?;
         let folder = workspace.scratch("python")?;
-        let (venv, packages, stamp) =
-            (folder.join("venv"), folder.join("packages"), folder.join("installed.txt"));
-        let in_venv = Self { program: venv.join("bin/python"), packages: None };
-        let in_folder = Self { program: "python3".into(), packages: Some(packages.clone()) };
+        let stamp = folder.join("installed.txt");
         if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-            return Ok(if packages.is_dir() { in_folder } else { in_venv });
+            return Ok(Self::of(&folder));
         }
-        for old in [&venv, &packages] {
-            let _ = fs::remove_dir_all(old);
-        }
-        let made = shell::run(Command::new("python3").args(["-m", "venv"]).arg(&venv));
-        let python = if made.is_ok() {
-            in_venv
-        } else {
-            println!("    no virtual environment here; installing into a plain folder");
-            in_folder
-        };
-        let mut pip = python.command();
-        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input"]);
-        if let Some(packages) = &python.packages {
-            pip.arg("--target").arg(packages);
-        }
-        shell::run(pip.arg("--requirement").arg(&requirements))?;
+        let python = Self::make(&folder)?;
+        shell::run(python.install().arg("--requirement").arg(&requirements))?;
         fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))?;
         Ok(python)
     }
 
-    fn command(&self) -> Command {
+    /// Makes an empty environment in `folder`, in place of an older one. Where the system's Python cannot make one with pip in it (Debian without
+    /// python3-venv), pip installs into a plain folder instead.
+    pub fn make(folder: &Path) -> Result<Self, String> {
+        let (venv, packages) = (folder.join(VENV), folder.join(PACKAGES));
+        for old in [&venv, &packages] {
+            let _ = fs::remove_dir_all(old);
+        }
+        if shell::run(Command::new("python3").args(["-m", "venv"]).arg(&venv)).is_err() {
+            println!("    no virtual environment here; installing into a plain folder");
+            fs::create_dir_all(&packages).map_err(|error| format!("{}: {error}", packages.display()))?;
+        }
+        Ok(Self::of(folder))
+    }
+
+    /// The environment in `folder`.
+    fn of(folder: &Path) -> Self {
+        let packages = folder.join(PACKAGES);
+        match packages.is_dir() {
+            true => Self { program: "python3".into(), packages: Some(packages) },
+            false => Self { program: folder.join(VENV).join("bin/python"), packages: None },
+        }
+    }
+
+    /// A command that installs what is named after it.
+    pub fn install(&self) -> Command {
+        let mut pip = self.command();
+        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input"]);
+        if let Some(packages) = &self.packages {
+            pip.arg("--target").arg(packages);
+        }
+        pip
+    }
+
+    /// A command of the interpreter.
+    pub fn command(&self) -> Command {
         let mut command = Command::new(&self.program);
         if let Some(packages) = &self.packages {
             command.env("PYTHONPATH", packages);

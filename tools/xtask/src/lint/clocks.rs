@@ -20,6 +20,7 @@ pub const CLOCKS: &[Clock] = &[
     Clock { name: "check", folder: "check/src/", file: "check/src/clock.rs" },
     Clock { name: "control", folder: "control/src/", file: "control/src/clock.rs" },
     Clock { name: "web", folder: "web/src/", file: "web/src/clock.rs" },
+    Clock { name: "python", folder: "python/src/", file: "python/src/wait.rs" },
     // These two wait by the clock of `ports` and of `emulator` alone.
     Clock { name: "bus", folder: "bus/src/", file: "" },
     Clock { name: "rowscan", folder: "src/", file: "" },

@@ -1,0 +1,110 @@
+//! `estimate`: what `rowscan estimate --format json` writes of one source.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
+use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::{EchoChoice, Rig};
+use rowscan_scenes::files::load_rig;
+use rowscan_study::reading::{CalibrationChoice, Reading, fitted_rig};
+
+use crate::failure::Failure;
+use crate::orchard::SceneOf;
+use crate::{document, wait};
+
+/// When an estimate has seen enough.
+#[derive(Clone, Copy)]
+struct Enough {
+    scans: Option<u64>,
+    length_m: Option<f64>,
+}
+
+impl Enough {
+    fn is_seen(self, pipeline: &Pipeline) -> bool {
+        let progress = pipeline.progress();
+        self.scans.is_some_and(|scans| progress.scans >= scans)
+            || self.length_m.is_some_and(|length_m| progress.advance_m >= Some(length_m))
+    }
+}
+
+/// Estimates leaf area from a scanner or a recording.
+#[pyfunction]
+#[pyo3(signature = (source, rig = None, *, scanner = 0, model = None, echo = None, calibration = None, scans = None, length_m = None, hertz = None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+pub(crate) fn estimate(
+    py: Python<'_>,
+    source: PathBuf,
+    rig: Option<SceneOf>,
+    scanner: usize,
+    model: Option<&str>,
+    echo: Option<&str>,
+    calibration: Option<PathBuf>,
+    scans: Option<u64>,
+    length_m: Option<f64>,
+    hertz: Option<f64>,
+) -> PyResult<Py<PyAny>> {
+    let source: Source = source.to_string_lossy().parse().map_err(Failure::from)?;
+    let model = model.map(AnyModel::named).transpose().map_err(Failure::from)?;
+    let echo = echo.map(echo_named).transpose()?;
+    let rig = rig.map(rig_of).transpose()?.map(|rig| fitted_rig(rig, &[scanner], model, echo));
+    let reading = reading(&source, rig.as_ref(), scanner, calibration)?;
+    let pipeline = hertz.into_iter().fold(reading.pipeline, Pipeline::at_frequency);
+    let config = DriverConfig { cola: reading.cola, lms2xx: reading.lms2xx, ..DriverConfig::default() };
+    let found = wait::for_future(py, "follow the scanner", move || {
+        follow(source, config, pipeline, Enough { scans, length_m })
+    })?;
+    document::of(py, &found)
+}
+
+fn echo_named(name: &str) -> Result<EchoChoice, Failure> {
+    match name {
+        "first" => Ok(EchoChoice::First),
+        "last" => Ok(EchoChoice::Last),
+        found => Err(Failure::Usage(format!("echo: expected `first` or `last`, found `{found}`"))),
+    }
+}
+
+fn rig_of(rig: SceneOf) -> Result<Rig, Failure> {
+    match rig {
+        SceneOf::Grown(orchard) => Ok(orchard.get().stage.rig.clone()),
+        SceneOf::Named(name) => Ok(load_rig(&name.to_string_lossy())?.0),
+    }
+}
+
+fn reading(
+    source: &Source,
+    rig: Option<&Rig>,
+    scanner: usize,
+    calibration: Option<PathBuf>,
+) -> Result<Reading, Failure> {
+    let name = calibration.map(|path| path.to_string_lossy().into_owned());
+    let calibration = name.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
+    Ok(match source {
+        Source::Recording { .. } => Reading::of_recording(rig, scanner, true, calibration),
+        _ => Reading::of(rig, scanner, true, calibration),
+    }?)
+}
+
+/// Follows the source until it ends, or enough was seen.
+async fn follow(
+    source: Source,
+    config: DriverConfig,
+    mut pipeline: Pipeline,
+    enough: Enough,
+) -> Result<Estimate, Failure> {
+    let mut scanner = Scanner::open(&source, config).await?;
+    while !enough.is_seen(&pipeline) {
+        match scanner.arrival().await? {
+            Some(Arrival::Scan(record)) => pipeline.push(record.scan),
+            Some(Arrival::Unreadable { fault, .. }) => pipeline.push_unreadable(&fault),
+            None => break,
+        }
+        // A recording never waits by itself.
+        tokio::task::coop::consume_budget().await;
+    }
+    let mut found = pipeline.finish();
+    found.telegrams_bad = scanner.stop(wait::PARTING).await.telegrams_bad;
+    Ok(found)
+}

@@ -1,0 +1,30 @@
+//! The Python package `rowscan`: virtual scanners, orchards with their truth, scans as NumPy arrays, recordings, estimates.
+//!
+//! Nothing is measured here: every number comes from the crates that the command line uses, by the same calls. Long calls release the
+//! interpreter's lock and can be interrupted ([`wait`]). Arrays take over the memory they were made in ([`arrays`]).
+
+mod arrays;
+mod document;
+mod estimate;
+mod failure;
+mod orchard;
+mod scanner;
+mod scans;
+mod wait;
+
+use pyo3::prelude::*;
+use pyo3::wrap_pyfunction;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("Error", module.py().get_type::<failure::Error>())?;
+    module.add_class::<orchard::Orchard>()?;
+    module.add_class::<orchard::Leaves>()?;
+    module.add_class::<scans::Scans>()?;
+    module.add_class::<scanner::Scanner>()?;
+    module.add_function(wrap_pyfunction!(scans::drive, module)?)?;
+    module.add_function(wrap_pyfunction!(scans::read, module)?)?;
+    module.add_function(wrap_pyfunction!(estimate::estimate, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,109 @@
+//! The Python package: a wheel by maturin, installed into an environment that is made for it, and its tests there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::counts::Counts;
+use crate::python::Python;
+use crate::shell::{self, Limit};
+use crate::steps::Outcome;
+use crate::workspace::Workspace;
+
+/// Every test has a time-out of its own; this one is for a pytest that hangs.
+const LIMIT: Limit = Limit::InAll(Duration::from_secs(10 * 60));
+
+/// What the tests use besides the package itself.
+pub const BESIDES: &[&str] = &["pytest", "pandas", "pyserial"];
+
+/// How the extension is compiled.
+#[derive(Clone, Copy)]
+pub enum Profile {
+    /// As tests are. Much of what it needs is compiled already, and it links in a second.
+    Dev,
+    /// As it ships.
+    Release,
+}
+
+impl Profile {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Dev => "dev",
+            Self::Release => "release",
+        }
+    }
+}
+
+/// A development wheel, installed and tested.
+pub fn run(workspace: &Workspace) -> Outcome {
+    test(workspace, Profile::Dev, BESIDES)
+}
+
+/// Builds a wheel, installs it with these packages and runs the tests.
+pub fn test(workspace: &Workspace, profile: Profile, besides: &[&str]) -> Outcome {
+    if !shell::has("python3") {
+        return Outcome::Skipped("python3 is not installed".to_owned());
+    }
+    match installed(workspace, profile, besides) {
+        Ok(python) => run_tests(workspace, &python),
+        Err(why) => Outcome::failed(why),
+    }
+}
+
+/// An environment with nothing in it but a new wheel and these packages.
+fn installed(workspace: &Workspace, profile: Profile, besides: &[&str]) -> Result<Python, String> {
+    let folder = workspace.scratch("wheel")?;
+    let wheel = build(workspace, profile, &folder.join(profile.name()))?;
+    let python = Python::make(&folder)?;
+    let pins = workspace.root.join("tools/python/requirements.txt");
+    shell::run(python.install().arg("--constraint").arg(pins).arg(&wheel).args(besides))?;
+    Ok(python)
+}
+
+/// Builds the wheel with the pinned maturin; where it is.
+fn build(workspace: &Workspace, profile: Profile, out: &Path) -> Result<PathBuf, String> {
+    let _ = fs::remove_dir_all(out);
+    let mut maturin = Python::prepare(workspace)?.command();
+    maturin
+        .args([
+            "-m",
+            "maturin",
+            "build",
+            "--quiet",
+            "--locked",
+            "--compatibility",
+            "linux",
+            "--profile",
+            profile.name(),
+        ])
+        .arg("--out")
+        .arg(out)
+        .env("CARGO_TARGET_DIR", &workspace.target)
+        .current_dir(workspace.root.join("python"));
+    shell::run(&mut maturin)?;
+    let wheels = fs::read_dir(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    let mut wheels = wheels.filter_map(Result::ok).map(|entry| entry.path());
+    let wheel = wheels.find(|path| path.extension().is_some_and(|extension| extension == "whl"));
+    let wheel = wheel.ok_or_else(|| format!("maturin has left no wheel in {}", out.display()))?;
+    let bytes = fs::metadata(&wheel).map_or(0, |about| about.len());
+    println!("    {} MB: {}", bytes / 1_000_000, wheel.display());
+    Ok(wheel)
+}
+
+fn run_tests(workspace: &Workspace, python: &Python) -> Outcome {
+    let mut counts = Counts::default();
+    let mut command = python.command();
+    command
+        .args(["-m", "pytest", "-p", "no:cacheprovider", "--color=no", "-ra"])
+        // Not the folder above: the package's sources there are not the wheel.
+        .current_dir(workspace.root.join("python/tests"))
+        .env("PYTHONDONTWRITEBYTECODE", "1");
+    if let Ok(binary) = workspace.built_binary() {
+        command.env("ROWSCAN_BIN", binary);
+    }
+    let exit = shell::run_lines(&mut command, LIMIT, |line| {
+        println!("{line}");
+        counts = Counts::from_pytest(line).unwrap_or(counts);
+    });
+    Outcome::from_tests(counts, exit)
+}
