@@ -1,7 +1,7 @@
 """Types, shapes and units of the extension."""
 
 import os
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,21 @@ class Scans:
 
     def __len__(self) -> int: ...
 
+class Scan:
+    """One of the paper's scans of a row."""
+
+    areas: Dict[str, Any]
+    """What `rowscan scan --format json` writes: `I_L`, `I_T`, `I_3L` (m²), hits by class, the layout"""
+    ranges_m: NDArray[np.float64]
+    """Matrix L: (lines, beams); NaN where a beam escapes"""
+    swept: NDArray[np.float64]
+    """Degrees of an angular scan, metres of an orthogonal one, (beams,)"""
+    y_m: NDArray[np.float64]
+    """Where each line is along the row, (lines,)"""
+    points: Optional[Dict[str, NDArray[Any]]]
+    """Every return with its truth: `points_m` (returns, 3); `class` (uint8: ground, leaf, wood, fruit, post, wire, grass), `tree`, `organ` (-1: none),
+    `order` (from 1; the leaves behind a first leaf count on), `range_m`, `beam`, `line`, `cos_incidence` (returns,). None unless asked for."""
+
 class Scanner:
     """A virtual scanner, or the scanners of one tractor, in this process.
 
@@ -254,6 +269,24 @@ def drive(
 ) -> Scans:
     """Drives the rig's first scanner once past the first row, in memory, as fast as it goes: the scans that a client of the same `Scanner` receives,
     bit for bit. remission: ask for it, of a scanner that speaks CoLa."""
+
+def scan(
+    orchard: Union[_Path, Orchard],
+    kind: str = "lateral",
+    *,
+    row: int = 0,
+    dy_m: Optional[float] = None,
+    dtheta_deg: Optional[float] = None,
+    pitch_m: Optional[float] = None,
+    sampling: Optional[str] = None,
+    distance_m: Optional[float] = None,
+    height_m: Optional[float] = None,
+    overhead_m: Optional[float] = None,
+    range: Optional[Tuple[float, float]] = None,
+    points: bool = False,
+) -> Scan:
+    """Scans a row in one of the paper's six ways, with exact ranges and no device: "lateral", "opposite", "zenith", and each with "-orthogonal".
+    Keywords as the flags of `rowscan scan`; what is left out is the command's own."""
 
 def read(path: _Path, *, echo: int = 0, scans: Optional[int] = None) -> Scans:
     """The scans of a recording: MCAP, pcap, pcapng, raw bytes, hex text, ranges as CSV; `FILE#STREAM` where it holds several.

@@ -33,6 +33,9 @@ pub(crate) enum Failure {
     /// A drive in memory.
     #[error(transparent)]
     Trial(#[from] rowscan_study::trial::TrialError),
+    /// A row that cannot be scanned so.
+    #[error(transparent)]
+    RowScan(#[from] rowscan_study::row_scan::RowScanError),
     /// A rig that allows no estimate.
     #[error(transparent)]
     Reading(#[from] rowscan_study::reading::ReadingError),
@@ -81,6 +84,9 @@ pub(crate) enum Failure {
         /// The others'.
         expected: usize,
     },
+    /// Seed or optics of an orchard that has its own.
+    #[error("an orchard that is grown has its seed and optics: give them to Orchard(…)")]
+    AlreadyGrown,
     /// Arguments that do not go together.
     #[error("{0}")]
     Usage(String),

@@ -8,6 +8,7 @@ mod document;
 mod estimate;
 mod failure;
 mod orchard;
+mod scan;
 mod scanner;
 mod scans;
 mod wait;
@@ -22,8 +23,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<orchard::Orchard>()?;
     module.add_class::<orchard::Leaves>()?;
     module.add_class::<scans::Scans>()?;
+    module.add_class::<scan::Scan>()?;
     module.add_class::<scanner::Scanner>()?;
     module.add_function(wrap_pyfunction!(scans::drive, module)?)?;
+    module.add_function(wrap_pyfunction!(scan::scan, module)?)?;
     module.add_function(wrap_pyfunction!(scans::read, module)?)?;
     module.add_function(wrap_pyfunction!(estimate::estimate, module)?)?;
     Ok(())

@@ -29,6 +29,22 @@ pub(crate) enum SceneOf {
     Named(PathBuf),
 }
 
+impl SceneOf {
+    /// The orchard, grown now where only its scene is named, with this seed and these optics instead of the scene's own.
+    pub(crate) fn stage(
+        self,
+        py: Python<'_>,
+        seed: Option<u64>,
+        optics: Option<&str>,
+    ) -> PyResult<Arc<Stage>> {
+        match self {
+            Self::Named(name) => grown(py, scene(&name.to_string_lossy(), seed, optics)?),
+            Self::Grown(_) if seed.is_some() || optics.is_some() => Err(Failure::AlreadyGrown.into()),
+            Self::Grown(orchard) => Ok(Arc::clone(&orchard.get().stage)),
+        }
+    }
+}
+
 /// The scene of this name with its seed and optics.
 pub(crate) fn scene(name: &str, seed: Option<u64>, optics: Option<&str>) -> Result<Scene, Failure> {
     let mut scene = load_scene(name)?;

@@ -1,7 +1,6 @@
 //! `Scans`: the scans of one scanner as arrays, of a recording or of a drive in memory.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -18,7 +17,7 @@ use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::{self, Asked};
 
 use crate::failure::Failure;
-use crate::orchard::{SceneOf, grown, scene};
+use crate::orchard::SceneOf;
 use crate::{arrays, wait};
 
 /// The scans of one scanner.
@@ -125,16 +124,7 @@ pub(crate) fn drive(
     optics: Option<&str>,
 ) -> PyResult<Scans> {
     let named = model.map(AnyModel::named).transpose().map_err(Failure::from)?;
-    let stage = match orchard {
-        SceneOf::Named(name) => grown(py, scene(&name.to_string_lossy(), seed, optics)?)?,
-        SceneOf::Grown(_) if seed.is_some() || optics.is_some() => {
-            return Err(Failure::Usage(
-                "an orchard that is grown has its seed and optics: give them to Orchard(…)".to_owned(),
-            )
-            .into());
-        }
-        SceneOf::Grown(orchard) => Arc::clone(&orchard.get().stage),
-    };
+    let stage = orchard.stage(py, seed, optics)?;
     let mounted = || stage.rig.scanners.first().map_or("", |mount| mount.model.as_str());
     let model = named.map_or_else(|| AnyModel::named(mounted()), Ok).map_err(Failure::from)?;
     let rig = rig_with(&stage.rig, 0, model.name());

@@ -239,6 +239,9 @@ pub enum Failure {
     /// A wood test that cannot be.
     #[error(transparent)]
     Mesh(#[from] rowscan_scenes::scan::MeshError),
+    /// A row that cannot be scanned so.
+    #[error(transparent)]
+    RowScan(#[from] rowscan_study::row_scan::RowScanError),
     /// A study that did not end.
     #[error(transparent)]
     Study(#[from] rowscan_study::RunError),

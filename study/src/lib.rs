@@ -25,6 +25,7 @@ pub mod physics;
 pub mod reading;
 pub mod recorded;
 pub mod resolution;
+pub mod row_scan;
 pub mod search;
 mod settings;
 mod shard;

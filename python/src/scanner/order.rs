@@ -72,9 +72,7 @@ impl Place {
     pub(super) fn of(orchard: SceneOf, seed: Option<u64>, optics: Option<&str>) -> Result<Self, Failure> {
         match orchard {
             SceneOf::Named(name) => Ok(Self::Scene(Box::new(scene(&name.to_string_lossy(), seed, optics)?))),
-            SceneOf::Grown(_) if seed.is_some() || optics.is_some() => Err(Failure::Usage(
-                "an orchard that is grown has its seed and optics: give them to Orchard(…)".to_owned(),
-            )),
+            SceneOf::Grown(_) if seed.is_some() || optics.is_some() => Err(Failure::AlreadyGrown),
             SceneOf::Grown(orchard) => Ok(Self::Grown(Arc::clone(&orchard.get().stage))),
         }
     }

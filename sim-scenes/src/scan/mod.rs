@@ -9,11 +9,13 @@ mod areas;
 mod kind;
 mod line_areas;
 mod plan;
+mod point;
 mod target;
 mod wood;
 
 pub use areas::{LAYERS, LEAST_INCIDENCE, ScanAreas};
 pub use kind::{Sampling, ScanKind};
 pub use plan::{CastLine, ScanError, ScanPlan, ScanSettings};
+pub use point::ScanPoint;
 pub use target::{Extent, Target};
 pub use wood::{Casts, Mesh, MeshError, WoodTest};

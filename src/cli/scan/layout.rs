@@ -63,11 +63,6 @@ fn sampling(text: &str) -> Result<Sampling, String> {
 }
 
 impl ScanArgs {
-    /// How wood is to be found.
-    pub(in crate::cli) fn wood(&self) -> WoodTest {
-        self.wood.unwrap_or_default()
-    }
-
     /// `base` with everything replaced that was asked for.
     pub(in crate::cli) fn over(&self, base: ScanSettings) -> ScanSettings {
         ScanSettings {

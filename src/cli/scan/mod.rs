@@ -8,18 +8,14 @@ mod points;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use rowscan_scenes::Scene;
 use rowscan_scenes::caster::Class;
 use rowscan_scenes::files;
-use rowscan_scenes::optics::{EyeCaster, EyeModel, RangeLimits};
-use rowscan_scenes::scan::{
-    Casts, LAYERS, ScanAreas, ScanError, ScanKind, ScanPlan, ScanSettings, Target, WoodTest,
-};
-use rowscan_scenes::{Beams, Scene, TruthGrid};
-use serde::Serialize;
+use rowscan_scenes::scan::{ScanKind, ScanPlan, ScanPoint, ScanSettings};
+use rowscan_study::row_scan::{self, RowScan, Scanned};
 
 use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
-use super::models;
 use super::output::{self, say};
 use super::pictured;
 use super::scene::OpticsArgs;
@@ -30,7 +26,7 @@ use rowscan_emulator::stage::Stage;
 
 pub(super) use layout::ScanArgs;
 use picture::{ColourBy, Shot};
-use points::{Ground, Kept, Point};
+use points::{Ground, Kept};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -117,37 +113,6 @@ struct Task {
     settings: ScanSettings,
 }
 
-/// What came of it.
-#[derive(Debug, Serialize)]
-struct Scanned {
-    #[serde(rename = "type")]
-    kind: ScanKind,
-    row: usize,
-    seed: u64,
-    lines: usize,
-    beams: usize,
-    dy_m: f64,
-    range_from: f64,
-    range_to: f64,
-    origin_x_m: f64,
-    origin_z_m: f64,
-    leaf_hits: usize,
-    wood_hits: usize,
-    fruit_hits: usize,
-    support_hits: usize,
-    grass_hits: usize,
-    ground_hits: usize,
-    escapes: usize,
-    #[serde(rename = "I_L")]
-    leaf_m2: f64,
-    #[serde(rename = "I_T")]
-    total_m2: f64,
-    #[serde(rename = "I_3L")]
-    three_leaves_m2: f64,
-    visible_leaf_area_m2: f64,
-    leaf_area_m2: f64,
-}
-
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut interrupt = Interrupt::watch()?;
     interrupt.finite(off_runtime("scan", move || scan(&args))).await
@@ -171,8 +136,7 @@ fn scan(args: &Args) -> Result<Outcome, Failure> {
     super::scene::tell(&stage);
     let scans: Vec<Scanned> = tasks.iter().map(|task| one(args, &stage, task)).collect::<Result<_, _>>()?;
     output::print_rows(args.format, &scans)?;
-    let blind =
-        scans.iter().find(|scan| scan.leaf_hits + scan.wood_hits + scan.fruit_hits + scan.support_hits == 0);
+    let blind = scans.iter().find(|scan| scan.is_blind());
     if let Some(scan) = blind {
         say(format_args!(
             "the {} scan sees nothing: no beam met a leaf, a branch, a post or a wire",
@@ -185,12 +149,7 @@ fn scan(args: &Args) -> Result<Outcome, Failure> {
 
 /// One scan, or the two of a drive between rows.
 fn tasks(args: &Args, scene: &Scene) -> Result<Vec<Task>, Failure> {
-    let rig = scene.resolved_rig();
-    let mut base =
-        ScanSettings { kind: args.kind, dy_m: 0.02, dtheta_deg: 0.5, pitch_m: 0.01, ..Default::default() };
-    if let Some(mount) = rig.scanners.first() {
-        base = ScanSettings { distance_m: mount.distance_m, height_m: mount.height_m, ..base };
-    }
+    let base = row_scan::settings(scene, args.kind);
     let settings = ScanSettings { range: args.range, ..args.layout.over(base) };
     if !args.two_rows {
         return Ok(vec![Task { suffix: "", row: 0, settings }]);
@@ -214,58 +173,29 @@ fn tasks(args: &Args, scene: &Scene) -> Result<Vec<Task>, Failure> {
 
 /// What is kept of a line.
 struct LineRecord {
-    areas: ScanAreas,
-    /// By class.
-    counts: Vec<(Class, usize)>,
     ranges: Vec<f64>,
-    points: Vec<Point>,
+    points: Vec<ScanPoint>,
     shots: Vec<Shot>,
 }
 
-/// What casts the beams of a plan: the exact caster, the paper's mesh, or the eye of the rig's scanner.
-fn caster(args: &Args, stage: &Stage, plan: &ScanPlan) -> Result<Box<dyn Casts>, Failure> {
-    let optics = &stage.scene.optics;
-    if optics.stages.is_ideal() {
-        return Ok(args.layout.wood().caster(&stage.orchard)?);
-    }
-    let (Beams::Fan(fan), WoodTest::Exact) = (plan.beams(), args.layout.wood()) else {
-        return Err(Failure::Usage(format!(
-            "optics {} need the beams of a mirror and exact wood: expected --type lateral, opposite or zenith and --wood exact, or --optics ideal",
-            optics.stages
-        )));
-    };
-    let model = models::find(stage.rig.scanners.first().map_or("", |mount| mount.model.as_str()))?;
-    let (min_range_m, max_range_m) = model.range_m();
-    let limits = RangeLimits { min_range_m, max_range_m };
-    let eye = EyeModel { optics: model.optics(), echoes: model.echoes(), limits };
-    let towards_x = plan.settings().kind != ScanKind::Opposite;
-    let caster = stage.caster().clone();
-    Ok(Box::new(EyeCaster::new(caster, eye, optics, stage.scene.seed, fan, towards_x)))
-}
-
 fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
-    let kind = task.settings.kind;
-    let target = Target::row(&stage.orchard, task.row).ok_or(ScanError::NothingThere { kind })?;
-    let plan = ScanPlan::new(&target, &task.settings)?;
-    let caster = caster(args, stage, &plan)?;
+    let scan = RowScan::new(stage, task.row, &task.settings)?;
+    let plan = scan.plan();
     let files: &[File] = if args.output.is_some() { &args.write } else { &[] };
     let is_matrix = |file: &File| matches!(file, File::Matrix | File::Npy);
     let wants_points = files.iter().any(|file| !is_matrix(file));
     let wants_matrix = files.iter().any(is_matrix);
     let bar = progress::bar("scanning", "lines", plan.len() as u64);
-    let lines = plan.lines(caster.as_ref(), LAYERS, |line| {
+    let (scanned, lines) = scan.lines(|line| {
         bar.inc(1);
-        let of_class = |class| line.layers.nearest().iter().filter(|found| found.class == class).count();
         LineRecord {
-            areas: plan.line_areas(line.layers),
-            counts: Class::ALL.iter().map(|class| (*class, of_class(*class))).collect(),
             ranges: if wants_matrix {
                 line.layers.nearest().iter().map(|found| found.range_m).collect()
             } else {
                 Vec::new()
             },
-            points: if wants_points { points::of_line(&plan, &line) } else { Vec::new() },
-            shots: if args.picture.is_some() { picture::of_line(&plan, &line) } else { Vec::new() },
+            points: if wants_points { ScanPoint::of_line(plan, line) } else { Vec::new() },
+            shots: if args.picture.is_some() { picture::of_line(plan, line) } else { Vec::new() },
         }
     });
     bar.finish_and_clear();
@@ -277,43 +207,13 @@ fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
             PathBuf::from(name)
         };
         let kept = Kept { only: &args.only, ground: Ground::of(&stage.orchard) };
-        write(&plan, stage, files, &lines, &kept, &named)?;
+        write(plan, stage, files, &lines, &kept, &named)?;
     }
     if let Some(path) = &args.picture {
         let shots = lines.iter().flat_map(|line| &line.shots).copied().collect();
-        picture::write(path, args.colour_by, &plan, stage, shots)?;
+        picture::write(path, args.colour_by, plan, stage, shots)?;
     }
-    let areas: ScanAreas = lines.iter().map(|line| line.areas).sum();
-    let total = |wanted: Class| -> usize {
-        let counts = lines.iter().flat_map(|line| &line.counts);
-        counts.filter(|(class, _)| *class == wanted).map(|(_, count)| count).sum()
-    };
-    let beams = plan.beams().len();
-    let origin = plan.origin(0);
-    Ok(Scanned {
-        kind,
-        row: task.row,
-        seed: stage.scene.seed,
-        lines: plan.len(),
-        beams,
-        dy_m: task.settings.dy_m,
-        range_from: plan.swept(0),
-        range_to: plan.swept(beams.saturating_sub(1)),
-        origin_x_m: origin.x_m,
-        origin_z_m: origin.z_m,
-        leaf_hits: total(Class::Leaf),
-        wood_hits: total(Class::Wood),
-        fruit_hits: total(Class::Fruit),
-        support_hits: total(Class::Post) + total(Class::Wire),
-        grass_hits: total(Class::Grass),
-        ground_hits: total(Class::Ground),
-        escapes: total(Class::None),
-        leaf_m2: areas.leaf_m2,
-        total_m2: areas.total_m2,
-        three_leaves_m2: areas.three_leaves_m2,
-        visible_leaf_area_m2: areas.visible_leaf_area_m2,
-        leaf_area_m2: stage.orchard.truth_of_row(task.row, TruthGrid::default()).leaf_area_m2,
-    })
+    Ok(scanned)
 }
 
 fn write(
