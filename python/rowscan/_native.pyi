@@ -199,7 +199,7 @@ class Scanner:
 
     @property
     def addresses(self) -> Dict[str, str]:
-        """Where everything is: `scanner0`, `scanner1`, `can0`, `nmea0`, …"""
+        """Where everything is: `scanner0`, `scanner1`, `can0`, `nmea0`, …; `scanner0:1` is the second address of one that listens at several."""
 
     @property
     def source(self) -> str:

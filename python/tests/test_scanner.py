@@ -249,3 +249,11 @@ def test_several_scanners_of_one_tractor(tmp_path):
         for name, model in [("scanner0", b"LMS111"), ("scanner1", b"LMS151")]:
             with Client(scanner.addresses[name]) as client:
                 assert model in client.ask(b"sRN DeviceIdent")
+
+
+def test_one_scanner_listens_at_several_addresses(orchard):
+    with rowscan.Scanner("lms111", orchard, tcp=["127.0.0.1:0", "127.0.0.1:0"]) as scanner:
+        assert list(scanner.addresses) == ["scanner0", "scanner0:1"]
+        for address in scanner.addresses.values():
+            with Client(address) as client:
+                assert b"LMS111" in client.ask(b"sRN DeviceIdent")

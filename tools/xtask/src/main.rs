@@ -29,7 +29,11 @@ type Command = (&'static str, &'static str, fn(&Workspace, &[String]) -> ExitCod
 
 const COMMANDS: &[Command] = &[
     ("ci", "[STEP…] everything that needs only rustup's cargo and python3", ci::command),
-    ("full", "[STEP…] what takes longer: the demo, a dry run of publishing, fuzz targets", full::command),
+    (
+        "full",
+        "[STEP…] what takes longer: the demo, the release wheel, a dry run of publishing, fuzz targets",
+        full::command,
+    ),
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),

@@ -14,7 +14,7 @@ use crate::workspace::Workspace;
 const LIMIT: Limit = Limit::InAll(Duration::from_secs(10 * 60));
 
 /// What the tests use besides the package itself.
-pub const BESIDES: &[&str] = &["pytest", "pandas", "pyserial"];
+const BESIDES: &[&str] = &["pytest", "pandas", "pyserial"];
 
 /// How the extension is compiled.
 #[derive(Clone, Copy)]
@@ -36,27 +36,33 @@ impl Profile {
 
 /// A development wheel, installed and tested.
 pub fn run(workspace: &Workspace) -> Outcome {
-    test(workspace, Profile::Dev, BESIDES)
+    test(workspace, Profile::Dev, &[])
 }
 
-/// Builds a wheel, installs it with these packages and runs the tests.
-pub fn test(workspace: &Workspace, profile: Profile, besides: &[&str]) -> Outcome {
+/// Builds a wheel, installs it and runs the tests; those that need the packages in `further` are skipped where these cannot be had.
+pub fn test(workspace: &Workspace, profile: Profile, further: &[&str]) -> Outcome {
     if !shell::has("python3") {
         return Outcome::Skipped("python3 is not installed".to_owned());
     }
-    match installed(workspace, profile, besides) {
-        Ok(python) => run_tests(workspace, &python),
-        Err(why) => Outcome::failed(why),
+    let python = match installed(workspace, profile) {
+        Ok(python) => python,
+        Err(why) => return Outcome::failed(why),
+    };
+    if !further.is_empty()
+        && let Err(why) = shell::run(python.install().args(further))
+    {
+        println!("SKIPPED: {}: {why}", further.join(", "));
     }
+    run_tests(workspace, &python)
 }
 
-/// An environment with nothing in it but a new wheel and these packages.
-fn installed(workspace: &Workspace, profile: Profile, besides: &[&str]) -> Result<Python, String> {
+/// An environment with nothing in it but a new wheel and what its tests use.
+fn installed(workspace: &Workspace, profile: Profile) -> Result<Python, String> {
     let folder = workspace.scratch("wheel")?;
     let wheel = build(workspace, profile, &folder.join(profile.name()))?;
     let python = Python::make(&folder)?;
     let pins = workspace.root.join("tools/python/requirements.txt");
-    shell::run(python.install().arg("--constraint").arg(pins).arg(&wheel).args(besides))?;
+    shell::run(python.install().arg("--constraint").arg(pins).arg(&wheel).args(BESIDES))?;
     Ok(python)
 }
 
