@@ -174,12 +174,7 @@ impl Wiring<'_> {
         let faults = self.stream(&name, Medium::Wire, Language::Lms2xx);
         let tap = self.taps.open(&name, StreamKind::Lms2xx);
         let wire = faulty_wire(Box::new(pty), &faults, tap);
-        let config = SerialConfig {
-            time_scale: self.order.scale,
-            state: None,
-            taps: Taps::default(),
-            stream: Some(name.clone()),
-        };
+        let config = SerialConfig { stream: Some(name.clone()), ..SerialConfig::at(self.order.scale) };
         let emulator = rig.lms2xx(device, view, wire, config);
         let counts = Counting::Lms2xx(Box::new(emulator.counting()));
         Ok((Stream { name, model: model.into(), counts, _device: Device::Lms2xx(emulator) }, source))
