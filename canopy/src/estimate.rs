@@ -67,7 +67,7 @@ pub struct Estimate {
     pub regression: Option<RegressionKind>,
     /// What the calibration rows' mean would give: the estimate of someone who does not scan, m².
     pub leaf_area_null_m2: Option<f64>,
-    /// How the rig says that the scanner sits, where that is not square to the row.
+    /// How the rig says that the scanner sits; left out without a rig.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mount: Option<MountReport>,
     /// How the contact frequency was sampled.
@@ -128,9 +128,13 @@ pub enum LeafAreaEstimator {
     ContactRawSpotCorrected,
 }
 
-/// The mount pose that was undone: the rig's, which nothing here can check.
+/// The mount that scans were placed by: the rig's, which nothing here can check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MountReport {
+    /// Mirror above the ground, metres.
+    pub height_m: f64,
+    /// Mirror to the row axis, metres.
+    pub distance_m: f64,
     /// Mirror ahead of what the advance is measured of, metres.
     pub offset_y_m: f64,
     /// Beams at the row turned ahead, degrees.

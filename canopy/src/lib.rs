@@ -76,7 +76,7 @@ pub use calibration::{Calibration, CalibrationError, CanopyClass, FitError, Samp
 pub use class::{ClassKey, RowClass};
 pub use cut::{CutMethod, FoundTree};
 pub use error::PipelineError;
-pub use estimate::{Estimate, Progress, SliceEstimate, TreeEstimate, TreesFound};
+pub use estimate::{Estimate, MountReport, Progress, SliceEstimate, TreeEstimate, TreesFound};
 pub use estimator::{EstimatorInfo, Measure, Quantity};
 pub use footprint::{Footprint, LeafShape};
 pub use gate::{Exclusion, Field};

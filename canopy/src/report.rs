@@ -144,9 +144,8 @@ fn row(
     estimate.scanned_m = Some(scanned_m);
     estimate.canopy_m = Some(totals.canopy_m);
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
-    let Mount { offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
-    let mount = MountReport { offset_y_m, yaw_deg, pitch_deg, roll_deg };
-    estimate.mount = Some(mount).filter(|mount| *mount != MountReport::default());
+    let Mount { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
+    estimate.mount = Some(MountReport { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg });
     estimate.contact = Some(pass.row.contact_report());
     estimate.returns = Some(totals.returns);
     estimate.leaf_area_contact_raw_m2 = Some(totals.contact_m2);

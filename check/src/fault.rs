@@ -6,7 +6,7 @@ use rowscan_faults::{At, FAULTS, FaultSpec, Lasts, NOT_HERE};
 use rowscan_strict_toml::{Located, Table, TomlError, Value, suggestion};
 
 /// Name of the fault that stops a child.
-const HOST_PAUSE: &str = "host_pause";
+pub(crate) const HOST_PAUSE: &str = "host_pause";
 /// Faults that hold bytes back for longer than a step of a clock in lockstep.
 const HOLDING: &[&str] = &["delay", "jitter", "stall", "bandwidth"];
 

@@ -11,6 +11,7 @@ mod child;
 mod clock;
 mod fault;
 mod fault_desk;
+mod fault_schema;
 mod frames;
 mod journal;
 mod judge;

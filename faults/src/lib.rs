@@ -67,7 +67,7 @@ pub use part::{Fit, Order, Part};
 pub use plan::{Medium, Row};
 pub use relay::{Relayed, relay};
 pub use rowscan_fault_table::{Family, Form, Parameter, PartFault};
-pub use spec::{FaultSpec, read};
+pub use spec::{COMMON, FaultSpec, read};
 pub use stream::FaultyStream;
 pub use telegram::Language;
 pub use when::{At, Lasts};

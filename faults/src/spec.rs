@@ -12,8 +12,7 @@ use crate::kinds::FAULTS;
 use crate::when::{At, Lasts};
 
 /// Keys that every fault has.
-pub(crate) const COMMON: &[&str] =
-    &["name", "id", "on", "direction", "at", "for", "until", "every", "p", "count"];
+pub const COMMON: &[&str] = &["name", "id", "on", "direction", "at", "for", "until", "every", "p", "count"];
 
 /// From one beginning to the next, at least.
 const SHORTEST_PERIOD: Duration = Duration::from_millis(1);

@@ -8,13 +8,16 @@ use alloc::vec::Vec;
 
 use crate::scan::Pose;
 
+mod apart;
 mod attitude;
 
+pub use apart::Apart;
 pub use attitude::{Attitude, Axes};
 
 /// A tractor with its scanners. Speed and spacing are what the *estimator believes*; a scene fills them from the truth.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Rig {
     /// Ground speed, m/s.
@@ -22,33 +25,42 @@ pub struct Rig {
     /// Y of the first scan line, metres.
     pub start_m: f64,
     /// Distance between trees in the row, metres; without it nothing is reported by tree, and LAI is null.
+    #[cfg_attr(feature = "schema", schemars(example = 1.5))]
     pub tree_spacing_m: Option<f64>,
     /// Distance between rows, metres; without it LAI is null.
+    #[cfg_attr(feature = "schema", schemars(example = 4.0))]
     pub row_spacing_m: Option<f64>,
     /// Trees in the row, if it ends; tree `i` owns y in `[i, i + 1) * tree_spacing_m`.
+    #[cfg_attr(feature = "schema", schemars(example = 12))]
     pub trees: Option<u32>,
     /// Returns lower than this above Z = 0 are ground, metres.
     pub ground_clearance_m: f64,
     /// Ticks a metre of the wheel encoder in the scan telegrams; negative where it counts down driving forward. Without it the advance
     /// is not taken from an encoder.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = 1000.0))]
     pub encoder_ticks_per_m: Option<f64>,
     /// Share of the row, 0 to 1, that may have no valid scan (device error, dirty window, unreadable telegrams) before areas are withheld.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default_share"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = MAX_EXCLUDED)))]
     pub max_excluded: f64,
     /// How wide the scanners' beams are: taken out of leaf areas where it is known.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = &"ideal"))]
     pub optics: Option<BeamWidth>,
     /// One-sided area of a leaf, cm², for what a wide beam does at its rim; an apple leaf's 24 where left out.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = 24.0))]
     pub leaf_area_cm2: Option<f64>,
     /// Edge of the voxels that densities are measured in, metres; by a rule from beams and leaves where left out.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = 0.1))]
     pub voxel_edge_m: Option<f64>,
     /// Calibration class that turns impacted area into leaf area: a shipped calibration's name or a file.
+    #[cfg_attr(feature = "schema", schemars(example = &"spindle"))]
     pub calibration: Option<String>,
     /// The scanners, in the order of the emulator's ports.
-    #[cfg_attr(feature = "serde", serde(rename = "scanner"))]
+    #[cfg_attr(feature = "serde", serde(rename = "scanner", deserialize_with = "apart::placed"))]
     pub scanners: Vec<Mount>,
 }
 
@@ -88,6 +100,7 @@ impl Default for Rig {
 /// How wide a scanner's beams are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum BeamWidth {
     /// Rays: simulated ones.
@@ -99,6 +112,7 @@ pub enum BeamWidth {
 /// How one scanner sits on the tractor.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Mount {
     /// Scanner model, by the name `rowscan models` lists.
@@ -107,7 +121,7 @@ pub struct Mount {
     pub orientation: Orientation,
     /// For a side mount: which way the roof of the housing looks; turns the sense of the angle.
     pub roof: Roof,
-    /// For an up mount: the row it looks at.
+    /// The row it looks at.
     pub row: RowSide,
     /// Height of the mirror above Z = 0, metres.
     pub height_m: f64,
@@ -115,29 +129,47 @@ pub struct Mount {
     pub distance_m: f64,
     /// How far the mirror sits ahead of the tractor's reference point, metres.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = 0.0)))]
     pub offset_y_m: f64,
-    /// How the scanner is turned, degrees, as [`Attitude`] has the signs: its beams at the row ahead.
+    /// Instead of `offset_y_m`: how far the mirror sits ahead of that of the scanner before it in the list, metres; negative behind it.
+    // Used up where a file is read: `offset_y_m` has it then.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = 0.9))]
+    pub ahead_of_previous_m: Option<f64>,
+    /// Instead of `height_m`: how far the mirror sits above that of the scanner before it in the list, metres; negative below it.
+    // Used up where a file is read: `height_m` has it then.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = 0.9))]
+    pub above_previous_m: Option<f64>,
+    /// How the scanner is turned from its place square to the row, degrees: how far its beams at the row turn ahead.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = 0.0)))]
     pub yaw_deg: f64,
-    /// Its top back.
+    /// How far its top leans back, degrees.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = 0.0)))]
     pub pitch_deg: f64,
-    /// Its top to the row.
+    /// How far its top leans to the row, degrees.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = 0.0)))]
     pub roll_deg: f64,
     /// Mirror turns a second; the model's own default where absent.
+    #[cfg_attr(feature = "schema", schemars(example = 50.0))]
     pub frequency_hz: Option<f64>,
     /// Angle between beams, degrees; the model's own default where absent.
+    #[cfg_attr(feature = "schema", schemars(example = 0.5))]
     pub resolution_deg: Option<f64>,
     /// The echo that its scans hold: a live scanner is asked for it. Left out: the first of a live scanner, of a recording the factory setting
     /// where that is the first.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = &"first"))]
     pub echo: Option<EchoChoice>,
 }
 
 /// One echo of a beam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum EchoChoice {
     /// The first.
@@ -156,6 +188,8 @@ impl Default for Mount {
             height_m: 1.6,
             distance_m: 1.9,
             offset_y_m: 0.0,
+            ahead_of_previous_m: None,
+            above_previous_m: None,
             yaw_deg: 0.0,
             pitch_deg: 0.0,
             roll_deg: 0.0,
@@ -169,6 +203,7 @@ impl Default for Mount {
 /// Which way device-ahead (device angle 90°) points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Orientation {
     /// At the row.
@@ -181,6 +216,7 @@ pub enum Orientation {
 /// Which way the roof of a side-mounted scanner looks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Roof {
     /// Device angles grow upwards: θ = α − 90°.
@@ -193,12 +229,13 @@ pub enum Roof {
 /// The row an up-mounted scanner looks at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum RowSide {
-    /// To the device's right: θ = α.
+    /// The one on the tractor's right; for an up mount θ = α.
     #[default]
     Right,
-    /// To the device's left: θ = 180° − α.
+    /// The one on its left; for an up mount θ = 180° − α.
     Left,
 }
 
@@ -272,7 +309,7 @@ impl Rig {
             if value.is_finite() && value > 0.0 { Ok(()) } else { Err(RigError::NotPositive { key, value }) }
         };
         if !(self.speed_m_s.is_finite() && self.speed_m_s >= 0.0) {
-            return Err(RigError::NotPositive { key: "speed_m_s", value: self.speed_m_s });
+            return Err(RigError::Negative { key: "speed_m_s", value: self.speed_m_s });
         }
         if let Some(spacing) = self.tree_spacing_m {
             positive("tree_spacing_m", spacing)?;
@@ -322,6 +359,14 @@ pub enum RigError {
         /// What stands there.
         value: f64,
     },
+    /// A speed that must not be negative.
+    #[error("rig.{key} must be 0 or more, found {value}")]
+    Negative {
+        /// The key, below `rig`.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+    },
     /// A share that is none.
     #[error("rig.{key} must be between 0 and 1, found {value}")]
     NoShare {
@@ -341,6 +386,26 @@ pub enum RigError {
         low: f64,
         /// The greatest.
         high: f64,
+    },
+    /// The first scanner has none before it.
+    #[error(
+        "rig.scanner.{key} counts from the scanner before it in the list, and the first has none; give `{instead}`"
+    )]
+    NoneBefore {
+        /// The key, below `rig.scanner`.
+        key: &'static str,
+        /// What says it of the first.
+        instead: &'static str,
+    },
+    /// Two keys for one place.
+    #[error(
+        "rig.scanner.{key} and rig.scanner.{other} both say where the scanner sits; leave one of them out"
+    )]
+    BothGiven {
+        /// One key, below `rig.scanner`.
+        key: &'static str,
+        /// The other.
+        other: &'static str,
     },
     /// A rig without scanners measures nothing.
     #[error("the rig has no scanner; add a [[rig.scanner]] table")]

@@ -16,10 +16,11 @@ use crate::wind::Wind;
 pub const VERSION: u32 = 1;
 
 /// A scene file. Unknown keys are refused.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Format of the file: [`VERSION`].
+    /// Format of the file.
+    #[schemars(range(min = VERSION, max = VERSION), example = VERSION)]
     pub version: u32,
     /// What to call it.
     #[serde(default)]
@@ -30,7 +31,7 @@ pub struct Scene {
     /// What grows there.
     #[serde(default)]
     pub orchard: OrchardParameters,
-    /// What drives past; spacings and number of trees left out here are the orchard's, see [`Scene::resolved_rig`].
+    /// What drives past; spacings and number of trees left out here are the orchard's.
     #[serde(default)]
     pub rig: Rig,
     /// How the scanners really sit on it, where the rig is wrong.
@@ -74,6 +75,12 @@ impl Scene {
             optics: rig.optics.or(Some(self.optics.beam_width())),
             ..rig
         }
+    }
+
+    /// The same scene, each value written out that preset, orchard, encoder or optics give.
+    #[must_use]
+    pub fn spelled_out(&self) -> Self {
+        Self { orchard: self.orchard.spelled_out(), rig: self.resolved_rig(), ..self.clone() }
     }
 
     /// The same with the scanners where they really are: what no estimator knows.

@@ -4,26 +4,32 @@ use rowscan_protocol::rig::{Mount, Rig};
 use serde::{Deserialize, Serialize};
 
 /// A scanner's true mount: table `[[true_mount]]`, in the order of the rig's scanners. Keys that are left out are as the rig has them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrueMount {
     /// Height of the mirror, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 1.65)]
     pub height_m: Option<f64>,
     /// Distance from the mirror to the row axis, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 1.95)]
     pub distance_m: Option<f64>,
     /// How far ahead of the tractor's reference point, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 0.05)]
     pub offset_y_m: Option<f64>,
     /// Beams at the row turned ahead, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 2.0)]
     pub yaw_deg: Option<f64>,
     /// Top leant back, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 1.0)]
     pub pitch_deg: Option<f64>,
     /// Top leant to the row, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = -3.0)]
     pub roll_deg: Option<f64>,
 }
 

@@ -26,7 +26,7 @@ const REFERENCE_M_S: f64 = 3.0;
 const PURPOSE: u64 = 202;
 
 /// The wind: table `[wind]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wind {
     /// Mean speed, m/s; 0 is calm.

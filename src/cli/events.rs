@@ -4,15 +4,16 @@ use rowscan_emulator::{EmulatorCounts, SerialCounts};
 use serde::Serialize;
 
 use super::output::print_event;
-use super::{Failure, Format};
+use super::{Failure, Format, service};
 
 #[derive(Serialize)]
 struct Ready {
     event: &'static str,
 }
 
-/// Tells scripts that every endpoint has been announced.
+/// Tells scripts, and the service manager, that every endpoint has been announced.
 pub(super) fn ready(format: Format) -> Result<(), Failure> {
+    service::ready();
     match format {
         Format::Json | Format::Jsonl => print_event(&Ready { event: "ready" }),
         Format::Csv | Format::Table => Ok(()),

@@ -5,6 +5,7 @@ mod bus;
 mod check;
 mod check_jobs;
 mod client_limits;
+mod completions;
 mod control;
 mod decode;
 mod demo;
@@ -14,6 +15,7 @@ mod ending;
 mod endpoint;
 mod estimate;
 mod estimators;
+mod event_format;
 mod events;
 mod export;
 mod faulting;
@@ -39,11 +41,14 @@ mod recording_file;
 mod replay;
 mod scan;
 mod scene;
+mod schema;
 mod sensor;
+mod service;
 mod study;
 mod table_file;
 mod tractor_outputs;
 mod truth_file;
+mod user_files;
 mod web;
 
 use std::io;
@@ -55,6 +60,7 @@ use rowscan_driver::DriverError;
 use rowscan_recording::ReadError;
 use rowscan_study::calibrations::ConfigError;
 
+use crate::reference::Document;
 use output::printable;
 
 /// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
@@ -101,6 +107,18 @@ enum Command {
     Proxy(proxy::Args),
     /// List the faults that can go into a file for --faults
     Faults(page_args::PageArgs),
+    /// Scene files: a commented one, a verdict, what one means
+    #[command(subcommand)]
+    Scene(user_files::Command),
+    /// Rig files, and the rigs of scenes: the same, with a drawing of mounts and beams
+    #[command(subcommand)]
+    Rig(user_files::Command),
+    /// The keys of scene, rig, scenario and study files as JSON Schema, for completion in editors
+    Schema(schema::Args),
+    /// Completions of this command line for a shell: `rowscan completions bash > ~/.local/share/bash-completion/completions/rowscan`
+    Completions(completions::CompletionArgs),
+    /// The manual's pages, one a subcommand
+    Man(completions::ManArgs),
     /// List the scanner models, what each emulates and what not
     Models(models::Args),
 }
@@ -319,6 +337,11 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
             Command::Bus(command) => bus::run(command),
             Command::Proxy(args) => proxy::run(args).await,
             Command::Faults(args) => faults::run(args),
+            Command::Scene(command) => user_files::run(Document::Scene, command),
+            Command::Rig(command) => user_files::run(Document::Rig, command),
+            Command::Schema(args) => schema::run(&args),
+            Command::Completions(args) => completions::completions(&args),
+            Command::Man(args) => completions::man(&args),
             Command::Models(args) => models::run(args),
         }
     });

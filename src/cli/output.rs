@@ -94,6 +94,10 @@ pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(),
     match format {
         Format::Json => print_json(format, &rows),
         Format::Jsonl => rows.iter().try_for_each(|row| print_json(format, row)),
+        Format::Csv if rows.is_empty() => {
+            say("no rows: there is nothing to write");
+            Ok(())
+        }
         Format::Csv => {
             let mut writer = csv::Writer::from_writer(Vec::new());
             for (index, row) in rows.iter().enumerate() {

@@ -28,7 +28,7 @@ use super::link_options::stream_kind;
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::RecordArgs;
-use super::{Failure, Format, Outcome};
+use super::{Failure, Format, Outcome, event_format, service};
 
 /// How long a scanner may take to be reached.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -54,7 +54,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// How to tell where it listens and what happens; jsonl writes one object a line to standard output
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, default_value = "table", value_parser = event_format::parser())]
     format: Format,
     #[command(flatten)]
     record: RecordArgs,
@@ -155,6 +155,7 @@ impl Proxy {
         let listener = TcpListener::bind(address).await.map_err(busy)?;
         let mut listener = GatedListener::new(listener, Some(self.faults.clone())).map_err(busy)?;
         announce_stream(self.format, None, "tcp", Place::Address(&listener.address()))?;
+        service::ready();
         let mut clients = JoinSet::new();
         loop {
             tokio::select! {
@@ -221,6 +222,7 @@ impl Proxy {
     async fn serve_pty(&self, link: &Path) -> Result<(), Failure> {
         let pty = Pty::open(link)?;
         announce_stream(self.format, None, "pty", Place::Path(pty.path()))?;
+        service::ready();
         let mut wire = self.witnessed(self.faults.wrap(pty, |_| ()));
         let mut is_told = false;
         loop {

@@ -78,6 +78,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     match &args.info {
         Some(Source::Recording { path, stream }) => return info(path, stream.as_deref(), args.format),
         Some(live) => return Err(Failure::Usage(format!("{live} is live: `rowscan record` it first"))),
+        None if args.format == Format::Csv => {
+            let why =
+                "--format csv is for --info: a command that records tells events, and events are no rows";
+            return Err(Failure::Usage(why.to_owned()));
+        }
         None => {}
     }
     let about = About {

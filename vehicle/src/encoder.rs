@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::parameter::{ParameterError, require_within as within};
 
 /// The `[encoder]` table of a scene file.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Encoder {
     /// Ticks a metre that the wheel rolls. A client that derives metres from ticks must know this number; LICencres does not change it.

@@ -17,7 +17,7 @@ use crate::utc::utc_seconds;
 pub const STREAM: u64 = 3;
 
 /// How a position was determined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FixQuality {
     /// No position.
@@ -46,7 +46,7 @@ impl FixQuality {
 }
 
 /// The `[gnss]` table of a scene file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gnss {
     /// Latitude of the scene's origin, degrees north.
@@ -69,7 +69,7 @@ pub struct Gnss {
     pub utc: String,
     /// Sentences of one kind a second, 1 to 20.
     pub rate_hz: f64,
-    /// FixQuality outside the events.
+    /// Quality of the fix outside the events.
     pub quality: FixQuality,
     /// Standard deviation of north and of east each, metres; up has twice as much.
     pub noise_m: f64,
@@ -79,17 +79,21 @@ pub struct Gnss {
 }
 
 /// A change of the fix for a span of simulated time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GnssEvent {
     /// Begins, seconds.
+    #[schemars(example = 20.0)]
     pub from_s: f64,
     /// Ends, seconds.
+    #[schemars(example = 30.0)]
     pub to_s: f64,
-    /// FixQuality during the event.
+    /// Quality of the fix during the event.
+    #[schemars(example = &"gps")]
     pub quality: FixQuality,
     /// Noise during the event, metres; otherwise unchanged.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 0.5)]
     pub noise_m: Option<f64>,
 }
 

@@ -29,7 +29,7 @@ const BANDS: usize = 64;
 const PURPOSE: u64 = 201;
 
 /// Roughness class of ISO 8608.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub enum RoadClass {
     /// Very good.
     A,
@@ -46,10 +46,11 @@ pub enum RoadClass {
 }
 
 /// The ground of a drive: table `[drive.road]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Road {
     /// Its roughness.
+    #[schemars(example = &"D")]
     pub class: RoadClass,
     /// Between left and right wheels, metres.
     #[serde(default = "track_m")]

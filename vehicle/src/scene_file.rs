@@ -1,7 +1,9 @@
 //! Files that a scene names. This crate reads no files: the caller passes the content in.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A file named in a scene, by its path; relative paths count from the scene file's folder. In the scene file it is a plain string.
@@ -77,6 +79,20 @@ pub enum FileError {
         /// Line of the first such byte, from 1.
         line: usize,
     },
+}
+
+impl JsonSchema for SceneFile {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "SceneFile".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "x-kind": "a file's path" })
+    }
 }
 
 impl Serialize for SceneFile {

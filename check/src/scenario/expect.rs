@@ -1,36 +1,85 @@
 //! `[[expect]]` tables.
 
 use rowscan_scenes::files::nearest;
+use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde_json::Value;
 
 use crate::what::{self, Count, Kind, WHATS, What};
 
 /// An expectation as it is written.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-struct Table {
+pub(super) struct Table {
+    /// What is expected; docs/bench.md says which keys go with it.
+    #[schemars(schema_with = "what_names", example = &"scans_lost")]
     what: String,
+    /// The device it is of; where there is only one, it may be left out.
+    #[schemars(example = &"left")]
     on: Option<String>,
+    /// The child, fault or file it is of.
+    #[schemars(example = &"sut")]
     of: Option<String>,
+    /// A file of the run's folder.
+    #[schemars(example = &"canopy.log")]
     file: Option<String>,
+    /// The event it counts from: a fault's id, or `ID.end`.
+    #[schemars(example = &"cable.end")]
     after: Option<String>,
+    /// So many simulated seconds after that, at most.
+    #[schemars(example = 2.0)]
     within_s: Option<f64>,
+    /// Two numbers that it lies between, both included; or two events that are counted between.
+    #[schemars(example = (0, 3), extend("x-kind" = "two numbers, or two events"))]
     between: Option<(Value, Value)>,
+    /// Exactly this: a number; for files, the path of another.
+    #[schemars(example = 0, extend("x-kind" = "a number or a text"))]
     equals: Option<Value>,
+    /// The same as in a run without faults: `faults`.
+    #[schemars(example = &"faults")]
     equals_run_without: Option<String>,
+    /// More than this.
+    #[schemars(example = 100.0)]
     above: Option<f64>,
+    /// Less than this.
+    #[schemars(example = 3.0)]
     below: Option<f64>,
+    /// Nearer to 0 than this.
+    #[schemars(example = 0.1)]
     abs_below: Option<f64>,
+    /// Its 95th percentile is less than this.
+    #[schemars(example = 0.05)]
     p95_below: Option<f64>,
+    /// How far from `equals` or the run without faults it may be.
+    #[schemars(example = 0.001)]
     tolerance: Option<f64>,
+    /// A regular expression that a line of the output matches.
+    #[schemars(example = &"scanner lost")]
     matches: Option<String>,
+    /// Runs that must agree; 2 where left out.
+    #[schemars(example = 2)]
     runs: Option<u32>,
+    /// The state that all valves have.
+    #[schemars(example = &"closed")]
     all: Option<String>,
+    /// The edge that is judged.
+    #[schemars(example = &"open")]
     edge: Option<String>,
+    /// The boom's element.
+    #[schemars(example = 1)]
     element: Option<u32>,
+    /// The value's identifier at the task controller.
+    #[schemars(example = 141)]
     ddi: Option<u32>,
+    /// What the value must be.
+    #[schemars(example = 1, extend("x-kind" = "a number or a text"))]
     value: Option<Value>,
+}
+
+/// The names of everything that can be expected, with what each tells.
+fn what_names(_: &mut SchemaGenerator) -> Schema {
+    let names = WHATS.iter().map(|what| json_schema!({ "const": what.name, "description": what.tells }));
+    json_schema!({ "type": "string", "oneOf": names.collect::<Vec<_>>() })
 }
 
 /// An expectation whose keys fit what it expects.

@@ -1,10 +1,12 @@
 //! A scenario file as it is written: every key optional, so that a file may leave to its base what it does not change.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use rowscan_protocol::device::{Profile, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_strict_toml::{Table, suggestion};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -12,27 +14,48 @@ use super::expect::Expect;
 use crate::fault::ScenarioFault;
 
 /// The tables of a scenario file.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ScenarioFile {
+    /// Another scenario, by its path from this file: keys that are left out here are that one's.
     #[serde(rename = "use")]
+    #[schemars(example = &"base.toml")]
     pub(super) base: Option<String>,
+    /// Format of the file.
+    #[schemars(range(min = 1, max = 1), example = 1)]
     pub(super) version: Option<u32>,
+    /// The scene: a built-in one's name, or a file beside this one.
+    #[schemars(example = &"spindle")]
     pub(super) scene: Option<String>,
+    /// Seed of everything random, instead of the scene's own.
+    #[schemars(example = 7)]
     pub(super) seed: Option<u64>,
+    /// What drives simulated time.
     pub(super) clock: Option<ClockTable>,
+    /// When the run is over: exactly one key.
     pub(super) end: Option<EndTable>,
+    /// The scanners.
     pub(super) device: Option<Vec<DeviceTable>>,
+    /// Ports of the tractor's CAN bus.
     pub(super) bus: Option<Vec<PortTable>>,
+    /// Places that GNSS sentences are sent to.
     pub(super) nmea: Option<Vec<PortTable>>,
+    /// The children: the controllers that are judged.
     pub(super) run: Option<Vec<RunTable>>,
-    /// As written.
+    /// What goes wrong: a fault of docs/faults.md with its parameters, or `host_pause`, which stops a child.
+    #[serde(default)]
+    #[schemars(schema_with = "crate::fault_schema::faults")]
     pub(super) fault: Option<Vec<Table>>,
     /// As read, once the file is.
     #[serde(skip)]
     pub(super) faults: Option<Vec<ScenarioFault>>,
+    /// What is expected.
+    #[schemars(with = "Option<Vec<super::expect::Table>>")]
     pub(super) expect: Option<Vec<Expect>>,
+    /// The same run again with other seeds.
     pub(super) repeat: Option<RepeatTable>,
+    /// Parsed, not there yet.
+    #[schemars(skip)]
     pub(super) sprayer: Option<IgnoredAny>,
 }
 
@@ -60,7 +83,7 @@ impl ScenarioFile {
 }
 
 /// What drives simulated time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// The host's clock.
@@ -71,14 +94,25 @@ pub enum Mode {
 }
 
 /// `clock = { … }`
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct ClockTable {
+    /// The host's clock, or a clock that waits for the participants.
     pub(super) mode: Mode,
+    /// Paced: simulated seconds a second of the host; 1 where left out.
+    #[schemars(range(min = 1e-6, max = 1e6), example = 1.0, extend("x-unit" = "s/s"))]
     pub(super) scale: Option<f64>,
+    /// Lockstep: the longest step of time.
+    #[schemars(example = 10.0)]
     pub(super) step_ms: Option<f64>,
+    /// Lockstep: what acknowledges a step, by the child's id: `sent`, `read`, `idle` or `reply`.
+    #[schemars(with = "BTreeMap<String, String>", example = ack_example())]
     pub(super) ack: BTreeMap<String, AckValue>,
+    /// Lockstep: the host's time that a step may take; 5 where left out.
+    #[schemars(range(min = 0.001, max = 86400.0), example = 5.0)]
     pub(super) deadline_wall_s: Option<f64>,
+    /// The host's time until every child is ready and every scanner has a client; 30 where left out.
+    #[schemars(range(min = 0.001, max = 86400.0), example = 20.0)]
     pub(super) startup_wall_s: Option<f64>,
 }
 
@@ -93,33 +127,78 @@ pub(super) enum AckValue {
 }
 
 /// `end = { … }`: exactly one key.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EndTable {
+    /// So far along the row.
+    #[schemars(example = 6.0)]
     pub(super) row_m: Option<f64>,
+    /// So long after the drive has started, simulated.
+    #[schemars(range(min = 0.0, max = 86400.0), example = 10.0, extend("x-unit" = "s"))]
     pub(super) s: Option<f64>,
+    /// After so many scans.
+    #[schemars(range(min = 1), example = 500)]
     pub(super) scans: Option<u64>,
 }
 
 /// `[[device]]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DeviceTable {
+    /// Its name in the scenario.
+    #[schemars(example = &"left")]
     pub(super) id: String,
+    /// Scanner model, by the name that `rowscan models` lists.
+    #[schemars(example = &"lms111")]
     pub(super) model: String,
+    /// Where a CoLa scanner listens; port 0 takes a free one.
+    #[schemars(example = &"127.0.0.1:0")]
     pub(super) tcp: Option<String>,
+    /// Where an LMS2xx is: a link to its pseudo-terminal, from the run's folder.
+    #[schemars(example = &"scanner")]
     pub(super) pty: Option<String>,
+    /// Rate that an LMS2xx was left at.
+    #[schemars(example = 38400, extend("x-unit" = "baud"))]
     pub(super) rate: Option<u32>,
+    /// How long things take: `bench` at once, `field` as on real devices.
     #[serde(default)]
+    #[schemars(extend("default" = "bench"))]
     pub(super) profile: ProfileName,
+    /// The state it is found in.
+    #[schemars(example = &"power-up")]
     pub(super) start: Option<StartName>,
+    /// Its number in the scene's rig, from 0; the same as its place in this list where left out.
+    #[schemars(example = 1)]
     pub(super) scanner: Option<usize>,
+}
+
+fn ack_example() -> BTreeMap<String, String> {
+    BTreeMap::from([("sut".to_owned(), "idle".to_owned())])
+}
+
+fn env_example() -> BTreeMap<String, String> {
+    BTreeMap::from([("LOG".to_owned(), "debug".to_owned())])
 }
 
 /// A profile, as `emulate --profile` names it.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(try_from = "String")]
 pub(super) struct ProfileName(pub(super) Profile);
+
+impl JsonSchema for ProfileName {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "ProfileName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let known: Vec<&str> = Profile::NAMED.iter().map(|(name, ..)| *name).collect();
+        json_schema!({ "type": "string", "enum": known })
+    }
+}
 
 impl TryFrom<String> for ProfileName {
     type Error = String;
@@ -139,13 +218,38 @@ pub(super) struct StartName(pub(super) String);
 /// Without power.
 pub(super) const OFF: &str = "off";
 
+/// The names of all states.
+fn states() -> Vec<&'static str> {
+    let cola = Start::NAMED.iter().map(|(name, ..)| *name);
+    let lms2xx = lms2xx::device::Start::NAMED.iter().map(|(name, ..)| *name);
+    let mut known: Vec<&str> = Vec::new();
+    for name in cola.chain(lms2xx).chain([OFF]) {
+        if !known.contains(&name) {
+            known.push(name);
+        }
+    }
+    known
+}
+
+impl JsonSchema for StartName {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "StartName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "enum": states() })
+    }
+}
+
 impl TryFrom<String> for StartName {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
-        let cola = Start::NAMED.iter().map(|(name, ..)| *name);
-        let lms2xx = lms2xx::device::Start::NAMED.iter().map(|(name, ..)| *name);
-        let known: Vec<&str> = cola.chain(lms2xx).chain([OFF]).collect();
+        let known = states();
         match known.contains(&name.as_str()) {
             true => Ok(Self(name)),
             false => Err(format!("unknown state `{name}`{}", suggestion(&name, &known))),
@@ -154,37 +258,58 @@ impl TryFrom<String> for StartName {
 }
 
 /// `[[bus]]`, `[[nmea]]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PortTable {
+    /// Its name in the scenario.
+    #[schemars(example = &"can0")]
     pub(super) id: String,
+    /// The port, as `emulate --can` and `--nmea` take it.
+    #[schemars(example = &"slcan:{run}/can")]
     pub(super) port: String,
 }
 
 /// `[[run]]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RunTable {
+    /// Its name in the scenario.
+    #[schemars(example = &"sut")]
     pub(super) id: String,
+    /// Program and arguments, with placeholders such as `{left.tcp}`.
+    #[schemars(example = ["python3", "{scenario}/controller.py", "{left.tcp}"])]
     pub(super) command: Vec<String>,
+    /// When it is ready: exactly one key; at once where left out.
     pub(super) ready: Option<ReadyTable>,
+    /// Its environment beside the bench's own, with placeholders.
     #[serde(default)]
+    #[schemars(example = env_example())]
     pub(super) env: BTreeMap<String, String>,
 }
 
 /// `ready = { … }`: exactly one key.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ReadyTable {
+    /// It has been alive for so long, in the host's time.
+    #[schemars(range(min = 0.0, max = 3600.0), example = 0.5)]
     pub(super) alive_s: Option<f64>,
+    /// A line of its output matches this regular expression.
+    #[schemars(example = &"ready")]
     pub(super) line: Option<String>,
+    /// Something listens on this TCP port of this machine, or at this address.
+    #[schemars(example = 8080)]
     pub(super) port: Option<PortName>,
+    /// This file is there, from the run's folder.
+    #[schemars(example = &"ready.txt")]
     pub(super) file: Option<String>,
+    /// A bus has heard this frame: an identifier, or `pgn:0xCB00 cmd:0xE`.
+    #[schemars(example = &"0x18FF1080")]
     pub(super) frame: Option<String>,
 }
 
 /// A TCP port of this machine, or an address.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(untagged)]
 pub(super) enum PortName {
     Number(u16),
@@ -192,8 +317,10 @@ pub(super) enum PortName {
 }
 
 /// `repeat = { … }`
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RepeatTable {
+    /// How many seeds, from `seed` on.
+    #[schemars(range(min = 1), example = 3)]
     pub(super) seeds: u32,
 }

@@ -229,6 +229,11 @@ impl Scenario {
     }
 }
 
+/// The tables of a scenario file.
+pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    generator.subschema_for::<ScenarioFile>()
+}
+
 fn read(path: &Path) -> Result<ScenarioFile, ScenarioError> {
     let text = std::fs::read_to_string(path)
         .map_err(|cause| ScenarioError::Read { path: path.to_owned(), cause })?;

@@ -4,6 +4,8 @@
 //! returns of a scan as coloured cells. So the file stays small whatever the number of leaves.
 
 mod canvas;
+mod pen;
+mod rig;
 
 use crate::caster::Class;
 use crate::exchange::mesh::Material;
@@ -11,6 +13,7 @@ use crate::orchard::Orchard;
 use crate::organ::{Cylinder, Facet, Tree};
 use crate::support::{Support, SupportKind};
 use canvas::Canvas;
+pub use rig::{Rows, apart_words, draw_rig, mount_words};
 
 /// What is drawn, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]

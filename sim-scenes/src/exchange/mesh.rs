@@ -73,7 +73,7 @@ impl Material {
 
 /// Names by which materials of foreign files are known, without regard to case. A name stands for every material that begins with it,
 /// such as `leaf` for `Leaf.001`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MaterialNames {
     /// Leaf blades.

@@ -1,9 +1,12 @@
 //! Scenes and rigs by built-in name or file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use rowscan_protocol::rig::Rig;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::error::LoadError;
 use super::source_text::SourceText;
@@ -46,12 +49,24 @@ pub fn scene_from_text(text: &str) -> Result<Scene, String> {
 }
 
 /// A file that may hold a rig alone.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 struct RigFile {
+    /// A tractor with its scanners: what the estimator believes of them.
     #[serde(default)]
+    #[schemars(with = "Rig")]
     rig: Option<Rig>,
-    #[serde(default)]
-    orchard: Option<serde::de::IgnoredAny>,
+    #[serde(flatten)]
+    #[schemars(skip)]
+    others: BTreeMap<String, IgnoredAny>,
+}
+
+/// Keys of a scene that a file with a rig alone may have as well.
+const BESIDE_RIG: &[&str] = &["version", "name"];
+
+/// The tables of a file that holds a rig alone.
+pub fn rig_schema(generator: &mut SchemaGenerator) -> Schema {
+    generator.subschema_for::<RigFile>()
 }
 
 /// A rig from a rig file, a scene file or a built-in scene's name; the scene with it, unless the file holds a rig alone.
@@ -61,8 +76,12 @@ struct RigFile {
 pub fn load_rig(name: &str) -> Result<(Rig, Option<Scene>), LoadError> {
     let source = SourceText::find("rig or scene", name, builtin::text, builtin::names().collect())?;
     let file: RigFile = source.parse()?;
+    if file.others.keys().any(|key| !BESIDE_RIG.contains(&key.as_str())) {
+        // What is no rig alone is a scene, or has a key that neither has.
+        source.parse::<Scene>()?;
+    }
     let rig = match file {
-        RigFile { rig: Some(rig), orchard: None } => rig,
+        RigFile { rig: Some(rig), others } if !others.contains_key("orchard") => rig,
         _ => return load_scene(name).map(|scene| (scene.resolved_rig(), Some(scene))),
     };
     rig.validate().map_err(|cause| LoadError::Rig { place: source.place, cause })?;

@@ -1,7 +1,9 @@
 //! States of growth units and the Markov chain over them (MODEL: Durand et al. 2005 as read by Méndez et al. 2013).
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::parameters::{ParameterError, RowsError, SceneFile, TableSource, choices};
@@ -198,6 +200,20 @@ impl fmt::Display for BranchingSource {
             Self::AsTransitions => f.write_str(AS_TRANSITIONS),
             Self::Own(source) => source.fmt(f),
         }
+    }
+}
+
+impl JsonSchema for BranchingSource {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "BranchingSource".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        MatrixSource::json_schema(generator)
     }
 }
 

@@ -38,17 +38,20 @@ choices! {
 }
 
 /// The `[orchard.import]` table of a scene file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImportParameters {
     /// Branches as text: `x1 y1 z1 x2 y2 z2 diameter` a line.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"branches.txt")]
     pub branches: Option<SceneFile>,
     /// Leaves as text: `n x1 y1 z1 … xn yn zn` a line.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"leaves.txt")]
     pub leaves: Option<SceneFile>,
     /// A mesh: a file whose name ends in `.obj` or `.ply`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"trees.obj")]
     pub mesh: Option<SceneFile>,
     /// Where the trees stand.
     pub stands: Stands,
@@ -60,6 +63,7 @@ pub struct ImportParameters {
     pub not_plane: NotPlane,
     /// Material of faces that have none.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"leaf")]
     pub material: Option<Material>,
     /// Names of materials.
     pub materials: MaterialNames,

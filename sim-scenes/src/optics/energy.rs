@@ -20,7 +20,7 @@ const SOFTNESS: f64 = 0.1;
 const DAZZLING: f64 = 1000.0;
 
 /// Reflectance of dry surfaces near 905 nm.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Reflectance {
     /// Leaves: 0.44 to 0.52 by PROSPECT-5 \[S12\].

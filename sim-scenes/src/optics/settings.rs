@@ -10,7 +10,7 @@ use super::energy::Reflectance;
 use super::stage::{Stage, Stages};
 
 /// How the scene's scanners see.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OpticsSettings {
     /// Which stages are on.
@@ -23,6 +23,7 @@ pub struct OpticsSettings {
     pub min_share: f64,
     /// The unit's seed: its fixed pattern and systematic error. Left out, the scene's seed.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 5)]
     pub unit: Option<u64>,
     /// How much ranges scatter.
     pub noise: NoiseLevel,
@@ -35,7 +36,7 @@ pub struct OpticsSettings {
 }
 
 /// How much ranges scatter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum NoiseLevel {
     /// As recorded below 3 m.

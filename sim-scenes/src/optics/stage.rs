@@ -1,8 +1,10 @@
 //! The stages of the device's eye, and which are on.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 /// One thing that a real beam does and an ideal one does not.
@@ -129,6 +131,20 @@ impl TryFrom<String> for Stages {
 
     fn try_from(text: String) -> Result<Self, StagesError> {
         text.parse()
+    }
+}
+
+impl JsonSchema for Stages {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Stages".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "x-kind": format!("`ideal`, `device`, or stages with commas between them: {}", names()) })
     }
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::parameters::{ParameterError, require};
 
 /// Places, counted from 0: `[3, 7]` for every row, or `[[3], [], [0, 7]]`, one list a row.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(untagged, expecting = "a list of places, or a list of such lists, one for every row")]
 pub enum ByRow {
     /// The same in every row.

@@ -6,6 +6,7 @@ pub(crate) mod grown;
 pub(crate) mod layout;
 pub mod parameters;
 mod preset;
+mod spelled_out;
 
 pub use by_row::ByRow;
 pub use grown::Orchard;

@@ -22,7 +22,7 @@ use crate::trained::{TrainingOverrides, TrainingParameters};
 const MOST_DIFFERENT: u32 = 10_000;
 
 /// The `[orchard]` table of a scene file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OrchardParameters {
     /// What everything else departs from.
@@ -44,13 +44,16 @@ pub struct OrchardParameters {
     pub row_ends: Option<u32>,
     /// Places (counted from 0) where no tree stands, in every row or row by row.
     #[serde(skip_serializing_if = "ByRow::is_empty")]
+    #[schemars(example = [3, 7])]
     pub missing: ByRow,
     /// Places where a young tree stands, of `tree.replanted_seasons`.
     #[serde(skip_serializing_if = "ByRow::is_empty")]
+    #[schemars(example = [5])]
     pub replanted: ByRow,
     /// Which tree grows at which place: a permutation of 0..trees, for every row or row by row. Empty: tree `i` at place `i`. The same
     /// trees in another order tell what an estimator owes to a tree and what to its neighbours.
     #[serde(skip_serializing_if = "ByRow::is_empty")]
+    #[schemars(example = [2, 0, 1])]
     pub order: ByRow,
     /// Trees that differ; the preset's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -65,6 +68,7 @@ pub struct OrchardParameters {
     pub season: Season,
     /// Leaf area index that is reached within 1 % by thinning or adding leaves; none where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 1.8)]
     pub target_lai: Option<f64>,
     /// What departs from the preset's trees.
     pub tree: TreeOverrides,

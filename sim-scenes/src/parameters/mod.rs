@@ -41,10 +41,15 @@ macro_rules! parameters {
         }
 
         $(#[$overrides_meta])*
-        #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(default, deny_unknown_fields)]
         pub struct $overrides {
-            $( $(#[doc = $doc])+ #[serde(skip_serializing_if = "Option::is_none")] pub $key: Option<$type>, )+
+            $(
+                $(#[doc = $doc])+
+                #[serde(skip_serializing_if = "Option::is_none")]
+                #[schemars(extend("x-unit" = $unit, "x-reason" = $reason))]
+                pub $key: Option<$type>,
+            )+
         }
 
         impl $overrides {
@@ -84,7 +89,7 @@ macro_rules! choices {
         }
     ) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         pub enum $name { $( $(#[$variant_meta])* #[serde(rename = $text)] $variant, )+ }
 
         impl $name {

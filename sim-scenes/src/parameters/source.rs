@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -135,6 +136,27 @@ impl<Row: fmt::Debug> fmt::Display for TableSource<Row> {
             Self::Inline(rows) => write!(f, "{rows:?}"),
             Self::File(file) => write!(f, "{{ file = {:?} }}", file.path()),
         }
+    }
+}
+
+impl<Row: JsonSchema> JsonSchema for TableSource<Row> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("TableSource_of_{}", Row::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "anyOf": [
+                { "type": "string" },
+                { "type": "array", "items": generator.subschema_for::<Row>() },
+                { "type": "object", "properties": { FILE: { "type": "string" } }, "required": [FILE], "additionalProperties": false },
+            ],
+            "x-kind": "a table's name, its rows, or { file = \"PATH\" }",
+        })
     }
 }
 

@@ -19,6 +19,7 @@ use super::client_limits::ClientLimitArgs;
 use super::control::{ControlArgs, Controlled};
 use super::device::DeviceArgs;
 use super::ending::EndArgs;
+use super::event_format;
 use super::events::{self};
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
@@ -67,7 +68,7 @@ pub(super) struct Args {
     #[command(flatten)]
     clients: ClientLimitArgs,
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, default_value = "table", value_parser = event_format::parser())]
     format: Format,
     #[command(flatten)]
     line: LineArgs,

@@ -26,7 +26,7 @@ use super::output::{self, say};
 use super::recorder::{self, RecordArgs, Taping};
 use super::sensor::{Sensor, SensorArgs};
 use super::web::{Feeds, Talk, WebArgs};
-use super::{Failure, Format, Outcome, progress, scene};
+use super::{Failure, Format, Outcome, progress, scene, service};
 use follower::{Followed, Follower};
 use print::Told;
 pub(super) use print::warnings;
@@ -285,6 +285,7 @@ impl Page {
                 .collect(),
         };
         let feeds = Feeds::open(&args.web, about, talk, args.paced, args.format).await?;
+        service::ready();
         Ok(Self { feeds: Some(feeds), taps })
     }
 }

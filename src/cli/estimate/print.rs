@@ -1,7 +1,8 @@
 //! Estimates as they are written: a document, rows, tables for people.
 
-use rowscan_canopy::{Estimate, TreesFound, Warning};
+use rowscan_canopy::{Estimate, MountReport, TreesFound, Warning};
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use super::super::estimators::{self, Beside};
 use super::super::output::{self, number};
@@ -37,8 +38,8 @@ struct Row<'a, T> {
     row: &'a T,
 }
 
-/// Writes estimates: one as a document, several as a document of documents; as CSV the trees, or the estimators side by side if any were
-/// asked for.
+/// Writes estimates: one as a document, several as a document of documents; as CSV the trees, or without any the row's numbers, or the estimators
+/// side by side if any were asked for.
 pub(super) fn print(format: Format, all: &[Told]) -> Result<(), Failure> {
     match (format, all) {
         (Format::Json, [one]) => output::print_json(format, one),
@@ -47,9 +48,21 @@ pub(super) fn print(format: Format, all: &[Told]) -> Result<(), Failure> {
         (Format::Csv, all) if all.iter().any(|told| !told.side_by_side.is_empty()) => {
             output::print_rows(format, &rows(all, |told| &told.side_by_side))
         }
+        (Format::Csv, all) if all.iter().all(|told| told.estimate.trees.is_empty()) => {
+            // Nothing by tree: the row's numbers are what there is.
+            output::print_rows(format, &all.iter().map(numbers).collect::<Result<Vec<_>, _>>()?)
+        }
         (Format::Csv, all) => output::print_rows(format, &rows(all, |told| &told.estimate.trees)),
         (Format::Table, all) => all.iter().try_for_each(print_table),
     }
+}
+
+/// The numbers of a whole row, without its lists and tables.
+fn numbers(told: &Told) -> Result<Map<String, Value>, Failure> {
+    let failed = |cause: serde_json::Error| Failure::Write { what: "CSV".to_owned(), cause: cause.into() };
+    let Value::Object(mut all) = serde_json::to_value(told).map_err(failed)? else { return Ok(Map::new()) };
+    all.retain(|_, value| !value.is_array() && !value.is_object());
+    Ok(all)
 }
 
 fn rows<'a, T>(all: &'a [Told], of: impl Fn(&'a Told) -> &'a Vec<T>) -> Vec<Row<'a, T>> {
@@ -104,6 +117,11 @@ fn facts(estimate: &Estimate) -> String {
             known(estimate.scan_frequency_nominal_hz, 2, "Hz")
         ),
     );
+    if let Some(mount) = estimate.mount {
+        let MountReport { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg } = mount;
+        let place = format!("{height_m} m high, {distance_m} m from the row axis, {offset_y_m} m ahead");
+        line("mount, by the rig", format!("{place}; yaw {yaw_deg}°, pitch {pitch_deg}°, roll {roll_deg}°"));
+    }
     line("points a scan", estimate.points_per_scan.map_or_else(|| "unknown".into(), |n| n.to_string()));
     let ranges = &estimate.ranges;
     line(

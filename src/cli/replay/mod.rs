@@ -17,7 +17,7 @@ use super::interrupt::Interrupt;
 use super::output::say;
 use super::recorder::RecordArgs;
 use super::web::WebArgs;
-use super::{Failure, Format, Outcome, models};
+use super::{Failure, Format, Outcome, event_format, models};
 use orders::ReplayTime;
 use places::{Places, Seek};
 use rowscan_control::{Bench, Log};
@@ -64,7 +64,7 @@ pub(super) struct Args {
     #[command(flatten)]
     clients: ClientLimitArgs,
     /// How to tell where it listens; jsonl writes one object an endpoint to standard output
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, default_value = "table", value_parser = event_format::parser())]
     format: Format,
     #[command(flatten)]
     faults: FaultArgs,

@@ -1,5 +1,6 @@
 //! The search's file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -16,35 +17,63 @@ const VERSION: u32 = 1;
 /// Units one search may hold.
 const MOST_UNITS: usize = 1_000_000;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SearchFile {
+    /// Format of the file.
+    #[schemars(range(min = 1, max = 1), example = 1)]
     version: u32,
+    /// What to call it.
     #[serde(default)]
     name: String,
+    /// The scene that every point departs from: a built-in one's name, or a file beside this one.
+    #[schemars(example = &"paper")]
     scene: String,
+    /// The seeds that every point sees.
+    #[schemars(example = [1, 2, 3])]
     seeds: Vec<u64>,
+    /// Seeds that earlier searches have seen: a confirmation may use none of them.
     #[serde(default)]
+    #[schemars(example = [4, 5])]
     seen: Vec<u64>,
+    /// Try every value of every knob alone.
     #[serde(default)]
     one_at_a_time: bool,
+    /// Points at which all knobs are drawn together.
     #[serde(default)]
     joint: usize,
     /// What the base sets over the areas study on the scene: keys, in quotes, with their values.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>", example = base_example())]
     base: Table,
+    /// What is tried: a knob each.
     #[serde(default)]
     knob: Vec<KnobFile>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct KnobFile {
+    /// The key of the areas study that is tried.
     #[serde(default)]
+    #[schemars(example = &"scene.orchard.tree.pruned")]
     key: Option<String>,
+    /// Keys that are tried together.
     #[serde(default)]
+    #[schemars(example = ["lateral.height_m", "zenith.height_m"])]
     keys: Vec<String>,
+    /// The values; of several keys, a list each.
+    #[schemars(with = "Vec<serde_json::Value>", example = [true, false])]
     values: Vec<Value>,
+}
+
+fn base_example() -> BTreeMap<String, bool> {
+    BTreeMap::from([("whole_orchard".to_owned(), true)])
+}
+
+/// The tables of a search file.
+pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    generator.subschema_for::<SearchFile>()
 }
 
 /// Reads a search. A scene that is a file is looked for beside it.

@@ -21,7 +21,7 @@ use toml::Value;
 pub use confirm::{
     ConfirmError, ConfirmReport, ConfirmStudy, INTERVAL, nearest_points, report as report_confirmed,
 };
-pub use file::read;
+pub use file::{read, schema};
 pub use report::{LEAST_SEEDS, PointReport, Regression, SearchReport, report};
 
 use super::areas::{AreasStudy, Orchard};

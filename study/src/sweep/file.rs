@@ -20,52 +20,86 @@ const VERSION: u32 = 1;
 const MOST_UNITS: usize = 1_000_000;
 
 /// A study file as it is written.
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct StudyFile {
+    /// Format of the file.
+    #[schemars(range(min = 1, max = 1), example = 1)]
     version: u32,
+    /// What to call it.
     #[serde(default)]
     name: String,
+    /// The scene that every point departs from: a built-in one's name, or a file beside this one.
+    #[schemars(example = &"spindle")]
     scene: String,
+    /// Seed of the study, instead of the scene's own.
     #[serde(default)]
+    #[schemars(example = 7)]
     seed: Option<u64>,
+    /// Runs a point, each with a seed of its own.
     #[serde(default = "one")]
+    #[schemars(range(min = 1))]
     repeats: usize,
+    /// How axes are combined.
     #[serde(default)]
     design: DesignName,
+    /// Points of a Latin hypercube; a grid has as many as its axes give.
     #[serde(default)]
+    #[schemars(range(min = 1), example = 64)]
     points: Option<usize>,
+    /// What is varied: an axis each.
     sweep: Vec<AxisFile>,
+    /// What is kept of every run; docs/studies.md lists the names.
+    #[schemars(example = ["leaf_area_m2", "truth.leaf_area_m2"])]
     keep: Vec<String>,
 }
 
-#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, serde::Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum DesignName {
+    /// Every value of every axis with every other.
     #[default]
     Grid,
+    /// So many points; each axis is cut in as many even parts, and every part is used once.
     LatinHypercube,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AxisFile {
+    /// The key of the scene that is varied.
     #[serde(default)]
+    #[schemars(example = &"rig.speed_m_s")]
     key: Option<String>,
+    /// Keys that are varied together.
     #[serde(default)]
+    #[schemars(example = ["rig.scanner.distance_m", "rig.scanner.height_m"])]
     keys: Vec<String>,
+    /// The values; of several keys, a list each.
     #[serde(default)]
+    #[schemars(with = "Vec<serde_json::Value>", example = [0.5, 1.0, 2.0])]
     values: Vec<Value>,
+    /// The smallest value, instead of `values`.
     #[serde(default)]
+    #[schemars(example = 0.5)]
     from: Option<f64>,
+    /// The greatest value.
     #[serde(default)]
+    #[schemars(example = 2.0)]
     to: Option<f64>,
+    /// Values from the smallest to the greatest, both among them; in a grid.
     #[serde(default)]
+    #[schemars(range(min = 2), example = 4)]
     steps: Option<usize>,
 }
 
 fn one() -> usize {
     1
+}
+
+/// The tables of a study file.
+pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    generator.subschema_for::<StudyFile>()
 }
 
 /// Reads a study. A scene that is a file is looked for beside it. `seed` and `repeats`, if given, are taken instead of the file's.

@@ -16,7 +16,7 @@ use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 
 pub use design::{Axis, Design};
-pub use file::read;
+pub use file::{read, schema};
 pub use outputs::{Output, OutputError};
 pub use report::{Effect, SweepReport, report};
 

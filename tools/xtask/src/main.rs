@@ -4,6 +4,7 @@ mod advisories;
 mod bench;
 mod ci;
 mod counts;
+mod dist;
 mod emulator;
 mod figures;
 mod foreign;
@@ -37,6 +38,7 @@ const COMMANDS: &[Command] = &[
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),
+    ("dist", "[TARGET] the static binary, archives with checksums, the Debian package", dist::command),
     ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
     ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),
     ("bench", "NAME: measure beside a peer", bench::command),

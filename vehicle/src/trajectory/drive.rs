@@ -12,7 +12,7 @@ use crate::road::Road;
 use crate::scene_file::{FileError, SceneFile};
 
 /// How the tractor drives. Without any of `legs`, `stop_and_go` and `track` it keeps the rig's speed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Drive {
     /// Legs one after the other; the first begins at standstill, the last one's speed goes on.
@@ -25,6 +25,7 @@ pub struct Drive {
     pub stop_and_go: Option<StopAndGo>,
     /// A recorded drive, CSV or GPX, beside the scene file; after its end the tractor stands.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"drive.csv")]
     pub track: Option<SceneFile>,
     /// Share of the wheels' distance that is slip, for legs that do not state their own.
     pub slip: f64,
@@ -32,9 +33,11 @@ pub struct Drive {
     pub acceleration_m_s2: f64,
     /// The alley of the start: its number is that of the row on its right; 1 with a scanner that looks left, else 0.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 1)]
     pub alley: Option<i32>,
     /// Alleys driven one after the other; it turns where the rows end. Absent: one alley without end.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 3)]
     pub alleys: Option<u32>,
     /// How rough the ground is; level where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -58,25 +61,30 @@ impl Default for Drive {
 }
 
 /// The speed changes linearly to `speed_m_s`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
     /// Duration, seconds; 0 changes the speed at once.
+    #[schemars(example = 10.0, extend("x-unit" = "s"))]
     pub seconds: f64,
     /// Speed at its end, m/s; negative in reverse.
+    #[schemars(example = 1.2)]
     pub speed_m_s: f64,
     /// Share of the wheels' distance that is slip; the drive's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 0.05)]
     pub slip: Option<f64>,
 }
 
 /// Ramp up, drive, ramp down, stand; at the rig's speed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StopAndGo {
     /// Seconds at full speed.
+    #[schemars(example = 10.0)]
     pub go_s: f64,
     /// Seconds at standstill.
+    #[schemars(example = 5.0)]
     pub stop_s: f64,
     /// Seconds from one to the other.
     #[serde(default)]

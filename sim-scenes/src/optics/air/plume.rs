@@ -31,7 +31,7 @@ fn widening() -> f64 {
 }
 
 /// A nozzle: table `[[optics.air.plume]]`. Its place counts from the scanner's mirror.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Plume {
     /// Towards the row, metres.
@@ -56,14 +56,16 @@ pub struct Plume {
 }
 
 /// Another flow: table `[[optics.air.plume.change]]`, with either `at_s` or `at_m`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FlowChange {
     /// From so many seconds of driving on.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 12.0)]
     pub at_s: Option<f64>,
     /// Where the scanner is farther along the row than this, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 6.0)]
     pub at_m: Option<f64>,
     /// The flow, l/min.
     pub flow_l_min: f64,

@@ -8,7 +8,7 @@ use super::plume::Plume;
 use super::window::WindowSector;
 
 /// Weather, spray and dirt: table `[optics.air]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Air {
     /// Rain, mm/h.
@@ -19,6 +19,7 @@ pub struct Air {
     pub drop_reflectance: f64,
     /// Visibility in fog, metres; without it the air is clear.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 200.0)]
     pub visibility_m: Option<f64>,
     /// Dust, g/m³, in gusts.
     pub dust_g_m3: f64,

@@ -5,7 +5,7 @@ use rowscan_vehicle::parameter::{require, require_within};
 use serde::{Deserialize, Serialize};
 
 /// A dirty sector: table `[[optics.air.window]]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WindowSector {
     /// From this θ on, degrees above level.

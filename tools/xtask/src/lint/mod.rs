@@ -4,6 +4,7 @@ mod circles;
 mod clocks;
 mod documents;
 mod facts;
+mod links;
 mod modules;
 mod rules;
 mod source;
@@ -57,13 +58,16 @@ pub fn command(workspace: &Workspace, _arguments: &[String]) -> ExitCode {
 /// Reads every file of the workspace; an error lists all violations.
 pub fn check(workspace: &Workspace) -> Result<(), String> {
     let mut files = Vec::new();
-    for path in workspace.files()? {
+    let paths = workspace.files()?;
+    for path in &paths {
         // What is not UTF-8 is not text.
-        if let Ok(text) = fs::read_to_string(workspace.root.join(&path)) {
+        if let Ok(text) = fs::read_to_string(workspace.root.join(path)) {
             files.push((path.to_string_lossy().into_owned(), text));
         }
     }
-    let findings = inspect(&files, &format!("{}/", workspace.root.display()));
+    let mut findings = inspect(&files, &format!("{}/", workspace.root.display()));
+    let all = paths.iter().map(|path| path.to_string_lossy().into_owned()).collect();
+    findings.violations.extend(links::check(&all, &files));
     for line in findings.warnings.iter().chain(&findings.notes) {
         println!("    {line}");
     }

@@ -1,0 +1,46 @@
+//! `rowscan scene check`, `rowscan rig check`
+
+use rowscan_protocol::rig::Rig;
+use rowscan_scenes::files;
+use rowscan_study::reading::{CalibrationChoice, Reading};
+
+use crate::cli::output::print;
+use crate::cli::{Failure, Outcome, models};
+use crate::reference::Document;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Files, or names of built-in scenes
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<String>,
+}
+
+pub(super) fn run(document: Document, args: &Args) -> Result<Outcome, Failure> {
+    for name in &args.files {
+        let told = match document {
+            Document::Rig => sound_rig(name, &files::load_rig(name)?.0)?,
+            _ => {
+                let scene = files::load_scene(name)?;
+                let layout = scene.orchard.layout();
+                let preset = scene.orchard.preset;
+                let rig = sound_rig(name, &scene.resolved_rig())?;
+                format!("{preset}, {} row(s) of {} trees; {rig}", layout.rows, layout.trees)
+            }
+        };
+        print(&format!("{name}: sound: {told}\n"))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// What a rig is, in words; refused where a scanner, its mode or its calibration is none.
+fn sound_rig(name: &str, rig: &Rig) -> Result<String, Failure> {
+    let mut scanners = Vec::new();
+    for (number, mount) in rig.scanners.iter().enumerate() {
+        let of_scanner =
+            |cause: &dyn std::fmt::Display| Failure::Usage(format!("{name}: scanner {number}: {cause}"));
+        let model = models::find(&mount.model).map_err(|cause| of_scanner(&cause))?;
+        Reading::of(Some(rig), number, true, CalibrationChoice::OfRig).map_err(|cause| of_scanner(&cause))?;
+        scanners.push(model.name());
+    }
+    Ok(format!("{} at {} m/s", scanners.join(", "), rig.speed_m_s))
+}
