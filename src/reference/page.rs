@@ -25,10 +25,7 @@ pub fn markdown() -> String {
         };
         let all: Vec<&Key> = all.iter().filter(is_here).collect();
         table(&mut page, "", &all);
-        for key in all.iter().filter(|key| {
-            key.kind != Kind::Value && key.path() != "rig.scanner"
-                || document == Document::Rig && key.kind != Kind::Value
-        }) {
+        for key in all.iter().filter(|key| key.kind != Kind::Value) {
             let path = key.path();
             let header = if key.kind == Kind::Tables { format!("[[{path}]]") } else { format!("[{path}]") };
             page.push_str(&format!("\n### `{header}`\n\n{}\n", key.meaning));

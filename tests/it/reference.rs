@@ -146,7 +146,7 @@ fn with_key(key: &Key, value: f64, all: &[Key]) -> Value {
     loop {
         let mut made = json!({ name: set });
         let beside = all.iter().filter(|other| {
-            other.table == table && other.required && other.kind == Kind::Value && table != ""
+            other.table == table && other.required && other.kind == Kind::Value && !table.is_empty()
         });
         for other in beside.filter(|other| !(other.name == key.name && other.table == key.table)) {
             made[&other.name] = other.example.clone().expect("an example");
@@ -184,7 +184,9 @@ fn the_ends_of_a_range_are_valid_and_what_lies_beyond_is_refused() {
         Ok::<(), String>(())
     };
     let mut held = 0;
-    for key in all.iter().filter(|key| key.allowed.is_some() && key.kind == Kind::Value && key.table != "") {
+    for key in
+        all.iter().filter(|key| key.allowed.is_some() && key.kind == Kind::Value && !key.table.is_empty())
+    {
         let property = property(key);
         let (low, high) = (property["minimum"].as_f64(), property["maximum"].as_f64());
         if let Some(end) = property["exclusiveMinimum"].as_f64() {
@@ -353,4 +355,45 @@ fn a_schema_is_printed_as_json_and_names_its_draft() {
     assert_eq!(printed, Document::Rig.schema());
     assert_eq!(printed["$schema"], "http://json-schema.org/draft-07/schema#");
     assert_says(&refused(&["schema", "scnee"]), &["invalid value 'scnee'"]);
+}
+
+/// The TOML blocks of a page.
+fn toml_blocks(page: &str) -> Vec<String> {
+    let mut blocks = Vec::new();
+    let mut open: Option<String> = None;
+    for line in page.lines() {
+        match (&mut open, line.trim()) {
+            (None, "```toml") => open = Some(String::new()),
+            (Some(_), "```") => blocks.extend(open.take()),
+            (Some(block), _) => *block += &format!("{line}\n"),
+            (None, _) => {}
+        }
+    }
+    blocks
+}
+
+#[test]
+fn toml_in_the_documents_is_valid() {
+    let schemas = Document::ALL.map(|document| {
+        // A page shows a part of a file.
+        let mut schema = document.schema();
+        schema.as_object_mut().expect("a schema").remove("required");
+        schema
+    });
+    let mut count = 0;
+    for entry in std::fs::read_dir(root().join("docs")).expect("there") {
+        let path = entry.expect("read").path();
+        let Ok(page) = std::fs::read_to_string(&path) else { continue };
+        for block in toml_blocks(&page) {
+            let document = json_of(&block);
+            // A file of classes, which has no schema yet.
+            if document.get("axis").is_some() {
+                continue;
+            }
+            let found = schemas.each_ref().map(|schema| complaint(schema, &document));
+            assert!(found.iter().any(Option::is_none), "{}: {found:?} in\n{block}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count >= 9, "{count} blocks");
 }

@@ -2,6 +2,7 @@
 
 mod advisories;
 mod bench;
+mod book;
 mod ci;
 mod counts;
 mod dist;
@@ -38,6 +39,7 @@ const COMMANDS: &[Command] = &[
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),
+    ("book", "docs/ as a book, where mdbook is installed", book::command),
     ("dist", "[TARGET] the static binary, archives with checksums, the Debian package", dist::command),
     ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
     ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),

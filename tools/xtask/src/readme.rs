@@ -1,4 +1,4 @@
-//! README's commands, run as they stand there.
+//! The commands of README and of the first pages, run as they stand there.
 //!
 //! In fenced blocks marked `console`, lines that start with `$ rowscan ` or `$ cargo run --release -- ` run in a shell with the
 //! release binary on the path, in a folder that shows the repository's files but takes new ones itself. They must exit 0
@@ -32,26 +32,32 @@ enum Habit {
     NotHere,
 }
 
-/// Runs every block of README.md.
+/// The documents whose commands are run: those that a new user follows.
+const DOCUMENTS: &[&str] = &["README.md", "docs/start.md", "docs/rigs.md", "docs/install.md"];
+
+/// Runs every block of these documents.
 pub fn run(workspace: &Workspace) -> Outcome {
-    let Ok(text) = fs::read_to_string(workspace.root.join("README.md")) else {
-        return Outcome::Skipped("there is no README.md".to_owned());
-    };
     let binary = match workspace.built_binary() {
         Ok(binary) => binary,
         Err(why) => return Outcome::Skipped(why),
     };
-    let stage = match Stage::set(workspace, &binary) {
-        Ok(stage) => stage,
-        Err(why) => return Outcome::failed(why),
-    };
     let mut counts = Counts::default();
     let mut failures = Vec::new();
-    for block in console_blocks(&text) {
-        stage.run_block(&block, &mut counts, &mut failures);
+    for document in DOCUMENTS {
+        let Ok(text) = fs::read_to_string(workspace.root.join(document)) else {
+            return Outcome::failed(format!("there is no {document}"));
+        };
+        // Each in a folder as it is for a new user.
+        let stage = match Stage::set(workspace, &binary) {
+            Ok(stage) => stage,
+            Err(why) => return Outcome::failed(why),
+        };
+        for block in console_blocks(&text) {
+            stage.run_block(&block, &mut counts, &mut failures);
+        }
     }
     println!(
-        "    README commands: {} run, {} failed, {} not run here",
+        "    commands of README and the first pages: {} run, {} failed, {} not run here",
         counts.passed, counts.failed, counts.skipped
     );
     if failures.is_empty() { Outcome::ok() } else { Outcome::failed(failures.join("\n")) }
