@@ -18,7 +18,6 @@ const STEPS: &[Step] = &[
     Step::new("lockstep", lockstep::run),
     Step::new("wheel", wheel::run),
     Step::new("publish", publish::run),
-    Step::new("dist", crate::dist::run),
     Step::new("fuzz", fuzz::run),
 ];
 

@@ -5,7 +5,6 @@ mod bench;
 mod book;
 mod ci;
 mod counts;
-mod dist;
 mod emulator;
 mod figures;
 mod foreign;
@@ -40,7 +39,6 @@ const COMMANDS: &[Command] = &[
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),
     ("book", "docs/ as a book, where mdbook is installed", book::command),
-    ("dist", "[TARGET] the static binary, archives with checksums, the Debian package", dist::command),
     ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
     ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),
     ("bench", "NAME: measure beside a peer", bench::command),
