@@ -1,7 +1,7 @@
 //! The Python package `rowscan`: virtual scanners, orchards with their truth, scans as NumPy arrays, recordings, estimates.
 //!
 //! Nothing is measured here: every number comes from the crates that the command line uses, by the same calls. Long calls release the
-//! interpreter's lock and can be interrupted ([`wait`]). Arrays take over the memory they were made in ([`arrays`]).
+//! interpreter's lock and can be interrupted (`wait`). Arrays take over the memory they were made in (`arrays`).
 
 mod arrays;
 mod document;

@@ -71,7 +71,7 @@ pub use info::{StreamReport, account};
 pub use output_file::{NewFile, OutputFile, STANDARD_OUTPUT, is_standard_output, remove_temporary_files};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
-pub use read::{Format, ReadError, Recording, StreamInfo, Torn};
+pub use read::{BrokenArchive, Format, ReadError, Recording, StreamInfo, Torn};
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};
 #[cfg(feature = "files")]

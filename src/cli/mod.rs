@@ -303,7 +303,10 @@ impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Driver(DriverError::NoScan { .. })
-            | Self::Driver(DriverError::Recording { cause: ReadError::Foreign { .. }, .. }) => 1,
+            | Self::Driver(DriverError::Recording {
+                cause: ReadError::Foreign { .. } | ReadError::Archive(_),
+                ..
+            }) => 1,
             _ => 2,
         }
     }

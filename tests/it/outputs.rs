@@ -148,7 +148,8 @@ fn a_file_without_a_scan_is_named_by_what_it_holds() {
     for (name, bytes, says) in [
         ("radar.bin", &radar, "holds no scan; it holds 3 LMDradardata"),
         ("noise.bin", &noise, "holds no scan; it holds"),
-        ("run.bin.gz", &b"\x1F\x8B\x08\0packed".to_vec(), "it is a gzip archive: unpack it"),
+        ("run.bin.gz", &b"\x1F\x8B\x08\0packed".to_vec(), "a gzip archive that is damaged or breaks off"),
+        ("run.bin.xz", &b"\xFD7zXZ\0packed".to_vec(), "it is an xz archive: unpack it"),
         ("drive.bag", &b"#ROSBAG V2.0\n\x45\0\0\0".to_vec(), "it is a ROS 1 bag"),
     ] {
         std::fs::write(file(name), bytes).expect("written");

@@ -26,6 +26,13 @@ fn head(input: &mut Box<dyn Read + Send>) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
+/// A gzip archive that is damaged or breaks off.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "a gzip archive that is damaged or breaks off ({0}): expected a whole one; `gunzip -c` gives what can be saved"
+)]
+pub struct BrokenArchive(#[source] io::Error);
+
 /// Tells where damage lies: in the archive, and not in the recording.
 struct Unpacked<R>(R);
 
@@ -33,10 +40,7 @@ impl<R: Read> Read for Unpacked<R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         self.0.read(into).map_err(|error| match error.kind() {
             io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => {
-                io::Error::new(
-                    error.kind(),
-                    format!("a gzip archive that is damaged or breaks off ({error}): expected a whole one; `gunzip -c` gives what can be saved"),
-                )
+                io::Error::other(BrokenArchive(error))
             }
             _ => error,
         })

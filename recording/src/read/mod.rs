@@ -24,6 +24,7 @@ use rowscan_protocol::telegram::Telegram;
 use serde::Serialize;
 
 pub use format::Format;
+pub use gzip::BrokenArchive;
 pub use torn::Torn;
 
 use crate::scan_reader::MAX_PAYLOAD;
@@ -61,7 +62,10 @@ impl StreamInfo {
 pub enum ReadError {
     /// The system refused.
     #[error("{0}")]
-    Io(#[from] io::Error),
+    Io(#[source] io::Error),
+    /// A gzip archive that cannot be unpacked to its end.
+    #[error("{0}")]
+    Archive(BrokenArchive),
     /// No bytes at all.
     #[error("it is empty: expected recorded telegrams, found 0 bytes")]
     Empty,
@@ -120,6 +124,12 @@ pub enum ReadError {
         /// The compressor.
         found: String,
     },
+}
+
+impl From<io::Error> for ReadError {
+    fn from(error: io::Error) -> Self {
+        error.downcast::<BrokenArchive>().map_or_else(Self::Io, Self::Archive)
+    }
 }
 
 /// A recording being read.

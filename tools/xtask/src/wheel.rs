@@ -19,7 +19,7 @@ const BESIDES: &[&str] = &["pytest", "pandas", "pyserial"];
 /// How the extension is compiled.
 #[derive(Clone, Copy)]
 pub enum Profile {
-    /// As tests are. Much of what it needs is compiled already, and it links in a second.
+    /// As tests are: it links in a second. Crates whose features differ without the rest of the workspace are compiled again.
     Dev,
     /// As it ships.
     Release,
