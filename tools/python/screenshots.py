@@ -53,30 +53,32 @@ def drive(name, scheme, script="true", arguments=(), wait_s=7.0, after_s=2.0, si
         started.close()
 
 
-def motion(name, scheme, frames=40, size=(1000, 640)):
-    """A drive past a row that moves: simulated time runs slowly, so that a machine without a graphics card gets every frame."""
-    slow = 0.125
-    started = Emulator("spindle", "--seed", "7", "--web", "127.0.0.1:0", "--time-scale", str(slow))
+def motion(name, scheme, frames=32, steps=6, size=(1280, 800)):
+    """A drive past a row that moves: step by step, so that a machine without a graphics card gets every frame."""
+    started = Emulator("spindle", "--seed", "7", "--web", "127.0.0.1:0")
+
+    def order(path, **keys):
+        request = urllib.request.Request("http://%s%s" % (started.endpoint("web")["address"], path), method="POST",
+                                         data=json.dumps(keys).encode(), headers={"Content-Type": "application/json"})
+        urllib.request.urlopen(request).close()
+
     try:
         with Browser(*size, scheme=scheme) as window, Client(started.address, "B") as client:
             client.subscribe()
             threading.Thread(target=drain, args=(client,), daemon=True).start()
             look(window, started, 2.0)
-            window.ask(by_class())
-            request = urllib.request.Request("http://%s/clock" % started.endpoint("web")["address"], method="POST")
-            request.add_header("Content-Type", "application/json")
-            urllib.request.urlopen(request, json.dumps({"scale": 4}).encode()).close()
-            time.sleep(1.0)
-            urllib.request.urlopen(request, json.dumps({"scale": slow}).encode()).close()
-            stills, at_s = [], []
+            window.ask(by_class("rowscan.world.budget = 12000"))
+            order("/clock", paused=True)
+            stills = []
             for _ in range(frames):
+                at_s = window.ask("rowscan.state.tractor.at_s")
+                order("/step", n=steps)
+                window.wait("rowscan.state.tractor.at_s > %r" % at_s)
                 stills.append(window.still(quality=55))
-                at_s.append(window.ask("rowscan.state.tractor.at_s"))
-        between_ms = round((at_s[-1] - at_s[0]) / (frames - 1) * 1000)
         path = os.path.join(FOLDER, "watch-%s.webp" % name)
         with open(path, "wb") as file:
-            file.write(animated.webp(stills, *size, between_ms))
-        print("%s: %d kB, a frame every %d ms" % (path, os.path.getsize(path) / 1000, between_ms))
+            file.write(animated.webp(stills, *size, steps * 20))
+        print("%s: %d kB" % (path, os.path.getsize(path) / 1000))
         assert os.path.getsize(path) < 2_000_000, "%s is too heavy" % path
     finally:
         started.close()
