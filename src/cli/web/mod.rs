@@ -33,8 +33,13 @@ pub(super) struct WebArgs {
     #[arg(long, value_name = "TOKEN", requires = "web", value_parser = token)]
     web_token: Option<String>,
     /// Show what happens in Foxglove or Lichtblick, which connect to this address, on loopback; port 0 takes a free one
-    #[arg(long, value_name = "ADDR")]
+    #[arg(long, value_name = "ADDR", value_parser = address)]
     foxglove: Option<SocketAddr>,
+}
+
+/// An address by its number.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| format!("expected an address and a port such as 127.0.0.1:8765, found `{text}`"))
 }
 
 /// What shows it. Dropped, it is shown no longer.
