@@ -1,6 +1,7 @@
 //! The release binary as a scanner on a free loopback port.
 
 use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -38,9 +39,17 @@ impl Emulator {
         Self::spawn(workspace, "emulate", endpoint, arguments)
     }
 
+    /// The built-in scene by another binary than the release build's.
+    pub fn of(binary: &Path, arguments: &[&str]) -> Result<Self, String> {
+        Self::spawn_of(binary, "emulate", "tcp", arguments)
+    }
+
     fn spawn(workspace: &Workspace, name: &str, endpoint: &str, arguments: &[&str]) -> Result<Self, String> {
-        let binary = workspace.built_binary()?;
-        let child = Command::new(&binary)
+        Self::spawn_of(&workspace.built_binary()?, name, endpoint, arguments)
+    }
+
+    fn spawn_of(binary: &Path, name: &str, endpoint: &str, arguments: &[&str]) -> Result<Self, String> {
+        let child = Command::new(binary)
             .args([name, "--format", "jsonl"])
             .args(arguments)
             .stdin(Stdio::null())

@@ -8,6 +8,7 @@ mod wheel;
 
 use std::process::ExitCode;
 
+use crate::dist;
 use crate::steps::{self, Outcome, Step};
 use crate::workspace::Workspace;
 
@@ -17,6 +18,7 @@ const STEPS: &[Step] = &[
     Step::new("demo", demo::run),
     Step::new("lockstep", lockstep::run),
     Step::new("wheel", wheel::run),
+    Step::new("dist", dist::run),
     Step::new("publish", publish::run),
     Step::new("fuzz", fuzz::run),
 ];

@@ -5,6 +5,7 @@ mod bench;
 mod book;
 mod ci;
 mod counts;
+mod dist;
 mod emulator;
 mod figures;
 mod foreign;
@@ -32,13 +33,18 @@ const COMMANDS: &[Command] = &[
     ("ci", "[STEP…] everything that needs only rustup's cargo and python3", ci::command),
     (
         "full",
-        "[STEP…] what takes longer: the demo, the release wheel, a dry run of publishing, fuzz targets",
+        "[STEP…] what takes longer: the demo, the release wheel, what is given away, a dry run of publishing, fuzz targets",
         full::command,
     ),
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),
     ("foreign", "[PART…] programs nobody here wrote, installed from Debian packages", foreign::command),
     ("vcan", "real SocketCAN in a virtual machine, a part of `foreign`", foreign::vcan),
     ("book", "docs/ as a book, where mdbook is installed", book::command),
+    (
+        "dist",
+        "[TARGET] a static binary, an archive and a Debian package, in dist/ below cargo's build directory",
+        dist::command,
+    ),
     ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
     ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),
     ("bench", "NAME: measure beside a peer", bench::command),
