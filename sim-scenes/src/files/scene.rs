@@ -1,6 +1,6 @@
 //! Scenes and rigs by built-in name or file.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use rowscan_protocol::rig::Rig;
@@ -64,9 +64,26 @@ struct RigFile {
 /// Keys of a scene that a file with a rig alone may have as well.
 const BESIDE_RIG: &[&str] = &["version", "name"];
 
+/// A file with a rig alone, strictly: its errors name the keys of a rig file and not those of a scene.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(dead_code, reason = "read for its errors")]
+struct RigAlone {
+    version: Option<IgnoredAny>,
+    name: Option<IgnoredAny>,
+    rig: Option<IgnoredAny>,
+}
+
 /// The tables of a file that holds a rig alone.
 pub fn rig_schema(generator: &mut SchemaGenerator) -> Schema {
     generator.subschema_for::<RigFile>()
+}
+
+/// The keys of a scene file.
+fn scene_keys() -> BTreeSet<String> {
+    let schema = SchemaGenerator::default().into_root_schema_for::<Scene>();
+    let keys = schema.get("properties").and_then(serde_json::Value::as_object);
+    keys.into_iter().flat_map(|keys| keys.keys().cloned()).collect()
 }
 
 /// A rig from a rig file, a scene file or a built-in scene's name; the scene with it, unless the file holds a rig alone.
@@ -76,9 +93,15 @@ pub fn rig_schema(generator: &mut SchemaGenerator) -> Schema {
 pub fn load_rig(name: &str) -> Result<(Rig, Option<Scene>), LoadError> {
     let source = SourceText::find("rig or scene", name, builtin::text, builtin::names().collect())?;
     let file: RigFile = source.parse()?;
-    if file.others.keys().any(|key| !BESIDE_RIG.contains(&key.as_str())) {
+    let mut strange = file.others.keys().filter(|key| !BESIDE_RIG.contains(&key.as_str())).peekable();
+    if strange.peek().is_some() {
         // What is no rig alone is a scene, or has a key that neither has.
-        source.parse::<Scene>()?;
+        let scene_keys = scene_keys();
+        if strange.any(|key| scene_keys.contains(key)) {
+            source.parse::<Scene>()?;
+        } else {
+            source.parse::<RigAlone>()?;
+        }
     }
     let rig = match file {
         RigFile { rig: Some(rig), others } if !others.contains_key("orchard") => rig,
