@@ -249,12 +249,9 @@ async fn add_bus(
 ) -> Result<(), Failure> {
     let address = in_folder(&spec.port, folder).parse()?;
     let mut tell = |link: &Link| {
-        let (key, place) = match link.found() {
-            Found::Address(address) => ("address", address.to_string()),
-            Found::Path(path) => ("path", path.to_string_lossy().into_owned()),
-            Found::Name(name) => ("address", name.to_string()),
-        };
-        places.insert(format!("{}.{key}", spec.id), place);
+        let found = link.found();
+        let key = if matches!(found, Found::Path(_)) { "path" } else { "address" };
+        places.insert(format!("{}.{key}", spec.id), found.to_string());
     };
     let bus = Bus::open(&[address], &mut tell).await?;
     let ecu = TractorEcu::new(rig.tractor(), stage.receiver());
@@ -270,10 +267,7 @@ async fn open_nmea(
 ) -> Result<NmeaLine, Failure> {
     let address = in_folder(&spec.port, folder).parse()?;
     let line = NmeaLine::open(&address, stage.scene.gnss.rate_hz).await?;
-    let (key, place) = match line.place() {
-        NmeaPlace::Address(address) => ("address", address.to_string()),
-        NmeaPlace::Path(path) => ("path", path.to_string_lossy().into_owned()),
-    };
-    places.insert(format!("{}.{key}", spec.id), place);
+    let key = if matches!(line.place(), NmeaPlace::Path(_)) { "path" } else { "address" };
+    places.insert(format!("{}.{key}", spec.id), line.place().to_string());
     Ok(line)
 }

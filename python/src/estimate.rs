@@ -1,33 +1,25 @@
 //! `estimate`: what `rowscan estimate --format json` writes of one source.
 
+use std::ffi::CString;
 use std::path::PathBuf;
+use std::time::Duration;
 
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
-use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_canopy::{Enough, Estimate, Pipeline, Reached, UNREADABLE};
 use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
+use rowscan_ports::clock;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_scenes::files::load_rig;
 use rowscan_study::reading::{CalibrationChoice, Reading, fitted_rig};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 use crate::orchard::SceneOf;
 use crate::{document, wait};
 
-/// When an estimate has seen enough.
-#[derive(Clone, Copy)]
-struct Enough {
-    scans: Option<u64>,
-    length_m: Option<f64>,
-}
-
-impl Enough {
-    fn is_seen(self, pipeline: &Pipeline) -> bool {
-        let progress = pipeline.progress();
-        self.scans.is_some_and(|scans| progress.scans >= scans)
-            || self.length_m.is_some_and(|length_m| progress.advance_m >= Some(length_m))
-    }
-}
+/// How often it is asked whether that is enough while nothing arrives.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Estimates leaf area from a scanner or a recording.
 #[pyfunction]
@@ -52,9 +44,13 @@ pub(crate) fn estimate(
     let reading = reading(&source, rig.as_ref(), scanner, calibration)?;
     let pipeline = hertz.into_iter().fold(reading.pipeline, Pipeline::at_frequency);
     let config = DriverConfig { cola: reading.cola, lms2xx: reading.lms2xx, ..DriverConfig::default() };
-    let found = wait::for_future(py, "follow the scanner", move || {
-        follow(source, config, pipeline, Enough { scans, length_m })
-    })?;
+    let enough = Enough::new(scans, length_m);
+    let (found, reached) =
+        wait::for_future(py, "follow the scanner", move || follow(source, config, pipeline, enough))?;
+    if reached == Some(Reached::NothingValid) {
+        let why = CString::new(format!("telegrams came for {UNREADABLE:?}, and none held a valid scan"))?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &why, 1)?;
+    }
     document::of(py, &found)
 }
 
@@ -62,7 +58,7 @@ fn echo_named(name: &str) -> Result<EchoChoice, Failure> {
     match name {
         "first" => Ok(EchoChoice::First),
         "last" => Ok(EchoChoice::Last),
-        found => Err(Failure::Usage(format!("echo: expected `first` or `last`, found `{found}`"))),
+        found => Err(Refusal::Usage(format!("echo: expected `first` or `last`, found `{found}`")).into()),
     }
 }
 
@@ -87,24 +83,29 @@ fn reading(
     }?)
 }
 
-/// Follows the source until it ends, or enough was seen.
+/// Follows the source until it ends, or `enough` says why not.
 async fn follow(
     source: Source,
     config: DriverConfig,
     mut pipeline: Pipeline,
-    enough: Enough,
-) -> Result<Estimate, Failure> {
+    mut enough: Enough,
+) -> Result<(Estimate, Option<Reached>), Failure> {
     let mut scanner = Scanner::open(&source, config).await?;
-    while !enough.is_seen(&pipeline) {
-        match scanner.arrival().await? {
-            Some(Arrival::Scan(record)) => pipeline.push(record.scan),
-            Some(Arrival::Unreadable { fault, .. }) => pipeline.push_unreadable(&fault),
-            None => break,
+    let reached = loop {
+        match clock::within(LOOK_EVERY, scanner.arrival()).await.transpose()? {
+            None => {}
+            Some(None) => break None,
+            Some(Some(Arrival::Scan(record))) => pipeline.push(record.scan),
+            Some(Some(Arrival::Unreadable { fault, .. })) => pipeline.push_unreadable(&fault),
+        }
+        let reached = enough.reached(&pipeline, scanner.counts().telegrams_bad, scanner.now().0);
+        if reached.is_some() {
+            break reached;
         }
         // A recording never waits by itself.
         tokio::task::coop::consume_budget().await;
-    }
+    };
     let mut found = pipeline.finish();
     found.telegrams_bad = scanner.stop(wait::PARTING).await.telegrams_bad;
-    Ok(found)
+    Ok((found, reached))
 }

@@ -12,66 +12,27 @@ pyo3::create_exception!(
     "What rowscan could not do. Its text is that of the command line: what was expected, what was found, and the remedy."
 );
 
-/// Why a call did not give what was asked for.
-#[derive(Debug, thiserror::Error)]
+/// Why a call did not give what was asked for. Only its words reach Python, so that every error of our crates is one by `?`.
+#[derive(Debug)]
 pub(crate) enum Failure {
-    /// A scene or rig.
-    #[error(transparent)]
-    Load(#[from] rowscan_scenes::files::LoadError),
-    /// A name that is no scanner model.
-    #[error(transparent)]
-    Model(#[from] rowscan_protocol::model::UnknownModel),
-    /// Optics that are none.
-    #[error(transparent)]
-    Optics(#[from] rowscan_scenes::optics::StagesError),
+    /// What could not be done.
+    Told(Box<dyn std::error::Error + Send + Sync>),
+    /// The user has interrupted.
+    Interrupted,
+}
+
+impl<E: std::error::Error + Send + Sync + 'static> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Told(Box::new(error))
+    }
+}
+
+/// What the command line has no words for.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Refusal {
     /// An orchard that cannot be grown.
     #[error("the orchard cannot be grown: {0}")]
-    Grow(#[from] rowscan_scenes::GrowError),
-    /// A scanner that does not fit the rig.
-    #[error(transparent)]
-    Stage(#[from] rowscan_emulator::stage::StageError),
-    /// A drive in memory.
-    #[error(transparent)]
-    Trial(#[from] rowscan_study::trial::TrialError),
-    /// A row that cannot be scanned so.
-    #[error(transparent)]
-    RowScan(#[from] rowscan_study::row_scan::RowScanError),
-    /// A rig that allows no estimate.
-    #[error(transparent)]
-    Reading(#[from] rowscan_study::reading::ReadingError),
-    /// A scanner or a recording.
-    #[error(transparent)]
-    Driver(#[from] rowscan_driver::DriverError),
-    /// An endpoint.
-    #[error(transparent)]
-    Listen(#[from] rowscan_emulator::ListenError),
-    /// A serial line.
-    #[error(transparent)]
-    SerialLine(#[from] rowscan_ports::PortError),
-    /// A port of the CAN bus.
-    #[error(transparent)]
-    Bus(#[from] rowscan_bus::BusError),
-    /// A place for GNSS sentences.
-    #[error(transparent)]
-    Nmea(#[from] rowscan_bus::nmea::NmeaError),
-    /// A fault that does not fit.
-    #[error(transparent)]
-    Fault(#[from] rowscan_faults::FaultError),
-    /// A fault's words.
-    #[error(transparent)]
-    FaultWords(#[from] rowscan_strict_toml::TomlError),
-    /// A port of the CAN bus that is none.
-    #[error(transparent)]
-    BusAddress(#[from] rowscan_bus::BusAddressError),
-    /// A place for sentences that is none.
-    #[error(transparent)]
-    NmeaAddress(#[from] rowscan_bus::nmea::NmeaAddressError),
-    /// A pace that is none.
-    #[error(transparent)]
-    TimeScale(#[from] rowscan_emulator::clock::TimeScaleError),
-    /// A start that is none.
-    #[error(transparent)]
-    StartWhen(#[from] rowscan_emulator::StartWhenError),
+    Grow(#[source] rowscan_scenes::GrowError),
     /// Scans that fit in no array.
     #[error(
         "scan {scan} has {found} beams and the scans before it {expected}: they fit in no array; read up to it with scans={scan}"
@@ -121,16 +82,19 @@ pub(crate) enum Failure {
         /// What the system said.
         cause: std::io::Error,
     },
-    /// The user has interrupted.
-    #[error("interrupted")]
-    Interrupted,
 }
 
 impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::Interrupted => PyKeyboardInterrupt::new_err(()),
-            failure => Error::new_err(failure.to_string()),
+            Failure::Told(error) => Error::new_err(error.to_string()),
         }
+    }
+}
+
+impl From<Refusal> for PyErr {
+    fn from(refusal: Refusal) -> Self {
+        Failure::from(refusal).into()
     }
 }

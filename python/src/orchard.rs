@@ -10,7 +10,7 @@ use rowscan_emulator::stage::Stage;
 use rowscan_scenes::files::load_scene;
 use rowscan_scenes::{Cell, CellGrid, RowCells, Scene, Truth};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 use crate::{arrays, document, wait};
 
 /// A grown orchard, and what is really there. It never changes.
@@ -39,7 +39,7 @@ impl SceneOf {
     ) -> PyResult<Arc<Stage>> {
         match self {
             Self::Named(name) => grown(py, scene(&name.to_string_lossy(), seed, optics)?),
-            Self::Grown(_) if seed.is_some() || optics.is_some() => Err(Failure::AlreadyGrown.into()),
+            Self::Grown(_) if seed.is_some() || optics.is_some() => Err(Refusal::AlreadyGrown.into()),
             Self::Grown(orchard) => Ok(Arc::clone(&orchard.get().stage)),
         }
     }
@@ -57,7 +57,7 @@ pub(crate) fn scene(name: &str, seed: Option<u64>, optics: Option<&str>) -> Resu
 
 /// Grows a scene.
 pub(crate) fn grown(py: Python<'_>, scene: Scene) -> PyResult<Arc<Stage>> {
-    wait::for_work(py, "grow the orchard", move || Ok(Arc::new(Stage::grow(scene, &|_, _| {})?)))
+    wait::for_work(py, "grow the orchard", move || Ok(Arc::new(Stage::grow(scene, &|_, _| {}).map_err(Refusal::Grow)?)))
 }
 
 /// A column of cells, and its number for a cell.
@@ -161,7 +161,7 @@ impl Orchard {
     fn cells<'py>(&self, py: Python<'py>, cell_m: f64, band_m: f64) -> PyResult<Bound<'py, PyDict>> {
         for (name, found) in [("cell_m", cell_m), ("band_m", band_m)] {
             if !(found.is_finite() && found > 0.0) {
-                return Err(Failure::Usage(format!(
+                return Err(Refusal::Usage(format!(
                     "{name}: expected a positive number of metres, found `{found}`"
                 ))
                 .into());

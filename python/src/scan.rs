@@ -10,7 +10,7 @@ use rowscan_scenes::caster::Return;
 use rowscan_scenes::scan::{Sampling, ScanKind, ScanPoint, ScanSettings};
 use rowscan_study::row_scan::{self, RowScan, Scanned};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 use crate::orchard::SceneOf;
 use crate::{arrays, document, wait};
 
@@ -109,13 +109,13 @@ fn found(stage: &Arc<Stage>, row: usize, settings: &ScanSettings, points: bool) 
 
 fn kind_named(name: &str) -> Result<ScanKind, Failure> {
     let unknown =
-        || Failure::Usage(format!("kind: expected one of {}, found `{name}`", ScanKind::NAMES.join(", ")));
+        || Refusal::Usage(format!("kind: expected one of {}, found `{name}`", ScanKind::NAMES.join(", ")));
     ScanKind::from_name(name).ok_or_else(unknown)
 }
 
 fn sampling_named(name: &str) -> Result<Sampling, Failure> {
     let unknown =
-        || Failure::Usage(format!("sampling: expected {}, found `{name}`", Sampling::NAMES.join(" or ")));
+        || Refusal::Usage(format!("sampling: expected {}, found `{name}`", Sampling::NAMES.join(" or ")));
     let known = Sampling::ALL.iter().zip(Sampling::NAMES).find(|(_, known)| **known == name);
     known.map(|(sampling, _)| *sampling).ok_or_else(unknown)
 }

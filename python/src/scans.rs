@@ -16,7 +16,7 @@ use rowscan_scenes::files::load_rig;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::{self, Asked};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 use crate::orchard::SceneOf;
 use crate::{arrays, wait};
 
@@ -73,7 +73,7 @@ impl Gathered {
         let beams = *self.beams.get_or_insert(scan.beams);
         if beams != scan.beams {
             let (found, expected) = (scan.beams.len(), beams.len());
-            return Err(Failure::OtherBeams { scan: self.time_s.len(), found, expected });
+            return Err(Refusal::OtherBeams { scan: self.time_s.len(), found, expected }.into());
         }
         self.layer_deg = f64::from(scan.layer_centideg) / 100.0;
         self.time_s.push(self.clock.seconds(scan.scan_time_us));
@@ -150,7 +150,7 @@ pub(crate) fn drive(
 pub(crate) fn read(py: Python<'_>, path: PathBuf, echo: usize, scans: Option<usize>) -> PyResult<Scans> {
     let source: Source = path.to_string_lossy().parse().map_err(Failure::from)?;
     if !matches!(source, Source::Recording { .. }) {
-        return Err(Failure::Usage(format!("{source} is live: `rowscan record` it first")).into());
+        return Err(Refusal::Usage(format!("{source} is live: `rowscan record` it first")).into());
     }
     let gathered = wait::for_future(py, "read the recording", move || async move {
         let mut scanner = Scanner::open(&source, DriverConfig::default()).await?;

@@ -1,6 +1,7 @@
 //! Long calls: off the interpreter's lock, and interrupted by Ctrl-C. The one file that waits by the host's clock.
 
 use std::io;
+use std::pin::Pin;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -9,7 +10,7 @@ use pyo3::prelude::*;
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 
 /// How often signals are looked at. A call that is done returns at once.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -28,7 +29,7 @@ pub(crate) fn for_work<T: Send + 'static>(
         // Nobody waits any more if it was interrupted.
         let _ = done.send(work());
     });
-    spawned.map_err(|cause| Failure::System { what, cause })?;
+    spawned.map_err(|cause| Refusal::System { what, cause })?;
     loop {
         let (outcome, back) = py.detach(move || {
             let outcome = finished.recv_timeout(LOOK_EVERY);
@@ -40,7 +41,7 @@ pub(crate) fn for_work<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => py.check_signals()?,
             Err(RecvTimeoutError::Disconnected) => {
                 let cause = io::Error::other("it ended without a result");
-                return Err(Failure::System { what, cause }.into());
+                return Err(Refusal::System { what, cause }.into());
             }
         }
     }
@@ -54,16 +55,13 @@ pub(crate) fn for_future<T, F>(
 ) -> PyResult<T>
 where
     T: Send + 'static,
-    F: Future<Output = Result<T, Failure>>,
+    F: Future<Output = Result<T, Failure>> + 'static,
 {
-    let (kept, interrupted) = oneshot::channel();
-    let done = for_work(py, what, move || {
+    for_future_by(py, what, make, move |task| {
         let runtime = Builder::new_current_thread().enable_all().build();
-        let runtime = runtime.map_err(|cause| Failure::System { what, cause })?;
-        runtime.block_on(unless(interrupted, make()))
-    });
-    drop(kept);
-    done
+        let runtime = runtime.map_err(|cause| Refusal::System { what, cause })?;
+        runtime.block_on(task)
+    })
 }
 
 /// The same on a runtime that runs already.
@@ -75,10 +73,24 @@ pub(crate) fn for_future_on<T, F>(
 ) -> PyResult<T>
 where
     T: Send + 'static,
-    F: Future<Output = Result<T, Failure>>,
+    F: Future<Output = Result<T, Failure>> + 'static,
+{
+    for_future_by(py, what, make, move |task| runtime.block_on(task))
+}
+
+/// Runs a future on a thread of its own, by `block_on`. Interrupted, it is dropped.
+fn for_future_by<T, F>(
+    py: Python<'_>,
+    what: &'static str,
+    make: impl FnOnce() -> F + Send + 'static,
+    block_on: impl FnOnce(Pin<Box<dyn Future<Output = Result<T, Failure>>>>) -> Result<T, Failure> + Send + 'static,
+) -> PyResult<T>
+where
+    T: Send + 'static,
+    F: Future<Output = Result<T, Failure>> + 'static,
 {
     let (kept, interrupted) = oneshot::channel();
-    let done = for_work(py, what, move || runtime.block_on(unless(interrupted, make())));
+    let done = for_work(py, what, move || block_on(Box::pin(unless(interrupted, make()))));
     drop(kept);
     done
 }

@@ -1,30 +1,15 @@
-"""What the tests of the package share: a limit of time, and the command line to compare with."""
+"""What the tests of the package share: the command line to compare with."""
 
 import json
 import os
-import signal
 import subprocess
 
 import pytest
 
 pytest_plugins = ["pytester"]
 
-#: Seconds a test may take.
+#: Seconds a command may take.
 LIMIT_S = 90
-
-
-@pytest.fixture(autouse=True)
-def time_limit():
-    """A hanging test fails."""
-
-    def expired(_signal, _frame):
-        raise TimeoutError("the test took longer than %d s" % LIMIT_S)
-
-    before = signal.signal(signal.SIGALRM, expired)
-    signal.alarm(LIMIT_S)
-    yield
-    signal.alarm(0)
-    signal.signal(signal.SIGALRM, before)
 
 
 class CommandLine:

@@ -86,17 +86,9 @@ pub struct Scanned {
     pub ground_hits: usize,
     /// Nothing.
     pub escapes: usize,
-    /// Impacted area of leaves, m².
-    #[serde(rename = "I_L")]
-    pub leaf_m2: f64,
-    /// Impacted area of leaves and wood, m².
-    #[serde(rename = "I_T")]
-    pub total_m2: f64,
-    /// Impacted area of the first three leaves, m².
-    #[serde(rename = "I_3L")]
-    pub three_leaves_m2: f64,
-    /// Leaf area that beams met first, m².
-    pub visible_leaf_area_m2: f64,
+    /// Its impacted areas.
+    #[serde(flatten)]
+    pub areas: ScanAreas,
     /// The row's leaf area, m².
     pub leaf_area_m2: f64,
 }
@@ -150,7 +142,6 @@ impl<'a> RowScan<'a> {
 
     fn scanned<T>(&self, cast: &[Cast<T>]) -> Scanned {
         let Self { stage, row, plan, .. } = self;
-        let areas: ScanAreas = cast.iter().map(|line| line.areas).sum();
         let total = |wanted: Class| -> usize {
             let counts = cast.iter().flat_map(|line| &line.counts);
             counts.filter(|(class, _)| *class == wanted).map(|(_, count)| count).sum()
@@ -174,10 +165,7 @@ impl<'a> RowScan<'a> {
             grass_hits: total(Class::Grass),
             ground_hits: total(Class::Ground),
             escapes: total(Class::None),
-            leaf_m2: areas.leaf_m2,
-            total_m2: areas.total_m2,
-            three_leaves_m2: areas.three_leaves_m2,
-            visible_leaf_area_m2: areas.visible_leaf_area_m2,
+            areas: cast.iter().map(|line| line.areas).sum(),
             leaf_area_m2: stage.orchard.truth_of_row(*row, TruthGrid::default()).leaf_area_m2,
         }
     }

@@ -1,10 +1,4 @@
 //! Whatever a file holds, in whatever form: exit 0 only if a scan came out, and else a reason.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

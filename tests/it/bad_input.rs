@@ -1,10 +1,4 @@
 //! Bad input gets one clear message and exit code 2.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

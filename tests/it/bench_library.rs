@@ -1,5 +1,4 @@
 //! The scenarios of tools/scenarios: each with its verdict, each red without its faults, and our own driver in each of them.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

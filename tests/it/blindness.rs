@@ -1,10 +1,4 @@
 //! No truth reaches an estimate: when trees change places in the scene, estimates from the bytes alone follow them.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

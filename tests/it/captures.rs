@@ -1,10 +1,4 @@
 //! Captures with several connections to one scanner: every command sees the same streams, and says what it leaves out.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! Studies over classes, error budgets, and what is told of a row outside its class, on the command line.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! What happens to clients that are one too many, or want what cannot be: they are told, and so is the user.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,5 +1,4 @@
 //! A running emulator in others' hands: over HTTP, by lines, by Toxiproxy's paths.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::io::{Read, Write};
 use std::net::TcpStream;

@@ -1,10 +1,4 @@
 //! `--format csv`: every command that takes it writes a header and rows; a command that has no rows does not take it, and says so.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! `rowscan decode`: recordings, captures, hex and damage, through the whole binary.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! Same scene, same seed: the same bytes, run to run and on any number of threads. The whole binary is asked.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

@@ -1,10 +1,4 @@
 //! Pages that a command writes are what it writes now, and the settings file keeps its promise on the command line.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! The emulated device as its clients see it, with the host's clock frozen: events, restarts, saved settings, the field's times.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,5 +1,4 @@
 //! Ways for `emulate` to end by itself.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

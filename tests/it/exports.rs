@@ -1,10 +1,4 @@
 //! Parquet of a real run, read back column by column: NumPy, LAS, PLY and CSV are read by their users' programs in `tools/python`.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,6 +1,5 @@
 //! Every fault of the table against every kind of client, on models of each family: it acts where its family says it does and nowhere else, or
 //! is refused with its reason. The table is walked, so a new fault is in it by itself.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

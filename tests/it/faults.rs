@@ -1,5 +1,4 @@
 //! Faults on the emulator's own connections, with the host's clock frozen and our driver's session as the system under test.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::sync::Arc;

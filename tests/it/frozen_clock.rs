@@ -1,10 +1,4 @@
 //! The emulator with the host's clock frozen: pacing, slow clients and many clients are facts of simulated time.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

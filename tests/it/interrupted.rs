@@ -1,10 +1,4 @@
 //! Signals end every command in order: exit 0 with the result so far where there is one, else 128 and the signal's number.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

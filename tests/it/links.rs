@@ -1,10 +1,4 @@
 //! Links of the driver to emulated scanners: many at once, lost and restored, given up.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! What goes through a socket and what is made in memory are the same scans: the areas agree to the last bit.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,5 +1,4 @@
 //! The device's eye on the wire: the same online and offline, echoes in their channels, and refused where it means nothing.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use crate::common::binary::{assert_says, refused, run};
 use crate::common::{facts, small_scene};

@@ -1,10 +1,4 @@
 //! Orchards on the command line: what is made, written, read back, drawn, and refused.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! What commands write, and what they leave alone: nothing is destroyed that nobody told them to change.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

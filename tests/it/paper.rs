@@ -1,10 +1,4 @@
 //! Completions and the manual: every command has its page, and every shell its script.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,5 +1,4 @@
 //! Faults of parts on an emulated rig, in virtual time: what a client sees of each, and that nothing of it is there without it.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,5 +1,4 @@
 //! The proxy between a scanner and its client, and the driver as the system under test behind it.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::PathBuf;

@@ -1,10 +1,4 @@
 //! `rowscan record` and its kin, through the whole binary: one truth however the bytes came, files that survive, and what is refused.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

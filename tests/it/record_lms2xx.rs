@@ -1,12 +1,6 @@
 //! A classic LMS2xx from the line to the recording and back. Alone in its file: its client's reply time-outs are real time, and tests of one
 //! file run side by side.
 #![cfg(target_os = "linux")]
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! Recorded telegrams of real devices go through the same driver and pipeline. The recordings are read where they lie.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

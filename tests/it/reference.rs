@@ -1,10 +1,4 @@
 //! The keys of the files that users write: schema, page, commented files, verdicts and drawings say the same as the readers.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

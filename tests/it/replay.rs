@@ -1,10 +1,4 @@
 //! Recordings replayed as live devices: the bytes that come out are those that were recorded. On a frozen clock.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,12 +1,6 @@
 //! Emulated runs of every model on every line it has, recorded, replayed on the same kind of line and recorded again: the same bytes from
 //! the device. As fast as the client takes them.
 #![cfg(target_os = "linux")]
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

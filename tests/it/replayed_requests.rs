@@ -1,12 +1,6 @@
 //! What a real client once asked a real scanner, asked again of the emulated one: the same kinds of replies in the same order, and the same
 //! bytes wherever a reply carries neither time, counters, serial numbers nor stored fields. What differs stands below, with the reason, and in
 //! `docs/replay-differences.md`.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

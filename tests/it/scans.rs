@@ -1,10 +1,4 @@
 //! One of the paper's scans on the command line: its files, and what cannot be scanned.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! The search for the paper's numbers: it sets what it says, is the same in parts, and refuses what names nothing.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! Two scanners, GNSS and CAN, recorded together and played together: one order, one time, whatever the playhead does. On a frozen clock.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

@@ -1,10 +1,4 @@
 //! Studies: the gates on what they find, and what cannot be studied. Seeds are fixed here; none was chosen.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

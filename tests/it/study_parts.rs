@@ -1,10 +1,4 @@
 //! Studies cut in parts, stopped and resumed: the same numbers, and nothing finished is lost.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

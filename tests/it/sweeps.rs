@@ -1,11 +1,5 @@
 //! Studies from a file: cut in parts they give the same rows, what is wrong in the file is said with its line, and impossible points are
 //! kept as such.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

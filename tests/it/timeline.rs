@@ -1,10 +1,4 @@
 //! One timeline for a whole rig: several scanners, GNSS and CAN at full speed, what starts the drive, and who polls.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

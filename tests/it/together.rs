@@ -1,11 +1,5 @@
 //! Two scanners, a receiver and a bus: recorded into one file by one command and played by another, over real sockets and a pseudo-terminal.
 #![cfg(target_os = "linux")]
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 use crate::common;
 

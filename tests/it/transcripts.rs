@@ -1,11 +1,5 @@
 //! The start-up sequences of public clients, byte for byte, against the emulator under frozen time: every request gets the reply its client
 //! waits for, in one write, in time. The sequences are files in `tests/it/transcripts/`; `script.rs` there says how they are written.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says what it skips"
-)]
 
 mod script;
 mod times;

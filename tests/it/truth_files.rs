@@ -1,5 +1,4 @@
 //! The truth of a drive as files: `emulate --truth` and `orchard truth --cells`.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::io::{Read, Write};

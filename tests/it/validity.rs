@@ -1,5 +1,4 @@
 //! From telegram to estimate and bus: what is not valid is left out, counted by cause and never told as 0.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use crate::common;
 

@@ -1,5 +1,4 @@
 //! The live page: what it is made of, that it shows what there is, and that no browser holds a scanner up.
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};

@@ -1,6 +1,5 @@
 //! The live page beside an LMS2xx: on its line, and played again.
 #![cfg(target_os = "linux")]
-#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use serde_json::Value;
 

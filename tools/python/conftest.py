@@ -1,30 +1,12 @@
-"""Time-outs and the emulator for every test."""
+"""The emulator for every test."""
 
 import contextlib
 import os
-import signal
 
 import pytest
 
 import emulator as emulator_module
 from lms_client import Client
-
-#: Seconds a test may take, its emulator's start included.
-LIMIT_S = 90
-
-
-@pytest.fixture(autouse=True)
-def time_limit():
-    """A hanging test fails."""
-
-    def expired(_signal, _frame):
-        raise TimeoutError("the test took longer than %d s" % LIMIT_S)
-
-    before = signal.signal(signal.SIGALRM, expired)
-    signal.alarm(LIMIT_S)
-    yield
-    signal.alarm(0)
-    signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture

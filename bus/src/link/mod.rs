@@ -7,6 +7,7 @@ pub mod socketcand;
 pub mod socketcand_client;
 pub mod udp;
 
+use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
@@ -94,6 +95,16 @@ pub enum Found {
     Path(PathBuf),
     /// By its name.
     Name(String),
+}
+
+impl fmt::Display for Found {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Address(address) => address.fmt(f),
+            Self::Path(path) => path.display().fmt(f),
+            Self::Name(name) => name.fmt(f),
+        }
+    }
 }
 
 impl Link {

@@ -1,5 +1,6 @@
 //! Where NMEA goes out: TCP to whoever connects, UDP, a pseudo-terminal, a serial port.
 
+use std::fmt;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -130,6 +131,15 @@ pub enum NmeaPlace {
     Address(SocketAddr),
     /// Under a path.
     Path(PathBuf),
+}
+
+impl fmt::Display for NmeaPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Address(address) => address.fmt(f),
+            Self::Path(path) => path.display().fmt(f),
+        }
+    }
 }
 
 /// Sentences on their way out, and what tells that they are.

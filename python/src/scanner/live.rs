@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use rowscan_bus::Bus;
-use rowscan_bus::link::{Found, Link};
-use rowscan_bus::nmea::{GnssEpochs, NmeaLine, NmeaPlace};
+use rowscan_bus::link::Link;
+use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_emulator::clock::Timer;
 use rowscan_emulator::stage::Stage;
@@ -190,11 +190,7 @@ impl Wiring<'_> {
         let mut lines = Vec::new();
         for (number, address) in order.nmea.iter().enumerate() {
             let line = NmeaLine::open(address, stage.scene.gnss.rate_hz).await?;
-            let place = match line.place() {
-                NmeaPlace::Address(address) => address.to_string(),
-                NmeaPlace::Path(path) => path.to_string_lossy().into_owned(),
-            };
-            places.push((format!("nmea{number}"), place));
+            places.push((format!("nmea{number}"), line.place().to_string()));
             lines.push(line);
         }
         if !lines.is_empty() {
@@ -205,12 +201,7 @@ impl Wiring<'_> {
         }
         let mut number = 0;
         let mut found = |link: &Link| {
-            let place = match link.found() {
-                Found::Address(address) => address.to_string(),
-                Found::Path(path) => path.to_string_lossy().into_owned(),
-                Found::Name(name) => name,
-            };
-            places.push((format!("can{number}"), place));
+            places.push((format!("can{number}"), link.found().to_string()));
             number += 1;
         };
         let bus = Bus::open(&order.can, &mut found).await?;

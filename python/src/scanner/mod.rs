@@ -14,7 +14,7 @@ use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
 use tokio::runtime::{Builder, Runtime};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 use crate::orchard::{SceneOf, grown};
 use crate::{document, wait};
 use live::{Counting, Goal, Live, Way};
@@ -61,7 +61,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Scanner {
     /// Does something with the running rig.
     fn with<T>(&self, f: impl FnOnce(&Live) -> T) -> Result<T, Failure> {
-        lock(&self.running).as_ref().map(|served| f(&served.live)).ok_or(Failure::NotRunning)
+        lock(&self.running).as_ref().map(|served| f(&served.live)).ok_or(Refusal::NotRunning)
     }
 
     fn stage(&self, py: Python<'_>) -> PyResult<Arc<Stage>> {
@@ -82,7 +82,7 @@ impl Scanner {
         let stage = self.stage(py)?;
         let runtime =
             Builder::new_multi_thread().worker_threads(THREADS).thread_name("rowscan").enable_all().build();
-        let runtime = runtime.map_err(|cause| Failure::System { what: "start the runtime", cause })?;
+        let runtime = runtime.map_err(|cause| Refusal::System { what: "start the runtime", cause })?;
         let (order, log) = (Arc::clone(&self.order), Log::default());
         *lock(&self.log) = log.clone();
         let handle = runtime.handle().clone();
@@ -115,10 +115,10 @@ impl Scanner {
         let patience = timeout.map(patience).transpose()?;
         let handle = {
             let running = lock(&self.running);
-            running.as_ref().map(|served| served.runtime.handle().clone()).ok_or(Failure::NotRunning)?
+            running.as_ref().map(|served| served.runtime.handle().clone()).ok_or(Refusal::NotRunning)?
         };
         wait::for_future_on(py, "wait for the scanner", handle, move || async move {
-            let overdue = || Failure::Overdue { what, patience: patience.unwrap_or_default() };
+            let overdue = || Refusal::Overdue { what, patience: patience.unwrap_or_default() };
             wait::within(patience, go).await.ok_or_else(overdue)?
         })
     }
@@ -126,7 +126,7 @@ impl Scanner {
 
 fn patience(seconds: f64) -> Result<Duration, Failure> {
     Duration::try_from_secs_f64(seconds).map_err(|_| {
-        Failure::Usage(format!("timeout: expected a number of seconds from 0 on, found {seconds}"))
+        Refusal::Usage(format!("timeout: expected a number of seconds from 0 on, found {seconds}"))
     })
 }
 
@@ -353,7 +353,7 @@ impl Scanner {
             }
             _ => {
                 let why = "until: give one of tree, row_m and driven_s";
-                return Err(Failure::Usage(why.to_owned()).into());
+                return Err(Refusal::Usage(why.to_owned()).into());
             }
         };
         let way =
@@ -361,7 +361,7 @@ impl Scanner {
         let goal = what.clone();
         let go = async move {
             match way.past_m().await {
-                Some(row_m) => Err(Failure::Past { what: goal, row_m }),
+                Some(row_m) => Err(Refusal::Past { what: goal, row_m }.into()),
                 None => {
                     way.go().await;
                     Ok(())
@@ -415,7 +415,7 @@ impl Scanner {
         let trees = self.stage(py)?.orchard.trees_per_row();
         match usize::try_from(tree) {
             Ok(number) if (1..=trees).contains(&number) => Ok(tree),
-            _ => Err(Failure::Usage(format!("tree: expected a tree from 1 to {trees}, found {tree}")).into()),
+            _ => Err(Refusal::Usage(format!("tree: expected a tree from 1 to {trees}, found {tree}")).into()),
         }
     }
 }

@@ -17,7 +17,7 @@ use rowscan_scenes::files::LoadError;
 use rowscan_strict_toml::Table;
 
 use crate::document;
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 use crate::orchard::{SceneOf, scene};
 
 /// What was asked for.
@@ -56,7 +56,7 @@ impl Order {
             }
             _ => return Ok(()),
         };
-        Err(Failure::Usage(refused))
+        Err(Refusal::Usage(refused).into())
     }
 }
 
@@ -72,7 +72,7 @@ impl Place {
     pub(super) fn of(orchard: SceneOf, seed: Option<u64>, optics: Option<&str>) -> Result<Self, Failure> {
         match orchard {
             SceneOf::Named(name) => Ok(Self::Scene(Box::new(scene(&name.to_string_lossy(), seed, optics)?))),
-            SceneOf::Grown(_) if seed.is_some() || optics.is_some() => Err(Failure::AlreadyGrown),
+            SceneOf::Grown(_) if seed.is_some() || optics.is_some() => Err(Refusal::AlreadyGrown.into()),
             SceneOf::Grown(orchard) => Ok(Self::Grown(Arc::clone(&orchard.get().stage))),
         }
     }
@@ -134,7 +134,7 @@ pub(super) fn faults(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<FaultSpec
 
 fn fault_of(fault: &Bound<'_, PyAny>) -> PyResult<FaultSpec> {
     let table: Table = serde_json::from_value(document::value(fault)?).map_err(|error| {
-        Failure::Usage(format!("a fault is a dict with the keys of docs/faults.md: {error}"))
+        Refusal::Usage(format!("a fault is a dict with the keys of docs/faults.md: {error}"))
     })?;
     let spec = FaultSpec::from_table(&table).map_err(without_line);
     Ok(spec?)
@@ -157,5 +157,5 @@ pub(super) fn fault_named(
 
 /// What is wrong with a fault that stands on no line.
 fn without_line(error: rowscan_strict_toml::TomlError) -> Failure {
-    Failure::FaultWords(rowscan_strict_toml::TomlError { line: 0, ..error })
+    rowscan_strict_toml::TomlError { line: 0, ..error }.into()
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use indicatif::ProgressBar;
-use rowscan_canopy::{Estimate, Pipeline};
+use rowscan_canopy::{Enough, Estimate, Pipeline, Reached, UNREADABLE};
 use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
 use rowscan_ports::clock;
 use tokio::sync::watch;
@@ -15,9 +15,7 @@ use super::super::output::say;
 use super::super::sensor::Sensor;
 use super::super::web::Feed;
 
-/// A live scanner whose telegrams hold no valid scan for so long is given up.
-const UNREADABLE: Duration = Duration::from_secs(10);
-/// How often that is looked at while nothing arrives.
+/// How often it is asked whether that is enough while nothing arrives.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// A scanner to be followed.
@@ -30,8 +28,7 @@ pub(super) struct Follower {
     pub(super) config: DriverConfig,
     pub(super) pipeline: Pipeline,
     pub(super) sensor: Sensor,
-    pub(super) scans: Option<u64>,
-    pub(super) length_m: Option<f64>,
+    pub(super) enough: Enough,
     pub(super) bar: ProgressBar,
     /// Its part of the page, if there is one.
     pub(super) feed: Option<Feed>,
@@ -76,7 +73,7 @@ impl Follower {
 
     /// Feeds the pipeline until the source ends, enough has been seen, or nothing it sends makes a scan.
     async fn take(&mut self, scanner: &mut Scanner) -> Result<(), Failure> {
-        let (mut before, mut telegrams_since) = (0, None);
+        let mut before = 0;
         loop {
             // Frames that fail their checksum do not arrive: what they mean is looked at from time to time.
             match clock::within(LOOK_EVERY, scanner.arrival()).await {
@@ -103,18 +100,13 @@ impl Follower {
             }
             // A recording never waits by itself.
             tokio::task::coop::consume_budget().await;
-            let progress = self.pipeline.progress();
-            self.bar.inc(progress.scans - before);
-            before = progress.scans;
-            if self.scans.is_some_and(|scans| progress.scans >= scans)
-                || self.length_m.is_some_and(|length_m| progress.advance_m >= Some(length_m))
-            {
-                return Ok(());
-            }
-            if self.pipeline.valid_scans() == 0 && (progress.scans > 0 || scanner.counts().telegrams_bad > 0)
-            {
-                let now = scanner.now().0;
-                if now.saturating_sub(*telegrams_since.get_or_insert(now)) >= UNREADABLE {
+            let scans = self.pipeline.progress().scans;
+            self.bar.inc(scans - before);
+            before = scans;
+            match self.enough.reached(&self.pipeline, scanner.counts().telegrams_bad, scanner.now().0) {
+                None => {}
+                Some(Reached::Enough) => return Ok(()),
+                Some(Reached::NothingValid) => {
                     say(format_args!(
                         "telegrams came for {UNREADABLE:?}, and none held a valid scan: that is all there is to tell"
                     ));

@@ -7,7 +7,7 @@ mod rig;
 use std::sync::Arc;
 
 use indicatif::ProgressBar;
-use rowscan_canopy::CutMethod;
+use rowscan_canopy::{CutMethod, Enough};
 use rowscan_driver::{DriverConfig, Source};
 use rowscan_emulator::clock::Stopwatch;
 use rowscan_ports::Delivery;
@@ -224,8 +224,7 @@ impl Args {
             config,
             pipeline,
             sensor,
-            scans: self.scans,
-            length_m: self.length,
+            enough: Enough::new(self.scans, self.length),
             bar: bar.clone(),
             feed: page.feeds.as_ref().map(|feeds| feeds.of(place)),
         })

@@ -14,13 +14,13 @@ use crate::workspace::Workspace;
 
 /// Every step. A new one is a file beside these and a line here.
 const STEPS: &[Step] = &[
-    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
-    Step::new("demo", demo::run),
-    Step::new("lockstep", lockstep::run),
-    Step::new("wheel", wheel::run),
-    Step::new("dist", dist::run),
-    Step::new("publish", publish::run),
-    Step::new("fuzz", fuzz::run),
+    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())).taking(14),
+    Step::new("demo", demo::run).taking(1),
+    Step::new("lockstep", lockstep::run).taking(4),
+    Step::new("wheel", wheel::run).taking(12),
+    Step::new("dist", dist::run).taking(20),
+    Step::new("publish", publish::run).taking(14),
+    Step::new("fuzz", fuzz::run).taking(12),
 ];
 
 /// Runs every step, or those named in `arguments`.

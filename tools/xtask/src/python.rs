@@ -1,4 +1,4 @@
-//! The clients in tools/python: plain Python sockets and pytest, run against the release binary.
+//! The clients in tools/python: plain Python sockets and pytest, run against the binary: in `ci` that of the tests, else the one that ships.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The commands of README and of the first pages, run as they stand there.
 //!
 //! In fenced blocks marked `console`, lines that start with `$ rowscan ` or `$ cargo run --release -- ` run in a shell with the
-//! release binary on the path, in a folder that shows the repository's files but takes new ones itself. They must exit 0
+//! binary under test on the path, in a folder that shows the repository's files but takes new ones itself. They must exit 0
 //! within a minute. Two comments change that: `# not run in CI` skips the line; `# until Ctrl-C` keeps it running behind the
 //! block's other lines, then interrupts it.
 
@@ -67,7 +67,7 @@ pub fn run(workspace: &Workspace) -> Outcome {
 struct Stage {
     /// Holds a link to each of the repository's entries, and whatever the commands make.
     folder: PathBuf,
-    /// The search path, the release binary's folder first.
+    /// The search path, the binary's folder first.
     path: OsString,
 }
 

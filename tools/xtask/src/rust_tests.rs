@@ -11,9 +11,9 @@ use crate::workspace::Workspace;
 /// idle machine, and a loaded one may take ten times as long.
 const SILENCE: Limit = Limit::Silent(Duration::from_secs(5 * 60));
 
-/// Builds every test of the workspace, then runs them. A build takes as long as it takes.
+/// Builds every test of the workspace and the binary, then runs the tests. A build takes as long as it takes.
 pub fn run(workspace: &Workspace) -> Outcome {
-    if let Err(why) = shell::run(&mut workspace.cargo(&["test", "--workspace", "--no-run", "--quiet"])) {
+    if let Err(why) = workspace.build_binary() {
         return Outcome::failed(why);
     }
     let mut output = TestOutput::default();

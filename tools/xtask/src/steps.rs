@@ -46,28 +46,57 @@ impl Outcome {
 pub struct Step {
     name: &'static str,
     run: fn(&Workspace) -> Outcome,
+    /// How long it takes at most, on two cores that have compiled nothing yet.
+    takes: Duration,
 }
 
 impl Step {
     /// A step called `name`.
     pub const fn new(name: &'static str, run: fn(&Workspace) -> Outcome) -> Self {
-        Self { name, run }
+        Self { name, run, takes: Duration::ZERO }
+    }
+
+    /// The same, taking so many minutes.
+    pub const fn taking(self, minutes: u64) -> Self {
+        Self { takes: Duration::from_secs(60 * minutes), ..self }
     }
 }
 
-/// Runs all of `steps`, or only those in `names`, and prints each one's name before and its time after; at the end a table and,
-/// alone on the last line, the counts.
-pub fn run(workspace: &Workspace, steps: &[Step], names: &[String]) -> ExitCode {
+/// What bounds a run: a step that would not end in time is skipped, visibly.
+const WITHIN: &str = "--within=";
+
+/// Runs all of `steps`, or only those in `arguments`, and prints each one's name before and its time after; at the end a table and,
+/// alone on the last line, the counts. `--within=MINUTES` leaves out what takes longer than is left.
+pub fn run(workspace: &Workspace, steps: &[Step], arguments: &[String]) -> ExitCode {
+    let (bounds, names): (Vec<&String>, Vec<&String>) =
+        arguments.iter().partition(|argument| argument.starts_with(WITHIN));
+    let within = match bounds.last().map(|bound| bound[WITHIN.len()..].parse::<u64>()) {
+        None => Duration::MAX,
+        Some(Ok(minutes)) => Duration::from_secs(60 * minutes),
+        Some(Err(_)) => {
+            eprintln!("{WITHIN} expects a whole number of minutes");
+            return ExitCode::from(2);
+        }
+    };
+    let begun = Instant::now();
     if let Some(unknown) = names.iter().find(|name| steps.iter().all(|step| step.name != name.as_str())) {
         let known: Vec<&str> = steps.iter().map(|step| step.name).collect();
         eprintln!("there is no step `{unknown}`; there are: {}", known.join(", "));
         return ExitCode::from(2);
     }
     let mut summary = Summary::default();
-    for step in steps.iter().filter(|step| names.is_empty() || names.iter().any(|name| name == step.name)) {
+    for step in steps.iter().filter(|step| names.is_empty() || names.iter().any(|name| *name == step.name)) {
         println!("==> {}", step.name);
         let start = Instant::now();
-        let outcome = (step.run)(workspace);
+        let left = within.saturating_sub(begun.elapsed());
+        let outcome = match step.takes <= left {
+            true => (step.run)(workspace),
+            false => Outcome::Skipped(format!(
+                "takes up to {} min, and {} are left",
+                step.takes.as_secs() / 60,
+                left.as_secs() / 60
+            )),
+        };
         println!("{}\n", summary.add(step.name, start.elapsed(), outcome));
     }
     summary.close()

@@ -14,37 +14,19 @@ use crate::workspace::Workspace;
 const LIMIT: Limit = Limit::InAll(Duration::from_secs(10 * 60));
 
 /// What the tests use besides the package itself.
-const BESIDES: &[&str] = &["pytest", "pandas", "pyserial"];
-
-/// How the extension is compiled.
-#[derive(Clone, Copy)]
-pub enum Profile {
-    /// As tests are: it links in a second. Crates whose features differ without the rest of the workspace are compiled again.
-    Dev,
-    /// As it ships.
-    Release,
-}
-
-impl Profile {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Dev => "dev",
-            Self::Release => "release",
-        }
-    }
-}
+const BESIDES: &[&str] = &["pytest", "pytest-timeout", "pandas", "pyserial"];
 
 /// A development wheel, installed and tested.
 pub fn run(workspace: &Workspace) -> Outcome {
-    test(workspace, Profile::Dev, &[])
+    test(workspace, &[])
 }
 
 /// Builds a wheel, installs it and runs the tests; those that need the packages in `further` are skipped where these cannot be had.
-pub fn test(workspace: &Workspace, profile: Profile, further: &[&str]) -> Outcome {
+pub fn test(workspace: &Workspace, further: &[&str]) -> Outcome {
     if !shell::has("python3") {
         return Outcome::Skipped("python3 is not installed".to_owned());
     }
-    let python = match installed(workspace, profile) {
+    let python = match installed(workspace) {
         Ok(python) => python,
         Err(why) => return Outcome::failed(why),
     };
@@ -57,9 +39,9 @@ pub fn test(workspace: &Workspace, profile: Profile, further: &[&str]) -> Outcom
 }
 
 /// An environment with nothing in it but a new wheel and what its tests use.
-fn installed(workspace: &Workspace, profile: Profile) -> Result<Python, String> {
+fn installed(workspace: &Workspace) -> Result<Python, String> {
     let folder = workspace.scratch("wheel")?;
-    let wheel = build(workspace, profile, &folder.join(profile.name()))?;
+    let wheel = build(workspace, &folder.join(workspace.profile.name()))?;
     let python = Python::make(&folder)?;
     let pins = workspace.root.join("tools/python/requirements.txt");
     shell::run(python.install().arg("--constraint").arg(pins).arg(&wheel).args(BESIDES))?;
@@ -67,7 +49,7 @@ fn installed(workspace: &Workspace, profile: Profile) -> Result<Python, String> 
 }
 
 /// Builds the wheel with the pinned maturin; where it is.
-fn build(workspace: &Workspace, profile: Profile, out: &Path) -> Result<PathBuf, String> {
+fn build(workspace: &Workspace, out: &Path) -> Result<PathBuf, String> {
     let _ = fs::remove_dir_all(out);
     let mut maturin = Python::prepare(workspace)?.command();
     maturin
@@ -80,7 +62,7 @@ fn build(workspace: &Workspace, profile: Profile, out: &Path) -> Result<PathBuf,
             "--compatibility",
             "linux",
             "--profile",
-            profile.name(),
+            workspace.profile.name(),
         ])
         .arg("--out")
         .arg(out)

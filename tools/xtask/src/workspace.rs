@@ -7,12 +7,42 @@ use std::process::Command;
 
 use crate::shell;
 
+/// How a program is compiled.
+#[derive(Clone, Copy, Debug)]
+pub enum Profile {
+    /// As tests are.
+    Dev,
+    /// As it ships.
+    Release,
+}
+
+impl Profile {
+    /// Its name for cargo.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dev => "dev",
+            Self::Release => "release",
+        }
+    }
+
+    /// The folder of its programs below the build directory.
+    fn folder(self) -> &'static str {
+        match self {
+            Self::Dev => "debug",
+            Self::Release => "release",
+        }
+    }
+}
+
 /// The checked-out workspace.
+#[derive(Clone)]
 pub struct Workspace {
     /// Folder of the root Cargo.toml.
     pub root: PathBuf,
     /// Cargo's build directory.
     pub target: PathBuf,
+    /// How the binary is compiled that is tested.
+    pub profile: Profile,
 }
 
 impl Workspace {
@@ -32,7 +62,11 @@ impl Workspace {
         let path = |key: &str| {
             metadata[key].as_str().map(PathBuf::from).ok_or(format!("cargo metadata has no {key}"))
         };
-        Ok(Self { root: path("workspace_root")?, target: path("target_directory")? })
+        Ok(Self {
+            root: path("workspace_root")?,
+            target: path("target_directory")?,
+            profile: Profile::Release,
+        })
     }
 
     /// A `cargo` command that runs in the workspace.
@@ -42,21 +76,29 @@ impl Workspace {
         command
     }
 
-    /// The release binary, if it has been built.
+    /// The binary, if it has been built.
     pub fn built_binary(&self) -> Result<PathBuf, String> {
         let binary = self.binary();
-        if binary.is_file() { Ok(binary) } else { Err("the release binary is not built".to_owned()) }
+        if binary.is_file() {
+            Ok(binary)
+        } else {
+            Err(format!("the {} binary is not built", self.profile.name()))
+        }
     }
 
-    /// Where the release binary is, or will be.
+    /// Where the binary is, or will be.
     fn binary(&self) -> PathBuf {
-        self.target.join("release").join("rowscan")
+        self.target.join(self.profile.folder()).join("rowscan")
     }
 
-    /// Builds the release binary. A failed build leaves none, so that later steps cannot test an old one.
+    /// Builds the binary. A failed build leaves none, so that later steps cannot test an old one.
     pub fn build_binary(&self) -> Result<(), String> {
         let _ = fs::remove_file(self.binary());
-        shell::run(&mut self.cargo(&["build", "--release", "-p", "rowscan"]))
+        shell::run(&mut match self.profile {
+            // The tests' own build has the binary, too; built alone, it would be compiled again with fewer features of its dependencies.
+            Profile::Dev => self.cargo(&["test", "--workspace", "--no-run", "--quiet"]),
+            Profile::Release => self.cargo(&["build", "--release", "-p", "rowscan"]),
+        })
     }
 
     /// A folder for the tasks' own files, made if missing.

@@ -16,16 +16,16 @@ use crate::workspace::Workspace;
 
 /// Every part, after the binary they talk to. A new one is a file beside this one and a line here.
 const PARTS: &[Step] = &[
-    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())),
-    Step::new("socat", socat::run),
-    Step::new("mrpt", mrpt::run),
-    Step::new("capture", capture::run),
-    Step::new("browser", browser::run),
+    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())).taking(14),
+    Step::new("socat", socat::run).taking(2),
+    Step::new("mrpt", mrpt::run).taking(4),
+    Step::new("capture", capture::run).taking(2),
+    Step::new("browser", browser::run).taking(4),
     VCAN,
 ];
 
 /// SocketCAN in a virtual machine.
-const VCAN: Step = Step::new("vcan", vcan::run);
+const VCAN: Step = Step::new("vcan", vcan::run).taking(8);
 
 /// `cargo xtask vcan`: that part alone, with the binary as it stands.
 pub fn vcan(workspace: &Workspace, _: &[String]) -> ExitCode {
