@@ -1,11 +1,13 @@
 //! Scenarios tried one after the other, with each of their seeds.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use tokio::sync::watch;
 
 use crate::fault::ScenarioFault;
 use crate::judge::{self, Runs};
+use crate::onlooker::Onlooker;
 use crate::runner::{self, RunRecord};
 use crate::scenario::{Mode, Scenario};
 use crate::verdict::{Case, Tried, Verdict, name_of, rerun};
@@ -15,7 +17,7 @@ use crate::what::Kind;
 const LAST_EVENTS: usize = 5;
 
 /// How scenarios are tried.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Options {
     /// Only this seed.
     pub seed: Option<u64>,
@@ -27,6 +29,8 @@ pub struct Options {
     pub before: usize,
     /// The program behind `{rowscan}`.
     pub program: Option<PathBuf>,
+    /// Who looks at the runs.
+    pub onlooker: Option<Arc<dyn Onlooker>>,
 }
 
 /// Why nothing could be tried.
@@ -159,7 +163,7 @@ async fn run_in(
     faults: &[ScenarioFault],
 ) -> Result<RunRecord, String> {
     fresh(&folder).map_err(|cause| format!("cannot make {}: {cause}", folder.display()))?;
-    Ok(runner::run(scenario, seed, &folder, (faults, options.program.as_deref())).await)
+    Ok(runner::run(scenario, seed, &folder, (faults, options)).await)
 }
 
 /// What is known of a run once it is over.

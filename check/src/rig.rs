@@ -12,15 +12,15 @@ use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{
-    Emulator, EmulatorConfig, EndWhen, Hold, Rig, Running, SerialConfig, SerialEmulator, StageRow,
-    faulty_wire, pause_slack,
+    Counting, Emulator, EmulatorConfig, EndWhen, Hold, LineWatch, Rig, Running, SerialConfig, SerialEmulator,
+    StageRow, faulty_wire, pause_slack,
 };
 use rowscan_faults::{FaultControl, Language, Medium};
 use rowscan_ports::Pty;
 use rowscan_protocol::device::{DialectPolicy, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::Model;
-use rowscan_recording::StreamKind;
+use rowscan_recording::{StreamKind, Taps};
 use rowscan_scenes::files::load_scene;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::Tractor;
@@ -30,7 +30,9 @@ use crate::fault::ScenarioFault;
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
 use crate::journal::Journal;
+use crate::onlooker::{Onlooker, SeenRun, SeenScanner};
 use crate::scenario::{DeviceKind, DeviceSpec, End, Mode, PortSpec, Scenario};
+use crate::verdict::name_of;
 use crate::witness::Witness;
 
 /// Why a rig cannot be, in words: each is a verdict of its own.
@@ -54,6 +56,8 @@ pub(crate) struct Bench {
     pub(crate) frames: Frames,
     emulators: Vec<Scanner>,
     _driving: JoinSet<()>,
+    /// Who looks at it, until it is over.
+    _seen: Option<Box<dyn Send>>,
 }
 
 /// Grows the scenario's orchard; the seed that counts.
@@ -71,7 +75,7 @@ impl Bench {
         scenario: &Scenario,
         stage: Stage,
         folder: &Path,
-        faults: &[ScenarioFault],
+        (faults, onlooker): (&[ScenarioFault], Option<&dyn Onlooker>),
     ) -> Result<Self, Failure> {
         let scale = scenario.clock.scale.map_or(TimeScale::Max, TimeScale::Paced);
         let tractor = stage.tractor();
@@ -89,10 +93,29 @@ impl Bench {
         let witness = Witness::new(journal.clone());
         let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
         let (control, events) = FaultControl::new(stage.scene.seed, rig.clock(), Some(row));
-        let (mut emulators, frames) = (Vec::new(), Frames::default());
+        let look = onlooker.map(|onlooker| onlooker.come(rig.clock()));
+        let taps = look.as_ref().map_or_else(Taps::default, |look| look.taps()).and(witness.taps());
+        let (mut emulators, mut seen, frames) = (Vec::new(), Vec::new(), Frames::default());
         for device in &scenario.devices {
-            let wiring = Wiring { rig: &mut rig, stage: &stage, scale, witness: &witness, control: &control };
-            emulators.push(wiring.add(device, folder, &mut places).await?);
+            let lines = LineWatch::default();
+            let wiring = Wiring {
+                rig: &mut rig,
+                stage: &stage,
+                scale,
+                witness: &witness,
+                control: &control,
+                taps: &taps,
+                lines: &lines,
+            };
+            let emulator = wiring.add(device, folder, &mut places).await?;
+            seen.push(SeenScanner {
+                id: device.id.clone(),
+                number: device.scanner,
+                model: device.kind.model(),
+                lines,
+                counting: emulator.counting(),
+            });
+            emulators.push(emulator);
         }
         for port in &scenario.buses {
             add_bus(&mut rig, (&stage, &frames), port, folder, &mut places).await?;
@@ -110,6 +133,16 @@ impl Bench {
         witness.beside(desk.clone());
         let mut driving = JoinSet::new();
         driving.spawn(desk.clone().drive());
+        let seen = look.map(|look| {
+            look.begin(SeenRun {
+                title: format!("rowscan check {}, seed {}", name_of(&scenario.path), stage.scene.seed),
+                stage: &stage,
+                tractor: tractor.clone(),
+                clock: rig.clock(),
+                control: rig.control(),
+                scanners: seen,
+            })
+        });
         let running = rig.run();
         Ok(Self {
             stage,
@@ -123,6 +156,7 @@ impl Bench {
             frames,
             emulators,
             _driving: driving,
+            _seen: seen,
         })
     }
 
@@ -143,10 +177,17 @@ fn end(end: End) -> EndWhen {
 /// A scanner that is set up; dropping it ends it.
 enum Scanner {
     Cola(Emulator),
-    Lms2xx(#[expect(dead_code, reason = "it is kept for as long as the run")] SerialEmulator),
+    Lms2xx(SerialEmulator),
 }
 
 impl Scanner {
+    fn counting(&self) -> Counting {
+        match self {
+            Self::Cola(emulator) => Counting::Cola(emulator.counter()),
+            Self::Lms2xx(emulator) => Counting::Lms2xx(Box::new(emulator.counting())),
+        }
+    }
+
     fn missed(&self) -> u64 {
         match self {
             Self::Cola(emulator) => emulator.counts().scans_missed,
@@ -163,6 +204,10 @@ struct Wiring<'a> {
     scale: TimeScale,
     witness: &'a Witness,
     control: &'a FaultControl,
+    /// Where copies of all bytes go.
+    taps: &'a Taps,
+    /// Where its lines can be watched.
+    lines: &'a LineWatch,
 }
 
 impl Wiring<'_> {
@@ -172,7 +217,7 @@ impl Wiring<'_> {
         folder: &Path,
         places: &mut BTreeMap<String, String>,
     ) -> Result<Scanner, Failure> {
-        let as_fitted = rig_with(&self.stage.rig, spec.scanner, spec.kind.model());
+        let as_fitted = rig_with(&self.stage.rig, spec.scanner, spec.kind.model().name());
         let reading = Reading::of(Some(&as_fitted), spec.scanner, true, CalibrationChoice::OfRig)?;
         self.witness.watch(&spec.id, reading.pipeline);
         match &spec.kind {
@@ -201,7 +246,8 @@ impl Wiring<'_> {
         });
         let config = EmulatorConfig {
             time_scale: self.scale,
-            taps: self.witness.taps(),
+            taps: self.taps.clone(),
+            lines: Some(self.lines.clone()),
             stream: Some(spec.id.clone()),
             faults: Some(self.control.stream(&spec.id, Medium::Tcp, Language::Cola)),
             dialects: match start {
@@ -228,9 +274,13 @@ impl Wiring<'_> {
         };
         let set_up = self.stage.serial_scanner_on(&self.rig.tractor(), spec.scanner, model, options)?;
         let faults = self.control.stream(&spec.id, Medium::Wire, Language::Lms2xx);
-        let tap = self.witness.taps().open(&spec.id, StreamKind::Lms2xx);
+        let tap = self.taps.open(&spec.id, StreamKind::Lms2xx);
         let wire = faulty_wire(Box::new(pty), &faults, tap);
-        let config = SerialConfig { stream: Some(spec.id.clone()), ..SerialConfig::at(self.scale) };
+        let config = SerialConfig {
+            stream: Some(spec.id.clone()),
+            lines: Some(self.lines.clone()),
+            ..SerialConfig::at(self.scale)
+        };
         Ok(self.rig.lms2xx(set_up.0, set_up.1, wire, config))
     }
 }

@@ -9,6 +9,7 @@ use rowscan_emulator::{Hold, StageRow};
 use rowscan_protocol::time::SimTime;
 use tokio::task::JoinSet;
 
+use crate::check::Options;
 use crate::child::{Child, Start};
 use crate::clock::{self, Stopwatch};
 use crate::fault::{Pause, ScenarioFault};
@@ -55,12 +56,12 @@ pub(crate) struct ChildRecord {
     pub(crate) matches: BTreeMap<usize, Vec<SimTime>>,
 }
 
-/// Runs `scenario` once with `seed`, in `folder`, with these of its faults; `program` is what `{rowscan}` stands for.
+/// Runs `scenario` once with `seed`, in `folder`, with these of its faults.
 pub(crate) async fn run(
     scenario: &Scenario,
     seed: Option<u64>,
     folder: &Path,
-    (faults, program): (&[ScenarioFault], Option<&Path>),
+    (faults, options): (&[ScenarioFault], &Options),
 ) -> RunRecord {
     let stopwatch = Stopwatch::start();
     let mut record = RunRecord {
@@ -78,7 +79,7 @@ pub(crate) async fn run(
         fault_acts: BTreeMap::new(),
         truth: None,
     };
-    if let Err(failure) = drive(scenario, seed, folder, (faults, program, &mut record)).await {
+    if let Err(failure) = drive(scenario, seed, folder, (faults, options, &mut record)).await {
         record.error = Some(failure.to_string());
     }
     record.wall_s = stopwatch.elapsed().as_secs_f64();
@@ -89,15 +90,18 @@ async fn drive(
     scenario: &Scenario,
     seed: Option<u64>,
     folder: &Path,
-    (faults, program, record): (&[ScenarioFault], Option<&Path>, &mut RunRecord),
+    (faults, options, record): (&[ScenarioFault], &Options, &mut RunRecord),
 ) -> Result<(), Failure> {
     let stage = rig::grow(scenario, seed)?;
     record.seed = stage.scene.seed;
-    let mut bench = Bench::start(scenario, stage, folder, faults).await?;
+    let mut bench = Bench::start(scenario, stage, folder, (faults, options.onlooker.as_deref())).await?;
     let journal = bench.journal.clone();
     record.journal = Some(journal.clone());
     let mut children = Vec::new();
-    let program = program.map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
+    let program = options
+        .program
+        .as_deref()
+        .map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
     bench.places.extend(program);
     let pauses = pauses(scenario, &bench, faults)?;
     let Bench { running, places, hold, desk, frames, .. } = &mut bench;

@@ -23,7 +23,7 @@ const HEAD_BYTES: usize = 16 * 1024;
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
-    _tasks: JoinSet<()>,
+    tasks: JoinSet<()>,
 }
 
 /// Why nothing can be served.
@@ -69,7 +69,21 @@ impl Server {
             guarded.layer(middleware::from_fn_with_state(guard(&address), guard::check)).merge(public);
         let mut tasks = JoinSet::new();
         tasks.spawn(accept(listener, routes, connections));
-        Ok(Self { address, _tasks: tasks })
+        Ok(Self { address, tasks })
+    }
+
+    /// Whether `address` is to be had now; the port that it has, where 0 is asked for.
+    ///
+    /// # Errors
+    /// It is not.
+    pub async fn vacant(address: &str) -> Result<SocketAddr, ServerError> {
+        let refused = |cause| ServerError { address: address.to_owned(), cause };
+        TcpListener::bind(address).await.and_then(|listener| listener.local_addr()).map_err(refused)
+    }
+
+    /// Serves no longer: when this returns, its address is free.
+    pub async fn close(mut self) {
+        self.tasks.shutdown().await;
     }
 
     /// Where it listens.

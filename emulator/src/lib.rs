@@ -27,6 +27,7 @@
 mod bus_output;
 pub mod clock;
 mod connection;
+mod counting;
 mod end;
 mod fault_clock;
 mod fault_source;
@@ -71,6 +72,7 @@ mod timeline;
 mod turns;
 mod view;
 
+pub use counting::Counting;
 pub use end::EndWhen;
 pub use faulty_wire::faulty_wire;
 pub use hold::Hold;

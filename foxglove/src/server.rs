@@ -87,6 +87,14 @@ impl FoxgloveServer {
         Ok(Self { serving, address })
     }
 
+    /// Serves no longer: when this returns, its clients have been told and its address is free.
+    pub async fn close(self) {
+        let handle = self.serving.lock().take();
+        if let Some(handle) = handle {
+            handle.stop().wait().await;
+        }
+    }
+
     /// Where it listens.
     pub fn address(&self) -> SocketAddr {
         self.address

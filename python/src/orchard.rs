@@ -57,7 +57,9 @@ pub(crate) fn scene(name: &str, seed: Option<u64>, optics: Option<&str>) -> Resu
 
 /// Grows a scene.
 pub(crate) fn grown(py: Python<'_>, scene: Scene) -> PyResult<Arc<Stage>> {
-    wait::for_work(py, "grow the orchard", move || Ok(Arc::new(Stage::grow(scene, &|_, _| {}).map_err(Refusal::Grow)?)))
+    wait::for_work(py, "grow the orchard", move || {
+        Ok(Arc::new(Stage::grow(scene, &|_, _| {}).map_err(Refusal::Grow)?))
+    })
 }
 
 /// A column of cells, and its number for a cell.

@@ -107,13 +107,13 @@ fn found(stage: &Arc<Stage>, row: usize, settings: &ScanSettings, points: bool) 
     Ok(Found { scanned, ranges_m, swept, y_m, points: all })
 }
 
-fn kind_named(name: &str) -> Result<ScanKind, Failure> {
+fn kind_named(name: &str) -> Result<ScanKind, Refusal> {
     let unknown =
         || Refusal::Usage(format!("kind: expected one of {}, found `{name}`", ScanKind::NAMES.join(", ")));
     ScanKind::from_name(name).ok_or_else(unknown)
 }
 
-fn sampling_named(name: &str) -> Result<Sampling, Failure> {
+fn sampling_named(name: &str) -> Result<Sampling, Refusal> {
     let unknown =
         || Refusal::Usage(format!("sampling: expected {}, found `{name}`", Sampling::NAMES.join(" or ")));
     let known = Sampling::ALL.iter().zip(Sampling::NAMES).find(|(_, known)| **known == name);

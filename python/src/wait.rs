@@ -83,7 +83,9 @@ fn for_future_by<T, F>(
     py: Python<'_>,
     what: &'static str,
     make: impl FnOnce() -> F + Send + 'static,
-    block_on: impl FnOnce(Pin<Box<dyn Future<Output = Result<T, Failure>>>>) -> Result<T, Failure> + Send + 'static,
+    block_on: impl FnOnce(Pin<Box<dyn Future<Output = Result<T, Failure>>>>) -> Result<T, Failure>
+    + Send
+    + 'static,
 ) -> PyResult<T>
 where
     T: Send + 'static,

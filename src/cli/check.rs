@@ -1,14 +1,17 @@
 //! `rowscan check`
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use rowscan_check::{Options, Tried, Verdict, report, worst};
+use rowscan_check::{Onlooker, Options, Tried, Verdict, report, worst};
 use tokio::sync::watch;
 
 use super::check_jobs::Jobs;
+use super::check_page::CheckPage;
 use super::interrupt::Interrupt;
 use super::output::{print, printable, say, write_file};
-use super::{Failure, Outcome};
+use super::web::WebArgs;
+use super::{Failure, Format, Outcome};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -39,6 +42,8 @@ pub(super) struct Args {
     /// List what can be expected, as docs/bench.md has it, and do nothing else
     #[arg(long)]
     markdown: bool,
+    #[command(flatten)]
+    web: WebArgs,
 }
 
 /// How verdicts are written to standard output.
@@ -61,6 +66,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         print(&rowscan_check::what::markdown())?;
         return Ok(Outcome::Done);
     }
+    let onlooker = args.onlooker().await?;
     let mut interrupt = Interrupt::watch()?;
     let (cancel, cancelled) = watch::channel(false);
     if args.format == CheckFormat::Record {
@@ -71,7 +77,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             let _ = cancel.send(true);
         });
     }
-    let trying = args.try_all(cancelled);
+    let trying = args.try_all(cancelled, onlooker);
     tokio::pin!(trying);
     let (tried, signal) = tokio::select! {
         tried = &mut trying => (tried, None),
@@ -102,8 +108,28 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 impl Args {
+    /// Who looks at the runs, if the page is asked for and can be had.
+    async fn onlooker(&self) -> Result<Option<Arc<dyn Onlooker>>, Failure> {
+        if !self.web.is_given() {
+            return Ok(None);
+        }
+        if self.jobs > 1 {
+            return Err(Failure::Usage(format!(
+                "--web shows one run at a time: expected -j 1, found -j {}",
+                self.jobs
+            )));
+        }
+        let web = self.web.clone().settled().await?;
+        let format = if self.format == CheckFormat::Jsonl { Format::Jsonl } else { Format::Table };
+        Ok(Some(Arc::new(CheckPage::new(web, format))))
+    }
+
     /// Tries all scenarios, and tells each that is done; what was done when it was cancelled.
-    async fn try_all(&self, cancelled: watch::Receiver<bool>) -> Result<Vec<Tried>, Failure> {
+    async fn try_all(
+        &self,
+        cancelled: watch::Receiver<bool>,
+        onlooker: Option<Arc<dyn Onlooker>>,
+    ) -> Result<Vec<Tried>, Failure> {
         let format = self.format;
         let mut told = Ok(());
         let mut tell = move |tried: &Tried| {
@@ -127,6 +153,7 @@ impl Args {
             keep: self.keep.clone(),
             before: self.before,
             program: std::env::current_exe().ok(),
+            onlooker,
         };
         let scenarios = self.scenarios.clone();
         // A thread of its own, for as long as it takes: children die with it.

@@ -4,6 +4,7 @@ mod blocking;
 mod bus;
 mod check;
 mod check_jobs;
+mod check_page;
 mod client_limits;
 mod completions;
 mod control;

@@ -17,6 +17,7 @@ mod blindness;
 mod calibrations;
 mod captures;
 mod check;
+mod check_page;
 mod class_studies;
 mod client_limits;
 mod control;

@@ -18,7 +18,7 @@ const CONNECTIONS: usize = BROWSERS * 4;
 #[derive(Debug)]
 pub struct Web {
     server: Server,
-    _camera: JoinSet<()>,
+    camera: JoinSet<()>,
 }
 
 impl Web {
@@ -45,7 +45,13 @@ impl Web {
         let server = Server::open(address, served, guard).await?;
         let mut camera = JoinSet::new();
         camera.spawn(expose(show, bench, seats, exposed));
-        Ok(Self { server, _camera: camera })
+        Ok(Self { server, camera })
+    }
+
+    /// Serves it no longer: when this returns, its address is free.
+    pub async fn close(mut self) {
+        self.camera.shutdown().await;
+        self.server.close().await;
     }
 
     /// Where it listens.

@@ -11,7 +11,7 @@ use std::time::Duration;
 use rowscan_emulator::lockstep::Ack;
 use rowscan_protocol::device::{Profile, Start};
 use rowscan_protocol::lms2xx::{self, Rate};
-use rowscan_protocol::model::Model;
+use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_strict_toml::{TomlError, from_toml};
 
 pub use expect::{Bounds, Expect};
@@ -120,11 +120,11 @@ pub enum DeviceKind {
 }
 
 impl DeviceKind {
-    /// Name of its model.
-    pub fn model(&self) -> &'static str {
+    /// Its model.
+    pub fn model(&self) -> AnyModel {
         match self {
-            Self::Cola { model, .. } => model.name,
-            Self::Lms2xx { model, .. } => model.name,
+            Self::Cola { model, .. } => (*model).into(),
+            Self::Lms2xx { model, .. } => (*model).into(),
         }
     }
 }

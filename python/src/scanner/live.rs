@@ -12,8 +12,8 @@ use rowscan_bus::tractor::TractorEcu;
 use rowscan_emulator::clock::Timer;
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{
-    Counter, Emulator, EmulatorConfig, Rig, RigControl, Running, SerialConfig, SerialCounts, SerialEmulator,
-    StageRow, faulty_wire, pause_slack,
+    Counting, Emulator, EmulatorConfig, Rig, RigControl, Running, SerialConfig, SerialEmulator, StageRow,
+    faulty_wire, pause_slack,
 };
 use rowscan_faults::{FaultControl, FaultEvents, Language, Medium, StreamFaults};
 use rowscan_ports::Pty;
@@ -50,12 +50,6 @@ pub(super) struct Stream {
     pub(super) model: AnyModel,
     pub(super) counts: Counting,
     _device: Device,
-}
-
-/// Tells what a scanner has done.
-pub(super) enum Counting {
-    Cola(Counter),
-    Lms2xx(Box<dyn Fn() -> SerialCounts + Send + Sync>),
 }
 
 /// What is kept for as long as the scanner runs.

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use rowscan_emulator::Counting;
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
 use tokio::runtime::{Builder, Runtime};
@@ -17,7 +18,7 @@ use tokio::runtime::{Builder, Runtime};
 use crate::failure::{Failure, Refusal};
 use crate::orchard::{SceneOf, grown};
 use crate::{document, wait};
-use live::{Counting, Goal, Live, Way};
+use live::{Goal, Live, Way};
 use log::Log;
 use order::{OneOrMore, Order, Pace, Place};
 
@@ -60,7 +61,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Scanner {
     /// Does something with the running rig.
-    fn with<T>(&self, f: impl FnOnce(&Live) -> T) -> Result<T, Failure> {
+    fn with<T>(&self, f: impl FnOnce(&Live) -> T) -> Result<T, Refusal> {
         lock(&self.running).as_ref().map(|served| f(&served.live)).ok_or(Refusal::NotRunning)
     }
 
@@ -124,7 +125,7 @@ impl Scanner {
     }
 }
 
-fn patience(seconds: f64) -> Result<Duration, Failure> {
+fn patience(seconds: f64) -> Result<Duration, Refusal> {
     Duration::try_from_secs_f64(seconds).map_err(|_| {
         Refusal::Usage(format!("timeout: expected a number of seconds from 0 on, found {seconds}"))
     })

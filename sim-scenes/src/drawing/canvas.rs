@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use super::silhouette::Silhouette;
+
 /// Leaf area behind a cell, over the cell's own area, from which each shade begins.
 const SHADES: [(f64, &str); 5] =
     [(0.05, "#e3f0d3"), (0.4, "#bfdd9c"), (1.0, "#8fc063"), (2.0, "#5f9a3c"), (4.0, "#376b22")];
@@ -23,6 +25,10 @@ pub(super) struct Canvas {
     dots: BTreeMap<[u8; 3], Vec<bool>>,
     /// By colour and thickness in tenths of a pixel.
     lines: BTreeMap<([u8; 3], u32), String>,
+    /// Filled shapes from the back to the front, millimetres from the upper left corner.
+    shapes: Vec<([u8; 3], String)>,
+    /// What stands behind the title.
+    note: Option<String>,
 }
 
 impl Canvas {
@@ -64,6 +70,8 @@ impl Canvas {
             area_m2: vec![0.0; columns * rows],
             dots: BTreeMap::new(),
             lines: BTreeMap::new(),
+            shapes: Vec::new(),
+            note: None,
         })
     }
 
@@ -102,6 +110,33 @@ impl Canvas {
         // A level line keeps a length that is seen; writing to a string cannot fail.
         let path = self.lines.entry((colour, tenths)).or_default();
         let _ = write!(path, "M{x1:.0} {y1:.0}L{x2:.0} {y2:.0}");
+    }
+
+    /// Words behind the title.
+    pub(super) fn note(&mut self, words: String) {
+        self.note = Some(words);
+    }
+
+    /// Fills a silhouette, to the millimetre, over what is filled already.
+    pub(super) fn fill(&mut self, silhouette: &Silhouette, colour: [u8; 3]) {
+        let mut path = String::new();
+        for contour in &silhouette.contours {
+            let mut last: Option<[i64; 2]> = None;
+            for point in contour {
+                let [x, y] = self.on_paper(*point).map(|px| (1000.0 * px / self.scale_px).round() as i64);
+                // Writing to a string cannot fail. Steps from point to point are short.
+                let _ = match last {
+                    None => write!(path, "M{x} {y}l"),
+                    Some([x0, y0]) if [x0, y0] == [x, y] => Ok(()),
+                    Some([x0, y0]) => write!(path, "{} {} ", x - x0, y - y0),
+                };
+                last = Some([x, y]);
+            }
+            path.push('z');
+        }
+        if !path.is_empty() {
+            self.shapes.push((colour, path));
+        }
     }
 
     /// Pixels from the upper left corner.
@@ -145,8 +180,10 @@ impl Canvas {
     /// The group of this view, its corner at (`x_px`, `y_px`), its title above.
     pub(super) fn write(&self, title: &str, x_px: f64, y_px: f64) -> String {
         let (width, height) = self.size_px();
-        let mut text =
-            format!("<g transform=\"translate({x_px:.0} {y_px:.0})\">\n<text y=\"-6\">{title}</text>\n");
+        let note = self.note.as_ref().map(|note| format!("; {note}")).unwrap_or_default();
+        let mut text = format!(
+            "<g transform=\"translate({x_px:.0} {y_px:.0})\">\n<text y=\"-6\">{title}{note}</text>\n"
+        );
         let mut raster = String::new();
         let cell_m2 = self.cell_m * self.cell_m;
         for (place, (from, colour)) in SHADES.iter().enumerate() {
@@ -159,6 +196,14 @@ impl Canvas {
             path(&mut dots, &self.runs(|cell| painted.get(cell) == Some(&true)), &hex(*colour));
         }
         text.push_str(&self.raster(&raster));
+        for (colour, path) in &self.shapes {
+            let scale = self.scale_px / 1000.0;
+            let _ = writeln!(
+                text,
+                "<path fill=\"{}\" fill-rule=\"evenodd\" transform=\"scale({scale})\" d=\"{path}\"/>",
+                hex(*colour)
+            );
+        }
         for ((colour, tenths), path) in &self.lines {
             let _ = writeln!(
                 text,

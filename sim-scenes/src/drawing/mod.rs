@@ -1,19 +1,26 @@
 //! An orchard, and a scan over it, drawn from front, side and above: SVG, to look at before one trusts.
 //!
 //! Leaves are drawn as the leaf area behind each cell of a raster, in five shades; wood, posts and wires as lines of their thickness;
-//! returns of a scan as coloured cells. So the file stays small whatever the number of leaves.
+//! returns of a scan as coloured cells. So the file stays small whatever the number of leaves. Or leaves and wood are drawn as silhouettes in their real
+//! outlines, with the area that they cover.
 
 mod canvas;
 mod pen;
 mod rig;
+mod silhouette;
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
 
 use crate::caster::Class;
 use crate::exchange::mesh::Material;
 use crate::orchard::Orchard;
-use crate::organ::{Cylinder, Facet, Tree};
+use crate::organ::{Cylinder, Facet, Leaf, Tree};
 use crate::support::{Support, SupportKind};
 use canvas::Canvas;
 pub use rig::{Rows, apart_words, draw_rig, mount_words};
+use silhouette::{Contour, Silhouette};
 
 /// What is drawn, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +31,13 @@ pub struct Drawing {
     pub scale_px: f64,
     /// Places of every row that are drawn, from the first.
     pub trees: usize,
+    /// Leaves and wood as silhouettes in their real outlines, to the millimetre, instead of cells.
+    pub outlines: bool,
 }
 
 impl Default for Drawing {
     fn default() -> Self {
-        Self { cell_m: 0.05, scale_px: 60.0, trees: usize::MAX }
+        Self { cell_m: 0.05, scale_px: 60.0, trees: usize::MAX, outlines: false }
     }
 }
 
@@ -49,6 +58,37 @@ struct View {
     up: usize,
     along: usize,
 }
+
+impl View {
+    fn on_paper(self, point: [f64; 3]) -> [f64; 2] {
+        [point[self.right], point[self.up]]
+    }
+
+    /// What a cylinder covers: its end, moved from its base to its tip.
+    fn outline(self, piece: &Cylinder) -> Contour {
+        let (base, tip) = (DVec3::from_array(piece.base()), DVec3::from_array(piece.tip()));
+        let (across, along) = (tip - base).normalize_or(DVec3::Z).any_orthonormal_pair();
+        let radius = piece.radius_m();
+        let rim = |corner: usize| {
+            let (sine, cosine) = (std::f64::consts::TAU * corner as f64 / RIM as f64).sin_cos();
+            DVec2::from_array(self.on_paper((radius * (cosine * across + sine * along)).to_array()))
+        };
+        let [base, tip] = [base, tip].map(|end| DVec2::from_array(self.on_paper(end.to_array())));
+        // The rim runs one way or the other around, as seen.
+        let turn = rim(0).perp_dot(rim(1)).signum();
+        let sides = (0..RIM).map(|corner| (rim(corner), rim(corner + 1)));
+        let at = |(from, to): (DVec2, DVec2)| {
+            if turn * (to - from).perp_dot(tip - base) < 0.0 { tip } else { base }
+        };
+        sides
+            .flat_map(|(from, to)| [at((from, to)) + from, at((from, to)) + to])
+            .map(|point| point.to_array())
+            .collect()
+    }
+}
+
+/// Corners of a cylinder's rim.
+const RIM: usize = 16;
 
 const VIEWS: [View; 3] = [
     View { title: "front: as the scanner looks", right: 1, up: 2, along: 0 },
@@ -135,9 +175,30 @@ impl Shown<'_> {
 }
 
 fn paint(view: View, shown: &Shown<'_>, dots: &[Dot], drawing: &Drawing) -> Option<Canvas> {
-    let on_paper = |point: [f64; 3]| [point[view.right], point[view.up]];
+    let on_paper = |point: [f64; 3]| view.on_paper(point);
     let points = shown.points(view).map(on_paper);
     let mut canvas = Canvas::around(points, view.up == 2, (drawing.cell_m, drawing.scale_px))?;
+    if drawing.outlines {
+        fill(&mut canvas, view, shown);
+    } else {
+        shade(&mut canvas, view, shown);
+    }
+    for (kind, [base, tip], radius_m) in shown.supports() {
+        let colour = match kind {
+            SupportKind::Post => Material::Post.rgb(),
+            SupportKind::Wire => Material::Wire.rgb(),
+        };
+        canvas.line(on_paper(base), on_paper(tip), 2.0 * radius_m, colour);
+    }
+    for dot in dots.iter().filter(|dot| dot.at[1] <= shown.reach_m) {
+        canvas.dot(on_paper(dot.at), colour_of(dot.class));
+    }
+    Some(canvas)
+}
+
+/// Leaf area by cells, and the thickest wood as lines.
+fn shade(canvas: &mut Canvas, view: View, shown: &Shown<'_>) {
+    let on_paper = |point: [f64; 3]| view.on_paper(point);
     for tree in shown.trees {
         for leaf in &tree.leaves {
             // A leaf's area as seen, spread over its vertices and its middle.
@@ -161,17 +222,24 @@ fn paint(view: View, shown: &Shown<'_>, dots: &[Dot], drawing: &Drawing) -> Opti
         let thick_m = 2.0 * piece.radius_m();
         canvas.line(on_paper(piece.base()), on_paper(piece.tip()), thick_m, Material::Wood.rgb());
     }
-    for (kind, [base, tip], radius_m) in shown.supports() {
-        let colour = match kind {
-            SupportKind::Post => Material::Post.rgb(),
-            SupportKind::Wire => Material::Wire.rgb(),
-        };
-        canvas.line(on_paper(base), on_paper(tip), 2.0 * radius_m, colour);
+}
+
+/// Wood, leaves and the rest as silhouettes, one over the other.
+fn fill(canvas: &mut Canvas, view: View, shown: &Shown<'_>) {
+    let polygon =
+        |polygon: &Leaf| -> Contour { polygon.outline().iter().map(|point| view.on_paper(*point)).collect() };
+    let wood = shown.trees.iter().flat_map(|tree| &tree.wood);
+    canvas.fill(&Silhouette::of(wood.map(|piece| view.outline(piece))), Material::Wood.rgb());
+    let leaves = Silhouette::of(shown.trees.iter().flat_map(|tree| &tree.leaves).map(polygon));
+    canvas.fill(&leaves, Material::Leaf.rgb());
+    canvas.note(format!("leaves cover {:.2} m²", leaves.area_m2()));
+    let mut facets: BTreeMap<[u8; 3], Vec<Contour>> = BTreeMap::new();
+    for facet in shown.trees.iter().flat_map(|tree| &tree.facets).chain(shown.ground(view)) {
+        facets.entry(Material::of_surface(facet.surface).rgb()).or_default().push(polygon(&facet.polygon));
     }
-    for dot in dots.iter().filter(|dot| dot.at[1] <= shown.reach_m) {
-        canvas.dot(on_paper(dot.at), colour_of(dot.class));
+    for (colour, polygons) in facets {
+        canvas.fill(&Silhouette::of(polygons.into_iter()), colour);
     }
-    Some(canvas)
 }
 
 /// Colours of returns: stronger than those of what they met.
@@ -204,6 +272,43 @@ mod tests {
         assert!(drawn.contains("#787878") && drawn.contains("#3c508c"), "posts and wires are there");
         assert!(drawn.len() < 90_000, "{} bytes", drawn.len());
         assert_eq!(drawn, draw(&orchard, &[hit], &Drawing::default()));
+    }
+
+    #[test]
+    fn outlines_tell_what_leaves_cover_and_repeat() {
+        let corners = |y: f64| vec![[0.0, y, 1.0], [0.0, y + 0.1, 1.0], [0.0, y + 0.1, 1.1], [0.0, y, 1.1]];
+        let leaf = |y: f64| Leaf::new(corners(y)).unwrap();
+        let tree = Tree { leaves: vec![leaf(0.0), leaf(0.05), leaf(0.5)], ..Tree::default() };
+        let orchard = Orchard::from_trees(vec![tree], 1.0, None, None);
+        let settings = Drawing { outlines: true, ..Drawing::default() };
+        let drawn = draw(&orchard, &[], &settings);
+        // Two of three overlap by half from the front, and none is seen from above.
+        assert!(drawn.contains("leaves cover 0.03 m²") && drawn.contains("leaves cover 0.00 m²"), "{drawn}");
+        assert!(drawn.contains("M0 ") && drawn.contains("l150 0 0 -100"), "{drawn}");
+        assert_eq!(drawn, draw(&orchard, &[], &settings));
+    }
+
+    #[test]
+    fn a_cylinder_covers_its_side_and_its_end() {
+        let covered = |tip: [f64; 3]| {
+            let piece = Cylinder::new([0.2, 0.1, 0.3], tip, 0.05).unwrap();
+            let [front, ..] = VIEWS;
+            Silhouette::of([front.outline(&piece)].into_iter()).area_m2()
+        };
+        let end_m2 = std::f64::consts::PI * 0.05 * 0.05;
+        // Across the view, along it, and halfway between.
+        for (tip, expected_m2) in [
+            ([0.2, 1.1, 0.3], 0.1),
+            ([1.2, 0.1, 0.3], end_m2),
+            ([1.2, 1.1, 0.3], 0.1 + end_m2 / f64::sqrt(2.0)),
+        ] {
+            let found_m2 = covered(tip);
+            // A rim of sixteen corners lies inside the circle.
+            assert!(
+                (0.97..=1.0 + 1e-9).contains(&(found_m2 / expected_m2)),
+                "{tip:?}: {found_m2} of {expected_m2}"
+            );
+        }
     }
 
     #[test]

@@ -1,9 +1,12 @@
 //! The scanners of the rig that are emulated.
 
+use rowscan_emulator::LineWatch;
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_protocol::model::AnyModel;
 
 use super::super::faulting::Faulting;
+use super::super::web::ShownScanner;
+use super::running::Running;
 
 /// A scanner of the rig with its model.
 pub(super) struct Fitted {
@@ -26,6 +29,12 @@ impl Fitted {
             AnyModel::Lms2xx(_) => (Medium::Wire, Language::Lms2xx),
         };
         Some(faulting?.control().stream(&self.name(), medium, language))
+    }
+
+    /// The same on the page.
+    pub(super) fn shown(&self, running: &Running, lines: LineWatch) -> ShownScanner {
+        let counting = running.counts();
+        ShownScanner { name: self.name(), number: self.index, model: self.model, lines, counting }
     }
 
     /// What faults and state call it.

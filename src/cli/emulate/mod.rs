@@ -3,17 +3,18 @@
 mod fitted;
 mod running;
 mod stand;
-mod watched;
 
 use std::sync::Arc;
 
 use rowscan_control::{Bench, Log, StateOf};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
-use rowscan_emulator::{Rig, StageRow, StartWhen, ViewError};
+use rowscan_emulator::{LineWatch, Rig, StageRow, StartWhen, ViewError};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_recording::{About, Taps};
+use tokio::runtime::Handle;
+use tokio::task::JoinSet;
 
 use super::client_limits::ClientLimitArgs;
 use super::control::{ControlArgs, Controlled};
@@ -30,12 +31,11 @@ use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
 use super::tractor_outputs::TractorOutputArgs;
 use super::truth_file::TruthArgs;
-use super::web::WebArgs;
+use super::web::{Opened, ShownRig, Watching, WebArgs};
 use super::{Failure, Format, Outcome};
 use fitted::{Fitted, which};
 use running::{Running, state_of};
 use stand::Stand;
-use watched::{Watched, Watching};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -139,7 +139,8 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     if let Some(faulting) = &faulting {
         rig.set_faults(faulting.control());
     }
-    let watching = args.web.is_given().then(|| Watching::new(fitted.len(), rig.clock()));
+    let watching = args.web.is_given().then(|| Watching::new(rig.clock()));
+    let lines: Vec<LineWatch> = watching.iter().flat_map(|_| &fitted).map(|_| LineWatch::default()).collect();
     let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
     let (mut running, mut sources) = (Vec::new(), Vec::new());
     let stand = Stand {
@@ -149,7 +150,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         fitted: &fitted,
         taps: watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps()),
         faulting: faulting.as_ref(),
-        watching: watching.as_ref(),
+        lines: &lines,
     };
     for (place, scanner) in fitted.iter().enumerate() {
         let (emulator, source) = stand.open(place, scanner, &mut rig).await?;
@@ -165,9 +166,23 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         Some(bench) => args.hand_over(bench.clone(), &rig).await?,
         None => Controlled::default(),
     };
-    let _watched = match watching.zip(bench) {
-        Some((watching, bench)) => watching.open(&args, &stage, &rig, bench, (&fitted, &running)).await?,
-        None => Watched::default(),
+    let mut watched = JoinSet::new();
+    let _opened = match watching.zip(bench) {
+        Some((watching, bench)) => {
+            let scanners = fitted.iter().zip(&running).zip(lines);
+            let shown = ShownRig {
+                title: format!("rowscan emulate {}", args.scene.name),
+                stage: &stage,
+                tractor: rig.tractor(),
+                clock: rig.clock(),
+                scanners: scanners.map(|((fitted, running), lines)| fitted.shown(running, lines)).collect(),
+            };
+            let show = watching.show(shown, &mut watched, &Handle::current());
+            let opened = args.web.open(show, Some(bench), args.format).await?;
+            opened.addresses().for_each(|address| rig.control().exclude(address));
+            opened
+        }
+        None => Opened::default(),
     };
     args.tell(&stage, &fitted, &sources);
     events::ready(args.format)?;

@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use rowscan_control::StateOf;
-use rowscan_emulator::{Emulator, SerialEmulator};
+use rowscan_emulator::{Counting, Emulator, SerialEmulator};
 use serde_json::{Map, Value, json};
 
 use super::super::client_limits;
 use super::super::events::{Counted, End};
-use super::super::web::{GaugeOf, of_cola, of_lms2xx};
 
 /// Tells what a scanner has done.
 pub(super) type CountsOf = Box<dyn Fn() -> Value + Send + Sync>;
@@ -29,23 +28,17 @@ pub(super) enum Running {
 impl Running {
     /// Tells what it has done at any time, as [`Running::end`] does.
     pub(super) fn counting(&self) -> CountsOf {
-        match self {
-            Self::Cola(emulator) => {
-                let counter = emulator.counter();
-                Box::new(move || json!(counter.counts().as_ref().map(Counted::cola)))
-            }
-            Self::Lms2xx(emulator) => {
-                let counts = emulator.counting();
-                Box::new(move || json!(Counted::lms2xx(counts())))
-            }
+        match self.counts() {
+            Counting::Cola(counter) => Box::new(move || json!(counter.counts().as_ref().map(Counted::cola))),
+            Counting::Lms2xx(counts) => Box::new(move || json!(Counted::lms2xx(counts()))),
         }
     }
 
-    /// The same for the page.
-    pub(super) fn gauge(&self) -> GaugeOf {
+    /// The same, not in words.
+    pub(super) fn counts(&self) -> Counting {
         match self {
-            Self::Cola(emulator) => of_cola(emulator),
-            Self::Lms2xx(emulator) => of_lms2xx(emulator),
+            Self::Cola(emulator) => Counting::Cola(emulator.counter()),
+            Self::Lms2xx(emulator) => Counting::Lms2xx(Box::new(emulator.counting())),
         }
     }
 

@@ -17,7 +17,6 @@ use super::super::line::{self, Opened};
 use super::Args;
 use super::fitted::Fitted;
 use super::running::Running;
-use super::watched::Watching;
 
 /// How far apart the ports of several scanners are.
 const PORTS_APART: u16 = 10;
@@ -33,7 +32,8 @@ pub(super) struct Stand<'a> {
     pub(super) fitted: &'a [Fitted],
     pub(super) taps: Taps,
     pub(super) faulting: Option<&'a Faulting>,
-    pub(super) watching: Option<&'a Watching>,
+    /// Where each one's lines can be watched; none if nobody watches.
+    pub(super) lines: &'a [LineWatch],
 }
 
 impl Stand<'_> {
@@ -49,13 +49,13 @@ impl Stand<'_> {
                 let addresses = self.addresses(place);
                 let (device, view, mut config) = self.cola(scanner, model)?;
                 config.faults = scanner.faults(self.faulting, addresses.is_empty());
-                config.lines = self.watching.and_then(|watching| watching.lines(place));
+                config.lines = self.lines.get(place).cloned();
                 let mut emulator = rig.scanner(device, view, config);
                 let source = self.listen(&mut emulator, scanner, &addresses).await?;
                 Ok((Running::Cola(emulator), source))
             }
             AnyModel::Lms2xx(model) => {
-                let lines = self.watching.and_then(|watching| watching.lines(place));
+                let lines = self.lines.get(place).cloned();
                 let (emulator, source) = self.lms2xx(scanner, model, lines, rig).await?;
                 Ok((Running::Lms2xx(emulator), source))
             }

@@ -39,6 +39,9 @@ pub(crate) struct Args {
     /// Side of a cell of the drawing, metres: larger cells make smaller files
     #[arg(long, value_name = "METRES", default_value_t = Drawing::default().cell_m, requires = "svg")]
     cell: f64,
+    /// Draw leaves and wood as silhouettes in their real outlines, with the area that leaves cover, instead of cells
+    #[arg(long, requires = "svg", conflicts_with = "cell")]
+    outlines: bool,
 }
 
 pub(super) fn season(text: &str) -> Result<Season, String> {
@@ -70,7 +73,7 @@ fn export(args: &Args, stage: &Stage) -> Result<Outcome, Failure> {
     let Some(path) = &args.svg else { return Ok(Outcome::Done) };
     let dots = args.scan.map_or_else(|| Ok(Vec::new()), |kind| scan(stage, kind))?;
     let trees = args.trees.unwrap_or(usize::MAX);
-    let settings = Drawing { cell_m: args.cell, trees, ..Drawing::default() };
+    let settings = Drawing { cell_m: args.cell, trees, outlines: args.outlines, ..Drawing::default() };
     let drawn = drawing::draw(&stage.orchard, &dots, &settings);
     if path.as_os_str() == "-" {
         output::print(&drawn)?;

@@ -13,7 +13,7 @@ use super::super::events::End;
 use super::super::faulting::Faulting;
 use super::super::output::say;
 use super::super::tractor_outputs::{open_bus, open_nmea};
-use super::super::web::{GaugeOf, of_cola, of_lms2xx};
+use super::super::web::{GaugeOf, gauge_of};
 use super::super::{Failure, Format};
 use super::Args;
 use super::seats::{Place, Seat, Sort};
@@ -23,8 +23,8 @@ use rowscan_emulator::replay::{
     Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
 };
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator, faulty_wire,
-    pause_slack,
+    Bound, Counting, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator,
+    faulty_wire, pause_slack,
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_ports::{NetLine, Pty, Wire};
@@ -72,8 +72,8 @@ impl Live {
     /// The same for the page.
     pub(super) fn gauge(&self) -> GaugeOf {
         match self {
-            Self::Cola(emulator) => of_cola(emulator),
-            Self::Lms2xx(emulator) => of_lms2xx(emulator),
+            Self::Cola(emulator) => gauge_of(Counting::Cola(emulator.counter())),
+            Self::Lms2xx(emulator) => gauge_of(Counting::Lms2xx(Box::new(emulator.counting()))),
             Self::Beside => Box::new(ScannerGauge::default),
         }
     }

@@ -5,10 +5,11 @@ mod meter;
 mod rig_gauges;
 mod scans;
 mod talk;
+mod watching;
 
 use std::net::SocketAddr;
 
-use rowscan_control::Bench;
+use rowscan_control::{Bench, Server};
 use rowscan_foxglove::FoxgloveServer;
 use rowscan_web::{Show, Web};
 
@@ -19,9 +20,10 @@ use super::{Failure, Format};
 
 pub(super) use feed::{Feed, Feeds};
 pub(super) use meter::Meter;
-pub(super) use rig_gauges::{GaugeOf, RigGauges, of_cola, of_lms2xx};
+pub(super) use rig_gauges::{GaugeOf, RigGauges, gauge_of};
 pub(super) use scans::Scans;
 pub(super) use talk::Talk;
+pub(super) use watching::{ShownRig, ShownScanner, Watching};
 
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Page")]
@@ -50,6 +52,16 @@ pub(super) struct Opened {
 }
 
 impl Opened {
+    /// Shows it no longer: when this returns, its addresses are free.
+    pub(super) async fn close(self) {
+        if let Some(web) = self.web {
+            web.close().await;
+        }
+        if let Some(foxglove) = self.foxglove {
+            foxglove.close().await;
+        }
+    }
+
     /// Where it listens.
     pub(super) fn addresses(&self) -> impl Iterator<Item = SocketAddr> {
         let foxglove = self.foxglove.as_ref().map(FoxgloveServer::address);
@@ -66,6 +78,18 @@ impl WebArgs {
     /// The same, at `address` unless another place is asked for.
     pub(super) fn at_least(self, address: &str) -> Self {
         Self { web: self.web.or_else(|| Some(address.to_owned())), ..self }
+    }
+
+    /// The same with the ports that are had now in place of 0: pages that come one after the other are at one place.
+    ///
+    /// # Errors
+    /// An address is not to be had.
+    pub(super) async fn settled(self) -> Result<Self, Failure> {
+        let mut settled = self;
+        if let Some(place) = &mut settled.web {
+            *place = Server::vacant(place).await?.to_string();
+        }
+        Ok(settled)
     }
 
     /// Opens all that is asked for, for `show`; the page with the routes of `bench` if there is one. Announces where they are.

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rowscan_emulator::Counting;
 use rowscan_emulator::clock::SimClock;
-use rowscan_emulator::{Emulator, SerialEmulator};
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
@@ -14,26 +14,26 @@ use rowscan_web::{FixGauge, Gauges, ScannerGauge, Speeds, TractorGauge};
 /// Tells what a scanner has done.
 pub(in super::super) type GaugeOf = Box<dyn Fn() -> ScannerGauge + Send + Sync>;
 
-/// The gauge of a virtual CoLa scanner.
-pub(in super::super) fn of_cola(emulator: &Emulator) -> GaugeOf {
-    let counter = emulator.counter();
-    Box::new(move || {
-        let Some(counts) = counter.counts() else { return ScannerGauge::default() };
-        ScannerGauge {
-            scans: Some(counts.scans_sent),
-            lost: Some(counts.scans_dropped),
-            missed: Some(counts.scans_missed),
-            refused: Some(counts.connections_refused + counts.connections_silent + counts.connections_idle),
-            clients: counter.clients().map(|clients| clients as u64),
-            ..ScannerGauge::default()
+/// The gauge of a virtual scanner.
+pub(in super::super) fn gauge_of(counting: Counting) -> GaugeOf {
+    match counting {
+        Counting::Cola(counter) => Box::new(move || {
+            let Some(counts) = counter.counts() else { return ScannerGauge::default() };
+            ScannerGauge {
+                scans: Some(counts.scans_sent),
+                lost: Some(counts.scans_dropped),
+                missed: Some(counts.scans_missed),
+                refused: Some(
+                    counts.connections_refused + counts.connections_silent + counts.connections_idle,
+                ),
+                clients: counter.clients().map(|clients| clients as u64),
+                ..ScannerGauge::default()
+            }
+        }),
+        Counting::Lms2xx(counts) => {
+            Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
         }
-    })
-}
-
-/// The gauge of a virtual LMS2xx.
-pub(in super::super) fn of_lms2xx(emulator: &SerialEmulator) -> GaugeOf {
-    let counts = emulator.counting();
-    Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
+    }
 }
 
 /// How long ticks are counted for a speed.

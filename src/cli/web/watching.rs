@@ -1,0 +1,132 @@
+//! A virtual rig on the page: its scanners' lines, their talk, their numbers.
+
+use std::sync::Arc;
+
+use rowscan_emulator::clock::SimClock;
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Counting, LineWatch, LineWatcher};
+use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::Taps;
+use rowscan_scenes::CellGrid;
+use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
+use rowscan_vehicle::Tractor;
+use rowscan_web::{About, OrchardPicture, ScannerAbout, Show, TruthColumn};
+use tokio::runtime::Handle;
+use tokio::task::JoinSet;
+
+use super::{Meter, RigGauges, Talk, gauge_of};
+
+/// The cells that the page shows the truth by, metres.
+const CELLS: CellGrid = CellGrid { cell_m: 0.25, band_m: 0.25 };
+
+/// Cells along a row that are shown at most: a kilometre.
+const LONGEST: f64 = 4000.0;
+
+/// What the page is to hear, before there is one.
+pub(in super::super) struct Watching {
+    taps: Taps,
+    talk: Talk,
+}
+
+/// A rig that the page shows.
+pub(in super::super) struct ShownRig<'a> {
+    pub(in super::super) title: String,
+    pub(in super::super) stage: &'a Stage,
+    pub(in super::super) tractor: Tractor,
+    pub(in super::super) clock: Arc<SimClock>,
+    pub(in super::super) scanners: Vec<ShownScanner>,
+}
+
+/// A scanner of such a rig.
+pub(in super::super) struct ShownScanner {
+    /// As faults and state call it.
+    pub(in super::super) name: String,
+    /// Its number in the rig, from 0.
+    pub(in super::super) number: usize,
+    pub(in super::super) model: AnyModel,
+    pub(in super::super) lines: LineWatch,
+    pub(in super::super) counting: Counting,
+}
+
+impl Watching {
+    /// For scanners whose time is on `clock`.
+    pub(in super::super) fn new(clock: Arc<SimClock>) -> Self {
+        let (taps, talk) = Talk::listen(Arc::new(move || clock.now().as_secs_f64()));
+        Self { taps, talk }
+    }
+
+    /// Where bytes go.
+    pub(in super::super) fn taps(&self) -> Taps {
+        self.taps.clone()
+    }
+
+    /// What a page shows of the rig, for as long as `tasks` run.
+    pub(in super::super) fn show(self, rig: ShownRig<'_>, tasks: &mut JoinSet<()>, on: &Handle) -> Show {
+        let ShownRig { title, stage, tractor, clock, scanners } = rig;
+        let about = scanners.iter().map(|scanner| ScannerAbout {
+            name: scanner.name.clone(),
+            model: scanner.model.title().to_owned(),
+        });
+        let about = About { title, scanners: about.collect() };
+        let meters: Vec<_> = scanners.iter().map(|scanner| reading(stage, scanner)).collect();
+        let watchers: Vec<_> = scanners.iter().map(|scanner| scanner.lines.watch()).collect();
+        let gauges = RigGauges {
+            clock,
+            tractor: tractor.clone(),
+            encoder: stage.scene.encoder,
+            receiver: stage.receiver(),
+            scanners: scanners.into_iter().map(|scanner| gauge_of(scanner.counting)).collect(),
+        };
+        let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
+        if let Some((truth, period_m)) = truth(stage, &tractor) {
+            show.truth(truth, Some(period_m));
+        }
+        tasks.spawn_on(self.talk.tell(show.log()), on);
+        for (number, (lines, reading)) in watchers.into_iter().zip(meters).enumerate() {
+            let meter = reading.map(|reading| Meter::new(reading.pipeline, show.clone(), number));
+            tasks.spawn_on(follow(lines, show.clone(), number, tractor.clone(), meter), on);
+        }
+        show
+    }
+}
+
+/// Shows a scanner's lines, and measures them while the tractor drives.
+async fn follow(
+    mut lines: LineWatcher,
+    show: Show,
+    number: usize,
+    tractor: Tractor,
+    mut meter: Option<Meter>,
+) {
+    while let Some(line) = lines.next().await {
+        show.seen(number, &line);
+        let drives = tractor.began().is_some_and(|began| line.at >= began);
+        if let (Some(meter), true) = (&mut meter, drives) {
+            meter.push(&line.scan);
+        }
+    }
+}
+
+/// How a scanner's lines are measured: as `estimate --rig SCENE` would; none where that has no estimate.
+fn reading(stage: &Stage, scanner: &ShownScanner) -> Option<Reading> {
+    let rig = rig_with(&stage.rig, scanner.number, scanner.model.name());
+    Reading::of(Some(&rig), scanner.number, false, CalibrationChoice::OfRig).ok()
+}
+
+/// What stands in the row that the tractor begins beside, and after how many metres the row repeats.
+fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64)> {
+    let place = tractor.motion(SimTime::ZERO).place;
+    let row = place.alley.and_then(|alley| usize::try_from(alley.row_beside(true).0).ok()).unwrap_or(0);
+    let (length_m, cells) = (stage.orchard.length_m(), stage.orchard.cells_of_row(row, CELLS)?);
+    let column = |number: u32| {
+        let column = cells.column((f64::from(number) + 0.5) * CELLS.cell_m);
+        TruthColumn {
+            y_from_m: column.y_from_m,
+            y_to_m: column.y_to_m,
+            leaf_area_m2: column.bands.iter().map(|band| band.areas.leaf_area_m2).collect(),
+        }
+    };
+    let count = (length_m / CELLS.cell_m).ceil().min(LONGEST) as u32;
+    length_m.is_finite().then(|| ((0..count).map(column).collect(), length_m))
+}
