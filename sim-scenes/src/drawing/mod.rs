@@ -284,7 +284,7 @@ mod tests {
         let drawn = draw(&orchard, &[], &settings);
         // Two of three overlap by half from the front, and none is seen from above.
         assert!(drawn.contains("leaves cover 0.03 m²") && drawn.contains("leaves cover 0.00 m²"), "{drawn}");
-        assert!(drawn.contains("M0 ") && drawn.contains("l150 0 0 -100"), "{drawn}");
+        assert!(drawn.contains("M0 100l0 100 150 0 0 -100 z"), "{drawn}");
         assert_eq!(drawn, draw(&orchard, &[], &settings));
     }
 
