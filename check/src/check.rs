@@ -8,7 +8,7 @@ use tokio::sync::watch;
 use crate::fault::ScenarioFault;
 use crate::judge::{self, Runs};
 use crate::onlooker::Onlooker;
-use crate::runner::{self, RunRecord};
+use crate::runner::{self, Beside, RunRecord};
 use crate::scenario::{Mode, Scenario};
 use crate::verdict::{Case, Tried, Verdict, name_of, rerun};
 use crate::what::Kind;
@@ -163,7 +163,8 @@ async fn run_in(
     faults: &[ScenarioFault],
 ) -> Result<RunRecord, String> {
     fresh(&folder).map_err(|cause| format!("cannot make {}: {cause}", folder.display()))?;
-    Ok(runner::run(scenario, seed, &folder, (faults, options)).await)
+    let beside = Beside { program: options.program.as_deref(), onlooker: options.onlooker.as_deref() };
+    Ok(runner::run(scenario, seed, &folder, (faults, beside)).await)
 }
 
 /// What is known of a run once it is over.

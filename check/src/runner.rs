@@ -9,13 +9,13 @@ use rowscan_emulator::{Hold, StageRow};
 use rowscan_protocol::time::SimTime;
 use tokio::task::JoinSet;
 
-use crate::check::Options;
 use crate::child::{Child, Start};
 use crate::clock::{self, Stopwatch};
 use crate::fault::{Pause, ScenarioFault};
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
 use crate::journal::{Event, Journal};
+use crate::onlooker::Onlooker;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Bench, Failure};
 use crate::scenario::{Mode, Ready, RunSpec, Scenario};
@@ -24,6 +24,15 @@ use crate::witness::Stream;
 
 /// A pattern's number in a child's output that says it is ready: beyond those of expectations.
 const READY: usize = usize::MAX;
+
+/// What a run has beside its scenario.
+#[derive(Clone, Copy)]
+pub(crate) struct Beside<'a> {
+    /// What `{rowscan}` stands for.
+    pub(crate) program: Option<&'a Path>,
+    /// Who looks at it.
+    pub(crate) onlooker: Option<&'a dyn Onlooker>,
+}
 
 /// What one run left.
 #[derive(Debug)]
@@ -61,7 +70,7 @@ pub(crate) async fn run(
     scenario: &Scenario,
     seed: Option<u64>,
     folder: &Path,
-    (faults, options): (&[ScenarioFault], &Options),
+    (faults, beside): (&[ScenarioFault], Beside<'_>),
 ) -> RunRecord {
     let stopwatch = Stopwatch::start();
     let mut record = RunRecord {
@@ -79,7 +88,7 @@ pub(crate) async fn run(
         fault_acts: BTreeMap::new(),
         truth: None,
     };
-    if let Err(failure) = drive(scenario, seed, folder, (faults, options, &mut record)).await {
+    if let Err(failure) = drive(scenario, seed, folder, (faults, beside, &mut record)).await {
         record.error = Some(failure.to_string());
     }
     record.wall_s = stopwatch.elapsed().as_secs_f64();
@@ -90,18 +99,16 @@ async fn drive(
     scenario: &Scenario,
     seed: Option<u64>,
     folder: &Path,
-    (faults, options, record): (&[ScenarioFault], &Options, &mut RunRecord),
+    (faults, beside, record): (&[ScenarioFault], Beside<'_>, &mut RunRecord),
 ) -> Result<(), Failure> {
     let stage = rig::grow(scenario, seed)?;
     record.seed = stage.scene.seed;
-    let mut bench = Bench::start(scenario, stage, folder, (faults, options.onlooker.as_deref())).await?;
+    let mut bench = Bench::start(scenario, stage, folder, (faults, beside.onlooker)).await?;
     let journal = bench.journal.clone();
     record.journal = Some(journal.clone());
     let mut children = Vec::new();
-    let program = options
-        .program
-        .as_deref()
-        .map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
+    let program =
+        beside.program.map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
     bench.places.extend(program);
     let pauses = pauses(scenario, &bench, faults)?;
     let Bench { running, places, hold, desk, frames, .. } = &mut bench;
