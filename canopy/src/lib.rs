@@ -28,6 +28,9 @@
 //! # Ok::<(), rowscan_canopy::PipelineError>(())
 //! ```
 //!
+//! Scans come from [`rowscan-driver`](https://docs.rs/rowscan-driver), whose example `estimate_row` feeds this pipeline, or from
+//! [`rowscan-recording`](https://docs.rs/rowscan-recording). What [`Pipeline::with_estimators`] can measure besides, [`estimator`] lists.
+//!
 //! ```text
 //! scan -> counting (lost, repeated, restarts; device time) -> advance (y, weight of the line)
 //!      -> row: geometry (x, z; ground and far row removed) -> impacted area, profile, voxels: contact frequency, estimators

@@ -24,6 +24,36 @@
 //! | `recordings` | the path of a recording |
 //!
 //! A source whose feature is left out gives [`DriverError::Feature`].
+//!
+//! A recording may be ranges as text; so a test of your program needs no scanner:
+//!
+#![cfg_attr(feature = "recordings", doc = "```")]
+#![cfg_attr(not(feature = "recordings"), doc = "```ignore")]
+//! use rowscan_driver::{DriverConfig, Scanner, Source};
+//!
+//! # #[tokio::main(flavor = "current_thread")]
+//! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let path = std::env::temp_dir().join(format!("rowscan-driver-front-page-{}.csv", std::process::id()));
+//! std::fs::write(
+//!     &path,
+//!     "# rowscan ranges 1; frequency_hz 50; start_deg -45; step_deg 0.5; unit mm
+//! time_s,telegram_counter,scan_time_us,range_0,range_1,range_2
+//! 0.00,1,1000000,1523,1530,0
+//! 0.02,2,1020000,1498,1511,2042
+//! ",
+//! )?;
+//! let source = Source::Recording { path, stream: None };
+//! let mut scanner = Scanner::open(&source, DriverConfig::default()).await?;
+//! let scan = scanner.next().await?.ok_or("a scan")?.scan;
+//! assert_eq!(scan.echoes[0].range_m, [1.523, 1.530, f64::INFINITY]);
+//! # let Source::Recording { path, .. } = source else { return Ok(()) };
+//! # std::fs::remove_file(path)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The examples `print_scans`, `read_recording` and `estimate_row` are run by tests. To test against a scanner that is not there, take
+//! [`rowscan-emulator`](https://docs.rs/rowscan-emulator); what scans are worth, [`rowscan-canopy`](https://docs.rs/rowscan-canopy) says.
 
 #[cfg(not(any(feature = "tcp", feature = "serial", feature = "recordings")))]
 compile_error!("rowscan-driver opens nothing without a feature: enable `tcp`, `serial` or `recordings`");

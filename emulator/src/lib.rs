@@ -1,19 +1,33 @@
 //! A virtual SICK LMS laser scanner, served to any client: devices on endpoints, driven past a virtual orchard in simulated time.
 //!
-//! A test of another crate embeds a scanner like this:
+//! A test of your own crate embeds a scanner in ten lines (`tests/your_controller.rs`):
+//!
+//! ```no_run
+#![doc = include_str!("../tests/your_controller.rs")]
+//! ```
+//!
+//! ```toml
+//! [dev-dependencies]
+//! rowscan-emulator = { version = "0.2", features = ["files"] }
+//! tokio = { version = "1", features = ["io-util", "macros", "net", "rt"] }
+//! ```
+//!
+//! A scene can stand in the test itself, and time can run as fast as the client reads:
 //!
 //! ```
+//! use rowscan_emulator::clock::TimeScale;
+//! use rowscan_emulator::rowscan_protocol::model;
+//! use rowscan_emulator::rowscan_scenes::files::scene_from_text;
 //! use rowscan_emulator::stage::Stage;
 //! use rowscan_emulator::{Emulator, EmulatorConfig};
-//! use rowscan_protocol::model;
-//! use rowscan_scenes::files::scene_from_text;
 //!
 //! # #[tokio::main(flavor = "current_thread")]
 //! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let scene = scene_from_text("version = 1\n[orchard]\ntrees = 1\n")?;
 //! let stage = Stage::grow(scene, &|_, _| {})?;
-//! let (device, view) = stage.scanner(0, model::by_name("lms111").ok_or("no such model")?)?;
-//! let mut scanner = Emulator::start(device, view, EmulatorConfig::default());
+//! let (device, view) = stage.scanner(0, model::by_name("tim561").ok_or("no such model")?)?;
+//! let config = EmulatorConfig { time_scale: TimeScale::Max, ..EmulatorConfig::default() };
+//! let mut scanner = Emulator::start(device, view, config);
 //! let address = scanner.listen("127.0.0.1:0").await?.address;
 //! let client = tokio::net::TcpStream::connect(address).await?; // your program under test
 //! # drop(client);
@@ -23,6 +37,12 @@
 //! ```
 //!
 //! [`Rig`] joins several scanners, GNSS and CAN on one timeline. [`offline::Offline`] is the same device without sockets.
+//! [`SerialEmulator`] is an LMS2xx on a serial line or a pseudo-terminal; [`replay`] serves a recording.
+//!
+//! The client's side is [`rowscan-driver`](https://docs.rs/rowscan-driver); the program `rowscan emulate` does the same from the command line, and
+//! the Python package `rowscan` from pytest.
+
+pub use {rowscan_protocol, rowscan_scenes};
 
 mod bus_output;
 pub mod clock;

@@ -18,6 +18,9 @@
 //! # }
 //! ```
 //!
+//! Scans instead of bytes: [`ScanReader`], or [`rowscan-driver`](https://docs.rs/rowscan-driver), for which a recording is a source like a live
+//! scanner. [`McapWriter`] writes what [`rowscan-emulator`](https://docs.rs/rowscan-emulator) replays.
+//!
 //! The crate knows files and telegrams. It knows no socket, no async runtime and no clock: whoever starts a [`Recorder`] hands it one.
 //!
 //! Without the default feature `files` only [`Tap`], [`Taps`], [`Side`], [`StreamKind`] and [`Packet`] are left, and no dependency but

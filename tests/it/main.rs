@@ -27,6 +27,7 @@ mod determinism;
 mod documents;
 mod emulated_device;
 mod endings;
+mod examples;
 mod exports;
 mod fault_table;
 mod faults;
