@@ -30,31 +30,16 @@ impl Report {
 
     /// Runs both `rounds` times in turn, after one turn that does not count, and prints the best of each: on a machine with other work
     /// that is what either can do. Gives the ratio: how many times faster ours is.
-    pub fn compare(
-        &mut self,
-        case: &Case,
-        rounds: usize,
-        mut ours: impl FnMut(),
-        mut peer: impl FnMut(),
-    ) -> f64 {
-        let mut rates = [Vec::new(), Vec::new()];
-        for round in 0..=rounds {
-            for (side, rates) in rates.iter_mut().enumerate() {
-                let start = Instant::now();
-                if side == 0 {
-                    ours()
-                } else {
-                    peer()
-                }
-                let rate = case.work[side] / start.elapsed().as_secs_f64();
-                if round > 0 {
-                    rates.push(rate);
-                }
-            }
-        }
-        let [ours, peer] = rates.map(|rates| rates.into_iter().fold(0.0, f64::max));
+    pub fn compare(&mut self, case: &Case, rounds: usize, ours: impl FnMut(), peer: impl FnMut()) -> f64 {
+        let [ours, peer] = best_rates(case.work, rounds, ours, peer);
         self.more_is_better(case, ours, peer);
         ours / peer
+    }
+
+    /// As [`Self::compare`], but prints what a unit of work costs, in nanoseconds.
+    pub fn compare_costs(&mut self, case: &Case, rounds: usize, ours: impl FnMut(), peer: impl FnMut()) {
+        let [ours, peer] = best_rates(case.work, rounds, ours, peer);
+        self.less_is_better(case, 1e9 / ours, 1e9 / peer);
     }
 
     /// Prints two values of which the greater is the better.
@@ -82,4 +67,23 @@ impl Report {
         }
         println!("{name:<52} {ours:>10.2} {peer:>10.2} {ratio:>7.1}  {threads:>3}  {unit}, {of}");
     }
+}
+
+/// Units of work a second, the best of `rounds` turns.
+fn best_rates(work: [f64; 2], rounds: usize, mut ours: impl FnMut(), mut peer: impl FnMut()) -> [f64; 2] {
+    let mut rates = [0.0_f64; 2];
+    for round in 0..=rounds {
+        for (side, rate) in rates.iter_mut().enumerate() {
+            let start = Instant::now();
+            if side == 0 {
+                ours()
+            } else {
+                peer()
+            }
+            if round > 0 {
+                *rate = rate.max(work[side] / start.elapsed().as_secs_f64());
+            }
+        }
+    }
+    rates
 }

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Pose;
 use rowscan_scenes::optics::{Eye, EyeModel, OpticsSettings, RangeLimits, Stages};
-use rowscan_scenes::{BeamFan, Caster, Orchard, Return, Scratch};
+use rowscan_scenes::{BeamFan, Beams, Caster, Layers, Orchard, Return, Scratch};
 
 use crate::measure::{Case, Report};
 use crate::peer::{PARRY, Peer, before_ground};
@@ -24,15 +24,16 @@ const APART_M: f64 = 0.02;
 const QUALITIES: [(u8, &str); 4] = [(1, "3 x 5"), (2, "5 x 9"), (3, "7 x 9"), (4, "9 x 15")];
 
 /// What a line of thin beams is to cut: leaves a tree, rows.
-const CUTS: [(usize, usize); 4] = [(1_200, 1), (5_000, 1), (12_500, 1), (25_000, 5)];
+const CUTS: [(usize, usize); 4] = [(4_150, 1), (16_600, 1), (41_500, 1), (45_700, 5)];
 
 const ROW: Planting = Planting { rows: 1, trees: 10, leaves: 5_000, blade_m: 0.08, branches: 2_000 };
 
-/// Runs all cases; `--quick` leaves out rows of 50 k leaves a tree.
+/// Runs all cases; `--quick` leaves out rows of 50 k leaves a tree, `--cut` all but lines of thin beams by the leaves that they cut.
 pub fn run(report: &mut Report, arguments: &[String]) {
-    let quick = arguments.iter().any(|argument| argument == "--quick");
+    let asked = |flag: &str| arguments.iter().any(|argument| argument == flag);
+    let (quick, cuts) = (asked("--quick"), asked("--cut"));
     for leaves in [5_000, 50_000] {
-        if quick && leaves > 5_000 {
+        if cuts || quick && leaves > 5_000 {
             continue;
         }
         let blade_m = if leaves > 5_000 { 0.05 } else { 0.08 };
@@ -114,38 +115,61 @@ fn eyes(report: &mut Report, name: &str, orchard: &Orchard) {
     }
 }
 
-/// Thin beams on lines that cut so many leaves: nanoseconds a cut leaf, and beside the peer.
+/// Thin beams on lines that cut so many leaves: nanoseconds a cut leaf, beside the peer. At rest, moving by 15 mm a turn, and the first three
+/// leaves of every beam.
 fn cut(report: &mut Report, planting: Planting) {
     let orchard = planting.orchard();
     let (caster, peer, length_m) = (Caster::new(&orchard), Peer::new(&orchard), orchard.length_m());
-    let fan = BeamFan::from_degrees(-135.0, 0.25, 1081);
+    let still = BeamFan::from_degrees(-135.0, 0.25, 1081);
+    let advance_m = 0.015 / still.len() as f64;
+    let moving = still.clone().advancing(advance_m);
     let lines = [200, 40];
     let place = |line: usize| (line as f64 * 0.618_033_988_749_895).fract() * length_m;
     let leaves_cut = (0..lines[0]).map(|line| leaves_at(&orchard, place(line))).sum::<usize>() / lines[0];
-    let (mut scratch, mut out) = (Scratch::default(), vec![Return::MISS; fan.len()]);
+    let case = |what: &str| Case {
+        name: format!("{} rows, {leaves_cut} leaves cut by a line, {what}", planting.rows),
+        unit: "ns a cut leaf",
+        peer: PARRY,
+        threads: 1,
+        work: lines.map(|lines| (lines * leaves_cut) as f64),
+    };
+    let rays = |line: usize, advance_m: f64| {
+        let y_m = place(line);
+        still.directions().enumerate().map(move |(beam, (cos, sin))| {
+            let origin = [-1.9, (y_m + beam as f64 * advance_m).rem_euclid(length_m), 1.6];
+            (origin, [cos, 0.0, sin], before_ground(1.6, sin))
+        })
+    };
+    let mut scratch = Scratch::default();
+    let mut out = vec![Return::MISS; still.len()];
+    for (what, fan, advance_m) in [("at rest", &still, 0.0), ("moving", &moving, advance_m)] {
+        let ours = || {
+            for line in 0..lines[0] {
+                caster.cast(Pose { y_m: place(line), ..pose(0) }, fan, &mut scratch, &mut out);
+                black_box(&out);
+            }
+        };
+        let theirs = || {
+            for (origin, direction, most_m) in (0..lines[1]).flat_map(|line| rays(line, advance_m)) {
+                black_box(peer.nearest(origin, direction, most_m));
+            }
+        };
+        report.compare_costs(&case(what), 7, ours, theirs);
+    }
+    let (beams, mut layers) = (Beams::from(still.clone()), Layers::default());
     let ours = || {
         for line in 0..lines[0] {
-            caster.cast(Pose { y_m: place(line), ..pose(0) }, &fan, &mut scratch, &mut out);
-            black_box(&out);
+            let origin = Pose { y_m: place(line), ..pose(0) };
+            caster.cast_layers(origin, &beams, 3, &mut scratch, &mut layers);
+            black_box(&layers);
         }
     };
     let theirs = || {
-        for line in 0..lines[1] {
-            let origin = [-1.9, place(line), 1.6];
-            for (cos, sin) in fan.directions() {
-                black_box(peer.nearest(origin, [cos, 0.0, sin], before_ground(1.6, sin)));
-            }
+        for (origin, direction, most_m) in (0..lines[1]).flat_map(|line| rays(line, 0.0)) {
+            black_box(peer.layers(origin, direction, most_m));
         }
     };
-    let work = lines.map(|lines| (lines * leaves_cut) as f64 * 1e-6);
-    let case = Case {
-        name: format!("{} rows, {leaves_cut} leaves cut by a line", planting.rows),
-        unit: "M cut leaves/s",
-        peer: PARRY,
-        threads: 1,
-        work,
-    };
-    report.compare(&case, 7, ours, theirs);
+    report.compare_costs(&case("first 3 leaves"), 5, ours, theirs);
 }
 
 /// Leaves that the plane of a line cuts, images across the period's border included.
