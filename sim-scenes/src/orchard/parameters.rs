@@ -44,16 +44,16 @@ pub struct OrchardParameters {
     pub row_ends: Option<u32>,
     /// Places (counted from 0) where no tree stands, in every row or row by row.
     #[serde(skip_serializing_if = "ByRow::is_empty")]
-    #[schemars(example = [3, 7])]
+    #[schemars(example = vec![3, 7])]
     pub missing: ByRow,
     /// Places where a young tree stands, of `tree.replanted_seasons`.
     #[serde(skip_serializing_if = "ByRow::is_empty")]
-    #[schemars(example = [5])]
+    #[schemars(example = vec![5])]
     pub replanted: ByRow,
     /// Which tree grows at which place: a permutation of 0..trees, for every row or row by row. Empty: tree `i` at place `i`. The same
     /// trees in another order tell what an estimator owes to a tree and what to its neighbours.
     #[serde(skip_serializing_if = "ByRow::is_empty")]
-    #[schemars(example = [2, 0, 1])]
+    #[schemars(example = vec![2, 0, 1])]
     pub order: ByRow,
     /// Trees that differ; the preset's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
