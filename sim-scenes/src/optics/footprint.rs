@@ -1,10 +1,12 @@
 //! The footprints of a line's beams: planes and rays cast once, shared by all beams that they lie in.
 
+use pulp::{Arch, Simd, WithSimd};
 use rowscan_protocol::scan::Pose;
 
-use super::spot::{Extent, SpotGrid};
+use super::spot::{Extent, Extents, SpotGrid};
 use super::touch::Touch;
 use crate::caster::{BeamFan, Caster, Return, Scratch};
+use crate::lanes::{Lanes, Row, WIDTH};
 
 /// A place so far across the fan's plane.
 fn beside(from: Pose, fan: &BeamFan, across_m: f64) -> Pose {
@@ -22,19 +24,94 @@ pub(super) struct Footprint {
     scratch: Scratch,
     /// Plane by plane.
     returns: Vec<Return>,
-    rays: Vec<Ray>,
+    rays: Rays,
     planes: usize,
     /// Rays to each side that the widest spot of the line reaches.
     reach: usize,
 }
 
-/// A ray that met something, ready for the beams that it lies in.
-#[derive(Clone, Copy, Debug, Default)]
-struct Ray {
-    range_m: f64,
+/// Rays, plane by plane, ready for the beams that they lie in. What met nothing has no share.
+#[derive(Clone, Debug, Default)]
+struct Rays {
+    range_m: Vec<f64>,
     /// Power that comes back of a share of 1.
-    gain: f64,
-    extent: Extent,
+    gain: Vec<f64>,
+    share: Vec<f64>,
+    half_rad: Vec<f64>,
+    sweep_rad: Vec<f64>,
+}
+
+impl Rays {
+    /// Room for so many, and for reading a register from any of them on. None of them has met anything.
+    fn reset(&mut self, count: usize) {
+        let Self { range_m, gain, share, half_rad, sweep_rad } = self;
+        for list in [range_m, gain, share, half_rad, sweep_rad] {
+            list.clear();
+            list.resize(count + WIDTH, 0.0);
+        }
+    }
+
+    fn set(&mut self, ray: usize, range_m: f64, gain: f64, extent: Extent) {
+        let Extent { share, half_rad, sweep_rad } = extent;
+        let values = [range_m, gain, share, half_rad, sweep_rad];
+        let Self { range_m, gain, share, half_rad, sweep_rad } = self;
+        for (list, value) in [range_m, gain, share, half_rad, sweep_rad].into_iter().zip(values) {
+            if let Some(place) = list.get_mut(ray) {
+                *place = value;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn extents<S: Simd>(&self, simd: S, from: usize) -> Option<Extents<S>> {
+        Some(Extents {
+            share: Lanes::read(simd, &self.share, from)?,
+            half_rad: Lanes::read(simd, &self.half_rad, from)?,
+            sweep_rad: Lanes::read(simd, &self.sweep_rad, from)?,
+        })
+    }
+
+    /// What a beam met of ray `ray`, with this share of its power.
+    fn touch(&self, ray: usize, share: f64) -> Option<Touch> {
+        let (range_m, gain) = (*self.range_m.get(ray)?, *self.gain.get(ray)?);
+        Some(Touch { range_m, share, power: share * gain, ray: ray as u32 })
+    }
+}
+
+/// Gathers what a beam's parts met.
+struct Gather<'a> {
+    footprint: &'a Footprint,
+    beam: usize,
+    touches: &'a mut Vec<Touch>,
+}
+
+impl WithSimd for Gather<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { footprint: Footprint { grid, fan, margin, rays, planes, reach, .. }, beam, touches } =
+            self;
+        let first = margin + beam * grid.fold - reach;
+        let count = 2 * reach + 1;
+        for plane in 0..*planes {
+            let start = plane * fan.len() + first;
+            for from in (0..count).step_by(WIDTH) {
+                let mut shares = Row::splat(0.0);
+                for part in 0..Row::parts::<S>() {
+                    let number = from + part * S::F64_LANES;
+                    let Some(extents) = rays.extents(simd, start + number) else { break };
+                    let off = Lanes::count_from(simd, number) - Lanes::splat(simd, *reach as f64);
+                    shares.store(part, grid.weights(extents, off));
+                }
+                for (number, share) in shares.0.iter().enumerate().take(count - from) {
+                    if *share > 0.0 {
+                        touches.extend(rays.touch(start + from + number, *share));
+                    }
+                }
+            }
+        }
+    }
 }
 
 impl Footprint {
@@ -48,7 +125,7 @@ impl Footprint {
             grid,
             scratch: Scratch::default(),
             returns: Vec::new(),
-            rays: Vec::new(),
+            rays: Rays::default(),
             planes: 0,
             reach: 0,
         }
@@ -81,41 +158,27 @@ impl Footprint {
         let planes = self.grid.planes(phase);
         self.planes = planes.len();
         self.returns.resize(count * planes.len(), Return::MISS);
-        self.rays.clear();
+        self.rays.reset(count * planes.len());
         let (mut widest_rad, half_sweep_rad) = (0.0_f64, self.grid.half_sweep_rad);
+        let mut ray = 0;
         for (plane, returns) in planes.iter().zip(self.returns.chunks_exact_mut(count.max(1))) {
             let from = beside(Pose { y_m: first_m, ..origin }, &self.fan, plane.y_m);
             caster.cast(from, &self.fan, &mut self.scratch, returns);
-            self.rays.extend(returns.iter().map(|found| {
-                if !found.is_hit() {
-                    return Ray::default();
+            for found in returns {
+                if found.is_hit() {
+                    let extent = plane.extent(found.range_m, half_sweep_rad);
+                    widest_rad = widest_rad.max(extent.half_rad + extent.sweep_rad);
+                    self.rays.set(ray, found.range_m, gain(found), extent);
                 }
-                let extent = plane.extent(found.range_m, half_sweep_rad);
-                widest_rad = widest_rad.max(extent.half_rad + extent.sweep_rad);
-                Ray { range_m: found.range_m, gain: gain(found), extent }
-            }));
+                ray += 1;
+            }
         }
         self.reach = self.grid.rays_within(widest_rad).min(self.margin);
     }
 
     /// What a beam's parts met, plane by plane.
     pub(super) fn gather(&self, beam: usize, touches: &mut Vec<Touch>) {
-        let axis = self.margin + beam * self.grid.fold;
-        let first = axis - self.reach;
-        for plane in 0..self.planes {
-            let start = plane * self.fan.len() + first;
-            let rays = self.rays.get(start..=start + 2 * self.reach).unwrap_or(&[]);
-            for (number, ray) in rays.iter().enumerate() {
-                if ray.extent.share <= 0.0 {
-                    continue;
-                }
-                let share = self.grid.weight(ray.extent, number as isize - self.reach as isize);
-                if share > 0.0 {
-                    let Ray { range_m, gain, .. } = *ray;
-                    touches.push(Touch { range_m, share, power: share * gain, ray: (start + number) as u32 });
-                }
-            }
-        }
+        Arch::new().dispatch(Gather { footprint: self, beam, touches });
     }
 
     /// What a ray met.

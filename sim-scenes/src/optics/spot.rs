@@ -3,9 +3,11 @@
 //! All planes are parallel, so where a spot is smaller than at the reference range, fewer of them are within it. Each plane stands for the strip of
 //! the disc between it and its neighbours, each ray for its cell of the strip; the parts of one range add up to 1 exactly.
 
+use pulp::Simd;
 use rowscan_protocol::optics::Spot;
 
 use super::settings::OpticsSettings;
+use crate::lanes::Lanes;
 
 /// Different places of the plane grid; a line takes one of them at random, so that errors average out over lines.
 pub(super) const PHASES: usize = 8;
@@ -112,27 +114,46 @@ impl SpotGrid {
         if half_rad > 0.0 { (half_rad / self.step_rad + 0.5).ceil() as usize } else { 0 }
     }
 
-    /// The part of a beam's power that a ray stands for which lies `rays_off` rays from the beam's axis.
-    pub(super) fn weight(&self, extent: Extent, rays_off: isize) -> f64 {
-        let Extent { share, half_rad, sweep_rad } = extent;
-        if half_rad <= 0.0 {
-            return if rays_off == 0 { share } else { 0.0 };
-        }
-        let middle = rays_off as f64 * self.step_rad;
-        let (from, to) = (middle - self.step_rad / 2.0, middle + self.step_rad / 2.0);
-        share * (below(to, half_rad, sweep_rad) - below(from, half_rad, sweep_rad))
+    /// The parts of a beam's power that rays stand for which lie `rays_off` rays from the beam's axis.
+    #[inline(always)]
+    pub(super) fn weights<S: Simd>(&self, extents: Extents<S>, rays_off: Lanes<S>) -> Lanes<S> {
+        let Extents { share, half_rad, .. } = extents;
+        let zero = share.of(0.0);
+        let middle = rays_off * zero.of(self.step_rad);
+        let (from, to) = (middle - zero.of(self.step_rad / 2.0), middle + zero.of(self.step_rad / 2.0));
+        let weight = share * (extents.below(to) - extents.below(from));
+        let on_axis = rays_off.le(zero).and(zero.le(rays_off));
+        half_rad.le(zero).select(on_axis.select(share, zero), weight)
     }
 }
 
-/// Share of the power at angles below `angle`, of a strip ±`half` swept over ±`sweep`.
-fn below(angle: f64, half: f64, sweep: f64) -> f64 {
-    if sweep <= 0.0 {
-        return ((angle + half) / (2.0 * half)).clamp(0.0, 1.0);
+/// What a register of rays stand for.
+#[derive(Clone, Copy)]
+pub(super) struct Extents<S: Simd> {
+    pub(super) share: Lanes<S>,
+    pub(super) half_rad: Lanes<S>,
+    pub(super) sweep_rad: Lanes<S>,
+}
+
+impl<S: Simd> Extents<S> {
+    /// Share of the power at angles below `angle`, of strips ±half swept over ±sweep.
+    #[inline(always)]
+    fn below(self, angle: Lanes<S>) -> Lanes<S> {
+        let Self { half_rad: half, sweep_rad: sweep, .. } = self;
+        let (zero, one) = (angle.of(0.0), angle.of(1.0));
+        let still = (angle + half) / (one.of(2.0) * half);
+        let sum = square(angle + half + sweep) - square(angle + half - sweep) - square(angle - half + sweep)
+            + square(angle - half - sweep);
+        let swept = sum / (one.of(8.0) * half * sweep);
+        sweep.le(zero).select(still, swept).max(zero).min(one)
     }
-    let square = |x: f64| x.max(0.0) * x.max(0.0);
-    let sum = square(angle + half + sweep) - square(angle + half - sweep) - square(angle - half + sweep)
-        + square(angle - half - sweep);
-    (sum / (8.0 * half * sweep)).clamp(0.0, 1.0)
+}
+
+/// The square of what is positive.
+#[inline(always)]
+fn square<S: Simd>(x: Lanes<S>) -> Lanes<S> {
+    let positive = x.max(x.of(0.0));
+    positive * positive
 }
 
 impl Plane {
@@ -199,7 +220,26 @@ impl Strip {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::Row;
     use rowscan_protocol::optics::Fact;
+
+    fn one(value: f64) -> Lanes<pulp::Scalar> {
+        Lanes::splat(pulp::Scalar::new(), value)
+    }
+
+    fn extents(Extent { share, half_rad, sweep_rad }: Extent) -> Extents<pulp::Scalar> {
+        Extents { share: one(share), half_rad: one(half_rad), sweep_rad: one(sweep_rad) }
+    }
+
+    fn value(lanes: Lanes<pulp::Scalar>) -> f64 {
+        let mut row = Row::splat(0.0);
+        row.store(0, lanes);
+        row.0[0]
+    }
+
+    fn below(angle: f64, half_rad: f64, sweep_rad: f64) -> f64 {
+        value(extents(Extent { share: 1.0, half_rad, sweep_rad }).below(one(angle)))
+    }
 
     fn spot(sweep_mrad: f64) -> Spot {
         Spot {
@@ -224,7 +264,9 @@ mod tests {
                     .map(|plane| {
                         let extent = plane.extent(range_m, grid.half_sweep_rad);
                         let reach = grid.margin() as isize;
-                        (-reach..=reach).map(|off| grid.weight(extent, off)).sum::<f64>()
+                        (-reach..=reach)
+                            .map(|off| value(grid.weights(extents(extent), one(off as f64))))
+                            .sum::<f64>()
                     })
                     .sum();
                 assert!((sum - 1.0).abs() < 1e-9, "quality {quality}, {range_m} m: {sum}");
