@@ -328,6 +328,34 @@ fn the_default_row_is_the_oracles_at_full_resolution() {
     }
 }
 
+/// A hedge so dense that its back lies behind its front: some 700 leaves cut by a line.
+#[test]
+fn every_return_is_the_oracles_where_leaves_hide_leaves() {
+    let mut dice = Dice::new(12);
+    let leaves = (0..10_000).map(|_| {
+        let middle = [dice.between(-0.8, 0.8), dice.between(0.0, 0.5), dice.between(0.2, 2.5)];
+        let (along, other) = (dice.direction(), dice.direction());
+        let across = cross(along, if dot(along, other).abs() > 0.9 { [0.6, 0.0, 0.8] } else { other });
+        let width = 0.02 / dot(across, across).sqrt();
+        let blade = [[-1.0, 0.0], [-0.3, 0.9], [0.4, 0.8], [1.0, 0.1], [0.2, -0.9], [-0.6, -0.7]];
+        let vertex = |[a, b]: [f64; 2]| {
+            std::array::from_fn(|i| middle[i] + 0.03 * a * along[i] + width * b * across[i])
+        };
+        Leaf::new(blade.map(vertex).to_vec()).unwrap()
+    });
+    let orchard = Orchard::from_organs(leaves.collect(), vec![], 0.5);
+    let caster = Caster::new(&orchard);
+    let (mut scratch, mut out) = (Scratch::default(), Layers::default());
+    let fan = BeamFan::from_degrees(-90.0, 1.7, 106);
+    let opposite = BeamFan::from_degrees(90.0, 1.7, 106).advancing(1e-4);
+    for (x_m, fan) in [(-1.9, fan.clone()), (-1.4, fan.advancing(2e-5)), (1.7, opposite)] {
+        let pose = Pose { x_m, y_m: dice.between(0.0, 0.5), z_m: 1.3 };
+        compare(&orchard, &caster, pose, &fan, &mut scratch);
+        caster.cast_layers(pose, &fan.clone().into(), 3, &mut scratch, &mut out);
+        compare_layers(&orchard, pose, &fan.into(), 3, &out);
+    }
+}
+
 #[test]
 fn any_register_width_gives_the_same_bits() {
     let mut dice = Dice::new(21);

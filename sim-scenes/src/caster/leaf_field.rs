@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::alike::Alike;
-use super::convex;
 use super::outlined::Outlined;
-use super::row_index::{RowIndex, YExtent};
+use super::pieces::{Image, Pieces, Placed};
+use super::row_index::RowIndex;
 use super::shapes::Entry;
 use super::tag::{Label, Tag};
 use super::template::Template;
@@ -28,89 +28,70 @@ pub(super) enum Kind {
     Outlined(Outlined),
 }
 
-/// A convex piece of a leaf.
-struct Piece<'a> {
-    label: Label,
-    leaf: &'a Leaf,
-    /// Its outline, where it is not the leaf's.
-    part: Option<Box<[[f64; 3]]>>,
+/// Leaves of one kind, sorted.
+struct Sorted {
+    template: Option<Template>,
+    images: Vec<Image>,
+    /// Entry by entry, which image it is; beyond all of them where an eight is filled up.
+    order: Vec<u32>,
+    index: RowIndex,
 }
-
-impl AsRef<[[f64; 3]]> for Piece<'_> {
-    fn as_ref(&self) -> &[[f64; 3]] {
-        self.part.as_deref().unwrap_or(self.leaf.outline())
-    }
-}
-
-impl<'a> Piece<'a> {
-    fn of(label: Label, leaf: &'a Leaf) -> impl Iterator<Item = Self> {
-        let parts = convex::parts(leaf);
-        let whole = parts.is_none().then_some(None);
-        let parts = parts.into_iter().flatten().map(|part| Some(part.into_boxed_slice()));
-        whole.into_iter().chain(parts).map(move |part| Self { label, leaf, part })
-    }
-}
-
-/// A piece and how far along Y its image lies.
-type Image<'a> = (&'a Piece<'a>, f64);
 
 impl LeafField {
     /// The leaves by the templates they share, and those that share none.
     pub(super) fn by_kind<'a>(leaves: impl Iterator<Item = (Label, &'a Leaf)>, period_m: f64) -> Vec<Self> {
-        let leaves: Vec<(Label, &Leaf)> = leaves.collect();
-        let parts: Vec<Vec<Piece<'_>>> = leaves
-            .par_chunks(1 << 14)
-            .map(|leaves| leaves.iter().flat_map(|(label, leaf)| Piece::of(*label, leaf)).collect())
+        let mut pieces = Pieces::new(leaves, period_m);
+        let (templates, kinds) = Template::among(&pieces.outlines());
+        let templates = (0..).zip(templates).map(|(number, template)| (Some(number), Some(template)));
+        let sorted: Vec<Sorted> = templates
+            .chain([(None, None)])
+            .map(|(kind, template)| Sorted::of(template, pieces.placed(kind, &kinds)))
+            .filter(|sorted| !sorted.images.is_empty())
             .collect();
-        drop(leaves);
-        let mut pieces = Vec::with_capacity(parts.iter().map(Vec::len).sum());
-        pieces.extend(parts.into_iter().flatten());
-        let (templates, of) = Template::among(&pieces);
-        let kinds = (0..).zip(templates).map(|(number, template)| (Some(number), Some(template)));
-        let fields = kinds.chain([(None, None)]).map(|(number, template)| {
-            let own = pieces.iter().zip(&of).filter(|(_, of)| **of == number);
-            Self::of(template, own.map(|(piece, _)| piece), period_m)
-        });
-        fields.filter(|field| !field.tags.is_empty()).collect()
-    }
-
-    fn of<'a>(
-        template: Option<Template>,
-        pieces: impl Iterator<Item = &'a Piece<'a>> + Clone,
-        period_m: f64,
-    ) -> Self {
-        // Nearly every piece has one image.
-        let count = pieces.clone().count();
-        let (mut images, mut extents): (Vec<Image<'a>>, Vec<YExtent>) =
-            (Vec::with_capacity(count), Vec::with_capacity(count));
-        for piece in pieces {
-            let extent = YExtent::around(piece.as_ref().iter().map(|[_, y, _]| *y));
-            for shift in extent.images(period_m) {
-                images.push((piece, shift));
-                extents.push(extent.moved(shift));
-            }
-        }
-        let (index, order) = RowIndex::new(&extents);
-        drop(extents);
-        let image = |number: Option<u32>| images.get(number? as usize);
-        let eight = |numbers: &[Option<u32>]| -> [Option<Entry<'_>>; WIDTH] {
-            std::array::from_fn(|lane| {
-                let (piece, shift_m) = *image(*numbers.get(lane)?)?;
-                Some(Entry { outline: piece.as_ref(), normal: piece.leaf.normal(), shift_m })
-            })
-        };
-        let kind = match template {
-            Some(template) => Kind::Alike(Alike::of(template, order.par_chunks(WIDTH).map(eight))),
-            None => Kind::Outlined(Outlined::of(order.chunks(WIDTH).map(eight))),
-        };
-        let tag = |(piece, _): &Image<'_>| Tag::polygon(piece.label, piece.leaf.normal());
-        let tags = order.par_iter().map(|number| image(*number).map_or(Tag::NOTHING, tag)).collect();
-        Self { index, tags, kind }
+        drop(kinds);
+        // What is needed for less is let go before more is made.
+        let tags: Vec<Vec<Tag>> = sorted.iter().map(|sorted| sorted.tags(&pieces)).collect();
+        pieces.forget_labels();
+        sorted.into_iter().zip(tags).map(|(sorted, tags)| sorted.field(&pieces, tags)).collect()
     }
 
     /// What eight entries are.
     #[inline(always)]
     pub(super) fn tags(&self, eight: usize) -> &[Tag] {
         self.tags.get(eight * WIDTH..(eight + 1) * WIDTH).unwrap_or(&[])
+    }
+}
+
+impl Sorted {
+    fn of(template: Option<Template>, placed: Placed) -> Self {
+        let Placed { images, extents } = placed;
+        let (index, order) = RowIndex::new(&extents);
+        Self { template, images, order, index }
+    }
+
+    /// The images of an eight.
+    fn eight(&self, numbers: &[u32]) -> [Option<Image>; WIDTH] {
+        std::array::from_fn(|lane| self.images.get(*numbers.get(lane)? as usize).copied())
+    }
+
+    fn tags(&self, pieces: &Pieces<'_>) -> Vec<Tag> {
+        let image = |number: &u32| self.images.get(*number as usize);
+        let tag = |number: &u32| image(number).map_or(Tag::NOTHING, |image| pieces.tag(*image));
+        self.order.par_iter().map(tag).collect()
+    }
+
+    fn field(mut self, pieces: &Pieces<'_>, tags: Vec<Tag>) -> LeafField {
+        let template = self.template.take();
+        let entry = |image: Image| Entry {
+            outline: pieces.outline(image),
+            normal: pieces.normal(image),
+            shift_m: pieces.shift_m(image),
+        };
+        let eight = |numbers: &[u32]| self.eight(numbers).map(|image| image.map(entry));
+        let kind = match template {
+            Some(template) => Kind::Alike(Alike::of(template, self.order.par_chunks(WIDTH).map(eight))),
+            None => Kind::Outlined(Outlined::of(self.order.chunks(WIDTH).map(eight))),
+        };
+        LeafField { index: self.index, tags, kind }
     }
 }

@@ -23,6 +23,7 @@ mod moving;
 mod nearest;
 mod outlined;
 mod parallel;
+mod pieces;
 mod placed_blocks;
 mod range_pass;
 mod rectangle;

@@ -168,7 +168,7 @@ impl PlacedBlocks {
         }
         let (index, order) = RowIndex::new(&extents);
         self.index = index;
-        self.copies = order.into_iter().map(|number| images.get(number? as usize).copied()).collect();
+        self.copies = order.into_iter().map(|number| images.get(number as usize).copied()).collect();
     }
 
     /// What all trees take up across the row, in (X, Z) of the scene.

@@ -39,15 +39,19 @@ impl YExtent {
         Self::around(extents.flat_map(|extent| [extent.from_m, extent.to_m]))
     }
 
-    /// The shifts by whole periods that bring some of the extent into [0, period]: one for most organs, two for one that
-    /// crosses the border, more for one longer than the row. Just 0 for a scene without period.
+    /// The shifts that bring some of the extent into [0, period], as [`Self::periods`] has them.
     pub(super) fn images(self, period_m: f64) -> impl Iterator<Item = f64> {
-        let periods = if period_m.is_finite() && period_m > 0.0 {
+        self.periods(period_m).map(move |k| if k == 0 { 0.0 } else { k as f64 * period_m })
+    }
+
+    /// The shifts, in whole periods, that bring some of the extent into [0, period]: one for most organs, two for one that crosses the border,
+    /// more for one longer than the row. Just 0 for a scene without period.
+    pub(super) fn periods(self, period_m: f64) -> impl Iterator<Item = i64> {
+        if period_m.is_finite() && period_m > 0.0 {
             (-self.to_m / period_m).ceil() as i64..=((period_m - self.from_m) / period_m).floor() as i64
         } else {
             0..=0
-        };
-        periods.map(move |k| if k == 0 { 0.0 } else { k as f64 * period_m })
+        }
     }
 }
 
@@ -97,8 +101,8 @@ const REACHED: f64 = 16.0;
 const MOST: f64 = 16.0;
 
 impl RowIndex {
-    /// Sorts the extents into eights. Gives the index and, entry by entry, which extent it is; None fills up an eight.
-    pub(super) fn new(extents: &[YExtent]) -> (Self, Vec<Option<u32>>) {
+    /// Sorts the extents into eights. Gives the index and, entry by entry, which extent it is; what fills up an eight is beyond them all.
+    pub(super) fn new(extents: &[YExtent]) -> (Self, Vec<u32>) {
         let extent = |number: &u32| {
             extents.get(*number as usize).copied().unwrap_or(YExtent { from_m: 0.0, to_m: 0.0 })
         };
@@ -112,8 +116,8 @@ impl RowIndex {
         for run in runs {
             for eight in run.chunks(WIDTH) {
                 reaches.push(YExtent::joined(eight.iter().map(extent)));
-                numbers.extend(eight.iter().copied().map(Some));
-                numbers.resize(numbers.len().next_multiple_of(WIDTH), None);
+                numbers.extend(eight);
+                numbers.resize(numbers.len().next_multiple_of(WIDTH), u32::MAX);
             }
         }
         (Self::over(&reaches), numbers)
@@ -210,7 +214,8 @@ mod tests {
                 let eights: Vec<usize> = index.eights((y, high)).flatten().map(|eight| *eight as usize).collect();
                 let entries = eights.iter().flat_map(|eight| eight * WIDTH..(eight + 1) * WIDTH);
                 let touches = |i: &usize| extents[*i].from_m <= high && y <= extents[*i].to_m;
-                let mut found: Vec<usize> = entries.filter_map(|entry| Some(order[entry]? as usize)).filter(touches).collect();
+                let numbers = entries.map(|entry| order[entry] as usize).filter(|number| *number < extents.len());
+                let mut found: Vec<usize> = numbers.filter(touches).collect();
                 found.sort_unstable();
                 let all: Vec<usize> = (0..extents.len()).filter(touches).collect();
                 prop_assert_eq!(found, all);

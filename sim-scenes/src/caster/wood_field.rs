@@ -99,7 +99,7 @@ impl WoodField {
         for eight in order.chunks(WIDTH) {
             let mut poles = Poles::NONE;
             for (lane, number) in eight.iter().enumerate() {
-                let image = number.and_then(|number| images.get(number as usize));
+                let image = images.get(*number as usize);
                 field.tags.push(image.map_or(Tag::NOTHING, |image| Tag::round(image.0)));
                 if let Some((_, piece, shift)) = image {
                     poles.set(lane, piece, *shift);
