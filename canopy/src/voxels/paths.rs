@@ -12,7 +12,8 @@ pub(super) struct Region {
     pub(super) dz_m: f64,
     pub(super) nx: usize,
     pub(super) nz: usize,
-    pub(super) row_m: f64,
+    /// The first column behind the row plane.
+    pub(super) row: usize,
 }
 
 /// Half width of the region where no row spacing says more, metres.
@@ -25,20 +26,21 @@ impl Region {
         let half_m = parameters.half_width_m.unwrap_or_else(|| {
             row_spacing_m.map_or(DEFAULT_HALF_WIDTH_M, |s| (s / 2.0).min(MAX_HALF_WIDTH_M))
         });
-        let x_m = (frame.distance_m - half_m).max(0.0);
-        let width_m = frame.distance_m + half_m - x_m;
         let height_m = (parameters.top_m - frame.ground_clearance_m).max(0.0);
-        // Whole voxels fill the region exactly: their edges are a little shorter than requested.
-        let cells = |length_m: f64| (length_m / parameters.voxel_m - 1e-9).ceil().max(1.0);
-        let (nx, nz) = (cells(width_m), cells(height_m));
+        // Whole voxels fill the region exactly: their edges are a little shorter than requested. The row plane is a face of voxels, so that each has its
+        // mirror image wherever the scanner stands; the nearest may reach behind it.
+        let cells = |length_m: f64, edge_m: f64| (length_m / edge_m - 1e-9).ceil().max(1.0);
+        let (behind, nz) = (cells(half_m, parameters.voxel_m), cells(height_m, parameters.voxel_m));
+        let dx_m = half_m / behind;
+        let before = cells(frame.distance_m, dx_m).min(behind);
         Self {
-            x_m,
+            x_m: frame.distance_m - before * dx_m,
             z_m: frame.ground_clearance_m,
-            dx_m: width_m / nx,
+            dx_m,
             dz_m: height_m / nz,
-            nx: nx as usize,
+            nx: (before + behind) as usize,
             nz: nz as usize,
-            row_m: frame.distance_m,
+            row: before as usize,
         }
     }
 
@@ -48,8 +50,8 @@ impl Region {
 
     /// The voxel column as far behind the row plane as column `ix` lies before it.
     pub(super) fn mirrored(&self, ix: usize) -> Option<usize> {
-        let column = (2.0 * (self.row_m - self.x_m) / self.dx_m - (ix as f64 + 0.5)).floor();
-        (column >= 0.0 && column < self.nx as f64).then_some(column as usize)
+        let column = (2 * self.row).checked_sub(ix + 1)?;
+        (column < self.nx).then_some(column)
     }
 
     fn voxel(&self, x_m: f64, z_m: f64) -> usize {
@@ -148,5 +150,35 @@ impl Paths {
             from_m = to_m;
         }
         entry_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rowscan_protocol::rig::{Mount, Rig};
+
+    use super::*;
+
+    #[test]
+    fn every_column_has_its_mirror_image_wherever_the_scanner_stands() {
+        for distance_m in [0.3, 1.0, 1.8, 1.9, 1.95, 2.0, 2.1, 3.0] {
+            let frame = Frame::new(&Rig::default(), &Mount { distance_m, ..Mount::default() }).unwrap();
+            let region = Region::new(&frame, Some(4.0), &Parameters::default());
+            let face_m = region.x_m + region.row as f64 * region.dx_m;
+            assert!((face_m - distance_m).abs() < 1e-12, "{distance_m}: the row plane is no face, {face_m}");
+            assert_eq!(region.dx_m, 0.25);
+            assert!(
+                region.x_m > -region.dx_m && region.x_m <= (distance_m - 2.0).max(0.0),
+                "{distance_m}: {region:?}"
+            );
+            let middle_m = |ix: usize| region.x_m + (ix as f64 + 0.5) * region.dx_m - distance_m;
+            for ix in 0..region.row {
+                let twin = region.mirrored(ix).unwrap();
+                assert!((middle_m(twin) + middle_m(ix)).abs() < 1e-12, "{distance_m}: {ix} and {twin}");
+                assert_eq!(region.mirrored(twin), Some(ix));
+            }
+            // Behind the row plane it may reach farther than before it: nothing is seen behind the scanner.
+            assert_eq!(region.mirrored(2 * region.row), None);
+        }
     }
 }
