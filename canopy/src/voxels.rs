@@ -279,7 +279,7 @@ mod tests {
         let (mut voxels, table) = voxels(&Parameters::default());
         add(&mut voxels, &vec![NO_ECHO; table.beams().len()], 2.0);
         let walked: f64 = voxels.iter().map(|v| v.path_m2).sum::<f64>() / 2.0;
-        // The region is 0..3.9 m wide, 0.1..5 m high; the mirror stands at its near edge, 1.6 m high.
+        // The region is -0.1..3.9 m wide, 0.1..5 m high; the mirror stands in its nearest voxels, 1.6 m high.
         let expected: f64 = table
             .beams()
             .iter()
@@ -303,10 +303,10 @@ mod tests {
         let walked: f64 = voxels.iter().map(|v| v.path_m2).sum();
         assert!((walked - 0.1).abs() < 1e-12);
         assert_eq!(voxels.hits(), 1);
-        // The hit stands 1.0 m off, in the fifth voxel of 3.9 m / 16: after 4 · 0.24375 = 0.975 m.
+        // The hit stands 1.0 m off, in the fifth voxel of 0.25 m, which begins 4 · 0.25 m from the row plane, at 0.9 m.
         let frequency: f64 = voxels.iter().filter_map(|voxel| voxel.contact_frequency(1)).sum();
-        assert!((frequency * (1.0 - 0.975) - 1.0).abs() < 1e-9, "{frequency}");
-        assert!((voxels.volume_m3() - 0.24375 * 0.245 * 0.1).abs() < 1e-12);
+        assert!((frequency * (1.0 - 0.9) - 1.0).abs() < 1e-9, "{frequency}");
+        assert!((voxels.volume_m3() - 0.25 * 0.245 * 0.1).abs() < 1e-12);
         assert_eq!(voxels.hits_per_patch(), 1.0);
         voxels.clear();
         assert_eq!((voxels.hits(), voxels.volume_m3()), (0, 0.0));
