@@ -8,6 +8,7 @@ use crate::workspace::Workspace;
 /// Opens the page of the release binary and uses it.
 pub fn run(workspace: &Workspace) -> Outcome {
     with_programs(workspace, &["chromium"], &["chromium"], |workspace| {
-        python::run_only(workspace, &["test_browser.py"], &[("ROWSCAN_BROWSER", "1")])
+        // It prints figures: none of them is captured.
+        python::run_only(workspace, &["-s", "test_browser.py"], &[("ROWSCAN_BROWSER", "1")])
     })
 }
