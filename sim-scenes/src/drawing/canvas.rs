@@ -9,6 +9,9 @@ use super::silhouette::Silhouette;
 const SHADES: [(f64, &str); 5] =
     [(0.05, "#e3f0d3"), (0.4, "#bfdd9c"), (1.0, "#8fc063"), (2.0, "#5f9a3c"), (4.0, "#376b22")];
 
+/// Width of a letter of a title, pixels, at most on average.
+const LETTER_PX: f64 = 6.6;
+
 /// Most cells of a view: a scene of odd size may not exhaust the memory.
 const MOST_CELLS: f64 = 4e6;
 
@@ -81,6 +84,12 @@ impl Canvas {
         (self.columns as f64 * cell_px, self.rows as f64 * cell_px)
     }
 
+    /// Room that the view takes from left to right, its title above it, pixels.
+    pub(super) fn room_px(&self, title: &str) -> f64 {
+        let letters = title.chars().count() + self.note.as_ref().map_or(0, |note| note.chars().count() + 2);
+        self.size_px().0.max(LETTER_PX * letters as f64)
+    }
+
     fn cell(&self, point: [f64; 2]) -> Option<usize> {
         let [column, row] = [0, 1].map(|axis| ((point[axis] - self.low[axis]) / self.cell_m).floor());
         let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
@@ -121,16 +130,20 @@ impl Canvas {
     pub(super) fn fill(&mut self, silhouette: &Silhouette, colour: [u8; 3]) {
         let mut path = String::new();
         for contour in &silhouette.contours {
-            let mut last: Option<[i64; 2]> = None;
-            for point in contour {
-                let [x, y] = self.on_paper(*point).map(|px| (1000.0 * px / self.scale_px).round() as i64);
-                // Writing to a string cannot fail. Steps from point to point are short.
-                let _ = match last {
-                    None => write!(path, "M{x} {y}l"),
-                    Some([x0, y0]) if [x0, y0] == [x, y] => Ok(()),
-                    Some([x0, y0]) => write!(path, "{} {} ", x - x0, y - y0),
-                };
-                last = Some([x, y]);
+            let on_paper = |point: &[f64; 2]| {
+                self.on_paper(*point).map(|px| (1000.0 * px / self.scale_px).round() as i64)
+            };
+            let mut points: Vec<[i64; 2]> = contour.iter().map(on_paper).collect();
+            points.dedup();
+            // What is smaller than a millimetre has no outline, and a path without points would end the whole.
+            let [[x, y], ..] = points[..] else { continue };
+            if points.len() < 3 {
+                continue;
+            }
+            // Writing to a string cannot fail. Steps from point to point are short.
+            let _ = write!(path, "M{x} {y}l");
+            for ([x0, y0], [x, y]) in points.iter().zip(points.iter().skip(1)) {
+                let _ = write!(path, "{} {} ", x - x0, y - y0);
             }
             path.push('z');
         }

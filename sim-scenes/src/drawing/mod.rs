@@ -126,9 +126,10 @@ pub fn draw(orchard: &Orchard, dots: &[Dot], drawing: &Drawing) -> String {
     for line in [[front, side], [top, None]] {
         let (mut right_px, mut tall_px) = (MARGIN_PX, 0.0f64);
         for (view, canvas) in line.into_iter().flatten() {
-            let (width, height) = canvas.size_px();
+            let (_, height) = canvas.size_px();
             body.push_str(&canvas.write(view.title, right_px, height_px));
-            (right_px, tall_px) = (right_px + width.max(LEAST_PX) + MARGIN_PX, tall_px.max(height));
+            (right_px, tall_px) =
+                (right_px + canvas.room_px(view.title).max(LEAST_PX) + MARGIN_PX, tall_px.max(height));
         }
         (width_px, height_px) = (width_px.max(right_px), height_px + tall_px + 2.0 * MARGIN_PX);
     }
@@ -278,13 +279,16 @@ mod tests {
     fn outlines_tell_what_leaves_cover_and_repeat() {
         let corners = |y: f64| vec![[0.0, y, 1.0], [0.0, y + 0.1, 1.0], [0.0, y + 0.1, 1.1], [0.0, y, 1.1]];
         let leaf = |y: f64| Leaf::new(corners(y)).unwrap();
-        let tree = Tree { leaves: vec![leaf(0.0), leaf(0.05), leaf(0.5)], ..Tree::default() };
+        // Too small to be drawn.
+        let speck = Leaf::new(vec![[0.0, 0.3, 1.0], [0.0, 0.3002, 1.0], [0.0, 0.3, 1.0002]]).unwrap();
+        let tree = Tree { leaves: vec![speck, leaf(0.0), leaf(0.05), leaf(0.5)], ..Tree::default() };
         let orchard = Orchard::from_trees(vec![tree], 1.0, None, None);
         let settings = Drawing { outlines: true, ..Drawing::default() };
         let drawn = draw(&orchard, &[], &settings);
         // Two of three overlap by half from the front, and none is seen from above.
         assert!(drawn.contains("leaves cover 0.03 m²") && drawn.contains("leaves cover 0.00 m²"), "{drawn}");
         assert!(drawn.contains("M0 100l0 100 150 0 0 -100 z"), "{drawn}");
+        assert!(!drawn.contains("lz"), "a path without a step: {drawn}");
         assert_eq!(drawn, draw(&orchard, &[], &settings));
     }
 
