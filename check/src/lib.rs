@@ -31,6 +31,6 @@ pub use check::{CheckError, Options, check};
 pub use fault::{Pause, ScenarioFault, Sweep};
 pub use frames::FramePattern;
 pub use journal::Event;
-pub use onlooker::{Look, Onlooker, SeenRun, SeenScanner};
+pub use onlooker::{Look, Onlooker};
 pub use scenario::{Scenario, ScenarioError};
 pub use verdict::{Case, Tried, Verdict, worst};

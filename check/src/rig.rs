@@ -12,8 +12,8 @@ use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{
-    Counting, Emulator, EmulatorConfig, EndWhen, Hold, LineWatch, Rig, Running, SerialConfig, SerialEmulator,
-    StageRow, faulty_wire, pause_slack,
+    Counting, Emulator, EmulatorConfig, EndWhen, Hold, LineWatch, Rig, Running, SeenRig, SeenScanner,
+    SerialConfig, SerialEmulator, StageRow, faulty_wire, pause_slack,
 };
 use rowscan_faults::{FaultControl, Language, Medium};
 use rowscan_ports::Pty;
@@ -30,7 +30,7 @@ use crate::fault::ScenarioFault;
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
 use crate::journal::Journal;
-use crate::onlooker::{Onlooker, SeenRun, SeenScanner};
+use crate::onlooker::Onlooker;
 use crate::scenario::{DeviceKind, DeviceSpec, End, Mode, PortSpec, Scenario};
 use crate::verdict::name_of;
 use crate::witness::Witness;
@@ -109,7 +109,7 @@ impl Bench {
             };
             let emulator = wiring.add(device, folder, &mut places).await?;
             seen.push(SeenScanner {
-                id: device.id.clone(),
+                name: device.id.clone(),
                 number: device.scanner,
                 model: device.kind.model(),
                 lines,
@@ -134,14 +134,14 @@ impl Bench {
         let mut driving = JoinSet::new();
         driving.spawn(desk.clone().drive());
         let seen = look.map(|look| {
-            look.begin(SeenRun {
+            let seen = SeenRig {
                 title: format!("rowscan check {}, seed {}", name_of(&scenario.path), stage.scene.seed),
                 stage: &stage,
                 tractor: tractor.clone(),
                 clock: rig.clock(),
-                control: rig.control(),
                 scanners: seen,
-            })
+            };
+            look.begin(seen, rig.control())
         });
         let running = rig.run();
         Ok(Self {
@@ -183,8 +183,8 @@ enum Scanner {
 impl Scanner {
     fn counting(&self) -> Counting {
         match self {
-            Self::Cola(emulator) => Counting::Cola(emulator.counter()),
-            Self::Lms2xx(emulator) => Counting::Lms2xx(Box::new(emulator.counting())),
+            Self::Cola(emulator) => emulator.into(),
+            Self::Lms2xx(emulator) => emulator.into(),
         }
     }
 

@@ -62,9 +62,7 @@ impl Server {
         guard: impl FnOnce(&SocketAddr) -> Guard,
     ) -> Result<Self, ServerError> {
         let Served { guarded, public, connections } = routes.into();
-        let refused = |cause| ServerError { address: address.to_owned(), cause };
-        let listener = TcpListener::bind(address).await.map_err(refused)?;
-        let address = listener.local_addr().map_err(refused)?;
+        let (listener, address) = bind(address).await?;
         let routes =
             guarded.layer(middleware::from_fn_with_state(guard(&address), guard::check)).merge(public);
         let mut tasks = JoinSet::new();
@@ -77,8 +75,7 @@ impl Server {
     /// # Errors
     /// It is not.
     pub async fn vacant(address: &str) -> Result<SocketAddr, ServerError> {
-        let refused = |cause| ServerError { address: address.to_owned(), cause };
-        TcpListener::bind(address).await.and_then(|listener| listener.local_addr()).map_err(refused)
+        bind(address).await.map(|(_, address)| address)
     }
 
     /// Serves no longer: when this returns, its address is free.
@@ -90,6 +87,14 @@ impl Server {
     pub fn address(&self) -> SocketAddr {
         self.address
     }
+}
+
+/// A listener, and where it is.
+async fn bind(address: &str) -> Result<(TcpListener, SocketAddr), ServerError> {
+    let refused = |cause| ServerError { address: address.to_owned(), cause };
+    let listener = TcpListener::bind(address).await.map_err(refused)?;
+    let address = listener.local_addr().map_err(refused)?;
+    Ok((listener, address))
 }
 
 async fn accept(listener: TcpListener, routes: Router, connections: usize) {

@@ -1,7 +1,8 @@
 //! What a scanner has done, whichever family it is of.
 
 use crate::lms2xx::SerialCounts;
-use crate::scanner::Counter;
+use crate::scanner::{Counter, Emulator};
+use crate::serial_emulator::SerialEmulator;
 
 /// Tells what a scanner has done, for as long as anyone asks.
 pub enum Counting {
@@ -9,6 +10,18 @@ pub enum Counting {
     Cola(Counter),
     /// An LMS2xx.
     Lms2xx(Box<dyn Fn() -> SerialCounts + Send + Sync>),
+}
+
+impl From<&Emulator> for Counting {
+    fn from(emulator: &Emulator) -> Self {
+        Self::Cola(emulator.counter())
+    }
+}
+
+impl From<&SerialEmulator> for Counting {
+    fn from(emulator: &SerialEmulator) -> Self {
+        Self::Lms2xx(Box::new(emulator.counting()))
+    }
 }
 
 impl std::fmt::Debug for Counting {

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use rowscan_check::{Look, Onlooker, SeenRun, SeenScanner};
-use rowscan_emulator::RigControl;
+use rowscan_check::{Look, Onlooker};
 use rowscan_emulator::clock::SimClock;
+use rowscan_emulator::{RigControl, SeenRig};
 use rowscan_recording::Taps;
 use rowscan_web::Show;
 use tokio::runtime::Handle;
@@ -13,7 +13,7 @@ use tokio::task::JoinSet;
 
 use super::Format;
 use super::output::say;
-use super::web::{ShownRig, ShownScanner, Watching, WebArgs};
+use super::web::{Watching, WebArgs};
 
 /// Shows every run. It is served by this program's own threads, so that a browser takes none of the run's time.
 pub(super) struct CheckPage {
@@ -59,12 +59,10 @@ impl Look for RunPage {
         self.watching.taps()
     }
 
-    fn begin(self: Box<Self>, run: SeenRun<'_>) -> Box<dyn Send> {
+    fn begin(self: Box<Self>, rig: SeenRig<'_>, control: RigControl) -> Box<dyn Send> {
         let Self { watching, web, format, on, place } = *self;
-        let SeenRun { title, stage, tractor, clock, control, scanners } = run;
-        let scanners = scanners.into_iter().map(shown).collect();
         let mut tasks = JoinSet::new();
-        let show = watching.show(ShownRig { title, stage, tractor, clock, scanners }, &mut tasks, &on);
+        let show = watching.show(rig, &mut tasks, &on);
         let (over, is_over) = oneshot::channel();
         on.spawn(serve((web, format), show, control, is_over, place));
         Box::new(Shown { _over: over, _tasks: tasks })
@@ -90,9 +88,4 @@ async fn serve(
         // The verdict does not depend on who looks.
         Err(cause) => say(cause),
     }
-}
-
-fn shown(scanner: SeenScanner) -> ShownScanner {
-    let SeenScanner { id, number, model, lines, counting } = scanner;
-    ShownScanner { name: id, number, model, lines, counting }
 }

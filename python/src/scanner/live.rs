@@ -137,7 +137,7 @@ impl Wiring<'_> {
         let source = found.first().map(|address| format!("tcp://{address}")).unwrap_or_default();
         let numbered = |number: usize| if number == 0 { name.clone() } else { format!("{name}:{number}") };
         self.places.extend(found.into_iter().enumerate().map(|(number, place)| (numbered(number), place)));
-        let counts = Counting::Cola(emulator.counter());
+        let counts = Counting::from(&emulator);
         Ok((Stream { name, model: model.into(), counts, _device: Device::Cola(emulator) }, source))
     }
 
@@ -170,7 +170,7 @@ impl Wiring<'_> {
         let wire = faulty_wire(Box::new(pty), &faults, tap);
         let config = SerialConfig { stream: Some(name.clone()), ..SerialConfig::at(self.order.scale) };
         let emulator = rig.lms2xx(device, view, wire, config);
-        let counts = Counting::Lms2xx(Box::new(emulator.counting()));
+        let counts = Counting::from(&emulator);
         Ok((Stream { name, model: model.into(), counts, _device: Device::Lms2xx(emulator) }, source))
     }
 

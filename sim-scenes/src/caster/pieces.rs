@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::convex;
-use super::row_index::YExtent;
+use super::row_index::{self, YExtent};
 use super::tag::{Label, Tag};
 use crate::organ::Leaf;
 
@@ -104,7 +104,7 @@ impl<'a> Pieces<'a> {
 
     /// How far an image lies along the row from its piece.
     pub(super) fn shift_m(&self, image: Image) -> f64 {
-        if image.periods == 0 { 0.0 } else { f64::from(image.periods) * self.period_m }
+        row_index::shift_m(image.periods.into(), self.period_m)
     }
 
     /// The piece's outline, where it was made.

@@ -12,6 +12,11 @@ pub(super) struct YExtent {
     pub(super) to_m: f64,
 }
 
+/// How far so many periods are: nothing for none, however long one is.
+pub(super) fn shift_m(periods: i64, period_m: f64) -> f64 {
+    if periods == 0 { 0.0 } else { periods as f64 * period_m }
+}
+
 impl YExtent {
     /// The smallest extent that holds all values.
     pub(super) fn around(values: impl Iterator<Item = f64>) -> Self {
@@ -41,7 +46,7 @@ impl YExtent {
 
     /// The shifts that bring some of the extent into [0, period], as [`Self::periods`] has them.
     pub(super) fn images(self, period_m: f64) -> impl Iterator<Item = f64> {
-        self.periods(period_m).map(move |k| if k == 0 { 0.0 } else { k as f64 * period_m })
+        self.periods(period_m).map(move |periods| shift_m(periods, period_m))
     }
 
     /// The shifts, in whole periods, that bring some of the extent into [0, period]: one for most organs, two for one that crosses the border,

@@ -86,8 +86,13 @@ impl Canvas {
 
     /// Room that the view takes from left to right, its title above it, pixels.
     pub(super) fn room_px(&self, title: &str) -> f64 {
-        let letters = title.chars().count() + self.note.as_ref().map_or(0, |note| note.chars().count() + 2);
-        self.size_px().0.max(LETTER_PX * letters as f64)
+        self.size_px().0.max(LETTER_PX * self.headline(title).chars().count() as f64)
+    }
+
+    /// The title with what stands behind it.
+    fn headline(&self, title: &str) -> String {
+        let note = self.note.as_ref().map(|note| format!("; {note}")).unwrap_or_default();
+        format!("{title}{note}")
     }
 
     fn cell(&self, point: [f64; 2]) -> Option<usize> {
@@ -193,10 +198,9 @@ impl Canvas {
     /// The group of this view, its corner at (`x_px`, `y_px`), its title above.
     pub(super) fn write(&self, title: &str, x_px: f64, y_px: f64) -> String {
         let (width, height) = self.size_px();
-        let note = self.note.as_ref().map(|note| format!("; {note}")).unwrap_or_default();
-        let mut text = format!(
-            "<g transform=\"translate({x_px:.0} {y_px:.0})\">\n<text y=\"-6\">{title}{note}</text>\n"
-        );
+        let title = self.headline(title);
+        let mut text =
+            format!("<g transform=\"translate({x_px:.0} {y_px:.0})\">\n<text y=\"-6\">{title}</text>\n");
         let mut raster = String::new();
         let cell_m2 = self.cell_m * self.cell_m;
         for (place, (from, colour)) in SHADES.iter().enumerate() {

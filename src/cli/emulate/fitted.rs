@@ -1,11 +1,10 @@
 //! The scanners of the rig that are emulated.
 
-use rowscan_emulator::LineWatch;
+use rowscan_emulator::{LineWatch, SeenScanner};
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_protocol::model::AnyModel;
 
 use super::super::faulting::Faulting;
-use super::super::web::ShownScanner;
 use super::running::Running;
 
 /// A scanner of the rig with its model.
@@ -32,9 +31,9 @@ impl Fitted {
     }
 
     /// The same on the page.
-    pub(super) fn shown(&self, running: &Running, lines: LineWatch) -> ShownScanner {
+    pub(super) fn seen(&self, running: &Running, lines: LineWatch) -> SeenScanner {
         let counting = running.counts();
-        ShownScanner { name: self.name(), number: self.index, model: self.model, lines, counting }
+        SeenScanner { name: self.name(), number: self.index, model: self.model, lines, counting }
     }
 
     /// What faults and state call it.

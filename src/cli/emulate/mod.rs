@@ -9,7 +9,7 @@ use std::sync::Arc;
 use rowscan_control::{Bench, Log, StateOf};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
-use rowscan_emulator::{LineWatch, Rig, StageRow, StartWhen, ViewError};
+use rowscan_emulator::{LineWatch, Rig, SeenRig, StageRow, StartWhen, ViewError};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_recording::{About, Taps};
@@ -31,7 +31,7 @@ use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
 use super::tractor_outputs::TractorOutputArgs;
 use super::truth_file::TruthArgs;
-use super::web::{Opened, ShownRig, Watching, WebArgs};
+use super::web::{Opened, Watching, WebArgs};
 use super::{Failure, Format, Outcome};
 use fitted::{Fitted, which};
 use running::{Running, state_of};
@@ -170,12 +170,12 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     let _opened = match watching.zip(bench) {
         Some((watching, bench)) => {
             let scanners = fitted.iter().zip(&running).zip(lines);
-            let shown = ShownRig {
+            let shown = SeenRig {
                 title: format!("rowscan emulate {}", args.scene.name),
                 stage: &stage,
                 tractor: rig.tractor(),
                 clock: rig.clock(),
-                scanners: scanners.map(|((fitted, running), lines)| fitted.shown(running, lines)).collect(),
+                scanners: scanners.map(|((fitted, running), lines)| fitted.seen(running, lines)).collect(),
             };
             let show = watching.show(shown, &mut watched, &Handle::current());
             let opened = args.web.open(show, Some(bench), args.format).await?;

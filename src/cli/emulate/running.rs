@@ -37,8 +37,8 @@ impl Running {
     /// The same, not in words.
     pub(super) fn counts(&self) -> Counting {
         match self {
-            Self::Cola(emulator) => Counting::Cola(emulator.counter()),
-            Self::Lms2xx(emulator) => Counting::Lms2xx(Box::new(emulator.counting())),
+            Self::Cola(emulator) => emulator.into(),
+            Self::Lms2xx(emulator) => emulator.into(),
         }
     }
 

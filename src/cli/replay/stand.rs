@@ -23,8 +23,8 @@ use rowscan_emulator::replay::{
     Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
 };
 use rowscan_emulator::{
-    Bound, Counting, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator,
-    faulty_wire, pause_slack,
+    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator, faulty_wire,
+    pause_slack,
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_ports::{NetLine, Pty, Wire};
@@ -72,8 +72,8 @@ impl Live {
     /// The same for the page.
     pub(super) fn gauge(&self) -> GaugeOf {
         match self {
-            Self::Cola(emulator) => gauge_of(Counting::Cola(emulator.counter())),
-            Self::Lms2xx(emulator) => gauge_of(Counting::Lms2xx(Box::new(emulator.counting()))),
+            Self::Cola(emulator) => gauge_of(emulator.into()),
+            Self::Lms2xx(emulator) => gauge_of(emulator.into()),
             Self::Beside => Box::new(ScannerGauge::default),
         }
     }

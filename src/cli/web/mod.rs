@@ -23,7 +23,7 @@ pub(super) use meter::Meter;
 pub(super) use rig_gauges::{GaugeOf, RigGauges, gauge_of};
 pub(super) use scans::Scans;
 pub(super) use talk::Talk;
-pub(super) use watching::{ShownRig, ShownScanner, Watching};
+pub(super) use watching::Watching;
 
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Page")]

@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Counting, LineWatch, LineWatcher};
-use rowscan_protocol::model::AnyModel;
+use rowscan_emulator::{LineWatcher, SeenRig, SeenScanner};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::Taps;
 use rowscan_scenes::CellGrid;
@@ -29,26 +28,6 @@ pub(in super::super) struct Watching {
     talk: Talk,
 }
 
-/// A rig that the page shows.
-pub(in super::super) struct ShownRig<'a> {
-    pub(in super::super) title: String,
-    pub(in super::super) stage: &'a Stage,
-    pub(in super::super) tractor: Tractor,
-    pub(in super::super) clock: Arc<SimClock>,
-    pub(in super::super) scanners: Vec<ShownScanner>,
-}
-
-/// A scanner of such a rig.
-pub(in super::super) struct ShownScanner {
-    /// As faults and state call it.
-    pub(in super::super) name: String,
-    /// Its number in the rig, from 0.
-    pub(in super::super) number: usize,
-    pub(in super::super) model: AnyModel,
-    pub(in super::super) lines: LineWatch,
-    pub(in super::super) counting: Counting,
-}
-
 impl Watching {
     /// For scanners whose time is on `clock`.
     pub(in super::super) fn new(clock: Arc<SimClock>) -> Self {
@@ -62,8 +41,8 @@ impl Watching {
     }
 
     /// What a page shows of the rig, for as long as `tasks` run.
-    pub(in super::super) fn show(self, rig: ShownRig<'_>, tasks: &mut JoinSet<()>, on: &Handle) -> Show {
-        let ShownRig { title, stage, tractor, clock, scanners } = rig;
+    pub(in super::super) fn show(self, rig: SeenRig<'_>, tasks: &mut JoinSet<()>, on: &Handle) -> Show {
+        let SeenRig { title, stage, tractor, clock, scanners } = rig;
         let about = scanners.iter().map(|scanner| ScannerAbout {
             name: scanner.name.clone(),
             model: scanner.model.title().to_owned(),
@@ -109,7 +88,7 @@ async fn follow(
 }
 
 /// How a scanner's lines are measured: as `estimate --rig SCENE` would; none where that has no estimate.
-fn reading(stage: &Stage, scanner: &ShownScanner) -> Option<Reading> {
+fn reading(stage: &Stage, scanner: &SeenScanner) -> Option<Reading> {
     let rig = rig_with(&stage.rig, scanner.number, scanner.model.name());
     Reading::of(Some(&rig), scanner.number, false, CalibrationChoice::OfRig).ok()
 }

@@ -9,12 +9,12 @@ mod wheel;
 use std::process::ExitCode;
 
 use crate::dist;
-use crate::steps::{self, Outcome, Step};
+use crate::steps::{self, RELEASE_BUILD, Step};
 use crate::workspace::Workspace;
 
 /// Every step. A new one is a file beside these and a line here.
 const STEPS: &[Step] = &[
-    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())).taking(14),
+    RELEASE_BUILD,
     Step::new("demo", demo::run).taking(1),
     Step::new("lockstep", lockstep::run).taking(4),
     Step::new("wheel", wheel::run).taking(12),

@@ -33,7 +33,7 @@ const COMMANDS: &[Command] = &[
     ("ci", "[STEP…] everything that needs only rustup's cargo and python3", ci::command),
     (
         "full",
-        "[STEP…] what takes longer: the demo, the release wheel, what is given away, a dry run of publishing, fuzz targets",
+        "[STEP…] what takes longer: the demo, the release wheel, the release files, a dry run of publishing, fuzz targets",
         full::command,
     ),
     ("lint", "the invariants that neither rustc nor clippy holds", lint::command),

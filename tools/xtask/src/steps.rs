@@ -62,6 +62,10 @@ impl Step {
     }
 }
 
+/// The release binary, which the steps after it use.
+pub const RELEASE_BUILD: Step =
+    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())).taking(14);
+
 /// What bounds a run: a step that would not end in time is skipped, visibly.
 const WITHIN: &str = "--within=";
 

@@ -48,7 +48,7 @@ pub(super) fn make(dist: &Dist<'_>, binary: &Path) -> Result<PathBuf, String> {
     Ok(archive)
 }
 
-/// SHA-256 of all that is given away, in `SHA256SUMS`.
+/// SHA-256 of the release files, in `SHA256SUMS`.
 pub(super) fn write_checksums(dist: &Dist<'_>, given: &[PathBuf]) -> Result<(), String> {
     let names = given.iter().filter_map(|file| file.file_name());
     let sums = shell::capture(Command::new("sha256sum").args(names).current_dir(&dist.folder))?;

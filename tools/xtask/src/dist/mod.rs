@@ -1,4 +1,4 @@
-//! `cargo xtask dist`: what is given to people who do not compile. A static binary, an archive with checksums, a Debian package.
+//! `cargo xtask dist`: the release files, for people who do not compile. A static binary, an archive with checksums, a Debian package.
 //!
 //! Everything lies in `dist` below cargo's build directory; `dist/rowscan` is the binary, unpacked.
 
@@ -25,7 +25,7 @@ struct Dist<'a> {
     workspace: &'a Workspace,
     target: &'a str,
     version: String,
-    /// Where what is given away lies.
+    /// Where the release files are.
     folder: PathBuf,
     /// Where cargo builds it: a directory of its own, so that other builds keep theirs.
     build: PathBuf,
@@ -72,7 +72,7 @@ pub fn run(workspace: &Workspace) -> Outcome {
     Outcome::Passed(counts)
 }
 
-/// Files that are given away.
+/// The release files.
 struct Made {
     archive: PathBuf,
     /// None where no Debian package can be made.

@@ -1,4 +1,4 @@
-//! What is given away, used as its users use it: from the archive to a first scan, and a Debian package that comes and goes.
+//! The release files, used as their users use them: from the archive to a first scan, and a Debian package that comes and goes.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -11,12 +11,12 @@ mod vcan;
 
 use std::process::ExitCode;
 
-use crate::steps::{self, Outcome, Step};
+use crate::steps::{self, Outcome, RELEASE_BUILD, Step};
 use crate::workspace::Workspace;
 
 /// Every part, after the binary they talk to. A new one is a file beside this one and a line here.
 const PARTS: &[Step] = &[
-    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())).taking(14),
+    RELEASE_BUILD,
     Step::new("socat", socat::run).taking(2),
     Step::new("mrpt", mrpt::run).taking(4),
     Step::new("capture", capture::run).taking(2),

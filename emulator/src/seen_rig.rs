@@ -1,0 +1,41 @@
+//! A virtual rig as those see it who look on and change nothing.
+
+use std::sync::Arc;
+
+use rowscan_protocol::model::AnyModel;
+use rowscan_vehicle::Tractor;
+
+use crate::clock::SimClock;
+use crate::counting::Counting;
+use crate::line_watch::LineWatch;
+use crate::stage::Stage;
+
+/// A rig that is set up.
+#[derive(Debug)]
+pub struct SeenRig<'a> {
+    /// What runs it, for people.
+    pub title: String,
+    /// Where it stands.
+    pub stage: &'a Stage,
+    /// What its scanners ride on.
+    pub tractor: Tractor,
+    /// Its clock.
+    pub clock: Arc<SimClock>,
+    /// Its scanners.
+    pub scanners: Vec<SeenScanner>,
+}
+
+/// A scanner of such a rig.
+#[derive(Debug)]
+pub struct SeenScanner {
+    /// As faults and state call it.
+    pub name: String,
+    /// Its number in the rig, from 0.
+    pub number: usize,
+    /// What it is.
+    pub model: AnyModel,
+    /// Where its lines can be watched.
+    pub lines: LineWatch,
+    /// What it has done.
+    pub counting: Counting,
+}
