@@ -39,6 +39,23 @@ impl CutMethod {
             Self::Valley => "valley",
         }
     }
+
+    /// The one of this name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn named(name: &str) -> Result<Self, UnknownCut> {
+        let unknown = || UnknownCut { found: name.to_owned() };
+        Self::ALL.into_iter().find(|method| method.name() == name).ok_or_else(unknown)
+    }
+}
+
+/// A name that is no way to tell trees apart.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("trees: expected `trunk` or `valley`, found `{found}`")]
+pub struct UnknownCut {
+    /// The name.
+    pub found: String,
 }
 
 /// A tree found in the data.

@@ -78,7 +78,7 @@ pub mod window;
 
 pub use calibration::{Calibration, CalibrationError, CanopyClass, FitError, Sample, fit};
 pub use class::{ClassKey, RowClass};
-pub use cut::{CutMethod, FoundTree};
+pub use cut::{CutMethod, FoundTree, UnknownCut};
 pub use enough::{Enough, Reached, UNREADABLE};
 pub use error::PipelineError;
 pub use estimate::{Estimate, MountReport, Progress, SliceEstimate, TreeEstimate, TreesFound};

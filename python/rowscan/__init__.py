@@ -10,6 +10,6 @@ an array, and never 0. What cannot be done raises `Error` with the command line'
 and Ctrl-C ends them.
 """
 
-from rowscan._native import Error, Leaves, Orchard, Scan, Scanner, Scans, __version__, drive, estimate, read, scan
+from rowscan._native import Error, Leaves, Orchard, Scan, Scanner, Scans, __version__, check, drive, estimate, read, scan
 
-__all__ = ["Error", "Leaves", "Orchard", "Scan", "Scanner", "Scans", "__version__", "drive", "estimate", "read", "scan"]
+__all__ = ["Error", "Leaves", "Orchard", "Scan", "Scanner", "Scans", "__version__", "check", "drive", "estimate", "read", "scan"]

@@ -305,9 +305,30 @@ def estimate(
     scans: Optional[int] = None,
     length_m: Optional[float] = None,
     hertz: Optional[float] = None,
+    estimators: Union[None, str, Sequence[str]] = None,
+    trees: Union[None, str, Sequence[str]] = None,
 ) -> Dict[str, Any]:
     """What `rowscan estimate SOURCE --rig RIG --format json` writes: leaf area, impacted area, height, by row, tree and metre.
 
     source: tcp://HOST:PORT, serial:/dev/ttyUSB0, rfc2217://HOST:PORT, or a recording. rig: a rig file, a scene, or an orchard; without it areas are
-    None. scanner: the rig's scanner this is, from 0. echo: "first" or "last". A live scanner ends with `scans` or `length_m`, or with Ctrl-C.
+    None. scanner: the rig's scanner this is, from 0. echo: "first" or "last". estimators: names, or "all"; then `side_by_side` has the row's
+    numbers by each, beside the truth where `rig` is a scene or an orchard. trees: "trunk", "valley" or both, the ways to find trees in the data.
+    A live scanner ends with `scans` or `length_m`, or with Ctrl-C; where telegrams come for 10 s without a valid scan, with a warning.
+    """
+
+def check(
+    scenarios: Union[_Path, Sequence[_Path]],
+    *,
+    seed: Optional[int] = None,
+    fail_fast: bool = False,
+    keep: Optional[_Path] = None,
+    program: Optional[_Path] = None,
+) -> List[Dict[str, Any]]:
+    """Tries scenarios (docs/bench.md) as `rowscan check` does: a dict for each scenario and seed.
+
+    `verdict` ("passed", "skipped", "failed", "error": the worst of its cases), `text` (what the command line writes of it), `scenario`,
+    `name`, `seed`, `cases` (dicts with `name`, `verdict`, `message`, `t_s`, `row_m`, `last_events`, `rerun`), `events`, `output` (the end of what its children wrote), `facts`, `simulated_s`, `wall_s`.
+
+    seed: only this one. keep: a folder for the runs' own folders, which go again without it. program: what stands for `{rowscan}` in a scenario.
+    A scenario that is not sound does not raise: its verdict is "error".
     """

@@ -66,6 +66,23 @@ def tractor(rowscan, tmp_path):
     return rowscan("spindle", "lms111", can="slcan:%s" % (tmp_path / "can"), nmea="tcp:127.0.0.1:0")
 
 
+@pytest.fixture
+def rowscan_check(tmp_path):
+    """Tries a scenario: `rowscan_check("row.toml")`. Fails the test with its verdicts unless all passed; gives what `rowscan.check` gives."""
+
+    def check(scenario, **keywords):
+        keywords.setdefault("keep", tmp_path)
+        tried = _rowscan.check(scenario, **keywords)
+        bad = [one for one in tried if one["verdict"] not in ("passed", "skipped")]
+        if bad:
+            pytest.fail("".join(one["text"] + one["output"] for one in bad), pytrace=False)
+        if tried and all(one["verdict"] == "skipped" for one in tried):
+            pytest.skip("".join(one["text"] for one in tried))
+        return tried
+
+    return check
+
+
 def _stop(scanner):
     # What it has done is asked before it is gone.
     _last_state[id(scanner)] = _state(scanner)

@@ -2,28 +2,60 @@
 
 use std::ffi::CString;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
-use rowscan_canopy::{Enough, Estimate, Pipeline, Reached, UNREADABLE};
+use rowscan_canopy::{CutMethod, Enough, Estimate, Pipeline, Reached, UNREADABLE};
 use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
+use rowscan_emulator::stage::Stage;
 use rowscan_ports::clock;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_scenes::files::load_rig;
 use rowscan_study::reading::{CalibrationChoice, Reading, fitted_rig};
+use rowscan_study::side_by_side::{Beside, beside_truth, estimators_named};
+use serde::Serialize;
 
 use crate::failure::{Failure, Refusal};
-use crate::orchard::SceneOf;
+use crate::orchard::{SceneOf, grown};
 use crate::{document, wait};
 
 /// How often it is asked whether that is enough while nothing arrives.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
+/// One name or several.
+#[derive(FromPyObject)]
+pub(crate) enum Names {
+    /// A text.
+    One(String),
+    /// A list of them.
+    Several(Vec<String>),
+}
+
+impl Names {
+    fn list(names: Option<Self>) -> Vec<String> {
+        match names {
+            None => Vec::new(),
+            Some(Self::One(name)) => vec![name],
+            Some(Self::Several(names)) => names,
+        }
+    }
+}
+
+/// The document: an estimate, and the row's numbers beside the truth if estimators were asked for.
+#[derive(Serialize)]
+struct Told {
+    #[serde(flatten)]
+    estimate: Estimate,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    side_by_side: Vec<Beside>,
+}
+
 /// Estimates leaf area from a scanner or a recording.
 #[pyfunction]
-#[pyo3(signature = (source, rig = None, *, scanner = 0, model = None, echo = None, calibration = None, scans = None, length_m = None, hertz = None))]
+#[pyo3(signature = (source, rig = None, *, scanner = 0, model = None, echo = None, calibration = None, scans = None, length_m = None, hertz = None, estimators = None, trees = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn estimate(
     py: Python<'_>,
@@ -36,22 +68,41 @@ pub(crate) fn estimate(
     scans: Option<u64>,
     length_m: Option<f64>,
     hertz: Option<f64>,
+    estimators: Option<Names>,
+    trees: Option<Names>,
 ) -> PyResult<Py<PyAny>> {
     let source: Source = source.to_string_lossy().parse().map_err(Failure::from)?;
     let model = model.map(AnyModel::named).transpose().map_err(Failure::from)?;
     let echo = echo.map(echo_named).transpose()?;
-    let rig = rig.map(rig_of).transpose()?.map(|rig| fitted_rig(rig, &[scanner], model, echo));
+    let asked = estimators_named(&Names::list(estimators)).map_err(Failure::from)?;
+    let cuts: Result<Vec<CutMethod>, _> = Names::list(trees).iter().map(|name| CutMethod::named(name)).collect();
+    let cuts = cuts.map_err(Failure::from)?;
+    let (rig, stage) = match rig {
+        None => (None, None),
+        Some(rig) => {
+            let (rig, stage) = rig_of(py, rig, !asked.is_empty())?;
+            (Some(fitted_rig(rig, &[scanner], model, echo)), stage)
+        }
+    };
     let reading = reading(&source, rig.as_ref(), scanner, calibration)?;
-    let pipeline = hertz.into_iter().fold(reading.pipeline, Pipeline::at_frequency);
+    let pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+    let pipeline = hertz.into_iter().fold(pipeline, Pipeline::at_frequency);
     let config = DriverConfig { cola: reading.cola, lms2xx: reading.lms2xx, ..DriverConfig::default() };
     let enough = Enough::new(scans, length_m);
-    let (found, reached) =
+    let (estimate, reached) =
         wait::for_future(py, "follow the scanner", move || follow(source, config, pipeline, enough))?;
     if reached == Some(Reached::NothingValid) {
         let why = CString::new(format!("telegrams came for {UNREADABLE:?}, and none held a valid scan"))?;
         PyErr::warn(py, &py.get_type::<PyUserWarning>(), &why, 1)?;
     }
-    document::of(py, &found)
+    if asked.is_empty() {
+        return document::of(py, &Told { estimate, side_by_side: Vec::new() });
+    }
+    let told = wait::for_work(py, "compare the estimate with the truth", move || {
+        let truth = stage.as_deref().map(|stage| &stage.orchard).zip(rig.as_ref());
+        Ok(Told { side_by_side: beside_truth(&estimate, scanner, truth), estimate })
+    })?;
+    document::of(py, &told)
 }
 
 fn echo_named(name: &str) -> Result<EchoChoice, Failure> {
@@ -62,10 +113,17 @@ fn echo_named(name: &str) -> Result<EchoChoice, Failure> {
     }
 }
 
-fn rig_of(rig: SceneOf) -> Result<Rig, Failure> {
+/// The rig, and what really stands there, grown if it is asked for and the scene is known.
+fn rig_of(py: Python<'_>, rig: SceneOf, with_truth: bool) -> PyResult<(Rig, Option<Arc<Stage>>)> {
     match rig {
-        SceneOf::Grown(orchard) => Ok(orchard.get().stage.rig.clone()),
-        SceneOf::Named(name) => Ok(load_rig(&name.to_string_lossy())?.0),
+        SceneOf::Grown(orchard) => {
+            let stage = &orchard.get().stage;
+            Ok((stage.rig.clone(), with_truth.then(|| Arc::clone(stage))))
+        }
+        SceneOf::Named(name) => {
+            let (rig, scene) = load_rig(&name.to_string_lossy()).map_err(Failure::from)?;
+            Ok((rig, scene.filter(|_| with_truth).map(|scene| grown(py, scene)).transpose()?))
+        }
     }
 }
 

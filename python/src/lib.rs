@@ -1,9 +1,11 @@
-//! The Python package `rowscan`: virtual scanners, orchards with their truth, scans as NumPy arrays, recordings, estimates.
+//! The Python package `rowscan`: virtual scanners, orchards with their truth, scans as NumPy arrays, recordings, estimates,
+//! scenarios.
 //!
 //! Nothing is measured here: every number comes from the crates that the command line uses, by the same calls. Long calls release the
 //! interpreter's lock and can be interrupted (`wait`). Arrays take over the memory they were made in (`arrays`).
 
 mod arrays;
+mod check;
 mod document;
 mod estimate;
 mod failure;
@@ -29,5 +31,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scan::scan, module)?)?;
     module.add_function(wrap_pyfunction!(scans::read, module)?)?;
     module.add_function(wrap_pyfunction!(estimate::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(check::check, module)?)?;
     Ok(())
 }

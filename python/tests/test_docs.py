@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+import shutil
 
 import pytest
 
@@ -25,6 +26,10 @@ def test_a_block_runs(block, pytester):
     if "def test_" not in block:
         block = "def test_it():\n" + "".join("    " + line for line in block.splitlines(keepends=True))
     pytester.makepyfile(block)
+    # The scenario that docs/bench.md begins with.
+    bench = (ROOT / "docs" / "bench.md").read_text(encoding="utf-8")
+    (pytester.path / "row.toml").write_text(re.search(r"^```toml\n(.*?)^```$", bench, re.M | re.S)[1], encoding="utf-8")
+    shutil.copy(ROOT / "tools" / "scenarios" / "controller.py", pytester.path)
     pytester.runpytest_subprocess("-q").assert_outcomes(passed=block.count("def test_"))
 
 

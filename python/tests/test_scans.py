@@ -122,6 +122,26 @@ def test_without_a_rig_areas_are_unknown(recording):
     assert found["scans"] >= 200 and found["leaf_area_m2"] is None
 
 
+def test_estimators_and_trees_are_the_command_line_s_to_the_last_bit(command_line, recording, orchard):
+    flags = ("--estimators", "all", "--trees", "trunk", "--trees", "valley")
+    expected = command_line.json("estimate", recording, "--rig", "spindle", *flags)
+    found = rowscan.estimate(recording, "spindle", estimators="all", trees=["trunk", "valley"])
+    assert found == expected
+    assert len(found["side_by_side"]) > 10 and [cut["method"] for cut in found["trees_found"]] == ["trunk", "valley"]
+    assert any(beside["truth"] is not None for beside in found["side_by_side"])
+    # An orchard that is grown already brings its truth along.
+    of_orchard = rowscan.estimate(recording, orchard, estimators=["tai"])["side_by_side"]
+    assert {beside["estimator"] for beside in of_orchard} < {beside["estimator"] for beside in found["side_by_side"]}
+    assert any(beside["truth"] is not None for beside in of_orchard)
+
+
+def test_names_of_estimators_and_cuts_are_checked(recording):
+    with pytest.raises(rowscan.Error, match="there is no estimator `mtaa`.*there are all, "):
+        rowscan.estimate(recording, "spindle", estimators="mtaa")
+    with pytest.raises(rowscan.Error, match="trees: expected `trunk` or `valley`, found `roots`"):
+        rowscan.estimate(recording, "spindle", trees=["roots"])
+
+
 def test_a_scanner_is_estimated_live(orchard):
     with rowscan.Scanner("lms111", orchard, time_scale="max") as scanner:
         found = rowscan.estimate(scanner.source, orchard, scans=900)

@@ -1,14 +1,12 @@
 //! The estimators by name, and their numbers side by side with the truth.
 
 use comfy_table::Cell;
-use rowscan_canopy::estimator::{REPORTED, TABLE, by_name};
-use rowscan_canopy::{Estimate, EstimatorInfo, Measure, Quantity};
-use rowscan_scenes::files;
-use serde::Serialize;
+use rowscan_canopy::estimator::{REPORTED, TABLE};
+use rowscan_canopy::{EstimatorInfo, Quantity};
+use rowscan_study::side_by_side::{Beside, estimators_named};
 
 use super::Failure;
 use super::output::{self, number, percent};
-use rowscan_study::appraisal::{Appraisal, Stretch};
 
 /// Which estimators measure besides.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -26,48 +24,8 @@ impl EstimatorArgs {
 
     /// The estimators asked for, in the order of the table.
     pub(super) fn asked(&self) -> Result<Vec<&'static EstimatorInfo>, Failure> {
-        if self.estimators.iter().any(|name| name == "all") {
-            return Ok(TABLE.iter().collect());
-        }
-        if let Some(unknown) = self.estimators.iter().find(|name| by_name(name).is_none()) {
-            let names: Vec<&str> = TABLE.iter().map(|info| info.name).collect();
-            let nearest = files::nearest(unknown, &names);
-            return Err(Failure::Usage(format!(
-                "there is no estimator `{unknown}`{nearest}; there are all, {}",
-                names.join(", ")
-            )));
-        }
-        Ok(TABLE.iter().filter(|info| self.estimators.iter().any(|name| name == info.name)).collect())
+        estimators_named(&self.estimators).map_err(|error| Failure::Usage(error.to_string()))
     }
-}
-
-/// A number beside what it should have been.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Beside {
-    #[serde(flatten)]
-    pub(super) measure: Measure,
-    /// What is really there, by the same definition; null where the scene is unknown or only a finer scan could tell.
-    pub(super) truth: Option<f64>,
-    /// (value − truth) / truth.
-    pub(super) error: Option<f64>,
-}
-
-impl Beside {
-    /// The row's numbers, each with its truth where the scene is known.
-    pub(super) fn of_row(estimate: &Estimate, truth: Option<&Stretch<'_>>) -> Vec<Self> {
-        estimate.side_by_side().into_iter().map(|measure| Self::new(measure, truth)).collect()
-    }
-
-    fn new(measure: Measure, truth: Option<&Stretch<'_>>) -> Self {
-        let truth = truth.and_then(|stretch| stretch.value(measure.quantity, measure.band_m()));
-        let error = measure.value.zip(truth).map(|(value, truth)| (value - truth) / truth);
-        Self { measure, truth, error: error.filter(|error| error.is_finite()) }
-    }
-}
-
-/// The piece of the row an estimate is of.
-pub(super) fn scanned<'a>(appraisal: &'a Appraisal, estimate: &Estimate, start_m: f64) -> Stretch<'a> {
-    appraisal.stretch(start_m, start_m + estimate.scanned_m.unwrap_or(0.0))
 }
 
 /// The numbers as a table for people.

@@ -29,6 +29,7 @@ pub mod row_scan;
 pub mod search;
 mod settings;
 mod shard;
+pub mod side_by_side;
 pub mod sweep;
 pub mod transfer;
 pub mod trial;

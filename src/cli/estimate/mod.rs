@@ -15,11 +15,12 @@ use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_recording::Taps;
 use rowscan_scenes::{Orchard, Scene};
 use rowscan_study::reading::{CalibrationChoice, Reading};
+use rowscan_study::side_by_side::beside_truth;
 use rowscan_web::{About, ScannerAbout};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
-use super::estimators::{self, Beside, EstimatorArgs};
+use super::estimators::EstimatorArgs;
 use super::interrupt::Interrupt;
 use super::link_options::{PARTING, Prefer, stream_kind};
 use super::output::{self, say};
@@ -30,7 +31,6 @@ use super::{Failure, Format, Outcome, progress, scene, service};
 use follower::{Followed, Follower};
 use print::Told;
 pub(super) use print::warnings;
-use rowscan_study::appraisal::Appraisal;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -238,13 +238,8 @@ impl Args {
         truth: Option<(&Orchard, &Rig)>,
     ) -> Option<Told> {
         let (estimate, scanner) = (followed.estimate.take()?, scanners.get(followed.place)?);
-        let truth = truth.map(|(orchard, rig)| {
-            let mount = rig.scanners.get(*scanner).cloned().unwrap_or_default();
-            (Appraisal::of(orchard, &mount, rig.ground_clearance_m), rig.start_m)
-        });
-        let truth = truth.as_ref().map(|(truth, start_m)| estimators::scanned(truth, &estimate, *start_m));
         let side_by_side = match self.estimators.are_asked() {
-            true => Beside::of_row(&estimate, truth.as_ref()),
+            true => beside_truth(&estimate, *scanner, truth),
             false => Vec::new(),
         };
         let several = scanners.len() > 1;

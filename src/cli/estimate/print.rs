@@ -1,10 +1,11 @@
 //! Estimates as they are written: a document, rows, tables for people.
 
 use rowscan_canopy::{Estimate, MountReport, TreesFound, Warning};
+use rowscan_study::side_by_side::Beside;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::super::estimators::{self, Beside};
+use super::super::estimators;
 use super::super::output::{self, number};
 use super::super::{Failure, Format};
 

@@ -1,0 +1,56 @@
+//! `check`: scenarios, as `rowscan check` tries them.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use rowscan_check::{Options, Tried, Verdict, report, worst};
+use serde::Serialize;
+use tokio::sync::watch;
+
+use crate::{document, wait};
+
+/// One scenario file or several.
+#[derive(FromPyObject)]
+pub(crate) enum Scenarios {
+    /// A path.
+    One(PathBuf),
+    /// A list of them.
+    Several(Vec<PathBuf>),
+}
+
+/// A scenario with one seed: its verdict, what the command line writes of it, and everything behind.
+#[derive(Serialize)]
+struct Told<'a> {
+    verdict: Verdict,
+    text: String,
+    #[serde(flatten)]
+    tried: &'a Tried,
+}
+
+/// Tries scenarios, each with its seeds.
+#[pyfunction]
+#[pyo3(signature = (scenarios, *, seed = None, fail_fast = false, keep = None, program = None))]
+pub(crate) fn check(
+    py: Python<'_>,
+    scenarios: Scenarios,
+    seed: Option<u64>,
+    fail_fast: bool,
+    keep: Option<PathBuf>,
+    program: Option<PathBuf>,
+) -> PyResult<Py<PyAny>> {
+    let paths = match scenarios {
+        Scenarios::One(path) => vec![path],
+        Scenarios::Several(paths) => paths,
+    };
+    let options = Options { seed, fail_fast, keep, program, ..Options::default() };
+    let (cancel, cancelled) = watch::channel(false);
+    let tried = wait::for_work(py, "run the scenarios", move || {
+        Ok(rowscan_check::check(&paths, &options, cancelled, &mut |_| {})?)
+    });
+    // Interrupted: what is being tried ends, its children with it.
+    let tried = tried.inspect_err(|_| {
+        let _ = cancel.send(true);
+    })?;
+    let told = tried.iter().map(|tried| Told { verdict: worst([tried]), text: report::text(tried), tried });
+    document::of(py, &told.collect::<Vec<_>>())
+}
