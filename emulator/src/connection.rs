@@ -56,8 +56,9 @@ pub(crate) async fn serve<S: AsyncRead + AsyncWrite + Unpin>(
     }
     let entry = RosterEntry { shared: &shared, member: joined.member };
     let ended = tokio::select! {
-        ended = converse_through_faults(&shared, &entry.member, joined.scans, stream, on_reset) => ended,
+        biased; // Whoever is turned out is answered nothing more.
         () = entry.member.turned_out() => Ok(()),
+        ended = converse_through_faults(&shared, &entry.member, joined.scans, stream, on_reset) => ended,
     };
     if let Err(cause) = ended {
         tracing::debug!(%cause, "client gone");
