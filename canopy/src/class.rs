@@ -37,11 +37,13 @@ pub enum ClassKey {
     TrainingSystem,
     /// How wide the beams are.
     Optics,
+    /// From the scanner to the row plane: wide beams meet more rims the farther they go.
+    Distance,
 }
 
 impl ClassKey {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::LeafAngle,
         Self::LeafSize,
         Self::Season,
@@ -49,6 +51,7 @@ impl ClassKey {
         Self::WoodShare,
         Self::TrainingSystem,
         Self::Optics,
+        Self::Distance,
     ];
 
     /// Its name in warnings, studies and tables.
@@ -61,6 +64,7 @@ impl ClassKey {
             Self::WoodShare => "wood_share",
             Self::TrainingSystem => "training_system",
             Self::Optics => "optics",
+            Self::Distance => "distance",
         }
     }
 
@@ -68,14 +72,67 @@ impl ClassKey {
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|key| key.name() == name)
     }
+
+    /// True if its values are numbers, false if they are names.
+    pub fn is_number(self) -> bool {
+        matches!(self, Self::LeafAngle | Self::LeafSize | Self::WoodShare | Self::Distance)
+    }
+
+    /// The property as a number: degrees, cm², a share, metres. `None` where it is unknown, and for properties that are names.
+    pub fn number(self, canopy: &CanopyClass, distance_m: Option<f64>) -> Option<f64> {
+        match self {
+            Self::LeafAngle => canopy.leaf_angle_deg,
+            Self::LeafSize => canopy.leaf_area_cm2,
+            Self::WoodShare => canopy.wood_share,
+            Self::Distance => distance_m,
+            Self::Season | Self::Generator | Self::TrainingSystem | Self::Optics => None,
+        }
+    }
+
+    /// What the contact frequency takes the property for without calibration: leaves turned any way, no wood. `None` where it assumes nothing.
+    pub fn assumed(self) -> Option<f64> {
+        match self {
+            Self::LeafAngle => Some(SPHERICAL_DEG),
+            Self::LeafSize => Some(LeafShape::default().area_m2 * 1e4),
+            Self::WoodShare => Some(0.0),
+            Self::Distance | Self::Season | Self::Generator | Self::TrainingSystem | Self::Optics => None,
+        }
+    }
+
+    /// How far apart two such numbers are: leaf sizes and distances by the logarithm of their ratio, others by their difference.
+    pub fn apart(self, one: f64, other: f64) -> f64 {
+        match self {
+            Self::LeafSize | Self::Distance => (one / other).ln().abs(),
+            _ => (one - other).abs(),
+        }
+    }
+
+    /// Up to which difference two classes count as the same in warnings.
+    fn tolerance(self) -> f64 {
+        match self {
+            Self::LeafAngle => ANGLE_TOLERANCE_DEG,
+            Self::WoodShare => WOOD_TOLERANCE,
+            _ => RATIO_TOLERANCE.ln(),
+        }
+    }
+
+    /// Such a number in words.
+    fn text(self, value: f64) -> String {
+        match self {
+            Self::LeafAngle => format!("{value:.0}°"),
+            Self::LeafSize => format!("{value:.1} cm²"),
+            Self::Distance => format!("{value:.1} m"),
+            _ => format!("{:.0} %", 100.0 * value),
+        }
+    }
 }
 
 /// Mean inclination of leaves turned any way, degrees: one radian. G = 0.5 assumes it.
 const SPHERICAL_DEG: f64 = 57.295_779_513_082_32;
 /// How far a mean inclination may be off, degrees: G(0°) changes by about 3 % over it.
 const ANGLE_TOLERANCE_DEG: f64 = 5.0;
-/// How far a leaf's area may be off, relative.
-const LEAF_AREA_TOLERANCE: f64 = 0.2;
+/// How many times as large a leaf or a distance may be.
+const RATIO_TOLERANCE: f64 = 1.25;
 /// How far a share of wood may be off.
 const WOOD_TOLERANCE: f64 = 0.03;
 
@@ -84,6 +141,8 @@ const WOOD_TOLERANCE: f64 = 0.03;
 pub(crate) struct Compared {
     pub(crate) key: ClassKey,
     pub(crate) standing: Standing,
+    /// How far apart they are, by [`ClassKey::apart`]; `None` where one of them is unknown or they are names.
+    pub(crate) apart: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -101,49 +160,39 @@ pub(crate) enum Standing {
 pub(crate) enum Holds<'a> {
     /// A calibration's class.
     For(&'a CalibrationClass),
-    /// The assumptions of the contact frequency without calibration: leaves turned any way, no wood; of other things it assumes nothing.
+    /// The assumptions of the contact frequency without calibration.
     Assumptions,
 }
 
+/// How the rig says that the row is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    pub(crate) width: Option<BeamWidth>,
+    pub(crate) distance_m: f64,
+}
+
 impl RowClass {
-    /// Compares the row with what a leaf area holds for, in every property that matters to it. `width` is what the rig says of the beams.
-    pub(crate) fn compared(&self, holds: &Holds<'_>, width: Option<BeamWidth>) -> Vec<Compared> {
+    /// Compares the row with what a leaf area holds for, in every property that matters to it.
+    pub(crate) fn compared(&self, holds: &Holds<'_>, look: Look) -> Vec<Compared> {
         let own = &self.canopy;
+        let found = |key: ClassKey| key.number(own, Some(look.distance_m));
         match holds {
-            Holds::Assumptions => {
-                let leaf_cm2 = LeafShape::default().area_m2 * 1e4;
-                vec![
-                    numbers(
-                        ClassKey::LeafAngle,
-                        Some(SPHERICAL_DEG),
-                        own.leaf_angle_deg,
-                        ANGLE_TOLERANCE_DEG,
-                    ),
-                    numbers(
-                        ClassKey::LeafSize,
-                        Some(leaf_cm2),
-                        own.leaf_area_cm2,
-                        LEAF_AREA_TOLERANCE * leaf_cm2,
-                    ),
-                    numbers(ClassKey::WoodShare, Some(0.0), own.wood_share, WOOD_TOLERANCE),
-                ]
-            }
+            Holds::Assumptions => [ClassKey::LeafAngle, ClassKey::LeafSize, ClassKey::WoodShare]
+                .into_iter()
+                .map(|key| numbers(key, key.assumed(), found(key)))
+                .collect(),
             Holds::For(class) => {
                 let of = &class.canopy;
-                let leaf_cm2 = of.leaf_area_cm2.unwrap_or_default();
+                let numbers = |key: ClassKey| numbers(key, key.number(of, class.distance_m), found(key));
                 vec![
-                    numbers(ClassKey::LeafAngle, of.leaf_angle_deg, own.leaf_angle_deg, ANGLE_TOLERANCE_DEG),
-                    numbers(
-                        ClassKey::LeafSize,
-                        of.leaf_area_cm2,
-                        own.leaf_area_cm2,
-                        LEAF_AREA_TOLERANCE * leaf_cm2,
-                    ),
+                    numbers(ClassKey::LeafAngle),
+                    numbers(ClassKey::LeafSize),
                     names(ClassKey::Season, of.season.as_deref(), own.season.as_deref()),
                     names(ClassKey::Generator, of.generator.as_deref(), own.generator.as_deref()),
-                    numbers(ClassKey::WoodShare, of.wood_share, own.wood_share, WOOD_TOLERANCE),
+                    numbers(ClassKey::WoodShare),
                     names(ClassKey::TrainingSystem, Some(&class.preset), self.preset.as_deref()),
-                    names(ClassKey::Optics, Some(optics(class.optics)), width.map(beams)),
+                    names(ClassKey::Optics, Some(optics(class.optics)), look.width.map(beams)),
+                    numbers(ClassKey::Distance),
                 ]
             }
         }
@@ -165,20 +214,20 @@ fn beams(width: BeamWidth) -> &'static str {
     }
 }
 
-fn numbers(key: ClassKey, expected: Option<f64>, found: Option<f64>, tolerance: f64) -> Compared {
-    let standing = match expected.zip(found) {
-        None => Standing::Unknown,
-        Some((expected, found)) if (found - expected).abs() <= tolerance => Standing::Same,
-        Some((expected, found)) => {
-            let text = |value: f64| match key {
-                ClassKey::LeafAngle => format!("{value:.0}°"),
-                ClassKey::LeafSize => format!("{value:.1} cm²"),
-                _ => format!("{:.0} %", 100.0 * value),
-            };
-            Standing::Differs { expected: text(expected), found: text(found) }
-        }
+fn numbers(key: ClassKey, expected: Option<f64>, found: Option<f64>) -> Compared {
+    let Some((expected, found)) = expected.zip(found) else {
+        return Compared { key, standing: Standing::Unknown, apart: None };
     };
-    Compared { key, standing }
+    let apart = key.apart(expected, found);
+    if !apart.is_finite() {
+        return Compared { key, standing: Standing::Unknown, apart: None };
+    }
+    let standing = if apart <= key.tolerance() {
+        Standing::Same
+    } else {
+        Standing::Differs { expected: key.text(expected), found: key.text(found) }
+    };
+    Compared { key, standing, apart: Some(apart) }
 }
 
 fn names(key: ClassKey, expected: Option<&str>, found: Option<&str>) -> Compared {
@@ -191,5 +240,5 @@ fn names(key: ClassKey, expected: Option<&str>, found: Option<&str>) -> Compared
             Standing::Differs { expected: expected.to_owned(), found: found.to_owned() }
         }
     };
-    Compared { key, standing }
+    Compared { key, standing, apart: None }
 }

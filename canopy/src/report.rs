@@ -1,7 +1,7 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
 use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
-use crate::class::{ClassKey, Holds, RowClass, Standing};
+use crate::class::{ClassKey, Holds, Look, RowClass, Standing};
 use crate::estimate::{
     Estimate, LeafAreaEstimator, MountReport, RangeStatistics, SliceEstimate, TreeEstimate,
 };
@@ -10,7 +10,7 @@ use crate::gate::Gate;
 use crate::odometry::AdvanceSource;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
-use crate::uncertainty::{self, Uncertainty, between_class};
+use crate::uncertainty::{self, Uncertainty};
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount};
@@ -92,24 +92,27 @@ fn tell_how_sure(
     let holds = calibration.map_or(Holds::Assumptions, |calibration| Holds::For(&calibration.class));
     let estimator = if calibration.is_some() { "contact" } else { "contact_raw" };
     let known = class.cloned().unwrap_or_default();
-    let compared = known.compared(&holds, pass.rig.optics);
-    let mut silent: Vec<ClassKey> = Vec::new();
+    let look = Look { width: pass.rig.optics, distance_m: pass.mount.distance_m };
+    let compared = known.compared(&holds, look);
+    let (mut silent, mut of_silent): (Vec<ClassKey>, Vec<Option<f64>>) = (Vec::new(), Vec::new());
     for found in &compared {
         match &found.standing {
             Standing::Same => {}
-            Standing::Unknown => silent.push(found.key),
+            Standing::Unknown => {
+                silent.push(found.key);
+                of_silent.push(uncertainty::of_property(found, estimator));
+            }
             Standing::Differs { expected, found: is } => estimate.warnings.push(Warning::OutsideClass {
                 key: found.key,
                 expected: expected.clone(),
                 found: is.clone(),
                 calibrated: calibration.is_some(),
-                relative_sd: between_class(found.key, estimator),
+                relative_sd: uncertainty::of_property(found, estimator),
             }),
         }
     }
     if !silent.is_empty() {
-        let sds: Option<Vec<f64>> = silent.iter().map(|key| between_class(*key, estimator)).collect();
-        let relative_sd = sds.map(uncertainty::combined);
+        let relative_sd = of_silent.into_iter().collect::<Option<Vec<f64>>>().map(uncertainty::combined);
         estimate.warnings.push(Warning::ClassUnknown { keys: silent, relative_sd });
     }
     let sampled = uncertainty::relative_sd(pass.row.metres.iter());

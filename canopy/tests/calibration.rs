@@ -22,6 +22,7 @@ fn class() -> CalibrationClass {
         resolution_deg: 0.5,
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
+        distance_m: None,
         canopy: CanopyClass::default(),
     }
 }

@@ -7,7 +7,7 @@ mod common;
 use common::*;
 use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
 use rowscan_canopy::{Calibration, CanopyClass, Estimate, Pipeline, RowClass, Sample, fit};
-use rowscan_protocol::rig::{BeamWidth, Rig};
+use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
 fn rig() -> Rig {
@@ -47,6 +47,7 @@ fn calibration(canopy: CanopyClass) -> Calibration {
         resolution_deg: 0.5,
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
+        distance_m: Some(Mount::default().distance_m),
         canopy,
     };
     let sample = |f: f64| Sample {
@@ -117,6 +118,25 @@ fn every_key_outside_the_class_is_warned_of_and_none_inside() {
         let warnings = warned(&told(Some(calibration(canopy())), Some(row)), "class");
         assert!(warnings.len() == 1 && warnings[0].starts_with(&format!("class: {key} is ")), "{warnings:?}");
     }
+}
+
+#[test]
+fn a_calibration_made_from_elsewhere_is_warned_of_and_widens_the_interval() {
+    let from = |distance_m: Option<f64>| {
+        let mut calibration = calibration(canopy());
+        calibration.class.distance_m = distance_m;
+        told(Some(calibration), Some(row_class()))
+    };
+    let own_m = Mount::default().distance_m;
+    let width = |estimate: &Estimate| estimate.leaf_area_interval_m2.map(|[low, high]| high - low);
+    let [here, beside, twice, four_times, unknown] =
+        [Some(own_m), Some(1.2 * own_m), Some(2.0 * own_m), Some(4.0 * own_m), None].map(from);
+    assert_eq!(warned(&here, "class"), Vec::<String>::new());
+    assert_eq!(warned(&beside, "class"), Vec::<String>::new());
+    assert!(warned(&twice, "class")[0].starts_with("class: distance is "), "{:?}", twice.warnings);
+    assert!(warned(&unknown, "class_unknown")[0].contains("distance"), "{:?}", unknown.warnings);
+    assert!(width(&here) < width(&beside) && width(&beside) < width(&twice) && width(&twice) < width(&four_times));
+    assert!(width(&here) < width(&unknown), "what is not told widens");
 }
 
 #[test]

@@ -19,11 +19,14 @@ pub enum Document {
     Study,
     /// A search for the values that come nearest: `rowscan study search`
     Search,
+    /// Classes that calibrations are carried between: `rowscan study transfer`, `rowscan study coverage`
+    Classes,
 }
 
 impl Document {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Scene, Self::Rig, Self::Scenario, Self::Study, Self::Search];
+    pub const ALL: [Self; 6] =
+        [Self::Scene, Self::Rig, Self::Scenario, Self::Study, Self::Search, Self::Classes];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -33,6 +36,7 @@ impl Document {
             Self::Scenario => "scenario",
             Self::Study => "study",
             Self::Search => "search",
+            Self::Classes => "classes",
         }
     }
 
@@ -52,6 +56,9 @@ impl Document {
             Self::Search => {
                 "A search for the knobs that come nearest to a target. `rowscan study search FILE` runs it."
             }
+            Self::Classes => {
+                "Classes of orchards, scanners and tractors. `rowscan study transfer --classes FILE` carries calibrations between them, `rowscan study coverage --classes FILE` counts how often intervals hold the truth."
+            }
         }
     }
 
@@ -65,6 +72,7 @@ impl Document {
             Self::Scenario => rowscan_check::scenario::schema(&mut generator),
             Self::Study => rowscan_study::sweep::schema(&mut generator),
             Self::Search => rowscan_study::search::schema(&mut generator),
+            Self::Classes => rowscan_study::classes::schema(&mut generator),
         };
         let mut schema = schema.to_value();
         tidy::tidy(&mut schema);

@@ -49,6 +49,7 @@ fn title(document: Document) -> &'static str {
         Document::Scenario => "Scenario",
         Document::Study => "Study",
         Document::Search => "Search",
+        Document::Classes => "Classes",
     }
 }
 

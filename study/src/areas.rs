@@ -138,6 +138,7 @@ impl AreasStudy {
                 .unwrap_or_default(),
             echo_rule: EchoRule::First,
             optics: Optics::Ideal,
+            distance_m: mount.map(|mount| mount.distance_m),
             canopy: CanopyClass::default(),
         }
     }

@@ -71,11 +71,15 @@ fn schemas_hold_for_every_file_of_the_repository() {
         Document::ALL.into_iter().map(|document| (document, document.schema())).collect();
     let schema =
         |wanted: Document| &schemas.iter().find(|(document, _)| *document == wanted).expect("there").1;
-    let mut counts = [0; 5];
-    for folder in ["sim-scenes/scenes", "docs/orchards", "docs/examples", "tools/scenarios"] {
+    let mut counts = [0; 6];
+    for folder in ["sim-scenes/scenes", "docs/orchards", "docs/examples", "tools/scenarios", "study"] {
         for path in toml_files(folder) {
             let document = json_of(&std::fs::read_to_string(&path).expect("read"));
-            let (kind, slot) = if document.get("sweep").is_some() {
+            let (kind, slot) = if document.get("package").is_some() {
+                continue;
+            } else if document.get("axis").is_some() {
+                (Document::Classes, 5)
+            } else if document.get("sweep").is_some() {
                 (Document::Study, 0)
             } else if document.get("knob").is_some() || document.get("seeds").is_some() {
                 (Document::Search, 1)
@@ -119,6 +123,7 @@ fn what_the_reader_refuses_the_schema_refuses() {
         (Document::Scenario, "version = 1\n[[expect]]\nwhat = \"scans_los\"\n", "an unknown expectation"),
         (Document::Study, "version = 1\nscene = \"spindle\"\n", "a study without a sweep"),
         (Document::Search, "version = 1\nscene = \"paper\"\n", "a search without seeds"),
+        (Document::Classes, "version = 1\nscene = \"paper\"\n[[axis]]\nname = \"a\"\n", "an axis without classes"),
     ] {
         assert!(
             complaint(&document.schema(), &json_of(bad)).is_some(),

@@ -55,6 +55,9 @@ pub struct CalibrationClass {
     pub echo_rule: EchoRule,
     /// How the beam was modelled.
     pub optics: Optics,
+    /// From the scanner to the row plane, metres; unknown in files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance_m: Option<f64>,
     /// Leaves and wood; unknown in files of versions before these keys.
     #[serde(default, skip_serializing_if = "CanopyClass::is_unknown")]
     pub canopy: CanopyClass,
@@ -245,6 +248,9 @@ impl Calibration {
             if !(value.is_finite() && value > 0.0) {
                 return Err(CalibrationError::NotPositive { key, value });
             }
+        }
+        if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(CalibrationError::NotPositive { key: "class.distance_m", value });
         }
         Ok(())
     }

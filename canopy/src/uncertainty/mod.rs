@@ -36,11 +36,18 @@ pub fn interval(value: f64, relative_sd: f64) -> [f64; 2] {
     [value * (-Z95 * relative_sd).exp(), value * (Z95 * relative_sd).exp()]
 }
 
+/// What a property adds to the between-class term; `None` where the study did not measure it.
+pub(crate) fn of_property(compared: &Compared, estimator: &str) -> Option<f64> {
+    match (&compared.standing, compared.apart) {
+        (Standing::Same, None) => Some(0.0),
+        (_, apart) => between_class(compared.key, estimator, apart),
+    }
+}
+
 /// The between-class term of a row: every property in which it differs from the class, or of which one of them says nothing, by the study's
 /// table. `None` if the table lacks one of them: then there is no interval.
 pub(crate) fn term(compared: &[Compared], estimator: &str) -> Option<f64> {
-    let open = compared.iter().filter(|compared| compared.standing != Standing::Same);
-    let sds: Option<Vec<f64>> = open.map(|compared| between_class(compared.key, estimator)).collect();
+    let sds: Option<Vec<f64>> = compared.iter().map(|compared| of_property(compared, estimator)).collect();
     sds.map(combined)
 }
 
@@ -60,13 +67,22 @@ mod tests {
     }
 
     #[test]
-    fn a_property_that_is_not_told_widens_as_much_as_one_that_differs() {
-        let with = |standing| [Compared { key: ClassKey::LeafAngle, standing }];
-        let differs = Standing::Differs { expected: "57°".into(), found: "30°".into() };
-        let same = term(&with(Standing::Same), "contact");
-        assert_eq!(same, Some(0.0));
-        let other = term(&with(differs), "contact");
-        assert!(other > same && other == term(&with(Standing::Unknown), "contact"));
-        assert_eq!(term(&with(Standing::Unknown), "no such estimator"), None);
+    fn a_property_that_is_not_told_widens_as_much_as_the_studys_classes_differ() {
+        let with = |standing, apart| [Compared { key: ClassKey::LeafAngle, standing, apart }];
+        let differs = || Standing::Differs { expected: "57°".into(), found: "30°".into() };
+        assert_eq!(term(&with(Standing::Same, Some(0.0)), "contact"), Some(0.0));
+        let unknown = term(&with(Standing::Unknown, None), "contact").unwrap();
+        let near = term(&with(Standing::Same, Some(3.0)), "contact").unwrap();
+        let far = term(&with(differs(), Some(27.0)), "contact").unwrap();
+        assert!(0.0 < near && near < unknown && (far / near - 9.0).abs() < 1e-9, "{near} {unknown} {far}");
+        assert_eq!(term(&with(Standing::Unknown, None), "no such estimator"), None);
+    }
+
+    #[test]
+    fn names_are_the_same_or_they_are_not() {
+        let with = |standing| [Compared { key: ClassKey::Season, standing, apart: None }];
+        let differs = Standing::Differs { expected: "full_leaf".into(), found: "bloom".into() };
+        assert_eq!(term(&with(Standing::Same), "contact"), Some(0.0));
+        assert_eq!(term(&with(differs), "contact"), term(&with(Standing::Unknown), "contact"));
     }
 }

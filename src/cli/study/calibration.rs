@@ -70,26 +70,26 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 /// What a calibration made on this scene is valid for.
 fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationClass {
     let tree = scene.orchard.tree_parameters();
+    let rig = scene.resolved_rig();
+    let mount = rig.scanners.first();
     CalibrationClass {
         preset: scene.orchard.preset.to_string(),
         shady_threshold_percent: tree.shady_percent,
         growth_stage: format!("{} iterations", tree.iterations),
         tree_spacing_m: scene.orchard.layout().tree_spacing_m,
         scanner_model: model.name().to_owned(),
-        resolution_deg: scene
-            .resolved_rig()
-            .scanners
-            .first()
+        resolution_deg: mount
             .and_then(|mount| mount.resolution_deg)
             .unwrap_or_else(|| exact_step_deg(model.default_step())),
-        echo_rule: match scene.rig.scanners.first().and_then(|mount| mount.echo) {
+        echo_rule: match mount.and_then(|mount| mount.echo) {
             Some(EchoChoice::Last) => EchoRule::Last,
             Some(EchoChoice::First) | None => EchoRule::First,
         },
-        optics: match scene.resolved_rig().optics {
+        optics: match rig.optics {
             Some(BeamWidth::Device) => Optics::Footprint,
             Some(BeamWidth::Ideal) | None => Optics::Ideal,
         },
+        distance_m: mount.map(|mount| mount.distance_m),
         canopy,
     }
 }

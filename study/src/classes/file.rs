@@ -1,5 +1,6 @@
 //! The file of classes.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use rowscan_scenes::Scene;
@@ -18,35 +19,67 @@ const VERSION: u32 = 1;
 /// The classes that ship with the program.
 const BUILT_IN: &str = include_str!("../../classes.toml");
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ClassesFile {
+    /// Format of the file.
+    #[schemars(range(min = 1, max = 1), example = 1)]
     version: u32,
+    /// What to call them.
     #[serde(default)]
     name: String,
+    /// The scene that classes depart from: a built-in one's name, or a file beside this one.
+    #[schemars(example = &"spindle")]
     scene: String,
+    /// The properties in which classes differ.
     axis: Vec<AxisFile>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AxisFile {
+    /// Its name; that of a class key (leaf_angle, leaf_size, season, generator, training_system, wood_share, optics, distance) gives the between-class
+    /// term of intervals.
+    #[schemars(example = &"leaf_angle")]
     name: String,
+    /// Its classes, two or more.
     class: Vec<ClassFile>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ClassFile {
+    /// Its name.
+    #[schemars(example = &"45 ± 18°")]
     name: String,
+    /// What it departs from, instead of the file's scene.
     #[serde(default)]
+    #[schemars(example = &"mature")]
     scene: Option<String>,
+    /// What it sets: keys of a scene, in quotes, with their values.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>", example = set_example())]
     set: Table,
+    /// What the estimator believes and is not so: keys of the rig.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>", example = told_example())]
     told: Table,
+    /// What becomes of the grown trees.
     #[serde(default)]
     reimport: Option<Reimport>,
+}
+
+fn set_example() -> BTreeMap<String, f64> {
+    BTreeMap::from([("orchard.tree.leaf_angle_mean_deg".to_owned(), 45.0)])
+}
+
+fn told_example() -> BTreeMap<String, f64> {
+    BTreeMap::from([("rig.scanner.distance_m".to_owned(), 2.0)])
+}
+
+/// The tables of a file of classes.
+pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    generator.subschema_for::<ClassesFile>()
 }
 
 /// Reads a file of classes. Scenes that are files are looked for beside it.
@@ -107,6 +140,9 @@ impl ClassFile {
             let why = format!("the estimator is told of the rig only, `told` holds `{stray}`");
             return Err(refuse(&self.name, why));
         }
+        if let Some(why) = self.reimport.and_then(|reimport| reimport.refusal()) {
+            return Err(refuse(&self.name, why));
+        }
         Ok(Class {
             axis: axis.to_owned(),
             name: self.name,
@@ -147,6 +183,10 @@ mod tests {
         assert!(wrong.starts_with("c.toml:8:") && wrong.contains("did you mean `iterations`"), "{wrong}");
         let told = refusal("told = { \"orchard.tree.iterations\" = 3 }");
         assert!(told.contains("told of the rig only"), "{told}");
+        let shrunk = refusal("reimport = { leaf_scale = 0.0, tilt_deg = 0.0 }");
+        assert!(shrunk.contains("leaf_scale: expected above 0, up to 10, found 0"), "{shrunk}");
+        let turned = refusal("reimport = { leaf_scale = 1.0, tilt_deg = 200.0 }");
+        assert!(turned.contains("tilt_deg: expected from 0 to 90, found 200"), "{turned}");
         let lone =
             "version = 1\nscene = \"spindle\"\n[[axis]]\nname = \"a\"\n[[axis.class]]\nname = \"one\"\n";
         let why = of_document(&Document::built_in("c.toml", lone)).expect_err("one").to_string();

@@ -9,7 +9,7 @@ use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
 use serde::{Deserialize, Serialize};
 
-pub use file::{built_in, read};
+pub use file::{built_in, read, schema};
 pub use reimport::Reimport;
 
 use crate::UnitError;

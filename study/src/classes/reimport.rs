@@ -8,16 +8,28 @@ use rowscan_scenes::{GeneratorKind, Leaf, Orchard, Scene, Tree};
 use serde::{Deserialize, Serialize};
 
 /// What becomes of the leaves.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reimport {
-    /// Factor on length and width about the foot.
+    /// Factor on length and width about the foot: above 0, up to 10.
+    #[schemars(range(min = 0.0, max = 10.0), example = 0.75)]
     pub leaf_scale: f64,
     /// Degrees by which a leaf is turned about the level line in it, towards upright; it goes no farther than upright.
+    #[schemars(range(min = 0.0, max = 90.0), example = 25.0)]
     pub tilt_deg: f64,
 }
 
 impl Reimport {
+    /// Why it cannot be done.
+    pub(super) fn refusal(&self) -> Option<String> {
+        let Self { leaf_scale, tilt_deg } = *self;
+        if !(leaf_scale > 0.0 && leaf_scale <= 10.0) {
+            return Some(format!("reimport.leaf_scale: expected above 0, up to 10, found {leaf_scale}"));
+        }
+        (!(0.0..=90.0).contains(&tilt_deg))
+            .then(|| format!("reimport.tilt_deg: expected from 0 to 90, found {tilt_deg}"))
+    }
+
     /// A scene with this stage's trees as files.
     pub(crate) fn scene(&self, stage: &Stage) -> Scene {
         let orchard = &stage.orchard;

@@ -78,6 +78,7 @@ fn class() -> CalibrationClass {
         resolution_deg: 1.0,
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
+        distance_m: None,
         canopy: CanopyClass::default(),
     }
 }

@@ -7,7 +7,7 @@ mod fits;
 mod report;
 
 use rowscan_canopy::estimator::by_name;
-use rowscan_canopy::{Estimate, EstimatorInfo, Quantity};
+use rowscan_canopy::{CanopyClass, Estimate, EstimatorInfo, Quantity};
 use rowscan_scenes::Scene;
 use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,10 @@ pub struct TransferRow {
     pub impacted_m2: f64,
     /// Leaf area by contact frequency, `voxel`, `polar` and `gap`, without calibration, m²; in the order of [`DENSITIES`].
     pub densities_m2: [Option<f64>; 4],
+    /// Its leaves and wood.
+    pub canopy: CanopyClass,
+    /// From the scanner to the row plane, as the estimator is told, metres.
+    pub distance_m: Option<f64>,
 }
 
 /// The estimators that are a density times a volume: one factor calibrates them.
@@ -80,6 +84,8 @@ impl Study for TransferStudy {
             canopy_m: estimate.canopy_m.unwrap_or(0.0),
             impacted_m2: estimate.impacted_total_area_m2.unwrap_or(0.0),
             densities_m2: DENSITIES.map(|name| raw(estimate, name)),
+            canopy: trial.class.canopy,
+            distance_m: estimate.mount.map(|mount| mount.distance_m),
         })
     }
 }

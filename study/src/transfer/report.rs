@@ -70,6 +70,9 @@ pub struct BetweenRow {
     pub estimator: &'static str,
     /// Root mean square of the bias over all ordered pairs of different classes; of one without a fit, over the classes.
     pub relative_sd: f64,
+    /// How far apart those classes are in the property, root mean square ([`ClassKey::apart`]); of an estimator without a fit, from what it assumes.
+    /// `None` where the axis is no number of a class.
+    pub apart: Option<f64>,
 }
 
 impl Error {
@@ -100,6 +103,13 @@ impl<'a> Rows<'a> {
             (from..from + rows).contains(&unit.index) && (unit.index - from < rows / 2) == fitted
         };
         self.units.iter().filter(own).map(|unit| &unit.result)
+    }
+
+    /// A property's mean over a class's rows.
+    fn number(&self, class: usize, key: ClassKey) -> Option<f64> {
+        let rows = [true, false].into_iter().flat_map(|fitted| self.half(class, fitted));
+        let numbers: Option<Vec<f64>> = rows.map(|row| key.number(&row.canopy, row.distance_m)).collect();
+        numbers.filter(|numbers| !numbers.is_empty()).map(|numbers| rowscan_canopy::regression::mean(&numbers))
     }
 }
 
@@ -138,18 +148,49 @@ pub fn report(provenance: Header<TransferStudy>, units: &[Unit<TransferRow>]) ->
             }));
         }
         let cells = matrix.get(first..).unwrap_or_default();
-        between_class.extend(ESTIMATORS.iter().filter_map(|estimator| between(axis, estimator, cells)));
+        let key = ClassKey::by_name(axis);
+        let number = |name: &str| {
+            let class = own.iter().find(|k| classes.get(**k).is_some_and(|class| class.name == name))?;
+            rows.number(*class, key?)
+        };
+        between_class.extend(ESTIMATORS.iter().filter_map(|estimator| {
+            let (relative_sd, pairs) = between(estimator, cells)?;
+            let apart = key.and_then(|key| apart(key, &pairs, number));
+            Some(BetweenRow { axis: axis.to_owned(), estimator, relative_sd, apart })
+        }));
     }
     TransferReport { matrix, left_out, between_class, provenance }
 }
 
-fn between(axis: &str, estimator: &'static str, cells: &[Carried]) -> Option<BetweenRow> {
+/// Root mean square of an estimator's biases, and the classes that each is between: the one fitted on, none where nothing is fitted, and the one tried.
+fn between<'a>(estimator: &str, cells: &'a [Carried]) -> Option<(f64, Vec<(Option<&'a str>, &'a str)>)> {
     let fitted = estimator != "contact_raw";
     let counts = |cell: &&Carried| cell.estimator == estimator && (!fitted || cell.train != cell.test);
-    let biases: Vec<f64> = cells.iter().filter(counts).filter_map(|cell| cell.error.bias).collect();
-    let squares: f64 = biases.iter().map(|bias| bias * bias).sum();
-    let relative_sd = (squares / biases.len() as f64).sqrt();
-    relative_sd.is_finite().then(|| BetweenRow { axis: axis.to_owned(), estimator, relative_sd })
+    let (biases, pairs): (Vec<f64>, Vec<_>) = cells
+        .iter()
+        .filter(counts)
+        .filter_map(|cell| Some((cell.error.bias?, (fitted.then_some(cell.train.as_str()), cell.test.as_str()))))
+        .unzip();
+    root_mean_square(&biases).map(|sd| (sd, pairs))
+}
+
+/// How far apart the classes of these pairs are; what nothing is fitted on is what the contact frequency assumes.
+fn apart(
+    key: ClassKey,
+    pairs: &[(Option<&str>, &str)],
+    number: impl Fn(&str) -> Option<f64>,
+) -> Option<f64> {
+    let of_pair = |(train, test): &(Option<&str>, &str)| {
+        let expected = train.map_or_else(|| key.assumed(), &number)?;
+        Some(key.apart(expected, number(test)?)).filter(|apart| apart.is_finite())
+    };
+    let apart: Option<Vec<f64>> = pairs.iter().map(of_pair).collect();
+    root_mean_square(&apart?)
+}
+
+fn root_mean_square(values: &[f64]) -> Option<f64> {
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    Some((squares / values.len() as f64).sqrt()).filter(|found| found.is_finite())
 }
 
 impl TransferReport {
@@ -157,14 +198,16 @@ impl TransferReport {
     pub fn between_class_csv(&self, command: &str) -> String {
         let header = &self.provenance;
         let mut text = format!(
-            "# {command}\n# rowscan {}, seed {}, scene {} ({}), {} rows a class\nproperty,estimator,relative_sd\n",
+            "# {command}\n# rowscan {}, seed {}, scene {} ({}), {} rows a class\nproperty,estimator,relative_sd,apart\n",
             header.rowscan, header.seed, header.scene, header.scene_hash, header.settings.rows
         );
         let kept = |row: &&BetweenRow| {
-            ClassKey::by_name(&row.axis).is_some() && ["contact", "contact_raw"].contains(&row.estimator)
+            ClassKey::by_name(&row.axis).is_some_and(|key| !key.is_number() || row.apart.is_some())
+                && ["contact", "contact_raw"].contains(&row.estimator)
         };
         for row in self.between_class.iter().filter(kept) {
-            text.push_str(&format!("{},{},{:.4}\n", row.axis, row.estimator, row.relative_sd));
+            let apart = row.apart.map(|apart| format!("{apart:.4}")).unwrap_or_default();
+            text.push_str(&format!("{},{},{:.4},{apart}\n", row.axis, row.estimator, row.relative_sd));
         }
         text
     }
