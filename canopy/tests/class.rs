@@ -135,7 +135,9 @@ fn a_calibration_made_from_elsewhere_is_warned_of_and_widens_the_interval() {
     assert_eq!(warned(&beside, "class"), Vec::<String>::new());
     assert!(warned(&twice, "class")[0].starts_with("class: distance is "), "{:?}", twice.warnings);
     assert!(warned(&unknown, "class_unknown")[0].contains("distance"), "{:?}", unknown.warnings);
-    assert!(width(&here) < width(&beside) && width(&beside) < width(&twice) && width(&twice) < width(&four_times));
+    assert!(
+        width(&here) < width(&beside) && width(&beside) < width(&twice) && width(&twice) < width(&four_times)
+    );
     assert!(width(&here) < width(&unknown), "what is not told widens");
 }
 

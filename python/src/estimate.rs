@@ -75,7 +75,8 @@ pub(crate) fn estimate(
     let model = model.map(AnyModel::named).transpose().map_err(Failure::from)?;
     let echo = echo.map(echo_named).transpose()?;
     let asked = estimators_named(&Names::list(estimators)).map_err(Failure::from)?;
-    let cuts: Result<Vec<CutMethod>, _> = Names::list(trees).iter().map(|name| CutMethod::named(name)).collect();
+    let cuts: Result<Vec<CutMethod>, _> =
+        Names::list(trees).iter().map(|name| CutMethod::named(name)).collect();
     let cuts = cuts.map_err(Failure::from)?;
     let (rig, stage) = match rig {
         None => (None, None),

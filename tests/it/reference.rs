@@ -123,7 +123,11 @@ fn what_the_reader_refuses_the_schema_refuses() {
         (Document::Scenario, "version = 1\n[[expect]]\nwhat = \"scans_los\"\n", "an unknown expectation"),
         (Document::Study, "version = 1\nscene = \"spindle\"\n", "a study without a sweep"),
         (Document::Search, "version = 1\nscene = \"paper\"\n", "a search without seeds"),
-        (Document::Classes, "version = 1\nscene = \"paper\"\n[[axis]]\nname = \"a\"\n", "an axis without classes"),
+        (
+            Document::Classes,
+            "version = 1\nscene = \"paper\"\n[[axis]]\nname = \"a\"\n",
+            "an axis without classes",
+        ),
     ] {
         assert!(
             complaint(&document.schema(), &json_of(bad)).is_some(),

@@ -109,7 +109,9 @@ impl<'a> Rows<'a> {
     fn number(&self, class: usize, key: ClassKey) -> Option<f64> {
         let rows = [true, false].into_iter().flat_map(|fitted| self.half(class, fitted));
         let numbers: Option<Vec<f64>> = rows.map(|row| key.number(&row.canopy, row.distance_m)).collect();
-        numbers.filter(|numbers| !numbers.is_empty()).map(|numbers| rowscan_canopy::regression::mean(&numbers))
+        numbers
+            .filter(|numbers| !numbers.is_empty())
+            .map(|numbers| rowscan_canopy::regression::mean(&numbers))
     }
 }
 
@@ -162,24 +164,21 @@ pub fn report(provenance: Header<TransferStudy>, units: &[Unit<TransferRow>]) ->
     TransferReport { matrix, left_out, between_class, provenance }
 }
 
-/// Root mean square of an estimator's biases, and the classes that each is between: the one fitted on, none where nothing is fitted, and the one tried.
-fn between<'a>(estimator: &str, cells: &'a [Carried]) -> Option<(f64, Vec<(Option<&'a str>, &'a str)>)> {
+/// Two classes: the one fitted on, none where nothing is fitted, and the one tried.
+type Pair<'a> = (Option<&'a str>, &'a str);
+
+/// Root mean square of an estimator's biases, and the classes that each is between.
+fn between<'a>(estimator: &str, cells: &'a [Carried]) -> Option<(f64, Vec<Pair<'a>>)> {
     let fitted = estimator != "contact_raw";
     let counts = |cell: &&Carried| cell.estimator == estimator && (!fitted || cell.train != cell.test);
-    let (biases, pairs): (Vec<f64>, Vec<_>) = cells
-        .iter()
-        .filter(counts)
-        .filter_map(|cell| Some((cell.error.bias?, (fitted.then_some(cell.train.as_str()), cell.test.as_str()))))
-        .unzip();
+    let pair = |cell: &'a Carried| (fitted.then_some(cell.train.as_str()), cell.test.as_str());
+    let (biases, pairs): (Vec<f64>, Vec<Pair<'_>>) =
+        cells.iter().filter(counts).filter_map(|cell| Some((cell.error.bias?, pair(cell)))).unzip();
     root_mean_square(&biases).map(|sd| (sd, pairs))
 }
 
 /// How far apart the classes of these pairs are; what nothing is fitted on is what the contact frequency assumes.
-fn apart(
-    key: ClassKey,
-    pairs: &[(Option<&str>, &str)],
-    number: impl Fn(&str) -> Option<f64>,
-) -> Option<f64> {
+fn apart(key: ClassKey, pairs: &[(Option<&str>, &str)], number: impl Fn(&str) -> Option<f64>) -> Option<f64> {
     let of_pair = |(train, test): &(Option<&str>, &str)| {
         let expected = train.map_or_else(|| key.assumed(), &number)?;
         Some(key.apart(expected, number(test)?)).filter(|apart| apart.is_finite())
