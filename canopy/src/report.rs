@@ -94,20 +94,25 @@ fn tell_how_sure(
     let known = class.cloned().unwrap_or_default();
     let look = Look { width: pass.rig.optics, distance_m: pass.mount.distance_m };
     let compared = known.compared(&holds, look);
+    // A calibration that bends makes more of an error in what it is applied to.
+    let totals = pass.row.totals();
+    let raw_m2_per_m = totals.contact_m2 / totals.canopy_m;
+    let amplified = calibration.map_or(1.0, |calibration| calibration.contact.amplification(raw_m2_per_m));
+    let of_property = |found| uncertainty::of_property(found, estimator).map(|sd| amplified * sd);
     let (mut silent, mut of_silent): (Vec<ClassKey>, Vec<Option<f64>>) = (Vec::new(), Vec::new());
     for found in &compared {
         match &found.standing {
             Standing::Same => {}
             Standing::Unknown => {
                 silent.push(found.key);
-                of_silent.push(uncertainty::of_property(found, estimator));
+                of_silent.push(of_property(found));
             }
             Standing::Differs { expected, found: is } => estimate.warnings.push(Warning::OutsideClass {
                 key: found.key,
                 expected: expected.clone(),
                 found: is.clone(),
                 calibrated: calibration.is_some(),
-                relative_sd: uncertainty::of_property(found, estimator),
+                relative_sd: of_property(found),
             }),
         }
     }
@@ -117,13 +122,13 @@ fn tell_how_sure(
     }
     let sampled = uncertainty::relative_sd(pass.row.metres.iter());
     let parts = Uncertainty {
-        sampling: sampled.map(|(sd, _)| sd),
-        between_class: class.and_then(|_| uncertainty::term(&compared, estimator)),
+        sampling: sampled.map(|(sd, _)| amplified * sd),
+        between_class: class.and_then(|_| uncertainty::term(&compared, estimator)).map(|sd| amplified * sd),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // A calibration through the eye has what the spot's correction is off in its factor.
     let through_the_eye = calibration.is_some_and(|calibration| calibration.class.optics != Optics::Ideal);
-    let of_spot = if through_the_eye { 0.0 } else { pass.row.spot_relative_sd() };
+    let of_spot = if through_the_eye { 0.0 } else { amplified * pass.row.spot_relative_sd() };
     let ends = |sd: f64| estimate.leaf_area_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
     estimate.leaf_area_sampling_error_m2 = parts.sampling.and_then(ends);
     estimate.leaf_area_interval_m2 = parts
@@ -346,9 +351,10 @@ impl LeafArea<'_> {
         };
         let kind = calibration.best_regression();
         let regression_m2 = calibration.regression_m2(kind, length_m, impacted_m2);
+        let scaled_m2 = calibration.contact.factor(contact_m2 / length_m) * contact_m2;
         CellLeafArea {
-            contact: ranged(calibration.contact.k * contact_m2, contact_m2, &|value| {
-                // A proportion holds down to nothing: thin trees are outside the range, but never far outside.
+            contact: ranged(scaled_m2, contact_m2, &|value| {
+                // Below the range it is a proportion, which holds down to nothing: thin trees are outside the range, but never far outside.
                 match calibration.contact.quality.range(value) {
                     FittedRange::FarOutside if value < calibration.contact.quality.low_m2_per_m => {
                         FittedRange::Outside

@@ -79,6 +79,69 @@ fn exact_data_give_their_coefficients_back() {
 }
 
 #[test]
+fn contact_bends_where_that_predicts_rows_left_out_better_and_not_for_scatter() {
+    let of = |leaf_m2: &dyn Fn(usize, f64) -> f64| {
+        let row = |i: usize| {
+            let x = 4.0 + 0.5 * i as f64;
+            Sample {
+                length_m: 2.0,
+                impacted_total_area_m2: 2.0 * (1.0 + 0.1 * i as f64),
+                contact_leaf_area_m2: 2.0 * x,
+                leaf_area_m2: 2.0 * leaf_m2(i, x),
+            }
+        };
+        line_on(&(0..10).map(row).collect::<Vec<_>>()).contact
+    };
+    let bent = of(&|_, x| 0.6 * x.powf(1.3));
+    assert!((bent.k - 0.6).abs() < 1e-9 && (bent.p - 1.3).abs() < 1e-9, "{bent:?}");
+    // Beyond the fitted range, 4 to 8.5 m²/m, the factor stays that of its end.
+    assert!((bent.factor(6.0) - 0.6 * 6f64.powf(0.3)).abs() < 1e-9);
+    assert_eq!((bent.factor(1.0), bent.factor(20.0)), (bent.factor(4.0), bent.factor(8.5)));
+    assert!((bent.amplification(6.0) - 1.3).abs() < 1e-9);
+    assert_eq!((bent.amplification(3.9), bent.amplification(8.6)), (1.0, 1.0));
+    // An even scatter about a proportion is no bend, nor are rows that saturate the other way.
+    let even = of(&|i, x| x * if i % 2 == 0 { 1.05 } else { 0.95 });
+    assert_eq!((even.p, even.amplification(6.0)), (1.0, 1.0), "{even:?}");
+    assert!((even.k - 1.0).abs() < 0.02, "{even:?}");
+    assert_eq!(of(&|_, x| 2.0 * x.powf(0.7)).p, 1.0);
+}
+
+#[test]
+fn a_bent_calibration_widens_the_sampling_error_and_old_files_are_proportions() {
+    let (impacted, contact) = hedge_per_metre();
+    let mut calibration = around(impacted, contact);
+    assert_eq!(calibration.contact.p, 1.0);
+    let text = toml::to_string(&calibration).unwrap();
+    assert!(text.contains("\np = 1.0\n"), "{text}");
+    assert_eq!(toml::from_str::<Calibration>(&text.replace("\np = 1.0\n", "\n")).unwrap(), calibration);
+
+    // Long enough for blocks.
+    let passed = |calibration: &Calibration| {
+        let mut pipeline = Pipeline::new(Some(&orchard_rig()), 0, Some(calibration.clone())).unwrap();
+        hedge(600).iter().for_each(|scan| pipeline.push(scan));
+        pipeline.finish()
+    };
+    let sampling = |calibration: &Calibration| {
+        let found = passed(calibration);
+        (found.leaf_area_m2.unwrap(), found.leaf_area_uncertainty.unwrap().sampling.unwrap())
+    };
+    let found = passed(&calibration);
+    let x = found.leaf_area_contact_raw_m2.unwrap() / found.canopy_m.unwrap();
+    // The fitted range is about the hedge.
+    let (low, high) = (0.5 * x, 2.0 * x);
+    (calibration.contact.quality.low_m2_per_m, calibration.contact.quality.high_m2_per_m) = (low, high);
+    let (_, straight) = sampling(&calibration);
+    calibration.contact.p = 1.5;
+    let (bent_m2, bent) = sampling(&calibration);
+    assert!(relative(bent, 1.5 * straight) < 1e-12, "{bent} {straight}");
+    let raw_m2 = found.leaf_area_contact_raw_m2.unwrap();
+    assert!(relative(bent_m2, calibration.contact.k * x.powf(0.5) * raw_m2) < 1e-12);
+    calibration.contact.quality.low_m2_per_m = 0.0;
+    let refusal = Pipeline::new(None, 0, Some(calibration)).unwrap_err().to_string();
+    assert!(refusal.contains("contact.quality.low_m2_per_m"), "{refusal}");
+}
+
+#[test]
 fn r2_is_centred_and_uncentred() {
     let samples = scattered();
     let calibration = line_on(&samples);

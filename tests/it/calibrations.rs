@@ -23,6 +23,7 @@ fn assert_made_by_its_command(name: &str) {
         ("power.c", made.power.c, shipped.power.c),
         ("power.p", made.power.p, shipped.power.p),
         ("contact.k", made.contact.k, shipped.contact.k),
+        ("contact.p", made.contact.p, shipped.contact.p),
         ("mean", made.training.mean_leaf_area_m2_per_m, shipped.training.mean_leaf_area_m2_per_m),
     ] {
         let off = ((made - shipped) / shipped).abs();

@@ -68,8 +68,9 @@ pub enum FitError {
 /// Fits the three estimators on rows.
 ///
 /// All in values per metre of row: `linear` by ordinary least squares, `power` by ordinary least squares of ln L on ln I_T
-/// (so it gives the median, not the mean, of scattered rows), `contact` by least squares through the origin. Qualities
-/// are in leaf area per metre for all three.
+/// (so it gives the median, not the mean, of scattered rows). `contact` is a power law by the same rule, if its exponent is above 1 and it predicts rows
+/// left out by a tenth better than a proportion does, else that proportion, by least squares through the origin. An exponent below 1 is what the scatter of
+/// rows that are all alike makes of any two measures. Qualities are in leaf area per metre for all three.
 pub fn fit(
     samples: &[Sample],
     class: CalibrationClass,
@@ -131,8 +132,19 @@ fn power(x: &[f64], y: &[f64]) -> Result<Power, FitError> {
 
 fn contact(x: &[f64], y: &[f64]) -> Result<ContactScale, FitError> {
     let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
-    Ok(ContactScale { k: line.slope, quality: quality(x, y, Goodness::of_line(&line, x, y)) })
+    let proportion =
+        ContactScale { k: line.slope, p: 1.0, quality: quality(x, y, Goodness::of_line(&line, x, y)) };
+    let pays = |power: &Power| {
+        power.p > 1.0 && power.quality.loo_rmse_relative < PAYS * proportion.quality.loo_rmse_relative
+    };
+    Ok(match power(x, y).ok().filter(pays) {
+        Some(Power { c, p, quality }) => ContactScale { k: c, p, quality },
+        None => proportion,
+    })
 }
+
+/// The leave-one-out error of a power law over that of a proportion from which on its second coefficient is worth it.
+const PAYS: f64 = 0.9;
 
 const NO_SPREAD: FitError = FitError::NoSpread { key: "impacted_total_area_m2" };
 

@@ -151,14 +151,39 @@ pub struct Power {
     pub quality: FitQuality,
 }
 
-/// L = k · raw contact-frequency leaf area.
+/// L / length = k · x^p with x, the raw contact-frequency leaf area a metre; beyond either end of the fitted range in proportion to x, with the
+/// factor of that end.
+///
+/// Dense rows hide leaves behind leaves, and in thin rows wood is a larger part of what beams meet: so p is above 1 where rows of different leaf areas
+/// were fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactScale {
-    /// Scale.
+    /// Leaf area a metre, m²/m, at a raw one of 1 m²/m.
     pub k: f64,
+    /// Exponent; 1 is a proportion, and what files of versions before this key have.
+    #[serde(default = "proportion")]
+    pub p: f64,
     /// How good it is.
     pub quality: FitQuality,
+}
+
+fn proportion() -> f64 {
+    1.0
+}
+
+impl ContactScale {
+    /// What a raw leaf area of so many m² a metre is multiplied by.
+    pub fn factor(&self, raw_m2_per_m: f64) -> f64 {
+        let fitted = raw_m2_per_m.min(self.quality.high_m2_per_m).max(self.quality.low_m2_per_m);
+        self.k * fitted.powf(self.p - 1.0)
+    }
+
+    /// How many times as large as the raw leaf area's a relative error of the leaf area is.
+    pub fn amplification(&self, raw_m2_per_m: f64) -> f64 {
+        let fitted = (self.quality.low_m2_per_m..=self.quality.high_m2_per_m).contains(&raw_m2_per_m);
+        if fitted { self.p } else { 1.0 }
+    }
 }
 
 /// The regressions on I_T.
@@ -243,11 +268,17 @@ impl Calibration {
             ("power.c", self.power.c),
             ("power.quality.high_m2_per_m", self.power.quality.high_m2_per_m),
             ("contact.k", self.contact.k),
+            ("contact.p", self.contact.p),
             ("contact.quality.high_m2_per_m", self.contact.quality.high_m2_per_m),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(CalibrationError::NotPositive { key, value });
             }
+        }
+        // Of a proportion the fitted range may begin at nothing.
+        if self.contact.p != 1.0 && !(self.contact.quality.low_m2_per_m > 0.0) {
+            let value = self.contact.quality.low_m2_per_m;
+            return Err(CalibrationError::NotPositive { key: "contact.quality.low_m2_per_m", value });
         }
         if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(CalibrationError::NotPositive { key: "class.distance_m", value });
