@@ -8,7 +8,7 @@
 //!   infinitely small leaves the sum is then within 1 % up to an optical depth of 4.
 //! - Few leaves, each blocking many beams: not corrected, as the leaf size is unknown. On slabs of 6 cm leaves at
 //!   1.5 m²/m³ the bias was +7 % with voxels of 0.125 m, +2 % with 0.25 m (8 leaves a voxel) and under 1 % with 0.5 m,
-//!   which follow a crown's outline less well. A calibration's scale holds it; the `voxel` estimator corrects it.
+//!   which follow a crown's outline less well. A calibration holds it; the `voxel` estimator corrects it.
 
 use crate::estimate::ContactReport;
 use crate::parameters::Parameters;

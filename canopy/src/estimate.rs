@@ -118,7 +118,7 @@ pub struct RangeStatistics {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LeafAreaEstimator {
-    /// Contact frequency with the calibration's scale.
+    /// Contact frequency by the calibration's power law.
     ContactCalibrated,
     /// Contact frequency without a fitted factor.
     ContactRaw,

@@ -126,7 +126,7 @@ fn tell_how_sure(
         between_class: class.and_then(|_| uncertainty::term(&compared, estimator)).map(|sd| amplified * sd),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
-    // A calibration through the eye has what the spot's correction is off in its factor.
+    // A calibration through the eye has taken in what the spot's correction is off.
     let through_the_eye = calibration.is_some_and(|calibration| calibration.class.optics != Optics::Ideal);
     let of_spot = if through_the_eye { 0.0 } else { amplified * pass.row.spot_relative_sd() };
     let ends = |sd: f64| estimate.leaf_area_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
