@@ -48,23 +48,37 @@ pub struct Step {
     run: fn(&Workspace) -> Outcome,
     /// How long it takes at most, on two cores that have compiled nothing yet.
     takes: Duration,
+    /// Whether most of it is done already: then it takes a minute.
+    begun: fn(&Workspace) -> bool,
 }
 
 impl Step {
     /// A step called `name`.
     pub const fn new(name: &'static str, run: fn(&Workspace) -> Outcome) -> Self {
-        Self { name, run, takes: Duration::ZERO }
+        Self { name, run, takes: Duration::ZERO, begun: |_| false }
     }
 
     /// The same, taking so many minutes.
     pub const fn taking(self, minutes: u64) -> Self {
         Self { takes: Duration::from_secs(60 * minutes), ..self }
     }
+
+    /// The same, taking a minute where most of it is done already.
+    const fn unless(self, begun: fn(&Workspace) -> bool) -> Self {
+        Self { begun, ..self }
+    }
+
+    fn takes(&self, workspace: &Workspace) -> Duration {
+        let takes_still = if (self.begun)(workspace) { Duration::from_secs(60) } else { Duration::MAX };
+        self.takes.min(takes_still)
+    }
 }
 
 /// The release binary, which the steps after it use.
 pub const RELEASE_BUILD: Step =
-    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary())).taking(14);
+    Step::new("release-build", |workspace| Outcome::from_result(workspace.build_binary()))
+        .taking(8)
+        .unless(|workspace| workspace.built_binary().is_ok());
 
 /// What bounds a run: a step that would not end in time is skipped, visibly.
 const WITHIN: &str = "--within=";
@@ -93,11 +107,12 @@ pub fn run(workspace: &Workspace, steps: &[Step], arguments: &[String]) -> ExitC
         println!("==> {}", step.name);
         let start = Instant::now();
         let left = within.saturating_sub(begun.elapsed());
-        let outcome = match step.takes <= left {
+        let takes = step.takes(workspace);
+        let outcome = match takes <= left {
             true => (step.run)(workspace),
             false => Outcome::Skipped(format!(
                 "takes up to {} min, and {} are left",
-                step.takes.as_secs() / 60,
+                takes.as_secs() / 60,
                 left.as_secs() / 60
             )),
         };
