@@ -175,6 +175,7 @@ fn row(
     let leaf = LeafArea {
         calibration,
         of_rays: corrected && calibration.is_some_and(|c| c.class.optics == Optics::Ideal),
+        contact_factor: calibration.map_or(1.0, |c| c.contact.factor(totals.contact_m2 / totals.canopy_m)),
     };
     let whole = leaf.of(totals.canopy_m, totals.impacted_m2, totals.contact_m2, totals.returns.canopy);
     estimate.leaf_area_spot_relative_sd = pass.rig.optics.map(|_| pass.row.spot_relative_sd());
@@ -303,6 +304,9 @@ struct LeafArea<'a> {
     calibration: Option<&'a Calibration>,
     /// The calibration is one of rays and the scans are not: what it says of impacted areas does not hold.
     of_rays: bool,
+    /// What raw contact frequency is multiplied by: the row's own, for its trees and metres too. So they add up to the row, and a bend makes no more of
+    /// their scatter.
+    contact_factor: f64,
 }
 
 /// A value, and where its regressor stands against the fitted range.
@@ -351,7 +355,7 @@ impl LeafArea<'_> {
         };
         let kind = calibration.best_regression();
         let regression_m2 = calibration.regression_m2(kind, length_m, impacted_m2);
-        let scaled_m2 = calibration.contact.factor(contact_m2 / length_m) * contact_m2;
+        let scaled_m2 = self.contact_factor * contact_m2;
         CellLeafArea {
             contact: ranged(scaled_m2, contact_m2, &|value| {
                 // Below the range it is a proportion, which holds down to nothing: thin trees are outside the range, but never far outside.

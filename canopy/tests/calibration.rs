@@ -136,6 +136,9 @@ fn a_bent_calibration_widens_the_sampling_error_and_old_files_are_proportions() 
     assert!(relative(bent, 1.5 * straight) < 1e-12, "{bent} {straight}");
     let raw_m2 = found.leaf_area_contact_raw_m2.unwrap();
     assert!(relative(bent_m2, calibration.contact.k * x.powf(0.5) * raw_m2) < 1e-12);
+    // Trees have the row's factor: they add up to it.
+    let trees_m2: f64 = passed(&calibration).trees.iter().filter_map(|tree| tree.leaf_area_m2).sum();
+    assert!(relative(trees_m2, bent_m2) < 1e-9, "{trees_m2} {bent_m2}");
     calibration.contact.quality.low_m2_per_m = 0.0;
     let refusal = Pipeline::new(None, 0, Some(calibration)).unwrap_err().to_string();
     assert!(refusal.contains("contact.quality.low_m2_per_m"), "{refusal}");
