@@ -21,8 +21,15 @@ impl FittedLine {
     /// Ordinary least squares. None where x does not spread, or where one point alone decides the line (without it the others' x are
     /// all the same).
     pub fn fit(x: &[f64], y: &[f64]) -> Option<Self> {
+        Self::fit_for(x, y, 0.0)
+    }
+
+    /// The same for points whose x will be off by an error of standard deviation `x_sd` that these points do not show: the line that predicts them best is
+    /// flatter (ridge regression).
+    pub fn fit_for(x: &[f64], y: &[f64], x_sd: f64) -> Option<Self> {
         let (mean_x, mean_y) = (mean(x), mean(y));
-        let sum_xx: f64 = x.iter().map(|x| (x - mean_x).powi(2)).sum();
+        let scatter: f64 = x.iter().map(|x| (x - mean_x).powi(2)).sum();
+        let sum_xx = scatter + x.len() as f64 * x_sd * x_sd;
         let sum_xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
         if !spread(x) {
             return None;
@@ -193,6 +200,16 @@ mod tests {
         let goodness = Goodness::of_line(&line, &X, &y);
         assert!((goodness.r2 - 1.0).abs() < 1e-12 && (goodness.r2_uncentred - 1.0).abs() < 1e-12);
         assert!(goodness.loo_rmse_relative.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_line_for_points_that_are_off_is_flatter_by_their_share_of_the_scatter() {
+        let plain = FittedLine::fit(&X, &Y).unwrap();
+        let scatter = X.iter().map(|x| (x - mean(&X)).powi(2)).sum::<f64>() / X.len() as f64;
+        let half = FittedLine::fit_for(&X, &Y, scatter.sqrt()).unwrap();
+        assert!((half.slope - plain.slope / 2.0).abs() < 1e-12);
+        assert!((half.at(mean(&X)) - mean(&Y)).abs() < 1e-12);
+        assert_eq!(FittedLine::fit_for(&X, &Y, 0.0), Some(plain));
     }
 
     #[test]

@@ -43,6 +43,7 @@ fn rows(leaf_per_m: impl Fn(f64) -> f64) -> Vec<Sample> {
                 impacted_total_area_m2: impacted * length_m,
                 contact_leaf_area_m2: 1.25 * leaf_per_m(impacted) * length_m,
                 leaf_area_m2: leaf_per_m(impacted) * length_m,
+                spot_relative_sd: 0.0,
             }
         })
         .collect()
@@ -88,6 +89,7 @@ fn contact_bends_where_that_predicts_rows_left_out_better_and_not_for_scatter() 
                 impacted_total_area_m2: 2.0 * (1.0 + 0.1 * i as f64),
                 contact_leaf_area_m2: 2.0 * x,
                 leaf_area_m2: 2.0 * leaf_m2(i, x),
+                spot_relative_sd: 0.0,
             }
         };
         line_on(&(0..10).map(row).collect::<Vec<_>>()).contact
@@ -262,6 +264,7 @@ fn around(impacted: f64, contact: f64) -> Calibration {
             impacted_total_area_m2: f * impacted,
             contact_leaf_area_m2: f * contact,
             leaf_area_m2: 1.0 + 2.0 * f * impacted,
+            spot_relative_sd: 0.0,
         })
         .collect();
     line_on(&samples)

@@ -55,6 +55,7 @@ fn calibration(canopy: CanopyClass) -> Calibration {
         impacted_total_area_m2: 10.0 * f,
         contact_leaf_area_m2: 20.0 * f,
         leaf_area_m2: 18.0 * f,
+        spot_relative_sd: 0.0,
     };
     fit(&[0.2, 0.5, 1.0, 2.0, 4.0].map(sample), class, Provenance::default()).expect("it fits")
 }

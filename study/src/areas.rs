@@ -8,6 +8,7 @@ use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model;
+use rowscan_protocol::rig::BeamWidth;
 use rowscan_scenes::orchard::Preset;
 use rowscan_scenes::scan::{ScanAreas, ScanKind, ScanPlan, ScanSettings, Target};
 use rowscan_scenes::{GeneratorKind, Scene};
@@ -73,19 +74,28 @@ pub struct DrivePast {
     impacted_total_area_m2: f64,
     contact_leaf_area_m2: f64,
     leaf_area_m2: f64,
+    #[serde(default)]
+    spot_relative_sd: f64,
 }
 
 impl From<DrivePast> for Sample {
     fn from(drive: DrivePast) -> Self {
-        let DrivePast { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2 } = drive;
-        Self { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2 }
+        let DrivePast {
+            length_m,
+            impacted_total_area_m2,
+            contact_leaf_area_m2,
+            leaf_area_m2,
+            spot_relative_sd,
+        } = drive;
+        Self { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2, spot_relative_sd }
     }
 }
 
 impl From<Sample> for DrivePast {
     fn from(sample: Sample) -> Self {
-        let Sample { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2 } = sample;
-        Self { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2 }
+        let Sample { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2, spot_relative_sd } =
+            sample;
+        Self { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2, spot_relative_sd }
     }
 }
 
@@ -137,7 +147,10 @@ impl AreasStudy {
                 .or(scanner.map(|model| exact_step_deg(model.default_mode.step)))
                 .unwrap_or_default(),
             echo_rule: EchoRule::First,
-            optics: Optics::Ideal,
+            optics: match rig.optics {
+                Some(BeamWidth::Device) => Optics::Footprint,
+                Some(BeamWidth::Ideal) | None => Optics::Ideal,
+            },
             distance_m: mount.map(|mount| mount.distance_m),
             canopy: CanopyClass::default(),
         }

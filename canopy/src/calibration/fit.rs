@@ -18,6 +18,8 @@ pub struct Sample {
     pub contact_leaf_area_m2: f64,
     /// True one-sided leaf area, m².
     pub leaf_area_m2: f64,
+    /// Relative standard deviation of the raw leaf area for what the beams' width was taken out by; 0 for rays.
+    pub spot_relative_sd: f64,
 }
 
 impl Sample {
@@ -28,6 +30,7 @@ impl Sample {
             impacted_total_area_m2: estimate.impacted_total_area_m2?,
             contact_leaf_area_m2: estimate.leaf_area_contact_raw_m2?,
             leaf_area_m2,
+            spot_relative_sd: estimate.leaf_area_spot_relative_sd.unwrap_or(0.0),
         })
     }
 }
@@ -70,7 +73,8 @@ pub enum FitError {
 /// All in values per metre of row: `linear` by ordinary least squares, `power` by ordinary least squares of ln L on ln I_T
 /// (so it gives the median, not the mean, of scattered rows). `contact` is a power law by the same rule, if its exponent is above 1 and it predicts rows
 /// left out by a tenth better than a proportion does, else that proportion, by least squares through the origin. An exponent below 1 is what the scatter of
-/// rows that are all alike makes of any two measures. Qualities are in leaf area per metre for all three.
+/// rows that are all alike makes of any two measures. Through a wide beam the exponent is smaller by what other rows' spot corrections are off, which rows
+/// of one class have in common: it would amplify that error. Qualities are in leaf area per metre for all three.
 pub fn fit(
     samples: &[Sample],
     class: CalibrationClass,
@@ -96,6 +100,7 @@ pub fn fit(
     let impacted = per_metre(|s| s.impacted_total_area_m2);
     let contact_raw = per_metre(|s| s.contact_leaf_area_m2);
     let leaf = per_metre(|s| s.leaf_area_m2);
+    let spot: Vec<f64> = samples.iter().map(|s| s.spot_relative_sd.max(0.0)).collect();
     let n = u32::try_from(samples.len()).unwrap_or(u32::MAX);
     if !spread(&leaf) {
         return Err(FitError::NoSpread { key: "leaf_area_m2" });
@@ -106,8 +111,8 @@ pub fn fit(
         provenance,
         training: Training { n, reference_length_m: 1.0, mean_leaf_area_m2_per_m: mean(&leaf) },
         linear: linear(&impacted, &leaf)?,
-        power: power(&impacted, &leaf)?,
-        contact: contact(&contact_raw, &leaf)?,
+        power: power(&impacted, &leaf, 0.0)?,
+        contact: contact(&contact_raw, &leaf, mean(&spot))?,
     })
 }
 
@@ -120,24 +125,25 @@ fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
     })
 }
 
-fn power(x: &[f64], y: &[f64]) -> Result<Power, FitError> {
+/// A power law; `x_sd` is the relative error of other rows' x that these rows have in common.
+fn power(x: &[f64], y: &[f64], x_sd: f64) -> Result<Power, FitError> {
     let ln = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v.ln()).collect() };
     let (ln_x, ln_y) = (ln(x), ln(y));
-    let line = FittedLine::fit(&ln_x, &ln_y).ok_or(NO_SPREAD)?;
+    let line = FittedLine::fit_for(&ln_x, &ln_y, x_sd).ok_or(NO_SPREAD)?;
     let fitted = ln_x.iter().map(|&x| line.at(x).exp());
     let left_out = line.left_out(&ln_x, &ln_y).map(f64::exp);
     let goodness = Goodness::of(y, fitted, left_out);
     Ok(Power { c: line.intercept.exp(), p: line.slope, quality: quality(x, y, goodness) })
 }
 
-fn contact(x: &[f64], y: &[f64]) -> Result<ContactScale, FitError> {
+fn contact(x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError> {
     let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
     let proportion =
         ContactScale { k: line.slope, p: 1.0, quality: quality(x, y, Goodness::of_line(&line, x, y)) };
     let pays = |power: &Power| {
         power.p > 1.0 && power.quality.loo_rmse_relative < PAYS * proportion.quality.loo_rmse_relative
     };
-    Ok(match power(x, y).ok().filter(pays) {
+    Ok(match power(x, y, spot_sd).ok().filter(pays) {
         Some(Power { c, p, quality }) => ContactScale { k: c, p, quality },
         None => proportion,
     })

@@ -276,9 +276,9 @@ impl Calibration {
             }
         }
         // Of a proportion the fitted range may begin at nothing.
-        if self.contact.p != 1.0 && !(self.contact.quality.low_m2_per_m > 0.0) {
-            let value = self.contact.quality.low_m2_per_m;
-            return Err(CalibrationError::NotPositive { key: "contact.quality.low_m2_per_m", value });
+        let low = self.contact.quality.low_m2_per_m;
+        if self.contact.p != 1.0 && (low.is_nan() || low <= 0.0) {
+            return Err(CalibrationError::NotPositive { key: "contact.quality.low_m2_per_m", value: low });
         }
         if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(CalibrationError::NotPositive { key: "class.distance_m", value });

@@ -36,6 +36,7 @@ impl Fits {
             impacted_total_area_m2: row.impacted_m2,
             contact_leaf_area_m2: row.densities_m2[0].unwrap_or(0.0),
             leaf_area_m2: row.truth_m2,
+            spot_relative_sd: 0.0,
         };
         let samples: Vec<Sample> = usable.clone().map(sample).collect();
         let per_metre: Vec<f64> = usable.clone().map(|row| row.truth_m2 / row.canopy_m).collect();
