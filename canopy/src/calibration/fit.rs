@@ -143,12 +143,9 @@ fn contact(x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError>
     let pays = |power: &Power| {
         power.p > 1.0 && power.quality.loo_rmse_relative < PAYS * proportion.quality.loo_rmse_relative
     };
-    if power(x, y, 0.0).ok().filter(pays).is_none() {
-        return Ok(proportion);
-    }
-    Ok(match power(x, y, spot_sd) {
-        Ok(Power { c, p, quality }) if p > 1.0 => ContactScale { k: c, p, quality },
-        _ => proportion,
+    Ok(match power(x, y, spot_sd).ok().filter(pays) {
+        Some(Power { c, p, quality }) => ContactScale { k: c, p, quality },
+        None => proportion,
     })
 }
 
