@@ -160,7 +160,8 @@ fn range(schema: &Value) -> Option<String> {
         (Some(low), Some(high), _) if low == high => Some(format!("{low}")),
         (Some(low), Some(high), _) => Some(format!("from {low} to {high}")),
         (Some(low), None, _) => Some(format!("{low} or more")),
-        (None, _, Some(low)) => Some(format!("above {low}")),
+        (None, Some(high), Some(low)) => Some(format!("above {low}, up to {high}")),
+        (None, None, Some(low)) => Some(format!("above {low}")),
         (None, Some(high), None) => Some(format!("up to {high}")),
         (None, None, None) => None,
     }

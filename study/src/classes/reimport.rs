@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reimport {
-    /// Factor on length and width about the foot: above 0, up to 10.
-    #[schemars(range(min = 0.0, max = 10.0), example = 0.75)]
+    /// Factor on length and width about the foot.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10.0), example = 0.75)]
     pub leaf_scale: f64,
     /// Degrees by which a leaf is turned about the level line in it, towards upright; it goes no farther than upright.
     #[schemars(range(min = 0.0, max = 90.0), example = 25.0)]
