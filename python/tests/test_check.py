@@ -10,10 +10,11 @@ import pytest
 
 import rowscan
 
-#: A controller that reads scans until the scanner goes, or only so many of them.
+#: A controller that reads scans until it is told to end, or only so many of them.
 CONTROLLER = """
-import socket, sys
+import signal, socket, sys
 
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
 host, port = sys.argv[1].split(":")
 most = int(sys.argv[2]) if len(sys.argv) > 2 else None
 link = socket.create_connection((host, int(port)))
