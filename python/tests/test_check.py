@@ -105,7 +105,7 @@ def test_the_fixture_fails_a_test_with_the_verdicts(pytester, scenario):
     )
     result = pytester.runpytest_subprocess()
     result.assert_outcomes(passed=1, failed=1)
-    result.stdout.fnmatch_lines(["*FAILED exit_code*", "*rowscan check *bad.toml --seed 7*"])
+    result.stdout.fnmatch_lines(["  FAILED  2. exit_code *found 3", "*again: rowscan check *bad.toml --seed 7"])
 
 
 def test_an_interrupt_ends_the_children(scenario, tmp_path):
