@@ -16,7 +16,7 @@ use crate::workspace::Workspace;
 const STEPS: &[Step] = &[
     RELEASE_BUILD,
     Step::new("demo", demo::run).taking(1),
-    Step::new("lockstep", lockstep::run).taking(4),
+    Step::new("lockstep", lockstep::run).taking(8),
     Step::new("wheel", wheel::run).taking(6),
     Step::new("dist", dist::run).taking(20),
     Step::new("publish", publish::run).taking(14),
