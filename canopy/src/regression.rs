@@ -24,7 +24,7 @@ impl FittedLine {
         Self::fit_for(x, y, 0.0)
     }
 
-    /// The same for points whose x will be off by an error of standard deviation `x_sd` that these points do not show: the line that predicts them best is
+    /// The same for later points whose x has an error of standard deviation `x_sd` that these points do not show. The line that predicts them best is
     /// flatter (ridge regression).
     pub fn fit_for(x: &[f64], y: &[f64], x_sd: f64) -> Option<Self> {
         let (mean_x, mean_y) = (mean(x), mean(y));

@@ -1,7 +1,7 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
 use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
-use crate::class::{ClassKey, Holds, Look, RowClass, Standing};
+use crate::class::{Compared, Holds, Look, RowClass, Standing};
 use crate::estimate::{
     Estimate, LeafAreaEstimator, MountReport, RangeStatistics, SliceEstimate, TreeEstimate,
 };
@@ -94,39 +94,34 @@ fn tell_how_sure(
     let known = class.cloned().unwrap_or_default();
     let look = Look { width: pass.rig.optics, distance_m: pass.mount.distance_m };
     let compared = known.compared(&holds, look);
-    // A calibration that bends makes more of an error in what it is applied to.
-    let totals = pass.row.totals();
-    let raw_m2_per_m = totals.contact_m2 / totals.canopy_m;
+    // A power law enlarges a relative error by its exponent.
+    let raw_m2_per_m = pass.row.totals().contact_m2_per_m();
     let amplified = calibration.map_or(1.0, |calibration| calibration.contact.amplification(raw_m2_per_m));
-    let of_property = |found| uncertainty::of_property(found, estimator).map(|sd| amplified * sd);
-    let (mut silent, mut of_silent): (Vec<ClassKey>, Vec<Option<f64>>) = (Vec::new(), Vec::new());
+    let between = |compared: &[Compared]| uncertainty::term(compared, estimator).map(|sd| amplified * sd);
     for found in &compared {
-        match &found.standing {
-            Standing::Same => {}
-            Standing::Unknown => {
-                silent.push(found.key);
-                of_silent.push(of_property(found));
-            }
-            Standing::Differs { expected, found: is } => estimate.warnings.push(Warning::OutsideClass {
+        if let Standing::Differs { expected, found: is } = &found.standing {
+            estimate.warnings.push(Warning::OutsideClass {
                 key: found.key,
                 expected: expected.clone(),
                 found: is.clone(),
                 calibrated: calibration.is_some(),
-                relative_sd: of_property(found),
-            }),
+                relative_sd: between(std::slice::from_ref(found)),
+            });
         }
     }
+    let unknown = |found: &&Compared| found.standing == Standing::Unknown;
+    let silent: Vec<Compared> = compared.iter().filter(unknown).cloned().collect();
     if !silent.is_empty() {
-        let relative_sd = of_silent.into_iter().collect::<Option<Vec<f64>>>().map(uncertainty::combined);
-        estimate.warnings.push(Warning::ClassUnknown { keys: silent, relative_sd });
+        let keys = silent.iter().map(|found| found.key).collect();
+        estimate.warnings.push(Warning::ClassUnknown { keys, relative_sd: between(&silent) });
     }
     let sampled = uncertainty::relative_sd(pass.row.metres.iter());
     let parts = Uncertainty {
         sampling: sampled.map(|(sd, _)| amplified * sd),
-        between_class: class.and_then(|_| uncertainty::term(&compared, estimator)).map(|sd| amplified * sd),
+        between_class: class.and_then(|_| between(&compared)),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
-    // A calibration through the eye has taken in what the spot's correction is off.
+    // The error of the spot correction is part of a calibration on wide beams.
     let through_the_eye = calibration.is_some_and(|calibration| calibration.class.optics != Optics::Ideal);
     let of_spot = if through_the_eye { 0.0 } else { amplified * pass.row.spot_relative_sd() };
     let ends = |sd: f64| estimate.leaf_area_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
@@ -175,7 +170,7 @@ fn row(
     let leaf = LeafArea {
         calibration,
         of_rays: corrected && calibration.is_some_and(|c| c.class.optics == Optics::Ideal),
-        contact_factor: calibration.map_or(1.0, |c| c.contact.factor(totals.contact_m2 / totals.canopy_m)),
+        contact_factor: calibration.map_or(1.0, |c| c.contact.factor(totals.contact_m2_per_m())),
     };
     let whole = leaf.of(totals.canopy_m, totals.impacted_m2, totals.contact_m2, totals.returns.canopy);
     estimate.leaf_area_spot_relative_sd = pass.rig.optics.map(|_| pass.row.spot_relative_sd());
@@ -304,7 +299,7 @@ struct LeafArea<'a> {
     calibration: Option<&'a Calibration>,
     /// The calibration is one of rays and the scans are not: what it says of impacted areas does not hold.
     of_rays: bool,
-    /// What raw contact frequency is multiplied by: the row's own, for its trees and metres too. So they add up to the row, and a bend makes no more of
+    /// What raw leaf areas are multiplied by: the row's own factor, for its trees and metres too. So they add up to the row, and the exponent does not enlarge
     /// their scatter.
     contact_factor: f64,
 }

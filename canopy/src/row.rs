@@ -65,6 +65,13 @@ pub(crate) struct Totals {
     pub(crate) returns: ReturnCounts,
 }
 
+impl Totals {
+    /// Raw contact-frequency leaf area a metre of row with canopy, m²/m; NaN without canopy.
+    pub(crate) fn contact_m2_per_m(&self) -> f64 {
+        self.contact_m2 / self.canopy_m
+    }
+}
+
 /// What a line's returns come to.
 #[derive(Clone, Copy, Debug, Default)]
 struct Placed {

@@ -7,16 +7,8 @@ use rowscan_check::{Options, Tried, Verdict, report, worst};
 use serde::Serialize;
 use tokio::sync::watch;
 
+use crate::one_or_more::OneOrMore;
 use crate::{document, wait};
-
-/// One scenario file or several.
-#[derive(FromPyObject)]
-pub(crate) enum Scenarios {
-    /// A path.
-    One(PathBuf),
-    /// A list of them.
-    Several(Vec<PathBuf>),
-}
 
 /// A scenario with one seed: its verdict, what the command line writes of it, and everything behind.
 #[derive(Serialize)]
@@ -32,16 +24,13 @@ struct Told<'a> {
 #[pyo3(signature = (scenarios, *, seed = None, fail_fast = false, keep = None, program = None))]
 pub(crate) fn check(
     py: Python<'_>,
-    scenarios: Scenarios,
+    scenarios: OneOrMore<PathBuf>,
     seed: Option<u64>,
     fail_fast: bool,
     keep: Option<PathBuf>,
     program: Option<PathBuf>,
 ) -> PyResult<Py<PyAny>> {
-    let paths = match scenarios {
-        Scenarios::One(path) => vec![path],
-        Scenarios::Several(paths) => paths,
-    };
+    let paths = scenarios.all();
     let options = Options { seed, fail_fast, keep, program, ..Options::default() };
     let (cancel, cancelled) = watch::channel(false);
     let tried = wait::for_work(py, "run the scenarios", move || {

@@ -19,30 +19,12 @@ use rowscan_study::side_by_side::{Beside, beside_truth, estimators_named};
 use serde::Serialize;
 
 use crate::failure::{Failure, Refusal};
+use crate::one_or_more::OneOrMore;
 use crate::orchard::{SceneOf, grown};
 use crate::{document, wait};
 
 /// How often it is asked whether that is enough while nothing arrives.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-
-/// One name or several.
-#[derive(FromPyObject)]
-pub(crate) enum Names {
-    /// A text.
-    One(String),
-    /// A list of them.
-    Several(Vec<String>),
-}
-
-impl Names {
-    fn list(names: Option<Self>) -> Vec<String> {
-        match names {
-            None => Vec::new(),
-            Some(Self::One(name)) => vec![name],
-            Some(Self::Several(names)) => names,
-        }
-    }
-}
 
 /// The document: an estimate, and the row's numbers beside the truth if estimators were asked for.
 #[derive(Serialize)]
@@ -68,15 +50,15 @@ pub(crate) fn estimate(
     scans: Option<u64>,
     length_m: Option<f64>,
     hertz: Option<f64>,
-    estimators: Option<Names>,
-    trees: Option<Names>,
+    estimators: Option<OneOrMore<String>>,
+    trees: Option<OneOrMore<String>>,
 ) -> PyResult<Py<PyAny>> {
     let source: Source = source.to_string_lossy().parse().map_err(Failure::from)?;
     let model = model.map(AnyModel::named).transpose().map_err(Failure::from)?;
     let echo = echo.map(echo_named).transpose()?;
-    let asked = estimators_named(&Names::list(estimators)).map_err(Failure::from)?;
-    let cuts: Result<Vec<CutMethod>, _> =
-        Names::list(trees).iter().map(|name| CutMethod::named(name)).collect();
+    let all = |given: Option<OneOrMore<String>>| given.map(OneOrMore::all).unwrap_or_default();
+    let asked = estimators_named(&all(estimators)).map_err(Failure::from)?;
+    let cuts: Result<Vec<CutMethod>, _> = all(trees).iter().map(|name| CutMethod::named(name)).collect();
     let cuts = cuts.map_err(Failure::from)?;
     let (rig, stage) = match rig {
         None => (None, None),

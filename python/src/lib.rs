@@ -1,5 +1,4 @@
-//! The Python package `rowscan`: virtual scanners, orchards with their truth, scans as NumPy arrays, recordings, estimates,
-//! scenarios.
+//! The Python package `rowscan`: virtual scanners, orchards with their truth, scans as NumPy arrays, recordings, estimates, scenarios.
 //!
 //! Nothing is measured here: every number comes from the crates that the command line uses, by the same calls. Long calls release the
 //! interpreter's lock and can be interrupted (`wait`). Arrays take over the memory they were made in (`arrays`).
@@ -9,6 +8,7 @@ mod check;
 mod document;
 mod estimate;
 mod failure;
+mod one_or_more;
 mod orchard;
 mod scan;
 mod scanner;

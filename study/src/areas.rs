@@ -5,10 +5,9 @@ mod gates;
 mod report;
 
 use rowscan_canopy::Sample;
-use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics};
+use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model;
-use rowscan_protocol::rig::BeamWidth;
 use rowscan_scenes::orchard::Preset;
 use rowscan_scenes::scan::{ScanAreas, ScanKind, ScanPlan, ScanSettings, Target};
 use rowscan_scenes::{GeneratorKind, Scene};
@@ -63,40 +62,7 @@ pub struct Orchard {
     /// From above.
     pub zenith: ScanAreas,
     /// The same row driven past by the rig's scanner, for a calibration: None where it saw nothing.
-    pub sample: Option<DrivePast>,
-}
-
-/// What [`Sample`] needs, kept in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DrivePast {
-    length_m: f64,
-    impacted_total_area_m2: f64,
-    contact_leaf_area_m2: f64,
-    leaf_area_m2: f64,
-    #[serde(default)]
-    spot_relative_sd: f64,
-}
-
-impl From<DrivePast> for Sample {
-    fn from(drive: DrivePast) -> Self {
-        let DrivePast {
-            length_m,
-            impacted_total_area_m2,
-            contact_leaf_area_m2,
-            leaf_area_m2,
-            spot_relative_sd,
-        } = drive;
-        Self { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2, spot_relative_sd }
-    }
-}
-
-impl From<Sample> for DrivePast {
-    fn from(sample: Sample) -> Self {
-        let Sample { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2, spot_relative_sd } =
-            sample;
-        Self { length_m, impacted_total_area_m2, contact_leaf_area_m2, leaf_area_m2, spot_relative_sd }
-    }
+    pub sample: Option<Sample>,
 }
 
 impl AreasStudy {
@@ -147,10 +113,7 @@ impl AreasStudy {
                 .or(scanner.map(|model| exact_step_deg(model.default_mode.step)))
                 .unwrap_or_default(),
             echo_rule: EchoRule::First,
-            optics: match rig.optics {
-                Some(BeamWidth::Device) => Optics::Footprint,
-                Some(BeamWidth::Ideal) | None => Optics::Ideal,
-            },
+            optics: rig.optics.into(),
             distance_m: mount.map(|mount| mount.distance_m),
             canopy: CanopyClass::default(),
         }
@@ -234,10 +197,10 @@ impl AreasStudy {
     }
 }
 
-fn drive_past(stage: &Stage, leaf_area_m2: f64) -> Result<Option<DrivePast>, UnitError> {
+fn drive_past(stage: &Stage, leaf_area_m2: f64) -> Result<Option<Sample>, UnitError> {
     let Some(scanner) = stage.rig.scanners.first().and_then(|mount| model::by_name(&mount.model)) else {
         return Ok(None);
     };
     let trial = Trial::drive_past(stage, scanner, None, &[])?;
-    Ok(Sample::of(&trial.estimate, leaf_area_m2).map(DrivePast::from))
+    Ok(Sample::of(&trial.estimate, leaf_area_m2))
 }

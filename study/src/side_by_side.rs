@@ -63,7 +63,7 @@ pub fn beside_truth(estimate: &Estimate, scanner: usize, truth: Option<(&Orchard
 
 impl Beside {
     /// The row's numbers, each with its truth where the scene is known.
-    pub fn of_row(estimate: &Estimate, truth: Option<&Stretch<'_>>) -> Vec<Self> {
+    fn of_row(estimate: &Estimate, truth: Option<&Stretch<'_>>) -> Vec<Self> {
         estimate.side_by_side().into_iter().map(|measure| Self::new(measure, truth)).collect()
     }
 
@@ -75,6 +75,6 @@ impl Beside {
 }
 
 /// The piece of the row that an estimate is of, which began at `start_m` of the row.
-pub fn scanned<'a>(appraisal: &'a Appraisal, estimate: &Estimate, start_m: f64) -> Stretch<'a> {
+fn scanned<'a>(appraisal: &'a Appraisal, estimate: &Estimate, start_m: f64) -> Stretch<'a> {
     appraisal.stretch(start_m, start_m + estimate.scanned_m.unwrap_or(0.0))
 }

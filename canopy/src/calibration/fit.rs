@@ -1,5 +1,7 @@
 //! Least squares on values per metre of row.
 
+use serde::{Deserialize, Serialize};
+
 use crate::estimate::Estimate;
 use crate::regression::{FittedLine, Goodness, mean, spread};
 
@@ -8,7 +10,8 @@ use super::model::{
 };
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sample {
     /// Metres of row scanned, gaps of a metre and more left out.
     pub length_m: f64,
@@ -18,7 +21,8 @@ pub struct Sample {
     pub contact_leaf_area_m2: f64,
     /// True one-sided leaf area, m².
     pub leaf_area_m2: f64,
-    /// Relative standard deviation of the raw leaf area for what the beams' width was taken out by; 0 for rays.
+    /// Relative standard deviation that the spot correction gives the raw leaf area; 0 for rays, and in files of versions before this key.
+    #[serde(default)]
     pub spot_relative_sd: f64,
 }
 
@@ -73,8 +77,8 @@ pub enum FitError {
 /// All in values per metre of row: `linear` by ordinary least squares, `power` by ordinary least squares of ln L on ln I_T
 /// (so it gives the median, not the mean, of scattered rows). `contact` is a power law by the same rule, if its exponent is above 1 and it predicts rows
 /// left out by a tenth better than a proportion does, else that proportion, by least squares through the origin. An exponent below 1 is what the scatter of
-/// rows that are all alike makes of any two measures. Through a wide beam the exponent is smaller by what other rows' spot corrections are off, which rows
-/// of one class have in common: it would amplify that error. Qualities are in leaf area per metre for all three.
+/// rows that are all alike makes of any two measures. The spot correction of wide beams has an error that all rows of a class share; rows of another class have
+/// another one, and an exponent enlarges it. So the exponent is fitted for values that have this error, and is smaller. Qualities are in leaf area per metre for all three.
 pub fn fit(
     samples: &[Sample],
     class: CalibrationClass,
@@ -125,7 +129,7 @@ fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
     })
 }
 
-/// A power law; `x_sd` is the relative error of other rows' x that these rows have in common.
+/// A power law for rows whose x has a relative error of `x_sd` that the fitted rows do not show.
 fn power(x: &[f64], y: &[f64], x_sd: f64) -> Result<Power, FitError> {
     let ln = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v.ln()).collect() };
     let (ln_x, ln_y) = (ln(x), ln(y));
@@ -149,7 +153,7 @@ fn contact(x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError>
     })
 }
 
-/// The leave-one-out error of a power law over that of a proportion from which on its second coefficient is worth it.
+/// The leave-one-out error of a power law must be below that of a proportion times this, or its second coefficient is not worth it.
 const PAYS: f64 = 0.9;
 
 const NO_SPREAD: FitError = FitError::NoSpread { key: "impacted_total_area_m2" };

@@ -1,5 +1,6 @@
 //! The parts of a calibration file, and the leaf area they give.
 
+use rowscan_protocol::rig::BeamWidth;
 use serde::{Deserialize, Serialize};
 
 use super::canopy::CanopyClass;
@@ -87,6 +88,16 @@ pub enum Optics {
     Measured,
 }
 
+impl From<Option<BeamWidth>> for Optics {
+    /// How simulated scans through such beams are made; a rig that says nothing has rays.
+    fn from(width: Option<BeamWidth>) -> Self {
+        match width {
+            Some(BeamWidth::Device) => Self::Footprint,
+            Some(BeamWidth::Ideal) | None => Self::Ideal,
+        }
+    }
+}
+
 /// How a calibration was made.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -154,7 +165,7 @@ pub struct Power {
 /// L / length = k · x^p with x, the raw contact-frequency leaf area a metre; beyond either end of the fitted range in proportion to x, with the
 /// factor of that end.
 ///
-/// Dense rows hide leaves behind leaves, and in thin rows wood is a larger part of what beams meet: so p is above 1 where rows of different leaf areas
+/// Dense rows hide leaves behind leaves, and in thin rows wood is a larger part of what beams meet. So p is above 1 where rows of different leaf areas
 /// were fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -179,7 +190,7 @@ impl ContactScale {
         self.k * fitted.powf(self.p - 1.0)
     }
 
-    /// How many times as large as the raw leaf area's a relative error of the leaf area is.
+    /// By what a relative error of the raw leaf area is multiplied.
     pub fn amplification(&self, raw_m2_per_m: f64) -> f64 {
         let fitted = (self.quality.low_m2_per_m..=self.quality.high_m2_per_m).contains(&raw_m2_per_m);
         if fitted { self.p } else { 1.0 }

@@ -37,7 +37,7 @@ pub fn interval(value: f64, relative_sd: f64) -> [f64; 2] {
 }
 
 /// What a property adds to the between-class term; `None` where the study did not measure it.
-pub(crate) fn of_property(compared: &Compared, estimator: &str) -> Option<f64> {
+fn of_property(compared: &Compared, estimator: &str) -> Option<f64> {
     match (&compared.standing, compared.apart) {
         (Standing::Same, None) => Some(0.0),
         (_, apart) => between_class(compared.key, estimator, apart),

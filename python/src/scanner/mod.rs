@@ -16,11 +16,12 @@ use rowscan_protocol::model::AnyModel;
 use tokio::runtime::{Builder, Runtime};
 
 use crate::failure::{Failure, Refusal};
+use crate::one_or_more::OneOrMore;
 use crate::orchard::{SceneOf, grown};
 use crate::{document, wait};
 use live::{Goal, Live, Way};
 use log::Log;
-use order::{OneOrMore, Order, Pace, Place};
+use order::{Order, Pace, Place};
 
 /// Threads that serve a scanner.
 const THREADS: usize = 2;
@@ -140,23 +141,23 @@ impl Scanner {
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
-        model: Option<OneOrMore>,
+        model: Option<OneOrMore<String>>,
         scene: SceneOf,
         seed: Option<u64>,
         optics: Option<&str>,
         time_scale: Option<Pace>,
         start_when: Option<&str>,
-        tcp: Option<OneOrMore>,
+        tcp: Option<OneOrMore<String>>,
         pty: Option<PathBuf>,
-        can: Option<OneOrMore>,
-        nmea: Option<OneOrMore>,
+        can: Option<OneOrMore<String>>,
+        nmea: Option<OneOrMore<String>>,
         faults: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let models = match model {
             None => vec![None],
             Some(names) => named(names)?,
         };
-        let all = |given: Option<OneOrMore>| given.map(OneOrMore::all).unwrap_or_default();
+        let all = |given: Option<OneOrMore<String>>| given.map(OneOrMore::all).unwrap_or_default();
         let order = Order {
             place: Place::of(scene, seed, optics)?,
             models,
@@ -421,6 +422,6 @@ impl Scanner {
     }
 }
 
-fn named(names: OneOrMore) -> Result<Vec<Option<AnyModel>>, Failure> {
+fn named(names: OneOrMore<String>) -> Result<Vec<Option<AnyModel>>, Failure> {
     names.all().iter().map(|name| Ok(Some(AnyModel::named(name)?))).collect()
 }

@@ -85,22 +85,6 @@ impl Place {
     }
 }
 
-/// One of something, or several.
-#[derive(FromPyObject)]
-pub(super) enum OneOrMore {
-    One(String),
-    More(Vec<String>),
-}
-
-impl OneOrMore {
-    pub(super) fn all(self) -> Vec<String> {
-        match self {
-            Self::One(one) => vec![one],
-            Self::More(more) => more,
-        }
-    }
-}
-
 /// A pace: a number, or a word.
 #[derive(FromPyObject)]
 pub(super) enum Pace {

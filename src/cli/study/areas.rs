@@ -96,8 +96,7 @@ pub(super) fn tell(
 }
 
 fn calibration(report: &AreasReport) -> Result<String, Failure> {
-    let samples: Vec<Sample> =
-        report.orchards.iter().filter_map(|orchard| orchard.sample.map(Sample::from)).collect();
+    let samples: Vec<Sample> = report.orchards.iter().filter_map(|orchard| orchard.sample).collect();
     let study = &report.provenance.settings;
     let provenance = Provenance {
         command: format!(

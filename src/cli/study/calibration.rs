@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use rowscan_canopy::Sample;
-use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Optics, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Provenance};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{BeamWidth, EchoChoice};
+use rowscan_protocol::rig::EchoChoice;
 use rowscan_scenes::Scene;
 use rowscan_study::class::mean_class;
 use rowscan_study::foliage::LaiRange;
@@ -85,10 +85,7 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
             Some(EchoChoice::Last) => EchoRule::Last,
             Some(EchoChoice::First) | None => EchoRule::First,
         },
-        optics: match rig.optics {
-            Some(BeamWidth::Device) => Optics::Footprint,
-            Some(BeamWidth::Ideal) | None => Optics::Ideal,
-        },
+        optics: rig.optics.into(),
         distance_m: mount.map(|mount| mount.distance_m),
         canopy,
     }
