@@ -119,6 +119,7 @@ fn tell_how_sure(
     let parts = Uncertainty {
         sampling: sampled.map(|(sd, _)| amplified * sd),
         between_class: class.and_then(|_| between(&compared)),
+        density: calibration.map(|calibration| calibration.contact.density_sd(raw_m2_per_m)),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.
@@ -126,10 +127,11 @@ fn tell_how_sure(
     let of_spot = if through_the_eye { 0.0 } else { amplified * pass.row.spot_relative_sd() };
     let ends = |sd: f64| estimate.leaf_area_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
     estimate.leaf_area_sampling_error_m2 = parts.sampling.and_then(ends);
+    let of_density = parts.density.unwrap_or(0.0);
     estimate.leaf_area_interval_m2 = parts
         .sampling
         .zip(parts.between_class)
-        .and_then(|(a, b)| ends(uncertainty::combined([a, b, of_spot])));
+        .and_then(|(a, b)| ends(uncertainty::combined([a, b, of_density, of_spot])));
     estimate.leaf_area_uncertainty = Some(parts);
 }
 

@@ -6,9 +6,10 @@ mod common;
 
 use common::*;
 use rowscan_canopy::calibration::{
-    CalibrationClass, CalibrationError, EchoRule, FittedRange, Optics, Provenance, RegressionKind,
+    CalibrationClass, CalibrationError, ContactScale, EchoRule, FittedRange, FittedRows, Optics, Provenance,
+    RegressionKind,
 };
-use rowscan_canopy::{Calibration, CanopyClass, Estimate, FitError, Pipeline, Sample, fit};
+use rowscan_canopy::{Calibration, CanopyClass, Estimate, FitError, Pipeline, RowClass, Sample, fit};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
@@ -79,21 +80,63 @@ fn exact_data_give_their_coefficients_back() {
     assert!(calibration.linear.a_m2_per_m < 0.0);
 }
 
+/// The contact's law on ten rows of 4 to 8.5 m²/m raw, whose spot correction is off by so much.
+fn contact_of(leaf_m2: &dyn Fn(usize, f64) -> f64, spot_relative_sd: f64) -> ContactScale {
+    let row = |i: usize| {
+        let x = 4.0 + 0.5 * i as f64;
+        Sample {
+            length_m: 2.0,
+            impacted_total_area_m2: 2.0 * (1.0 + 0.1 * i as f64),
+            contact_leaf_area_m2: 2.0 * x,
+            leaf_area_m2: 2.0 * leaf_m2(i, x),
+            spot_relative_sd,
+        }
+    };
+    line_on(&(0..10).map(row).collect::<Vec<_>>()).contact
+}
+
+#[test]
+fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
+    let law = |_, x: f64| 0.3 * x.powf(1.9);
+    let (rays, wide) = (contact_of(&law, 0.0), contact_of(&law, 0.3));
+    assert!((rays.p - 1.9).abs() < 1e-9 && wide.p == 1.0, "{rays:?} {wide:?}");
+    let rows = wide.fitted.unwrap();
+    assert!((rows.exponent - 1.9).abs() < 1e-9, "{rows:?}");
+    assert!(rays.density_sd(4.0) < 1e-9 && wide.density_sd(rows.mean_m2_per_m) == 0.0);
+    // What is left out of the densest row: ln of (x / mean) to the power of 0.9.
+    let dense = wide.density_sd(8.5);
+    assert!((dense - 0.9 * (8.5 / rows.mean_m2_per_m).ln()).abs() < 1e-9 && dense > 0.2, "{dense}");
+    assert!(wide.density_sd(4.0) > 0.2);
+    // Scatter makes an exponent below 1 of rows that are alike, and files of older versions know of none.
+    assert_eq!(contact_of(&|_, x| 2.0 * x.powf(0.7), 0.0).density_sd(8.5), 0.0);
+    assert_eq!(ContactScale { fitted: None, ..wide }.density_sd(8.5), 0.0);
+
+    // In an estimate it stands beside the other parts.
+    let (impacted, contact) = hedge_per_metre();
+    let mut calibration = around(impacted, contact);
+    let told = |calibration: &Calibration| {
+        let pipeline = Pipeline::new(Some(&orchard_rig()), 0, Some(calibration.clone())).unwrap();
+        let mut pipeline = pipeline.of_class(RowClass { preset: Some("hedge".into()), ..RowClass::default() });
+        hedge(600).iter().for_each(|scan| pipeline.push(scan));
+        let found = pipeline.finish();
+        let [low, high] = found.leaf_area_interval_m2.unwrap();
+        (found.leaf_area_uncertainty.unwrap(), found.leaf_area_m2, (high / low).ln() / (2.0 * 1.96))
+    };
+    calibration.contact.fitted = None;
+    let (_, leaf_m2, narrow_sd) = told(&calibration);
+    let found = told(&calibration).0;
+    assert_eq!(found.density, Some(0.0));
+    calibration.contact.fitted = Some(FittedRows { mean_m2_per_m: 2.0 * contact, exponent: 1.9 });
+    let (parts, same_m2, wide_sd) = told(&calibration);
+    let density = parts.density.unwrap();
+    assert_eq!(same_m2, leaf_m2, "the estimate itself stays");
+    assert!(density > 0.3, "{density}");
+    assert!((wide_sd.powi(2) - narrow_sd.powi(2) - density.powi(2)).abs() < 1e-3, "{wide_sd} {narrow_sd}");
+}
+
 #[test]
 fn contact_bends_where_that_predicts_rows_left_out_better_and_not_for_scatter() {
-    let of = |leaf_m2: &dyn Fn(usize, f64) -> f64| {
-        let row = |i: usize| {
-            let x = 4.0 + 0.5 * i as f64;
-            Sample {
-                length_m: 2.0,
-                impacted_total_area_m2: 2.0 * (1.0 + 0.1 * i as f64),
-                contact_leaf_area_m2: 2.0 * x,
-                leaf_area_m2: 2.0 * leaf_m2(i, x),
-                spot_relative_sd: 0.0,
-            }
-        };
-        line_on(&(0..10).map(row).collect::<Vec<_>>()).contact
-    };
+    let of = |leaf_m2: &dyn Fn(usize, f64) -> f64| contact_of(leaf_m2, 0.0);
     let bent = of(&|_, x| 0.6 * x.powf(1.3));
     assert!((bent.k - 0.6).abs() < 1e-9 && (bent.p - 1.3).abs() < 1e-9, "{bent:?}");
     // Beyond the fitted range, 4 to 8.5 m²/m, the factor stays that of its end.
@@ -233,7 +276,7 @@ fn a_file_without_units_or_class_is_refused_by_key() {
     assert!(refusal(text.replace("scanner_model", "scaner_model")).contains("scaner_model"));
 
     let endless = Calibration {
-        contact: rowscan_canopy::calibration::ContactScale { k: f64::NAN, ..calibration.contact },
+        contact: ContactScale { k: f64::NAN, ..calibration.contact },
         ..calibration
     };
     let message = Pipeline::new(None, 0, Some(endless)).unwrap_err().to_string();

@@ -24,7 +24,7 @@ def look(window, started, wait_s):
     window.open("http://%s/" % started.endpoint("web")["address"])
     window.wait("rowscan.firstMs && rowscan.state && (!rowscan.about.has_orchard || rowscan.world.orchard)")
     # As detailed as on a graphics card, however slow this machine draws.
-    window.ask("if (rowscan.world) { rowscan.world.adapt = () => {}; rowscan.world.budget = 60000; }")
+    window.ask("if (rowscan.world) { rowscan.world.adapt = () => {}; rowscan.world.budget = 60000; rowscan.world.scale = 2; }")
     time.sleep(wait_s)
 
 

@@ -22,6 +22,7 @@ class Page {
     this.wanted = true;
     this.fans = [];
     this.times = [];
+    this.pictures = 0;
     this.firstMs = null;
     this.log = new TelegramList(byId("log"));
     this.strip = new StripView(byId("strip"), byId("strip-keys"));
@@ -177,6 +178,7 @@ class Page {
   /** How many pictures a second there are, and what they cost. */
   count(now) {
     if (this.firstMs === null && this.picture?.lines.length) this.firstMs = performance.now();
+    this.pictures++;
     this.times.push(now);
     while (this.times.length > 2 && this.times[0] < now - 2000) this.times.shift();
     const spans = this.times.length - 1;

@@ -14,6 +14,11 @@ const OLD = 0.6;
 const CLOUD = 90000;
 const FEWEST = 18000;
 const MOST = 160000;
+// A picture that takes longer, ms, has fewer leaves or pixels the next time; one that takes less, more.
+const SLOW = 55;
+const FAST = 25;
+// Of the canvas's pixels each way, at least this part is drawn.
+const COARSEST = 0.4;
 const SUN = unit([-0.5, -0.35, 0.85]);
 const SKIES = {
   light: { haze: [0.87, 0.91, 0.92], top: [0.60, 0.75, 0.87], dim: 1.06 },
@@ -24,11 +29,17 @@ export class World {
   constructor(canvas, camera) {
     this.canvas = canvas;
     this.camera = camera;
-    this.gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+    const wanted = { antialias: true, alpha: false, powerPreference: "high-performance" };
+    this.gl = canvas.getContext("webgl2", { ...wanted, failIfMajorPerformanceCaveat: true });
+    // Without a graphics card every pixel costs: smooth edges would take four times as long.
+    this.isSoftware = !this.gl;
+    this.gl ??= canvas.getContext("webgl2", { ...wanted, antialias: false });
     if (!this.gl) throw new Error("this browser has no WebGL 2");
     const gl = this.gl;
     this.programs = programs(gl);
-    this.budget = 40000;
+    this.budget = this.isSoftware ? FEWEST : 40000;
+    /** Pixels drawn a pixel of the canvas, each way. */
+    this.scale = this.isSoftware ? 0.6 : 1;
     this.orchard = null;
     this.lines = new Map();
     /** Where each scanner was seen from its tractor. */
@@ -158,16 +169,18 @@ export class World {
     this.stats.bytes += bytes.length;
   }
 
-  /** Fewer leaves where a picture takes long, more where it does not. */
+  /** Fewer leaves, then fewer pixels, where a picture takes long; more pixels, then more leaves, where it does not. */
   adapt(frameMs) {
-    if (frameMs > 55) this.budget = Math.max(FEWEST, this.budget * Math.max(0.6, 50 / frameMs));
-    else if (frameMs < 25) this.budget = Math.min(MOST, this.budget * 1.05);
+    if (frameMs > SLOW && this.budget > FEWEST) this.budget = Math.max(FEWEST, this.budget * Math.max(0.6, (SLOW - 5) / frameMs));
+    else if (frameMs > SLOW) this.scale = Math.max(COARSEST, this.scale * 0.95);
+    else if (frameMs < FAST && this.scale < 1) this.scale = Math.min(1, this.scale * 1.02);
+    else if (frameMs < FAST) this.budget = Math.min(MOST, this.budget * 1.05);
   }
 
   /** `at`: the picture's seconds, by which a line is old. */
   draw(tractorAt, theme, at) {
     const { gl, canvas, stats } = this;
-    const ratio = Math.min(devicePixelRatio || 1, 2);
+    const ratio = Math.min(devicePixelRatio || 1, 2) * this.scale;
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     Object.assign(stats, { draws: 0, leaves: 0, sticks: 0, points: this.cloudCount });

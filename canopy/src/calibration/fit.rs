@@ -5,9 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::Estimate;
 use crate::regression::{FittedLine, Goodness, mean, spread};
 
-use super::model::{
-    Calibration, CalibrationClass, ContactScale, FitQuality, Linear, Power, Provenance, Training, Units,
-};
+use super::contact_scale::{ContactScale, FittedRows};
+use super::model::{Calibration, CalibrationClass, FitQuality, Linear, Power, Provenance, Training, Units};
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -131,7 +130,6 @@ fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
 
 /// A power law for rows whose x has a relative error of `x_sd` that the fitted rows do not show.
 fn power(x: &[f64], y: &[f64], x_sd: f64) -> Result<Power, FitError> {
-    let ln = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v.ln()).collect() };
     let (ln_x, ln_y) = (ln(x), ln(y));
     let line = FittedLine::fit_for(&ln_x, &ln_y, x_sd).ok_or(NO_SPREAD)?;
     let fitted = ln_x.iter().map(|&x| line.at(x).exp());
@@ -140,15 +138,21 @@ fn power(x: &[f64], y: &[f64], x_sd: f64) -> Result<Power, FitError> {
     Ok(Power { c: line.intercept.exp(), p: line.slope, quality: quality(x, y, goodness) })
 }
 
+fn ln(values: &[f64]) -> Vec<f64> {
+    values.iter().map(|v| v.ln()).collect()
+}
+
 fn contact(x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError> {
     let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
-    let proportion =
-        ContactScale { k: line.slope, p: 1.0, quality: quality(x, y, Goodness::of_line(&line, x, y)) };
+    let fitted = FittedLine::fit(&ln(x), &ln(y))
+        .map(|own| FittedRows { mean_m2_per_m: mean(&ln(x)).exp(), exponent: own.slope });
+    let good = quality(x, y, Goodness::of_line(&line, x, y));
+    let proportion = ContactScale { k: line.slope, p: 1.0, fitted, quality: good };
     let pays = |power: &Power| {
         power.p > 1.0 && power.quality.loo_rmse_relative < PAYS * proportion.quality.loo_rmse_relative
     };
     Ok(match power(x, y, spot_sd).ok().filter(pays) {
-        Some(Power { c, p, quality }) => ContactScale { k: c, p, quality },
+        Some(Power { c, p, quality }) => ContactScale { k: c, p, fitted, quality },
         None => proportion,
     })
 }

@@ -3,18 +3,20 @@
 //! The reference length is a metre of row: every fit is made on values per metre.
 //! - linear: L = a · length + b · I_T. A cell without returns is a gap and holds 0, never `a`.
 //! - power: L / length = c · (I_T / length)^p.
-//! - contact: L = k · (raw contact-frequency leaf area); k holds wood, clumping and the leaves' true projection.
+//! - contact: L / length = k · x^p with x, the raw contact-frequency leaf area a metre; k and p hold wood, clumping and the leaves' true projection.
 //!
 //! A calibration is valid for its [`CalibrationClass`] only. Within it, an estimate outside the fitted range carries a warning, and
 //! one far outside (a factor [`FAR`] beyond either end) is withheld.
 
 pub(crate) mod canopy;
+mod contact_scale;
 mod fit;
 pub(crate) mod model;
 
 pub use canopy::CanopyClass;
+pub use contact_scale::{ContactScale, FittedRows};
 pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
 pub use model::{
-    Calibration, CalibrationClass, CalibrationError, ContactScale, EchoRule, FAR, FitQuality, FittedRange,
-    Linear, Optics, Power, Provenance, RegressionKind, Training, Units,
+    Calibration, CalibrationClass, CalibrationError, EchoRule, FAR, FitQuality, FittedRange, Linear, Optics,
+    Power, Provenance, RegressionKind, Training, Units,
 };

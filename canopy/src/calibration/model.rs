@@ -4,6 +4,7 @@ use rowscan_protocol::rig::BeamWidth;
 use serde::{Deserialize, Serialize};
 
 use super::canopy::CanopyClass;
+use super::contact_scale::ContactScale;
 
 /// How far beyond either end of the fitted range an estimate is withheld: a factor.
 pub const FAR: f64 = 2.0;
@@ -162,41 +163,6 @@ pub struct Power {
     pub quality: FitQuality,
 }
 
-/// L / length = k · x^p with x, the raw contact-frequency leaf area a metre; beyond either end of the fitted range in proportion to x, with the
-/// factor of that end.
-///
-/// Dense rows hide leaves behind leaves, and in thin rows wood is a larger part of what beams meet. So p is above 1 where rows of different leaf areas
-/// were fitted.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ContactScale {
-    /// Leaf area a metre, m²/m, at a raw one of 1 m²/m.
-    pub k: f64,
-    /// Exponent; 1 is a proportion, and what files of versions before this key have.
-    #[serde(default = "proportion")]
-    pub p: f64,
-    /// How good it is.
-    pub quality: FitQuality,
-}
-
-fn proportion() -> f64 {
-    1.0
-}
-
-impl ContactScale {
-    /// What a raw leaf area of so many m² a metre is multiplied by.
-    pub fn factor(&self, raw_m2_per_m: f64) -> f64 {
-        let fitted = raw_m2_per_m.min(self.quality.high_m2_per_m).max(self.quality.low_m2_per_m);
-        self.k * fitted.powf(self.p - 1.0)
-    }
-
-    /// By what a relative error of the raw leaf area is multiplied.
-    pub fn amplification(&self, raw_m2_per_m: f64) -> f64 {
-        let fitted = (self.quality.low_m2_per_m..=self.quality.high_m2_per_m).contains(&raw_m2_per_m);
-        if fitted { self.p } else { 1.0 }
-    }
-}
-
 /// The regressions on I_T.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -290,6 +256,18 @@ impl Calibration {
         let low = self.contact.quality.low_m2_per_m;
         if self.contact.p != 1.0 && (low.is_nan() || low <= 0.0) {
             return Err(CalibrationError::NotPositive { key: "contact.quality.low_m2_per_m", value: low });
+        }
+        if let Some(rows) = self.contact.fitted {
+            let (mean, exponent) = (rows.mean_m2_per_m, rows.exponent);
+            if !(mean.is_finite() && mean > 0.0) {
+                return Err(CalibrationError::NotPositive {
+                    key: "contact.fitted.mean_m2_per_m",
+                    value: mean,
+                });
+            }
+            if !exponent.is_finite() {
+                return Err(CalibrationError::NotFinite { key: "contact.fitted.exponent", value: exponent });
+            }
         }
         if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(CalibrationError::NotPositive { key: "class.distance_m", value });

@@ -21,6 +21,9 @@ pub struct Uncertainty {
     /// Of classes about the one that the estimate holds for, by the transfer study: the properties that differ from it or are not told. `None`
     /// where nothing is known of the row.
     pub between_class: Option<f64>,
+    /// Of rows denser or thinner than those the calibration was fitted on are on average, where they had a larger exponent than the calibration applies;
+    /// `None` without a calibration.
+    pub density: Option<f64>,
     /// Blocks of row that were drawn from.
     pub blocks: u32,
 }

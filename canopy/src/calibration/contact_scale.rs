@@ -1,0 +1,63 @@
+//! The factor of contact frequency.
+
+use serde::{Deserialize, Serialize};
+
+use super::model::FitQuality;
+
+/// L / length = k · x^p with x, the raw contact-frequency leaf area a metre; beyond either end of the fitted range in proportion to x, with the
+/// factor of that end.
+///
+/// Dense rows hide leaves behind leaves, and in thin rows wood is a larger part of what beams meet. So p is above 1 where rows of different leaf areas
+/// were fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactScale {
+    /// Leaf area a metre, m²/m, at a raw one of 1 m²/m.
+    pub k: f64,
+    /// Exponent; 1 is a proportion, and what files of versions before this key have.
+    #[serde(default = "proportion")]
+    pub p: f64,
+    /// The rows it was fitted on; `None` in files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fitted: Option<FittedRows>,
+    /// How good it is.
+    pub quality: FitQuality,
+}
+
+/// What the fitted rows say of their own law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FittedRows {
+    /// Geometric mean of their raw leaf areas a metre, m²/m.
+    pub mean_m2_per_m: f64,
+    /// Their own exponent, by ordinary least squares of ln L on ln x. Through wide beams it is larger than `p`, for it would enlarge what other classes and
+    /// distances have in error.
+    pub exponent: f64,
+}
+
+fn proportion() -> f64 {
+    1.0
+}
+
+impl ContactScale {
+    /// What a raw leaf area of so many m² a metre is multiplied by.
+    pub fn factor(&self, raw_m2_per_m: f64) -> f64 {
+        let fitted = raw_m2_per_m.min(self.quality.high_m2_per_m).max(self.quality.low_m2_per_m);
+        self.k * fitted.powf(self.p - 1.0)
+    }
+
+    /// By what a relative error of the raw leaf area is multiplied.
+    pub fn amplification(&self, raw_m2_per_m: f64) -> f64 {
+        let fitted = (self.quality.low_m2_per_m..=self.quality.high_m2_per_m).contains(&raw_m2_per_m);
+        if fitted { self.p } else { 1.0 }
+    }
+
+    /// Relative standard deviation of the leaf area for what a larger exponent of the fitted rows would make of it: none at their mean, and more the denser or
+    /// thinner a row is. A smaller exponent is what scatter makes of rows that are alike.
+    pub fn density_sd(&self, raw_m2_per_m: f64) -> f64 {
+        let of = |rows: FittedRows| {
+            (rows.exponent - self.p).max(0.0) * (raw_m2_per_m / rows.mean_m2_per_m).ln().abs()
+        };
+        self.fitted.map_or(0.0, of)
+    }
+}
