@@ -1,4 +1,4 @@
-"""What the live page costs once it has settled: pictures a second, CPU of page and program, bytes to the browser. `cargo xtask bench page` runs it.
+"""What the live page costs with two scanners, once it has settled: pictures a second, CPU of page and program, bytes to the browser. `cargo xtask bench page` runs it.
 
 One JSON object a scene on standard output. Chromium draws by SwiftShader, without a graphics card: the slowest way there is.
 """
@@ -7,21 +7,18 @@ import json
 import os
 import pathlib
 import sys
-import tempfile
 import time
 
 from browser import Browser
 from emulator import Emulator
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-#: A scanner beside the row, and one above it on the same tractor.
-SCANNERS = ['\n[[rig.scanner]]\nmodel = "lms111"\nheight_m = %s\ndistance_m = 1.9\noffset_y_m = %s\n' % of for of in ((1.6, 0.0), (2.2, -0.5))]
 SCENES = {
-    "twelve trees": ROOT / "sim-scenes/scenes/spindle.toml",
+    "twelve trees": "spindle",
     "hectare": ROOT / "docs/orchards/hectare.toml",
 }
 #: Until the budget of leaves has settled, and how long is measured, seconds.
-SETTLE_S, MEASURE_S = (float(value) for value in (sys.argv[1:] + ["30", "15"][len(sys.argv) - 1:]))
+SETTLE_S, MEASURE_S = (float(value) for value in sys.argv[1:]) if len(sys.argv) == 3 else (30.0, 15.0)
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -44,11 +41,9 @@ def cpu_s(root):
     return sum(seconds for process, seconds in used.items() if is_of(process))
 
 
-def measure(name, path, folder):
-    scene = pathlib.Path(folder, "scene.toml")
-    told = path.read_text()
-    scene.write_text(told + "".join(SCANNERS[told.count("[[rig.scanner]]"):]))
-    started = Emulator(str(scene), "--tcp", "127.0.0.1:0", "--start-when", "now", "--web", "127.0.0.1:0", start_s=300.0)
+def measure(name, scene):
+    # A listener more is a scanner more.
+    started = Emulator(scene, "--model", "lms111", "--tcp", "127.0.0.1:0", "--start-when", "now", "--web", "127.0.0.1:0", start_s=300.0)
     try:
         with Browser(1400, 900, scheme="light") as window:
             opened = time.monotonic()
@@ -61,7 +56,7 @@ def measure(name, path, folder):
             time.sleep(MEASURE_S)
             after, ended = window.ask(ask), (cpu_s(window.process.pid), cpu_s(started.process.pid))
             passed_s = (after["at"] - before["at"]) / 1000
-            stats = window.ask("({...rowscan.world.stats, budget: rowscan.world.budget, scale: rowscan.world.scale})")
+            stats = window.ask("({...rowscan.world.stats, budget: rowscan.world.budget})")
             share = [(late - early) / passed_s for early, late in zip(clocks, ended)]
             print(json.dumps({
                 "scene": name,
@@ -72,7 +67,7 @@ def measure(name, path, folder):
                 "kilobytes_per_s": round((after["received"] - before["received"]) / passed_s / 1000, 1),
                 "orchard_megabytes": round(stats["orchardBytes"] / 1e6, 2),
                 "draw_calls": stats["draws"], "leaves": stats["leaves"], "sticks": stats["sticks"],
-                "budget": round(stats["budget"]), "scale": stats["scale"],
+                "budget": round(stats["budget"]), "returns": stats["points"],
                 "page_cores": round(share[0], 2), "program_cores": round(share[1], 3),
                 "errors": window.errors,
             }), flush=True)
@@ -80,6 +75,5 @@ def measure(name, path, folder):
         started.close()
 
 
-with tempfile.TemporaryDirectory() as temporary:
-    for scene_name, scene_path in SCENES.items():
-        measure(scene_name, scene_path, temporary)
+for scene_name, scene_path in SCENES.items():
+    measure(scene_name, str(scene_path))

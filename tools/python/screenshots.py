@@ -19,12 +19,18 @@ FOLDER = sys.argv[1]
 WANTED = sys.argv[2:]
 
 
+#: Smooth edges and every return, although there is no graphics card.
+AS_ON_A_CARD = "const made = WebGL2RenderingContext.prototype.getParameter; WebGL2RenderingContext.prototype.getParameter = " \
+    "function (what) { const told = made.call(this, what); return typeof told === 'string' ? told.replace(/swiftshader/gi, 'card') : told; };"
+
+
 def look(window, started, wait_s):
     """Opens the page and lets it run for a while."""
+    window.call("Page.addScriptToEvaluateOnNewDocument", source=AS_ON_A_CARD)
     window.open("http://%s/" % started.endpoint("web")["address"])
     window.wait("rowscan.firstMs && rowscan.state && (!rowscan.about.has_orchard || rowscan.world.orchard)")
     # As detailed as on a graphics card, however slow this machine draws.
-    window.ask("if (rowscan.world) { rowscan.world.adapt = () => {}; rowscan.world.budget = 60000; rowscan.world.scale = 2; }")
+    window.ask("if (rowscan.world) { rowscan.world.adapt = () => {}; rowscan.world.budget = 60000; }")
     time.sleep(wait_s)
 
 

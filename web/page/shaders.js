@@ -4,14 +4,33 @@ const HEAD = "#version 300 es\nprecision highp float;\n";
 const SCENE = "uniform mat4 view; uniform vec3 eye; uniform vec3 sun; uniform vec3 haze; uniform float far;\n";
 const FOG = "vec3 fog(vec3 c, vec3 p) { float d = length(p - eye) / far; return mix(c, haze, smoothstep(0.18, 0.95, d)); }\n";
 
-const LEAF_VERTEX = HEAD + SCENE + `
-layout(location=0) in vec2 corner; layout(location=1) in vec3 centre; layout(location=2) in vec3 normal; layout(location=3) in vec3 along;
-layout(location=4) in vec2 size; layout(location=5) in float kind;
+// Leaves and wood are things of eight words in a texture, 256 a line.
+const THINGS = `
+uniform highp usampler2D things; uniform int first;
+uvec4 half_of(int thing, int which) { return texelFetch(things, ivec2((thing & 255) * 2 + which, thing >> 8), 0); }
+float byte_of(uint word, int place) { return float(int(word << (24 - 8 * place)) >> 24) / 127.0; }
+`;
+
+/** Corners that are drawn of a leaf: four triangles. */
+export const BLADE_CORNERS = 12;
+/** Of a piece of wood: two. */
+export const STICK_CORNERS = 6;
+
+const LEAF_VERTEX = HEAD + SCENE + THINGS + `
+const vec2 CORNERS[6] = vec2[6](vec2(-1.0, 0.0), vec2(-0.45, 0.8), vec2(-0.45, -0.8), vec2(0.45, 0.72), vec2(0.45, -0.72), vec2(1.0, 0.0));
+const int TRIANGLES[12] = int[12](0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 5);
 uniform vec3 foot; uniform vec2 turn; uniform float grow;
 out vec3 tint; out vec3 place;
 vec3 turned(vec3 v) { return vec3(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y, v.z); }
 float hash(float n) { return fract(sin(n) * 43758.5453); }
 void main() {
+  int blade = first + gl_VertexID / 12;
+  vec2 corner = CORNERS[TRIANGLES[gl_VertexID % 12]];
+  uvec4 low = half_of(blade, 0), high = half_of(blade, 1);
+  vec3 centre = uintBitsToFloat(low.xyz);
+  vec3 normal = vec3(byte_of(low.w, 0), byte_of(low.w, 1), byte_of(low.w, 2)), along = vec3(byte_of(high.x, 0), byte_of(high.x, 1), byte_of(high.x, 2));
+  float kind = float(low.w >> 24);
+  vec2 size = vec2(high.y & 65535u, high.y >> 16) / 65535.0;
   vec3 n = normalize(turned(normal)), a = normalize(turned(along));
   a = normalize(a - n * dot(a, n));
   vec3 b = cross(n, a);
@@ -48,12 +67,18 @@ void main() {
 }`;
 
 // A stick is a ribbon that faces the eye; how round it is is the shading's business.
-const STICK_VERTEX = HEAD + SCENE + `
-layout(location=0) in vec2 corner; layout(location=1) in vec3 base; layout(location=2) in vec3 tip; layout(location=3) in float radius; layout(location=4) in float kind;
+const STICK_VERTEX = HEAD + SCENE + THINGS + `
+const vec2 CORNERS[4] = vec2[4](vec2(-1.0, 0.0), vec2(1.0, 0.0), vec2(-1.0, 1.0), vec2(1.0, 1.0));
+const int TRIANGLES[6] = int[6](0, 1, 2, 2, 1, 3);
 uniform vec3 foot; uniform vec2 turn;
 out vec3 base_tint; out vec3 place; out float across; flat out vec3 side; flat out vec3 front;
 vec3 turned(vec3 v) { return vec3(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y, v.z); }
 void main() {
+  int stick = first + gl_VertexID / 6;
+  vec2 corner = CORNERS[TRIANGLES[gl_VertexID % 6]];
+  uvec4 low = half_of(stick, 0), high = half_of(stick, 1);
+  vec3 base = uintBitsToFloat(low.xyz), tip = uintBitsToFloat(uvec3(low.w, high.xy));
+  float radius = uintBitsToFloat(high.z), kind = float(high.w & 255u);
   vec3 from = turned(base) + foot, to = turned(tip) + foot, axis = normalize(to - from);
   vec3 at = mix(from, to, corner.y);
   front = normalize(eye - at);

@@ -1,24 +1,28 @@
-// The orchard, the tractor, the beams and what they met, drawn by WebGL 2. Leaves are instances: a tree is one call, and one that is far is drawn with fewer
-// and larger leaves, so that all together stay within a budget.
+// The orchard, the tractor, the beams and what they met, drawn by WebGL 2. A tree's leaves are one call, and a tree that is far is drawn with fewer and larger
+// leaves, so that all together stay within a budget. Leaves and wood lie in textures that the shaders read by the number of the corner: instances of so few
+// corners would take a renderer without a graphics card several times as long.
 
 import { crown } from "./crowns.js";
 import { returnOf } from "./decode.js";
 import { dot, pose, sub, unit } from "./matrix.js";
-import { programs } from "./shaders.js";
+import { BLADE_CORNERS, programs, STICK_CORNERS } from "./shaders.js";
 import { mast, scanner, tractor } from "./solids.js";
 
 // A tree of which less than this much would be drawn is drawn as one of many alike.
 const FAR_PART = 0.045;
 // A scanner that has told nothing for so many seconds has no beams to show.
 const OLD = 0.6;
+// Returns that are kept, and how many of them where every one costs.
 const CLOUD = 90000;
+const SMALL_CLOUD = 30000;
 const FEWEST = 18000;
 const MOST = 160000;
-// A picture that takes longer, ms, has fewer leaves or pixels the next time; one that takes less, more.
+// A picture that takes longer, ms, has fewer leaves the next time; one that takes less, more.
 const SLOW = 55;
 const FAST = 25;
-// Of the canvas's pixels each way, at least this part is drawn.
-const COARSEST = 0.4;
+// Words of a leaf or a piece of wood in a texture, and how many of them a line of it holds.
+const WORDS = 8;
+const LINE = 256;
 const SUN = unit([-0.5, -0.35, 0.85]);
 const SKIES = {
   light: { haze: [0.87, 0.91, 0.92], top: [0.60, 0.75, 0.87], dim: 1.06 },
@@ -29,17 +33,13 @@ export class World {
   constructor(canvas, camera) {
     this.canvas = canvas;
     this.camera = camera;
-    const wanted = { antialias: true, alpha: false, powerPreference: "high-performance" };
-    this.gl = canvas.getContext("webgl2", { ...wanted, failIfMajorPerformanceCaveat: true });
-    // Without a graphics card every pixel costs: smooth edges would take four times as long.
-    this.isSoftware = !this.gl;
-    this.gl ??= canvas.getContext("webgl2", { ...wanted, antialias: false });
+    this.isSoftware = drawsBySoftware();
+    // Without a graphics card every pixel costs: smooth edges would take several times as long.
+    this.gl = canvas.getContext("webgl2", { antialias: !this.isSoftware, alpha: false, powerPreference: "high-performance" });
     if (!this.gl) throw new Error("this browser has no WebGL 2");
     const gl = this.gl;
     this.programs = programs(gl);
-    this.budget = this.isSoftware ? FEWEST : 40000;
-    /** Pixels drawn a pixel of the canvas, each way. */
-    this.scale = this.isSoftware ? 0.6 : 1;
+    this.budget = 40000;
     this.orchard = null;
     this.lines = new Map();
     /** Where each scanner was seen from its tractor. */
@@ -47,8 +47,7 @@ export class World {
     this.stats = { draws: 0, leaves: 0, sticks: 0, points: 0, bytes: 0, orchardBytes: 0 };
     this.solids = { tractor: this.solid(tractor()), scanner: this.solid(scanner()), mast: this.solid(mast()) };
     this.ground = this.mesh([[0, 2, gl.FLOAT, false, 8, 0]], new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
-    this.leafShape = this.buffer(new Float32Array([-1, 0, -0.45, 0.8, -0.45, -0.8, 0.45, 0.72, 0.45, -0.72, 1, 0]));
-    this.stickShape = this.buffer(new Float32Array([-1, 0, 1, 0, -1, 1, 1, 1]));
+    this.noCorners = gl.createVertexArray();
     this.makeCloud();
     this.sheetBuffer = gl.createBuffer();
     this.sheet = this.vertexArray(this.sheetBuffer, [[0, 3, gl.FLOAT, false, 12, 0]]);
@@ -106,19 +105,25 @@ export class World {
 
   /** Takes an orchard as decode.js reads it. */
   setOrchard(orchard) {
-    const gl = this.gl, { head } = orchard;
-    const blades = this.buffer(orchard.blades), sticks = this.buffer(orchard.sticks);
-    const trees = head.trees.map((span) => ({
-      leaves: { count: span.leaves[1], array: this.blades(blades, span.leaves[0]) },
-      facets: { count: span.facets[1], array: this.blades(blades, head.leaves + span.facets[0]) },
-      wood: { count: span.wood[1], array: this.sticks(sticks, span.wood[0]) },
-    }));
+    const { head } = orchard, span = ([first, count], before = 0) => ({ first: before + first, count });
+    const trees = head.trees.map((of) => ({ leaves: span(of.leaves), facets: span(of.facets, head.leaves), wood: span(of.wood) }));
     trees.forEach((tree, number) => this.makeCrown(tree, orchard.blades, head.trees[number].leaves));
-    const supports = { count: head.supports, array: this.sticks(sticks, head.wood) };
-    const grass = { count: head.grass, array: this.blades(blades, head.leaves + head.facets) };
-    this.orchard = { head, trees, supports, grass };
+    const supports = { first: head.wood, count: head.supports }, grass = { first: head.leaves + head.facets, count: head.grass };
+    this.orchard = { head, trees, supports, grass, blades: this.table(bladeWords(orchard.blades)), sticks: this.table(stickWords(orchard.sticks)) };
     this.stats.orchardBytes = orchard.bytes;
-    gl.bindVertexArray(null);
+    this.gl.bindVertexArray(null);
+  }
+
+  /** A texture of eight words a thing, 256 things a line: what the shaders call `things`. */
+  table(words) {
+    const gl = this.gl, lines = Math.max(1, Math.ceil(words.length / WORDS / LINE));
+    const padded = new Uint32Array(lines * LINE * WORDS);
+    padded.set(words);
+    const texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32UI, LINE * 2, lines, 0, gl.RGBA_INTEGER, gl.UNSIGNED_INT, padded);
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+    return texture;
   }
 
   /** What a tree is from afar, and room for the places of those that are. */
@@ -127,20 +132,6 @@ export class World {
     const array = this.mesh([[0, 3, gl.FLOAT, false, 24, 0], [1, 3, gl.FLOAT, false, 24, 12]], corners);
     this.vertexArray(places, [[2, 3, gl.FLOAT, false, 20, 0], [3, 2, gl.FLOAT, false, 20, 12]], array, 1);
     tree.crown = { array, places, corners: corners.length / 6, leaves: corners.length / 36, at: [] };
-  }
-
-  blades(buffer, first) {
-    const gl = this.gl, at = first * 28;
-    const array = this.vertexArray(this.leafShape, [[0, 2, gl.FLOAT, false, 8, 0]]);
-    return this.vertexArray(buffer, [[1, 3, gl.FLOAT, false, 28, at], [2, 3, gl.BYTE, true, 28, at + 12], [3, 3, gl.BYTE, true, 28, at + 16],
-      [4, 2, gl.UNSIGNED_SHORT, true, 28, at + 20], [5, 1, gl.UNSIGNED_BYTE, false, 28, at + 15]], array, 1);
-  }
-
-  sticks(buffer, first) {
-    const gl = this.gl, at = first * 32;
-    const array = this.vertexArray(this.stickShape, [[0, 2, gl.FLOAT, false, 8, 0]]);
-    return this.vertexArray(buffer, [[1, 3, gl.FLOAT, false, 32, at], [2, 3, gl.FLOAT, false, 32, at + 12], [3, 1, gl.FLOAT, false, 32, at + 24],
-      [4, 1, gl.UNSIGNED_BYTE, false, 32, at + 28]], array, 1);
   }
 
   /** A new line: its returns join those before it. */
@@ -162,25 +153,23 @@ export class World {
   append(bytes, count) {
     const gl = this.gl;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.cloudBuffer);
-    if (this.cloudAt + count > CLOUD) this.cloudAt = 0;
+    if (this.cloudAt + count > (this.isSoftware ? SMALL_CLOUD : CLOUD)) this.cloudAt = 0;
     gl.bufferSubData(gl.ARRAY_BUFFER, this.cloudAt * 16, bytes);
     this.cloudAt += count;
     this.cloudCount = Math.max(this.cloudCount, this.cloudAt);
     this.stats.bytes += bytes.length;
   }
 
-  /** Fewer leaves, then fewer pixels, where a picture takes long; more pixels, then more leaves, where it does not. */
+  /** Fewer leaves where a picture takes long, more where it does not. */
   adapt(frameMs) {
-    if (frameMs > SLOW && this.budget > FEWEST) this.budget = Math.max(FEWEST, this.budget * Math.max(0.6, (SLOW - 5) / frameMs));
-    else if (frameMs > SLOW) this.scale = Math.max(COARSEST, this.scale * 0.95);
-    else if (frameMs < FAST && this.scale < 1) this.scale = Math.min(1, this.scale * 1.02);
+    if (frameMs > SLOW) this.budget = Math.max(FEWEST, this.budget * Math.max(0.6, (SLOW - 5) / frameMs));
     else if (frameMs < FAST) this.budget = Math.min(MOST, this.budget * 1.05);
   }
 
   /** `at`: the picture's seconds, by which a line is old. */
   draw(tractorAt, theme, at) {
     const { gl, canvas, stats } = this;
-    const ratio = Math.min(devicePixelRatio || 1, 2) * this.scale;
+    const ratio = Math.min(devicePixelRatio || 1, 2);
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     Object.assign(stats, { draws: 0, leaves: 0, sticks: 0, points: this.cloudCount });
@@ -268,27 +257,27 @@ export class World {
     const isFar = ({ distance }) => share / (distance * distance) < FAR_PART;
     const seen = standing.filter((of) => !isFar(of));
     this.drawCrowns(standing.filter(isFar));
-    let at = this.use("leaf");
+    let at = this.useTable("leaf", this.orchard.blades);
     for (const { tree, foot, cos, sin, distance } of seen) {
       const part = Math.min(1, share / (distance * distance));
       const count = Math.ceil(tree.leaves.count * part);
       this.place(at, foot, cos, sin);
       gl.uniform1f(at.grow, Math.sqrt(tree.leaves.count / Math.max(count, 1)));
-      this.instances(tree.leaves.array, gl.TRIANGLE_STRIP, 6, count);
+      this.things(at, tree.leaves.first, count, BLADE_CORNERS);
       stats.leaves += count;
       if (tree.facets.count && distance < 25) {
         gl.uniform1f(at.grow, 1);
-        this.instances(tree.facets.array, gl.TRIANGLE_STRIP, 6, tree.facets.count);
+        this.things(at, tree.facets.first, tree.facets.count, BLADE_CORNERS);
         stats.leaves += tree.facets.count;
       }
     }
     this.drawGrass(at);
-    at = this.use("stick");
+    at = this.useTable("stick", this.orchard.sticks);
     for (const { tree, foot, cos, sin, distance } of seen) {
       // Twigs come last: from afar a tree is its older wood.
       const count = Math.ceil(tree.wood.count * Math.min(1, share / (distance * distance)));
       this.place(at, foot, cos, sin);
-      this.instances(tree.wood.array, gl.TRIANGLE_STRIP, 4, count);
+      this.things(at, tree.wood.first, count, STICK_CORNERS);
       stats.sticks += count;
     }
     this.drawSupports(at);
@@ -301,7 +290,7 @@ export class World {
     this.gl.uniform1f(at.grow, Math.sqrt(grass.count / count));
     for (const copy of period ? [here - 1, here, here + 1] : [0]) {
       this.place(at, [0, copy * period, 0], 1, 0);
-      this.instances(grass.array, this.gl.TRIANGLE_STRIP, 6, count);
+      this.things(at, grass.first, count, BLADE_CORNERS);
       this.stats.leaves += count;
     }
   }
@@ -323,12 +312,12 @@ export class World {
   }
 
   drawSupports(at) {
-    const { supports, head } = this.orchard, { gl } = this, period = head.period_m ?? 0;
+    const { supports, head } = this.orchard, period = head.period_m ?? 0;
     if (!supports.count) return;
     const here = period ? Math.floor(this.camera.target[1] / period) : 0;
     for (const copy of period ? [here - 1, here, here + 1] : [0]) {
       this.place(at, [0, copy * period, 0], 1, 0);
-      this.instances(supports.array, gl.TRIANGLE_STRIP, 4, supports.count);
+      this.things(at, supports.first, supports.count, STICK_CORNERS);
       this.stats.sticks += supports.count;
     }
   }
@@ -336,6 +325,24 @@ export class World {
   place(at, foot, cos, sin) {
     this.gl.uniform3fv(at.foot, foot);
     this.gl.uniform2f(at.turn, cos, sin);
+  }
+
+  /** A program that reads a table. */
+  useTable(name, table) {
+    const { gl } = this, at = this.use(name);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, table);
+    gl.uniform1i(at.things, 0);
+    gl.bindVertexArray(this.noCorners);
+    return at;
+  }
+
+  /** So many things of the table in use. */
+  things(at, first, count, corners) {
+    if (!count) return;
+    this.gl.uniform1i(at.first, first);
+    this.gl.drawArrays(this.gl.TRIANGLES, 0, corners * count);
+    this.stats.draws++;
   }
 
   instances(array, mode, corners, count) {
@@ -408,6 +415,25 @@ export class World {
     for (let i = 0; i < pixels.length; i += 4 * 97) seen.add((pixels[i] << 16) | (pixels[i + 1] << 8) | pixels[i + 2]);
     return seen.size;
   }
+}
+
+/** Whether there is no graphics card: a browser that says nothing has one. */
+function drawsBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2"), told = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = told ? String(gl.getParameter(told.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+/** Leaves have seven words on the way here. */
+function bladeWords(bytes) {
+  const from = new Uint32Array(bytes.slice().buffer), words = new Uint32Array((from.length / 7) * WORDS);
+  for (let i = 0, at = 0; i < from.length; i += 7, at += WORDS) for (let k = 0; k < 7; k++) words[at + k] = from[i + k];
+  return words;
+}
+
+function stickWords(bytes) {
+  return new Uint32Array(bytes.slice().buffer);
 }
 
 /** A part of a tree's leaves falls with the square of its distance; this much of them at one metre keeps all within the budget. */

@@ -30,6 +30,8 @@ pub struct ContactScale {
 pub struct FittedRows {
     /// Geometric mean of their raw leaf areas a metre, m²/m.
     pub mean_m2_per_m: f64,
+    /// Geometric mean of their true leaf areas a metre, m²/m.
+    pub mean_leaf_area_m2_per_m: f64,
     /// Their own exponent, by ordinary least squares of ln L on ln x. Through wide beams it is larger than `p`, for it would enlarge what other classes and
     /// distances have in error.
     pub exponent: f64,
@@ -52,12 +54,13 @@ impl ContactScale {
         if fitted { self.p } else { 1.0 }
     }
 
-    /// Relative standard deviation of the leaf area for what a larger exponent of the fitted rows would make of it: none at their mean, and more the denser or
+    /// Relative standard deviation of the leaf area for what a larger exponent of the fitted rows makes of it: little near their mean, and more the denser or
     /// thinner a row is. A smaller exponent is what scatter makes of rows that are alike.
     pub fn density_sd(&self, raw_m2_per_m: f64) -> f64 {
         let of = |rows: FittedRows| {
-            (rows.exponent - self.p).max(0.0) * (raw_m2_per_m / rows.mean_m2_per_m).ln().abs()
+            let own = (raw_m2_per_m / rows.mean_m2_per_m).powf(rows.exponent) * rows.mean_leaf_area_m2_per_m;
+            (self.factor(raw_m2_per_m) * raw_m2_per_m / own).ln().abs()
         };
-        self.fitted.map_or(0.0, of)
+        self.fitted.filter(|rows| rows.exponent > self.p).map_or(0.0, of)
     }
 }

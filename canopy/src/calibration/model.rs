@@ -258,15 +258,17 @@ impl Calibration {
             return Err(CalibrationError::NotPositive { key: "contact.quality.low_m2_per_m", value: low });
         }
         if let Some(rows) = self.contact.fitted {
-            let (mean, exponent) = (rows.mean_m2_per_m, rows.exponent);
-            if !(mean.is_finite() && mean > 0.0) {
-                return Err(CalibrationError::NotPositive {
-                    key: "contact.fitted.mean_m2_per_m",
-                    value: mean,
-                });
+            for (key, value) in [
+                ("contact.fitted.mean_m2_per_m", rows.mean_m2_per_m),
+                ("contact.fitted.mean_leaf_area_m2_per_m", rows.mean_leaf_area_m2_per_m),
+            ] {
+                if !(value.is_finite() && value > 0.0) {
+                    return Err(CalibrationError::NotPositive { key, value });
+                }
             }
-            if !exponent.is_finite() {
-                return Err(CalibrationError::NotFinite { key: "contact.fitted.exponent", value: exponent });
+            let value = rows.exponent;
+            if !value.is_finite() {
+                return Err(CalibrationError::NotFinite { key: "contact.fitted.exponent", value });
             }
         }
         if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {

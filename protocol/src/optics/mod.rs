@@ -54,6 +54,9 @@ impl Spot {
     }
 }
 
+/// What stands for the range of a beam whose receiver is dazzled, mm, as CoLa scanners send it \[ASM\]; an LMS2xx has a code of its own.
+pub const DAZZLED_MM: u16 = 1;
+
 /// How returns that are close together become one echo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {

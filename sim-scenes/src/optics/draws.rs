@@ -32,6 +32,8 @@ pub(super) enum Use {
     Spray = 110,
     /// Drops on the window.
     WindowDrop = 111,
+    /// Shots that the sun dazzles.
+    Sun = 112,
 }
 
 /// Numbers of one key.

@@ -1,10 +1,9 @@
 //! The device's eye: one line from cast to millimetres, through the stages that are on.
 
-use rowscan_protocol::optics::{FogFilter, Optics};
+use rowscan_protocol::optics::{DAZZLED_MM, FogFilter, Optics};
 use rowscan_protocol::scan::Pose;
 
-use super::air::AirStage;
-use super::air::{Moment, Shot};
+use super::air::{self, AirStage, Moment, Shot};
 use super::draws::{Draws, Use};
 use super::echo::{Echo, Rules, nearest};
 use super::energy;
@@ -82,6 +81,9 @@ impl EyeEcho {
         share: 0.0,
         met: Return::MISS,
     };
+
+    /// No echo, for the receiver is dazzled \[ASM\].
+    pub const DAZZLED: Self = Self { range_mm: DAZZLED_MM, remission: u16::MAX, ..Self::NONE };
 }
 
 impl Eye {
@@ -188,6 +190,15 @@ impl Eye {
         if stages.has(Stage::Energy) {
             let normal = Draws::of(self.seed, Use::Threshold, scan).beam(beam).normal();
             rules.least_power = energy::threshold(&self.optics, normal);
+        }
+        if self.air.as_ref().is_some_and(|air| air.is_blinded(fan.theta_rad(beam), fan.axes())) {
+            if Draws::of(self.seed, Use::Sun, scan).beam(beam).unit() < air::DAZZLED {
+                if let Some(first) = self.found.get_mut(beam * rules.most) {
+                    *first = EyeEcho::DAZZLED;
+                }
+                return;
+            }
+            rules.least_power *= air::LEAST_POWER;
         }
         if stages.has(Stage::Echoes) {
             rules.echoes(&mut self.touches, &mut self.echoes);

@@ -18,7 +18,7 @@ mod spot;
 mod stage;
 mod touch;
 
-pub use air::{Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, FlowChange, Moment, Plume, WindowSector};
+pub use air::{Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, FlowChange, Moment, Plume, Sun, WindowSector};
 pub use casts::EyeCaster;
 pub use energy::Reflectance;
 pub use eye::{Eye, EyeEcho, EyeModel};

@@ -1,6 +1,6 @@
 //! Air and window on whole beams: what answers, what is dimmed, what stays when nothing is set.
 
-use rowscan_scenes::optics::{Air, OpticsSettings, Plume, WindowSector};
+use rowscan_scenes::optics::{Air, EyeEcho, OpticsSettings, Plume, Sun, WindowSector};
 
 use crate::bench::{Bench, fan, optics, plate, settings};
 
@@ -10,7 +10,7 @@ fn echoes(
     air: Air,
     plate_m: f64,
     lines: u64,
-) -> Vec<Vec<rowscan_scenes::optics::EyeEcho>> {
+) -> Vec<Vec<EyeEcho>> {
     let settings = OpticsSettings { air, ..settings(stages) };
     let mut bench = Bench::new(&optics(model), 2, &settings, vec![plate(plate_m)], &fan(0.5, 41));
     (0..lines).flat_map(|scan| bench.look(scan)).collect()
@@ -74,4 +74,34 @@ fn dirt_dims_its_sector_only() {
     let digits = |beam: usize| i32::from(beams[beam][0].remission >> 8);
     // 60 digits a decade, a quarter of the power.
     assert!((digits(10) - digits(30) - 36).abs() <= 1, "{} {}", digits(10), digits(30));
+}
+
+#[test]
+fn a_low_sun_dazzles_half_the_shots_that_look_into_it_and_hides_what_is_weak() {
+    let told = |azimuth_deg: f64, plate_m: f64| {
+        let sun = Some(Sun { elevation_deg: 5.0, azimuth_deg });
+        echoes("lms111", "energy,air", Air { sun, ..Air::default() }, plate_m, 200)
+    };
+    // Beams of half a degree about the axis, 41 a line; the sun 5° above it, seen 3° and half the spot's growth around.
+    let into = |number: usize| ((number % 41) as f64 * 0.5 - 10.0 - 5.0).abs() < 3.0 + 0.4297;
+    let dazzled = |echo: &EyeEcho| (echo.range_mm, echo.remission) == (1, u16::MAX);
+    let near = told(90.0, 4.0);
+    let (mut blinded, mut looks) = (0, 0);
+    for (number, echoes) in near.iter().enumerate() {
+        assert!(into(number) || !dazzled(&echoes[0]), "beam {}", number % 41);
+        assert!(dazzled(&echoes[0]) || (echoes[0].range_m - 4.0).abs() < 0.2, "{:?}", echoes[0]);
+        looks += usize::from(into(number));
+        blinded += usize::from(dazzled(&echoes[0]));
+    }
+    // Four standard errors of 2600 shots.
+    assert_eq!(looks, 13 * 200);
+    assert!((blinded as f64 / looks as f64 - 0.5).abs() < 0.04, "{blinded} of {looks}");
+    // A leaf at 15 m is seen by an LMS111, but not with a tenth of its sensitivity.
+    let far = told(90.0, 15.0);
+    let sees = |echoes: &Vec<EyeEcho>| echoes[0].range_m.is_finite();
+    assert!(far.iter().enumerate().all(|(number, echoes)| sees(echoes) != into(number)));
+    // Nothing is dazzled by a sun ahead of the tractor, or behind its back.
+    for azimuth_deg in [0.0, 180.0, -90.0] {
+        assert!(told(azimuth_deg, 15.0).iter().all(|echoes| sees(echoes) && !dazzled(&echoes[0])));
+    }
 }

@@ -12,12 +12,22 @@ use crate::row::Planting;
 /// Of so many leaves the peer asks one.
 const SHARE: usize = 25;
 
+/// Leaves of the trees: in the larger one a leaf has four times as many beside it.
+const TREES: [usize; 2] = [50_000, 200_000];
+
 /// Half-lines of a leaf: bearing every 45°, elevation every 15°, the poles eight times.
 const RAYS: usize = 104;
 
-/// A tree of 50 000 leaves, on one thread and on all.
+/// Trees of as much room, on one thread and on all.
 pub fn run(report: &mut Report, _arguments: &[String]) {
-    let planting = Planting { rows: 1, trees: 1, leaves: 50_000, blade_m: 0.05, branches: 1 };
+    for leaves in TREES {
+        compare(report, leaves);
+    }
+}
+
+fn compare(report: &mut Report, leaves: usize) {
+    let planting = Planting { rows: 1, trees: 1, leaves, blade_m: 0.05, branches: 1 };
+    let name = format!("tree of {} k leaves, 104 half-lines", leaves / 1000);
     let tree = planting.orchard().distinct_trees().first().cloned().unwrap_or_default();
     let leaves: Vec<&Leaf> = tree.leaves.iter().collect();
     let peer = Peer::new(&rowscan_scenes::Orchard::from_organs(tree.leaves.clone(), vec![], f64::INFINITY));
@@ -36,7 +46,7 @@ pub fn run(report: &mut Report, _arguments: &[String]) {
     for threads in [1, std::thread::available_parallelism().map_or(1, usize::from)] {
         let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { continue };
         let case = Case {
-            name: "tree of 50 k leaves, 104 half-lines".to_owned(),
+            name: name.clone(),
             unit: "Mrays/s",
             peer: PARRY,
             threads,

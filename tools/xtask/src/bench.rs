@@ -1,6 +1,7 @@
 //! `cargo xtask bench NAME`: ours beside a peer, both in one process, runs interleaved; one JSON object a line.
 
 mod latency;
+mod page;
 
 use std::process::ExitCode;
 
@@ -18,6 +19,7 @@ const BENCHES: &[Bench] = &[
     ("latency", latency::run),
     ("lockstep", |workspace, arguments| beside_peers(workspace, "lockstep", arguments)),
     ("optics", |workspace, arguments| beside_peers(workspace, "optics", arguments)),
+    ("page", page::run),
     ("proxy", |workspace, arguments| beside_peers(workspace, "proxy", arguments)),
     ("replay", |workspace, arguments| beside_peers(workspace, "replay", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),

@@ -8,14 +8,18 @@ mod haze;
 mod plume;
 mod settings;
 mod shot;
+mod sun;
 mod window;
 
 pub use haze::{BACKSCATTER_SR, DUST_BACKSCATTER_SR};
 pub use plume::{FlowChange, Moment, Plume};
 pub use settings::Air;
+pub use sun::Sun;
+pub(super) use sun::{DAZZLED, LEAST_POWER};
 pub use window::WindowSector;
 
-use rowscan_protocol::optics::Optics;
+use rowscan_protocol::optics::{Optics, Spot};
+use rowscan_protocol::rig::Axes;
 
 use super::draws::Use;
 use super::touch::{NO_RAY, Touch};
@@ -31,6 +35,7 @@ pub(super) struct AirStage {
     haze: Haze,
     /// The plumes with the flows of now.
     spraying: Vec<Plume>,
+    spot: Spot,
 }
 
 impl AirStage {
@@ -43,6 +48,7 @@ impl AirStage {
         let mut stage = Self {
             air: air.clone(),
             spraying: air.plumes.clone(),
+            spot: optics.spot,
             drops: rain.into_iter().chain(snow).collect(),
             haze,
         };
@@ -80,6 +86,11 @@ impl AirStage {
                 touch.ray = NO_RAY;
             }
         }
+    }
+
+    /// True if a beam looks into the sun: at `theta_rad` from the scene's +X, in a plane turned so.
+    pub(super) fn is_blinded(&self, theta_rad: f64, plane: Option<&Axes>) -> bool {
+        self.air.sun.is_some_and(|sun| sun.is_before(&self.spot, theta_rad, plane))
     }
 
     /// What the window leaves of the power, both ways.

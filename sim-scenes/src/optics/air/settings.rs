@@ -5,6 +5,7 @@ use rowscan_vehicle::parameter::require_within;
 use serde::{Deserialize, Serialize};
 
 use super::plume::Plume;
+use super::sun::Sun;
 use super::window::WindowSector;
 
 /// Weather, spray and dirt: table `[optics.air]`.
@@ -25,6 +26,9 @@ pub struct Air {
     pub dust_g_m3: f64,
     /// Share of shots, 0 to 1, that a drop on the window takes 5 to 30 % of.
     pub window_drops: f64,
+    /// Where the sun stands; without it no beam looks into it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sun: Option<Sun>,
     /// Spraying nozzles.
     #[serde(rename = "plume", skip_serializing_if = "Vec::is_empty")]
     pub plumes: Vec<Plume>,
@@ -48,6 +52,7 @@ impl Air {
         require_within("optics.air.visibility_m", self.visibility_m.unwrap_or(1e3), 1.0, 1e6)?;
         require_within("optics.air.dust_g_m3", self.dust_g_m3, 0.0, 100.0)?;
         require_within("optics.air.window_drops", self.window_drops, 0.0, 1.0)?;
+        self.sun.iter().try_for_each(Sun::validate)?;
         self.plumes.iter().try_for_each(Plume::validate)?;
         self.windows.iter().try_for_each(WindowSector::validate)
     }
