@@ -7,14 +7,17 @@ import json
 import os
 import pathlib
 import sys
+import tempfile
 import time
 
 from browser import Browser
 from emulator import Emulator
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+#: Two scanners on one tractor, one above the other.
+SCANNERS = ['\n[[rig.scanner]]\nmodel = "lms111"\nheight_m = %s\ndistance_m = 1.9\n' % height_m for height_m in (1.6, 2.2)]
 SCENES = {
-    "twelve trees": "spindle",
+    "twelve trees": ROOT / "sim-scenes/scenes/spindle.toml",
     "hectare": ROOT / "docs/orchards/hectare.toml",
 }
 #: Until the budget of leaves has settled, and how long is measured, seconds.
@@ -41,9 +44,11 @@ def cpu_s(root):
     return sum(seconds for process, seconds in used.items() if is_of(process))
 
 
-def measure(name, scene):
-    # A listener more is a scanner more.
-    started = Emulator(scene, "--model", "lms111", "--tcp", "127.0.0.1:0", "--start-when", "now", "--web", "127.0.0.1:0", start_s=300.0)
+def measure(name, path, folder):
+    scene = pathlib.Path(folder, "scene.toml")
+    told = path.read_text()
+    scene.write_text(told + "".join(SCANNERS[told.count("[[rig.scanner]]"):]))
+    started = Emulator(str(scene), "--tcp", "127.0.0.1:0", "--scanner", "0", "--scanner", "1", "--start-when", "now", "--web", "127.0.0.1:0", start_s=300.0)
     try:
         with Browser(1400, 900, scheme="light") as window:
             opened = time.monotonic()
@@ -75,5 +80,6 @@ def measure(name, scene):
         started.close()
 
 
-for scene_name, scene_path in SCENES.items():
-    measure(scene_name, str(scene_path))
+with tempfile.TemporaryDirectory() as temporary:
+    for scene_name, scene_path in SCENES.items():
+        measure(scene_name, scene_path, temporary)
