@@ -4,13 +4,7 @@ use rowscan_scenes::optics::{Air, EyeEcho, OpticsSettings, Plume, Sun, WindowSec
 
 use crate::bench::{Bench, fan, optics, plate, settings};
 
-fn echoes(
-    model: &str,
-    stages: &str,
-    air: Air,
-    plate_m: f64,
-    lines: u64,
-) -> Vec<Vec<EyeEcho>> {
+fn echoes(model: &str, stages: &str, air: Air, plate_m: f64, lines: u64) -> Vec<Vec<EyeEcho>> {
     let settings = OpticsSettings { air, ..settings(stages) };
     let mut bench = Bench::new(&optics(model), 2, &settings, vec![plate(plate_m)], &fan(0.5, 41));
     (0..lines).flat_map(|scan| bench.look(scan)).collect()

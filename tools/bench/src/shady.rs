@@ -45,13 +45,7 @@ fn compare(report: &mut Report, leaves: usize) {
     let work = [rays(leaves.len()), rays(leaves.len().div_ceil(SHARE))];
     for threads in [1, std::thread::available_parallelism().map_or(1, usize::from)] {
         let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { continue };
-        let case = Case {
-            name: name.clone(),
-            unit: "Mrays/s",
-            peer: PARRY,
-            threads,
-            work,
-        };
+        let case = Case { name: name.clone(), unit: "Mrays/s", peer: PARRY, threads, work };
         let ours = || {
             pool.install(|| black_box(shaded_percent(&leaves, RaySet::Literal104, RayWeight::Count)));
         };
