@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::model::FitQuality;
+use super::quality::FitQuality;
 
 /// L / length = k · x^p with x, the raw contact-frequency leaf area a metre; beyond either end of the fitted range in proportion to x, with the
 /// factor of that end.

@@ -6,7 +6,8 @@ use crate::estimate::Estimate;
 use crate::regression::{FittedLine, Goodness, mean, spread};
 
 use super::contact_scale::{ContactScale, FittedRows};
-use super::model::{Calibration, CalibrationClass, FitQuality, Linear, Power, Provenance, Training, Units};
+use super::model::{Calibration, CalibrationClass, Linear, Power, Provenance, Training, Units};
+use super::quality::FitQuality;
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -12,11 +12,13 @@ pub(crate) mod canopy;
 mod contact_scale;
 mod fit;
 pub(crate) mod model;
+mod quality;
 
 pub use canopy::CanopyClass;
 pub use contact_scale::{ContactScale, FittedRows};
 pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
 pub use model::{
-    Calibration, CalibrationClass, CalibrationError, EchoRule, FAR, FitQuality, FittedRange, Linear, Optics,
-    Power, Provenance, RegressionKind, Training, Units,
+    Calibration, CalibrationClass, CalibrationError, EchoRule, Linear, Optics, Power, Provenance,
+    RegressionKind, Training, Units,
 };
+pub use quality::{FAR, FitQuality, FittedRange};

@@ -5,9 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::canopy::CanopyClass;
 use super::contact_scale::ContactScale;
-
-/// How far beyond either end of the fitted range an estimate is withheld: a factor.
-pub const FAR: f64 = 2.0;
+use super::quality::FitQuality;
 
 /// How areas become leaf area, for one class. `class` and `units` are required in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -121,24 +119,6 @@ pub struct Training {
     pub mean_leaf_area_m2_per_m: f64,
 }
 
-/// How good a fit is, in leaf area per metre of row, whatever it was fitted in.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FitQuality {
-    /// Rows fitted.
-    pub n: u32,
-    /// 1 − SSE / Σ(L − mean)².
-    pub r2: f64,
-    /// 1 − SSE / ΣL².
-    pub r2_uncentred: f64,
-    /// Root mean square of the leave-one-out errors over the mean leaf area.
-    pub loo_rmse_relative: f64,
-    /// Smallest regressor value fitted, m² a metre of row.
-    pub low_m2_per_m: f64,
-    /// Largest.
-    pub high_m2_per_m: f64,
-}
-
 /// L = a · length + b · I_T.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -199,17 +179,6 @@ pub enum CalibrationError {
         /// The key, with its table.
         key: &'static str,
     },
-}
-
-/// Where a value stands against the fitted range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FittedRange {
-    /// In the fitted range.
-    Inside,
-    /// Outside it, by less than a factor [`FAR`].
-    Outside,
-    /// Far outside: no estimate.
-    FarOutside,
 }
 
 impl Calibration {
@@ -303,19 +272,6 @@ impl Calibration {
         match kind {
             RegressionKind::Linear => &self.linear.quality,
             RegressionKind::Power => &self.power.quality,
-        }
-    }
-}
-
-impl FitQuality {
-    /// Where a value per metre of row stands against the fitted range.
-    pub fn range(&self, value_m2_per_m: f64) -> FittedRange {
-        if value_m2_per_m > self.high_m2_per_m * FAR || value_m2_per_m < self.low_m2_per_m / FAR {
-            FittedRange::FarOutside
-        } else if value_m2_per_m > self.high_m2_per_m || value_m2_per_m < self.low_m2_per_m {
-            FittedRange::Outside
-        } else {
-            FittedRange::Inside
         }
     }
 }

@@ -1,0 +1,48 @@
+//! How good a fit is, and where a value stands against what was fitted.
+
+use serde::{Deserialize, Serialize};
+
+/// How far beyond either end of the fitted range an estimate is withheld: a factor.
+pub const FAR: f64 = 2.0;
+
+/// How good a fit is, in leaf area per metre of row, whatever it was fitted in.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FitQuality {
+    /// Rows fitted.
+    pub n: u32,
+    /// 1 − SSE / Σ(L − mean)².
+    pub r2: f64,
+    /// 1 − SSE / ΣL².
+    pub r2_uncentred: f64,
+    /// Root mean square of the leave-one-out errors over the mean leaf area.
+    pub loo_rmse_relative: f64,
+    /// Smallest regressor value fitted, m² a metre of row.
+    pub low_m2_per_m: f64,
+    /// Largest.
+    pub high_m2_per_m: f64,
+}
+
+/// Where a value stands against the fitted range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FittedRange {
+    /// In the fitted range.
+    Inside,
+    /// Outside it, by less than a factor [`FAR`].
+    Outside,
+    /// Far outside: no estimate.
+    FarOutside,
+}
+
+impl FitQuality {
+    /// Where a value per metre of row stands against the fitted range.
+    pub fn range(&self, value_m2_per_m: f64) -> FittedRange {
+        if value_m2_per_m > self.high_m2_per_m * FAR || value_m2_per_m < self.low_m2_per_m / FAR {
+            FittedRange::FarOutside
+        } else if value_m2_per_m > self.high_m2_per_m || value_m2_per_m < self.low_m2_per_m {
+            FittedRange::Outside
+        } else {
+            FittedRange::Inside
+        }
+    }
+}
