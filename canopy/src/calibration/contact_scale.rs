@@ -55,12 +55,12 @@ impl ContactScale {
     }
 
     /// Relative standard deviation of the leaf area for what a larger exponent of the fitted rows makes of it: little near their mean, and more the denser or
-    /// thinner a row is. A smaller exponent is what scatter makes of rows that are alike.
+    /// thinner a row is; 0 without canopy. A smaller exponent is what scatter makes of rows that are alike.
     pub fn density_sd(&self, raw_m2_per_m: f64) -> f64 {
         let of = |rows: FittedRows| {
             let own = (raw_m2_per_m / rows.mean_m2_per_m).powf(rows.exponent) * rows.mean_leaf_area_m2_per_m;
             (self.factor(raw_m2_per_m) * raw_m2_per_m / own).ln().abs()
         };
-        self.fitted.filter(|rows| rows.exponent > self.p).map_or(0.0, of)
+        self.fitted.filter(|rows| rows.exponent > self.p && raw_m2_per_m > 0.0).map_or(0.0, of)
     }
 }
