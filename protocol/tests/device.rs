@@ -271,6 +271,31 @@ fn the_echo_filter_picks_the_last_echo_of_each_beam() {
     }
 }
 
+#[test]
+fn a_dazzled_beam_has_distance_code_1_and_the_highest_remission_and_spoils_no_mean() {
+    use rowscan_protocol::device::MeasuredEcho;
+    use rowscan_protocol::optics::DAZZLED;
+    let mut bench = Bench::logged_in("lms111");
+    bench.ask("sWN LMDscandatacfg 01 00 1 1 0 00 00 0 0 0 0 +1");
+    let grid = bench.device.mirror().beams;
+    let beams = |values: [u16; 4]| values.into_iter().cycle().take(grid.len()).collect();
+    let mut told = |filter: &str, ranges: [u16; 4], remissions: [u16; 4]| {
+        bench.ask(filter);
+        let echoes = [MeasuredEcho { range_mm: beams(ranges), remission: beams(remissions) }];
+        let scan = bench.device.measure(bench.now, &MeasuredLine { grid, echoes: &echoes })?;
+        Some([scan.channels16[0].values[..4].to_vec(), scan.channels16[1].values[..4].to_vec()])
+    };
+    // Dazzled, nothing, a reflector, a leaf.
+    let (ranges, remissions) = ([0, 0, 3000, 2000], [DAZZLED, 0, DAZZLED, 30_000]);
+    let plain = told("sWN FREchoFilter 0", ranges, remissions).unwrap();
+    assert_eq!(plain, [vec![1, 0, 3000, 2000], remissions.to_vec()]);
+    assert_eq!(told("sWN FREchoFilter 2", ranges, remissions).unwrap(), plain);
+    // Of two scans, one dazzled: the other's range stands.
+    assert_eq!(told("sWN LFPmeanfilter 1 +2 0", ranges, remissions), None);
+    let mean = told("sRN SCdevicestate", [1000, 0, 3000, 2000], [20_000, 0, 30_000, 30_000]).unwrap();
+    assert_eq!(mean[0], [1000, 0, 3000, 2000]);
+}
+
 /// The payloads of all replies, in one dialect.
 fn payloads(dialect: Dialect, replies: &[Reply]) -> Vec<Vec<u8>> {
     let mut decoder = FrameDecoder::new(Accept::Only(dialect), 4096);

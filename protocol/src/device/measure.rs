@@ -7,6 +7,7 @@ use super::measured::{MeasuredEcho, MeasuredLine};
 use super::state::Device;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
+use crate::optics::DAZZLED_MM;
 use crate::telegram::lmd_scandatacfg::REMISSION_16_BIT;
 use crate::telegram::wire::{FixedText, ShortString, Word};
 use crate::telegram::{
@@ -180,12 +181,14 @@ impl Device {
         raw: &impl Fn(u16) -> T,
     ) {
         if self.settings.echo_filter == fr_echo_filter::LAST {
-            channel.values.extend((first..last).map(|beam| raw(quantity.of_last_echo(line, beam))));
+            let told = |beam| quantity.told(echo, line, beam, quantity.of_last_echo(line, beam));
+            channel.values.extend((first..last).map(|beam| raw(told(beam))));
             return;
         }
         let seen = line.echoes.get(usize::from(echo)).map(|echo| quantity.of(echo)).unwrap_or_default();
         let seen = seen.get(first..last.min(seen.len())).unwrap_or_default();
-        channel.values.extend(seen.iter().map(|&value| raw(value)));
+        let told = |(place, &value): (usize, &u16)| quantity.told(echo, line, first + place, value);
+        channel.values.extend(seen.iter().enumerate().map(|seen| raw(told(seen))));
     }
 }
 
@@ -216,7 +219,13 @@ impl Quantity {
     fn of_last_echo(self, line: &MeasuredLine<'_>, beam: usize) -> u16 {
         let at = |values: &[u16]| values.get(beam).copied().unwrap_or_default();
         let last = line.echoes.iter().rev().find(|echo| at(&echo.range_mm) > 0);
-        last.map_or(0, |echo| at(self.of(echo)))
+        last.or(line.echoes.first()).map_or(0, |echo| at(self.of(echo)))
+    }
+
+    /// What a channel of echo `echo` says of a beam with this value.
+    fn told(self, echo: u8, line: &MeasuredLine<'_>, beam: usize, value: u16) -> u16 {
+        let has_code = matches!(self, Self::Distance) && echo == 0 && value == 0 && line.is_dazzled(beam);
+        if has_code { DAZZLED_MM } else { value }
     }
 }
 

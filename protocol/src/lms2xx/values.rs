@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 pub use super::output::{MAX_PARTS, Output, Parts, Span, When};
-use crate::optics::DAZZLED_MM;
+use crate::optics::DAZZLED;
 use crate::scan::NO_ECHO;
 
 /// Unit of the values.
@@ -130,7 +130,7 @@ impl MeasuringMode {
         self.top() - reason as u16
     }
 
-    /// A measured range, millimetres (0 for none, [`DAZZLED_MM`] with the highest remission where the receiver is dazzled), as a value; `remission` on the 16-bit scale where the mode carries it.
+    /// A measured range, millimetres (0 for none, with the remission [`DAZZLED`] for that reason), as a value; `remission` on the 16-bit scale where the mode carries it.
     pub fn encode(self, unit: Unit, range_mm: u16, remission: u16) -> u16 {
         let levels = match self.0 {
             0x3F => return remission >> 8,
@@ -141,8 +141,8 @@ impl MeasuringMode {
         let farthest = self.farthest();
         levels
             | match unit.digits(range_mm) {
+                _ if (range_mm, remission) == (0, DAZZLED) => top - NoRange::Dazzled as u16,
                 _ if range_mm == 0 => top - NoRange::Weak as u16,
-                _ if (range_mm, remission) == (DAZZLED_MM, u16::MAX) => top - NoRange::Dazzled as u16,
                 digits if digits > farthest => top - NoRange::Above as u16,
                 digits => digits,
             }
@@ -450,10 +450,10 @@ mod tests {
         for mode in [MeasuringMode(0), MeasuringMode(4), MeasuringMode::RANGE_32_M] {
             for unit in [Unit::Mm, Unit::Cm] {
                 let reason = |range_mm, remission| mode.no_range(mode.encode(unit, range_mm, remission));
-                assert_eq!(reason(DAZZLED_MM, u16::MAX), Some(NoRange::Dazzled));
+                assert_eq!(reason(0, DAZZLED), Some(NoRange::Dazzled));
                 assert_eq!(reason(0, 0), Some(NoRange::Weak));
-                // A reflector has that remission too, and what is measured to a line of the field may be 1 mm.
-                assert_eq!((reason(2000, u16::MAX), reason(DAZZLED_MM, 0)), (None, None));
+                // A reflector has that remission too.
+                assert_eq!(reason(2000, DAZZLED), None);
             }
         }
     }

@@ -54,7 +54,10 @@ impl Spot {
     }
 }
 
-/// What stands for the range of a beam whose receiver is dazzled, mm, as CoLa scanners send it \[ASM\]; an LMS2xx has a code of its own.
+/// Remission of a beam whose receiver is dazzled, on the 16-bit scale: 255 in 8 bits. A strong echo has it beside its range; without a range nothing else does.
+pub const DAZZLED: u16 = u16::MAX;
+
+/// What stands for the range of such a beam, mm, as CoLa scanners send it \[ASM\]; an LMS2xx has a code of its own.
 pub const DAZZLED_MM: u16 = 1;
 
 /// How returns that are close together become one echo.

@@ -1,6 +1,6 @@
 //! The device's eye: one line from cast to millimetres, through the stages that are on.
 
-use rowscan_protocol::optics::{DAZZLED_MM, FogFilter, Optics};
+use rowscan_protocol::optics::{DAZZLED, FogFilter, Optics};
 use rowscan_protocol::scan::Pose;
 
 use super::air::{self, AirStage, Moment, Shot};
@@ -83,7 +83,7 @@ impl EyeEcho {
     };
 
     /// No echo, for the receiver is dazzled \[ASM\].
-    pub const DAZZLED: Self = Self { range_mm: DAZZLED_MM, remission: u16::MAX, ..Self::NONE };
+    pub const DAZZLED: Self = Self { remission: DAZZLED, ..Self::NONE };
 }
 
 impl Eye {
@@ -276,7 +276,7 @@ impl Measured<'_> {
         let remission = if !stages.has(Stage::Energy) {
             ideal::remission(&met).max(WEAKEST)
         } else if energy::dazzles(echo.power, echo.range_m) {
-            u16::MAX
+            DAZZLED
         } else {
             energy::remission(optics, echo.power, echo.range_m, echo.spread_m, scatter)
         };
