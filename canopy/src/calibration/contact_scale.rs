@@ -32,8 +32,8 @@ pub struct FittedRows {
     pub mean_m2_per_m: f64,
     /// Geometric mean of their true leaf areas a metre, m²/m.
     pub mean_leaf_area_m2_per_m: f64,
-    /// Their own exponent, by ordinary least squares of ln L on ln x. Through wide beams it is larger than `p`, for it would enlarge what other classes and
-    /// distances have in error.
+    /// Their own exponent, by ordinary least squares of ln L on ln x. Through wide beams it is larger than `p`: applied, it would
+    /// enlarge the errors of rows of another class or distance.
     pub exponent: f64,
 }
 

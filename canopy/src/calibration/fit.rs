@@ -145,12 +145,13 @@ fn ln(values: &[f64]) -> Vec<f64> {
 
 fn contact(x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError> {
     let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
+    let (ln_x, ln_y) = (ln(x), ln(y));
     let own = |line: FittedLine| FittedRows {
-        mean_m2_per_m: mean(&ln(x)).exp(),
-        mean_leaf_area_m2_per_m: mean(&ln(y)).exp(),
+        mean_m2_per_m: mean(&ln_x).exp(),
+        mean_leaf_area_m2_per_m: mean(&ln_y).exp(),
         exponent: line.slope,
     };
-    let fitted = FittedLine::fit(&ln(x), &ln(y)).map(own);
+    let fitted = FittedLine::fit(&ln_x, &ln_y).map(own);
     let good = quality(x, y, Goodness::of_line(&line, x, y));
     let proportion = ContactScale { k: line.slope, p: 1.0, fitted, quality: good };
     let pays = |power: &Power| {

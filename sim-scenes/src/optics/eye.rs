@@ -192,13 +192,13 @@ impl Eye {
             rules.least_power = energy::threshold(&self.optics, normal);
         }
         if self.air.as_ref().is_some_and(|air| air.is_blinded(fan.theta_rad(beam), fan.axes())) {
-            if Draws::of(self.seed, Use::Sun, scan).beam(beam).unit() < air::DAZZLED {
+            if Draws::of(self.seed, Use::Sun, scan).beam(beam).unit() < air::DAZZLED_SHARE {
                 if let Some(first) = self.found.get_mut(beam * rules.most) {
                     *first = EyeEcho::DAZZLED;
                 }
                 return;
             }
-            rules.least_power *= air::LEAST_POWER;
+            rules.least_power *= air::POWER_FACTOR;
         }
         if stages.has(Stage::Echoes) {
             rules.echoes(&mut self.touches, &mut self.echoes);

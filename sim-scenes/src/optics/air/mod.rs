@@ -14,11 +14,12 @@ mod window;
 pub use haze::{BACKSCATTER_SR, DUST_BACKSCATTER_SR};
 pub use plume::{FlowChange, Moment, Plume};
 pub use settings::Air;
+use sun::Glare;
 pub use sun::Sun;
-pub(super) use sun::{DAZZLED, LEAST_POWER};
+pub(super) use sun::{DAZZLED_SHARE, POWER_FACTOR};
 pub use window::WindowSector;
 
-use rowscan_protocol::optics::{Optics, Spot};
+use rowscan_protocol::optics::Optics;
 use rowscan_protocol::rig::Axes;
 
 use super::draws::Use;
@@ -35,7 +36,7 @@ pub(super) struct AirStage {
     haze: Haze,
     /// The plumes with the flows of now.
     spraying: Vec<Plume>,
-    spot: Spot,
+    glare: Option<Glare>,
 }
 
 impl AirStage {
@@ -48,7 +49,7 @@ impl AirStage {
         let mut stage = Self {
             air: air.clone(),
             spraying: air.plumes.clone(),
-            spot: optics.spot,
+            glare: air.sun.map(|sun| Glare::new(sun, &optics.spot)),
             drops: rain.into_iter().chain(snow).collect(),
             haze,
         };
@@ -90,7 +91,7 @@ impl AirStage {
 
     /// True if a beam looks into the sun: at `theta_rad` from the scene's +X, in a plane turned so.
     pub(super) fn is_blinded(&self, theta_rad: f64, plane: Option<&Axes>) -> bool {
-        self.air.sun.is_some_and(|sun| sun.is_before(&self.spot, theta_rad, plane))
+        self.glare.is_some_and(|glare| glare.blinds(theta_rad, plane))
     }
 
     /// What the window leaves of the power, both ways.

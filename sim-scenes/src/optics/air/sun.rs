@@ -22,24 +22,41 @@ pub struct Sun {
 const AROUND_DEG: f64 = 3.0;
 
 /// How many times the least power that is detected there is what it is elsewhere \[ASM\].
-pub(in crate::optics) const LEAST_POWER: f64 = 10.0;
+pub(in crate::optics) const POWER_FACTOR: f64 = 10.0;
 
 /// Share of the shots into it that are dazzled \[ASM\].
-pub(in crate::optics) const DAZZLED: f64 = 0.5;
+pub(in crate::optics) const DAZZLED_SHARE: f64 = 0.5;
 
 impl Sun {
     pub(super) fn validate(&self) -> Result<(), ParameterError> {
         require_within("optics.air.sun.elevation_deg", self.elevation_deg, 0.0, 90.0)?;
         require_within("optics.air.sun.azimuth_deg", self.azimuth_deg, -360.0, 360.0)
     }
+}
 
-    /// True if a beam at `theta_rad` from the scene's +X, in a plane turned so, looks into it.
-    pub(super) fn is_before(&self, spot: &Spot, theta_rad: f64, plane: Option<&Axes>) -> bool {
-        let [up, side] = [self.elevation_deg, self.azimuth_deg].map(f64::to_radians);
-        let sun = [libm::cos(up) * libm::sin(side), libm::cos(up) * libm::cos(side), libm::sin(up)];
-        let beam = plane.unwrap_or(&Axes::LEVEL).turned([libm::cos(theta_rad), 0.0, libm::sin(theta_rad)]);
-        let cosine: f64 = sun.iter().zip(beam).map(|(a, b)| a * b).sum();
+/// The sun as one scanner model sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Glare {
+    /// Unit vector towards it, in the scene's frame.
+    towards: [f64; 3],
+    /// Cosine of the angle around it that dazzles.
+    least_cosine: f64,
+}
+
+impl Glare {
+    pub(super) fn new(sun: Sun, spot: &Spot) -> Self {
+        let [up, side] = [sun.elevation_deg, sun.azimuth_deg].map(f64::to_radians);
         let around_rad = AROUND_DEG.to_radians() + 0.5e-3 * spot.divergence_mrad.value;
-        cosine > libm::cos(around_rad)
+        Self {
+            towards: [libm::cos(up) * libm::sin(side), libm::cos(up) * libm::cos(side), libm::sin(up)],
+            least_cosine: libm::cos(around_rad),
+        }
+    }
+
+    /// True if it blinds a beam at `theta_rad` from the scene's +X, in a plane turned so.
+    pub(super) fn blinds(&self, theta_rad: f64, plane: Option<&Axes>) -> bool {
+        let beam = plane.unwrap_or(&Axes::LEVEL).turned([libm::cos(theta_rad), 0.0, libm::sin(theta_rad)]);
+        let cosine: f64 = self.towards.iter().zip(beam).map(|(a, b)| a * b).sum();
+        cosine > self.least_cosine
     }
 }

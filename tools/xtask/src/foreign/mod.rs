@@ -9,6 +9,8 @@ mod mrpt;
 mod socat;
 mod vcan;
 
+pub use browser::page_script;
+
 use std::process::ExitCode;
 
 use crate::steps::{self, Outcome, RELEASE_BUILD, Step};
@@ -35,11 +37,6 @@ pub fn vcan(workspace: &Workspace, _: &[String]) -> ExitCode {
 /// Runs every part, or those named in `arguments`.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
     steps::run(workspace, PARTS, arguments)
-}
-
-/// Makes Chromium available, or says why that cannot be.
-pub fn chromium() -> Result<(), String> {
-    debian::provide(&["chromium"], &["chromium"])
 }
 
 /// Runs `part` once its programs are there, which come in Debian `packages`; skips it where they cannot be had.
