@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use rowscan_protocol::angle::BeamGrid;
 
 use crate::advance::Weighted;
+use crate::beam_line::{BeamLine, KeptBeams};
 use crate::geometry::{BeamTable, Frame};
 use crate::parameters::AreaForm;
 
@@ -23,39 +24,38 @@ pub(crate) struct Deskew {
     lines: VecDeque<Line>,
     /// The first that has not been given.
     next: usize,
-    spare: Vec<Vec<f64>>,
-    upright: Vec<f64>,
+    spare: Vec<KeptBeams>,
+    upright: KeptBeams,
 }
 
 #[derive(Clone, Debug)]
 struct Line {
     at: Weighted,
-    range_m: Vec<f64>,
+    beams: KeptBeams,
 }
 
 impl Deskew {
-    /// A line of `grid` enters; gives lines that are complete to `row`.
+    /// A line enters; gives lines that are complete to `row`.
     pub(crate) fn push(
         &mut self,
         frame: &Frame,
-        (grid, range_m): (BeamGrid, &[f64]),
+        line: &BeamLine<'_>,
         at: Weighted,
-        row: &mut dyn FnMut(BeamGrid, &[f64], Weighted),
+        row: &mut dyn FnMut(&BeamLine<'_>, Weighted),
     ) {
         if !(at.weight_m > 0.0 && at.y_m.is_finite()) {
             return;
         }
-        if grid != self.grid {
+        if line.grid != self.grid {
             self.flush(row);
-            self.grid = grid;
-            self.table.update(grid, frame, AreaForm::Midpoint);
+            self.grid = line.grid;
+            self.table.update(line.grid, frame, AreaForm::Midpoint);
             let shifts = self.table.beams().iter().flatten().map(|beam| beam.shift_m.abs());
             self.reach_m = shifts.fold(0.0, f64::max);
         }
         let mut kept = self.spare.pop().unwrap_or_default();
-        kept.clear();
-        kept.extend_from_slice(range_m);
-        self.lines.push_back(Line { at, range_m: kept });
+        kept.keep(line);
+        self.lines.push_back(Line { at, beams: kept });
         while let Some(next) = self.lines.get(self.next) {
             if next.at.y_m + self.reach_m > at.y_m && self.lines.len() < MOST_LINES {
                 break;
@@ -65,38 +65,43 @@ impl Deskew {
     }
 
     /// No more lines come.
-    pub(crate) fn flush(&mut self, row: &mut dyn FnMut(BeamGrid, &[f64], Weighted)) {
+    pub(crate) fn flush(&mut self, row: &mut dyn FnMut(&BeamLine<'_>, Weighted)) {
         while self.next < self.lines.len() {
             self.give(row);
         }
-        self.spare.extend(self.lines.drain(..).map(|line| line.range_m));
+        self.spare.extend(self.lines.drain(..).map(|line| line.beams));
         self.next = 0;
     }
 
     /// The next line, upright.
-    fn give(&mut self, row: &mut dyn FnMut(BeamGrid, &[f64], Weighted)) {
+    fn give(&mut self, row: &mut dyn FnMut(&BeamLine<'_>, Weighted)) {
         let Some(at) = self.lines.get(self.next).map(|line| line.at) else { return };
         self.upright.clear();
-        let lines = &self.lines;
-        self.upright.extend(self.table.beams().iter().enumerate().map(|(number, beam)| {
-            let Some(beam) = beam else { return f64::NAN };
-            let from_m = at.y_m - beam.shift_m;
-            let after = lines.partition_point(|line| line.at.y_m < from_m);
-            let near =
-                [after.checked_sub(1), Some(after)].into_iter().flatten().filter_map(|line| lines.get(line));
-            let off = |line: &Line| (line.at.y_m - from_m).abs();
-            let nearest = near.min_by(|a, b| off(a).total_cmp(&off(b)));
-            // A line that stands for this place.
-            let own = nearest.filter(|line| off(line) <= line.at.weight_m);
-            own.and_then(|line| line.range_m.get(number)).copied().unwrap_or(f64::NAN)
-        }));
-        row(self.grid, &self.upright, at);
+        let Self { lines, upright, .. } = self;
+        for (number, beam) in self.table.beams().iter().enumerate() {
+            let own = beam.as_ref().and_then(|beam| {
+                let from_m = at.y_m - beam.shift_m;
+                let after = lines.partition_point(|line| line.at.y_m < from_m);
+                let near = [after.checked_sub(1), Some(after)]
+                    .into_iter()
+                    .flatten()
+                    .filter_map(|line| lines.get(line));
+                let off = |line: &Line| (line.at.y_m - from_m).abs();
+                let nearest = near.min_by(|a, b| off(a).total_cmp(&off(b)));
+                // A line that stands for this place.
+                nearest.filter(|line| off(line) <= line.at.weight_m).map(|line| &line.beams)
+            });
+            let of = |list: &[f64]| list.get(number).copied().unwrap_or(f64::NAN);
+            upright.range_m.push(own.map_or(f64::NAN, |beams| of(&beams.range_m)));
+            upright.share.push(own.map_or(f64::NAN, |beams| of(&beams.share)));
+        }
+        row(&self.upright.line(self.grid), at);
         self.next += 1;
         let past = |line: &Line| line.at.y_m + self.reach_m + line.at.weight_m < at.y_m;
         while self.next > 0
             && self.lines.front().is_some_and(|line| past(line) || self.lines.len() >= MOST_LINES)
         {
-            self.spare.extend(self.lines.pop_front().map(|line| line.range_m));
+            self.spare.extend(self.lines.pop_front().map(|line| line.beams));
             self.next -= 1;
         }
     }
@@ -112,10 +117,11 @@ mod tests {
         let frame = Frame::new(&Rig::default(), mount).unwrap();
         let grid = BeamGrid::spanning(300_000, 1_500_000, 60_000);
         let (mut deskew, mut found) = (Deskew::default(), Vec::new());
-        let mut take = |_: BeamGrid, range_m: &[f64], at: Weighted| found.push((at.y_m, range_m.to_vec()));
+        let mut take = |line: &BeamLine<'_>, at: Weighted| found.push((at.y_m, line.range_m.to_vec()));
         for number in 0..lines {
             let (y_m, range_m) = (f64::from(number) * 0.02, vec![1.0 + f64::from(number); grid.len()]);
-            deskew.push(&frame, (grid, &range_m), Weighted { y_m, weight_m: 0.02 }, &mut take);
+            let line = BeamLine { grid, range_m: &range_m, share: &[] };
+            deskew.push(&frame, &line, Weighted { y_m, weight_m: 0.02 }, &mut take);
         }
         deskew.flush(&mut take);
         found

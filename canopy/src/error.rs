@@ -2,7 +2,7 @@
 
 use rowscan_protocol::rig::RigError;
 
-use crate::calibration::model::CalibrationError;
+use crate::calibration::error::CalibrationError;
 
 /// Why a pipeline cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -30,6 +30,29 @@ pub enum PipelineError {
         low: f64,
         /// Largest value taken.
         high: f64,
+    },
+    /// Remission cannot be read by the model's curve.
+    #[error(
+        "remission of this scanner model does not tell power: expected an LMS1xx or LMS5xx, or rig.scanner.remission with curve = \"card\""
+    )]
+    RemissionTellsNoPower,
+    /// A card without readings, or with too many.
+    #[error(
+        "rig.scanner.remission.readings must have 1 to {most} entries [range_m, remission], found {found}"
+    )]
+    CardReadings {
+        /// The most.
+        most: usize,
+        /// Given.
+        found: usize,
+    },
+    /// A card's ranges are not in order.
+    #[error("the card's ranges must grow from entry to entry, found {before_m} m before {found_m} m")]
+    CardOrder {
+        /// A range, metres.
+        before_m: f64,
+        /// The one after it.
+        found_m: f64,
     },
     /// The calibration cannot be used.
     #[error(transparent)]

@@ -61,6 +61,12 @@ pub struct Estimate {
     pub leaf_area_contact_m2: Option<f64>,
     /// Leaf area by contact frequency, no fitted factor, wood included, m².
     pub leaf_area_contact_raw_m2: Option<f64>,
+    /// Leaf area by the shares of spots, scaled by the calibration, m²; `None` where it has no such scale or remission is not read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaf_area_share_m2: Option<f64>,
+    /// Leaf area by the shares of spots, no fitted factor, wood included, m²; `None` where remission is not read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaf_area_share_raw_m2: Option<f64>,
     /// Leaf area by regression on I_T, m²; `None` without a calibration or far outside its range.
     pub leaf_area_regression_m2: Option<f64>,
     /// The regression used.
@@ -126,6 +132,8 @@ pub enum LeafAreaEstimator {
     ContactCalibratedSpotCorrected,
     /// The raw one, the width of the scanner's beams taken out.
     ContactRawSpotCorrected,
+    /// Shares of spots by the calibration's power law.
+    ShareCalibrated,
 }
 
 /// The mount that scans were placed by: the rig's, which nothing here can check.

@@ -2,6 +2,7 @@
 
 use crate::error::PipelineError;
 use crate::footprint::Footprint;
+use crate::remission::RemissionScale;
 use crate::voxel_edge::{EdgeBy, Sampling};
 
 /// Settings of the estimators that are neither the rig's nor the calibration's.
@@ -30,6 +31,8 @@ pub struct Parameters {
     pub fill: Fill,
     /// The beam's width, to be taken out of every density; `None` for ideal rays, or where it is not known.
     pub footprint: Option<Footprint>,
+    /// What remission says of shares; `None` where it is not read.
+    pub remission: Option<RemissionScale>,
     /// Trees, and slices, kept at most; later ones count in the row's totals only.
     pub max_cells: usize,
 }
@@ -75,6 +78,7 @@ impl Default for Parameters {
             min_beams: 10,
             fill: Fill::Mirror,
             footprint: None,
+            remission: None,
             max_cells: 100_000,
         }
     }
@@ -90,7 +94,8 @@ impl Parameters {
         within("projection", self.projection, 0.01, 1.0)?;
         within("half_width_m", self.half_width_m.unwrap_or(1.0), 0.05, 10.0)?;
         within("top_m", self.top_m, 0.1, 20.0)?;
-        self.footprint.map_or(Ok(()), |footprint| footprint.validate())
+        self.footprint.map_or(Ok(()), |footprint| footprint.validate())?;
+        self.remission.map_or(Ok(()), |remission| remission.validate())
     }
 
     /// The same with voxels and slices of this edge, metres.

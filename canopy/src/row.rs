@@ -1,10 +1,10 @@
 //! One row being scanned: weighted lines in, sums out.
 
-use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::advance::Weighted;
 use crate::astray::{Stray, Strays, into_cells};
+use crate::beam_line::BeamLine;
 use crate::contact::ContactFrequency;
 use crate::cut::{CutMethod, Profile, TrunkZone};
 use crate::error::PipelineError;
@@ -17,6 +17,7 @@ use crate::parameters::Parameters;
 use crate::patches::Patches;
 use crate::percentile::{Histogram, TOP_SHARE};
 use crate::profile::Outline;
+use crate::remission::RemissionScale;
 use crate::trees::{Cells, Cut, Keys};
 use crate::voxels::Voxels;
 use crate::window::{Recent, Window};
@@ -60,16 +61,13 @@ pub(crate) struct Row {
 pub(crate) struct Totals {
     pub(crate) impacted_m2: f64,
     pub(crate) contact_m2: f64,
+    /// The same by the shares of spots.
+    pub(crate) share_m2: f64,
+    /// Hits that told their share.
+    pub(crate) shares: u64,
     /// Metres scanned of those metres of row that hold canopy returns.
     pub(crate) canopy_m: f64,
     pub(crate) returns: ReturnCounts,
-}
-
-impl Totals {
-    /// Raw contact-frequency leaf area a metre of row with canopy, m²/m; NaN without canopy.
-    pub(crate) fn contact_m2_per_m(&self) -> f64 {
-        self.contact_m2 / self.canopy_m
-    }
 }
 
 /// What a line's returns come to.
@@ -125,6 +123,11 @@ impl Row {
         self.parameters.spot_relative_sd(self.frame.distance_m)
     }
 
+    /// How remission is read, where it is.
+    pub(crate) fn remission(&self) -> Option<&RemissionScale> {
+        self.parameters.remission.as_ref()
+    }
+
     /// Whether the beams have a width, and nobody knows which echo their scans hold.
     pub(crate) fn lacks_the_echo(&self) -> bool {
         self.parameters.footprint.is_some_and(|footprint| footprint.echo.is_none())
@@ -143,8 +146,9 @@ impl Row {
             (!methods.is_empty()).then(|| Profile::new(self.parameters.max_cells.saturating_mul(5)));
     }
 
-    /// Adds a line of first-echo ranges. One without weight adds nothing.
-    pub(crate) fn add(&mut self, grid: BeamGrid, range_m: &[f64], line: Weighted) {
+    /// Adds a line. One without weight adds nothing.
+    pub(crate) fn add(&mut self, beams: &BeamLine<'_>, line: Weighted) {
+        let BeamLine { grid, range_m, .. } = *beams;
         let weight_m = line.weight_m;
         if !(weight_m > 0.0 && line.y_m.is_finite()) {
             return;
@@ -161,7 +165,7 @@ impl Row {
         self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
-        self.voxels.add_line(range_m, self.patches.fresh(), weight_m);
+        self.voxels.add_line(beams, self.patches.fresh(), weight_m);
         let Placed { area_m, returns, trunk } = self.place_returns(range_m, line);
         self.estimators.enter_tree(keys.tree);
         self.estimators.line(&SightedLine { weight_m, sightings: &self.sightings });
@@ -281,6 +285,9 @@ impl Row {
 
     fn close_slice(&mut self, open: Keys) {
         let leaf_m2 = self.contact.close(&self.voxels);
+        let share_m2 = self.voxels.share_leaf_area_m2();
+        self.totals.share_m2 += share_m2;
+        self.totals.shares += self.voxels.shares();
         self.estimators.slice(&Slice { voxels: &self.voxels });
         self.voxels.clear();
         self.totals.contact_m2 += leaf_m2;
@@ -290,11 +297,13 @@ impl Row {
         }
         if let Some(tree) = open.tree.and_then(|tree| self.trees.at(tree)) {
             tree.contact_m2 += leaf_m2;
+            tree.share_m2 += share_m2;
         }
         let length_m: f64 = self.slice_metres.iter().map(|(_, share_m)| share_m).sum();
         for (metre, share_m) in self.slice_metres.drain(..) {
             if let Some(metre) = self.metres.at(metre) {
                 metre.contact_m2 += leaf_m2 * share_m / length_m;
+                metre.share_m2 += share_m2 * share_m / length_m;
             }
         }
     }

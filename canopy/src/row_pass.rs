@@ -5,10 +5,12 @@ use rowscan_protocol::counting::Link;
 use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::advance::{Advance, Step, Weighted};
+use crate::beam_line::KeptBeams;
 use crate::deskew::Deskew;
 use crate::error::PipelineError;
 use crate::odometry::{EncoderChoice, Odometry};
 use crate::parameters::Parameters;
+use crate::remission::RemissionScale;
 use crate::row::Row;
 
 /// What the latest telegram states.
@@ -27,6 +29,8 @@ pub(crate) struct RowPass {
     pub(crate) odometry: Odometry,
     pub(crate) row: Row,
     pub(crate) open: OpenLine,
+    /// What remission says of shares; `None` where it is not read.
+    remission: Option<RemissionScale>,
     /// Where the scan plane is believed to lean.
     deskew: Option<Deskew>,
 }
@@ -34,8 +38,8 @@ pub(crate) struct RowPass {
 /// The line whose weight is not known yet.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OpenLine {
-    pub(crate) beams: BeamGrid,
-    pub(crate) range_m: Vec<f64>,
+    pub(crate) grid: BeamGrid,
+    pub(crate) beams: KeptBeams,
     /// Way a telegram by the frequency its scan states.
     pub(crate) nominal_step_m: f64,
 }
@@ -54,6 +58,7 @@ impl RowPass {
             odometry: Odometry::default(),
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
+            remission: parameters.remission,
             deskew: mount.attitude().leans().then(Deskew::default),
         })
     }
@@ -70,14 +75,19 @@ impl RowPass {
         y_m: f64,
         link: Link,
         nominal_step_m: f64,
-        beams: BeamGrid,
+        grid: BeamGrid,
         range_m: &[f64],
+        remission: &[u16],
     ) {
         let Step::Opened(closed) = self.advance.next(y_m, link, nominal_step_m) else { return };
         self.add_open_line(closed);
-        self.open.beams = beams;
-        self.open.range_m.clear();
-        self.open.range_m.extend_from_slice(range_m);
+        self.open.grid = grid;
+        self.open.beams.clear();
+        self.open.beams.range_m.extend_from_slice(range_m);
+        if let Some(scale) = self.remission {
+            let beams = range_m.iter().zip(remission);
+            self.open.beams.share.extend(beams.map(|(range_m, remission)| scale.share(*range_m, *remission)));
+        }
         self.open.nominal_step_m = nominal_step_m;
     }
 
@@ -87,7 +97,7 @@ impl RowPass {
         self.add_open_line(closed);
         let Self { row, deskew, .. } = self;
         if let Some(deskew) = deskew {
-            deskew.flush(&mut |grid, range_m, at| row.add(grid, range_m, at));
+            deskew.flush(&mut |line, at| row.add(line, at));
         }
         self.row.close();
     }
@@ -97,12 +107,10 @@ impl RowPass {
         let Self { row, deskew, open, .. } = self;
         let at = Weighted { y_m: y_m + row.frame().offset_y_m, weight_m };
         match deskew {
-            None => row.add(open.beams, &open.range_m, at),
+            None => row.add(&open.beams.line(open.grid), at),
             Some(deskew) => {
                 let frame = *row.frame();
-                deskew.push(&frame, (open.beams, &open.range_m), at, &mut |grid, range_m, at| {
-                    row.add(grid, range_m, at);
-                });
+                deskew.push(&frame, &open.beams.line(open.grid), at, &mut |line, at| row.add(line, at));
             }
         }
     }

@@ -171,7 +171,8 @@ impl Pipeline {
             }
             None => self.gate.take(scan),
         }
-        let range_m = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
+        let (range_m, remission) =
+            scan.echoes.first().map_or((&[][..], &[][..]), |echo| (&echo.range_m, &echo.remission));
         // What stands beyond the grid has no angle.
         let range_m = range_m.get(..scan.beams.len()).unwrap_or(range_m);
         if excluded.is_none() {
@@ -192,9 +193,9 @@ impl Pipeline {
         if excluded.is_some() {
             return;
         }
-        pass.open(y_m, link, nominal_step_m, scan.beams, range_m);
+        pass.open(y_m, link, nominal_step_m, scan.beams, range_m, remission);
         if let Some((pass, y_m)) = self.fallback.as_mut().zip(fallback_y_m) {
-            pass.open(y_m, link, nominal_step_m, scan.beams, range_m);
+            pass.open(y_m, link, nominal_step_m, scan.beams, range_m, remission);
         }
     }
 
@@ -297,7 +298,7 @@ mod tests {
             }
             let pass = pipeline.pass.as_ref().unwrap();
             let mut capacities = pass.row.capacities();
-            capacities.push(pass.open.range_m.capacity());
+            capacities.push(pass.open.beams.range_m.capacity());
             capacities
         };
         // Warm after the first slice that lies in two metres.

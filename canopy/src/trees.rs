@@ -71,6 +71,8 @@ pub(crate) struct Cell {
     pub(crate) longest_line_m: f64,
     pub(crate) impacted_m2: f64,
     pub(crate) contact_m2: f64,
+    /// By the shares of spots.
+    pub(crate) share_m2: f64,
     pub(crate) volume_m3: f64,
     pub(crate) height_m: Option<f64>,
     pub(crate) returns: u64,

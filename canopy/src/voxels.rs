@@ -7,6 +7,7 @@
 mod paths;
 
 use self::paths::{Paths, Region};
+use crate::beam_line::BeamLine;
 use crate::delays::Delays;
 use crate::error::PipelineError;
 use crate::geometry::{Beam, Frame, Reading, reading};
@@ -23,9 +24,13 @@ pub(crate) struct Voxels {
     /// Metres of row in the open slice.
     length_m: f64,
     hits: u64,
+    /// Of these, hits whose share is known.
+    shares: u64,
     patches: u64,
     min_beams: u32,
     delays: Delays,
+    /// Returns closer than this are one echo.
+    merged_m: f64,
     parameters: Parameters,
 }
 
@@ -67,12 +72,22 @@ pub(crate) struct Voxel {
     pub(crate) hits_m2: f64,
     /// Beams that entered.
     pub(crate) beams: u32,
+    /// Σ line weight · share of the spot over hits, metres; of beams whose remission is read.
+    pub(crate) share_m: f64,
+    /// Σ line weight · free path of the shares of those beams, m².
+    pub(crate) share_path_m2: f64,
 }
 
 impl Voxel {
     /// Contact frequency, hits a metre of free path; None where too few beams entered.
     pub(crate) fn contact_frequency(&self, min_beams: u32) -> Option<f64> {
         (self.beams >= min_beams && self.path_m2 > 0.0).then(|| self.hits_m / self.path_m2)
+    }
+
+    /// The same by shares of spots; None as well where no remission was read.
+    pub(crate) fn share_frequency(&self, min_beams: u32) -> Option<f64> {
+        let read = self.beams >= min_beams && self.share_path_m2 > 0.0;
+        read.then(|| self.share_m / self.share_path_m2)
     }
 }
 
@@ -111,9 +126,11 @@ impl Voxels {
             region,
             length_m: 0.0,
             hits: 0,
+            shares: 0,
             patches: 0,
             min_beams: parameters.min_beams.max(1),
             delays: Delays::new(parameters),
+            merged_m: parameters.footprint.map_or(0.0, |footprint| footprint.merged_m),
             parameters: *parameters,
         }
     }
@@ -123,11 +140,12 @@ impl Voxels {
         self.paths.rebuild(beams, frame, &self.region, &self.parameters);
     }
 
-    /// Adds a line to the open slice. `range_m` is in the order of the beams [`rebuild`](Self::rebuild) was given; `fresh` says of
+    /// Adds a line to the open slice. Its beams are in the order that [`rebuild`](Self::rebuild) was given; `fresh` says of
     /// each beam whether it ends on a patch no neighbour has met.
-    pub(crate) fn add_line(&mut self, range_m: &[f64], fresh: &[bool], weight_m: f64) {
+    pub(crate) fn add_line(&mut self, line: &BeamLine<'_>, fresh: &[bool], weight_m: f64) {
         self.length_m += weight_m;
-        for ((way, &range_m), &fresh) in self.paths.ways.iter().zip(range_m).zip(fresh) {
+        self.add_shares(line, weight_m);
+        for ((way, &range_m), &fresh) in self.paths.ways.iter().zip(line.range_m).zip(fresh) {
             let end_m = match reading(range_m) {
                 Reading::Return => range_m,
                 Reading::Miss => f64::INFINITY,
@@ -155,6 +173,33 @@ impl Voxels {
                     break;
                 }
                 from_m = step.exit_m;
+            }
+        }
+    }
+
+    /// The same by the shares of the spots: what a leaf leaves of a spot goes on for a pulse, within which all that is met is the same echo. What
+    /// becomes of it then is not told.
+    fn add_shares(&mut self, line: &BeamLine<'_>, weight_m: f64) {
+        for ((way, &range_m), &share) in self.paths.ways.iter().zip(line.range_m).zip(line.share) {
+            let (end_m, share) = match reading(range_m) {
+                Reading::Return if share.is_finite() => (range_m, share),
+                Reading::Miss => (f64::INFINITY, 0.0),
+                Reading::Return | Reading::Invalid => continue,
+            };
+            let steps = self.paths.steps.get(way.first..way.last).unwrap_or_default();
+            let mut from_m = way.entry_m;
+            for step in steps {
+                let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
+                let to_m = step.exit_m;
+                let (whole_m, part_m) =
+                    (to_m.min(end_m) - from_m, to_m.min(end_m + self.merged_m) - from_m.max(end_m));
+                voxel.share_path_m2 +=
+                    weight_m * (whole_m.max(0.0) + (1.0 - share).max(0.0) * part_m.max(0.0));
+                if (from_m..to_m).contains(&end_m) {
+                    voxel.share_m += weight_m * share;
+                    self.shares += 1;
+                }
+                from_m = to_m;
             }
         }
     }
@@ -193,6 +238,18 @@ impl Voxels {
             return Some(found);
         }
         band.get(..twin.min(ix))?.iter().rev().find_map(density)
+    }
+
+    /// Leaf area by the shares of spots, m²: 0 where no remission was read.
+    pub(crate) fn share_leaf_area_m2(&self) -> f64 {
+        let density = |voxel: &Voxel| voxel.share_frequency(self.min_beams);
+        let sum: f64 = self.layers(density).map(|layer| layer.density + layer.filled).sum();
+        sum * self.volume_m3() / self.parameters.projection
+    }
+
+    /// Beams that ended in a voxel and told their share.
+    pub(crate) fn shares(&self) -> u64 {
+        self.shares
     }
 
     /// Every voxel's sums.
@@ -236,6 +293,7 @@ impl Voxels {
         self.voxels.fill(Voxel::default());
         self.length_m = 0.0;
         self.hits = 0;
+        self.shares = 0;
         self.patches = 0;
     }
 
@@ -262,7 +320,8 @@ mod tests {
 
     /// One line of `range_m`, all patches new.
     fn add(voxels: &mut Voxels, range_m: &[f64], weight_m: f64) {
-        voxels.add_line(range_m, &vec![true; range_m.len()], weight_m);
+        let line = BeamLine { grid: BeamGrid::default(), range_m, share: &[] };
+        voxels.add_line(&line, &vec![true; range_m.len()], weight_m);
     }
 
     fn voxels(parameters: &Parameters) -> (Voxels, BeamTable) {

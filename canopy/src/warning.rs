@@ -22,6 +22,15 @@ pub enum Warning {
     CalibratedOnRays,
     /// The beams have a width, and nobody knows which echo the scans hold: leaf areas are withheld.
     EchoUnknown,
+    /// What remission means is assumed.
+    RemissionAssumed,
+    /// The rig says how remission is read, and too few hits have one: leaf areas are not by shares of spots.
+    RemissionMissing {
+        /// Hits.
+        hits: u64,
+        /// Hits with remission.
+        read: u64,
+    },
     /// The calibration's class says otherwise than the rig or the scans.
     ClassMismatch {
         /// The class's key.
@@ -153,6 +162,8 @@ impl Warning {
             Self::IdealOptics => "ideal_optics",
             Self::CalibratedOnRays => "calibrated_on_rays",
             Self::EchoUnknown => "echo_unknown",
+            Self::RemissionAssumed => "remission_assumed",
+            Self::RemissionMissing { .. } => "remission_missing",
             Self::ClassMismatch { .. } => "class_mismatch",
             Self::OutsideClass { .. } => "class",
             Self::ClassUnknown { .. } => "class_unknown",
@@ -194,6 +205,14 @@ impl fmt::Display for Warning {
             Self::CalibratedOnRays => f.write_str(
                 "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \
                  withheld",
+            ),
+            Self::RemissionAssumed => f.write_str(
+                "shares of spots are told by the curve that the scanner model assumes for remission: right for simulated scans; a real scanner needs a \
+                 card (rig.scanner.remission with curve = \"card\")",
+            ),
+            Self::RemissionMissing { hits, read } => write!(
+                f,
+                "only {read} of {hits} hits have a remission: the leaf area is by contact; record with remission, or leave rig.scanner.remission out"
             ),
             Self::EchoUnknown => f.write_str(
                 "the recording does not say which echo its scans hold, and this model may send the last one: leaf areas by contact, voxel, polar, gap \

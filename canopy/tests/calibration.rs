@@ -45,6 +45,7 @@ fn rows(leaf_per_m: impl Fn(f64) -> f64) -> Vec<Sample> {
                 contact_leaf_area_m2: 1.25 * leaf_per_m(impacted) * length_m,
                 leaf_area_m2: leaf_per_m(impacted) * length_m,
                 spot_relative_sd: 0.0,
+                share_leaf_area_m2: None,
             }
         })
         .collect()
@@ -90,6 +91,7 @@ fn contact_of(leaf_m2: &dyn Fn(usize, f64) -> f64, spot_relative_sd: f64) -> Con
             contact_leaf_area_m2: 2.0 * x,
             leaf_area_m2: 2.0 * leaf_m2(i, x),
             spot_relative_sd,
+            share_leaf_area_m2: None,
         }
     };
     line_on(&(0..10).map(row).collect::<Vec<_>>()).contact
@@ -257,7 +259,9 @@ fn samples_that_fit_no_line_are_refused() {
     assert_eq!(refusal(&samples[..2]), FitError::TooFew { expected: 3, found: 2 });
     let mut bad = samples.clone();
     bad[4].leaf_area_m2 = f64::NAN;
-    assert!(matches!(refusal(&bad), FitError::BadSample { index: 4, key: "leaf_area_m2", .. }));
+    assert!(
+        matches!(refusal(&bad), FitError::BadSample { index: 4, key: "leaf_area_m2", .., share_leaf_area_m2: None })
+    );
     let same: Vec<Sample> = vec![samples[0]; 5];
     assert!(matches!(refusal(&same), FitError::NoSpread { .. }));
     // One row alone decides the line.
@@ -310,6 +314,7 @@ fn around(impacted: f64, contact: f64) -> Calibration {
             contact_leaf_area_m2: f * contact,
             leaf_area_m2: 1.0 + 2.0 * f * impacted,
             spot_relative_sd: 0.0,
+            share_leaf_area_m2: None,
         })
         .collect();
     line_on(&samples)

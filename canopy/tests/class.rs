@@ -56,6 +56,7 @@ fn calibration(canopy: CanopyClass) -> Calibration {
         contact_leaf_area_m2: 20.0 * f,
         leaf_area_m2: 18.0 * f,
         spot_relative_sd: 0.0,
+        share_leaf_area_m2: None,
     };
     fit(&[0.2, 0.5, 1.0, 2.0, 4.0].map(sample), class, Provenance::default()).expect("it fits")
 }

@@ -10,9 +10,11 @@ use crate::scan::Pose;
 
 mod apart;
 mod attitude;
+mod remission;
 
 pub use apart::Apart;
 pub use attitude::{Attitude, Axes};
+pub use remission::RemissionReading;
 
 /// A tractor with its scanners. Speed and spacing are what the *estimator believes*; a scene fills them from the truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,6 +166,9 @@ pub struct Mount {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = &"first"))]
     pub echo: Option<EchoChoice>,
+    /// How remission tells what share of a spot leaves took: a live scanner is asked for it. Left out: it is not read.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub remission: Option<RemissionReading>,
 }
 
 /// One echo of a beam.
@@ -196,6 +201,7 @@ impl Default for Mount {
             frequency_hz: None,
             resolution_deg: None,
             echo: None,
+            remission: None,
         }
     }
 }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use rowscan_canopy::estimator::by_name;
 use rowscan_canopy::{Estimate, Parameters, Pipeline, Quantity};
 use rowscan_emulator::stage::Stage as Set;
+use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
@@ -11,7 +12,7 @@ use rowscan_scenes::optics::Stages;
 use serde::Serialize;
 
 use crate::class::row_class;
-use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
+use crate::reading::{CalibrationChoice, Reading, ReadingError, reading_remission, rig_with};
 use crate::trial::{Asked, TrialError, each_scan};
 use crate::wilson::wilson;
 use crate::{median, moments};
@@ -39,6 +40,10 @@ pub enum Way {
     ContactRaw,
     /// The same times the calibration's factor.
     Contact,
+    /// By the shares of spots that remission tells, no calibration.
+    ShareRaw,
+    /// The same times the calibration's factor.
+    Share,
     /// Density in voxels, the spot taken out.
     Voxel,
     /// The polar gap fraction, the spot taken out.
@@ -55,10 +60,12 @@ pub enum Way {
 
 impl Way {
     /// All of them, in the order of the table.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::ContactBefore,
         Self::ContactRaw,
         Self::Contact,
+        Self::ShareRaw,
+        Self::Share,
         Self::Voxel,
         Self::Polar,
         Self::Gap,
@@ -73,6 +80,8 @@ impl Way {
             Self::ContactBefore => "contact_raw, spot left in",
             Self::ContactRaw => "contact_raw",
             Self::Contact => "contact",
+            Self::ShareRaw => "share_raw",
+            Self::Share => "share",
             Self::Voxel => "voxel",
             Self::Polar => "polar",
             Self::Gap => "gap",
@@ -169,18 +178,31 @@ fn row(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Vec
     let truth = set.orchard.truth();
     let rig = rig_with(&set.rig, 0, model.name());
     let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig)?;
-    let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
+    let of_shares = reading_remission(&rig, 0)
+        .map(|rig| Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig))
+        .transpose()?;
+    let cola = ColaConfig { remission: of_shares.is_some(), ..reading.cola };
+    let asked = Asked { cola, lms2xx: reading.lms2xx };
     let wanted: Vec<_> = ["voxel", "polar", "gap"].into_iter().filter_map(by_name).collect();
-    let mut corrected = reading.pipeline.with_estimators(&wanted).of_class(row_class(&set.scene, &truth));
+    let class = row_class(&set.scene, &truth);
+    let mut shares = of_shares.map(|reading| reading.pipeline.of_class(class.clone()));
+    let mut corrected = reading.pipeline.with_estimators(&wanted).of_class(class);
     let mut before = spot_left_in(&rig)?;
     each_scan(&set, model, asked, &mut |scan| {
         before.push(scan);
         corrected.push(scan);
+        if let Some(shares) = &mut shares {
+            shares.push(scan);
+        }
     })?;
-    let (before, after) = (before.finish(), corrected.finish());
+    let seen = SeenRow {
+        before: before.finish(),
+        after: corrected.finish(),
+        shares: shares.map(|mut shares| shares.finish()),
+    };
     let truth_m2 = truth.leaf_area_m2;
     let ratio = |way| {
-        let (value_m2, ends_m2) = value(way, &before, &after);
+        let (value_m2, ends_m2) = value(way, &seen);
         let value_m2 = value_m2.filter(|_| truth_m2 > 0.0)?;
         Some((value_m2 / truth_m2, ends_m2.map(|ends| ends.map(|end_m2| end_m2 / truth_m2))))
     };
@@ -192,8 +214,19 @@ pub(crate) fn spot_left_in(rig: &Rig) -> Result<Pipeline, ReadingError> {
     Ok(Pipeline::with_parameters(Some(rig), 0, None, Parameters::default())?)
 }
 
+/// One row's estimates.
+struct SeenRow {
+    /// The spot left in.
+    before: Estimate,
+    after: Estimate,
+    /// With remission; `None` of a scanner whose remission tells no power.
+    shares: Option<Estimate>,
+}
+
 /// A way's leaf area and its interval, m².
-fn value(way: Way, before: &Estimate, after: &Estimate) -> (Option<f64>, Option<[f64; 2]>) {
+fn value(way: Way, row: &SeenRow) -> (Option<f64>, Option<[f64; 2]>) {
+    let SeenRow { before, after, shares } = row;
+    let by_shares = |of: fn(&Estimate) -> Option<f64>| shares.as_ref().and_then(of);
     let measure = |estimator: &str| {
         let of_row = |m: &&rowscan_canopy::Measure| {
             m.estimator == estimator && m.quantity == Quantity::LeafArea && m.band_m().is_none()
@@ -206,6 +239,11 @@ fn value(way: Way, before: &Estimate, after: &Estimate) -> (Option<f64>, Option<
         Way::ContactBefore => (before.leaf_area_contact_raw_m2, None),
         Way::ContactRaw => (after.leaf_area_contact_raw_m2, None),
         Way::Contact => (after.leaf_area_contact_m2.filter(|_| after.calibration.is_some()), None),
+        Way::ShareRaw => (by_shares(|estimate| estimate.leaf_area_share_raw_m2), None),
+        Way::Share => {
+            let ends = shares.as_ref().filter(|estimate| estimate.leaf_area_share_m2.is_some());
+            (by_shares(|estimate| estimate.leaf_area_share_m2), ends.and_then(|e| e.leaf_area_interval_m2))
+        }
         Way::Voxel => measure("voxel"),
         Way::Polar => measure("polar"),
         Way::Gap => measure("gap"),

@@ -2,7 +2,8 @@
 //! every study derives both from the rig here.
 
 use rowscan_canopy::{
-    Calibration, EdgeBy, Field, Footprint, LeafShape, Parameters, Pipeline, PipelineError, Sampling,
+    Calibration, EdgeBy, Field, Footprint, LeafShape, Parameters, Pipeline, PipelineError, RemissionScale,
+    Sampling,
 };
 use rowscan_emulator::stage;
 use rowscan_protocol::angle::exact_step_deg;
@@ -11,7 +12,7 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::model::{AnyModel, ScanMode};
 use rowscan_protocol::optics::FactoryEcho;
-use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, Rig};
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, RemissionReading, Rig};
 
 use crate::calibrations::{self, ConfigError};
 
@@ -93,13 +94,14 @@ impl Reading {
             cola: ColaConfig {
                 scan_mode: scan_mode(rig, scanner),
                 echo: Some(mount.and_then(|mount| mount.echo).unwrap_or(EchoChoice::First)),
+                remission: mount.is_some_and(|mount| mount.remission.is_some()),
                 encoder_ticks_per_m: ticks.map(|ticks| ticks.abs().round() as u32),
                 ..ColaConfig::default()
             },
             lms2xx: lms2xx_config(rig, scanner),
             pipeline: {
-                let parameters =
-                    rig.zip(mount).map(|(rig, mount)| parameters(rig, mount, live)).unwrap_or_default();
+                let parameters = rig.zip(mount).map(|(rig, mount)| parameters(rig, mount, live));
+                let parameters = parameters.transpose()?.unwrap_or_default();
                 let pipeline = Pipeline::with_parameters(rig, scanner, calibration, parameters)?;
                 match mount.and_then(field) {
                     Some(field) => pipeline.within_field(field),
@@ -137,11 +139,40 @@ pub fn fitted_rig(
     rig
 }
 
+/// The rig with remission of this scanner read by its model's curve; `None` where that tells no power.
+pub fn reading_remission(rig: &Rig, scanner: usize) -> Option<Rig> {
+    let mut rig = rig.clone();
+    let mount = rig.scanners.get_mut(scanner)?;
+    mount.remission = Some(RemissionReading::Model);
+    remission(LeafShape::default(), mount).ok()?;
+    Some(rig)
+}
+
 /// How a mount's scans are estimated, calibration apart; of a live scanner, or of a recording.
-pub fn parameters(rig: &Rig, mount: &Mount, live: bool) -> Parameters {
+///
+/// # Errors
+/// Remission that cannot be read as the rig says.
+pub fn parameters(rig: &Rig, mount: &Mount, live: bool) -> Result<Parameters, PipelineError> {
     let (edge_m, by) =
         rig.voxel_edge_m.map_or_else(|| sampling(rig, mount).voxel_edge(), |edge_m| (edge_m, EdgeBy::Given));
-    Parameters { footprint: footprint(rig, mount, live), ..Parameters::default() }.with_voxel_edge(edge_m, by)
+    let remission = remission(leaves(rig), mount)?;
+    let footprint = footprint(rig, mount, live);
+    Ok(Parameters { footprint, remission, ..Parameters::default() }.with_voxel_edge(edge_m, by))
+}
+
+/// The leaves that the rig says are scanned.
+fn leaves(rig: &Rig) -> LeafShape {
+    let leaf = LeafShape::default();
+    rig.leaf_area_cm2.map_or(leaf, |area_cm2| leaf.of_area(area_cm2 * 1e-4))
+}
+
+/// What remission says of shares, where the mount wants it read.
+fn remission(leaf: LeafShape, mount: &Mount) -> Result<Option<RemissionScale>, PipelineError> {
+    let Some(reading) = &mount.remission else { return Ok(None) };
+    let Some(model @ AnyModel::Cola(_)) = AnyModel::by_name(&mount.model) else {
+        return Err(PipelineError::RemissionTellsNoPower);
+    };
+    RemissionScale::read(reading, model.optics(), leaf).map(Some)
 }
 
 /// What the rule for the voxel edge asks of a mount: beams and lines at the row axis, by the rig or the model's own mode.
@@ -165,12 +196,10 @@ fn sampling(rig: &Rig, mount: &Mount) -> Sampling {
 /// What is known of the beams' width, where they have one.
 fn footprint(rig: &Rig, mount: &Mount, live: bool) -> Option<Footprint> {
     rig.optics.filter(|width| *width == BeamWidth::Device)?;
-    let leaf = LeafShape::default();
-    let leaf = rig.leaf_area_cm2.map_or(leaf, |area_cm2| leaf.of_area(area_cm2 * 1e-4));
     let model = AnyModel::by_name(&mount.model)?;
     let first_by_itself = model.optics().factory_echo != FactoryEcho::Last;
     let echo = mount.echo.or((live || first_by_itself).then_some(EchoChoice::First));
-    Some(Footprint { echo, ..Footprint::of(model.optics(), leaf) })
+    Some(Footprint { echo, ..Footprint::of(model.optics(), leaves(rig)) })
 }
 
 /// Where the mount's model can measure, if the model is known.

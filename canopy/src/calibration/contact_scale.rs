@@ -1,7 +1,8 @@
-//! The factor of contact frequency.
+//! The factor of contact frequency, whether hits are counted or shares of spots.
 
 use serde::{Deserialize, Serialize};
 
+use super::error::CalibrationError;
 use super::quality::FitQuality;
 
 /// L / length = k · x^p with x, the raw contact-frequency leaf area a metre; beyond either end of the fitted range in proportion to x, with the
@@ -41,7 +42,62 @@ fn proportion() -> f64 {
     1.0
 }
 
+/// The names of a scale's values in a file.
+pub(super) struct ScaleKeys {
+    k: &'static str,
+    p: &'static str,
+    low: &'static str,
+    high: &'static str,
+    mean: &'static str,
+    mean_leaf_area: &'static str,
+    exponent: &'static str,
+}
+
+macro_rules! keys {
+    ($table:literal) => {
+        ScaleKeys {
+            k: concat!($table, ".k"),
+            p: concat!($table, ".p"),
+            low: concat!($table, ".quality.low_m2_per_m"),
+            high: concat!($table, ".quality.high_m2_per_m"),
+            mean: concat!($table, ".fitted.mean_m2_per_m"),
+            mean_leaf_area: concat!($table, ".fitted.mean_leaf_area_m2_per_m"),
+            exponent: concat!($table, ".fitted.exponent"),
+        }
+    };
+}
+
+pub(super) const CONTACT_KEYS: ScaleKeys = keys!("contact");
+pub(super) const SHARE_KEYS: ScaleKeys = keys!("share");
+
 impl ContactScale {
+    /// Refuses values that no leaf area could be made with.
+    pub(super) fn validate(&self, keys: &ScaleKeys) -> Result<(), CalibrationError> {
+        let positive = |key, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(())
+            } else {
+                Err(CalibrationError::NotPositive { key, value })
+            }
+        };
+        positive(keys.k, self.k)?;
+        positive(keys.p, self.p)?;
+        positive(keys.high, self.quality.high_m2_per_m)?;
+        // Of a proportion the fitted range may begin at nothing.
+        let low = self.quality.low_m2_per_m;
+        if self.p != 1.0 && (low.is_nan() || low <= 0.0) {
+            return Err(CalibrationError::NotPositive { key: keys.low, value: low });
+        }
+        let Some(rows) = self.fitted else { return Ok(()) };
+        positive(keys.mean, rows.mean_m2_per_m)?;
+        positive(keys.mean_leaf_area, rows.mean_leaf_area_m2_per_m)?;
+        if rows.exponent.is_finite() {
+            Ok(())
+        } else {
+            Err(CalibrationError::NotFinite { key: keys.exponent, value: rows.exponent })
+        }
+    }
+
     /// What a raw leaf area of so many m² a metre is multiplied by.
     pub fn factor(&self, raw_m2_per_m: f64) -> f64 {
         let fitted = raw_m2_per_m.min(self.quality.high_m2_per_m).max(self.quality.low_m2_per_m);

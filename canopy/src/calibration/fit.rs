@@ -24,6 +24,9 @@ pub struct Sample {
     /// Relative standard deviation that the spot correction gives the raw leaf area; 0 for rays, and in files of versions before this key.
     #[serde(default)]
     pub spot_relative_sd: f64,
+    /// Raw leaf area by the shares of spots, m²; `None` where remission was not read, and in files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share_leaf_area_m2: Option<f64>,
 }
 
 impl Sample {
@@ -35,6 +38,7 @@ impl Sample {
             contact_leaf_area_m2: estimate.leaf_area_contact_raw_m2?,
             leaf_area_m2,
             spot_relative_sd: estimate.leaf_area_spot_relative_sd.unwrap_or(0.0),
+            share_leaf_area_m2: estimate.leaf_area_share_raw_m2,
         })
     }
 }
@@ -78,7 +82,8 @@ pub enum FitError {
 /// (so it gives the median, not the mean, of scattered rows). `contact` is a power law by the same rule, if its exponent is above 1 and it predicts rows
 /// left out by a tenth better than a proportion does, else that proportion, by least squares through the origin. An exponent below 1 is what the scatter of
 /// rows that are all alike makes of any two measures. The spot correction of wide beams has an error that all rows of a class share; rows of another class have
-/// another one, and an exponent enlarges it. So the exponent is fitted for values that have this error, and is smaller. Qualities are in leaf area per metre for all three.
+/// another one, and an exponent enlarges it. So the exponent is fitted for values that have this error, and is smaller. `share` is fitted alike, where all rows
+/// have a leaf area by shares of spots. Qualities are in leaf area per metre for all of them.
 pub fn fit(
     samples: &[Sample],
     class: CalibrationClass,
@@ -98,11 +103,16 @@ pub fn fit(
                 return Err(FitError::BadSample { index, key, value });
             }
         }
+        if let Some(value) = sample.share_leaf_area_m2.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(FitError::BadSample { index, key: "share_leaf_area_m2", value });
+        }
     }
     let per_metre =
         |area: fn(&Sample) -> f64| -> Vec<f64> { samples.iter().map(|s| area(s) / s.length_m).collect() };
     let impacted = per_metre(|s| s.impacted_total_area_m2);
     let contact_raw = per_metre(|s| s.contact_leaf_area_m2);
+    let share_raw: Option<Vec<f64>> =
+        samples.iter().map(|s| s.share_leaf_area_m2.map(|area_m2| area_m2 / s.length_m)).collect();
     let leaf = per_metre(|s| s.leaf_area_m2);
     let spot: Vec<f64> = samples.iter().map(|s| s.spot_relative_sd.max(0.0)).collect();
     let n = u32::try_from(samples.len()).unwrap_or(u32::MAX);
@@ -116,9 +126,13 @@ pub fn fit(
         training: Training { n, reference_length_m: 1.0, mean_leaf_area_m2_per_m: mean(&leaf) },
         linear: linear(&impacted, &leaf)?,
         power: power(&impacted, &leaf, 0.0)?,
-        contact: contact(&contact_raw, &leaf, mean(&spot))?,
+        contact: scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot))?,
+        share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, SHARE_SD)).transpose()?,
     })
 }
+
+/// Relative standard deviation of leaf areas by shares of spots between training systems, of what rays see.
+const SHARE_SD: f64 = 0.08;
 
 fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
     let line = FittedLine::fit(x, y).ok_or(NO_SPREAD)?;
@@ -143,8 +157,9 @@ fn ln(values: &[f64]) -> Vec<f64> {
     values.iter().map(|v| v.ln()).collect()
 }
 
-fn contact(x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError> {
-    let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key: "contact_leaf_area_m2" })?;
+/// The scale of raw leaf areas `x`, which a sample has under `key`.
+fn scale(key: &'static str, x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError> {
+    let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key })?;
     let (ln_x, ln_y) = (ln(x), ln(y));
     let own = |line: FittedLine| FittedRows {
         mean_m2_per_m: mean(&ln_x).exp(),

@@ -4,21 +4,24 @@
 //! - linear: L = a · length + b · I_T. A cell without returns is a gap and holds 0, never `a`.
 //! - power: L / length = c · (I_T / length)^p.
 //! - contact: L / length = k · x^p with x, the raw contact-frequency leaf area a metre; k and p hold wood, clumping and the leaves' true projection.
+//! - share: the same where hits count by the shares of spots that remission tells.
 //!
 //! A calibration is valid for its [`CalibrationClass`] only. Within it, an estimate outside the fitted range carries a warning, and
 //! one far outside (a factor [`FAR`] beyond either end) is withheld.
 
 pub(crate) mod canopy;
 mod contact_scale;
+pub(crate) mod error;
 mod fit;
 pub(crate) mod model;
 mod quality;
 
 pub use canopy::CanopyClass;
 pub use contact_scale::{ContactScale, FittedRows};
+pub use error::CalibrationError;
 pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
 pub use model::{
-    Calibration, CalibrationClass, CalibrationError, EchoRule, Linear, Optics, Power, Provenance,
-    RegressionKind, Training, Units,
+    Calibration, CalibrationClass, EchoRule, Linear, Optics, Power, Provenance, RegressionKind, Training,
+    Units,
 };
 pub use quality::{FAR, FitQuality, FittedRange};

@@ -4,7 +4,8 @@ use rowscan_protocol::rig::BeamWidth;
 use serde::{Deserialize, Serialize};
 
 use super::canopy::CanopyClass;
-use super::contact_scale::ContactScale;
+use super::contact_scale::{CONTACT_KEYS, ContactScale, SHARE_KEYS};
+use super::error::CalibrationError;
 use super::quality::FitQuality;
 
 /// How areas become leaf area, for one class. `class` and `units` are required in a file.
@@ -25,6 +26,9 @@ pub struct Calibration {
     pub power: Power,
     /// The scale of the contact frequency.
     pub contact: ContactScale,
+    /// The scale of what shares of spots tell; `None` where remission tells no power, and in files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<ContactScale>,
 }
 
 /// The unit of a calibration's areas.
@@ -153,34 +157,6 @@ pub enum RegressionKind {
     Power,
 }
 
-/// Why a calibration cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CalibrationError {
-    /// A coefficient is not a finite number.
-    #[error("calibration: {key} must be a finite number, found {value}")]
-    NotFinite {
-        /// The key, with its table.
-        key: &'static str,
-        /// The value found.
-        value: f64,
-    },
-    /// A range or scale that must be positive is not.
-    #[error("calibration: {key} must be positive, found {value}")]
-    NotPositive {
-        /// The key, with its table.
-        key: &'static str,
-        /// The value found.
-        value: f64,
-    },
-    /// A text of the class is empty.
-    #[error("calibration: {key} is empty; a calibration holds for its class only")]
-    EmptyClass {
-        /// The key, with its table.
-        key: &'static str,
-    },
-}
-
 impl Calibration {
     /// Refuses coefficients and classes that no estimate could be made with.
     pub fn validate(&self) -> Result<(), CalibrationError> {
@@ -213,33 +189,13 @@ impl Calibration {
             ("linear.quality.high_m2_per_m", self.linear.quality.high_m2_per_m),
             ("power.c", self.power.c),
             ("power.quality.high_m2_per_m", self.power.quality.high_m2_per_m),
-            ("contact.k", self.contact.k),
-            ("contact.p", self.contact.p),
-            ("contact.quality.high_m2_per_m", self.contact.quality.high_m2_per_m),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(CalibrationError::NotPositive { key, value });
             }
         }
-        // Of a proportion the fitted range may begin at nothing.
-        let low = self.contact.quality.low_m2_per_m;
-        if self.contact.p != 1.0 && (low.is_nan() || low <= 0.0) {
-            return Err(CalibrationError::NotPositive { key: "contact.quality.low_m2_per_m", value: low });
-        }
-        if let Some(rows) = self.contact.fitted {
-            for (key, value) in [
-                ("contact.fitted.mean_m2_per_m", rows.mean_m2_per_m),
-                ("contact.fitted.mean_leaf_area_m2_per_m", rows.mean_leaf_area_m2_per_m),
-            ] {
-                if !(value.is_finite() && value > 0.0) {
-                    return Err(CalibrationError::NotPositive { key, value });
-                }
-            }
-            let value = rows.exponent;
-            if !value.is_finite() {
-                return Err(CalibrationError::NotFinite { key: "contact.fitted.exponent", value });
-            }
-        }
+        self.contact.validate(&CONTACT_KEYS)?;
+        self.share.map_or(Ok(()), |share| share.validate(&SHARE_KEYS))?;
         if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(CalibrationError::NotPositive { key: "class.distance_m", value });
         }

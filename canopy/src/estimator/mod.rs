@@ -18,6 +18,7 @@ mod polar_cells;
 mod porosity;
 mod reported;
 mod set;
+mod share;
 mod table;
 mod tai;
 mod trv;

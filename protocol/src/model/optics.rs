@@ -8,6 +8,9 @@ pub(crate) const PULSE: Pulse = Pulse { merged_m: Fact::assumed(1.0), apart_m: F
 /// Six recorded edges: 0.90 ± 0.08 of the nominal diameter.
 pub(crate) const EFFECTIVE: Fact = Fact::recorded(0.9);
 
+/// Recorded remission rises out to there, though power falls.
+pub(crate) const NEAR_FIELD: Fact = Fact::assumed(1.5);
+
 pub(super) const LMS1XX: Optics = Optics {
     wavelength_nm: Fact::memory(905.0),
     spot: Spot {
@@ -31,6 +34,7 @@ pub(super) const LMS1XX: Optics = Optics {
         systematic_mm: Fact::from("S4", 30.0),
         slant_mrad: Fact::recorded(0.0),
     },
+    near_field_m: NEAR_FIELD,
     remission: RemissionCurve::Logarithmic {
         digits_a_decade: Fact::assumed(60.0),
         sigma_digits: Fact::recorded(2.6),
@@ -95,6 +99,7 @@ pub(super) const TIM: Optics = Optics {
         systematic_mm: Fact::from("S6", 60.0),
         slant_mrad: Fact::recorded(7.7),
     },
+    near_field_m: NEAR_FIELD,
     remission: RemissionCurve::Compressed {
         at_half: Fact::recorded(13_000.0),
         exponent: Fact::recorded(0.11),

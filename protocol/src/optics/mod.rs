@@ -25,6 +25,8 @@ pub struct Optics {
     pub range_at_10_percent_m: Fact,
     /// Scatter of the ranges.
     pub noise: Noise,
+    /// Nearer than this the receiver sees only part of the spot, metres: remission tells the power times the square of range over this.
+    pub near_field_m: Fact,
     /// What the remission values mean.
     pub remission: RemissionCurve,
 }
@@ -183,6 +185,7 @@ impl Optics {
             ("one echo below, m", pulse.merged_m),
             ("echoes apart from, m", pulse.apart_m),
             ("range at 10 %, m", self.range_at_10_percent_m),
+            ("remission falls nearer than, m", self.near_field_m),
             ("sigma, mm", noise.sigma_mm),
             ("sigma added at least power, mm", noise.weak_sigma_mm),
             ("sigma below 0.5 m, mm", noise.near_sigma_mm),

@@ -7,9 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::caster::Class;
 
-/// Nearer than this the receiver sees only part of the spot, metres.
-const NEAR_FIELD_M: f64 = 1.5;
-
 /// What a wet surface returns of what a dry one does \[ASM\].
 const WET: f64 = 0.7;
 
@@ -87,7 +84,7 @@ pub(super) fn dazzles(power: f64, range_m: f64) -> bool {
 
 /// Remission of an echo on the 16-bit scale; 8-bit values stand in both bytes. `scatter` is in the curve's own digits.
 pub(super) fn remission(optics: &Optics, power: f64, range_m: f64, spread_m: f64, scatter: f64) -> u16 {
-    let near = (range_m / NEAR_FIELD_M).min(1.0);
+    let near = (range_m / optics.near_field_m.value).min(1.0);
     let power = power * near * near;
     let longer = 1.0 + spread_m / optics.pulse.merged_m.value;
     match optics.remission {

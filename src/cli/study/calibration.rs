@@ -6,10 +6,12 @@ use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Provenance};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::EchoChoice;
+use rowscan_protocol::rig::{EchoChoice, RemissionReading};
 use rowscan_scenes::Scene;
+use rowscan_scenes::optics::Stage;
 use rowscan_study::class::mean_class;
 use rowscan_study::foliage::LaiRange;
+use rowscan_study::reading::{reading_remission, rig_with};
 
 use super::rows::{Rows, Seeds, tries};
 use crate::cli::output::{self, say};
@@ -32,7 +34,7 @@ pub(in crate::cli) struct Args {
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let scene = args.scene.scene()?;
+    let mut scene = args.scene.scene()?;
     let model = args.scene.any_model(&scene.resolved_rig(), 0)?;
     let seeds = args.seeds.0;
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
@@ -49,6 +51,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ),
         seeds: seeds.clone(),
     };
+    // Scans of beams that have power tell shares of spots as well.
+    let told = rig_with(&scene.resolved_rig(), 0, model.name());
+    let has_power = scene.optics.stages.has(Stage::Energy) && reading_remission(&told, 0).is_some();
+    if let Some(mount) = scene.rig.scanners.first_mut().filter(|_| has_power) {
+        mount.remission = Some(RemissionReading::Model);
+    }
     let rows = Rows { seeds, lai: args.lai };
     let trials = tries(&scene, &rows, model, None).await?;
     let canopy = mean_class(trials.iter().map(|trial| &trial.class)).canopy;

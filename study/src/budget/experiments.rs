@@ -60,7 +60,7 @@ pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, Tr
 
     // From here on the estimator's own settings: rays, and no device.
     let rig = rig_with(&bare.rig, 0, model.name);
-    let base = reading::parameters(&rig, &mount, true);
+    let base = reading::parameters(&rig, &mount, true).map_err(ReadingError::from)?;
     let fine = |stage: &Stage, parameters: Parameters| -> Result<Estimate, TrialError> {
         scanned(stage, &mount, calibration.clone(), parameters)
     };

@@ -37,6 +37,7 @@ impl Fits {
             contact_leaf_area_m2: row.densities_m2[0].unwrap_or(0.0),
             leaf_area_m2: row.truth_m2,
             spot_relative_sd: 0.0,
+            share_leaf_area_m2: None,
         };
         let samples: Vec<Sample> = usable.clone().map(sample).collect();
         let per_metre: Vec<f64> = usable.clone().map(|row| row.truth_m2 / row.canopy_m).collect();

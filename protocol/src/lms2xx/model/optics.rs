@@ -1,6 +1,6 @@
 //! What light does in the LMS2xx. "TD" is the technical description as quoted in the listing's notes; S8 is listed in docs/optics.md.
 
-use crate::model::optics::{EFFECTIVE, PULSE};
+use crate::model::optics::{EFFECTIVE, NEAR_FIELD, PULSE};
 use crate::optics::{Fact, FactoryEcho, FogFilter, Noise, NoiseShape, Optics, RemissionCurve, Spot};
 
 /// LMS200: indoor. The first return wins.
@@ -26,6 +26,7 @@ pub(super) const INDOOR: Optics = Optics {
         systematic_mm: Fact::from("TD", 15.0),
         slant_mrad: Fact::assumed(0.5),
     },
+    near_field_m: NEAR_FIELD,
     remission: RemissionCurve::Logarithmic {
         digits_a_decade: Fact::assumed(60.0),
         sigma_digits: Fact::assumed(2.6),

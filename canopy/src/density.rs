@@ -1,0 +1,66 @@
+//! What hits are counted by, and the scale that makes leaf area of it.
+
+use crate::calibration::{Calibration, ContactScale};
+use crate::row::Row;
+
+/// Of so many hits at least, remission must be known.
+const READ: f64 = 0.95;
+
+/// What a hit counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Count {
+    /// One: contact frequency.
+    Hits,
+    /// The share of the spot that leaves took.
+    Shares,
+}
+
+impl Count {
+    /// Its name in results.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Hits => "contact",
+            Self::Shares => "share",
+        }
+    }
+}
+
+/// A row's raw leaf area, what it was counted by, and its scale.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Counted<'a> {
+    pub(crate) count: Count,
+    pub(crate) raw_m2: f64,
+    pub(crate) scale: Option<&'a ContactScale>,
+    /// What raw leaf areas are multiplied by: the row's own factor, for its trees and metres too. So they add up to the row, and the exponent does not enlarge
+    /// their scatter.
+    pub(crate) factor: f64,
+}
+
+impl<'a> Counted<'a> {
+    fn new(count: Count, raw_m2: f64, canopy_m: f64, scale: Option<&'a ContactScale>) -> Self {
+        Self { count, raw_m2, scale, factor: scale.map_or(1.0, |scale| scale.factor(raw_m2 / canopy_m)) }
+    }
+
+    /// By hits.
+    pub(crate) fn by_hits(row: &Row, calibration: Option<&'a Calibration>) -> Self {
+        let totals = row.totals();
+        Self::new(Count::Hits, totals.contact_m2, totals.canopy_m, calibration.map(|c| &c.contact))
+    }
+
+    /// By shares of spots, where the remission of nearly all hits is read and the calibration knows what to make of it.
+    pub(crate) fn by_shares(row: &Row, calibration: Option<&'a Calibration>) -> Option<Self> {
+        let totals = row.totals();
+        let scale = calibration?.share.as_ref().filter(|_| reads_remission(row))?;
+        Some(Self::new(Count::Shares, totals.share_m2, totals.canopy_m, Some(scale)))
+    }
+
+    /// What the leaf area is made of.
+    pub(crate) fn best(row: &Row, calibration: Option<&'a Calibration>) -> Self {
+        Self::by_shares(row, calibration).unwrap_or_else(|| Self::by_hits(row, calibration))
+    }
+}
+
+/// Whether remission is read, and nearly all hits have it.
+pub(crate) fn reads_remission(row: &Row) -> bool {
+    row.remission().is_some() && row.totals().shares as f64 >= READ * row.contact_report().hits as f64
+}

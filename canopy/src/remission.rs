@@ -1,0 +1,156 @@
+//! What remission says of the share of a spot that leaves take.
+//!
+//! Share is linear: averaged over places, the share of a spot that falls on leaves is how often a ray would meet one, whatever the spot, its profile and
+//! the clumping of the leaves. So hits that count by their share need no correction for rims. What they need is a remission that can be read: digits that go by the
+//! logarithm of power, and what a leaf that fills the spot would return.
+
+use rowscan_protocol::optics::{DAZZLED, Optics, RemissionCurve};
+use rowscan_protocol::rig::RemissionReading;
+
+use crate::error::PipelineError;
+use crate::footprint::LeafShape;
+
+/// How remission becomes the share of the spot that leaves took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RemissionScale {
+    /// Digits a factor of ten in power.
+    pub digits_a_decade: f64,
+    /// The most that counts, of a leaf's mean: a leaf that is square on.
+    pub most: f64,
+    /// How much larger an echo's remission is on average than its power, where it is of leaves behind one another: the pulse is longer.
+    pub longer: f64,
+    /// Relative standard deviation of the power that a full leaf returns; `None` where the curve is the model's, which is assumed.
+    pub power_sd: Option<f64>,
+    /// What leaves that fill the spot return, by range, nearest first; repeated at the end where there are fewer. Between two of them it goes by the
+    /// logarithm of the range, beyond the ends it is that of the end.
+    pub full: [Knot; Self::MOST_KNOTS],
+}
+
+/// What full leaves return at one range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// Metres.
+    pub range_m: f64,
+    /// Remission, digits of the 8-bit scale.
+    pub digits: f64,
+}
+
+/// Digits of a 16-bit value that holds an 8-bit one in both bytes, a digit.
+const BYTES: u16 = 257;
+
+impl RemissionScale {
+    /// Ranges that a card can be measured at.
+    pub const MOST_KNOTS: usize = 8;
+
+    /// As the scanner's model has it, before such leaves: assumed, as `rowscan models` says. `None` where remission does not tell power: a
+    /// curve that compresses it to a tenth, or a scanner that sends none.
+    pub fn of(optics: &Optics, leaf: LeafShape) -> Option<Self> {
+        let RemissionCurve::Logarithmic { digits_a_decade, .. } = optics.remission else { return None };
+        let near_m = optics.near_field_m.value;
+        let digits = |range_m: f64| {
+            let near = (range_m / near_m).min(1.0);
+            let power = leaf.reflectance * leaf.cosine * (near / range_m).powi(2) / optics.least_power();
+            1.0 + digits_a_decade.value * power.log10()
+        };
+        let knot = |range_m| [range_m, digits(range_m)];
+        let full = knots(&[knot(near_m), knot(FARTHEST_M)])?;
+        Some(Self {
+            digits_a_decade: digits_a_decade.value,
+            most: 1.0 / leaf.cosine,
+            longer: LONGER,
+            power_sd: None,
+            full,
+        })
+    }
+
+    /// As the rig says that a scanner's remission is read.
+    ///
+    /// # Errors
+    /// A model whose remission does not tell power, or a card without readings or with too many.
+    pub fn read(reading: &RemissionReading, optics: &Optics, leaf: LeafShape) -> Result<Self, PipelineError> {
+        match reading {
+            RemissionReading::Model => Self::of(optics, leaf).ok_or(PipelineError::RemissionTellsNoPower),
+            RemissionReading::Card { reflectance, digits_a_decade, readings, power_sd } => {
+                PipelineError::check("rig.scanner.remission.reflectance", *reflectance, 0.01, 1.0)?;
+                let leaves = digits_a_decade * (leaf.reflectance * leaf.cosine / reflectance).log10();
+                let of_leaves: Vec<_> =
+                    readings.iter().map(|[range_m, digits]| [*range_m, digits + leaves]).collect();
+                let full = knots(&of_leaves)
+                    .ok_or(PipelineError::CardReadings { most: Self::MOST_KNOTS, found: readings.len() })?;
+                let (most, longer) = (1.0 / leaf.cosine, LONGER);
+                let scale =
+                    Self { digits_a_decade: *digits_a_decade, most, longer, power_sd: Some(*power_sd), full };
+                scale.validate().map(|()| scale)
+            }
+        }
+    }
+
+    /// Refuses values that no share could be made with.
+    ///
+    /// # Errors
+    /// The first value out of its range, by its key.
+    pub fn validate(&self) -> Result<(), PipelineError> {
+        let check = PipelineError::check;
+        check("rig.scanner.remission.digits_a_decade", self.digits_a_decade, 1.0, 1e4)?;
+        check("rig.scanner.remission.power_sd", self.power_sd.unwrap_or(0.0), 0.0, 10.0)?;
+        check("remission.most", self.most, 1.0, 100.0)?;
+        check("remission.longer", self.longer, 1.0, 100.0)?;
+        for knot in self.full {
+            check("a range of rig.scanner.remission.readings", knot.range_m, 0.01, 1e3)?;
+            check("a remission of rig.scanner.remission.readings", knot.digits, -1e4, 1e4)?;
+        }
+        let falls =
+            self.full.iter().zip(self.full.iter().skip(1)).find(|(from, to)| to.range_m < from.range_m);
+        falls.map_or(Ok(()), |(from, to)| {
+            Err(PipelineError::CardOrder { before_m: from.range_m, found_m: to.range_m })
+        })
+    }
+
+    /// What full leaves return at this range, digits.
+    pub fn full_digits(&self, range_m: f64) -> f64 {
+        let [first, ..] = self.full;
+        let mut from = first;
+        for to in self.full {
+            if range_m <= to.range_m {
+                let way = (to.range_m / from.range_m).ln();
+                let part =
+                    if way > 0.0 { ((range_m / from.range_m).ln() / way).clamp(0.0, 1.0) } else { 1.0 };
+                return from.digits + part * (to.digits - from.digits);
+            }
+            from = to;
+        }
+        from.digits
+    }
+
+    /// The share of the spot that leaves took of which so much came back from this range; above 1 for a leaf that is less slanted than the mean. NaN
+    /// where there is no echo or it has no remission.
+    pub fn share(&self, range_m: f64, remission: u16) -> f64 {
+        if !range_m.is_finite() || range_m <= 0.0 || remission == 0 {
+            return f64::NAN;
+        }
+        if remission == DAZZLED || remission == DAZZLED / BYTES {
+            return self.most;
+        }
+        let digits =
+            f64::from(remission) / if remission > u16::from(u8::MAX) { f64::from(BYTES) } else { 1.0 };
+        let decades = (digits - self.full_digits(range_m)) / self.digits_a_decade;
+        (10_f64.powf(decades) / self.longer).min(self.most)
+    }
+}
+
+/// No orchard's leaf is farther away, metres.
+const FARTHEST_M: f64 = 100.0;
+
+/// Of simulated crowns, by LMS111 and LMS511 from 1 to 4 m: 1.12 to 1.24.
+const LONGER: f64 = 1.2;
+
+/// Ranges and what leaves return there; None where there are none, or too many.
+fn knots(readings: &[[f64; 2]]) -> Option<[Knot; RemissionScale::MOST_KNOTS]> {
+    let knot = |[range_m, digits]: [f64; 2]| Knot { range_m, digits };
+    let mut full = [knot(*readings.last()?); RemissionScale::MOST_KNOTS];
+    if readings.len() > full.len() {
+        return None;
+    }
+    full.iter_mut().zip(readings).for_each(|(place, reading)| *place = knot(*reading));
+    Some(full)
+}

@@ -1,0 +1,33 @@
+//! How a scanner's remission is read.
+
+use alloc::vec::Vec;
+
+/// How remission tells what share of a spot leaves took.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(tag = "curve", rename_all = "snake_case", deny_unknown_fields))]
+pub enum RemissionReading {
+    /// By the curve of the scanner's model, which is assumed: right for simulated scans.
+    Model,
+    /// By a card that was held before the scanner, square on and wider than the spot.
+    Card {
+        /// Share of light that the card returns at the scanner's wavelength.
+        #[cfg_attr(feature = "schema", schemars(example = 0.5))]
+        reflectance: f64,
+        /// Digits that remission falls where a tenth of the light returns: as between two cards of reflectances a factor of ten apart.
+        #[cfg_attr(feature = "schema", schemars(example = 60.0))]
+        digits_a_decade: f64,
+        /// Range of the card, metres, and its mean remission on the 8-bit scale; up to eight, nearest first.
+        #[cfg_attr(feature = "schema", schemars(example = [[1.0, 190.0], [2.0, 180.0], [4.0, 150.0]]))]
+        readings: Vec<[f64; 2]>,
+        /// Relative standard deviation of the power that a full leaf returns, as told by the card.
+        #[cfg_attr(feature = "serde", serde(default = "tenth"))]
+        power_sd: f64,
+    },
+}
+
+#[cfg(feature = "serde")]
+fn tenth() -> f64 {
+    0.1
+}
