@@ -70,6 +70,7 @@ mod remission;
 mod report;
 mod row;
 mod row_pass;
+mod shares;
 pub mod shipped;
 mod stream;
 mod trees;

@@ -4,7 +4,7 @@
 //! the clumping of the leaves. So hits that count by their share need no correction for rims. What they need is a remission that can be read: digits that go by the
 //! logarithm of power, and what a leaf that fills the spot would return.
 
-use rowscan_protocol::optics::{DAZZLED, Optics, RemissionCurve};
+use rowscan_protocol::optics::{Optics, RemissionCurve};
 use rowscan_protocol::rig::RemissionReading;
 
 use crate::error::PipelineError;
@@ -17,8 +17,6 @@ pub struct RemissionScale {
     pub digits_a_decade: f64,
     /// The most that counts, of a leaf's mean: a leaf that is square on.
     pub most: f64,
-    /// How much larger an echo's remission is on average than its power, where it is of leaves behind one another: the pulse is longer.
-    pub longer: f64,
     /// Relative standard deviation of the power that a full leaf returns; `None` where the curve is the model's, which is assumed.
     pub power_sd: Option<f64>,
     /// What leaves that fill the spot return, by range, nearest first; repeated at the end where there are fewer. Between two of them it goes by the
@@ -34,9 +32,6 @@ pub struct Knot {
     /// Remission, digits of the 8-bit scale.
     pub digits: f64,
 }
-
-/// Digits of a 16-bit value that holds an 8-bit one in both bytes, a digit.
-const BYTES: u16 = 257;
 
 impl RemissionScale {
     /// Ranges that a card can be measured at.
@@ -54,13 +49,7 @@ impl RemissionScale {
         };
         let knot = |range_m| [range_m, digits(range_m)];
         let full = knots(&[knot(near_m), knot(FARTHEST_M)])?;
-        Some(Self {
-            digits_a_decade: digits_a_decade.value,
-            most: 1.0 / leaf.cosine,
-            longer: LONGER,
-            power_sd: None,
-            full,
-        })
+        Some(Self { digits_a_decade: digits_a_decade.value, most: 1.0 / leaf.cosine, power_sd: None, full })
     }
 
     /// As the rig says that a scanner's remission is read.
@@ -77,9 +66,8 @@ impl RemissionScale {
                     readings.iter().map(|[range_m, digits]| [*range_m, digits + leaves]).collect();
                 let full = knots(&of_leaves)
                     .ok_or(PipelineError::CardReadings { most: Self::MOST_KNOTS, found: readings.len() })?;
-                let (most, longer) = (1.0 / leaf.cosine, LONGER);
-                let scale =
-                    Self { digits_a_decade: *digits_a_decade, most, longer, power_sd: Some(*power_sd), full };
+                let most = 1.0 / leaf.cosine;
+                let scale = Self { digits_a_decade: *digits_a_decade, most, power_sd: Some(*power_sd), full };
                 scale.validate().map(|()| scale)
             }
         }
@@ -94,7 +82,6 @@ impl RemissionScale {
         check("rig.scanner.remission.digits_a_decade", self.digits_a_decade, 1.0, 1e4)?;
         check("rig.scanner.remission.power_sd", self.power_sd.unwrap_or(0.0), 0.0, 10.0)?;
         check("remission.most", self.most, 1.0, 100.0)?;
-        check("remission.longer", self.longer, 1.0, 100.0)?;
         for knot in self.full {
             check("a range of rig.scanner.remission.readings", knot.range_m, 0.01, 1e3)?;
             check("a remission of rig.scanner.remission.readings", knot.digits, -1e4, 1e4)?;
@@ -121,28 +108,10 @@ impl RemissionScale {
         }
         from.digits
     }
-
-    /// The share of the spot that leaves took of which so much came back from this range; above 1 for a leaf that is less slanted than the mean. NaN
-    /// where there is no echo or it has no remission.
-    pub fn share(&self, range_m: f64, remission: u16) -> f64 {
-        if !range_m.is_finite() || range_m <= 0.0 || remission == 0 {
-            return f64::NAN;
-        }
-        if remission == DAZZLED || remission == DAZZLED / BYTES {
-            return self.most;
-        }
-        let digits =
-            f64::from(remission) / if remission > u16::from(u8::MAX) { f64::from(BYTES) } else { 1.0 };
-        let decades = (digits - self.full_digits(range_m)) / self.digits_a_decade;
-        (10_f64.powf(decades) / self.longer).min(self.most)
-    }
 }
 
 /// No orchard's leaf is farther away, metres.
 const FARTHEST_M: f64 = 100.0;
-
-/// Of simulated crowns, by LMS111 and LMS511 from 1 to 4 m: 1.12 to 1.24.
-const LONGER: f64 = 1.2;
 
 /// Ranges and what leaves return there; None where there are none, or too many.
 fn knots(readings: &[[f64; 2]]) -> Option<[Knot; RemissionScale::MOST_KNOTS]> {

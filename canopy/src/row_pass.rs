@@ -10,8 +10,8 @@ use crate::deskew::Deskew;
 use crate::error::PipelineError;
 use crate::odometry::{EncoderChoice, Odometry};
 use crate::parameters::Parameters;
-use crate::remission::RemissionScale;
 use crate::row::Row;
+use crate::shares::Shares;
 
 /// What the latest telegram states.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ pub(crate) struct RowPass {
     pub(crate) row: Row,
     pub(crate) open: OpenLine,
     /// What remission says of shares; `None` where it is not read.
-    remission: Option<RemissionScale>,
+    shares: Option<Shares>,
     /// Where the scan plane is believed to lean.
     deskew: Option<Deskew>,
 }
@@ -58,7 +58,7 @@ impl RowPass {
             odometry: Odometry::default(),
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
-            remission: parameters.remission,
+            shares: Shares::new(&parameters),
             deskew: mount.attitude().leans().then(Deskew::default),
         })
     }
@@ -84,9 +84,9 @@ impl RowPass {
         self.open.grid = grid;
         self.open.beams.clear();
         self.open.beams.range_m.extend_from_slice(range_m);
-        if let Some(scale) = self.remission {
+        if let Some(shares) = &self.shares {
             let beams = range_m.iter().zip(remission);
-            self.open.beams.share.extend(beams.map(|(range_m, remission)| scale.share(*range_m, *remission)));
+            self.open.beams.share.extend(beams.map(|(range_m, remission)| shares.of(*range_m, *remission)));
         }
         self.open.nominal_step_m = nominal_step_m;
     }

@@ -177,8 +177,9 @@ impl Voxels {
         }
     }
 
-    /// The same by the shares of the spots: what a leaf leaves of a spot goes on for a pulse, within which all that is met is the same echo. What
-    /// becomes of it then is not told.
+    /// The same by the shares of the spots: what a leaf leaves of a spot goes on for a pulse, within which all that is met is the same echo. What is
+    /// met there tells less of itself than its share, by the square of the ranges: so its path counts less as well. What becomes of the rest is not
+    /// told.
     fn add_shares(&mut self, line: &BeamLine<'_>, weight_m: f64) {
         for ((way, &range_m), &share) in self.paths.ways.iter().zip(line.range_m).zip(line.share) {
             let (end_m, share) = match reading(range_m) {
@@ -191,10 +192,11 @@ impl Voxels {
             for step in steps {
                 let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
                 let to_m = step.exit_m;
-                let (whole_m, part_m) =
-                    (to_m.min(end_m) - from_m, to_m.min(end_m + self.merged_m) - from_m.max(end_m));
-                voxel.share_path_m2 +=
-                    weight_m * (whole_m.max(0.0) + (1.0 - share).max(0.0) * part_m.max(0.0));
+                let whole_m = (to_m.min(end_m) - from_m).max(0.0);
+                let (near_m, far_m) = (from_m.max(end_m), to_m.min(end_m + self.merged_m));
+                // ∫ (end / r)² dr.
+                let rest_m = if far_m > near_m { end_m * end_m * (1.0 / near_m - 1.0 / far_m) } else { 0.0 };
+                voxel.share_path_m2 += weight_m * (whole_m + (1.0 - share).max(0.0) * rest_m);
                 if (from_m..to_m).contains(&end_m) {
                     voxel.share_m += weight_m * share;
                     self.shares += 1;

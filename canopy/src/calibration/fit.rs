@@ -82,8 +82,8 @@ pub enum FitError {
 /// (so it gives the median, not the mean, of scattered rows). `contact` is a power law by the same rule, if its exponent is above 1 and it predicts rows
 /// left out by a tenth better than a proportion does, else that proportion, by least squares through the origin. An exponent below 1 is what the scatter of
 /// rows that are all alike makes of any two measures. The spot correction of wide beams has an error that all rows of a class share; rows of another class have
-/// another one, and an exponent enlarges it. So the exponent is fitted for values that have this error, and is smaller. `share` is fitted alike, where all rows
-/// have a leaf area by shares of spots. Qualities are in leaf area per metre for all of them.
+/// another one, and an exponent enlarges it. So the exponent is fitted for values that have this error, and is smaller. `share` is fitted as for rays, for shares
+/// have no rims, where all rows have a leaf area by shares of spots. Qualities are in leaf area per metre for all of them.
 pub fn fit(
     samples: &[Sample],
     class: CalibrationClass,
@@ -127,12 +127,9 @@ pub fn fit(
         linear: linear(&impacted, &leaf)?,
         power: power(&impacted, &leaf, 0.0)?,
         contact: scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot))?,
-        share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, SHARE_SD)).transpose()?,
+        share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, 0.0)).transpose()?,
     })
 }
-
-/// Relative standard deviation of leaf areas by shares of spots between training systems, of what rays see.
-const SHARE_SD: f64 = 0.08;
 
 fn linear(x: &[f64], y: &[f64]) -> Result<Linear, FitError> {
     let line = FittedLine::fit(x, y).ok_or(NO_SPREAD)?;
