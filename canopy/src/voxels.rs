@@ -34,6 +34,9 @@ pub(crate) struct Voxels {
     parameters: Parameters,
 }
 
+/// No surface is nearer than this, metres.
+const NEAREST_M: f64 = 0.05;
+
 /// The voxels of a row: where the first one begins, and how large they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelGrid {
@@ -72,10 +75,10 @@ pub(crate) struct Voxel {
     pub(crate) hits_m2: f64,
     /// Beams that entered.
     pub(crate) beams: u32,
-    /// Σ line weight · share of the spot over hits, metres; of beams whose remission is read.
-    pub(crate) share_m: f64,
-    /// Σ line weight · free path of the shares of those beams, m².
-    pub(crate) share_path_m2: f64,
+    /// Σ line weight · share of the spot / range² over hits, 1/m; of beams whose remission is read.
+    pub(crate) share_hits_per_m: f64,
+    /// Σ line weight · ∫ dr / range² over the free paths of the shares of those beams.
+    pub(crate) share_path: f64,
 }
 
 impl Voxel {
@@ -86,8 +89,8 @@ impl Voxel {
 
     /// The same by shares of spots; None as well where no remission was read.
     pub(crate) fn share_frequency(&self, min_beams: u32) -> Option<f64> {
-        let read = self.beams >= min_beams && self.share_path_m2 > 0.0;
-        read.then(|| self.share_m / self.share_path_m2)
+        let read = self.beams >= min_beams && self.share_path > 0.0;
+        read.then(|| self.share_hits_per_m / self.share_path)
     }
 }
 
@@ -177,9 +180,9 @@ impl Voxels {
         }
     }
 
-    /// The same by the shares of the spots: what a leaf leaves of a spot goes on for a pulse, within which all that is met is the same echo. What is
-    /// met there tells less of itself than its share, by the square of the ranges: so its path counts less as well. What becomes of the rest is not
-    /// told.
+    /// The same by the shares of the spots. What a leaf leaves of a spot goes on for a pulse, within which all that is met is the same echo; what becomes
+    /// of the rest is not told. Power falls by the square of the range, so hits and paths count by 1 / r²: then the echo's range, a mean by power, ends
+    /// the paths of all its leaves where their sum is exact.
     fn add_shares(&mut self, line: &BeamLine<'_>, weight_m: f64) {
         for ((way, &range_m), &share) in self.paths.ways.iter().zip(line.range_m).zip(line.share) {
             let (end_m, share) = match reading(range_m) {
@@ -192,13 +195,14 @@ impl Voxels {
             for step in steps {
                 let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
                 let to_m = step.exit_m;
-                let whole_m = (to_m.min(end_m) - from_m).max(0.0);
-                let (near_m, far_m) = (from_m.max(end_m), to_m.min(end_m + self.merged_m));
-                // ∫ (end / r)² dr.
-                let rest_m = if far_m > near_m { end_m * end_m * (1.0 / near_m - 1.0 / far_m) } else { 0.0 };
-                voxel.share_path_m2 += weight_m * (whole_m + (1.0 - share).max(0.0) * rest_m);
+                // ∫ dr / r².
+                let way = |from_m: f64, to_m: f64| {
+                    if from_m < to_m { 1.0 / from_m.max(NEAREST_M) - 1.0 / to_m.max(NEAREST_M) } else { 0.0 }
+                };
+                let rest = way(from_m.max(end_m), to_m.min(end_m + self.merged_m));
+                voxel.share_path += weight_m * (way(from_m, to_m.min(end_m)) + (1.0 - share).max(0.0) * rest);
                 if (from_m..to_m).contains(&end_m) {
-                    voxel.share_m += weight_m * share;
+                    voxel.share_hits_per_m += weight_m * share / (end_m * end_m);
                     self.shares += 1;
                 }
                 from_m = to_m;

@@ -9,9 +9,12 @@ use crate::validity::DeviceStatus;
 /// The range of a beam that came back without an echo. Misses are data: a canopy estimate without them is biased.
 pub const NO_ECHO: f64 = f64::INFINITY;
 
+/// The range of a beam whose receiver was dazzled: not a number, for what it met is not known. Ask with `is_nan`.
+pub const DAZZLED: f64 = f64::NAN;
+
 /// One mirror turn as a device reported it.
 ///
-/// `echoes[0]` is the first echo; every echo has one range a beam, [`NO_ECHO`] where the beam met nothing.
+/// `echoes[0]` is the first echo; every echo has one range a beam, [`NO_ECHO`] where the beam met nothing, [`DAZZLED`] where that is not known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scan {
     /// The device's serial number.
@@ -43,7 +46,7 @@ pub struct Scan {
 /// One echo of every beam.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Echo {
-    /// Metres, [`NO_ECHO`] where there was none. As long as the beam grid.
+    /// Metres, [`NO_ECHO`] where there was none, [`DAZZLED`] where the receiver was dazzled. As long as the beam grid.
     pub range_m: Vec<f64>,
     /// Received signal strength, in the device's own digits; empty unless configured, else as long as the beam grid.
     pub remission: Vec<u16>,
@@ -74,7 +77,7 @@ pub struct Pose {
 pub struct ScanLine<'a> {
     /// Device angles of the beams.
     pub beams: BeamGrid,
-    /// First-echo ranges, metres, [`NO_ECHO`] for a miss.
+    /// First-echo ranges, metres, [`NO_ECHO`] for a miss, [`DAZZLED`] where it is not known.
     pub range_m: &'a [f64],
     /// First-echo remission, or empty.
     pub remission: &'a [u16],

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 pub use super::output::{MAX_PARTS, Output, Parts, Span, When};
 use crate::optics::DAZZLED;
-use crate::scan::NO_ECHO;
+use crate::scan::{self, NO_ECHO};
 
 /// Unit of the values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -154,9 +154,11 @@ impl MeasuringMode {
         NoRange::ALL.into_iter().find(|reason| *reason as u16 == below_top)
     }
 
-    /// Metres, [`NO_ECHO`] where the value holds none. All values above the farthest range are codes, also those without a name.
+    /// Metres, [`scan::DAZZLED`] where the receiver was dazzled, else [`NO_ECHO`] where the value holds none. All values above the farthest range are
+    /// codes, also those without a name.
     pub fn decode_m(self, unit: Unit, value: u16) -> f64 {
         match value & self.top() {
+            _ if self.no_range(value) == Some(NoRange::Dazzled) => scan::DAZZLED,
             range if range > self.farthest() => NO_ECHO,
             range => f64::from(range) / unit.per_metre(),
         }
@@ -438,9 +440,10 @@ mod tests {
     fn every_value_above_the_farthest_range_is_a_code() {
         for (mode, top) in [(MeasuringMode(0), 8191), (MeasuringMode(4), 16_383), (MeasuringMode(6), 32_767)]
         {
-            for value in top - 8..=top {
+            for value in (top - 8..=top).filter(|value| *value != top - 1) {
                 assert_eq!(mode.decode_m(Unit::Mm, value), NO_ECHO, "{value} in mode {}", mode.0);
             }
+            assert!(mode.decode_m(Unit::Mm, top - 1).is_nan(), "dazzled");
             assert_eq!(mode.decode_m(Unit::Mm, top - 9), f64::from(top - 9) / 1000.0);
         }
     }

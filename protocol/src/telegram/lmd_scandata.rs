@@ -5,7 +5,8 @@ use alloc::vec::Vec;
 use super::Variable;
 use super::wire::{Fields, FixedText, Reader, ShortString, WireError, Word, Writer, fields};
 use crate::angle::BeamGrid;
-use crate::scan::{EncoderReading, NO_ECHO, Scan};
+use crate::optics::DAZZLED_MM;
+use crate::scan::{DAZZLED, EncoderReading, NO_ECHO, Scan};
 use crate::validity::{
     DeviceStatus, LARGEST_ANGLE_DEG, LARGEST_OFFSET_MM, LARGEST_SCALE, LEAST_ANGLE_DEG, LEAST_SCALE,
     ScanFault,
@@ -186,7 +187,7 @@ impl<T: Word> Fields for Channel<T> {
     }
 }
 
-/// Raw distances up to this are no distances: 0 is no echo, 1..=15 are error codes (TiM scanners send 2).
+/// Raw distances up to this are no distances: 0 is no echo, 1..=15 are error codes (TiM scanners send 2 for no echo).
 const LAST_ERROR_CODE: u16 = 15;
 /// Millimetres a metre.
 const MM_PER_M: f64 = 1000.0;
@@ -289,7 +290,12 @@ impl Channel<u16> {
         range_m.clear();
         range_m.extend(self.values.iter().map(|&raw| {
             let range = (f64::from(raw) * scale + offset) / MM_PER_M;
-            if raw > LAST_ERROR_CODE && range >= 0.0 { range } else { NO_ECHO }
+            match raw {
+                DAZZLED_MM => DAZZLED,
+                ..=LAST_ERROR_CODE => NO_ECHO,
+                _ if range >= 0.0 => range,
+                _ => NO_ECHO,
+            }
         }));
     }
 }

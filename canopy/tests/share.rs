@@ -1,0 +1,314 @@
+//! Leaf area by the shares of spots, on slabs with a closed form whose beams are made of rays; and what becomes of remission that is not there.
+
+#![allow(clippy::unwrap_used)] // helpers are not known as tests
+
+mod common;
+#[path = "common/slab.rs"]
+mod slab;
+
+use common::*;
+use rowscan_canopy::calibration::{self, CalibrationClass, CanopyClass, EchoRule, Provenance};
+use rowscan_canopy::{
+    Calibration, Estimate, Footprint, LeafShape, Parameters, Pipeline, PipelineError, RemissionScale, Sample,
+    Warning, fit,
+};
+use rowscan_protocol::optics::{
+    DAZZLED, Fact, FactoryEcho, FogFilter, Noise, NoiseShape, Optics, Pulse, RemissionCurve, Spot,
+};
+use rowscan_protocol::rig::{EchoChoice, RemissionReading};
+use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
+use slab::*;
+
+/// Rays of a beam.
+const RAYS: u32 = 12;
+/// Returns of a beam closer than this are one echo, metres.
+const MERGED_M: f64 = 1.0;
+
+/// A scanner like an LMS1xx, with remission by this curve.
+fn optics(remission: RemissionCurve) -> Optics {
+    let fact = Fact::assumed;
+    Optics {
+        wavelength_nm: fact(905.0),
+        spot: no_rims().spot,
+        pulse: Pulse { merged_m: fact(MERGED_M), apart_m: fact(2.0) },
+        factory_echo: FactoryEcho::First,
+        fog_filter: FogFilter::None,
+        range_at_10_percent_m: fact(18.0),
+        noise: Noise {
+            sigma_mm: fact(8.0),
+            weak_sigma_mm: fact(18.0),
+            near_sigma_mm: fact(6.0),
+            sheet_sigma_mm: fact(12.0),
+            shape: NoiseShape::Normal,
+            pattern_mm: fact(1.0),
+            systematic_mm: fact(30.0),
+            slant_mrad: fact(0.0),
+        },
+        near_field_m: fact(1.5),
+        remission,
+    }
+}
+
+fn logarithmic() -> Optics {
+    optics(RemissionCurve::Logarithmic {
+        digits_a_decade: Fact::assumed(60.0),
+        sigma_digits: Fact::assumed(2.6),
+    })
+}
+
+/// As a TiM's.
+fn compressed() -> Optics {
+    let fact = Fact::assumed;
+    optics(RemissionCurve::Compressed { at_half: fact(13_000.0), exponent: fact(0.11), sigma: fact(0.01) })
+}
+
+fn model_scale() -> RemissionScale {
+    RemissionScale::of(&logarithmic(), LeafShape::default()).unwrap()
+}
+
+/// What leaves send back that take this share of a spot, by the model's curve; digits.
+fn digits(scale: &RemissionScale, range_m: f64, share: f64) -> f64 {
+    scale.full_digits(range_m) + scale.digits_a_decade * share.log10()
+}
+
+/// Beams of rays through a turbid slab: the range is the mean of the first echo by power, and remission tells its power.
+fn beams_of_rays(thick_m: f64, density: f64, lines: u32, seed: u64) -> Vec<Scan> {
+    let mut random = Random(seed);
+    let scale = model_scale();
+    let mut told = Vec::new();
+    let mut scans = drive(&rig(), lms111(), 50, lines, |_, theta| {
+        let mut hits: Vec<f64> = (0..RAYS)
+            .filter_map(|_| {
+                let path_m = -(1.0 - random.unit()).ln() / (0.5 * density);
+                chord(thick_m, theta)
+                    .filter(|(near, far)| near + path_m < *far)
+                    .map(|(near, _)| near + path_m)
+            })
+            .collect();
+        hits.sort_by(f64::total_cmp);
+        let (mut power, mut first, mut last) = (0.0, 0.0, f64::INFINITY);
+        for range_m in hits {
+            if range_m - last > MERGED_M {
+                break;
+            }
+            let weight = 1.0 / (range_m * range_m);
+            power += weight;
+            first += weight * range_m;
+            last = first / power;
+        }
+        if power > 0.0 {
+            // 8 bits, rounded to a digit.
+            let share = power * last * last / f64::from(RAYS);
+            told.push(digits(&scale, last, share).round().clamp(1.0, 254.0) as u16);
+            last
+        } else {
+            told.push(0);
+            NO_ECHO
+        }
+    });
+    let mut told = told.into_iter();
+    for scan in &mut scans {
+        let Echo { range_m, remission } = &mut scan.echoes[0];
+        // Beams that look away from the row have no remission here.
+        *remission = (0..range_m.len())
+            .map(|beam| {
+                let (_, ahead) = theta(&rig().scanners[0], lms111(), beam);
+                if ahead { told.next().unwrap() } else { 0 }
+            })
+            .collect();
+    }
+    scans
+}
+
+/// A spot so small that leaves have no rims.
+fn no_rims() -> Footprint {
+    Footprint {
+        spot: Spot {
+            exit_mm: Fact::assumed(1e-3),
+            divergence_mrad: Fact::assumed(0.0),
+            sweep_mrad: Fact::assumed(0.0),
+            effective: Fact::assumed(0.9),
+        },
+        least_power: 0.0,
+        least_share: 0.0,
+        leaf: LeafShape::default(),
+        echo: Some(EchoChoice::First),
+        merged_m: MERGED_M,
+        clumping: 1.0,
+        clump_m: f64::INFINITY,
+    }
+}
+
+fn reading() -> Parameters {
+    Parameters { footprint: Some(no_rims()), remission: Some(model_scale()), ..parameters() }
+}
+
+fn estimated(parameters: Parameters, calibration: Option<Calibration>, scans: &[Scan]) -> Estimate {
+    let mut pipeline = Pipeline::with_parameters(Some(&rig()), 0, calibration, parameters).unwrap();
+    scans.iter().for_each(|scan| pipeline.push(scan));
+    pipeline.finish()
+}
+
+#[test]
+fn shares_see_what_rays_see_whatever_a_beam_holds() {
+    for (thick_m, density) in [(0.5, 1.0), (1.0, 1.0), (1.0, 2.0)] {
+        let scans = beams_of_rays(thick_m, density, 300, 7);
+        let found = estimated(reading(), None, &scans);
+        let truth = density * thick_m * HIGH_M * found.scanned_m.unwrap();
+        let (share, contact) =
+            (found.leaf_area_share_raw_m2.unwrap() / truth, found.leaf_area_contact_raw_m2.unwrap() / truth);
+        assert!((share - 1.0).abs() < 0.1, "{thick_m} m of {density}: {share}");
+        assert!(contact > 2.0, "any of {RAYS} rays is a hit: {contact}");
+    }
+}
+
+#[test]
+fn a_beam_that_is_all_rays_or_none_is_a_ray() {
+    // Whole leaves at the power of their mean: shares are 1, and the estimate that of contact frequency.
+    let mut scans = turbid(1.0, 1.0, 200, 3);
+    let scale = model_scale();
+    for scan in &mut scans {
+        let Echo { range_m, remission } = &mut scan.echoes[0];
+        let of = |range_m: &f64| {
+            if range_m.is_finite() { (257.0 * digits(&scale, *range_m, 1.0)).round() as u16 } else { 0 }
+        };
+        *remission = range_m.iter().map(of).collect();
+    }
+    let found = estimated(reading(), None, &scans);
+    let (share, contact) = (found.leaf_area_share_raw_m2.unwrap(), found.leaf_area_contact_raw_m2.unwrap());
+    // Ranges are told apart by 0.1 m; the contact frequency takes the bias of few beams off.
+    assert!(relative(share, contact) < 0.03, "{share} {contact}");
+}
+
+#[test]
+fn a_card_that_was_measured_is_as_good_as_the_curve_it_was_measured_on() {
+    let scale = model_scale();
+    let leaf = LeafShape::default();
+    // A card of half the light is brighter than leaves.
+    let brighter = (0.5 / (leaf.reflectance * leaf.cosine)).log10() * scale.digits_a_decade;
+    let card = RemissionReading::Card {
+        reflectance: 0.5,
+        digits_a_decade: scale.digits_a_decade,
+        readings: [0.5, 1.5, 3.0, 6.0].map(|r| [r, scale.full_digits(r) + brighter]).to_vec(),
+        power_sd: 0.1,
+    };
+    let measured = RemissionScale::read(&card, &logarithmic(), leaf).unwrap();
+    for range_m in [0.4, 1.0, 1.7, 2.5, 5.0] {
+        assert!((measured.full_digits(range_m) - scale.full_digits(range_m)).abs() < 1e-9, "{range_m}");
+    }
+    let scans = beams_of_rays(1.0, 1.0, 100, 5);
+    let by_card = estimated(Parameters { remission: Some(measured), ..reading() }, None, &scans);
+    let by_model = estimated(reading(), None, &scans);
+    assert!(
+        relative(by_card.leaf_area_share_raw_m2.unwrap(), by_model.leaf_area_share_raw_m2.unwrap()) < 1e-3
+    );
+    let assumed = |found: &Estimate| found.warnings.contains(&Warning::RemissionAssumed);
+    assert!(assumed(&by_model) && !assumed(&by_card));
+}
+
+#[test]
+fn cards_and_models_that_tell_no_power_are_refused() {
+    let leaf = LeafShape::default();
+    let tim = &compressed();
+    let read = |reading: RemissionReading| RemissionScale::read(&reading, tim, leaf).unwrap_err();
+    assert_eq!(read(RemissionReading::Model), PipelineError::RemissionTellsNoPower);
+    let card = |reflectance, readings: Vec<[f64; 2]>| RemissionReading::Card {
+        reflectance,
+        digits_a_decade: 60.0,
+        readings,
+        power_sd: 0.1,
+    };
+    assert!(matches!(read(card(0.5, Vec::new())), PipelineError::CardReadings { found: 0, .. }));
+    assert!(matches!(
+        read(card(0.5, vec![[1.0, 9.0]; 9])),
+        PipelineError::CardReadings { found: 9, most: 8 }
+    ));
+    assert!(matches!(read(card(0.5, vec![[2.0, 9.0], [1.0, 9.0]])), PipelineError::CardOrder { .. }));
+    assert!(matches!(read(card(50.0, vec![[2.0, 9.0]])), PipelineError::OutOfRange { .. }));
+    assert!(
+        RemissionScale::read(&card(0.5, vec![[2.0, 190.0]]), tim, leaf).is_ok(),
+        "a card tells what a model does not"
+    );
+}
+
+/// A calibration on rows like the slab, `share` by a factor of 1.1.
+fn fitted(found: &Estimate) -> Calibration {
+    let length_m = found.canopy_m.unwrap();
+    let samples: Vec<Sample> = [0.8, 1.0, 1.2, 1.3]
+        .iter()
+        .map(|f| Sample {
+            length_m,
+            impacted_total_area_m2: f * found.impacted_total_area_m2.unwrap(),
+            contact_leaf_area_m2: f * found.leaf_area_contact_raw_m2.unwrap(),
+            leaf_area_m2: 1.1 * f * found.leaf_area_share_raw_m2.unwrap(),
+            spot_relative_sd: 0.0,
+            share_leaf_area_m2: found.leaf_area_share_raw_m2.map(|share_m2| f * share_m2),
+        })
+        .collect();
+    let class = CalibrationClass {
+        preset: "slab".into(),
+        shady_threshold_percent: 101.0,
+        growth_stage: "grown".into(),
+        tree_spacing_m: 1.5,
+        scanner_model: "lms111".into(),
+        resolution_deg: 0.5,
+        echo_rule: EchoRule::First,
+        optics: calibration::Optics::Footprint,
+        distance_m: Some(DISTANCE_M),
+        canopy: CanopyClass::default(),
+    };
+    fit(&samples, class, Provenance { command: "a test".into(), seeds: vec![1] }).unwrap()
+}
+
+#[test]
+fn with_remission_and_a_scale_the_leaf_area_is_by_shares_and_without_by_contact() {
+    use rowscan_canopy::estimate::LeafAreaEstimator::{ContactCalibratedSpotCorrected, ShareCalibrated};
+    let scans = beams_of_rays(1.0, 1.0, 150, 11);
+    let raw = estimated(reading(), None, &scans);
+    assert_ne!(raw.leaf_area_estimator, Some(ShareCalibrated), "no scale, no leaf area by shares");
+    let calibration = fitted(&raw);
+    let scale = calibration.share.unwrap();
+    assert!((scale.k - 1.1).abs() < 1e-9 && scale.p == 1.0, "{scale:?}");
+    let with = estimated(reading(), Some(calibration.clone()), &scans);
+    assert_eq!(with.leaf_area_estimator, Some(ShareCalibrated));
+    assert_eq!(with.leaf_area_m2, with.leaf_area_share_m2);
+    assert!(relative(with.leaf_area_m2.unwrap(), 1.1 * raw.leaf_area_share_raw_m2.unwrap()) < 1e-9);
+    let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf_area_m2).sum();
+    assert!(relative(of_trees, with.leaf_area_m2.unwrap()) < 1e-9, "trees add up to the row");
+
+    // One beam in ten lost its remission: too many to go by the rest.
+    let mut silent = scans.clone();
+    for scan in &mut silent {
+        scan.echoes[0].remission.iter_mut().step_by(10).for_each(|remission| *remission = 0);
+    }
+    let without = estimated(reading(), Some(calibration.clone()), &silent);
+    assert_eq!(without.leaf_area_estimator, Some(ContactCalibratedSpotCorrected));
+    assert_eq!((without.leaf_area_share_m2, without.leaf_area_share_raw_m2), (None, None));
+    let missing =
+        |warning: &Warning| matches!(warning, Warning::RemissionMissing { hits, read } if read < hits);
+    assert!(without.warnings.iter().any(missing), "{:?}", without.warnings);
+
+    // A rig that does not read remission takes no notice of it.
+    let unread = estimated(Parameters { remission: None, ..reading() }, Some(calibration), &scans);
+    assert_eq!(unread.leaf_area_m2, without.leaf_area_m2);
+    assert_eq!(unread.leaf_area_share_m2, None);
+}
+
+#[test]
+fn a_dazzled_beam_is_unknown_and_neither_hit_nor_gap() {
+    let scans = turbid(1.0, 1.0, 150, 9);
+    let whole = estimated(parameters(), None, &scans);
+    // Every third beam looks into the sun.
+    let mut dazzled = scans;
+    for scan in &mut dazzled {
+        let Echo { range_m, remission } = &mut scan.echoes[0];
+        *remission = vec![0; range_m.len()];
+        for (range_m, remission) in range_m.iter_mut().zip(remission).step_by(3) {
+            (*range_m, *remission) = (rowscan_protocol::scan::DAZZLED, DAZZLED);
+        }
+    }
+    let found = estimated(parameters(), None, &dazzled);
+    let of = |found: &Estimate| found.leaf_area_contact_raw_m2.unwrap() / found.scanned_m.unwrap();
+    assert!(relative(of(&found), of(&whole)) < 0.02, "{} {}", of(&found), of(&whole));
+    assert!(found.ranges.invalid > 0 && found.ranges.misses < whole.ranges.misses);
+}
