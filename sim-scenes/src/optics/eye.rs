@@ -1,5 +1,6 @@
 //! The device's eye: one line from cast to millimetres, through the stages that are on.
 
+use pulp::Arch;
 use rowscan_protocol::optics::{DAZZLED, FogFilter, Optics};
 use rowscan_protocol::scan::Pose;
 
@@ -8,13 +9,15 @@ use super::draws::{Draws, Use};
 use super::echo::{Echo, Rules, nearest};
 use super::energy;
 use super::footprint::Footprint;
+use super::groups::{Grouping, Sums};
 use super::ideal::{self, RangeLimits};
 use super::noise::UnitNoise;
+use super::parts::Parts;
 use super::settings::OpticsSettings;
 use super::spot::{PHASES, SpotGrid};
 use super::stage::Stage;
-use super::touch::Touch;
 use crate::caster::{BeamFan, Caster, Return};
+use crate::lanes::WIDTH;
 
 /// What of a scanner model its eye needs.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +45,8 @@ pub struct Eye {
     /// For the fan in force.
     sight: Option<Sight>,
     air: Option<AirStage>,
-    touches: Vec<Touch>,
+    parts: Parts,
+    groups: Vec<Sums>,
     echoes: Vec<Echo>,
     /// As many a beam as the receiver tells apart.
     found: Vec<EyeEcho>,
@@ -100,7 +104,8 @@ impl Eye {
             air: settings.stages.has(Stage::Air).then(|| AirStage::new(&settings.air, model.optics)),
             settings: settings.clone(),
             sight: None,
-            touches: Vec::new(),
+            parts: Parts::default(),
+            groups: Vec::new(),
             echoes: Vec::new(),
             found: Vec::new(),
         }
@@ -154,37 +159,47 @@ impl Eye {
         let (reflectance, wetness) = (settings.reflectance, settings.wetness);
         let by_surface = settings.stages.has(Stage::Energy);
         sight.footprint.cast(caster, origin, advance_m, phase, |found| {
-            let surface = if by_surface {
+            if by_surface {
                 reflectance.of(found.class, wetness) * f64::from(found.cos_incidence)
             } else {
                 1.0
-            };
-            surface / (found.range_m * found.range_m)
+            }
         });
         self.found.clear();
         let beams = sight.footprint.beams();
         self.found.resize(beams * self.rules.most, EyeEcho::NONE);
-        for beam in 0..beams {
-            self.see(beam, &sight, scan);
+        for row in 0..beams.div_ceil(WIDTH) {
+            self.gather(row, &sight, scan);
+            for (lane, beam) in (row * WIDTH..beams).take(WIDTH).enumerate() {
+                self.see(beam, lane, &sight, scan);
+            }
         }
         self.sight = Some(sight);
     }
 
-    /// One beam.
-    fn see(&mut self, beam: usize, sight: &Sight, scan: u64) {
-        let Sight { fan, towards_x, footprint, noise } = sight;
-        self.touches.clear();
-        footprint.gather(beam, &mut self.touches);
-        if let Some(air) = &self.air {
-            let theta_rad = fan.theta_rad(beam);
-            // Nozzles and windows are the scanner's: they count from the row.
-            let theta_rad = if *towards_x { theta_rad } else { std::f64::consts::PI - theta_rad };
-            let shot = Shot { seed: self.seed, scan, beam, theta_rad };
-            air.act(shot, &mut self.touches);
+    /// Gathers what eight beams met, in groups that are one pulse each.
+    fn gather(&mut self, row: usize, sight: &Sight, scan: u64) {
+        let Self { settings, limits, rules, seed, air, parts, groups, .. } = self;
+        let Sight { fan, towards_x, footprint, .. } = sight;
+        footprint.gather(row, parts);
+        if let Some(air) = air.as_ref().filter(|air| !air.is_clear()) {
+            for (lane, beam) in (row * WIDTH..footprint.beams()).take(WIDTH).enumerate() {
+                let theta_rad = fan.theta_rad(beam);
+                // Nozzles and windows are the scanner's: they count from the row.
+                let theta_rad = if *towards_x { theta_rad } else { std::f64::consts::PI - theta_rad };
+                air.act(Shot { seed: *seed, scan, beam, theta_rad }, parts, lane);
+            }
         }
         // What is too near is not measured, though it stands in the way.
-        let nearest_m = self.limits.min_range_m;
-        self.touches.retain(|touch| touch.range_m >= nearest_m);
+        parts.forget_nearer(limits.min_range_m);
+        if settings.stages.has(Stage::Echoes) {
+            Arch::new().dispatch(Grouping { parts, merged_m: rules.merged_m, groups });
+        }
+    }
+
+    /// Beam `lane` of the eight that have been gathered.
+    fn see(&mut self, beam: usize, lane: usize, sight: &Sight, scan: u64) {
+        let Sight { fan, footprint, noise, .. } = sight;
         let stages = self.settings.stages;
         let mut rules = self.rules;
         if stages.has(Stage::Energy) {
@@ -201,9 +216,9 @@ impl Eye {
             rules.least_power *= air::POWER_FACTOR;
         }
         if stages.has(Stage::Echoes) {
-            rules.echoes(&mut self.touches, &mut self.echoes);
+            rules.echoes(&self.groups, &self.parts, lane, &mut self.echoes);
         } else {
-            nearest(&self.touches, &mut self.echoes);
+            nearest(self.parts.beam(lane), &mut self.echoes);
             self.echoes.retain(|echo| rules.detects(echo));
         }
         let Self { settings, optics, limits, seed, echoes, found, .. } = self;
