@@ -4,7 +4,7 @@ use rowscan_protocol::optics::{FogFilter, Pulse};
 
 use super::groups::Sums;
 use super::parts::Parts;
-use super::touch::Touch;
+use super::touch::{NO_RAY, Touch};
 
 /// One echo of a beam, before it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,16 +70,17 @@ impl Rules {
 }
 
 /// What a beam without echo formation reports: the nearest surface that it touches.
-pub(super) fn nearest(touches: impl Iterator<Item = Touch> + Clone, echoes: &mut Vec<Echo>) {
+pub(super) fn nearest(touches: impl Iterator<Item = Touch>, echoes: &mut Vec<Echo>) {
     echoes.clear();
-    let first = touches.clone().filter(|touch| touch.power > 0.0);
-    echoes.extend(first.min_by(|a, b| a.range_m.total_cmp(&b.range_m)).map(|touch| Echo {
-        range_m: touch.range_m,
-        power: touches.clone().map(|touch| touch.power).sum(),
-        share: touches.map(|touch| touch.share).sum(),
-        spread_m: 0.0,
-        ray: touch.ray,
-    }));
+    let mut echo = Echo { range_m: f64::INFINITY, power: 0.0, share: 0.0, spread_m: 0.0, ray: NO_RAY };
+    for Touch { range_m, share, power, ray } in touches {
+        if power > 0.0 && range_m < echo.range_m {
+            (echo.range_m, echo.ray) = (range_m, ray);
+        }
+        echo.power += power;
+        echo.share += share;
+    }
+    echoes.extend((echo.power > 0.0).then_some(echo));
 }
 
 impl Echo {

@@ -14,6 +14,7 @@ mod footprint;
 mod groups;
 mod ideal;
 mod noise;
+mod normal;
 mod parts;
 mod rays;
 mod settings;

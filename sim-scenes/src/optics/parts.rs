@@ -80,7 +80,7 @@ impl Parts {
     }
 
     /// What one beam met.
-    pub(super) fn beam(&self, lane: usize) -> impl Iterator<Item = Touch> + Clone {
+    pub(super) fn beam(&self, lane: usize) -> impl Iterator<Item = Touch> {
         let met =
             self.columns.iter().enumerate().filter(move |(_, column)| column.range_m.0[lane].is_finite());
         met.map(move |(number, Column { range_m, share, power })| Touch {

@@ -73,8 +73,8 @@ impl Rays {
         for found in returns {
             let at = remainder * stride + place;
             if let (Some(range_m), Some(power)) = (ranges.get_mut(at), gains.get_mut(at)) {
-                (*range_m, *power) =
-                    if found.is_hit() { (found.range_m, surface(found)) } else { (f64::INFINITY, 0.0) };
+                // A miss is infinitely far away: of its surface nothing comes back.
+                (*range_m, *power) = (found.range_m, surface(found));
             }
             remainder += 1;
             if remainder == fold {
@@ -147,7 +147,7 @@ impl WithSimd for Weigh<'_> {
         reaches.fill(0);
         let before = (margin + lead) / (fold * WIDTH);
         for row in 0..stride / WIDTH {
-            let mut widest_rad = 0.0_f64;
+            let mut widest_rad = Row::splat(0.0);
             for remainder in 0..fold {
                 let at = first + remainder * stride + row * WIDTH;
                 let places = at..at + WIDTH;
@@ -166,17 +166,21 @@ impl WithSimd for Weigh<'_> {
                 };
                 let Ok(range_m) = ranges.try_into().map(Row) else { break };
                 let mut swept = SweptRow::default();
-                if range_m.0.iter().any(|range_m| range_m.is_finite()) {
+                let mut met = false;
+                for part in 0..Row::parts::<S>() {
+                    let range = range_m.load(simd, part);
+                    met |= !range.lt(range.of(f64::INFINITY)).is_empty();
+                }
+                if met {
                     plane.sweep(simd, &range_m, grid, &mut swept);
                     for part in 0..Row::parts::<S>() {
                         let Some(surface) = Lanes::read(simd, gain, part * S::F64_LANES) else { break };
                         let range = range_m.load(simd, part);
                         (surface / (range * range)).write(gain, part * S::F64_LANES);
-                    }
-                    for (reach_rad, density) in swept.reach_rad.0.iter().zip(&swept.density.0) {
-                        if *density > 0.0 {
-                            widest_rad = widest_rad.max(*reach_rad);
-                        }
+                        let Swept { reach_rad, density, .. } = swept.load(simd, part);
+                        let widest = widest_rad.load(simd, part);
+                        let wider = range.of(0.0).lt(density).and(widest.lt(reach_rad));
+                        widest_rad.store(part, wider.select(reach_rad, widest));
                     }
                     reach_rad.copy_from_slice(&swept.reach_rad.0);
                     flat_rad.copy_from_slice(&swept.flat_rad.0);
@@ -184,6 +188,7 @@ impl WithSimd for Weigh<'_> {
                 density.copy_from_slice(&swept.density.0);
                 slope.copy_from_slice(&swept.slope.0);
             }
+            let widest_rad = widest_rad.0.into_iter().fold(0.0, f64::max);
             if widest_rad > 0.0 {
                 let reach = grid.rays_within(widest_rad).min(margin);
                 let rows = reach.div_ceil(fold * WIDTH);
