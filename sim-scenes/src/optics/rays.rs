@@ -69,16 +69,15 @@ impl Rays {
         else {
             return;
         };
-        let (mut remainder, mut place) = (lead % fold, lead / fold);
-        for found in returns {
-            let at = remainder * stride + place;
-            if let (Some(range_m), Some(power)) = (ranges.get_mut(at), gains.get_mut(at)) {
+        let rows = ranges.chunks_exact_mut(stride).zip(gains.chunks_exact_mut(stride));
+        for (remainder, (ranges, gains)) in rows.enumerate() {
+            let first = (remainder + fold - lead % fold) % fold;
+            let mut ray = first;
+            for (range_m, power) in ranges.iter_mut().zip(gains).skip((first + lead) / fold) {
+                let Some(found) = returns.get(ray) else { break };
                 // A miss is infinitely far away: of its surface nothing comes back.
                 (*range_m, *power) = (found.range_m, surface(found));
-            }
-            remainder += 1;
-            if remainder == fold {
-                (remainder, place) = (0, place + 1);
+                ray += fold;
             }
         }
     }
@@ -145,6 +144,7 @@ impl WithSimd for Weigh<'_> {
             return;
         };
         reaches.fill(0);
+        let zero = Lanes::splat(simd, 0.0);
         let before = (margin + lead) / (fold * WIDTH);
         for row in 0..stride / WIDTH {
             let mut widest_rad = Row::splat(0.0);
@@ -172,14 +172,12 @@ impl WithSimd for Weigh<'_> {
                     met |= !range.lt(range.of(f64::INFINITY)).is_empty();
                 }
                 if met {
-                    plane.sweep(simd, &range_m, grid, &mut swept);
+                    let Ok(surface) = (&*gain).try_into().map(Row) else { break };
+                    gain.copy_from_slice(&plane.sweep(simd, [&range_m, &surface], grid, &mut swept).0);
                     for part in 0..Row::parts::<S>() {
-                        let Some(surface) = Lanes::read(simd, gain, part * S::F64_LANES) else { break };
-                        let range = range_m.load(simd, part);
-                        (surface / (range * range)).write(gain, part * S::F64_LANES);
                         let Swept { reach_rad, density, .. } = swept.load(simd, part);
                         let widest = widest_rad.load(simd, part);
-                        let wider = range.of(0.0).lt(density).and(widest.lt(reach_rad));
+                        let wider = zero.lt(density).and(widest.lt(reach_rad));
                         widest_rad.store(part, wider.select(reach_rad, widest));
                     }
                     reach_rad.copy_from_slice(&swept.reach_rad.0);

@@ -135,9 +135,16 @@ impl Plane {
         Self { y_m, strips: strips.collect() }
     }
 
-    /// What eight rays of this plane stand for that met something at these ranges: nothing where a range is infinite.
+    /// What eight rays of this plane stand for that met something at these ranges: nothing where a range is infinite. Gives what comes back of a
+    /// share of 1, by what would at 1 m.
     #[inline(always)]
-    pub(super) fn sweep<S: Simd>(&self, simd: S, range_m: &Row, grid: &SpotGrid, out: &mut SweptRow) {
+    pub(super) fn sweep<S: Simd>(
+        &self,
+        simd: S,
+        [range_m, surface]: [&Row; 2],
+        grid: &SpotGrid,
+        out: &mut SweptRow,
+    ) -> Row {
         let one = Lanes::splat(simd, 1.0);
         let [mut knots, mut parts, mut per_m] = [Row::splat(0.0); 3];
         for part in 0..Row::parts::<S>() {
@@ -161,7 +168,8 @@ impl Plane {
                 row.0[lane] = value;
             }
         }
-        let half_sweep = one.of(grid.half_sweep_rad);
+        let (half_sweep, sweeps) = (one.of(grid.half_sweep_rad), grid.half_sweep_rad > 0.0);
+        let mut gain = Row::splat(0.0);
         for part in 0..Row::parts::<S>() {
             let [near_share, near_half, near_slant, share, half, slant] = &strips;
             let (along, per_m) = (parts.load(simd, part), per_m.load(simd, part));
@@ -170,10 +178,16 @@ impl Plane {
             let slant_rad = (near_slant.load(simd, part) + along * slant.load(simd, part)) * per_m;
             let met = range_m.load(simd, part).lt(one.of(f64::INFINITY));
             // Two boxes in a row are nearly one of their variance.
-            let sweep_rad = (slant_rad * slant_rad + half_sweep * half_sweep).sqrt();
+            let sweep_rad =
+                if sweeps { (slant_rad * slant_rad + half_sweep * half_sweep).sqrt() } else { slant_rad };
             let share = met.select(share, one.of(0.0));
-            out.store(part, Swept::new(share, half_rad, sweep_rad, grid.step_rad));
+            let range = met.select(range_m.load(simd, part), one);
+            let back = [surface.load(simd, part), range * range];
+            let (swept, back) = Swept::new(share, half_rad, sweep_rad, grid.step_rad, back);
+            out.store(part, swept);
+            gain.store(part, back);
         }
+        gain
     }
 }
 
@@ -232,7 +246,7 @@ mod tests {
                 let simd = pulp::Scalar::new();
                 let weight = |plane: &Plane, off| {
                     let (mut swept, mut weights) = (SweptRow::default(), Row::splat(0.0));
-                    plane.sweep(simd, &Row::splat(range_m), &grid, &mut swept);
+                    plane.sweep(simd, [&Row::splat(range_m); 2], &grid, &mut swept);
                     weights.store(0, swept.load(simd, 0).weight(off, grid.step_rad));
                     weights.0[0]
                 };

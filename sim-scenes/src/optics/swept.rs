@@ -59,22 +59,32 @@ impl SweptRow {
 }
 
 impl<S: Simd> Swept<S> {
-    /// `share` over ±`half_rad`, swept over ±`sweep_rad`. What has no width lies within one step of `step_rad`.
+    /// `share` over ±`half_rad`, swept over ±`sweep_rad`. What has no width lies within one step of `step_rad`. And a quotient beside it, for one
+    /// division gives both.
     #[inline(always)]
-    pub(super) fn new(share: Lanes<S>, half_rad: Lanes<S>, sweep_rad: Lanes<S>, step_rad: f64) -> Self {
+    pub(super) fn new(
+        share: Lanes<S>,
+        half_rad: Lanes<S>,
+        sweep_rad: Lanes<S>,
+        step_rad: f64,
+        [above, below]: [Lanes<S>; 2],
+    ) -> (Self, Lanes<S>) {
         let zero = share.of(0.0);
         let thin = half_rad.le(zero);
         let half = thin.select(share.of(step_rad / 4.0), half_rad);
         let sweep = thin.select(zero, sweep_rad);
         let wide = half.max(sweep);
         let narrow = half.min(sweep).max(wide * share.of(LEAST_SLANT));
-        let slope = share / (share.of(8.0) * wide * narrow);
-        Self {
+        let area = share.of(8.0) * wide * narrow;
+        let inverse = share.of(1.0) / (area * below);
+        let slope = share * below * inverse;
+        let swept = Self {
             reach_rad: wide + narrow,
             flat_rad: wide - narrow,
             density: share.of(4.0) * narrow * slope,
             slope,
-        }
+        };
+        (swept, above * area * inverse)
     }
 
     /// Share at angles from 0 to `angle`: all that lies beyond the reach is the same to the last bit.
@@ -101,7 +111,10 @@ mod tests {
     fn below(angle: f64, half_rad: f64, sweep_rad: f64) -> f64 {
         let one = |value| Lanes::splat(pulp::Scalar::new(), value);
         let mut row = Row::splat(0.0);
-        row.store(0, Swept::new(one(1.0), one(half_rad), one(sweep_rad), 1.0).within(angle.abs()));
+        row.store(
+            0,
+            Swept::new(one(1.0), one(half_rad), one(sweep_rad), 1.0, [one(1.0); 2]).0.within(angle.abs()),
+        );
         0.5 + row.0[0].copysign(angle)
     }
 
@@ -130,7 +143,7 @@ mod tests {
             assert!((below(angle, 0.4, 0.0) - expected).abs() < 1e-8, "{angle}");
         }
         let one = |value| Lanes::splat(pulp::Scalar::new(), value);
-        let thin = Swept::new(one(1.0), one(0.0), one(0.0), 0.01);
+        let (thin, _) = Swept::new(one(1.0), one(0.0), one(0.0), 0.01, [one(1.0); 2]);
         let weight = |off| {
             let mut row = Row::splat(0.0);
             row.store(0, thin.weight(off, 0.01));
