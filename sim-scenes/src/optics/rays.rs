@@ -72,8 +72,10 @@ impl Rays {
         let rows = ranges.chunks_exact_mut(stride).zip(gains.chunks_exact_mut(stride));
         for (remainder, (ranges, gains)) in rows.enumerate() {
             let first = (remainder + fold - lead % fold) % fold;
+            let from = (first + lead) / fold;
+            let (Some(ranges), Some(gains)) = (ranges.get_mut(from..), gains.get_mut(from..)) else { break };
             let mut ray = first;
-            for (range_m, power) in ranges.iter_mut().zip(gains).skip((first + lead) / fold) {
+            for (range_m, power) in ranges.iter_mut().zip(gains) {
                 let Some(found) = returns.get(ray) else { break };
                 // A miss is infinitely far away: of its surface nothing comes back.
                 (*range_m, *power) = (found.range_m, surface(found));
