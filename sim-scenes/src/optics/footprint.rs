@@ -149,3 +149,82 @@ impl Footprint {
         self.beams
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pulp::Scalar;
+    use rowscan_protocol::model::AnyModel;
+
+    use super::*;
+    use crate::caster::Class;
+    use crate::optics::settings::OpticsSettings;
+    use crate::optics::swept::SweptRow;
+    use crate::optics::touch::Touch;
+    use crate::seed::Purpose;
+
+    /// 43 beams whose rays met surfaces at random, or nothing; on the widest registers and one number at a time.
+    fn footprints(model: &str, quality: u8) -> [Footprint; 2] {
+        let spot = AnyModel::by_name(model).unwrap().optics().spot;
+        let fan = BeamFan::from_degrees(-9.0, 0.5, 43);
+        let settings = OpticsSettings { quality, ..OpticsSettings::default() };
+        let mut footprint = Footprint::new(SpotGrid::new(&spot, &settings, fan.step_rad()), &fan);
+        let mut stream = Purpose::Growth.stream(3, 0, 0);
+        for found in &mut footprint.returns {
+            // Most are far away, some so near that many beams see them.
+            let range_m = [9.0, 2.0, 2.0, 0.3].map(|most| 0.05 + most * stream.unit());
+            if stream.unit() < 0.6 {
+                let range_m = range_m[(stream.unit() * 4.0) as usize];
+                *found = Return { range_m, class: Class::Leaf, ..Return::MISS };
+            }
+        }
+        let mut single = footprint.clone();
+        for (footprint, wide) in [(&mut footprint, true), (&mut single, false)] {
+            let Footprint { grid, fan, margin, returns, rays, .. } = footprint;
+            for (number, (plane, returns)) in
+                grid.planes(1).iter().zip(returns.chunks_exact(fan.len())).enumerate()
+            {
+                rays.fill(number, returns, |_| 1.0);
+                let weigh = Weigh { rays, grid, number, plane, margin: *margin };
+                if wide { Arch::new().dispatch(weigh) } else { weigh.with_simd(Scalar::new()) }
+            }
+        }
+        [footprint, single]
+    }
+
+    #[test]
+    fn a_beam_gathers_every_ray_of_its_spot_by_its_weight_on_any_register_width() {
+        for (model, quality) in [("lms511", 2), ("tim781s", 1), ("lms111", 4)] {
+            let [footprint, single] = footprints(model, quality);
+            let [mut parts, mut again] = [Parts::default(), Parts::default()];
+            for row in 0..footprint.beams.div_ceil(WIDTH) {
+                footprint.gather(row, &mut parts);
+                again.reset(footprint.grid.fold);
+                Gather { footprint: &single, row, parts: &mut again }.with_simd(Scalar::new());
+                for (lane, beam) in (row * WIDTH..footprint.beams).take(WIDTH).enumerate() {
+                    let found: Vec<Touch> = parts.beam(lane).collect();
+                    assert!(again.beam(lane).eq(found.iter().copied()), "{model}, beam {beam}");
+                    assert_eq!(found, asked(&footprint, beam), "{model}, beam {beam}");
+                }
+            }
+        }
+    }
+
+    /// What a beam met, by asking every ray.
+    fn asked(Footprint { grid, fan, margin, returns, .. }: &Footprint, beam: usize) -> Vec<Touch> {
+        let axis = margin + beam * grid.fold;
+        let planes = grid.planes(1).iter().zip(returns.chunks_exact(fan.len()));
+        let rays =
+            planes.flat_map(|(plane, returns)| returns.iter().enumerate().map(move |ray| (plane, ray)));
+        let near =
+            rays.enumerate().filter(|(_, (_, (ray, found)))| ray.abs_diff(axis) <= *margin && found.is_hit());
+        let touches = near.map(|(number, (plane, (ray, found)))| {
+            let (mut swept, mut share) = (SweptRow::default(), Row::splat(0.0));
+            let rows = [&Row::splat(found.range_m), &Row::splat(1.0)];
+            let gain = plane.sweep(Scalar::new(), rows, grid, &mut swept).0[0];
+            share.store(0, swept.load(Scalar::new(), 0).weight(ray.abs_diff(axis), grid.step_rad));
+            let share = share.0[0];
+            Touch { range_m: found.range_m, share, power: share * gain, ray: number as u32 }
+        });
+        touches.filter(|touch| touch.share > 0.0).collect()
+    }
+}
