@@ -4,6 +4,8 @@
 
 use rowscan_protocol::random::mix;
 
+use super::normal;
+
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// What numbers are for. Part of the scene format, as [`crate::seed::Purpose`] is.
@@ -65,13 +67,33 @@ impl Draws {
 
     /// Uniform in [0, 1).
     pub(super) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+        normal::unit(self.next())
     }
 
-    /// Standard normal (Box and Muller).
+    /// Standard normal.
     pub(super) fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * libm::log(1.0 - self.unit())).sqrt();
-        radius * libm::cos(std::f64::consts::TAU * self.unit())
+        normal::normal(|| self.next())
+    }
+}
+
+/// The numbers of one line that every beam takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LineDraws {
+    pub(super) threshold: Draws,
+    pub(super) white: Draws,
+    pub(super) remission: Draws,
+    pub(super) sun: Draws,
+}
+
+impl LineDraws {
+    pub(super) fn of(seed: u64, scan: u64) -> Self {
+        let of = |purpose| Draws::of(seed, purpose, scan);
+        Self {
+            threshold: of(Use::Threshold),
+            white: of(Use::White),
+            remission: of(Use::Remission),
+            sun: of(Use::Sun),
+        }
     }
 }
 

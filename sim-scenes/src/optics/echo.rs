@@ -1,8 +1,10 @@
-//! From what a beam's parts met to echoes: returns closer than a pulse are one blended range.
+//! From groups of returns to echoes: returns closer than a pulse are one blended range.
 
 use rowscan_protocol::optics::{FogFilter, Pulse};
 
-use super::touch::Touch;
+use super::groups::Sums;
+use super::parts::Parts;
+use super::touch::{NO_RAY, Touch};
 
 /// One echo of a beam, before it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,33 +47,13 @@ impl Rules {
         echo.power > 0.0 && echo.power >= least_power && echo.share >= least_share
     }
 
-    /// The echoes of a beam, nearest first. `touches` may be sorted.
-    pub(super) fn echoes(&self, touches: &mut [Touch], echoes: &mut Vec<Echo>) {
+    /// The echoes of beam `lane`, nearest first, of the groups that its parts are in.
+    pub(super) fn echoes(&self, groups: &[Sums], parts: &Parts, lane: usize, echoes: &mut Vec<Echo>) {
         echoes.clear();
-        let nearest_m = touches.iter().map(|touch| touch.range_m).fold(f64::INFINITY, f64::min);
-        let farthest_m = touches.iter().map(|touch| touch.range_m).fold(f64::NEG_INFINITY, f64::max);
-        if farthest_m - nearest_m > self.merged_m {
-            self.split(touches, echoes);
-        } else {
-            echoes.extend(Group::of(touches).echo());
-        }
-        echoes.retain(|echo| self.detects(echo));
+        let found = groups.iter().filter_map(|group| Echo::of(group, parts, lane));
+        echoes.extend(found.filter(|echo| self.detects(echo)));
         self.disturb(echoes);
         echoes.truncate(self.most);
-    }
-
-    /// Groups in the order of their ranges: a return joins as long as it is near the group's mean.
-    fn split(&self, touches: &mut [Touch], echoes: &mut Vec<Echo>) {
-        touches.sort_unstable_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.ray.cmp(&b.ray)));
-        let mut group = Group::default();
-        for touch in touches {
-            if group.power > 0.0 && touch.range_m - group.mean_m() > self.merged_m {
-                echoes.extend(group.echo());
-                group = Group::default();
-            }
-            group.add(touch);
-        }
-        echoes.extend(group.echo());
     }
 
     /// Echoes that are not far apart draw the nearer one farther away.
@@ -88,72 +70,43 @@ impl Rules {
 }
 
 /// What a beam without echo formation reports: the nearest surface that it touches.
-pub(super) fn nearest(touches: &[Touch], echoes: &mut Vec<Echo>) {
+pub(super) fn nearest(touches: impl Iterator<Item = Touch>, echoes: &mut Vec<Echo>) {
     echoes.clear();
-    let share: f64 = touches.iter().map(|touch| touch.share).sum();
-    let first = touches.iter().filter(|touch| touch.power > 0.0);
-    echoes.extend(first.min_by(|a, b| a.range_m.total_cmp(&b.range_m)).map(|touch| Echo {
-        range_m: touch.range_m,
-        power: touches.iter().map(|touch| touch.power).sum(),
-        share,
-        spread_m: 0.0,
-        ray: touch.ray,
-    }));
+    let mut echo = Echo { range_m: f64::INFINITY, power: 0.0, share: 0.0, spread_m: 0.0, ray: NO_RAY };
+    for Touch { range_m, share, power, ray } in touches {
+        if power > 0.0 && range_m < echo.range_m {
+            (echo.range_m, echo.ray) = (range_m, ray);
+        }
+        echo.power += power;
+        echo.share += share;
+    }
+    echoes.extend((echo.power > 0.0).then_some(echo));
 }
 
-/// Sums over the returns of an echo. Ranges count from the first one, so that the spread keeps its digits.
-#[derive(Clone, Copy, Debug, Default)]
-struct Group {
-    from_m: f64,
-    power: f64,
-    share: f64,
-    first: f64,
-    second: f64,
-    strongest: f64,
-    ray: u32,
-}
-
-impl Group {
-    fn of(touches: &[Touch]) -> Self {
-        let mut group = Self::default();
-        touches.iter().for_each(|touch| group.add(touch));
-        group
-    }
-
-    fn add(&mut self, touch: &Touch) {
-        if self.power <= 0.0 {
-            self.from_m = touch.range_m;
-        }
-        let beyond_m = touch.range_m - self.from_m;
-        self.power += touch.power;
-        self.share += touch.share;
-        self.first += touch.power * beyond_m;
-        self.second += touch.power * beyond_m * beyond_m;
-        if touch.power > self.strongest {
-            (self.strongest, self.ray) = (touch.power, touch.ray);
-        }
-    }
-
-    fn mean_m(&self) -> f64 {
-        self.from_m + self.first / self.power
-    }
-
-    /// None without power.
-    fn echo(self) -> Option<Echo> {
-        let mean = self.first / self.power;
-        (self.power > 0.0).then(|| Echo {
-            range_m: self.from_m + mean,
-            power: self.power,
-            share: self.share,
-            spread_m: 2.0 * (self.second / self.power - mean * mean).max(0.0).sqrt(),
-            ray: self.ray,
+impl Echo {
+    /// Of one beam's returns in a group. None without power.
+    fn of(group: &Sums, parts: &Parts, lane: usize) -> Option<Self> {
+        let Sums { from_m, power, share, first, second, column } = group;
+        let [from_m, power, share, first, second, column] = [from_m, power, share, first, second, column]
+            .map(|row| row.0.get(lane).copied().unwrap_or_default());
+        let mean_m = first / power;
+        (power > 0.0).then(|| Self {
+            range_m: from_m + mean_m,
+            power,
+            share,
+            spread_m: 2.0 * (second / power - mean_m * mean_m).max(0.0).sqrt(),
+            ray: parts.ray(column as usize, lane),
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use pulp::WithSimd;
+
     use super::*;
+    use crate::lanes::WIDTH;
+    use crate::optics::groups::Grouping;
 
     const RULES: Rules = Rules {
         merged_m: 1.0,
@@ -164,12 +117,34 @@ mod tests {
         most: 5,
     };
 
+    /// Of a beam that met this; beams beside it meet half of it, or nothing.
+    fn echoes(rules: Rules, touches: &[Touch]) -> Vec<Echo> {
+        let mut parts = Parts::default();
+        for (lane, number) in (0..WIDTH).flat_map(|lane| (0..touches.len()).map(move |number| (lane, number)))
+        {
+            if lane == 3 || (lane + number) % 2 == 1 {
+                parts.add(lane, touches[number]);
+            }
+        }
+        let [mut wide, mut single] = [Vec::new(), Vec::new()];
+        let merged_m = rules.merged_m;
+        pulp::Arch::new().dispatch(Grouping { parts: &parts, merged_m, groups: &mut wide });
+        Grouping { parts: &parts, merged_m, groups: &mut single }.with_simd(pulp::Scalar::new());
+        let mut found = Vec::new();
+        for lane in 0..WIDTH {
+            let mut again = Vec::new();
+            rules.echoes(&wide, &parts, lane, &mut found);
+            rules.echoes(&single, &parts, lane, &mut again);
+            assert_eq!(found, again, "on other registers");
+        }
+        rules.echoes(&wide, &parts, 3, &mut found);
+        found
+    }
+
     /// Half of the spot at either range, 1/r² weights.
     fn two(near_m: f64, far_m: f64, rules: Rules) -> Vec<Echo> {
         let touch = |range_m: f64, ray| Touch { range_m, share: 0.5, power: 0.5 / (range_m * range_m), ray };
-        let mut echoes = Vec::new();
-        rules.echoes(&mut [touch(far_m, 1), touch(near_m, 0)], &mut echoes);
-        echoes
+        echoes(rules, &[touch(far_m, 1), touch(near_m, 0)])
     }
 
     #[test]
@@ -177,7 +152,7 @@ mod tests {
         let [echo] = two(1.0, 1.6, RULES)[..] else { panic!("one echo") };
         let (near, far) = (1.0, 1.0 / 2.56);
         assert!((echo.range_m - (near + far * 1.6) / (near + far)).abs() < 1e-12);
-        assert!((echo.share - 1.0).abs() < 1e-12 && echo.ray == 0);
+        assert!((echo.share - 1.0).abs() < 1e-12);
         let before = two(2.0, 2.9999, RULES)[0].range_m;
         let after = two(2.0, 3.0001, RULES);
         assert!((before - after[0].range_m).abs() < 1e-3 && after.len() == 2, "{before} {after:?}");
@@ -195,19 +170,18 @@ mod tests {
     fn a_fog_filter_drops_small_pulses_or_weak_ones_within_its_range() {
         use rowscan_protocol::optics::Fact;
         let touch = |range_m: f64, share, power| Touch { range_m, share, power, ray: 0 };
-        let seen = |fog, touches: &mut [Touch]| {
-            let mut echoes = Vec::new();
-            Rules { least_power: 0.01, fog, ..RULES }.echoes(touches, &mut echoes);
-            echoes.iter().map(|echo| echo.range_m).collect::<Vec<_>>()
+        let seen = |fog, touches: &[Touch]| {
+            let rules = Rules { least_power: 0.01, fog, ..RULES };
+            echoes(rules, touches).iter().map(|echo| echo.range_m).collect::<Vec<_>>()
         };
         // A drop, a leaf's rim, a wall; the last two within reach of a level 3 or beyond it.
-        let mut parts =
+        let parts =
             [touch(2.0, 0.0, 0.05), touch(6.0, 0.05, 0.05), touch(10.0, 0.9, 0.2), touch(20.0, 0.9, 0.05)];
-        assert_eq!(seen(FogFilter::None, &mut parts), [2.0, 6.0, 10.0, 20.0]);
+        assert_eq!(seen(FogFilter::None, &parts), [2.0, 6.0, 10.0, 20.0]);
         let small = FogFilter::SmallPulses { share: Fact::assumed(0.06) };
-        assert_eq!(seen(small, &mut parts), [10.0, 20.0]);
+        assert_eq!(seen(small, &parts), [10.0, 20.0]);
         let weak = FogFilter::LeastPower { times: Fact::assumed(8.0), within_m: Fact::assumed(16.0) };
-        assert_eq!(seen(weak, &mut parts), [10.0, 20.0]);
+        assert_eq!(seen(weak, &parts), [10.0, 20.0]);
     }
 
     #[test]

@@ -1,20 +1,23 @@
 //! The device's eye: one line from cast to millimetres, through the stages that are on.
 
+use pulp::Arch;
 use rowscan_protocol::optics::{DAZZLED, FogFilter, Optics};
 use rowscan_protocol::scan::Pose;
 
 use super::air::{self, AirStage, Moment, Shot};
-use super::draws::{Draws, Use};
+use super::draws::{Draws, LineDraws, Use};
 use super::echo::{Echo, Rules, nearest};
 use super::energy;
 use super::footprint::Footprint;
+use super::groups::{Grouping, Sums};
 use super::ideal::{self, RangeLimits};
 use super::noise::UnitNoise;
+use super::parts::Parts;
 use super::settings::OpticsSettings;
 use super::spot::{PHASES, SpotGrid};
 use super::stage::Stage;
-use super::touch::Touch;
-use crate::caster::{BeamFan, Caster, Return};
+use crate::caster::{BeamFan, Caster, Class, Return};
+use crate::lanes::WIDTH;
 
 /// What of a scanner model its eye needs.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +45,8 @@ pub struct Eye {
     /// For the fan in force.
     sight: Option<Sight>,
     air: Option<AirStage>,
-    touches: Vec<Touch>,
+    parts: Parts,
+    groups: Vec<Sums>,
     echoes: Vec<Echo>,
     /// As many a beam as the receiver tells apart.
     found: Vec<EyeEcho>,
@@ -100,7 +104,8 @@ impl Eye {
             air: settings.stages.has(Stage::Air).then(|| AirStage::new(&settings.air, model.optics)),
             settings: settings.clone(),
             sight: None,
-            touches: Vec::new(),
+            parts: Parts::default(),
+            groups: Vec::new(),
             echoes: Vec::new(),
             found: Vec::new(),
         }
@@ -153,46 +158,55 @@ impl Eye {
         let Self { settings, .. } = &*self;
         let (reflectance, wetness) = (settings.reflectance, settings.wetness);
         let by_surface = settings.stages.has(Stage::Energy);
+        let dry_or_wet: [f64; Class::ALL.len()] =
+            std::array::from_fn(|class| reflectance.of(Class::ALL[class], wetness));
         sight.footprint.cast(caster, origin, advance_m, phase, |found| {
-            let surface = if by_surface {
-                reflectance.of(found.class, wetness) * f64::from(found.cos_incidence)
-            } else {
-                1.0
-            };
-            surface / (found.range_m * found.range_m)
+            if by_surface { dry_or_wet[found.class as usize] * f64::from(found.cos_incidence) } else { 1.0 }
         });
         self.found.clear();
         let beams = sight.footprint.beams();
         self.found.resize(beams * self.rules.most, EyeEcho::NONE);
-        for beam in 0..beams {
-            self.see(beam, &sight, scan);
+        let draws = LineDraws::of(self.seed, scan);
+        for row in 0..beams.div_ceil(WIDTH) {
+            self.gather(row, &sight, scan);
+            for (lane, beam) in (row * WIDTH..beams).take(WIDTH).enumerate() {
+                self.see(beam, lane, &sight, &draws);
+            }
         }
         self.sight = Some(sight);
     }
 
-    /// One beam.
-    fn see(&mut self, beam: usize, sight: &Sight, scan: u64) {
-        let Sight { fan, towards_x, footprint, noise } = sight;
-        self.touches.clear();
-        footprint.gather(beam, &mut self.touches);
-        if let Some(air) = &self.air {
-            let theta_rad = fan.theta_rad(beam);
-            // Nozzles and windows are the scanner's: they count from the row.
-            let theta_rad = if *towards_x { theta_rad } else { std::f64::consts::PI - theta_rad };
-            let shot = Shot { seed: self.seed, scan, beam, theta_rad };
-            air.act(shot, &mut self.touches);
+    /// Gathers what eight beams met, in groups that are one pulse each.
+    fn gather(&mut self, row: usize, sight: &Sight, scan: u64) {
+        let Self { settings, limits, rules, seed, air, parts, groups, .. } = self;
+        let Sight { fan, towards_x, footprint, .. } = sight;
+        footprint.gather(row, parts);
+        if let Some(air) = air.as_ref().filter(|air| !air.is_clear()) {
+            for (lane, beam) in (row * WIDTH..footprint.beams()).take(WIDTH).enumerate() {
+                let theta_rad = fan.theta_rad(beam);
+                // Nozzles and windows are the scanner's: they count from the row.
+                let theta_rad = if *towards_x { theta_rad } else { std::f64::consts::PI - theta_rad };
+                air.act(Shot { seed: *seed, scan, beam, theta_rad }, parts, lane);
+            }
         }
         // What is too near is not measured, though it stands in the way.
-        let nearest_m = self.limits.min_range_m;
-        self.touches.retain(|touch| touch.range_m >= nearest_m);
+        parts.forget_nearer(limits.min_range_m);
+        if settings.stages.has(Stage::Echoes) {
+            Arch::new().dispatch(Grouping { parts, merged_m: rules.merged_m, groups });
+        }
+    }
+
+    /// Beam `lane` of the eight that have been gathered.
+    fn see(&mut self, beam: usize, lane: usize, sight: &Sight, draws: &LineDraws) {
+        let Sight { fan, footprint, noise, .. } = sight;
         let stages = self.settings.stages;
         let mut rules = self.rules;
         if stages.has(Stage::Energy) {
-            let normal = Draws::of(self.seed, Use::Threshold, scan).beam(beam).normal();
+            let normal = draws.threshold.beam(beam).normal();
             rules.least_power = energy::threshold(&self.optics, normal);
         }
         if self.air.as_ref().is_some_and(|air| air.is_blinded(fan.theta_rad(beam), fan.axes())) {
-            if Draws::of(self.seed, Use::Sun, scan).beam(beam).unit() < air::DAZZLED_SHARE {
+            if draws.sun.beam(beam).unit() < air::DAZZLED_SHARE {
                 if let Some(first) = self.found.get_mut(beam * rules.most) {
                     *first = EyeEcho::DAZZLED;
                 }
@@ -201,13 +215,13 @@ impl Eye {
             rules.least_power *= air::POWER_FACTOR;
         }
         if stages.has(Stage::Echoes) {
-            rules.echoes(&mut self.touches, &mut self.echoes);
+            rules.echoes(&self.groups, &self.parts, lane, &mut self.echoes);
         } else {
-            nearest(&self.touches, &mut self.echoes);
+            nearest(self.parts.beam(lane), &mut self.echoes);
             self.echoes.retain(|echo| rules.detects(echo));
         }
-        let Self { settings, optics, limits, seed, echoes, found, .. } = self;
-        let measured = Measured { settings, optics, limits: *limits, seed: *seed, noise, scan, beam };
+        let Self { settings, optics, limits, echoes, found, .. } = self;
+        let measured = Measured { settings, optics, limits: *limits, noise, draws, beam };
         let places = found.iter_mut().skip(beam * rules.most).take(rules.most);
         for (number, (place, echo)) in places.zip(&*echoes).enumerate() {
             *place = measured.of(number, echo, footprint.met(echo.ray));
@@ -245,9 +259,8 @@ struct Measured<'a> {
     settings: &'a OpticsSettings,
     optics: &'a Optics,
     limits: RangeLimits,
-    seed: u64,
     noise: &'a UnitNoise,
-    scan: u64,
+    draws: &'a LineDraws,
     beam: usize,
 }
 
@@ -255,7 +268,7 @@ impl Measured<'_> {
     fn of(&self, number: usize, echo: &Echo, met: Return) -> EyeEcho {
         let Self { settings, optics, limits, .. } = self;
         let stages = settings.stages;
-        let draws = |purpose| Draws::of(self.seed, purpose, self.scan).beam(self.beam).echo(number);
+        let of = |draws: Draws| draws.beam(self.beam).echo(number);
         let mut range_m = echo.range_m;
         let mut scatter = 0.0;
         if stages.has(Stage::Noise) {
@@ -263,11 +276,11 @@ impl Measured<'_> {
             // Drops have no slant.
             let cos_incidence = if met.is_hit() { f64::from(met.cos_incidence) } else { 1.0 };
             let sigma_mm = self.noise.sigma_mm(range_m, cos_incidence, weakness);
-            let mut white = draws(Use::White);
+            let mut white = of(self.draws.white);
             let error_mm = self.noise.draw(&mut white) * sigma_mm + self.noise.fixed_mm(self.beam, range_m);
             // Noise moves an echo, it does not take it away.
             range_m = (range_m + 1e-3 * error_mm).clamp(limits.min_range_m, limits.max_range_m.max(range_m));
-            scatter = draws(Use::Remission).normal();
+            scatter = of(self.draws.remission).normal();
         }
         let range_mm = ideal::millimetres(range_m, *limits);
         if range_mm == ideal::NO_ECHO_MM {

@@ -3,8 +3,9 @@
 use pulp::{Arch, Simd, WithSimd};
 use rowscan_protocol::scan::Pose;
 
-use super::spot::{Extent, Extents, SpotGrid};
-use super::touch::Touch;
+use super::parts::{Column, Parts};
+use super::rays::{Rays, Weigh};
+use super::spot::SpotGrid;
 use crate::caster::{BeamFan, Caster, Return, Scratch};
 use crate::lanes::{Lanes, Row, WIDTH};
 
@@ -25,64 +26,14 @@ pub(super) struct Footprint {
     /// Plane by plane.
     returns: Vec<Return>,
     rays: Rays,
-    planes: usize,
-    /// Rays to each side that the widest spot of the line reaches.
-    reach: usize,
 }
 
-/// Rays, plane by plane, ready for the beams that they lie in. What met nothing has no share.
-#[derive(Clone, Debug, Default)]
-struct Rays {
-    range_m: Vec<f64>,
-    /// Power that comes back of a share of 1.
-    gain: Vec<f64>,
-    share: Vec<f64>,
-    half_rad: Vec<f64>,
-    sweep_rad: Vec<f64>,
-}
-
-impl Rays {
-    /// Room for so many, and for reading a register from any of them on. None of them has met anything.
-    fn reset(&mut self, count: usize) {
-        let Self { range_m, gain, share, half_rad, sweep_rad } = self;
-        for list in [range_m, gain, share, half_rad, sweep_rad] {
-            list.clear();
-            list.resize(count + WIDTH, 0.0);
-        }
-    }
-
-    fn set(&mut self, ray: usize, range_m: f64, gain: f64, extent: Extent) {
-        let Extent { share, half_rad, sweep_rad } = extent;
-        let values = [range_m, gain, share, half_rad, sweep_rad];
-        let Self { range_m, gain, share, half_rad, sweep_rad } = self;
-        for (list, value) in [range_m, gain, share, half_rad, sweep_rad].into_iter().zip(values) {
-            if let Some(place) = list.get_mut(ray) {
-                *place = value;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn extents<S: Simd>(&self, simd: S, from: usize) -> Option<Extents<S>> {
-        Some(Extents {
-            share: Lanes::read(simd, &self.share, from)?,
-            half_rad: Lanes::read(simd, &self.half_rad, from)?,
-            sweep_rad: Lanes::read(simd, &self.sweep_rad, from)?,
-        })
-    }
-
-    /// What a beam met of ray `ray`, with this share of its power.
-    fn touch(&self, ray: usize, share: f64) -> Option<Touch> {
-        let (range_m, gain) = (*self.range_m.get(ray)?, *self.gain.get(ray)?);
-        Some(Touch { range_m, share, power: share * gain, ray: ray as u32 })
-    }
-}
-
-/// Gathers what a beam's parts met.
+/// Gathers what the parts of eight beams met.
 struct Gather<'a> {
     footprint: &'a Footprint,
-    beam: usize,
-    touches: &'a mut Vec<Touch>,
+    /// Number of the eight.
+    row: usize,
+    parts: &'a mut Parts,
 }
 
 impl WithSimd for Gather<'_> {
@@ -90,44 +41,57 @@ impl WithSimd for Gather<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { footprint: Footprint { grid, fan, margin, rays, planes, reach, .. }, beam, touches } =
-            self;
-        let first = margin + beam * grid.fold - reach;
-        let count = 2 * reach + 1;
-        for plane in 0..*planes {
-            let start = plane * fan.len() + first;
-            for from in (0..count).step_by(WIDTH) {
-                let mut shares = Row::splat(0.0);
+        let Self { footprint: Footprint { grid, fan, margin, rays, .. }, row, parts } = self;
+        let zero = Lanes::splat(simd, 0.0);
+        let nothing = zero.of(f64::INFINITY);
+        let mut nearest_m = Row::splat(f64::INFINITY);
+        let axis = margin + row * WIDTH * grid.fold;
+        for plane in 0..grid.planes(0).len() {
+            let reach = rays.reach(plane, row);
+            let mut place = rays.place(axis - reach);
+            for number in 0..=2 * reach {
+                let at = rays.at(plane, place);
+                place = rays.next(place);
+                let (mut column, mut met) = (Column::NOTHING, false);
                 for part in 0..Row::parts::<S>() {
-                    let number = from + part * S::F64_LANES;
-                    let Some(extents) = rays.extents(simd, start + number) else { break };
-                    let off = Lanes::count_from(simd, number) - Lanes::splat(simd, *reach as f64);
-                    shares.store(part, grid.weights(extents, off));
+                    let Some(swept) = rays.swept(simd, at + part * S::F64_LANES) else { break };
+                    let share = swept.weight(number.abs_diff(reach), grid.step_rad);
+                    met |= !zero.lt(share).is_empty();
+                    column.share.store(part, share);
                 }
-                for (number, share) in shares.0.iter().enumerate().take(count - from) {
-                    if *share > 0.0 {
-                        touches.extend(rays.touch(start + from + number, *share));
-                    }
+                if !met {
+                    continue;
                 }
+                for part in 0..Row::parts::<S>() {
+                    let Some([range_m, gain]) = rays.met(simd, at + part * S::F64_LANES) else { break };
+                    let share = column.share.load(simd, part);
+                    let touched = zero.lt(share);
+                    let range_m = touched.select(range_m, nothing);
+                    column.range_m.store(part, range_m);
+                    column.power.store(part, touched.select(share * gain, zero));
+                    nearest_m.store(part, nearest_m.load(simd, part).min(range_m));
+                }
+                parts.push(column, plane * fan.len() + axis + number - reach);
             }
         }
+        parts.set_nearest_m(nearest_m);
     }
 }
 
 impl Footprint {
     /// For the beams of `fan`, sampled as `grid` says.
     pub(super) fn new(grid: SpotGrid, fan: &BeamFan) -> Self {
-        let margin = grid.margin();
+        let (margin, beams) = (grid.margin(), fan.len());
+        let fan = fan.refined(grid.fold, margin);
+        let planes = grid.planes(0).len();
         Self {
-            fan: fan.refined(grid.fold, margin),
+            rays: Rays::new(planes, fan.len(), &grid, margin, beams),
+            returns: vec![Return::MISS; planes * fan.len()],
+            fan,
             margin,
-            beams: fan.len(),
+            beams,
             grid,
             scratch: Scratch::default(),
-            returns: Vec::new(),
-            rays: Rays::default(),
-            planes: 0,
-            reach: 0,
         }
     }
 
@@ -141,44 +105,33 @@ impl Footprint {
         self.fan.lean(fan.axes().copied());
     }
 
-    /// Casts a line whose first beam starts at `origin`, with the plane grid at place `phase`. `gain` is what comes back of a ray: its
-    /// power relative to a white wall at 1 m.
+    /// Casts a line whose first beam starts at `origin`, with the plane grid at place `phase`. `surface` is what comes back of a ray at 1 m: its
+    /// power relative to a white wall.
     pub(super) fn cast(
         &mut self,
         caster: &Caster,
         origin: Pose,
         advance_m: f64,
         phase: usize,
-        gain: impl Fn(&Return) -> f64,
+        surface: impl Fn(&Return) -> f64,
     ) {
-        let advance_m = advance_m / self.grid.fold as f64;
-        self.fan.advance(advance_m);
-        let first_m = origin.y_m - self.margin as f64 * advance_m;
-        let count = self.fan.len();
-        let planes = self.grid.planes(phase);
-        self.planes = planes.len();
-        self.returns.resize(count * planes.len(), Return::MISS);
-        self.rays.reset(count * planes.len());
-        let (mut widest_rad, half_sweep_rad) = (0.0_f64, self.grid.half_sweep_rad);
-        let mut ray = 0;
-        for (plane, returns) in planes.iter().zip(self.returns.chunks_exact_mut(count.max(1))) {
-            let from = beside(Pose { y_m: first_m, ..origin }, &self.fan, plane.y_m);
-            caster.cast(from, &self.fan, &mut self.scratch, returns);
-            for found in returns {
-                if found.is_hit() {
-                    let extent = plane.extent(found.range_m, half_sweep_rad);
-                    widest_rad = widest_rad.max(extent.half_rad + extent.sweep_rad);
-                    self.rays.set(ray, found.range_m, gain(found), extent);
-                }
-                ray += 1;
-            }
+        let Self { grid, fan, margin, scratch, returns, rays, .. } = self;
+        let advance_m = advance_m / grid.fold as f64;
+        fan.advance(advance_m);
+        let first_m = origin.y_m - *margin as f64 * advance_m;
+        let lines = returns.chunks_exact_mut(fan.len().max(1));
+        for (number, (plane, returns)) in grid.planes(phase).iter().zip(lines).enumerate() {
+            let from = beside(Pose { y_m: first_m, ..origin }, fan, plane.y_m);
+            caster.cast(from, fan, scratch, returns);
+            rays.fill(number, returns, &surface);
+            Arch::new().dispatch(Weigh { rays, grid, number, plane, margin: *margin });
         }
-        self.reach = self.grid.rays_within(widest_rad).min(self.margin);
     }
 
-    /// What a beam's parts met, plane by plane.
-    pub(super) fn gather(&self, beam: usize, touches: &mut Vec<Touch>) {
-        Arch::new().dispatch(Gather { footprint: self, beam, touches });
+    /// What the parts of eight beams met, plane by plane: of row `row` of beams.
+    pub(super) fn gather(&self, row: usize, parts: &mut Parts) {
+        parts.reset(self.grid.fold);
+        Arch::new().dispatch(Gather { footprint: self, row, parts });
     }
 
     /// What a ray met.
@@ -194,5 +147,84 @@ impl Footprint {
     /// Number of beams.
     pub(super) fn beams(&self) -> usize {
         self.beams
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pulp::Scalar;
+    use rowscan_protocol::model::AnyModel;
+
+    use super::*;
+    use crate::caster::Class;
+    use crate::optics::settings::OpticsSettings;
+    use crate::optics::swept::SweptRow;
+    use crate::optics::touch::Touch;
+    use crate::seed::Purpose;
+
+    /// 43 beams whose rays met surfaces at random, or nothing; on the widest registers and one number at a time.
+    fn footprints(model: &str, quality: u8) -> [Footprint; 2] {
+        let spot = AnyModel::by_name(model).unwrap().optics().spot;
+        let fan = BeamFan::from_degrees(-9.0, 0.5, 43);
+        let settings = OpticsSettings { quality, ..OpticsSettings::default() };
+        let mut footprint = Footprint::new(SpotGrid::new(&spot, &settings, fan.step_rad()), &fan);
+        let mut stream = Purpose::Growth.stream(3, 0, 0);
+        for found in &mut footprint.returns {
+            // Most are far away, some so near that many beams see them.
+            let range_m = [9.0, 2.0, 2.0, 0.3].map(|most| 0.05 + most * stream.unit());
+            if stream.unit() < 0.6 {
+                let range_m = range_m[(stream.unit() * 4.0) as usize];
+                *found = Return { range_m, class: Class::Leaf, ..Return::MISS };
+            }
+        }
+        let mut single = footprint.clone();
+        for (footprint, wide) in [(&mut footprint, true), (&mut single, false)] {
+            let Footprint { grid, fan, margin, returns, rays, .. } = footprint;
+            for (number, (plane, returns)) in
+                grid.planes(1).iter().zip(returns.chunks_exact(fan.len())).enumerate()
+            {
+                rays.fill(number, returns, |_| 1.0);
+                let weigh = Weigh { rays, grid, number, plane, margin: *margin };
+                if wide { Arch::new().dispatch(weigh) } else { weigh.with_simd(Scalar::new()) }
+            }
+        }
+        [footprint, single]
+    }
+
+    #[test]
+    fn a_beam_gathers_every_ray_of_its_spot_by_its_weight_on_any_register_width() {
+        for (model, quality) in [("lms511", 2), ("tim781s", 1), ("lms111", 4)] {
+            let [footprint, single] = footprints(model, quality);
+            let [mut parts, mut again] = [Parts::default(), Parts::default()];
+            for row in 0..footprint.beams.div_ceil(WIDTH) {
+                footprint.gather(row, &mut parts);
+                again.reset(footprint.grid.fold);
+                Gather { footprint: &single, row, parts: &mut again }.with_simd(Scalar::new());
+                for (lane, beam) in (row * WIDTH..footprint.beams).take(WIDTH).enumerate() {
+                    let found: Vec<Touch> = parts.beam(lane).collect();
+                    assert!(again.beam(lane).eq(found.iter().copied()), "{model}, beam {beam}");
+                    assert_eq!(found, asked(&footprint, beam), "{model}, beam {beam}");
+                }
+            }
+        }
+    }
+
+    /// What a beam met, by asking every ray.
+    fn asked(Footprint { grid, fan, margin, returns, .. }: &Footprint, beam: usize) -> Vec<Touch> {
+        let axis = margin + beam * grid.fold;
+        let planes = grid.planes(1).iter().zip(returns.chunks_exact(fan.len()));
+        let rays =
+            planes.flat_map(|(plane, returns)| returns.iter().enumerate().map(move |ray| (plane, ray)));
+        let near =
+            rays.enumerate().filter(|(_, (_, (ray, found)))| ray.abs_diff(axis) <= *margin && found.is_hit());
+        let touches = near.map(|(number, (plane, (ray, found)))| {
+            let (mut swept, mut share) = (SweptRow::default(), Row::splat(0.0));
+            let rows = [&Row::splat(found.range_m), &Row::splat(1.0)];
+            let gain = plane.sweep(Scalar::new(), rows, grid, &mut swept).0[0];
+            share.store(0, swept.load(Scalar::new(), 0).weight(ray.abs_diff(axis), grid.step_rad));
+            let share = share.0[0];
+            Touch { range_m: found.range_m, share, power: share * gain, ray: number as u32 }
+        });
+        touches.filter(|touch| touch.share > 0.0).collect()
     }
 }

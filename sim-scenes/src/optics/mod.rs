@@ -11,11 +11,16 @@ mod echo;
 mod energy;
 mod eye;
 mod footprint;
+mod groups;
 mod ideal;
 mod noise;
+mod normal;
+mod parts;
+mod rays;
 mod settings;
 mod spot;
 mod stage;
+mod swept;
 mod touch;
 
 pub use air::{Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, FlowChange, Moment, Plume, Sun, WindowSector};

@@ -7,7 +7,8 @@ use pulp::Simd;
 use rowscan_protocol::optics::Spot;
 
 use super::settings::OpticsSettings;
-use crate::lanes::Lanes;
+use super::swept::{Swept, SweptRow};
+use crate::lanes::{Lanes, Row, WIDTH};
 
 /// Different places of the plane grid; a line takes one of them at random, so that errors average out over lines.
 pub(super) const PHASES: usize = 8;
@@ -15,6 +16,9 @@ pub(super) const PHASES: usize = 8;
 /// Ranges at which strips are tabulated: even in r / (r + [`BEND_M`]).
 const KNOTS: usize = 256;
 const BEND_M: f64 = 2.0;
+
+/// Added to a number, this leaves the nearest whole number in its low bits.
+const UNITS: f64 = (1u64 << 52) as f64;
 
 /// Nearer than this a spot takes up no larger angle, metres.
 const NEAREST_M: f64 = 0.1;
@@ -39,8 +43,8 @@ pub(super) struct SpotGrid {
 pub(super) struct Plane {
     /// Its place along Y.
     pub(super) y_m: f64,
-    /// By range.
-    strips: Vec<Strip>,
+    /// By range: the strip at a knot, and what it gains until the next.
+    strips: Vec<[Strip; 2]>,
 }
 
 /// The part of the disc that a plane stands for.
@@ -52,14 +56,6 @@ struct Strip {
     half_m: f64,
     /// Its longest half length beyond that, metres: its ends are slanted.
     slant_m: f64,
-}
-
-/// What a ray stands for: a strip's share, spread over an angle: a box with the ends that a second box makes by being swept over it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Extent {
-    pub(super) share: f64,
-    pub(super) half_rad: f64,
-    pub(super) sweep_rad: f64,
 }
 
 impl SpotGrid {
@@ -89,7 +85,7 @@ impl SpotGrid {
     /// One ray a beam, without width.
     pub(super) fn thin(pitch_rad: f64) -> Self {
         let strip = Strip { share: 1.0, half_m: 0.0, slant_m: 0.0 };
-        let plane = Plane { y_m: 0.0, strips: vec![strip; KNOTS] };
+        let plane = Plane { y_m: 0.0, strips: vec![[strip, Strip::default()]; KNOTS - 1] };
         Self {
             fold: 1,
             step_rad: pitch_rad,
@@ -113,47 +109,6 @@ impl SpotGrid {
     pub(super) fn rays_within(&self, half_rad: f64) -> usize {
         if half_rad > 0.0 { (half_rad / self.step_rad + 0.5).ceil() as usize } else { 0 }
     }
-
-    /// The parts of a beam's power that rays stand for which lie `rays_off` rays from the beam's axis.
-    #[inline(always)]
-    pub(super) fn weights<S: Simd>(&self, extents: Extents<S>, rays_off: Lanes<S>) -> Lanes<S> {
-        let Extents { share, half_rad, .. } = extents;
-        let zero = share.of(0.0);
-        let middle = rays_off * zero.of(self.step_rad);
-        let (from, to) = (middle - zero.of(self.step_rad / 2.0), middle + zero.of(self.step_rad / 2.0));
-        let weight = share * (extents.below(to) - extents.below(from));
-        let on_axis = rays_off.le(zero).and(zero.le(rays_off));
-        half_rad.le(zero).select(on_axis.select(share, zero), weight)
-    }
-}
-
-/// What a register of rays stand for.
-#[derive(Clone, Copy)]
-pub(super) struct Extents<S: Simd> {
-    pub(super) share: Lanes<S>,
-    pub(super) half_rad: Lanes<S>,
-    pub(super) sweep_rad: Lanes<S>,
-}
-
-impl<S: Simd> Extents<S> {
-    /// Share of the power at angles below `angle`, of strips ±half swept over ±sweep.
-    #[inline(always)]
-    fn below(self, angle: Lanes<S>) -> Lanes<S> {
-        let Self { half_rad: half, sweep_rad: sweep, .. } = self;
-        let (zero, one) = (angle.of(0.0), angle.of(1.0));
-        let still = (angle + half) / (one.of(2.0) * half);
-        let sum = square(angle + half + sweep) - square(angle + half - sweep) - square(angle - half + sweep)
-            + square(angle - half - sweep);
-        let swept = sum / (one.of(8.0) * half * sweep);
-        sweep.le(zero).select(still, swept).max(zero).min(one)
-    }
-}
-
-/// The square of what is positive.
-#[inline(always)]
-fn square<S: Simd>(x: Lanes<S>) -> Lanes<S> {
-    let positive = x.max(x.of(0.0));
-    positive * positive
 }
 
 impl Plane {
@@ -169,34 +124,83 @@ impl Plane {
     }
 
     fn new(spot: &Spot, y_m: f64, low_m: f64, high_m: f64) -> Self {
-        let strips = (0..KNOTS).map(|knot| {
+        let strip = |knot: usize| {
             let place = knot as f64 / KNOTS as f64;
             Strip::of(spot.radius_m(BEND_M * place / (1.0 - place)), low_m, high_m)
+        };
+        let strips = (1..KNOTS).map(|next| {
+            let near = strip(next - 1);
+            [near, strip(next).beyond(near)]
         });
         Self { y_m, strips: strips.collect() }
     }
 
-    /// What a ray of this plane stands for that met something at this range.
-    pub(super) fn extent(&self, range_m: f64, half_sweep_rad: f64) -> Extent {
-        let range_m = range_m.max(NEAREST_M);
-        let at = range_m / (range_m + BEND_M) * KNOTS as f64;
-        let knot = (at as usize).min(KNOTS - 2);
-        let (Some(near), Some(far)) = (self.strips.get(knot), self.strips.get(knot + 1)) else {
-            return Extent::default();
-        };
-        let part = (at - knot as f64).min(1.0);
-        let between = |near: f64, far: f64| near + part * (far - near);
-        let slant_rad = between(near.slant_m, far.slant_m) / range_m;
-        Extent {
-            share: between(near.share, far.share),
-            half_rad: between(near.half_m, far.half_m) / range_m,
-            // Two boxes in a row are nearly one of their variance.
-            sweep_rad: (slant_rad * slant_rad + half_sweep_rad * half_sweep_rad).sqrt(),
+    /// What eight rays of this plane stand for that met something at these ranges: nothing where a range is infinite. Gives what comes back of a
+    /// share of 1, by what would at 1 m.
+    #[inline(always)]
+    pub(super) fn sweep<S: Simd>(
+        &self,
+        simd: S,
+        [range_m, surface]: [&Row; 2],
+        grid: &SpotGrid,
+        out: &mut SweptRow,
+    ) -> Row {
+        let one = Lanes::splat(simd, 1.0);
+        let [mut knots, mut parts, mut per_m] = [Row::splat(0.0); 3];
+        for part in 0..Row::parts::<S>() {
+            let range = range_m.load(simd, part);
+            let range = range.lt(one.of(f64::INFINITY)).select(range.max(one.of(NEAREST_M)), one);
+            // One division for both ratios.
+            let bent = range + one.of(BEND_M);
+            let inverse = one / (range * bent);
+            let at = range * range * inverse * one.of(KNOTS as f64);
+            let knot = (at - one.of(0.5) + one.of(UNITS)).min(one.of((KNOTS - 2) as f64 + UNITS));
+            knots.store(part, knot);
+            parts.store(part, (at - (knot - one.of(UNITS))).min(one));
+            per_m.store(part, bent * inverse);
         }
+        let mut strips = [Row::splat(0.0); 6];
+        for lane in 0..WIDTH {
+            let knot = (knots.0[lane].to_bits() & u64::from(u32::MAX)) as usize;
+            let Some([near, rise]) = self.strips.get(knot) else { continue };
+            let values = [near.share, near.half_m, near.slant_m, rise.share, rise.half_m, rise.slant_m];
+            for (row, value) in strips.iter_mut().zip(values) {
+                row.0[lane] = value;
+            }
+        }
+        let (half_sweep, sweeps) = (one.of(grid.half_sweep_rad), grid.half_sweep_rad > 0.0);
+        let mut gain = Row::splat(0.0);
+        for part in 0..Row::parts::<S>() {
+            let [near_share, near_half, near_slant, share, half, slant] = &strips;
+            let (along, per_m) = (parts.load(simd, part), per_m.load(simd, part));
+            let share = near_share.load(simd, part) + along * share.load(simd, part);
+            let half_rad = (near_half.load(simd, part) + along * half.load(simd, part)) * per_m;
+            let slant_rad = (near_slant.load(simd, part) + along * slant.load(simd, part)) * per_m;
+            let met = range_m.load(simd, part).lt(one.of(f64::INFINITY));
+            // Two boxes in a row are nearly one of their variance.
+            let sweep_rad =
+                if sweeps { (slant_rad * slant_rad + half_sweep * half_sweep).sqrt() } else { slant_rad };
+            let share = met.select(share, one.of(0.0));
+            let range = met.select(range_m.load(simd, part), one);
+            let back = [surface.load(simd, part), range * range];
+            let (swept, back) = Swept::new(share, half_rad, sweep_rad, grid.step_rad, back);
+            out.store(part, swept);
+            gain.store(part, back);
+        }
+        gain
     }
 }
 
 impl Strip {
+    /// What it has more than another.
+    fn beyond(self, other: Self) -> Self {
+        Self {
+            share: self.share - other.share,
+            half_m: self.half_m - other.half_m,
+            slant_m: self.slant_m - other.slant_m,
+        }
+    }
+
     /// Of a disc of this radius, between two places.
     fn of(radius_m: f64, low_m: f64, high_m: f64) -> Self {
         let (low, high) = ((low_m / radius_m).clamp(-1.0, 1.0), (high_m / radius_m).clamp(-1.0, 1.0));
@@ -220,26 +224,7 @@ impl Strip {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::Row;
     use rowscan_protocol::optics::Fact;
-
-    fn one(value: f64) -> Lanes<pulp::Scalar> {
-        Lanes::splat(pulp::Scalar::new(), value)
-    }
-
-    fn extents(Extent { share, half_rad, sweep_rad }: Extent) -> Extents<pulp::Scalar> {
-        Extents { share: one(share), half_rad: one(half_rad), sweep_rad: one(sweep_rad) }
-    }
-
-    fn value(lanes: Lanes<pulp::Scalar>) -> f64 {
-        let mut row = Row::splat(0.0);
-        row.store(0, lanes);
-        row.0[0]
-    }
-
-    fn below(angle: f64, half_rad: f64, sweep_rad: f64) -> f64 {
-        value(extents(Extent { share: 1.0, half_rad, sweep_rad }).below(one(angle)))
-    }
 
     fn spot(sweep_mrad: f64) -> Spot {
         Spot {
@@ -258,36 +243,20 @@ mod tests {
             for (phase, range_m) in
                 (0..PHASES).flat_map(|phase| [0.11, 0.7, 1.93, 4.0, 17.0].map(|r| (phase, r)))
             {
-                let sum: f64 = grid
-                    .planes(phase)
-                    .iter()
-                    .map(|plane| {
-                        let extent = plane.extent(range_m, grid.half_sweep_rad);
-                        let reach = grid.margin() as isize;
-                        (-reach..=reach)
-                            .map(|off| value(grid.weights(extents(extent), one(off as f64))))
-                            .sum::<f64>()
-                    })
-                    .sum();
+                let simd = pulp::Scalar::new();
+                let weight = |plane: &Plane, off| {
+                    let (mut swept, mut weights) = (SweptRow::default(), Row::splat(0.0));
+                    plane.sweep(simd, [&Row::splat(range_m); 2], &grid, &mut swept);
+                    weights.store(0, swept.load(simd, 0).weight(off, grid.step_rad));
+                    weights.0[0]
+                };
+                let all = |plane| {
+                    let beside: f64 = (1..=grid.margin()).map(|off| weight(plane, off)).sum();
+                    weight(plane, 0) + 2.0 * beside
+                };
+                let sum: f64 = grid.planes(phase).iter().map(all).sum();
                 assert!((sum - 1.0).abs() < 1e-9, "quality {quality}, {range_m} m: {sum}");
             }
         }
-    }
-
-    #[test]
-    fn a_swept_box_is_as_wide_as_spot_and_box_and_has_its_variance() {
-        let (half, sweep) = (4.3e-3, 2.9e-3);
-        assert!(below(-half - sweep, half, sweep) <= 0.0 && below(half + sweep, half, sweep) >= 1.0);
-        let n = 4000;
-        let width = half + sweep;
-        let variance: f64 = (0..n)
-            .map(|i| {
-                let (from, to) = (f64::from(i), f64::from(i + 1));
-                let at = |i: f64| width * (2.0 * i / f64::from(n) - 1.0);
-                (below(at(to), half, sweep) - below(at(from), half, sweep)) * at((from + to) / 2.0).powi(2)
-            })
-            .sum();
-        let expected = (half * half + sweep * sweep) / 3.0;
-        assert!((variance / expected - 1.0).abs() < 1e-5, "{variance} {expected}");
     }
 }

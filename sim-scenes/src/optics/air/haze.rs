@@ -36,6 +36,11 @@ impl Haze {
         Self { even: fog + rain, fog, dust: DUST_M2_G * dust_g_m3 }
     }
 
+    /// True if there is none.
+    pub(super) fn is_clear(&self) -> bool {
+        self.even <= 0.0 && self.dust <= 0.0
+    }
+
     /// Extinction along one shot, 1/m.
     pub(super) fn extinction(&self, shot: Shot) -> f64 {
         self.even + self.dust(shot)

@@ -23,7 +23,8 @@ use rowscan_protocol::optics::Optics;
 use rowscan_protocol::rig::Axes;
 
 use super::draws::Use;
-use super::touch::{NO_RAY, Touch};
+use super::parts::Parts;
+use super::touch::Touch;
 use drops::Drops;
 use haze::Haze;
 pub(super) use shot::Shot;
@@ -64,28 +65,33 @@ impl AirStage {
         }
     }
 
-    /// Dims what a beam's parts met, and adds what the air returns.
-    pub(super) fn act(&self, shot: Shot, touches: &mut Vec<Touch>) {
-        let clear = touches.iter().map(|touch| touch.range_m).fold(f64::INFINITY, f64::min);
-        let free_m = clear.min(drops::FARTHEST_M);
-        let solid = touches.len();
+    /// True if it leaves all beams as they are.
+    pub(super) fn is_clear(&self) -> bool {
+        let Air { windows, window_drops, .. } = &self.air;
+        self.drops.is_empty()
+            && self.haze.is_clear()
+            && self.spraying.iter().all(|plume| plume.flow_l_min <= 0.0)
+            && windows.is_empty()
+            && *window_drops <= 0.0
+    }
+
+    /// Dims what the parts of beam `lane` met, and adds what the air returns.
+    pub(super) fn act(&self, shot: Shot, parts: &mut Parts, lane: usize) {
+        let clear_m = parts.nearest_m().0.get(lane).copied().unwrap_or(f64::INFINITY);
+        let free_m = clear_m.min(drops::FARTHEST_M);
         let extinction = self.haze.extinction(shot);
-        for touch in touches.iter_mut() {
-            touch.power *= libm::exp(-2.0 * extinction * touch.range_m);
-        }
+        let (mut left, mut own) = (1.0, Vec::new());
         for plume in &self.spraying {
-            plume.act(shot, free_m, touches);
+            left *= plume.act(shot, free_m, &mut own);
         }
-        touches.extend(self.haze.echo(shot, extinction, free_m));
+        own.extend(self.haze.echo(shot, extinction, free_m));
         for (kind, drops) in self.drops.iter().enumerate() {
-            drops.act(shot.draws(Use::Drops).echo(kind), free_m, touches);
+            drops.act(shot.draws(Use::Drops).echo(kind), free_m, &mut own);
         }
         let window = self.window(shot);
-        for (number, touch) in touches.iter_mut().enumerate() {
-            touch.power *= window;
-            if number >= solid {
-                touch.ray = NO_RAY;
-            }
+        parts.dim(lane, |range_m| window * left * libm::exp(-2.0 * extinction * range_m));
+        for touch in own {
+            parts.add(lane, Touch { power: touch.power * window, ..touch });
         }
     }
 

@@ -158,10 +158,10 @@ impl Plume {
         if across > ahead * widening() { 0.0 } else { self.extinction(ahead) }
     }
 
-    /// Dims what lies behind the plume and adds its own return.
-    pub(super) fn act(&self, shot: Shot, free_m: f64, touches: &mut Vec<Touch>) {
+    /// Adds its own return, and dims those before it in the list. Gives what it leaves of the power of all others.
+    pub(super) fn act(&self, shot: Shot, free_m: f64, own: &mut Vec<Touch>) -> f64 {
         if self.flow_l_min <= 0.0 {
-            return;
+            return 1.0;
         }
         let (sin, cos) = (libm::sin(shot.theta_rad), libm::cos(shot.theta_rad));
         // The scanner may look either way along X: the nozzle sprays where it looks.
@@ -183,11 +183,13 @@ impl Plume {
             depth += alpha * step_m;
         }
         if reflected <= 0.0 {
-            return;
+            return 1.0;
         }
-        touches.iter_mut().for_each(|touch| touch.power *= libm::exp(-2.0 * depth));
+        let left = libm::exp(-2.0 * depth);
+        own.iter_mut().for_each(|touch| touch.power *= left);
         let power = reflected * (PULSE_M / lit_m).min(1.0);
-        touches.push(Touch { range_m: place / reflected, share: 0.0, power, ray: NO_RAY });
+        own.push(Touch { range_m: place / reflected, share: 0.0, power, ray: NO_RAY });
+        left
     }
 }
 
