@@ -8,9 +8,7 @@ mod slab;
 
 use common::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
-use rowscan_canopy::{
-    Estimate, Footprint, Knot, LeafShape, Measure, Parameters, Pipeline, Quantity, RemissionScale,
-};
+use rowscan_canopy::{Estimate, Footprint, LeafShape, Measure, Parameters, Pipeline, Quantity};
 use rowscan_protocol::optics::{Fact, Spot};
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
@@ -36,11 +34,7 @@ fn value(measures: &[Measure], estimator: &str, quantity: Quantity) -> f64 {
 
 #[test]
 fn names_and_quantities_are_what_is_reported() {
-    let mut scans = turbid(1.0, 1.0, 100, 1);
-    scans.iter_mut().for_each(|scan| scan.echoes[0].remission = vec![120; scan.echoes[0].range_m.len()]);
-    let full = [Knot { range_m: 1.5, digits: 150.0 }; RemissionScale::MOST_KNOTS];
-    let remission = RemissionScale { digits_a_decade: 60.0, most: 1.5, power_sd: None, full };
-    let found = measured(&rig(), Parameters { remission: Some(remission), ..parameters() }, &scans);
+    let found = measured(&rig(), parameters(), &turbid(1.0, 1.0, 100, 1));
     for info in TABLE {
         assert!(std::ptr::eq(by_name(info.name).unwrap(), info));
         for quantity in info.quantities {

@@ -18,7 +18,6 @@ mod polar_cells;
 mod porosity;
 mod reported;
 mod set;
-mod share;
 mod table;
 mod tai;
 mod trv;

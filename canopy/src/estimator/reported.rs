@@ -7,6 +7,8 @@ use crate::estimate::{Estimate, TreeEstimate};
 pub static REPORTED: &[(&str, &str)] = &[
     ("contact", "contact frequency in voxels, times the calibration's factor"),
     ("contact_raw", "contact frequency in voxels, no fitted factor, wood counted as leaf"),
+    ("share", "the same by the shares of spots that remission tells, times the calibration's factor"),
+    ("share_raw", "shares of spots in voxels, no fitted factor, wood counted as leaf"),
     ("regression", "regression on I_T, by the calibration"),
     ("null", "the calibration rows' mean: the estimate of someone who does not scan"),
 ];
@@ -25,6 +27,14 @@ impl Estimate {
             leaf_area("regression", self.leaf_area_regression_m2),
             leaf_area("null", self.leaf_area_null_m2),
         ];
+        // Only where remission is read.
+        let shares = [("share", self.leaf_area_share_m2), ("share_raw", self.leaf_area_share_raw_m2)];
+        all.extend(
+            shares
+                .into_iter()
+                .filter(|(_, value)| value.is_some())
+                .map(|(name, value)| leaf_area(name, value)),
+        );
         all.extend_from_slice(&self.measures);
         all
     }

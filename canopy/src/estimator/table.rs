@@ -1,12 +1,11 @@
 //! The list of estimators.
 
 use super::contract::EstimatorInfo;
-use super::{gap, height, impacted, lwa, occlusion, polar, porosity, share, tai, trv, volume, voxel, width};
+use super::{gap, height, impacted, lwa, occlusion, polar, porosity, tai, trv, volume, voxel, width};
 
 /// Every estimator. To add one: its file, its line here.
 pub static TABLE: &[EstimatorInfo] = &[
     voxel::INFO,
-    share::INFO,
     polar::INFO,
     tai::INFO,
     gap::INFO,

@@ -149,6 +149,9 @@ fn facts(estimate: &Estimate) -> String {
         }
     }
     line("  by contact", known(estimate.leaf_area_contact_m2, 2, "m²"));
+    if let Some(share_m2) = estimate.leaf_area_share_m2 {
+        line("  by shares of spots", known(Some(share_m2), 2, "m²"));
+    }
     line("  by I_T", known(estimate.leaf_area_regression_m2, 2, "m²"));
     line("LAI", known(estimate.lai, 2, ""));
     text
