@@ -31,9 +31,9 @@ pub enum PipelineError {
         /// Largest value taken.
         high: f64,
     },
-    /// Remission cannot be read by the model's curve.
+    /// Remission of the model grows too little with power to be read.
     #[error(
-        "remission of this scanner model does not tell power: expected an LMS1xx or LMS5xx, or rig.scanner.remission with curve = \"card\""
+        "remission of this scanner model does not tell power: expected an LMS1xx or LMS5xx, or a rig.scanner without remission"
     )]
     RemissionTellsNoPower,
     /// A card without readings, or with too many.

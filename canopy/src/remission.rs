@@ -57,8 +57,9 @@ impl RemissionScale {
     /// # Errors
     /// A model whose remission does not tell power, or a card without readings or with too many.
     pub fn read(reading: &RemissionReading, optics: &Optics, leaf: LeafShape) -> Result<Self, PipelineError> {
+        let by_model = Self::of(optics, leaf).ok_or(PipelineError::RemissionTellsNoPower)?;
         match reading {
-            RemissionReading::Model => Self::of(optics, leaf).ok_or(PipelineError::RemissionTellsNoPower),
+            RemissionReading::Model => Ok(by_model),
             RemissionReading::Card { reflectance, digits_a_decade, readings, power_sd } => {
                 PipelineError::check("rig.scanner.remission.reflectance", *reflectance, 0.01, 1.0)?;
                 let leaves = digits_a_decade * (leaf.reflectance * leaf.cosine / reflectance).log10();

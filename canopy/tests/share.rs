@@ -210,8 +210,12 @@ fn a_card_that_was_measured_is_as_good_as_the_curve_it_was_measured_on() {
 fn cards_and_models_that_tell_no_power_are_refused() {
     let leaf = LeafShape::default();
     let tim = &compressed();
-    let read = |reading: RemissionReading| RemissionScale::read(&reading, tim, leaf).unwrap_err();
-    assert_eq!(read(RemissionReading::Model), PipelineError::RemissionTellsNoPower);
+    let of = |reading: RemissionReading, optics: &Optics| {
+        RemissionScale::read(&reading, optics, leaf).unwrap_err()
+    };
+    assert_eq!(of(RemissionReading::Model, tim), PipelineError::RemissionTellsNoPower);
+    let lms1xx = logarithmic();
+    let read = |reading| of(reading, &lms1xx);
     let card = |reflectance, readings: Vec<[f64; 2]>| RemissionReading::Card {
         reflectance,
         digits_a_decade: 60.0,
@@ -225,10 +229,9 @@ fn cards_and_models_that_tell_no_power_are_refused() {
     ));
     assert!(matches!(read(card(0.5, vec![[2.0, 9.0], [1.0, 9.0]])), PipelineError::CardOrder { .. }));
     assert!(matches!(read(card(50.0, vec![[2.0, 9.0]])), PipelineError::OutOfRange { .. }));
-    assert!(
-        RemissionScale::read(&card(0.5, vec![[2.0, 190.0]]), tim, leaf).is_ok(),
-        "a card tells what a model does not"
-    );
+    let good = card(0.5, vec![[2.0, 190.0]]);
+    assert!(RemissionScale::read(&good, &logarithmic(), leaf).is_ok());
+    assert_eq!(of(good, tim), PipelineError::RemissionTellsNoPower, "its digits are no logarithm");
 }
 
 /// A calibration on rows like the slab, `share` by a factor of 1.1.

@@ -48,6 +48,7 @@ pub(crate) fn bits(estimate: &Estimate) -> (Vec<Option<u64>>, Vec<u64>) {
     let row = [
         estimate.impacted_total_area_m2,
         estimate.leaf_area_contact_raw_m2,
+        estimate.leaf_area_share_raw_m2,
         estimate.advance_m,
         estimate.ranges.mean_m,
     ];

@@ -11,11 +11,13 @@ use rowscan_emulator::stage::Stage;
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::device::{DialectPolicy, Session};
 use rowscan_protocol::frame::{Dialect, encode};
-use rowscan_protocol::model;
-use rowscan_protocol::rig::{EchoChoice, Rig};
+use rowscan_protocol::model::{self, AnyModel};
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, RemissionReading, Rig};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::Scene;
+use rowscan_scenes::optics::Stages;
+use rowscan_study::calibrations::load_calibration_for;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::Trial;
 
@@ -36,6 +38,58 @@ async fn a_devices_eye_sees_the_same_online_and_offline_and_not_what_an_ideal_on
         |estimate: &rowscan_canopy::Estimate| estimate.impacted_total_area_m2.expect("the rig is known");
     // A spot of 38 mm at 2 m touches more than a thin beam does.
     assert!(area(&offline) > 1.1 * area(&ideal), "{} {}", area(&offline), area(&ideal));
+}
+
+#[tokio::test]
+async fn a_rig_that_reads_remission_asks_the_scanner_for_it_and_counts_shares() {
+    let model = model::by_name("lms111").expect("known");
+    let reading = |curve: Option<RemissionReading>| {
+        let mut scene = seen_by("device");
+        scene.rig.scanners[0].remission = curve;
+        scene
+    };
+    let scene = || reading(Some(RemissionReading::Model));
+    let offline = Trial::run(scene(), model, None).expect("it runs").estimate;
+    assert_eq!(bits(&online(scene(), model, Dialect::B).await), bits(&offline));
+    let shares_m2 = offline.leaf_area_share_raw_m2.expect("remission is read");
+    assert!(shares_m2 > 0.0 && offline.warnings.iter().any(|warning| warning.code() == "remission_assumed"));
+    let silent = Trial::run(reading(None), model, None).expect("it runs").estimate;
+    assert_eq!(silent.leaf_area_share_raw_m2, None);
+    assert_eq!(
+        silent.leaf_area_contact_raw_m2, offline.leaf_area_contact_raw_m2,
+        "remission changes no range"
+    );
+}
+
+#[test]
+fn a_rig_with_remission_that_tells_no_power_is_refused() {
+    for name in ["tim561", "lms291"] {
+        let mut scene = seen_by("device");
+        scene.rig.scanners[0].remission = Some(RemissionReading::Model);
+        let model = AnyModel::by_name(name).expect("known");
+        let refusal = Trial::run(scene, model, None).expect_err("no power").to_string();
+        assert!(refusal.contains("expected an LMS1xx or LMS5xx"), "{name}: {refusal}");
+    }
+}
+
+#[test]
+fn thin_and_dense_rows_read_right_by_shares_where_contact_makes_half_of_their_difference() {
+    let error = |lai: f64, remission: Option<RemissionReading>| {
+        let mut scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
+        (scene.seed, scene.orchard.target_lai, scene.optics.stages) = (77, Some(lai), Stages::device());
+        scene.rig.scanners[0].remission = remission;
+        let calibration =
+            load_calibration_for("spindle", "lms111", Some(BeamWidth::Device)).expect("shipped");
+        let trial =
+            Trial::run(scene, model::by_name("lms111").expect("known"), calibration).expect("it runs");
+        trial.estimate.leaf_area_m2.expect("an area") / trial.truth.leaf_area_m2 - 1.0
+    };
+    let (by_shares, by_contact) = (
+        [0.8, 2.0].map(|lai| error(lai, Some(RemissionReading::Model))),
+        [0.8, 2.0].map(|lai| error(lai, None)),
+    );
+    assert!(by_shares.iter().all(|error| error.abs() < 0.12), "{by_shares:?}");
+    assert!(by_contact[0] > 0.2 && by_contact[1] < -0.04, "{by_contact:?}");
 }
 
 /// Scans of the middle of the row, with every echo that the model sends.
