@@ -177,3 +177,43 @@ fn clumps_share_their_rims_alike_at_every_width_and_threshold() {
     assert!(middle > 0.4 && middle < 0.9, "{fitted:?}");
     assert!(fitted.iter().all(|each| (each - middle).abs() < 0.12), "{fitted:?}");
 }
+
+/// Share of leaf in a field, at points so far apart: what rays see.
+fn covered(field: &Field, step_m: f64) -> f64 {
+    let steps = ((FIELD_M - 0.2) / step_m) as usize;
+    let at = |step: usize| 0.1 + (step as f64 + 0.5) * step_m;
+    let hits = (0..steps * steps).filter(|point| field.is_leaf([at(point % steps), at(point / steps)]));
+    hits.count() as f64 / (steps * steps) as f64
+}
+
+/// Mean share of leaf in spots of a radius whose middles stand so far apart.
+fn mean_share(field: &Field, step_m: f64, radius_m: f64) -> f64 {
+    let disc: Vec<[f64; 2]> = (0..225)
+        .map(|k| [k % 15, k / 15].map(|i| (f64::from(i) + 0.5) / 15.0 * 2.0 - 1.0))
+        .filter(|[x, y]| x * x + y * y <= 1.0)
+        .collect();
+    let steps = ((FIELD_M - 0.2) / step_m) as usize;
+    let at = |step: usize| 0.1 + (step as f64 + 0.5) * step_m;
+    let mut hits = 0;
+    for spot in 0..steps * steps {
+        let [x_m, y_m] = [at(spot % steps), at(spot / steps)];
+        hits += disc.iter().filter(|[x, y]| field.is_leaf([x_m + radius_m * x, y_m + radius_m * y])).count();
+    }
+    hits as f64 / (steps * steps * disc.len()) as f64
+}
+
+#[test]
+fn the_mean_share_of_a_spot_is_what_rays_see_whatever_its_radius_and_the_clumping() {
+    for (index, clump) in [(0.5, 1), (1.5, 1), (1.5, 8)] {
+        let mut stream = Stream::keyed(9, &[u64::from(clump), (index * 10.0) as u64]);
+        let field = Field::strewn(index, clump, &mut stream);
+        let rays = -(1.0 - covered(&field, 0.002)).ln();
+        for radius_m in [0.00575, 0.0115, 0.019, 0.034] {
+            let shares = -(1.0 - mean_share(&field, 0.02, radius_m)).ln();
+            assert!(
+                (shares / rays - 1.0).abs() < 0.005,
+                "LAI {index}, clumps of {clump}, {radius_m} m: {shares} {rays}"
+            );
+        }
+    }
+}
