@@ -72,3 +72,45 @@ impl Cover {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use pulp::{Arch, WithSimd};
+
+    use super::*;
+    use crate::organ::Leaf;
+
+    struct Fill<'a>(&'a Grid, &'a Plane, &'a Blades);
+
+    impl WithSimd for Fill<'_> {
+        type Output = Cover;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Cover {
+            let Self(grid, plane, blades) = self;
+            let mut cover = Cover::none(grid);
+            cover.fill(simd, grid, plane, blades);
+            cover
+        }
+    }
+
+    #[test]
+    fn a_leaf_covers_the_cells_that_lie_whole_within_it_and_no_others() {
+        let plane = Plane::square_to(DVec3::Z);
+        let grid = Grid::new(Bounds { low: (0.0, 0.0), high: (0.95, 0.95) }, 0.1, 1000);
+        // The leaf stands out to the right, where the register goes on with the next row.
+        let corners = [(0.75, 0.25), (3.0, 0.25), (3.0, 2.0), (0.75, 2.0)];
+        let vertex = |(u, v): (f64, f64)| (u * plane.u + v * plane.v + 5.0 * plane.direction).to_array();
+        for corners in [corners, [corners[3], corners[2], corners[1], corners[0]]] {
+            let leaf = Leaf::new(corners.map(vertex)).unwrap();
+            let cover = Arch::new().dispatch(Fill(&grid, &plane, &Blades::new(&[&leaf])));
+            for (row, column) in (0..10).flat_map(|row| (0..10).map(move |column| (row, column))) {
+                let cell = grid.cell(grid.middle(row, column));
+                let covered = row >= 3 && column >= 8;
+                assert_eq!(cover.front[cell].is_finite(), covered, "{row} {column}");
+                assert_eq!(cover.back[cell].is_finite(), covered, "{row} {column}");
+            }
+        }
+    }
+}

@@ -103,7 +103,8 @@ fn lines(rays: RaySet, weight: RayWeight) -> Vec<RayPair> {
 mod tests {
     use pulp::WithSimd;
 
-    use super::pass::{DENSE, EDGE_ON, START_M};
+    use super::open::START_M;
+    use super::pass::{DENSE, EDGE_ON};
     use super::*;
     use crate::generator::plant::grow_lone_tree;
     use crate::seed::Purpose;

@@ -6,9 +6,11 @@ use pulp::Simd;
 use super::blades::{Blade, Blades, Depth, HAIR_M, Plane};
 use super::cells::{Grid, Sorted};
 use super::cover::Cover;
-use super::pass::START_M;
 use super::shadow::Shadow;
 use crate::lanes::{Lanes, Mask, padded};
+
+/// A half-line starts this far from the leaf, metres.
+pub(super) const START_M: f64 = 1e-6;
 
 /// Middles in the order of their cells; every list is [`padded`].
 pub(super) struct Open {

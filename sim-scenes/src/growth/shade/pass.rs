@@ -9,9 +9,6 @@ use super::cover::Cover;
 use super::open::{Face, Open};
 use super::shadow::Shadow;
 
-/// A half-line starts this far from the leaf, metres.
-pub(super) const START_M: f64 = 1e-6;
-
 /// A leaf seen more edge-on than this hides nothing.
 pub(super) const EDGE_ON: f64 = 1e-12;
 
