@@ -135,6 +135,18 @@ impl<S: Simd> Lanes<S> {
         self.lt(other).select(other, self)
     }
 
+    /// The least of all places.
+    #[inline(always)]
+    pub(crate) fn least(self) -> f64 {
+        self.simd.reduce_min_f64s(self.value)
+    }
+
+    /// The most of all places.
+    #[inline(always)]
+    pub(crate) fn most(self) -> f64 {
+        self.simd.reduce_max_f64s(self.value)
+    }
+
     #[inline(always)]
     pub(crate) fn lt(self, other: Self) -> Mask<S> {
         Mask { simd: self.simd, value: self.simd.less_than_f64s(self.value, other.value) }

@@ -12,8 +12,8 @@ use crate::row::Planting;
 /// Of so many leaves the peer asks one.
 const SHARE: usize = 25;
 
-/// Leaves of the trees: in the larger one a leaf has four times as many beside it.
-const TREES: [usize; 2] = [50_000, 200_000];
+/// Leaves of the trees, all of one size: in a larger one a leaf has more beside it.
+const TREES: [usize; 3] = [5_000, 50_000, 200_000];
 
 /// Half-lines of a leaf: bearing every 45°, elevation every 15°, the poles eight times.
 const RAYS: usize = 104;

@@ -1,8 +1,8 @@
-//! Points of a plane, sorted into square cells.
+//! Square cells of a plane, and numbers sorted by them.
 
 use std::ops::Range;
 
-/// The box around points.
+/// A box in a plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     pub(super) low: (f64, f64),
@@ -10,6 +10,7 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
+    /// The box around points.
     pub(super) fn of(points: impl Iterator<Item = (f64, f64)>) -> Self {
         let nothing =
             Self { low: (f64::INFINITY, f64::INFINITY), high: (f64::NEG_INFINITY, f64::NEG_INFINITY) };
@@ -18,44 +19,93 @@ impl Bounds {
             high: (high.0.max(u), high.1.max(v)),
         })
     }
+
+    pub(super) fn area(&self) -> f64 {
+        (self.high.0 - self.low.0) * (self.high.1 - self.low.1)
+    }
 }
 
-/// Which cells points lie in. Row by row, the cells of a row side by side: what a box holds of a row is one run.
-#[derive(Debug)]
-pub(super) struct Cells {
-    origin: (f64, f64),
+/// Cells over a box, row by row; what lies outside counts to the nearest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    low: (f64, f64),
+    size_m: f64,
     per_m: f64,
     columns: usize,
     rows: usize,
-    /// Where each cell's points start in the order; one entry more than cells.
-    starts: Vec<usize>,
 }
 
-impl Cells {
-    /// Most cells a point, on average.
-    const CELLS_PER_POINT: f64 = 4.0;
+/// Cells side by side.
+pub(super) struct Run {
+    pub(super) row: usize,
+    /// Column of the first.
+    pub(super) column: usize,
+    /// Their numbers.
+    pub(super) cells: Range<usize>,
+}
 
-    /// Sorts points into cells of about `size_m`. Gives the numbers of the points in their order.
-    pub(super) fn new(points: &[(f64, f64)], size_m: f64) -> (Self, Vec<usize>) {
-        let Bounds { low, high } = Bounds::of(points.iter().copied());
-        let (width, height) = ((high.0 - low.0).max(0.0), (high.1 - low.1).max(0.0));
-        let count = points.len().max(1) as f64;
-        // No more cells than a few a point, however far they are scattered.
-        let size_m = size_m.max((width * height / (Self::CELLS_PER_POINT * count)).sqrt()).max(1e-9);
-        let cells =
-            |length: f64| (length / size_m).floor().clamp(0.0, Self::CELLS_PER_POINT * count) as usize + 1;
-        let mut sorted = Self {
-            origin: low,
-            per_m: 1.0 / size_m,
-            columns: cells(width),
-            rows: cells(height),
-            starts: vec![],
-        };
-        let cell_of: Vec<usize> =
-            points.iter().map(|(u, v)| sorted.row(*v) * sorted.columns + sorted.column(*u)).collect();
-        let mut next = vec![0; sorted.columns * sorted.rows + 1];
-        for cell in &cell_of {
-            if let Some(count) = next.get_mut(*cell) {
+impl Grid {
+    /// Cells of `size_m`; larger ones where there would be more than about `most`.
+    pub(super) fn new(over: Bounds, size_m: f64, most: usize) -> Self {
+        let Bounds { low, high } = over;
+        let most = most.max(1) as f64;
+        let size_m = size_m.max((over.area().max(0.0) / most).sqrt()).max(1e-9);
+        let cells = |length: f64| (length / size_m).floor().clamp(0.0, most) as usize + 1;
+        let (columns, rows) = (cells(high.0 - low.0), cells(high.1 - low.1));
+        Self { low, size_m, per_m: 1.0 / size_m, columns, rows }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    pub(super) fn size_m(&self) -> f64 {
+        self.size_m
+    }
+
+    pub(super) fn middle(&self, row: usize, column: usize) -> (f64, f64) {
+        let at = |low: f64, cells: usize| low + (cells as f64 + 0.5) * self.size_m;
+        (at(self.low.0, column), at(self.low.1, row))
+    }
+
+    fn column(&self, u: f64) -> usize {
+        (((u - self.low.0) * self.per_m) as usize).min(self.columns - 1)
+    }
+
+    fn row(&self, v: f64) -> usize {
+        (((v - self.low.1) * self.per_m) as usize).min(self.rows - 1)
+    }
+
+    /// The number of a point's cell.
+    pub(super) fn cell(&self, (u, v): (f64, f64)) -> usize {
+        self.row(v) * self.columns + self.column(u)
+    }
+
+    /// The cells of all points within the bounds.
+    pub(super) fn runs(&self, bounds: &Bounds) -> impl Iterator<Item = Run> {
+        let (column, last) = (self.column(bounds.low.0), self.column(bounds.high.0));
+        let columns = self.columns;
+        (self.row(bounds.low.1)..=self.row(bounds.high.1)).map(move |row| {
+            let first = row * columns;
+            Run { row, column, cells: first + column..first + last + 1 }
+        })
+    }
+}
+
+/// Numbers in the order of their cells: those of cells side by side are one run.
+#[derive(Debug)]
+pub(super) struct Sorted {
+    /// Where each cell starts in the order; one entry more than cells.
+    starts: Vec<u32>,
+    order: Vec<u32>,
+}
+
+impl Sorted {
+    /// Sorts pairs of number and cell.
+    pub(super) fn new(numbers: &[(u32, u32)], cells: usize) -> Self {
+        let mut next = vec![0; cells + 1];
+        for (_, cell) in numbers {
+            if let Some(count) = next.get_mut(*cell as usize) {
                 *count += 1;
             }
         }
@@ -63,33 +113,26 @@ impl Cells {
         for start in &mut next {
             sum += std::mem::replace(start, sum);
         }
-        sorted.starts.clone_from(&next);
-        let mut order = vec![0; points.len()];
-        for (number, cell) in cell_of.into_iter().enumerate() {
-            let Some(place) = next.get_mut(cell) else { continue };
-            if let Some(entry) = order.get_mut(*place) {
-                *entry = number;
+        let starts = next.clone();
+        let mut order = vec![0; numbers.len()];
+        for (number, cell) in numbers {
+            let Some(place) = next.get_mut(*cell as usize) else { continue };
+            if let Some(entry) = order.get_mut(*place as usize) {
+                *entry = *number;
             }
             *place += 1;
         }
-        (sorted, order)
+        Self { starts, order }
     }
 
-    fn column(&self, u: f64) -> usize {
-        (((u - self.origin.0) * self.per_m) as usize).min(self.columns - 1)
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
     }
 
-    fn row(&self, v: f64) -> usize {
-        (((v - self.origin.1) * self.per_m) as usize).min(self.rows - 1)
-    }
-
-    /// Runs of the order that hold all points within the bounds, and others near them.
-    pub(super) fn runs(&self, bounds: Bounds) -> impl Iterator<Item = Range<usize>> {
-        let (first, last) = (self.column(bounds.low.0), self.column(bounds.high.0));
-        (self.row(bounds.low.1)..=self.row(bounds.high.1)).map(move |row| {
-            let start = |column: usize| self.starts.get(row * self.columns + column).copied().unwrap_or(0);
-            start(first)..start(last + 1)
-        })
+    /// Where the numbers of these cells stand in the order.
+    pub(super) fn places(&self, cells: Range<usize>) -> Range<usize> {
+        let start = |cell: usize| self.starts.get(cell).copied().unwrap_or(0) as usize;
+        start(cells.start)..start(cells.end)
     }
 }
 
@@ -104,16 +147,19 @@ mod tests {
             points in prop::collection::vec((-3.0..3.0f64, -1.0..9.0f64), 0..60),
             a in (-4.0..4.0f64, -2.0..10.0f64), size in (0.0..5.0f64, 0.0..5.0f64), cell in 0.01..3.0f64,
         ) {
-            let (cells, order) = Cells::new(&points, cell);
+            let grid = Grid::new(Bounds::of(points.iter().copied()), cell, 4 * points.len());
+            let cells: Vec<(u32, u32)> = (0..).zip(points.iter().map(|at| grid.cell(*at) as u32)).collect();
+            let sorted = Sorted::new(&cells, grid.len());
             let bounds = Bounds { low: a, high: (a.0 + size.0, a.1 + size.1) };
-            let mut found: Vec<usize> = cells.runs(bounds).flat_map(|run| order[run].to_vec()).collect();
+            let mut found: Vec<u32> =
+                grid.runs(&bounds).flat_map(|run| sorted.order()[sorted.places(run.cells)].to_vec()).collect();
             found.sort_unstable();
             prop_assert!(found.windows(2).all(|pair| pair[0] < pair[1]));
             let holds = |(u, v): (f64, f64)| {
                 bounds.low.0 <= u && u <= bounds.high.0 && bounds.low.1 <= v && v <= bounds.high.1
             };
-            let within = (0..points.len()).filter(|number| holds(points[*number]));
-            prop_assert!(within.into_iter().all(|number| found.contains(&number)));
+            let within = (0..).zip(&points).filter(|(_, at)| holds(**at));
+            prop_assert!(within.into_iter().all(|(number, _)| found.contains(&number)));
         }
     }
 }

@@ -1,12 +1,17 @@
 //! The shady index: how much of the sphere around a leaf other leaves hide.
 
+mod blades;
 mod cells;
+mod cover;
+mod open;
 mod pass;
+mod shadow;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::pass::hidden;
+use self::blades::{Blades, Plane};
+use self::pass::ShadePass;
 pub use super::options::{RaySet, RayWeight, ShadeScope};
 use super::parameters::TreeParameters;
 use crate::angle::cos_sin_deg;
@@ -34,13 +39,16 @@ pub(crate) fn survivors(leaves: &[&Leaf], parameters: &TreeParameters) -> Vec<bo
 pub fn shaded_percent(leaves: &[&Leaf], rays: RaySet, weight: RayWeight) -> Vec<f64> {
     let lines = lines(rays, weight);
     let all: f64 = lines.iter().map(|line| line.ahead + line.behind).sum();
-    let centroids: Vec<DVec3> = leaves.iter().map(|leaf| DVec3::from_array(leaf.centroid())).collect();
-    let met: Vec<Vec<[bool; 2]>> =
-        lines.par_iter().map(|line| hidden(line.direction, leaves, &centroids)).collect();
+    let blades = Blades::new(leaves);
+    let met: Vec<Vec<[bool; 2]>> = lines
+        .par_iter()
+        .map(|line| ShadePass { plane: Plane::square_to(line.direction), blades: &blades }.run())
+        .collect();
     let mut hidden = vec![0.0; leaves.len()];
     // Line by line in order: the sum is the same on any number of threads.
     for (line, met) in lines.iter().zip(&met) {
-        for (sum, [ahead, behind]) in hidden.iter_mut().zip(met) {
+        for (blade, [ahead, behind]) in blades.blades.iter().zip(met) {
+            let Some(sum) = hidden.get_mut(blade.number) else { continue };
             *sum += f64::from(u8::from(*ahead)) * line.ahead + f64::from(u8::from(*behind)) * line.behind;
         }
     }
@@ -93,9 +101,13 @@ fn lines(rays: RaySet, weight: RayWeight) -> Vec<RayPair> {
 
 #[cfg(test)]
 mod tests {
-    use super::pass::{EDGE_ON, START_M};
+    use pulp::WithSimd;
+
+    use super::open::START_M;
+    use super::pass::{DENSE, EDGE_ON};
     use super::*;
     use crate::generator::plant::grow_lone_tree;
+    use crate::seed::Purpose;
 
     fn square(middle: [f64; 3], half: f64) -> Leaf {
         let [x, y, z] = middle;
@@ -139,7 +151,54 @@ mod tests {
         let tree = grow_lone_tree(&TreeParameters { iterations: 8, ..TreeParameters::default() }, 3);
         let leaves: Vec<&Leaf> = tree.leaves.iter().collect();
         assert!(leaves.len() > 150, "{}", leaves.len());
-        let fast = shaded_percent(&leaves, RaySet::Distinct90, RayWeight::Count);
+        assert_agrees_with_asking_every_leaf(&leaves);
+    }
+
+    /// Leaves at random in a ball so small that some ten lie behind each other: three vertices, five with a notch, eight, and eleven.
+    fn dense_crown() -> Vec<Leaf> {
+        let mut stream = Purpose::Growth.stream(7, 0, 0);
+        let mut unit = || 2.0 * stream.unit() - 1.0;
+        let leaf = |number: usize| {
+            let mut within = || loop {
+                let at = DVec3::new(unit(), unit(), unit());
+                if at.length_squared() <= 1.0 {
+                    return at;
+                }
+            };
+            let (foot, along) = (0.14 * within(), within().normalize());
+            let across = along.cross(within()).normalize();
+            let vertices = [3, 5, 8, 11][number % 4];
+            let vertex = |k: usize| {
+                let (cos, sin) = cos_sin_deg(360.0 * k as f64 / vertices as f64);
+                let radius = if vertices == 5 && k == 0 { -0.01 } else { 0.03 };
+                (foot + radius * (cos * along + 0.7 * sin * across)).to_array()
+            };
+            Leaf::new((0..vertices).map(vertex).collect::<Vec<_>>()).unwrap()
+        };
+        (0..2000).map(leaf).collect()
+    }
+
+    #[test]
+    fn the_cover_of_a_dense_crown_agrees_with_asking_every_leaf() {
+        let leaves = dense_crown();
+        let leaves: Vec<&Leaf> = leaves.iter().collect();
+        let width_m = 2.0 * (0.14 + 0.03);
+        assert!(0.5 * Blades::new(&leaves).area_m2 > DENSE * width_m * width_m, "no cover");
+        assert_agrees_with_asking_every_leaf(&leaves);
+    }
+
+    #[test]
+    fn one_number_at_a_time_gives_the_same_bits() {
+        let leaves = dense_crown();
+        let blades = Blades::new(&leaves.iter().collect::<Vec<_>>());
+        for line in lines(RaySet::Distinct90, RayWeight::Count) {
+            let pass = || ShadePass { plane: Plane::square_to(line.direction), blades: &blades };
+            assert_eq!(pass().run(), pass().with_simd(pulp::Scalar::new()));
+        }
+    }
+
+    fn assert_agrees_with_asking_every_leaf(leaves: &[&Leaf]) {
+        let fast = shaded_percent(leaves, RaySet::Distinct90, RayWeight::Count);
         let origin = |leaf: &Leaf| DVec3::from_array(leaf.centroid());
         let (mut met, mut all) = (vec![0u32; leaves.len()], 0);
         for line in lines(RaySet::Distinct90, RayWeight::Count) {
@@ -168,13 +227,17 @@ mod tests {
         let vertices: Vec<DVec3> = leaf.outline().iter().map(|v| DVec3::from_array(*v)).collect();
         let distance = (vertices[0] - start).dot(normal) / facing;
         let at = start + direction * distance;
+        let far = vertices.iter().map(|vertex| vertex.distance(vertices[0])).fold(0.0, f64::max);
+        if distance <= START_M || at.distance(vertices[0]) > far {
+            return false;
+        }
         let turn: f64 = (0..vertices.len())
             .map(|k| {
                 let (a, b) = (vertices[k] - at, vertices[(k + 1) % vertices.len()] - at);
                 a.cross(b).dot(normal).atan2(a.dot(b))
             })
             .sum();
-        distance > START_M && turn.abs() > 3.0
+        turn.abs() > 3.0
     }
 
     #[test]
