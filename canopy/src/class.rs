@@ -107,6 +107,11 @@ impl ClassKey {
         }
     }
 
+    /// True if two such numbers count as the same.
+    pub(crate) fn is_same(self, one: f64, other: f64) -> bool {
+        self.apart(one, other) <= self.tolerance()
+    }
+
     /// Up to which difference two classes count as the same in warnings.
     fn tolerance(self) -> f64 {
         match self {

@@ -1,6 +1,7 @@
 //! What hits are counted by, and the scale that makes leaf area of it.
 
 use crate::calibration::{Calibration, ContactScale};
+use crate::class::ClassKey;
 use crate::row::Row;
 
 /// Of so many hits at least, remission must be known.
@@ -47,10 +48,13 @@ impl<'a> Counted<'a> {
         Self::new(Count::Hits, totals.contact_m2, totals.canopy_m, calibration.map(|c| &c.contact))
     }
 
-    /// By shares of spots, where the remission of nearly all hits is read and the calibration knows what to make of it.
+    /// By shares of spots, where the remission of nearly all hits is read and the calibration knows what to make of it from there: leaves share a wider
+    /// spot otherwise.
     pub(crate) fn by_shares(row: &Row, calibration: Option<&'a Calibration>) -> Option<Self> {
         let totals = row.totals();
-        let scale = calibration?.share.as_ref().filter(|_| reads_remission(row))?;
+        let fitted_m = calibration?.class.distance_m?;
+        let holds = reads_remission(row) && ClassKey::Distance.is_same(fitted_m, row.frame().distance_m);
+        let scale = calibration?.share.as_ref().filter(|_| holds)?;
         Some(Self::new(Count::Shares, totals.share_m2, totals.canopy_m, Some(scale)))
     }
 

@@ -16,8 +16,8 @@ use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount};
 
-/// Relative standard deviation of raw leaf areas by shares, of what rays see: between simulated rows of LAI 0.8 to 2.6, 1 to 4 m off, of five training systems
-/// and generators, but for walls, LMS111.
+/// Relative standard deviation of raw leaf areas by shares, of what rays see: between simulated rows of LAI 0.8 to 2.6, of four training systems and generators,
+/// LMS111 at 1.9 m.
 const SHARES_SD: f64 = 0.07;
 
 /// By how much of a relative error in a full leaf's power the leaf area by shares is off: 1.2 to 1.6 on simulated rows, LMS111 from 4

@@ -79,6 +79,8 @@ pub(crate) struct Voxel {
     pub(crate) share_hits_per_m: f64,
     /// Σ line weight · ∫ dr / range² over the free paths of the shares of those beams.
     pub(crate) share_path: f64,
+    /// Such beams of which a part entered.
+    pub(crate) share_beams: u32,
 }
 
 impl Voxel {
@@ -89,7 +91,7 @@ impl Voxel {
 
     /// The same by shares of spots; None as well where no remission was read.
     pub(crate) fn share_frequency(&self, min_beams: u32) -> Option<f64> {
-        let read = self.beams >= min_beams && self.share_path > 0.0;
+        let read = self.share_beams >= min_beams && self.share_path > 0.0;
         read.then(|| self.share_hits_per_m / self.share_path)
     }
 }
@@ -199,8 +201,10 @@ impl Voxels {
                 let way = |from_m: f64, to_m: f64| {
                     if from_m < to_m { 1.0 / from_m.max(NEAREST_M) - 1.0 / to_m.max(NEAREST_M) } else { 0.0 }
                 };
-                let rest = way(from_m.max(end_m), to_m.min(end_m + self.merged_m));
-                voxel.share_path += weight_m * (way(from_m, to_m.min(end_m)) + (1.0 - share).max(0.0) * rest);
+                let whole = way(from_m, to_m.min(end_m));
+                let rest = (1.0 - share).max(0.0) * way(from_m.max(end_m), to_m.min(end_m + self.merged_m));
+                voxel.share_path += weight_m * (whole + rest);
+                voxel.share_beams = voxel.share_beams.saturating_add(u32::from(whole + rest > 0.0));
                 if (from_m..to_m).contains(&end_m) {
                     voxel.share_hits_per_m += weight_m * share / (end_m * end_m);
                     self.shares += 1;

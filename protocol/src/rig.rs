@@ -166,8 +166,10 @@ pub struct Mount {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = &"first"))]
     pub echo: Option<EchoChoice>,
-    /// How remission tells what share of a spot leaves took: a live scanner is asked for it. Left out: it is not read.
+    /// How remission tells what share of a spot leaves took: a live scanner is asked for it. Left out: it is not read. `curve = "model"` alone, or
+    /// `curve = "card"` with `reflectance`, `digits_a_decade`, `readings` and `power_sd` of a card that was measured.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = RemissionReading::Model))]
     pub remission: Option<RemissionReading>,
 }
 
