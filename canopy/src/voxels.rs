@@ -79,8 +79,6 @@ pub(crate) struct Voxel {
     pub(crate) share_hits_per_m: f64,
     /// Σ line weight · ∫ dr / range² over the free paths of the shares of those beams.
     pub(crate) share_path: f64,
-    /// Such beams of which a part entered.
-    pub(crate) share_beams: u32,
 }
 
 impl Voxel {
@@ -89,9 +87,10 @@ impl Voxel {
         (self.beams >= min_beams && self.path_m2 > 0.0).then(|| self.hits_m / self.path_m2)
     }
 
-    /// The same by shares of spots; None as well where no remission was read.
+    /// The same by shares of spots; None as well where no remission was read. What only the rest of a spot entered tells nothing: what that met counts
+    /// where its echo stands.
     pub(crate) fn share_frequency(&self, min_beams: u32) -> Option<f64> {
-        let read = self.share_beams >= min_beams && self.share_path > 0.0;
+        let read = self.beams >= min_beams && self.share_path > 0.0;
         read.then(|| self.share_hits_per_m / self.share_path)
     }
 }
@@ -204,7 +203,6 @@ impl Voxels {
                 let whole = way(from_m, to_m.min(end_m));
                 let rest = (1.0 - share).max(0.0) * way(from_m.max(end_m), to_m.min(end_m + self.merged_m));
                 voxel.share_path += weight_m * (whole + rest);
-                voxel.share_beams = voxel.share_beams.saturating_add(u32::from(whole + rest > 0.0));
                 if (from_m..to_m).contains(&end_m) {
                     voxel.share_hits_per_m += weight_m * share / (end_m * end_m);
                     self.shares += 1;

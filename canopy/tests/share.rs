@@ -151,13 +151,13 @@ fn estimated(parameters: Parameters, calibration: Option<Calibration>, scans: &[
 
 #[test]
 fn shares_see_what_rays_see_whatever_a_beam_holds() {
-    for (thick_m, density) in [(0.5, 1.0), (1.0, 1.0), (1.0, 2.0)] {
+    for (thick_m, density) in [(0.5, 1.0), (1.0, 0.5), (1.0, 1.0), (0.5, 2.0)] {
         let scans = beams_of_rays(thick_m, density, 300, 7);
         let found = estimated(reading(), None, &scans);
         let truth = density * thick_m * HIGH_M * found.scanned_m.unwrap();
         let (share, contact) =
             (found.leaf_area_share_raw_m2.unwrap() / truth, found.leaf_area_contact_raw_m2.unwrap() / truth);
-        assert!((share - 1.0).abs() < 0.06, "{thick_m} m of {density}: {share}");
+        assert!((share - 1.0).abs() < 0.1, "{thick_m} m of {density}: {share}");
         assert!(contact > 2.0, "any of {RAYS} rays is a hit: {contact}");
     }
 }
