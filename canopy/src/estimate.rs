@@ -55,7 +55,7 @@ pub struct Estimate {
     pub lai: Option<f64>,
     /// Where `leaf_area_m2` comes from.
     pub leaf_area_estimator: Option<LeafAreaEstimator>,
-    /// Relative standard deviation of `leaf_area_m2` by what the beams' width was taken out by; 0 for rays, `None` where their width is not known.
+    /// Relative standard deviation of `leaf_area_m2` by what the beams' width was taken out by; 0 for rays and for shares of spots, `None` where their width is not known.
     pub leaf_area_spot_relative_sd: Option<f64>,
     /// Leaf area by contact frequency, scaled if the calibration says how, m².
     pub leaf_area_contact_m2: Option<f64>,

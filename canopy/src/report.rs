@@ -197,7 +197,10 @@ fn row(
         returns: totals.returns.canopy,
         ..Cell::default()
     });
-    estimate.leaf_area_spot_relative_sd = pass.rig.optics.map(|_| pass.row.spot_relative_sd());
+    // Shares have no rims to be taken out.
+    let by_shares = whole.share.is_some();
+    estimate.leaf_area_spot_relative_sd =
+        pass.rig.optics.map(|_| if by_shares { 0.0 } else { pass.row.spot_relative_sd() });
     estimate.leaf_area_contact_m2 = whole.contact.value();
     estimate.leaf_area_m2 = whole.best().value();
     estimate.leaf_area_share_m2 = whole.share.and_then(Ranged::value);
