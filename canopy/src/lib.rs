@@ -43,6 +43,7 @@
 mod advance;
 mod astray;
 mod beam_line;
+mod by_range;
 pub mod calibration;
 mod class;
 mod contact;

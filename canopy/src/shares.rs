@@ -1,9 +1,10 @@
-//! The share of its spot that each beam's leaves took, by range and remission; what depends on the range is worked out once.
+//! The share of its spot that each beam's leaves took, by range and remission.
 
 use std::f64::consts::LN_10;
 
 use rowscan_protocol::optics::DAZZLED;
 
+use crate::by_range::ByRange;
 use crate::parameters::Parameters;
 use crate::remission::RemissionScale;
 
@@ -12,25 +13,24 @@ use crate::remission::RemissionScale;
 pub(crate) struct Shares {
     scale: RemissionScale,
     /// What remission is where leaves' share is 1, digits, by range.
-    digits: Vec<f64>,
+    digits: ByRange,
 }
 
 impl Shares {
     /// `None` where remission is not read.
     pub(crate) fn new(parameters: &Parameters) -> Option<Self> {
         let scale = parameters.remission?;
-        let digits = |step: usize| {
-            let range_m = (step as f64 + 0.5) * STEP_M;
+        let digits = |range_m: f64| {
             let rims = 1.0 - 1.0 / parameters.inflation(range_m).max(1.0);
             scale.full_digits(range_m) + scale.digits_a_decade * (LONGER * rims).ln_1p() / LN_10
         };
-        Some(Self { scale, digits: (0..STEPS).map(digits).collect() })
+        Some(Self { scale, digits: ByRange::of(digits) })
     }
 
     /// The share of the spot that leaves took of which so much came back from this range; above 1 for leaves less slanted than the mean. NaN where there is no
     /// echo, or none with remission, or too far away.
     pub(crate) fn of(&self, range_m: f64, remission: u16) -> f64 {
-        let Some(full) = self.digits.get((range_m / STEP_M) as usize).filter(|_| remission > 0) else {
+        let Some(full) = self.digits.at(range_m).filter(|_| remission > 0) else {
             return f64::NAN;
         };
         if remission == DAZZLED || remission == DAZZLED / BYTES {
@@ -41,10 +41,6 @@ impl Shares {
         10_f64.powf((digits - full) / self.scale.digits_a_decade).min(self.scale.most)
     }
 }
-
-/// Ranges are told apart by so much, metres, up to 20 m.
-const STEP_M: f64 = 0.1;
-const STEPS: usize = 200;
 
 /// Digits of a 16-bit value that holds an 8-bit one in both bytes, a digit.
 const BYTES: u16 = 257;

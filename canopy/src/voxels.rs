@@ -194,6 +194,9 @@ impl Voxels {
             let steps = self.paths.steps.get(way.first..way.last).unwrap_or_default();
             let mut from_m = way.entry_m;
             for step in steps {
+                if from_m >= end_m + self.merged_m {
+                    break;
+                }
                 let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
                 let to_m = step.exit_m;
                 // ∫ dr / r².
@@ -250,6 +253,9 @@ impl Voxels {
 
     /// Leaf area by the shares of spots, m²: 0 where no remission was read.
     pub(crate) fn share_leaf_area_m2(&self) -> f64 {
+        if self.parameters.remission.is_none() {
+            return 0.0;
+        }
         let density = |voxel: &Voxel| voxel.share_frequency(self.min_beams);
         let sum: f64 = self.layers(density).map(|layer| layer.density + layer.filled).sum();
         sum * self.volume_m3() / self.parameters.projection
