@@ -11,7 +11,7 @@
 //! As a ROS 2 bag ([`Language::Ros2`]) every message is in CDR, for ROS 2 reads no file with two encodings: raw bytes are `std_msgs/msg/UInt8MultiArray`, scans
 //! `sensor_msgs/msg/LaserScan`, positions `sensor_msgs/msg/NavSatFix`.
 //!
-//! Log time is the host's. A channel's sequence numbers count packets, lost ones too. Records are not chunked: whatever was handed to
+//! Log time is the host's; in the file of a recorder it never goes back. A channel's sequence numbers count packets, lost ones too. Records are not chunked: whatever was handed to
 //! the system before a crash is whole records and at most one torn one, and every MCAP reader can read up to there.
 
 use std::collections::BTreeMap;
