@@ -1,57 +1,84 @@
 //! The bounded queue between the taps of a recorder and its thread.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::SyncSender;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::tap::{Tap, Taps};
 use crate::wall_clock::WallClock;
 use crate::{Side, StreamKind};
 
+/// Packets that may wait for the writer; at 50 Hz twenty seconds of one scanner.
+const ROOM: usize = 1024;
+
 /// What the recorder's thread takes in.
 #[derive(Debug)]
 pub(crate) enum Item {
     Open { stream: u32, name: String, kind: StreamKind },
     Packet { stream: u32, from: Side, at_ns: u64, lost_before: u32, bytes: Vec<u8> },
-    Finish,
 }
 
-/// What the taps of one recorder share.
-struct Shared {
-    /// Held from the reading of the clock until the packet is queued, so that no packet overtakes an earlier one: readers of bags
-    /// refuse a file without chunks whose times go back.
-    queue: Mutex<SyncSender<Item>>,
+/// The end of the queue that the taps of one recorder share.
+#[derive(Debug)]
+pub(crate) struct Queue {
+    /// None once it is closed. Held from the reading of the clock until the packet is queued, so that no packet overtakes an earlier one: readers of
+    /// bags refuse a file without chunks whose times go back.
+    items: Mutex<Option<SyncSender<Item>>>,
     clock: WallClock,
     /// Wait for room in the queue instead of losing packets.
     waits: bool,
-    lost: Arc<AtomicU64>,
+    lost: AtomicU64,
     names: Mutex<Vec<String>>,
     next: AtomicU32,
 }
 
-/// Taps that send copies through `queue`. If it is full they are lost and counted in `lost`, unless the recorder `waits`.
-pub(crate) fn taps(queue: SyncSender<Item>, clock: WallClock, waits: bool, lost: Arc<AtomicU64>) -> Taps {
-    let (queue, names) = (Mutex::new(queue), Mutex::default());
-    let shared = Arc::new(Shared { queue, clock, waits, lost, names, next: AtomicU32::new(0) });
-    Taps::new(move |name, kind| shared.open(name, kind))
-}
+impl Queue {
+    /// A queue, and its other end. If it is full packets are lost and counted, unless it `waits`.
+    pub(crate) fn new(clock: WallClock, waits: bool) -> (Arc<Self>, Receiver<Item>) {
+        let (sender, items) = sync_channel(ROOM);
+        let queue = Self {
+            items: Mutex::new(Some(sender)),
+            clock,
+            waits,
+            lost: AtomicU64::new(0),
+            names: Mutex::default(),
+            next: AtomicU32::new(0),
+        };
+        (Arc::new(queue), items)
+    }
 
-impl Shared {
+    /// Taps that send copies through the queue.
+    pub(crate) fn taps(self: &Arc<Self>) -> Taps {
+        let queue = Arc::clone(self);
+        Taps::new(move |name, kind| queue.open(name, kind))
+    }
+
+    /// Nothing more is queued: what comes now comes after the recording, and is not lost.
+    pub(crate) fn close(&self) {
+        self.items().take();
+    }
+
+    /// Packets lost so far.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    fn items(&self) -> MutexGuard<'_, Option<SyncSender<Item>>> {
+        self.items.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn open(self: &Arc<Self>, name: &str, kind: StreamKind) -> Tap {
         let name = self.free_name(name);
         let stream = self.next.fetch_add(1, Ordering::Relaxed);
         // Rare, and nothing of the stream can be kept without it: worth waiting for.
-        if self.queue().send(Item::Open { stream, name, kind }).is_err() {
+        let open = Item::Open { stream, name, kind };
+        if self.items().as_ref().is_none_or(|items| items.send(open).is_err()) {
             return Tap::default();
         }
-        let shared = Arc::clone(self);
+        let queue = Arc::clone(self);
         // Packets lost since the last one that was kept.
         let lost = AtomicU32::new(0);
-        Tap::new(move |from, bytes| shared.record(stream, &lost, from, bytes))
-    }
-
-    fn queue(&self) -> MutexGuard<'_, SyncSender<Item>> {
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+        Tap::new(move |from, bytes| queue.record(stream, &lost, from, bytes))
     }
 
     /// The name, with a number behind it if it is taken.
@@ -71,15 +98,13 @@ impl Shared {
     fn record(&self, stream: u32, lost: &AtomicU32, from: Side, bytes: &[u8]) {
         let lost_before = lost.swap(0, Ordering::Relaxed);
         let bytes = bytes.to_vec();
-        let queue = self.queue();
+        let items = self.items();
+        let Some(items) = items.as_ref() else { return };
         let item = Item::Packet { stream, from, at_ns: self.clock.now_ns(), lost_before, bytes };
-        // A recorder that has stopped keeps nothing either.
-        let kept = match self.waits {
-            true => queue.send(item).is_ok(),
-            false => queue.try_send(item).is_ok(),
-        };
-        drop(queue);
-        if !kept {
+        // A recorder that has failed keeps nothing either.
+        let kept =
+            if self.waits { items.send(item).map_err(TrySendError::from) } else { items.try_send(item) };
+        if kept.is_err() {
             lost.fetch_add(lost_before.saturating_add(1), Ordering::Relaxed);
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
@@ -88,7 +113,6 @@ impl Shared {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::mpsc::sync_channel;
     use std::thread;
     use std::time::Duration;
 
@@ -103,15 +127,14 @@ mod tests {
             thread::sleep(Duration::from_micros(read % 3 * 50));
             read
         });
-        let (queue, items) = sync_channel(1024);
-        let taps = taps(queue, clock, true, Arc::default());
+        let (queue, items) = Queue::new(clock, true);
         thread::scope(|scope| {
             for _ in 0..4 {
-                let tap = taps.open("scanner", StreamKind::Bytes);
+                let tap = queue.taps().open("scanner", StreamKind::Bytes);
                 scope.spawn(move || (0..50).for_each(|_| tap.record(Side::Device, b"x")));
             }
         });
-        drop(taps);
+        queue.close();
         let times: Vec<u64> = items
             .iter()
             .filter_map(|item| match item {
@@ -120,5 +143,22 @@ mod tests {
             })
             .collect();
         assert_eq!(times, (0..200).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_does_not_fit_is_lost_and_what_comes_after_the_end_is_not() {
+        let (queue, items) = Queue::new(WallClock::new(|| 0), false);
+        let tap = queue.taps().open("scanner", StreamKind::Bytes);
+        // The stream itself takes a place.
+        (0..ROOM + 4).for_each(|_| tap.record(Side::Device, b"x"));
+        assert_eq!(queue.lost(), 5);
+        assert_eq!(items.try_iter().count(), ROOM);
+        tap.record(Side::Device, b"y");
+        let after = items.try_recv();
+        assert!(matches!(after, Ok(Item::Packet { lost_before: 5, .. })), "{after:?}");
+        queue.close();
+        tap.record(Side::Device, b"z");
+        assert!(items.recv().is_err());
+        assert_eq!(queue.lost(), 5);
     }
 }

@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crate::output_file::{NewFile, OutputFile};
-use crate::queue::{self, Item};
+use crate::queue::{Item, Queue};
 use crate::tap::Taps;
 use crate::wall_clock::WallClock;
 use crate::writer::{About, Decoded, McapWriter, StreamId};
@@ -18,9 +17,6 @@ use crate::{RecordError, Side};
 
 /// Bytes are flushed at least this often: what a killed program loses at most.
 const FLUSH: Duration = Duration::from_millis(200);
-
-/// Packets that may wait for the writer; at 50 Hz twenty seconds of one scanner.
-const QUEUE: usize = 1024;
 
 /// How a recording is made.
 #[derive(Clone, Debug)]
@@ -51,9 +47,7 @@ pub struct Recorded {
 /// A recording being written. Dropping it lets the file end without its index, as a crash would; it still opens.
 #[derive(Debug)]
 pub struct Recorder {
-    taps: Taps,
-    queue: SyncSender<Item>,
-    lost: Arc<AtomicU64>,
+    queue: Arc<Queue>,
     path: PathBuf,
     new_file: NewFile,
     thread: JoinHandle<Result<Recorded, RecordError>>,
@@ -73,9 +67,7 @@ impl Recorder {
         let file = BufWriter::with_capacity(256 * 1024, file);
         let writer = McapWriter::new(file, &about, decoded)
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
-        let (queue, items) = sync_channel(QUEUE);
-        let lost = Arc::new(AtomicU64::new(0));
-        let taps = queue::taps(queue.clone(), clock.clone(), waits, Arc::clone(&lost));
+        let (queue, items) = Queue::new(clock.clone(), waits);
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn({
@@ -97,12 +89,12 @@ impl Recorder {
                 }
             })
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
-        Ok(Self { taps, queue, lost, path, new_file, thread })
+        Ok(Self { queue, path, new_file, thread })
     }
 
     /// Opens its taps.
     pub fn taps(&self) -> Taps {
-        self.taps.clone()
+        self.queue.taps()
     }
 
     /// The file, to be taken back after [`finish`](Self::finish) if nothing came.
@@ -110,15 +102,14 @@ impl Recorder {
         self.new_file.clone()
     }
 
-    /// Writes what is queued, and the file's end. Waits for the disk.
+    /// Writes what is queued, and the file's end. Waits for the disk. What taps take from now on is not kept.
     pub fn finish(self) -> Result<Recorded, RecordError> {
-        // A thread that has failed is gone; its error is returned below.
-        let _ = self.queue.send(Item::Finish);
+        self.queue.close();
         let ended = self.thread.join().unwrap_or_else(|_| {
             let cause = io::Error::other("the recorder's thread has panicked");
             Err(RecordError::Write { path: self.path, cause, packets: 0 })
         });
-        ended.map(|recorded| Recorded { lost: self.lost.load(Ordering::Relaxed), ..recorded })
+        ended.map(|recorded| Recorded { lost: self.queue.lost(), ..recorded })
     }
 }
 
@@ -149,7 +140,7 @@ impl WriterThread {
         self.writer.flush()?;
         loop {
             let item = match items.recv_timeout(FLUSH) {
-                Ok(Item::Finish) | Err(RecvTimeoutError::Disconnected) => return self.writer.finish(),
+                Err(RecvTimeoutError::Disconnected) => return self.writer.finish(),
                 Ok(item) => Some(item),
                 Err(RecvTimeoutError::Timeout) => None,
             };
@@ -177,7 +168,6 @@ impl WriterThread {
                     self.recorded.bytes += bytes.len() as u64;
                 }
             }
-            Item::Finish => {}
         }
         Ok(())
     }
