@@ -30,6 +30,7 @@ fn optics(remission: RemissionCurve) -> Optics {
     Optics {
         wavelength_nm: fact(905.0),
         spot: no_rims().spot,
+        bend_deg: fact(0.0),
         pulse: Pulse { merged_m: fact(MERGED_M), apart_m: fact(2.0) },
         factory_echo: FactoryEcho::First,
         fog_filter: FogFilter::None,

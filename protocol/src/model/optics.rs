@@ -19,6 +19,7 @@ pub(super) const LMS1XX: Optics = Optics {
         sweep_mrad: Fact::assumed(0.0),
         effective: EFFECTIVE,
     },
+    bend_deg: Fact::assumed(0.0),
     pulse: PULSE,
     factory_echo: FactoryEcho::All,
     // 6 % of a pulse's length, taken as 6 % of the spot.
@@ -86,6 +87,7 @@ pub(super) const TIM: Optics = Optics {
         sweep_mrad: Fact::from("S5", 5.8),
         effective: EFFECTIVE,
     },
+    bend_deg: Fact::from("S6", 3.0),
     factory_echo: FactoryEcho::First,
     fog_filter: FogFilter::None,
     range_at_10_percent_m: Fact::from("S10", 8.0),

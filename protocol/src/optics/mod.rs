@@ -15,6 +15,8 @@ pub struct Optics {
     pub wavelength_nm: Fact,
     /// The beam's cross-section.
     pub spot: Spot,
+    /// How far the scan plane of a unit may be bent to a cone, degrees either way.
+    pub bend_deg: Fact,
     /// How returns become echoes.
     pub pulse: Pulse,
     /// The echo that is reported out of the box.
@@ -182,6 +184,7 @@ impl Optics {
             ("spot growth, mm/m", spot.divergence_mrad),
             ("sweep in the plane, mm/m", spot.sweep_mrad),
             ("effective / nominal spot", spot.effective),
+            ("bend of the scan plane within, deg", self.bend_deg),
             ("one echo below, m", pulse.merged_m),
             ("echoes apart from, m", pulse.apart_m),
             ("range at 10 %, m", self.range_at_10_percent_m),

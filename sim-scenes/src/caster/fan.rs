@@ -126,6 +126,12 @@ impl BeamFan {
         Self { axes: self.axes, ..fan }
     }
 
+    /// `count` beams from beam `first` on, in the same plane. They stand still.
+    pub(crate) fn part(&self, first: usize, count: usize) -> Self {
+        let start_deg = self.start_deg + first as f64 * self.step_deg;
+        Self { axes: self.axes, ..Self::from_degrees(start_deg, self.step_deg, count) }
+    }
+
     /// Angle from beam to beam, radians; negative where θ falls.
     pub fn step_rad(&self) -> f64 {
         self.step_rad

@@ -36,6 +36,8 @@ pub(super) enum Use {
     WindowDrop = 111,
     /// Shots that the sun dazzles.
     Sun = 112,
+    /// Bend of a unit's scan plane.
+    Bend = 113,
 }
 
 /// Numbers of one key.

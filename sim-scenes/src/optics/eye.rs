@@ -135,7 +135,7 @@ impl Eye {
             SpotGrid::thin(pitch_rad)
         };
         let noise = UnitNoise::new(&self.optics, self.settings.noise, self.unit, fan.len());
-        let footprint = Footprint::new(grid, fan);
+        let footprint = Footprint::new(grid, fan, self.bend_rad());
         self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, noise });
     }
 
@@ -226,6 +226,14 @@ impl Eye {
         for (number, (place, echo)) in places.zip(&*echoes).enumerate() {
             *place = measured.of(number, echo, footprint.met(echo.ray));
         }
+    }
+
+    /// How far every beam of this unit leaves the plane that the mirror turns in, radians; ahead where positive. 0 unless the settings ask for a bent
+    /// plane and the model's is.
+    pub fn bend_rad(&self) -> f64 {
+        let bends = self.settings.bent_plane && self.settings.stages.has(Stage::Spot);
+        let part = 2.0 * Draws::of(self.unit, Use::Bend, 0).unit() - 1.0;
+        if bends { (part * self.optics.bend_deg.value).to_radians() } else { 0.0 }
     }
 
     /// Planes of a line, and rays cast in each; 0 before the first [`turn_to`](Self::turn_to).

@@ -3,6 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 use rowscan_protocol::scan::Pose;
 
+use super::bent::{Piece, pieces};
 use super::parts::{Column, Parts};
 use super::rays::{Rays, Weigh};
 use super::spot::SpotGrid;
@@ -20,6 +21,9 @@ fn beside(from: Pose, fan: &BeamFan, across_m: f64) -> Pose {
 pub(super) struct Footprint {
     grid: SpotGrid,
     fan: BeamFan,
+    bend_rad: f64,
+    /// The fan as it is cast.
+    pieces: Vec<Piece>,
     margin: usize,
     beams: usize,
     scratch: Scratch,
@@ -79,15 +83,17 @@ impl WithSimd for Gather<'_> {
 }
 
 impl Footprint {
-    /// For the beams of `fan`, sampled as `grid` says.
-    pub(super) fn new(grid: SpotGrid, fan: &BeamFan) -> Self {
+    /// For the beams of `fan`, sampled as `grid` says, whose plane is bent by `bend_rad`.
+    pub(super) fn new(grid: SpotGrid, fan: &BeamFan, bend_rad: f64) -> Self {
         let (margin, beams) = (grid.margin(), fan.len());
         let fan = fan.refined(grid.fold, margin);
         let planes = grid.planes(0).len();
         Self {
             rays: Rays::new(planes, fan.len(), &grid, margin, beams),
             returns: vec![Return::MISS; planes * fan.len()],
+            pieces: pieces(&fan, bend_rad),
             fan,
+            bend_rad,
             margin,
             beams,
             grid,
@@ -98,11 +104,13 @@ impl Footprint {
     /// The same beams in other directions.
     pub(super) fn tilt(&mut self, fan: &BeamFan) {
         self.fan = fan.refined(self.grid.fold, self.margin);
+        self.pieces = pieces(&self.fan, self.bend_rad);
     }
 
     /// The same beams in a plane that leans so.
     pub(super) fn lean(&mut self, fan: &BeamFan) {
         self.fan.lean(fan.axes().copied());
+        self.pieces.iter_mut().for_each(|piece| piece.lean(fan));
     }
 
     /// Casts a line whose first beam starts at `origin`, with the plane grid at place `phase`. `surface` is what comes back of a ray at 1 m: its
@@ -115,14 +123,17 @@ impl Footprint {
         phase: usize,
         surface: impl Fn(&Return) -> f64,
     ) {
-        let Self { grid, fan, margin, scratch, returns, rays, .. } = self;
+        let Self { grid, fan, pieces, margin, scratch, returns, rays, .. } = self;
         let advance_m = advance_m / grid.fold as f64;
-        fan.advance(advance_m);
         let first_m = origin.y_m - *margin as f64 * advance_m;
         let lines = returns.chunks_exact_mut(fan.len().max(1));
         for (number, (plane, returns)) in grid.planes(phase).iter().zip(lines).enumerate() {
-            let from = beside(Pose { y_m: first_m, ..origin }, fan, plane.y_m);
-            caster.cast(from, fan, scratch, returns);
+            for Piece { first, fan, .. } in &mut *pieces {
+                fan.advance(advance_m);
+                let y_m = first_m + *first as f64 * advance_m;
+                let from = beside(Pose { y_m, ..origin }, fan, plane.y_m);
+                caster.cast(from, fan, scratch, returns.get_mut(*first..).unwrap_or_default());
+            }
             rays.fill(number, returns, &surface);
             Arch::new().dispatch(Weigh { rays, grid, number, plane, margin: *margin });
         }
@@ -167,7 +178,7 @@ mod tests {
         let spot = AnyModel::by_name(model).unwrap().optics().spot;
         let fan = BeamFan::from_degrees(-9.0, 0.5, 43);
         let settings = OpticsSettings { quality, ..OpticsSettings::default() };
-        let mut footprint = Footprint::new(SpotGrid::new(&spot, &settings, fan.step_rad()), &fan);
+        let mut footprint = Footprint::new(SpotGrid::new(&spot, &settings, fan.step_rad()), &fan, 0.0);
         let mut stream = Purpose::Growth.stream(3, 0, 0);
         for found in &mut footprint.returns {
             // Most are far away, some so near that many beams see them.

@@ -21,10 +21,12 @@ pub struct OpticsSettings {
     pub reference_range_m: f64,
     /// Share of the spot that an echo must have, 0 to 1, besides the least power that is detected. 0 is what is known of factory settings.
     pub min_share: f64,
-    /// The unit's seed: its fixed pattern and systematic error. Left out, the scene's seed.
+    /// The unit's seed: its fixed pattern, systematic error and bend. Left out, the scene's seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 5)]
     pub unit: Option<u64>,
+    /// Bends the scan plane to a cone where the model's is: by an angle of the unit's own. Needs the stage `spot`.
+    pub bent_plane: bool,
     /// How much ranges scatter.
     pub noise: NoiseLevel,
     /// How wet surfaces are, 0 to 1: a wet one returns 0.7 times as much.
@@ -54,6 +56,7 @@ impl Default for OpticsSettings {
             reference_range_m: 2.5,
             min_share: 0.0,
             unit: None,
+            bent_plane: false,
             noise: NoiseLevel::Recorded,
             wetness: 0.0,
             reflectance: Reflectance::default(),

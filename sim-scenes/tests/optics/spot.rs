@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use rowscan_protocol::optics::{Fact, Optics, Spot};
 use rowscan_protocol::scan::Pose;
 use rowscan_scenes::caster::brute;
 use rowscan_scenes::optics::{Eye, EyeModel, OpticsSettings};
@@ -123,20 +124,47 @@ fn cloud() -> Vec<Leaf> {
 
 #[test]
 fn leaves_get_the_share_that_true_cone_rays_give_them() {
-    let lms111 = optics("lms111");
+    shares_are_those_of_cones(&settings("spot,echoes"), 0.0);
+}
+
+#[test]
+fn so_they_do_where_the_scan_plane_is_bent() {
+    let bent = OpticsSettings { bent_plane: true, ..settings("spot,echoes") };
+    shares_are_those_of_cones(&bent, 3.0);
+}
+
+#[test]
+fn only_a_tim_is_bent_each_unit_by_an_angle_of_its_own_and_only_where_asked_for() {
+    let bend = |model: &str, unit, bent_plane| {
+        let settings = OpticsSettings { unit: Some(unit), bent_plane, ..settings("spot,echoes") };
+        Bench::new(&optics(model), 1, &settings, vec![], &fan(0.33, 3)).eye.bend_rad().to_degrees()
+    };
+    let units: Vec<f64> = (0..400).map(|unit| bend("tim781s", unit, true)).collect();
+    assert!(units.iter().all(|bend| bend.abs() <= 3.0));
+    assert!(units.iter().any(|bend| *bend > 2.8) && units.iter().any(|bend| *bend < -2.8));
+    assert_eq!([bend("tim781s", 1, false), bend("lms511", 1, true)], [0.0, 0.0]);
+    // A unit of this seed is the same one tomorrow.
+    assert_eq!(bend("tim781s", 7, true), units[7]);
+}
+
+/// Every share of a spot on a cloud of leaves against rays of a cone; the scanner's plane may be bent by so much.
+fn shares_are_those_of_cones(settings: &OpticsSettings, bend_deg: f64) {
+    let lms111 = Optics { bend_deg: Fact::assumed(bend_deg), ..optics("lms111") };
     let fan = fan(0.5, 21);
     let orchard = Orchard::from_organs(cloud(), vec![], f64::INFINITY);
     let caster = Caster::new(&orchard);
     let model = EyeModel { optics: &lms111, echoes: 2, limits: LIMITS };
-    let mut eye = Eye::new(model, &settings("spot,echoes"), 1, 0);
+    let mut eye = Eye::new(model, settings, 1, 0);
     eye.turn_to(&fan, true);
+    let bend_rad = eye.bend_rad();
+    assert_eq!(bend_rad != 0.0, bend_deg != 0.0);
     let (mut sum, mut squares, mut truths, mut count) = (0.0, 0.0, 0.0, 0.0);
     for line in 0..12_u32 {
         let y_m = 0.04 * (f64::from(line) - 6.0);
         eye.look(&caster, Pose { x_m: 0.0, y_m, z_m: HEIGHT_M }, 0.0, u64::from(line));
         for beam in 0..fan.len() {
             let found: f64 = eye.beam(beam).iter().map(|echo| echo.share).sum();
-            let true_share = cone_share(&orchard, &lms111.spot, fan.theta_rad(beam), y_m);
+            let true_share = cone_share(&orchard, &lms111.spot, [fan.theta_rad(beam), bend_rad], y_m);
             sum += found - true_share;
             squares += (found - true_share).powi(2);
             truths += true_share;
@@ -149,8 +177,8 @@ fn leaves_get_the_share_that_true_cone_rays_give_them() {
     assert!(mean.abs() < 0.005 && rms < 0.035, "mean {mean}, rms {rms} of {truth}");
 }
 
-/// Share of the rays of a true cone that meet a leaf.
-fn cone_share(orchard: &Orchard, spot: &rowscan_protocol::optics::Spot, theta: f64, y_m: f64) -> f64 {
+/// Share of the rays of a true cone that meet a leaf. Its axis is `theta` from +X and leaves the plane by `bend`.
+fn cone_share(orchard: &Orchard, spot: &Spot, [theta, bend]: [f64; 2], y_m: f64) -> f64 {
     let (start_m, growth) = (spot.radius_m(0.0), spot.radius_m(1.0) - spot.radius_m(0.0));
     let (mut met, mut all) = (0.0, 0.0);
     let n = 13;
@@ -160,9 +188,11 @@ fn cone_share(orchard: &Orchard, spot: &rowscan_protocol::optics::Spot, theta: f
         if u * u + v * v > 1.0 {
             continue;
         }
-        let (sin, cos) = theta.sin_cos();
-        let origin = [-sin * u * start_m, y_m + v * start_m, HEIGHT_M + cos * u * start_m];
-        let direction = [cos - sin * u * growth, v * growth, sin + cos * u * growth];
+        let ((sin, cos), (rise, level)) = (theta.sin_cos(), bend.sin_cos());
+        let aside = [-sin * u - rise * cos * v, level * v, cos * u - rise * sin * v];
+        let axis = [level * cos, rise, level * sin];
+        let origin: [f64; 3] = std::array::from_fn(|i| [0.0, y_m, HEIGHT_M][i] + aside[i] * start_m);
+        let direction: [f64; 3] = std::array::from_fn(|i| axis[i] + aside[i] * growth);
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         all += 1.0;
         met += f64::from(u8::from(

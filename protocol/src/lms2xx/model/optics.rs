@@ -12,6 +12,7 @@ pub(super) const INDOOR: Optics = Optics {
         sweep_mrad: Fact::assumed(0.0),
         effective: EFFECTIVE,
     },
+    bend_deg: Fact::assumed(0.0),
     pulse: PULSE,
     factory_echo: FactoryEcho::First,
     fog_filter: FogFilter::None,
