@@ -2,12 +2,12 @@
 
 import pathlib
 import signal
-import subprocess
 import sys
 import time
 
 import pytest
 
+import children
 import rowscan
 
 #: A controller that reads scans until it is told to end, or only so many of them.
@@ -112,7 +112,7 @@ def test_an_interrupt_ends_the_children(scenario, tmp_path):
     path = scenario()
     path.write_text(path.read_text().replace("row_m = 0.5", "s = 600").replace("lockstep", "paced").replace(', ack = { sut = "read" }', ""))
     script = "import rowscan\ntry:\n    rowscan.check(%r, keep=%r)\nexcept KeyboardInterrupt:\n    print('interrupted')\n" % (str(path), str(tmp_path / "runs"))
-    child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    child = children.start(script)
     log = lambda: any("connected" in found.read_text() for found in (tmp_path / "runs").rglob("sut.log"))
     until = time.monotonic() + 60
     while not log() and time.monotonic() < until:

@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+import children
 import rowscan
 from cola import LOGIN, SUBSCRIBE, Client
 
@@ -218,7 +219,7 @@ def test_ctrl_c_ends_a_long_call():
         "    print('waits', flush=True)\n"
         "    scanner.step(1000, timeout=None)\n"
     )
-    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    child = children.start(program)
     assert child.stdout.readline() == "waits\n"
     child.send_signal(signal.SIGINT)
     _, complaint = child.communicate(timeout=10)
