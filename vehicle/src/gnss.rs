@@ -234,7 +234,7 @@ impl Receiver {
             quality,
             unix_s: self.start_s + t_s,
             latitude_deg: gnss.latitude_deg + north_m / self.m_per_deg.0,
-            longitude_deg: gnss.longitude_deg + east_m / self.m_per_deg.1,
+            longitude_deg: longitude(gnss.longitude_deg + east_m / self.m_per_deg.1),
             altitude_m: gnss.altitude_m + gnss.antenna_up_m + motion.up_m + 2.0 * noise_m * up,
             geoid_m: gnss.geoid_m,
             heading_deg,
@@ -249,7 +249,7 @@ impl Receiver {
     /// Moves a fix, metres north and east.
     pub(crate) fn shift(&self, fix: &mut Fix, north_m: f64, east_m: f64) {
         fix.latitude_deg += north_m / self.m_per_deg.0;
-        fix.longitude_deg += east_m / self.m_per_deg.1;
+        fix.longitude_deg = longitude(fix.longitude_deg + east_m / self.m_per_deg.1);
     }
 
     /// Three standard normal numbers of this millisecond (Box and Muller).
@@ -260,6 +260,15 @@ impl Receiver {
             let radius = libm::sqrt(-2.0 * libm::log(1.0 - stream.unit()));
             radius * libm::cos(TAU * stream.unit())
         })
+    }
+}
+
+/// A longitude that may lie beyond the date line, from -180 up to 180 degrees.
+fn longitude(deg: f64) -> f64 {
+    match deg {
+        east if east >= 180.0 => east - 360.0,
+        west if west < -180.0 => west + 360.0,
+        _ => deg,
     }
 }
 
@@ -321,6 +330,29 @@ mod tests {
         assert!((east_m - (2.5 + 1.5 * root3 + 2.0)).abs() < 1e-6, "{east_m}");
         assert!((fix.heading_deg - 90.0).abs() < 1e-9);
         assert_eq!((fix.altitude_m, fix.geoid_m), (202.5, 50.0));
+    }
+
+    #[test]
+    fn longitudes_go_on_beyond_the_date_line() {
+        for (start_deg, azimuth_deg) in [(179.9999, 90.0), (180.0, 90.0), (-179.9999, -90.0), (-180.0, -90.0)]
+        {
+            let receiver =
+                Receiver::new(Gnss { longitude_deg: start_deg, azimuth_deg, ..Gnss::default() }, 1);
+            let mut fix = receiver.fix(SimTime(100 * SECOND), &Trajectory::straight(0.0, 1.0).at(100.0));
+            let side = f64::signum(azimuth_deg);
+            let apart_m = |deg: f64| (deg - start_deg).rem_euclid(360.0) * side * receiver.m_per_deg.1;
+            let driven_m = apart_m(fix.longitude_deg).rem_euclid(360.0 * receiver.m_per_deg.1);
+            assert!(
+                (driven_m - 100.0).abs() < 1e-3 && fix.longitude_deg * side < 0.0,
+                "{start_deg}: {fix:?}"
+            );
+            // A jump back over it.
+            receiver.shift(&mut fix, 0.0, -200.0 * side);
+            assert!(
+                (-180.0..180.0).contains(&fix.longitude_deg) && fix.longitude_deg * side > 0.0,
+                "{fix:?}"
+            );
+        }
     }
 
     #[test]

@@ -64,7 +64,11 @@ pub const SELECTED_SPEED: Message = Message {
     about: "the speed the tractor selects for its implements; here the ground-based one (ISO 11783-7)",
     signals: &[
         Signal { name: "SelectedSpeed", about: "magnitude", ..SPEED },
-        Signal { name: "SelectedDistance", ..DISTANCE },
+        Signal {
+            name: "SelectedDistance",
+            about: "way over ground, either direction counted up",
+            ..DISTANCE
+        },
         Signal::new("ExitReasonCode", 48, 8, 1.0, ""),
         Signal::choice("SelectedDirection", 56, 2, DIRECTION),
         Signal::choice(
@@ -145,43 +149,29 @@ pub const FACILITIES: Message = Message {
     ],
 };
 
-/// What way and speed a message states.
-struct Stated {
-    speed_m_s: f64,
-    way_m: f64,
-}
-
-fn direction(stated: &Stated) -> Option<f64> {
-    // Standing counts as the direction it will most likely take.
-    Some(if stated.speed_m_s < 0.0 { 0.0 } else { 1.0 })
+/// The direction of a speed. Standing counts as the direction it will most likely take.
+fn direction(speed_m_s: f64) -> Option<f64> {
+    Some(if speed_m_s < 0.0 { 0.0 } else { 1.0 })
 }
 
 /// [`WHEEL_SPEED`] of a tractor in `motion`.
 pub fn wheel_speed(motion: &Motion) -> Payload {
-    let stated = Stated { speed_m_s: motion.wheel_speed_m_s, way_m: motion.wheel_m };
-    let values = [
-        Some(stated.speed_m_s.abs()),
-        Some(stated.way_m.abs()),
-        None,
-        direction(&stated),
-        Some(1.0),
-        Some(1.0),
-        Some(0.0),
-    ];
-    WHEEL_SPEED.encode(&values)
+    let speed_m_s = motion.wheel_speed_m_s;
+    let (speed, distance) = (Some(speed_m_s.abs()), Some(motion.rolled_m));
+    WHEEL_SPEED.encode(&[speed, distance, None, direction(speed_m_s), Some(1.0), Some(1.0), Some(0.0)])
 }
 
 /// [`GROUND_SPEED`] of a tractor in `motion`.
 pub fn ground_speed(motion: &Motion) -> Payload {
-    let stated = Stated { speed_m_s: motion.speed_m_s, way_m: motion.way_m };
-    GROUND_SPEED.encode(&[Some(stated.speed_m_s.abs()), Some(stated.way_m.abs()), direction(&stated)])
+    let speed_m_s = motion.speed_m_s;
+    GROUND_SPEED.encode(&[Some(speed_m_s.abs()), Some(motion.driven_m), direction(speed_m_s)])
 }
 
 /// [`SELECTED_SPEED`] of a tractor in `motion`.
 pub fn selected_speed(motion: &Motion) -> Payload {
-    let stated = Stated { speed_m_s: motion.speed_m_s, way_m: motion.way_m };
-    let (speed, way) = (Some(stated.speed_m_s.abs()), Some(stated.way_m.abs()));
-    SELECTED_SPEED.encode(&[speed, way, None, direction(&stated), Some(1.0), Some(0.0)])
+    let speed_m_s = motion.speed_m_s;
+    let (speed, distance) = (Some(speed_m_s.abs()), Some(motion.driven_m));
+    SELECTED_SPEED.encode(&[speed, distance, None, direction(speed_m_s), Some(1.0), Some(0.0)])
 }
 
 /// [`FACILITIES`] of the virtual tractor.
@@ -242,6 +232,23 @@ mod tests {
         let back = Trajectory::straight(0.0, -0.5).at(10.0);
         assert_eq!(ground_speed(&back).bytes(), [0xF4, 0x01, 0x88, 0x13, 0x00, 0x00, 0xFF, 0xFC]);
         assert_eq!(selected_speed(&back).bytes()[7], 0b0000_0100);
+    }
+
+    #[test]
+    fn distances_count_up_in_reverse() {
+        let mut trajectory = Trajectory::straight(0.0, 1.0);
+        trajectory.command(4.0, -1.0);
+        let told = |t_s: f64| {
+            let motion = trajectory.at(t_s);
+            let second = |message: &Message, payload: Payload| message.decode(payload.bytes())[1].unwrap();
+            [
+                second(&WHEEL_SPEED, wheel_speed(&motion)),
+                second(&GROUND_SPEED, ground_speed(&motion)),
+                second(&SELECTED_SPEED, selected_speed(&motion)),
+            ]
+        };
+        // Two seconds and a metre until it stands, as much until it is at speed again.
+        assert_eq!([told(4.0), told(6.0), told(8.0), told(13.0)], [[4.0; 3], [5.0; 3], [6.0; 3], [11.0; 3]]);
     }
 
     /// AgOpenGPS's task controller, which tells both speeds with distance and direction and nothing else, sends 06 00 78

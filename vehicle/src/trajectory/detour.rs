@@ -6,13 +6,16 @@ use super::profile::{ProfileState, SpeedProfile};
 /// How many legs are remembered. The oldest is forgotten first; the present never depends on it.
 const LEGS: usize = 4096;
 
+/// Wheels roll as far as the tractor drives.
+const GRIP: f64 = 1.0;
+
 /// From an instant on, until the next leg begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Leg {
     /// The speed changes steadily, from this state.
     Steady { start: ProfileState, change_m_s2: f64 },
-    /// As the profile, with its distances shifted.
-    Own { way_m: f64, wheel_m: f64 },
+    /// As the profile, with its distances shifted: what it was in this state when the profile was in that one.
+    Own { here: ProfileState, own: ProfileState },
 }
 
 /// What was told by whom: its key, the speed, and how fast the speed changes.
@@ -31,10 +34,16 @@ impl Detours {
         let leg = self.legs.iter().rev().find(|(from_s, _)| *from_s <= t_s);
         let Some((from_s, leg)) = leg else { return profile.at(t_s) };
         match leg {
-            Leg::Steady { start, change_m_s2 } => steady(start, *change_m_s2, t_s - from_s),
-            Leg::Own { way_m, wheel_m } => {
-                let own = profile.at(t_s);
-                ProfileState { way_m: own.way_m + way_m, wheel_m: own.wheel_m + wheel_m, ..own }
+            Leg::Steady { start, change_m_s2 } => start.after(t_s - from_s, *change_m_s2, GRIP),
+            Leg::Own { here, own } => {
+                let now = profile.at(t_s);
+                ProfileState {
+                    way_m: now.way_m + (here.way_m - own.way_m),
+                    wheel_m: now.wheel_m + (here.wheel_m - own.wheel_m),
+                    driven_m: now.driven_m + (here.driven_m - own.driven_m),
+                    rolled_m: now.rolled_m + (here.rolled_m - own.rolled_m),
+                    ..now
+                }
             }
         }
     }
@@ -63,8 +72,7 @@ impl Detours {
                 let own = profile.at(t_s);
                 let there_s = self.make_for(profile, t_s, own.speed_m_s, change_m_s2);
                 let (here, own) = (self.at(profile, there_s), profile.at(there_s));
-                let shift = Leg::Own { way_m: here.way_m - own.way_m, wheel_m: here.wheel_m - own.wheel_m };
-                self.push(there_s, shift);
+                self.push(there_s, Leg::Own { here, own });
             }
         }
         true
@@ -77,7 +85,7 @@ impl Detours {
         let there_s = t_s + change_m_s.abs() / change_m_s2;
         let change_m_s2 = change_m_s2.copysign(change_m_s);
         self.push(t_s, Leg::Steady { start, change_m_s2 });
-        let there = steady(&start, change_m_s2, there_s - t_s);
+        let there = start.after(there_s - t_s, change_m_s2, GRIP);
         let there = ProfileState { speed_m_s, wheel_speed_m_s: speed_m_s, ..there };
         self.push(there_s, Leg::Steady { start: there, change_m_s2: 0.0 });
         there_s
@@ -92,18 +100,6 @@ impl Detours {
             self.legs.remove(0);
         }
         self.legs.push((from_s, leg));
-    }
-}
-
-/// Wheels roll as far as the tractor drives.
-fn steady(start: &ProfileState, change_m_s2: f64, t_s: f64) -> ProfileState {
-    let way_m = start.speed_m_s * t_s + 0.5 * change_m_s2 * t_s * t_s;
-    let speed_m_s = start.speed_m_s + change_m_s2 * t_s;
-    ProfileState {
-        way_m: start.way_m + way_m,
-        speed_m_s,
-        wheel_m: start.wheel_m + way_m,
-        wheel_speed_m_s: speed_m_s,
     }
 }
 
@@ -138,6 +134,11 @@ mod tests {
         // A metre's half ahead and a half back in two seconds, then a metre a second.
         let back = detours.at(&profile, 9.0);
         assert!((back.way_m - 3.0).abs() < 1e-12 && back.wheel_m == back.way_m && back.speed_m_s == -1.0);
+        // Each metre counts, also once it drives its own profile again.
+        assert!((back.driven_m - 8.0).abs() < 1e-12 && back.rolled_m == back.driven_m);
+        assert!(detours.end(&profile, 1, 9.0));
+        let ahead = detours.at(&profile, 13.0);
+        assert!((ahead.way_m - 5.0).abs() < 1e-12 && (ahead.driven_m - 11.0).abs() < 1e-12, "{ahead:?}");
     }
 
     #[test]

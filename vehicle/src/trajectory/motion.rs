@@ -21,6 +21,10 @@ pub struct Motion {
     pub wheel_m: f64,
     /// Speed of the wheels' rims, m/s.
     pub wheel_speed_m_s: f64,
+    /// Metres driven over ground, either direction counted up.
+    pub driven_m: f64,
+    /// Metres that the wheels have rolled, either direction counted up.
+    pub rolled_m: f64,
     /// To the right of its way, metres; `place` has it too.
     pub right_m: f64,
     /// Above where it stands on level ground, metres.
@@ -63,11 +67,23 @@ impl Trajectory {
     /// The tractor after `t_s` seconds of driving (before 0 it stands at its start).
     pub fn at(&self, t_s: f64) -> Motion {
         let run = self.detours.at(&self.profile, t_s);
-        let ProfileState { way_m, speed_m_s, wheel_m, wheel_speed_m_s } = run;
+        let ProfileState { way_m, speed_m_s, wheel_m, wheel_speed_m_s, driven_m, rolled_m } = run;
         let place = self.course.at(way_m);
         let Stance { up_m, roll_rad, pitch_rad } =
             self.ground.as_ref().map_or_else(Stance::default, |ground| ground.stance(way_m));
-        Motion { place, speed_m_s, way_m, wheel_m, wheel_speed_m_s, right_m: 0.0, up_m, roll_rad, pitch_rad }
+        Motion {
+            place,
+            speed_m_s,
+            way_m,
+            wheel_m,
+            wheel_speed_m_s,
+            driven_m,
+            rolled_m,
+            right_m: 0.0,
+            up_m,
+            roll_rad,
+            pitch_rad,
+        }
     }
 
     /// From `t_s` on the tractor makes for `speed_m_s`, whatever its profile says: how a controller drives it. What was before `t_s`

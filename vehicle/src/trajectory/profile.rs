@@ -16,6 +16,30 @@ pub struct ProfileState {
     pub wheel_m: f64,
     /// Speed of the wheels' rims, m/s.
     pub wheel_speed_m_s: f64,
+    /// Metres driven over ground, either direction counted up.
+    pub driven_m: f64,
+    /// Metres that the wheels have rolled, either direction counted up.
+    pub rolled_m: f64,
+}
+
+impl ProfileState {
+    /// After `t_s` seconds more of this acceleration, on wheels that turn `1 / grip` metres a metre of ground.
+    pub(super) fn after(&self, t_s: f64, acceleration_m_s2: f64, grip: f64) -> Self {
+        let speed_m_s = self.speed_m_s + acceleration_m_s2 * t_s;
+        let way_m = self.speed_m_s * t_s + 0.5 * acceleration_m_s2 * t_s * t_s;
+        // Where the speed changes its sign, there is as much to count to each side.
+        let turns = self.speed_m_s * speed_m_s < 0.0;
+        let turned_m = 0.5 * self.speed_m_s * self.speed_m_s.abs() / -acceleration_m_s2;
+        let driven_m = if turns { turned_m.abs() + (way_m - turned_m).abs() } else { way_m.abs() };
+        Self {
+            way_m: self.way_m + way_m,
+            speed_m_s,
+            wheel_m: self.wheel_m + way_m / grip,
+            wheel_speed_m_s: speed_m_s / grip,
+            driven_m: self.driven_m + driven_m,
+            rolled_m: self.rolled_m + driven_m / grip,
+        }
+    }
 }
 
 /// From an instant on: steady acceleration until the next span begins.
@@ -30,15 +54,7 @@ struct Span {
 
 impl Span {
     fn at(&self, t_s: f64) -> ProfileState {
-        let t = t_s - self.from_s;
-        let speed_m_s = self.start.speed_m_s + self.acceleration_m_s2 * t;
-        let way_m = self.start.speed_m_s * t + 0.5 * self.acceleration_m_s2 * t * t;
-        ProfileState {
-            way_m: self.start.way_m + way_m,
-            speed_m_s,
-            wheel_m: self.start.wheel_m + way_m / self.grip,
-            wheel_speed_m_s: speed_m_s / self.grip,
-        }
+        self.start.after(t_s - self.from_s, self.acceleration_m_s2, self.grip)
     }
 }
 
@@ -79,6 +95,8 @@ impl SpeedProfile {
         ProfileState {
             way_m: run.way_m + rounds * made.way_m,
             wheel_m: run.wheel_m + rounds * made.wheel_m,
+            driven_m: run.driven_m + rounds * made.driven_m,
+            rolled_m: run.rolled_m + rounds * made.rolled_m,
             ..run
         }
     }
@@ -214,6 +232,30 @@ mod tests {
             assert!((run.way_m - (round * 4.0 + 1.5)).abs() < 1e-9, "{run:?}");
             assert!(stop_and_go.at(round * 7.0 + 6.0).speed_m_s.abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn what_was_driven_counts_up_ahead_and_back() {
+        // Ahead, through rest into reverse with slipping wheels, and ahead again at once.
+        let legs =
+            SpeedProfile::builder(1.0, 0.0).leg(2.0, 1.0, 0.0).leg(4.0, -1.0, 0.2).steady(1.0, 0.5, 0.0);
+        let profile = legs.again();
+        for (t_s, driven_m, rolled_m) in [
+            (2.0, 2.0, 2.0),
+            (4.0, 3.0, 2.0 + 1.0 / 0.8),
+            (6.0, 4.0, 2.0 + 2.0 / 0.8),
+            (7.0, 4.5, 2.5 + 2.0 / 0.8),
+            (7000.0 + 4.0, 4503.0, 4502.0 + 1.0 / 0.8 + 1000.0 * (2.0 / 0.8 - 2.0)),
+        ] {
+            let run = profile.at(t_s);
+            assert!((run.driven_m - driven_m).abs() < 1e-6, "{t_s} s: {run:?}");
+            assert!((run.rolled_m - rolled_m).abs() < 1e-6, "{t_s} s: {run:?}");
+        }
+        // A command that turns it counts on.
+        let mut commanded = SpeedProfile::constant(1.0);
+        commanded.command(3.0, -1.0, 0.5);
+        let back = commanded.at(9.0);
+        assert!((back.way_m - 1.0).abs() < 1e-12 && (back.driven_m - 7.0).abs() < 1e-12, "{back:?}");
     }
 
     #[test]
