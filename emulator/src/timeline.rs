@@ -223,6 +223,7 @@ impl Timeline {
     pub(crate) async fn run(mut self) -> Result<(), LockstepError> {
         self.wire_lockstep();
         let (clock, changed) = (Arc::clone(&self.clock), Arc::clone(&self.changed));
+        let joined = self.lockstep.as_ref().map(Lockstep::joined).unwrap_or_default();
         let mut pacer = Pacer::new(&clock, &self.timer);
         if self.start == StartWhen::Now {
             self.tractor.begin(SimTime::ZERO);
@@ -246,6 +247,7 @@ impl Timeline {
                 biased;
                 () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
                 () = changed.notified() => {}
+                () = joined.notified() => {}
                 () = reach(&clock, &mut pacer, due) => {
                     let at = due.unwrap_or_default();
                     let ends = self.ends_step(at);

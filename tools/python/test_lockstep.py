@@ -148,6 +148,31 @@ def test_outputs_acknowledge(tmp_path, busy, reader):
     decides_the_same(tmp_path, "--ack", "idle", "--ack", "output:tcp:127.0.0.1:0", seed=1, reader=reader)
 
 
+@pytest.mark.parametrize("ack, first", [("reply:127.0.0.1:0", b"STEP 1 "), ("output:tcp:127.0.0.1:0", b"")])
+def test_a_participant_that_comes_last_sets_time_going(ack, first):
+    rowscan = subprocess.Popen([binary(), "emulate", "spindle", "--tcp", "127.0.0.1:0", "--clock", "lockstep", "--ack", ack, "--format", "jsonl"],
+                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    try:
+        events = [json.loads(rowscan.stdout.readline()) for _ in range(3)]
+        addresses = {event["endpoint"]: event["address"].rsplit(":", 1) for event in events if event["event"] == "listening"}
+        scanner = addresses.pop("tcp")
+        (participant,) = addresses.values()
+        with socket.create_connection(scanner) as client:
+            client.settimeout(20)
+            client.sendall(b"\x02sEN LMDscandata 1\x03")
+            received = client.recv(4096)
+            # Time stands by now, and nothing but the participant is waited for.
+            time.sleep(0.3)
+            with socket.create_connection(participant) as steps:
+                steps.settimeout(20)
+                assert steps.recv(100).startswith(first) if first else True
+                while b"sSN LMDscandata" not in received:
+                    received += client.recv(4096)
+    finally:
+        rowscan.terminate()
+        rowscan.wait()
+
+
 def queues(port):
     """Bytes that wait to be sent from this port, and bytes sent there that its peers have not read."""
     rows = [line.split() for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]]

@@ -18,10 +18,12 @@ mod sockets;
 mod watch;
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
+use tokio::sync::Notify;
 
 pub use level::{Ack, AckError, OutputAck, OutputPort};
 
@@ -84,6 +86,8 @@ pub struct Lockstep {
     replies: Vec<Replies>,
     outputs: Vec<Outputs>,
     bystanders: Bystanders,
+    /// Notified when somebody comes to take part.
+    joined: Arc<Notify>,
     step: u64,
 }
 
@@ -91,15 +95,16 @@ impl Lockstep {
     /// Opens what the acknowledgements need.
     pub async fn open(config: LockstepConfig) -> Result<Self, LockstepOpenError> {
         let (mut replies, mut outputs) = (Vec::new(), Vec::new());
+        let joined = Arc::new(Notify::new());
         let refused = |address: &str, cause| LockstepOpenError::Listen { address: address.to_owned(), cause };
         for ack in &config.acks {
             match ack {
                 Ack::Reply(address) => {
-                    let listen = Replies::listen(address).await;
+                    let listen = Replies::listen(address, Arc::clone(&joined)).await;
                     replies.push(listen.map_err(|cause| refused(address, cause))?);
                 }
                 Ack::Output(output) => {
-                    let open = Outputs::open(output.clone()).await;
+                    let open = Outputs::open(output.clone(), Arc::clone(&joined)).await;
                     outputs.push(open.map_err(|cause| match &output.port {
                         OutputPort::Tcp(address) | OutputPort::Udp(address) => refused(address, cause),
                         OutputPort::Can(_) => refused("can0", cause),
@@ -115,7 +120,7 @@ impl Lockstep {
             .map(|level| Watch::open(level, bystanders.clone()))
             .transpose()
             .map_err(LockstepOpenError::Kernel)?;
-        Ok(Self { config, watch, replies, outputs, bystanders, step: 0 })
+        Ok(Self { config, watch, replies, outputs, bystanders, joined, step: 0 })
     }
 
     /// Where participants acknowledge, if they are asked to.
@@ -154,6 +159,11 @@ impl Lockstep {
         self.outputs.iter().filter_map(Outputs::of_bus).collect()
     }
 
+    /// Notified when somebody comes to take part: time may wait for that alone.
+    pub(crate) fn joined(&self) -> Arc<Notify> {
+        Arc::clone(&self.joined)
+    }
+
     /// True once somebody takes part that steps can be asked of.
     pub(crate) fn has_participants(&self) -> bool {
         self.replies.iter().all(|replies| !replies.participants().is_empty())
@@ -177,7 +187,7 @@ impl Lockstep {
     pub(crate) fn overdue_grant(
         &self,
         steps: Steps,
-        clock: std::sync::Arc<SimClock>,
+        clock: Arc<SimClock>,
     ) -> impl Future<Output = LockstepError> + use<> {
         let (deadline, needed) = (self.config.deadline, self.needs_grants());
         async move {

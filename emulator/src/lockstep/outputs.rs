@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader};
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
+use tokio::sync::Notify;
 use tokio::task::JoinSet;
 
 use super::level::{OutputAck, OutputPort};
@@ -62,7 +63,7 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    pub(super) async fn open(config: OutputAck) -> io::Result<Self> {
+    pub(super) async fn open(config: OutputAck, joined: Arc<Notify>) -> io::Result<Self> {
         let mut count = OutputCount::default();
         let mut tasks = JoinSet::new();
         let address = match &config.port {
@@ -73,7 +74,7 @@ impl Outputs {
             OutputPort::Tcp(address) => {
                 let listener = TcpListener::bind(address).await?;
                 let address = listener.local_addr()?;
-                tasks.spawn(accept(listener, count.clone()));
+                tasks.spawn(accept(listener, count.clone(), joined));
                 Some(address)
             }
             OutputPort::Udp(address) => {
@@ -135,7 +136,7 @@ impl Outputs {
     }
 }
 
-async fn accept(listener: TcpListener, count: OutputCount) {
+async fn accept(listener: TcpListener, count: OutputCount, joined: Arc<Notify>) {
     let mut serving = JoinSet::new();
     loop {
         tokio::select! {
@@ -143,6 +144,7 @@ async fn accept(listener: TcpListener, count: OutputCount) {
                 Ok((stream, _)) if serving.len() < MOST => {
                     count.counted.here.fetch_add(1, Ordering::AcqRel);
                     count.counted.came.fetch_add(1, Ordering::AcqRel);
+                    joined.notify_one();
                     serving.spawn(count_lines(stream, count.clone()));
                 }
                 Ok(_) => {}

@@ -6,12 +6,12 @@
 //! ```
 
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 use tokio::task::JoinSet;
 
 use super::looked::Looked;
@@ -49,13 +49,14 @@ pub(super) struct Participant {
 }
 
 impl Replies {
-    pub(super) async fn listen(address: &str) -> std::io::Result<Self> {
+    pub(super) async fn listen(address: &str, joined: Arc<Notify>) -> std::io::Result<Self> {
         let listener = TcpListener::bind(address).await?;
         let address = listener.local_addr()?;
         let asked = watch::Sender::new(Asked::default());
         let heard = Arc::<Mutex<Vec<Participant>>>::default();
         let mut tasks = JoinSet::new();
-        tasks.spawn(accept(listener, asked.clone(), Arc::clone(&heard)));
+        let table = Table { heard: Arc::clone(&heard), joined };
+        tasks.spawn(accept(listener, asked.clone(), table));
         Ok(Self { address, asked, heard, _tasks: tasks })
     }
 
@@ -89,14 +90,28 @@ impl Replies {
     }
 }
 
-async fn accept(listener: TcpListener, asked: watch::Sender<Asked>, heard: Arc<Mutex<Vec<Participant>>>) {
+/// Where participants take their places.
+#[derive(Clone)]
+struct Table {
+    heard: Arc<Mutex<Vec<Participant>>>,
+    /// Notified when one does.
+    joined: Arc<Notify>,
+}
+
+impl Table {
+    fn lock(&self) -> MutexGuard<'_, Vec<Participant>> {
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+async fn accept(listener: TcpListener, asked: watch::Sender<Asked>, table: Table) {
     let (mut serving, mut number) = (JoinSet::new(), 0);
     loop {
         tokio::select! {
             accepted = listener.accept() => match accepted {
                 Ok((stream, peer)) if serving.len() < MOST => {
                     number += 1;
-                    serving.spawn(serve(stream, peer, number, asked.subscribe(), Arc::clone(&heard)));
+                    serving.spawn(serve(stream, peer, number, asked.subscribe(), table.clone()));
                 }
                 Ok(_) => {}
                 Err(_) => rowscan_ports::clock::retry_pause().await,
@@ -112,23 +127,18 @@ async fn serve(
     peer: SocketAddr,
     number: u64,
     mut asked: watch::Receiver<Asked>,
-    heard: Arc<Mutex<Vec<Participant>>>,
+    table: Table,
 ) {
     let change = |change: &dyn Fn(&mut Participant)| {
-        let mut all = heard.lock().unwrap_or_else(PoisonError::into_inner);
-        all.iter_mut().filter(|participant| participant.number == number).for_each(change);
+        table.lock().iter_mut().filter(|participant| participant.number == number).for_each(change);
     };
     let _ = stream.set_nodelay(true);
     let (reader, mut writer) = stream.into_split();
     let mut reader = BufReader::new(reader);
     // Steps before it came are none of its.
     let joined = *asked.borrow_and_update();
-    heard.lock().unwrap_or_else(PoisonError::into_inner).push(Participant {
-        number,
-        peer,
-        acknowledged: joined.step,
-        nonsense: None,
-    });
+    table.lock().push(Participant { number, peer, acknowledged: joined.step, nonsense: None });
+    table.joined.notify_one();
     let mut line = Vec::new();
     loop {
         let mut limited = (&mut reader).take(LONGEST);
@@ -158,5 +168,5 @@ async fn serve(
             }
         }
     }
-    heard.lock().unwrap_or_else(PoisonError::into_inner).retain(|participant| participant.number != number);
+    table.lock().retain(|participant| participant.number != number);
 }
