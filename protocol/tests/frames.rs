@@ -85,6 +85,30 @@ fn frames_hidden_in_the_bytes_a_broken_frame_claims_are_found() {
 }
 
 #[test]
+fn broken_frames_in_a_row_are_counted_one_by_one() {
+    // Each holds what looks like the start of a frame that reaches far into the ones behind it.
+    let false_start = [0, 0, 2, 2, 2, 2, 0, 0, 0x0F, 0xA0, b's', 0, 0];
+    let mut stream = Vec::new();
+    for number in 100..200u8 {
+        let mut frame = framed(
+            Dialect::B,
+            &[&b"sSN LMDscandata "[..], &[number; 900], &false_start, &[number; 300]].concat(),
+        );
+        frame[40] ^= 0x10;
+        stream.extend(frame);
+    }
+    stream.extend(framed(Dialect::B, b"sMN Run"));
+    for piece in [100, 65_536, usize::MAX] {
+        let mut decoder = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
+        let mut found = decode(&mut decoder, &stream, piece);
+        decoder.finish();
+        drain(&mut decoder, &mut found);
+        assert_eq!(payloads(&found), [b"sMN Run"]);
+        assert_eq!(decoder.counts().bad, 100);
+    }
+}
+
+#[test]
 fn a_length_of_4_gb_is_refused_at_once() {
     let mut stream = vec![2, 2, 2, 2, 0xFF, 0xFF, 0xFF, 0xFF, b's'];
     stream.extend(framed(Dialect::B, b"sMN Run"));

@@ -33,6 +33,9 @@ impl Accept {
     }
 }
 
+/// Bytes before the payload of a binary frame.
+const HEADER: usize = 8;
+
 /// What a decoder has seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameCounts {
@@ -82,6 +85,8 @@ pub struct FrameDecoder {
     examined: usize,
     /// Bytes below this index were claimed by a frame that turned out broken.
     suspect_until: usize,
+    /// The end of the broken frame that was counted last.
+    broken_until: usize,
     /// Running XOR of `buffer`: `sums[i] ^ sums[j]` is the XOR of the bytes `sums_from + i..sums_from + j`. Only kept inside
     /// suspect bytes.
     sums: Vec<u8>,
@@ -101,6 +106,7 @@ impl FrameDecoder {
             base: 0,
             examined: 0,
             suspect_until: 0,
+            broken_until: 0,
             sums: Vec::new(),
             sums_from: 0,
             ended: false,
@@ -165,7 +171,7 @@ impl FrameDecoder {
                     let len = header + payload + trailer;
                     self.start += len;
                     self.examined = 0;
-                    self.suspect_until = 0;
+                    (self.suspect_until, self.broken_until) = (0, 0);
                     self.drop_sums();
                     self.counts.frames += 1;
                     return Some((dialect, start, start + header..start + header + payload, len));
@@ -216,8 +222,14 @@ impl FrameDecoder {
     }
 
     fn reject(&mut self, extent: usize) {
-        if self.start >= self.suspect_until {
+        if self.start >= self.broken_until {
             self.counts.bad += 1;
+            self.broken_until = self.start + extent;
+        } else {
+            // A false start within a broken frame may claim the frames behind that: they are none of its.
+            self.broken_until = self.broken_until.max(self.start + extent.min(HEADER));
+        }
+        if self.start >= self.suspect_until {
             self.drop_sums();
         }
         self.suspect_until = self.suspect_until.max(self.start + extent);
@@ -233,6 +245,7 @@ impl FrameDecoder {
         self.buffer.drain(..done);
         self.base += done as u64;
         self.suspect_until = self.suspect_until.saturating_sub(done);
+        self.broken_until = self.broken_until.saturating_sub(done);
         let stale = done.saturating_sub(self.sums_from).min(self.sums.len());
         self.sums.drain(..stale);
         self.sums_from = self.sums_from.saturating_sub(done);
