@@ -32,13 +32,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     pub(crate) fn new(rig: &Rig, mount: &Mount) -> Result<Self, PipelineError> {
-        PipelineError::check("rig.speed_m_s", rig.speed_m_s, 0.0, 100.0)?;
-        PipelineError::check("rig.start_m", rig.start_m, -1e6, 1e6)?;
-        PipelineError::check("rig.ground_clearance_m", rig.ground_clearance_m, -10.0, 10.0)?;
-        PipelineError::check("rig.tree_spacing_m", rig.tree_spacing_m.unwrap_or(1.0), 0.05, 1000.0)?;
-        PipelineError::check("rig.row_spacing_m", rig.row_spacing_m.unwrap_or(1.0), 0.1, 1000.0)?;
-        PipelineError::check("rig.scanner.height_m", mount.height_m, 0.0, 100.0)?;
-        PipelineError::check("rig.scanner.distance_m", mount.distance_m, 0.0, 100.0)?;
+        rig.validate()?;
         let (sense, offset_deg) = mount.angle_map();
         let attitude = mount.attitude();
         Ok(Self {

@@ -46,7 +46,6 @@ pub(crate) struct OpenLine {
 
 impl RowPass {
     pub(crate) fn new(rig: &Rig, mount_index: usize, parameters: Parameters) -> Result<Self, PipelineError> {
-        rig.validate()?;
         let mount = rig
             .scanners
             .get(mount_index)

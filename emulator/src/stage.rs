@@ -178,7 +178,10 @@ pub fn asked_step(mount: &Mount) -> Option<u16> {
 }
 
 /// The model's scan mode that fits what the mount asks for; its default where the mount leaves it open.
-fn scan_mode(model: &Model, mount: &Mount) -> Result<ScanMode, ModeError> {
+///
+/// # Errors
+/// There is none.
+pub fn scan_mode(model: &Model, mount: &Mount) -> Result<ScanMode, ModeError> {
     let (frequency_centihz, step) = (asked_frequency_centihz(mount), asked_step(mount));
     let fits = |mode: &&ScanMode| {
         frequency_centihz.is_none_or(|asked| mode.frequency_centihz == asked)

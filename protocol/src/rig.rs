@@ -42,7 +42,7 @@ pub struct Rig {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = 1000.0))]
     pub encoder_ticks_per_m: Option<f64>,
-    /// Share of the row, 0 to 1, that may have no valid scan (device error, dirty window, unreadable telegrams) before areas are withheld.
+    /// Share of the row, 0 to 1, that may have no valid scan (device error, dirty window, unreadable or lost telegrams) before areas are withheld.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default_share"))]
     #[cfg_attr(feature = "schema", schemars(extend("default" = MAX_EXCLUDED)))]
     pub max_excluded: f64,
@@ -291,13 +291,10 @@ impl Mount {
 
     /// Refuses a place or an attitude that no scanner has.
     fn validate(&self) -> Result<(), RigError> {
-        let within = |key, value: f64, low: f64, high: f64| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(RigError::Outside { key, value, low, high })
-            }
-        };
+        within("scanner.distance_m", self.distance_m, 0.0, 100.0)?;
+        within("scanner.height_m", self.height_m, 0.0, 100.0)?;
+        within("scanner.frequency_hz", self.frequency_hz.unwrap_or(1.0), 0.1, 1000.0)?;
+        within("scanner.resolution_deg", self.resolution_deg.unwrap_or(1.0), 0.001, 10.0)?;
         within("scanner.offset_y_m", self.offset_y_m, -20.0, 20.0)?;
         within("scanner.yaw_deg", self.yaw_deg, -STEEPEST_DEG, STEEPEST_DEG)?;
         within("scanner.pitch_deg", self.pitch_deg, -STEEPEST_DEG, STEEPEST_DEG)?;
@@ -311,7 +308,7 @@ impl Rig {
         self.start_m + self.speed_m_s * travel_s
     }
 
-    /// Refuses values no estimate could be made with.
+    /// Refuses values that no rig has, and none could be measured with.
     pub fn validate(&self) -> Result<(), RigError> {
         let positive = |key, value: f64| {
             if value.is_finite() && value > 0.0 { Ok(()) } else { Err(RigError::NotPositive { key, value }) }
@@ -319,12 +316,11 @@ impl Rig {
         if !(self.speed_m_s.is_finite() && self.speed_m_s >= 0.0) {
             return Err(RigError::Negative { key: "speed_m_s", value: self.speed_m_s });
         }
-        if let Some(spacing) = self.tree_spacing_m {
-            positive("tree_spacing_m", spacing)?;
-        }
-        if let Some(spacing) = self.row_spacing_m {
-            positive("row_spacing_m", spacing)?;
-        }
+        within("speed_m_s", self.speed_m_s, 0.0, 100.0)?;
+        within("start_m", self.start_m, -1e6, 1e6)?;
+        within("ground_clearance_m", self.ground_clearance_m, -10.0, 10.0)?;
+        within("tree_spacing_m", self.tree_spacing_m.unwrap_or(1.0), 0.05, 1000.0)?;
+        within("row_spacing_m", self.row_spacing_m.unwrap_or(1.0), 0.1, 1000.0)?;
         if let Some(ticks) = self.encoder_ticks_per_m {
             positive("encoder_ticks_per_m", ticks.abs())?;
         }
@@ -344,15 +340,13 @@ impl Rig {
             positive("scanner.distance_m", mount.distance_m)?;
             positive("scanner.height_m", mount.height_m)?;
             mount.validate()?;
-            if let Some(frequency) = mount.frequency_hz {
-                positive("scanner.frequency_hz", frequency)?;
-            }
-            if let Some(resolution) = mount.resolution_deg {
-                positive("scanner.resolution_deg", resolution)?;
-            }
         }
         Ok(())
     }
+}
+
+fn within(key: &'static str, value: f64, low: f64, high: f64) -> Result<(), RigError> {
+    if (low..=high).contains(&value) { Ok(()) } else { Err(RigError::Outside { key, value, low, high }) }
 }
 
 /// Why a rig cannot be used.

@@ -86,7 +86,8 @@ fn scene_keys() -> BTreeSet<String> {
     keys.into_iter().flat_map(|keys| keys.keys().cloned()).collect()
 }
 
-/// A rig from a rig file, a scene file or a built-in scene's name; the scene with it, unless the file holds a rig alone.
+/// A rig from a rig file, a scene file or a built-in scene's name; the scene with it, unless the file holds a rig alone: a file with any other
+/// table is a scene, whose orchard, optics and drive count, even where they are left out.
 ///
 /// # Errors
 /// As [`load_scene`].
@@ -94,17 +95,16 @@ pub fn load_rig(name: &str) -> Result<(Rig, Option<Scene>), LoadError> {
     let source = SourceText::find("rig or scene", name, builtin::text, builtin::names().collect())?;
     let file: RigFile = source.parse()?;
     let mut strange = file.others.keys().filter(|key| !BESIDE_RIG.contains(&key.as_str())).peekable();
-    if strange.peek().is_some() {
+    let is_alone = strange.peek().is_none();
+    if !is_alone {
         // What is no rig alone is a scene, or has a key that neither has.
         let scene_keys = scene_keys();
-        if strange.any(|key| scene_keys.contains(key)) {
-            source.parse::<Scene>()?;
-        } else {
+        if !strange.any(|key| scene_keys.contains(key)) {
             source.parse::<RigAlone>()?;
         }
     }
-    let rig = match file {
-        RigFile { rig: Some(rig), others } if !others.contains_key("orchard") => rig,
+    let rig = match file.rig {
+        Some(rig) if is_alone => rig,
         _ => return load_scene(name).map(|scene| (scene.resolved_rig(), Some(scene))),
     };
     rig.validate().map_err(|cause| LoadError::Rig { place: source.place, cause })?;

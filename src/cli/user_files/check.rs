@@ -1,5 +1,7 @@
 //! `rowscan scene check`, `rowscan rig check`
 
+use rowscan_emulator::stage::scan_mode;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
 use rowscan_study::reading::{CalibrationChoice, Reading};
@@ -39,6 +41,9 @@ fn sound_rig(name: &str, rig: &Rig) -> Result<String, Failure> {
         let of_scanner =
             |cause: &dyn std::fmt::Display| Failure::Usage(format!("{name}: scanner {number}: {cause}"));
         let model = models::find(&mount.model).map_err(|cause| of_scanner(&cause))?;
+        if let AnyModel::Cola(model) = model {
+            scan_mode(model, mount).map_err(|cause| of_scanner(&cause))?;
+        }
         Reading::of(Some(rig), number, true, CalibrationChoice::OfRig).map_err(|cause| of_scanner(&cause))?;
         scanners.push(model.name());
     }
