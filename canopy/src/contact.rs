@@ -14,10 +14,16 @@ use crate::estimate::ContactReport;
 use crate::parameters::Parameters;
 use crate::voxels::{Voxel, Voxels};
 
+/// No foliage is denser, m² a m³: the densest hedges have 10 to 20. What is, is a wall or a sheet.
+const DENSEST: f64 = 100.0;
+
 /// How the slices closed so far were sampled.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactFrequency {
     report: ContactReport,
+    /// Σ line weight over hits, and over those in voxels denser than foliage; metres.
+    hits_m: f64,
+    too_dense_m: f64,
 }
 
 impl ContactFrequency {
@@ -31,6 +37,8 @@ impl ContactFrequency {
                 slice_m,
                 ..ContactReport::default()
             },
+            hits_m: 0.0,
+            too_dense_m: 0.0,
         }
     }
 
@@ -48,10 +56,18 @@ impl ContactFrequency {
             self.report.voxels_unvisited += u64::from(layer.unvisited);
         }
         self.report.hits += voxels.hits();
+        let too_dense = DENSEST * self.report.projection;
+        for voxel in voxels.iter() {
+            self.hits_m += voxel.hits_m;
+            if density(voxel).is_some_and(|found| found > too_dense) {
+                self.too_dense_m += voxel.hits_m;
+            }
+        }
         leaf_m2
     }
 
     pub(crate) fn report(&self) -> ContactReport {
-        self.report
+        let too_dense = if self.hits_m > 0.0 { self.too_dense_m / self.hits_m } else { 0.0 };
+        ContactReport { too_dense, ..self.report }
     }
 }

@@ -97,9 +97,9 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// True if nothing is said of the row's areas. With a rig, the reason is among the warnings.
+    /// True if the row's areas, or those of its leaves, are not told. With a rig, the reason is among the warnings.
     pub fn is_withheld(&self) -> bool {
-        self.impacted_total_area_m2.is_none()
+        self.impacted_total_area_m2.is_none() || self.leaf_area_m2.is_none()
     }
 }
 
@@ -166,6 +166,8 @@ pub struct ContactReport {
     pub slice_m: f64,
     /// Beams that ended in a voxel.
     pub hits: u64,
+    /// Share of the hits whose voxel would hold more than 100 m² of leaves a m³: no foliage is so dense.
+    pub too_dense: f64,
     /// Voxels that enough beams entered, summed over slices.
     pub voxels_visited: u64,
     /// Voxels that too few beams entered, summed over slices.

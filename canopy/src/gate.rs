@@ -13,6 +13,9 @@ const FIELD_TOLERANCE_DEG: f64 = 10.0;
 /// an LMS511 one) whose ranges are those of the scans that follow.
 const START_UP_MARKS: u64 = 10;
 
+/// So far behind its first line a tractor that stands may seem to be, metres.
+const TREMBLE_M: f64 = 0.05;
+
 /// Why a scan is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -96,6 +99,11 @@ struct Blind {
     /// The first line of all, and the last.
     first: Option<Place>,
     last: Option<Place>,
+    /// The farthest line ahead, and the farthest behind, metres.
+    ahead_m: f64,
+    behind_m: f64,
+    /// The farthest line ahead that was used.
+    seen_m: Option<f64>,
     /// The last line before scans were left out, while they are.
     since: Option<Place>,
     metres: f64,
@@ -182,7 +190,12 @@ impl Gate {
     /// A line at this place was used, or left out. `longest_m` is the way that neighbours of a missing line fill.
     pub(crate) fn line(&mut self, why: Option<Exclusion>, y_m: f64, travel_s: f64, longest_m: f64) {
         let (here, blind) = (Place { y_m, travel_s }, &mut self.blind);
-        blind.first.get_or_insert(here);
+        if blind.first.is_none() {
+            (blind.first, blind.ahead_m, blind.behind_m) = (Some(here), y_m, y_m);
+        }
+        // What lies behind the first line is passed in reverse, and lines add nothing there.
+        blind.behind_m = blind.behind_m.min(y_m);
+        blind.ahead_m = blind.ahead_m.max(y_m);
         match why {
             Some(why) if why.blinds() => {
                 let before = blind.last.unwrap_or(here);
@@ -190,13 +203,16 @@ impl Gate {
             }
             Some(_) => {}
             None => {
-                if let Some(since) = blind.since.take() {
-                    let way_m = (y_m - since.y_m).max(0.0);
-                    if way_m > longest_m || longest_m == 0.0 {
-                        blind.metres += way_m;
+                // Telegrams may be lost without a word between two lines.
+                let is_told = blind.since.is_some();
+                if let Some(since) = blind.since.take().or(blind.last) {
+                    let way_m = y_m - blind.seen_m.map_or(since.y_m, |seen_m| since.y_m.max(seen_m));
+                    if way_m > longest_m || is_told && longest_m == 0.0 {
+                        blind.metres += way_m.max(0.0);
                         blind.seconds += travel_s - since.travel_s;
                     }
                 }
+                blind.seen_m = blind.seen_m.into_iter().chain([y_m]).reduce(f64::max);
             }
         }
         blind.last = Some(here);
@@ -223,14 +239,22 @@ impl Gate {
         &self.faults
     }
 
-    /// Share of the row that has no valid scan because scans were left out: of its length, or of its time where the tractor stood.
+    /// How far the row was passed in reverse behind the first line, metres; an encoder that stands may tremble by a few millimetres.
+    pub(crate) fn behind_m(&self) -> f64 {
+        let behind_m = self.blind.first.map_or(0.0, |first| first.y_m - self.blind.behind_m);
+        if behind_m > TREMBLE_M { behind_m } else { 0.0 }
+    }
+
+    /// Share of the row that has no valid scan, because scans were left out, telegrams were lost or it was passed in reverse: of its length, or of
+    /// its time where the tractor stood.
     pub(crate) fn blind_share(&self) -> f64 {
         let blind = &self.blind;
         let (Some(first), Some(last)) = (blind.first, blind.last) else { return 0.0 };
         let open = blind.since.unwrap_or(last);
         let share =
             |blind: f64, open: f64, all: f64| (all > 0.0).then(|| ((blind + open) / all).clamp(0.0, 1.0));
-        share(blind.metres, last.y_m - open.y_m, last.y_m - first.y_m)
+        let blind_m = blind.metres + (first.y_m - blind.behind_m);
+        share(blind_m, (last.y_m - open.y_m).max(0.0), blind.ahead_m - blind.behind_m)
             .or_else(|| share(blind.seconds, last.travel_s - open.travel_s, last.travel_s - first.travel_s))
             .unwrap_or(0.0)
     }
@@ -347,6 +371,38 @@ mod tests {
         }
         assert!((gate.blind_share() - 2.1 / 9.9).abs() < 1e-9, "{}", gate.blind_share());
         assert_eq!(gate.faults().total(), 20);
+    }
+
+    #[test]
+    fn telegrams_that_are_lost_without_a_word_blind_it_as_well() {
+        let mut gate = Gate::default();
+        for turn in (0..100).filter(|turn| !(20..40).contains(turn)) {
+            gate.take(&scan(DeviceStatus::Ok));
+            gate.line(None, 0.1 * f64::from(turn), 0.1 * f64::from(turn), 0.5);
+        }
+        assert!((gate.blind_share() - 2.1 / 9.9).abs() < 1e-9, "{}", gate.blind_share());
+    }
+
+    #[test]
+    fn what_is_passed_in_reverse_counts_only_where_it_has_been_seen() {
+        let share = |places: &mut dyn Iterator<Item = f64>| {
+            let mut gate = Gate::default();
+            for (turn, y_m) in (0..).zip(places) {
+                gate.take(&scan(DeviceStatus::Ok));
+                gate.line(None, y_m, 0.1 * f64::from(turn), 0.5);
+            }
+            (gate.blind_share(), gate.behind_m())
+        };
+        let ahead = |from: i32, to: i32| (from..=to).map(|step| 0.1 * f64::from(step));
+        // There and back, and on: all of it was seen.
+        assert_eq!(share(&mut ahead(0, 50).chain(ahead(10, 49).rev()).chain(ahead(11, 90))), (0.0, 0.0));
+        // Back all the way: nothing was.
+        assert_eq!(share(&mut ahead(0, 100).rev()), (1.0, 10.0));
+        // Two metres back, and ten ahead of the start.
+        let (blind, behind_m) = share(&mut ahead(-20, 0).rev().chain(ahead(-19, 80)));
+        assert!((blind - 0.2).abs() < 1e-9 && (behind_m - 2.0).abs() < 1e-9, "{blind}, {behind_m}");
+        // It stands, and its encoder trembles.
+        assert_eq!(share(&mut [0.0, -0.01, 0.0, 0.5].into_iter()).1, 0.0);
     }
 
     #[test]

@@ -24,6 +24,9 @@ const SHARES_SD: f64 = 0.07;
 /// to 1 m.
 const BY_POWER: f64 = 1.5;
 
+/// Share of the hits that may be denser than foliage: trunks and posts are.
+const NO_FOLIAGE: f64 = 0.25;
+
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;
 
@@ -58,6 +61,9 @@ pub(crate) fn estimate(
         estimate.warnings.push(Warning::NoDeviceClock { scans: counting.untimed });
     }
     warn_of_excluded(&mut estimate, gate);
+    if gate.behind_m() > 0.0 {
+        estimate.warnings.push(Warning::BehindStart { length_m: gate.behind_m() });
+    }
     if gate.valid == 0 {
         estimate.warnings.push(Warning::NothingValid);
         return estimate;
@@ -254,6 +260,11 @@ fn row(
     estimate.measures = pass.row.measures(scanned_m);
     estimate.trees_found = pass.row.trees_found();
     estimate.slices.extend(pass.row.metres.iter().map(|cell| slice(cell, &leaf.of(cell))));
+    let share = pass.row.contact_report().too_dense;
+    if share > NO_FOLIAGE {
+        estimate.warnings.push(Warning::NoFoliage { share });
+        withhold_leaf_areas(estimate);
+    }
     if pass.row.lacks_the_echo() {
         estimate.warnings.push(Warning::EchoUnknown);
         withhold_leaf_areas(estimate);
@@ -271,7 +282,8 @@ fn warn_of_remission(estimate: &mut Estimate, pass: &RowPass) {
     }
 }
 
-/// First and last echo err in opposite directions: without knowing which it was, leaf areas are unknown.
+/// Nothing that is told of leaves is known: because first and last echo err in opposite directions and nobody says which it was, or because
+/// there are no leaves.
 fn withhold_leaf_areas(estimate: &mut Estimate) {
     let of_leaves = |measure: &Measure| {
         matches!(measure.quantity, Quantity::LeafArea | Quantity::Lai | Quantity::LeafAreaDensity)

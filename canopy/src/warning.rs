@@ -81,6 +81,16 @@ pub enum Warning {
         /// How many.
         trees: u32,
     },
+    /// Much of what was hit is denser than any foliage, as a wall or a sheet: leaf areas are withheld.
+    NoFoliage {
+        /// Share of the hits.
+        share: f64,
+    },
+    /// The row before the first scan was passed in reverse: it is not measured.
+    BehindStart {
+        /// Metres of it.
+        length_m: f64,
+    },
     /// Gaps longer than the longest one filled: so much of the row was not scanned.
     GapsNotFilled {
         /// How many.
@@ -170,6 +180,8 @@ impl Warning {
             Self::OutsideFittedRange { refused: false, .. } => "outside_fitted_range",
             Self::OutsideFittedRange { refused: true, .. } => "refused",
             Self::TreesRefused { .. } => "trees_refused",
+            Self::NoFoliage { .. } => "no_foliage",
+            Self::BehindStart { .. } => "behind_start",
             Self::GapsNotFilled { .. } => "gaps_not_filled",
             Self::Restarts { .. } => "restarts",
             Self::NoDeviceClock { .. } => "no_device_clock",
@@ -239,6 +251,15 @@ impl fmt::Display for Warning {
             Self::TreesRefused { estimator, trees } => {
                 write!(f, "{trees} trees lie far outside the range {estimator} was fitted on: withheld")
             }
+            Self::NoFoliage { share } => write!(
+                f,
+                "{:.0} % of the hits stand denser than any foliage (100 m² of leaves a m³), as on a wall or a sheet: leaf areas are withheld",
+                100.0 * share
+            ),
+            Self::BehindStart { length_m } => write!(
+                f,
+                "{length_m:.2} m of row were passed in reverse, behind the first scan: lines count from there on ahead only, so start at the row's beginning"
+            ),
             Self::GapsNotFilled { gaps, length_m } => {
                 write!(f, "{gaps} gaps in the scan lines, {length_m:.2} m of row not scanned")
             }

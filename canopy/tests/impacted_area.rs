@@ -122,10 +122,15 @@ fn lost_lines_neither_lose_nor_add_area() {
 
 #[test]
 fn a_long_gap_is_left_out_and_said() {
-    let rig = orchard_rig();
+    let rig = Rig { max_excluded: 0.4, ..orchard_rig() };
     let scans = drive(&rig, lms111(), 50, 301, banded_wall(1.9));
-    let kept = scans.iter().enumerate().filter(|(i, _)| !(100..200).contains(i)).map(|(_, scan)| scan);
-    let found = estimate(&rig, kept);
+    let kept = || scans.iter().enumerate().filter(|(i, _)| !(100..200).contains(i)).map(|(_, scan)| scan);
+    // A third of the row is more than a rig allows unless it says so.
+    let withheld = estimate(&orchard_rig(), kept());
+    assert_eq!((withheld.scanned_m, withheld.impacted_total_area_m2), (None, None));
+    let why = withheld.warnings.iter().find(|warning| warning.code() == "too_much_excluded").unwrap();
+    assert!(why.to_string().contains("33.7 % of the row has no valid scan"), "{why}");
+    let found = estimate(&rig, kept());
     // 101 steps of 20 mm between neighbours, of which 5 are filled.
     assert!((found.scanned_m.unwrap() - (6.02 - 96.0 * 0.02)).abs() < 1e-9);
     assert!((found.advance_m.unwrap() - 6.0).abs() < 1e-9);
@@ -133,6 +138,28 @@ fn a_long_gap_is_left_out_and_said() {
     assert!(gap.to_string().contains("1 gaps") && gap.to_string().contains("1.92 m"), "{gap}");
     // Lines 100..200 are y = 2..4: trees 1 and 2 are not whole, tree 0 and 3 are.
     assert_eq!(found.trees.iter().map(|t| t.complete).collect::<Vec<_>>(), [true, false, false, true, false]);
+}
+
+#[test]
+fn a_wall_has_an_impacted_area_and_no_leaves() {
+    // At the row's axis, where a face of the voxels is: beams end as they enter, and free path is next to nothing.
+    let distance_m = Mount::default().distance_m;
+    let scans = drive(&orchard_rig(), lms111(), 50, 301, banded_wall(distance_m + 1e-4));
+    let found = estimate(&orchard_rig(), &scans);
+    let why = found.warnings.iter().find(|warning| warning.code() == "no_foliage").expect("no foliage");
+    assert!(why.to_string().contains("100 % of the hits stand denser than any foliage"), "{why}");
+    assert_eq!((found.leaf_area_m2, found.leaf_area_contact_raw_m2, found.lai), (None, None, None));
+    assert!(
+        found.impacted_total_area_m2 > Some(10.0)
+            && found.trees.iter().all(|tree| tree.leaf_area_m2.is_none())
+    );
+    // Beams of which three in four pass are foliage, and none is too dense.
+    let sparse = |y_m: f64, theta: f64| {
+        let dice = ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs();
+        if dice < 0.25 { banded_wall(distance_m + 0.1)(y_m, theta) } else { NO_ECHO }
+    };
+    let found = estimate(&orchard_rig(), &drive(&orchard_rig(), lms111(), 50, 301, sparse));
+    assert!(found.leaf_area_m2 > Some(1.0) && found.contact.is_some_and(|contact| contact.too_dense == 0.0));
 }
 
 #[test]
