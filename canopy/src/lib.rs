@@ -92,7 +92,7 @@ pub use footprint::{Footprint, LeafShape};
 pub use gate::{Exclusion, Field};
 pub use odometry::{AdvanceSource, GroundSpeed};
 pub use parameters::{AreaForm, Fill, Parameters};
-pub use placing::Placing;
+pub use placing::{PlacedLine, Placing};
 pub use remission::{Knot, RemissionScale};
 pub use stream::Pipeline;
 pub use uncertainty::Uncertainty;

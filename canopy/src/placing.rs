@@ -1,6 +1,7 @@
 //! Where returns came from: in the scene where the rig is known, else in the scanner's own plane.
 
-use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 
@@ -8,44 +9,116 @@ use rowscan_protocol::time::DeviceClock;
 #[derive(Clone, Debug)]
 pub struct Placing {
     rig: Option<(Rig, Mount)>,
+    /// X of the axis of its row, and 1 where it looks towards greater X at it, else −1.
+    row: (f64, f64),
     clock: DeviceClock,
 }
 
 impl Placing {
-    /// Scanner number `index` of a rig, in the scene's frame. Without a rig: x along device angle 0°, y along 90°, z up from
-    /// the housing: 0 but for inclined layers.
-    pub fn new(rig: Option<Rig>, index: usize) -> Self {
+    /// Scanner number `index` of a rig, in the scene's frame: the tractor drives ahead in alley `alley`, with row `alley` on its right and the one before
+    /// on its left. Left out, that is 0, or 1 where a scanner of the rig looks left, as a scene's drive has it. Rows of a rig that does not say how far
+    /// apart they are stand at X = 0. Without a rig: x along device angle 0°, y along 90°, z up from the housing: 0 but for inclined layers.
+    pub fn new(rig: Option<Rig>, index: usize, alley: Option<i32>) -> Self {
         let mounted = rig.and_then(|rig| rig.scanners.get(index).cloned().map(|mount| (rig, mount)));
-        Self { rig: mounted, clock: DeviceClock::default() }
+        let row = mounted.as_ref().map_or((0.0, 1.0), |(rig, mount)| {
+            let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
+            let alley = f64::from(alley.unwrap_or(i32::from(looks_left)));
+            let spacing_m = rig.row_spacing_m.unwrap_or(0.0);
+            match mount.row {
+                RowSide::Right => (alley * spacing_m, 1.0),
+                RowSide::Left => ((alley - 1.0) * spacing_m, -1.0),
+            }
+        });
+        Self { rig: mounted, row, clock: DeviceClock::default() }
     }
 
     /// Where the first echoes of a scan came from; time counts from the first scan that is asked about.
     pub fn points(&mut self, scan: &Scan) -> Vec<[f64; 3]> {
-        let time_s = self.time_s(scan);
-        let layer_deg = f64::from(scan.layer_centideg) / 100.0;
+        let line = self.line(scan);
         let ranges = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
         let hits = ranges.iter().enumerate().filter(|(_, range_m)| range_m.is_finite());
-        hits.map(|(beam, range_m)| self.place(time_s, scan.beams.angle_deg(beam), layer_deg, *range_m))
-            .collect()
+        hits.map(|(beam, range_m)| self.place(&line, beam, *range_m)).collect()
     }
 
-    /// When a scan was taken, seconds since the first that was asked about.
-    pub fn time_s(&mut self, scan: &Scan) -> f64 {
-        self.clock.seconds(scan.scan_time_us)
+    /// How the beams of a scan lie; time counts from the first scan that is asked about.
+    pub fn line(&mut self, scan: &Scan) -> PlacedLine {
+        let layer_deg = f64::from(scan.layer_centideg) / 100.0;
+        let time_s = self.clock.seconds(scan.scan_time_us);
+        PlacedLine::new(time_s, scan.scan_frequency_hz, scan.beams, layer_deg)
     }
 
-    /// A point, by time since the first scan, device angle, elevation of the layer and range.
-    pub fn place(&self, time_s: f64, alpha_deg: f64, layer_deg: f64, range_m: f64) -> [f64; 3] {
-        let (up, ahead) = layer_deg.to_radians().sin_cos();
+    /// The point that a beam met at this range, from where the scanner was when the mirror turned to it.
+    pub fn place(&self, line: &PlacedLine, beam: usize, range_m: f64) -> [f64; 3] {
+        let alpha_deg = line.beams.angle_deg(beam);
+        let (up, ahead) = line.layer_deg.to_radians().sin_cos();
         let (up_m, range_m) = (range_m * up, range_m * ahead);
         let Some((rig, mount)) = &self.rig else {
             let (sin, cos) = alpha_deg.to_radians().sin_cos();
             return [range_m * cos, range_m * sin, up_m];
         };
-        let pose = mount.pose(rig.y_m(time_s));
+        let pose = mount.pose(rig.y_m(line.time_s + line.beam_s * beam as f64));
         let (sin, cos) = mount.theta_deg(alpha_deg).to_radians().sin_cos();
         let met = [range_m * cos, mount.roof_sense() * up_m, range_m * sin];
         let [x, y, z] = mount.attitude().axes().turned(met);
-        [pose.x_m + x, pose.y_m + y, pose.z_m + z]
+        let (row_m, sense) = self.row;
+        [row_m + sense * (pose.x_m + x), pose.y_m + y, pose.z_m + z]
+    }
+}
+
+/// The beams of one scan, and when they were measured.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedLine {
+    /// When the scan began, seconds since the first that was asked about.
+    pub time_s: f64,
+    /// From beam to beam, seconds.
+    beam_s: f64,
+    beams: BeamGrid,
+    /// Elevation of the layer, degrees.
+    pub layer_deg: f64,
+}
+
+impl PlacedLine {
+    /// Beams of a mirror that turns so often a second. A rate that nothing tells, 0, leaves all of them where the first one was.
+    pub fn new(time_s: f64, scan_frequency_hz: f64, beams: BeamGrid, layer_deg: f64) -> Self {
+        let turns = scan_frequency_hz > 0.0;
+        let beam_s = if turns { beams.step_deg().abs() / 360.0 / scan_frequency_hz } else { 0.0 };
+        Self { time_s, beam_s, beams, layer_deg }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scanner a side of an alley between rows 4 m apart, at 2 m/s; the mirror turns ten times a second.
+    fn both_sides() -> Rig {
+        let mut rig = Rig { row_spacing_m: Some(4.0), speed_m_s: 2.0, ..Rig::default() };
+        rig.scanners = vec![Mount::default(), Mount { row: RowSide::Left, ..Mount::default() }];
+        rig
+    }
+
+    fn met(rig: &Rig, index: usize, alley: Option<i32>) -> [f64; 3] {
+        let placing = Placing::new(Some(rig.clone()), index, alley);
+        let line = PlacedLine::new(3.0, 10.0, BeamGrid::spanning(-450_000, 2_250_000, 5000), 0.0);
+        // The beam that looks level at the row: 135° after the first one.
+        placing.place(&line, 270, 1.5)
+    }
+
+    #[test]
+    fn each_row_stands_where_the_orchard_has_it_and_each_beam_where_the_tractor_was() {
+        let rig = both_sides();
+        let beside_m = rig.scanners[0].distance_m - 1.5;
+        let y_m = rig.start_m + 2.0 * (3.0 + 0.1 * 135.0 / 360.0);
+        let near = |found: [f64; 3], [x_m, z_m]: [f64; 2]| {
+            let off = (found[0] - x_m).abs() + (found[1] - y_m).abs() + (found[2] - z_m).abs();
+            assert!(off < 1e-9, "{found:?}, expected {x_m}, {y_m}, {z_m}");
+        };
+        let height_m = rig.scanners[0].height_m;
+        // In alley 1, between rows 0 and 1.
+        near(met(&rig, 0, None), [4.0 - beside_m, height_m]);
+        near(met(&rig, 1, None), [beside_m, height_m]);
+        near(met(&rig, 0, Some(3)), [12.0 - beside_m, height_m]);
+        let right = Rig { scanners: rig.scanners[..1].to_vec(), ..rig };
+        near(met(&right, 0, None), [-beside_m, height_m]);
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rowscan_canopy::Placing;
+use rowscan_canopy::{PlacedLine, Placing};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::model::AnyModel;
@@ -48,9 +48,10 @@ pub(crate) struct Scans {
     #[pyo3(get)]
     scan_counter: Py<PyArray1<u16>>,
     beams: BeamGrid,
+    scan_frequency_hz: f64,
     layer_deg: f64,
-    /// The rig of a drive.
-    rig: Option<Rig>,
+    /// Of a drive, with the alley that it is in.
+    rig: Option<(Rig, Option<i32>)>,
 }
 
 /// Scans as they come, before Python has them.
@@ -58,6 +59,7 @@ pub(crate) struct Scans {
 struct Gathered {
     clock: DeviceClock,
     beams: Option<BeamGrid>,
+    scan_frequency_hz: f64,
     layer_deg: f64,
     time_s: Vec<f64>,
     received_s: Vec<f64>,
@@ -75,6 +77,7 @@ impl Gathered {
             let (found, expected) = (scan.beams.len(), beams.len());
             return Err(Refusal::OtherBeams { scan: self.time_s.len(), found, expected }.into());
         }
+        self.scan_frequency_hz = scan.scan_frequency_hz;
         self.layer_deg = f64::from(scan.layer_centideg) / 100.0;
         self.time_s.push(self.clock.seconds(scan.scan_time_us));
         match scan.echoes.get(echo) {
@@ -91,7 +94,7 @@ impl Gathered {
         Ok(())
     }
 
-    fn hand_over(self, py: Python<'_>, rig: Option<Rig>) -> PyResult<Scans> {
+    fn hand_over(self, py: Python<'_>, rig: Option<(Rig, Option<i32>)>) -> PyResult<Scans> {
         let beams = self.beams.unwrap_or_default();
         let (scans, columns) = (self.time_s.len(), beams.len());
         let has_remission = scans > 0 && self.remission.len() == self.ranges_m.len();
@@ -106,6 +109,7 @@ impl Gathered {
             telegram_counter: arrays::line(py, self.telegram_counter),
             scan_counter: arrays::line(py, self.scan_counter),
             beams,
+            scan_frequency_hz: self.scan_frequency_hz,
             layer_deg: self.layer_deg,
             rig,
         })
@@ -128,7 +132,7 @@ pub(crate) fn drive(
     let mounted = || stage.rig.scanners.first().map_or("", |mount| mount.model.as_str());
     let model = named.map_or_else(|| AnyModel::named(mounted()), Ok).map_err(Failure::from)?;
     let rig = rig_with(&stage.rig, 0, model.name());
-    let told = rig.clone();
+    let (told, alley) = (rig.clone(), stage.scene.drive.alley);
     let gathered = wait::for_work(py, "drive past the row", move || {
         let none = CalibrationChoice::Given(None);
         let Reading { mut cola, lms2xx, .. } = Reading::of(Some(&told), 0, true, none)?;
@@ -141,7 +145,7 @@ pub(crate) fn drive(
         })?;
         fits.map(|()| gathered)
     })?;
-    gathered.hand_over(py, Some(rig))
+    gathered.hand_over(py, Some((rig, alley)))
 }
 
 /// Reads the scans of a recording: MCAP, pcap, pcapng, raw bytes, hex text, or ranges as CSV; `FILE#STREAM` where it holds several.
@@ -169,7 +173,7 @@ pub(crate) fn read(py: Python<'_>, path: PathBuf, echo: usize, scans: Option<usi
 
 #[pymethods]
 impl Scans {
-    /// Every return as a point in the scene's frame: X across the row from the scanner into the vegetation, Y along the row, Z up; metres.
+    /// Every return as a point in the scene's frame: X across the rows, the first of which stands at 0, Y along them, Z up; metres.
     #[pyo3(signature = (rig = None, *, scanner = 0))]
     fn points<'py>(
         &self,
@@ -178,18 +182,22 @@ impl Scans {
         scanner: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let rig = match rig {
-            Some(name) => Some(load_rig(&name.to_string_lossy()).map_err(Failure::from)?.0),
+            Some(name) => {
+                let (rig, scene) = load_rig(&name.to_string_lossy()).map_err(Failure::from)?;
+                Some((rig, scene.and_then(|scene| scene.drive.alley)))
+            }
             None => self.rig.clone(),
         };
+        let (rig, alley) = rig.unzip();
         let (ranges_m, time_s) =
             (self.ranges_m.bind(py).try_readonly()?, self.time_s.bind(py).try_readonly()?);
         let (ranges_m, time_s) = (ranges_m.as_slice()?, time_s.as_slice()?);
-        let (placing, columns) = (Placing::new(rig, scanner), self.beams.len());
+        let (placing, columns) = (Placing::new(rig, scanner, alley.flatten()), self.beams.len());
         let (mut points_m, mut scans, mut beams) = (Vec::new(), Vec::<u32>::new(), Vec::<u32>::new());
         for ((scan, time_s), line) in (0..).zip(time_s).zip(ranges_m.chunks(columns.max(1))) {
+            let placed = PlacedLine::new(*time_s, self.scan_frequency_hz, self.beams, self.layer_deg);
             for (beam, range_m) in (0..).zip(line).filter(|(_, range_m)| range_m.is_finite()) {
-                let angle_deg = self.beams.angle_deg(beam as usize);
-                points_m.push(placing.place(*time_s, angle_deg, self.layer_deg, *range_m));
+                points_m.push(placing.place(&placed, beam as usize, *range_m));
                 scans.push(scan);
                 beams.push(beam);
             }

@@ -215,10 +215,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let telling = LinkTeller::start(&scanner, None);
     let bar = progress::bar("driving", "scans", scans);
-    let mut seen = args
-        .picture
-        .is_some()
-        .then(|| Seen { placing: Placing::new(Some(stage.rig.clone()), 0), points: Vec::new() });
+    let mut seen = args.picture.is_some().then(|| Seen {
+        placing: Placing::new(Some(stage.rig.clone()), 0, stage.scene.drive.alley),
+        points: Vec::new(),
+    });
     let ended = tokio::select! {
         ended = follow(&mut scanner, &mut pipeline, &emulator, scans, (&bar, &mut seen)) => ended,
         () = interrupt.wait() => Ok(()),

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use rowscan_canopy::Placing;
 use rowscan_driver::{DriverConfig, Scanner, Source};
-use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
 
 use super::interrupt::Interrupt;
@@ -85,13 +84,16 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 
 /// Writes scan after scan, as they are read.
 async fn export(args: &Args) -> Result<Outcome, Failure> {
-    let rig: Option<Rig> =
-        args.rig.as_deref().map(|name| files::load_rig(name).map(|(rig, _)| rig)).transpose()?;
+    let (rig, scene) = match &args.rig {
+        Some(name) => files::load_rig(name).map(|(rig, scene)| (Some(rig), scene))?,
+        None => (None, None),
+    };
+    let alley = scene.and_then(|scene| scene.drive.alley);
     if let Some(found) = rig.as_ref().map(|rig| rig.scanners.len()).filter(|found| args.scanner >= *found) {
         return Err(StageError::from(ViewError::NoSuchScanner { index: args.scanner, found }).into());
     }
     let mut rows: Box<dyn Rows> = match args.what {
-        What::Points => Box::new(PointRows::new(Placing::new(rig, args.scanner))),
+        What::Points => Box::new(PointRows::new(Placing::new(rig, args.scanner, alley))),
         What::Scans => Box::new(ScanRows::default()),
     };
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;

@@ -1,6 +1,6 @@
 //! The returns of scans as points: in the scene where the rig is known, else in the scanner's own plane.
 
-use rowscan_canopy::Placing;
+use rowscan_canopy::{PlacedLine, Placing};
 use rowscan_protocol::scan::Scan;
 
 use super::{Column, ExportError, Kind, RowError, Rows, Table};
@@ -43,12 +43,12 @@ impl Rows for PointRows {
         _: f64,
         put: &mut dyn FnMut(&[f64]) -> Result<(), ExportError>,
     ) -> Result<(), RowError> {
-        let time_s = self.placing.time_s(scan);
-        let layer_deg = f64::from(scan.layer_centideg) / 100.0;
+        let line = self.placing.line(scan);
+        let PlacedLine { time_s, layer_deg, .. } = line;
         for (order, echo) in scan.echoes.iter().enumerate() {
             for (beam, &range_m) in echo.range_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite())
             {
-                let [x, y, z] = self.placing.place(time_s, scan.beams.angle_deg(beam), layer_deg, range_m);
+                let [x, y, z] = self.placing.place(&line, beam, range_m);
                 let remission = f64::from(echo.remission.get(beam).copied().unwrap_or_default());
                 let number = self.scans as f64;
                 put(&[x, y, z, range_m, remission, time_s, number, beam as f64, order as f64, layer_deg])?;
