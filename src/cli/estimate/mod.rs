@@ -73,7 +73,7 @@ pub(super) struct Args {
     /// Find trees in the data as well, not only by the rig's spacing
     #[arg(long, value_name = "HOW", value_delimiter = ',', value_enum)]
     trees: Vec<CutArg>,
-    /// Seed of the rig's scene, for the truth beside the estimators; the scene's own where absent
+    /// Seed of the rig's scene, for the truth beside the estimators; where absent, the recorded one, else the scene's own
     #[arg(long, value_name = "N", requires = "estimators")]
     seed: Option<u64>,
     /// How to write the estimate
@@ -304,7 +304,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let readings = args.readings(rig.as_ref(), &scanners)?;
     let orchard = match scene.filter(|_| args.estimators.are_asked()) {
         Some(scene) => {
-            let scene = Scene { seed: args.seed.unwrap_or(scene.seed), ..scene };
+            let recorded = || rig::recorded_seed(&args.sources, args.rig.as_deref());
+            let seed = args.seed.or_else(recorded).unwrap_or(scene.seed);
+            let scene = Scene { seed, ..scene };
             match interrupt.or(scene::grow(scene)).await.transpose()? {
                 Some(stage) => Some(stage.orchard),
                 None => return Ok(Outcome::Done),
