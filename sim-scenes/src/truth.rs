@@ -31,6 +31,10 @@ impl Default for TruthGrid {
 pub struct Truth {
     /// Seed of the orchard; null for a handmade one.
     pub seed: Option<u64>,
+    /// The row, from 0, and how many there are.
+    pub row: usize,
+    /// Rows of the orchard.
+    pub rows: usize,
     /// One-sided leaf area of the row, m².
     pub leaf_area_m2: f64,
     /// Lateral surface of the wood of the row, m².
@@ -144,6 +148,8 @@ impl Truth {
         let angle = leaf_angle(trees);
         Self {
             seed: orchard.seed(),
+            row,
+            rows: orchard.rows(),
             leaf_area_m2,
             post_area_m2: built(SupportKind::Post) + surface(Surface::Post),
             wire_area_m2: built(SupportKind::Wire) + surface(Surface::Wire),

@@ -25,7 +25,7 @@ pub(crate) struct Args {
     format: Format,
 }
 
-/// The trees of one scene over all seeds.
+/// The trees of the first row of one scene over all seeds.
 #[derive(Debug, Serialize)]
 struct Row {
     scene: String,

@@ -50,6 +50,12 @@ pub(super) fn run(document: Document, args: &Args) -> Result<Outcome, Failure> {
     let mut rows = Vec::new();
     let schema = document.schema();
     flat(&schema, &in_force, Some(&written), String::new(), &mut rows);
+    if args.format == Format::Table {
+        // A table of measures rounds; these are what stands in force.
+        for row in rows.iter_mut().filter(|row| row.value.is_number()) {
+            row.value = Value::String(row.value.to_string());
+        }
+    }
     output::print_rows(args.format, &rows)?;
     let layout = scene.as_ref().map(|scene| scene.orchard.layout());
     if args.format == Format::Table {
