@@ -8,6 +8,7 @@ use tokio::task::JoinSet;
 
 use super::datagrams::Datagrams;
 use super::error_frame::ErrorFrame;
+use super::link::candump::LogCut;
 use super::link::{self, Link};
 use super::port_event::{Outgoing, OutgoingFrame, PortEvent};
 use super::{BusAddress, BusError, CanFrame};
@@ -32,6 +33,7 @@ pub struct Bus {
     datagrams: Datagrams,
     open_from_the_start: bool,
     untaken: Vec<Untaken>,
+    logs: Vec<LogCut>,
     in_flight: InFlight,
     dropped: AtomicU64,
     _tasks: JoinSet<()>,
@@ -52,13 +54,16 @@ impl Bus {
         let (heard, inbox) = mpsc::channel(QUEUE);
         let (mut ports, mut tasks) = (Vec::new(), JoinSet::new());
         let (mut open_from_the_start, mut untaken) = (false, Vec::new());
-        let mut datagram_ports = Vec::new();
+        let (mut datagram_ports, mut logs) = (Vec::new(), Vec::new());
         for (number, address) in addresses.iter().enumerate() {
             let link = Link::open(address).await?;
             tell(&link);
             datagram_ports.push(matches!(link, Link::Udp(_)));
             open_from_the_start |= link.is_open_from_the_start();
             untaken.extend(link.untaken()?);
+            if let Link::Candump(log) = &link {
+                logs.push(log.cut());
+            }
             let (outbox, queue) = mpsc::channel(QUEUE);
             ports.push(outbox);
             tasks.spawn(link.run(queue, link::PortListener { number, heard: heard.clone() }));
@@ -69,11 +74,17 @@ impl Bus {
             datagrams: Datagrams::default(),
             open_from_the_start,
             untaken,
+            logs,
             in_flight: InFlight::default(),
             dropped: AtomicU64::new(0),
             _tasks: tasks,
         };
         Ok((bus, inbox))
+    }
+
+    /// Whether each of its logs is whole; still so once the bus is gone.
+    pub fn logs(&self) -> Vec<LogCut> {
+        self.logs.clone()
     }
 
     /// Puts a frame on every port but the one it came from. Patient, it waits for ports that are behind; else those lose it.

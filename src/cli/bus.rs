@@ -4,10 +4,13 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Failure, Format, Outcome, output};
+use super::output::{self, say};
+use super::{Failure, Format, Outcome};
 use rowscan_bus::link::candump::read_line;
+use rowscan_bus::message::Message;
 use rowscan_bus::pgn::MESSAGES;
-use rowscan_bus::{J1939Id, dbc, markdown};
+use rowscan_bus::{CanFrame, J1939Id, dbc, markdown};
+use rowscan_protocol::time::SimTime;
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Command {
@@ -42,45 +45,67 @@ pub(super) fn run(command: Command) -> Result<Outcome, Failure> {
     match command {
         Command::Dbc => output::print(&dbc())?,
         Command::Markdown => output::print(&markdown())?,
-        Command::Decode(args) => decode(&args)?,
+        Command::Decode(args) => return decode(&args),
     }
     Ok(Outcome::Done)
 }
 
-fn decode(args: &Decode) -> Result<(), Failure> {
+fn decode(args: &Decode) -> Result<Outcome, Failure> {
     let what = args.file.display().to_string();
-    let text = std::fs::read_to_string(&args.file).map_err(|cause| Failure::Read { what, cause })?;
-    let rows: Vec<Row> = text
-        .lines()
-        .filter_map(read_line)
-        .map(|(at, frame)| {
-            let id = J1939Id::of(frame.id);
-            let known = id.and_then(|id| MESSAGES.iter().find(|message| message.pgn == id.pgn));
-            let values = match known.filter(|message| message.len <= 8) {
-                Some(message) => {
-                    let values = message.decode(frame.data());
-                    let told = message.signals.iter().zip(values).filter_map(|(signal, value)| {
-                        let value = value?;
-                        let name = signal.names.iter().find(|(raw, _)| *raw as f64 == value);
-                        Some(match name {
-                            Some((_, name)) => format!("{} {name}", signal.name),
-                            None => {
-                                format!("{} {:.4} {}", signal.name, value, signal.unit).trim_end().to_owned()
-                            }
-                        })
-                    });
-                    told.collect::<Vec<_>>().join(", ")
-                }
-                None => frame.data().iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" "),
-            };
-            Row {
-                t_s: at.as_secs_f64(),
-                source: id.map(|id| id.source),
-                pgn: id.map(|id| id.pgn),
-                message: known.map_or("unknown", |message| message.name),
-                values,
-            }
+    let text =
+        std::fs::read_to_string(&args.file).map_err(|cause| Failure::Read { what: what.clone(), cause })?;
+    let (mut rows, mut strange) = (Vec::new(), Vec::new());
+    for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()) {
+        match read_line(line) {
+            Some((at, frame)) => rows.push(Row::of(at, &frame)),
+            None => strange.push((number, line)),
+        }
+    }
+    if let Some((number, line)) = strange.first() {
+        let shown: String = line.chars().take(60).collect();
+        let told = format!(
+            "{what}, line {number}: expected a classic CAN frame as `candump -L` writes it, `(1436509052.249713) can0 18FE4980#0011223344556677`, found `{shown}`"
+        );
+        if rows.is_empty() {
+            return Err(Failure::Usage(told));
+        }
+        say(format_args!("{told}; {} lines are left out", strange.len()));
+    } else if rows.is_empty() {
+        say(format_args!("{what}: no frame"));
+    }
+    output::print_rows(args.format, &rows)?;
+    Ok(if rows.is_empty() || !strange.is_empty() { Outcome::Finding } else { Outcome::Done })
+}
+
+impl Row {
+    fn of(at: SimTime, frame: &CanFrame) -> Self {
+        let id = J1939Id::of(frame.id);
+        let known = id.and_then(|id| MESSAGES.iter().find(|message| message.pgn == id.pgn));
+        Self {
+            t_s: at.as_secs_f64(),
+            source: id.map(|id| id.source),
+            pgn: id.map(|id| id.pgn),
+            message: known.map_or("unknown", |message| message.name),
+            values: values(known.copied(), frame.data()),
+        }
+    }
+}
+
+/// The values of a message, else its bytes.
+fn values(known: Option<&Message>, data: &[u8]) -> String {
+    let bytes = || data.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ");
+    let Some(message) = known.filter(|message| message.len <= 8) else { return bytes() };
+    if data.len() < message.len {
+        return format!("{} of {} bytes: {}", data.len(), message.len, bytes()).trim_end().to_owned();
+    }
+    let values = message.decode(data);
+    let told = message.signals.iter().zip(values).filter_map(|(signal, value)| {
+        let value = value?;
+        let name = signal.names.iter().find(|(raw, _)| *raw as f64 == value);
+        Some(match name {
+            Some((_, name)) => format!("{} {name}", signal.name),
+            None => format!("{} {:.4} {}", signal.name, value, signal.unit).trim_end().to_owned(),
         })
-        .collect();
-    output::print_rows(args.format, &rows)
+    });
+    told.collect::<Vec<_>>().join(", ")
 }

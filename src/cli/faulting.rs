@@ -1,6 +1,6 @@
 //! `--faults FILE`: the flag, and the faults at work beside a command, told as they come.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rowscan_control::Log;
@@ -36,6 +36,11 @@ pub(super) struct FaultFile {
 }
 
 impl FaultArgs {
+    /// The file, if one is given.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.fault_file.as_deref()
+    }
+
     /// Reads the file, if one is given.
     pub(super) fn read(&self) -> Result<Option<FaultFile>, Failure> {
         let Some(path) = &self.fault_file else { return Ok(None) };

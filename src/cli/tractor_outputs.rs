@@ -1,5 +1,7 @@
 //! Flags for what else on the tractor speaks, and for the canopy sensor's own bus.
 
+use std::path::Path;
+
 use rowscan_recording::Taps;
 use rowscan_vehicle::Tractor;
 use tokio::sync::mpsc;
@@ -7,7 +9,8 @@ use tokio::task::JoinSet;
 
 use super::endpoint::{Place, announce_stream};
 use super::output::say;
-use super::{Failure, Format};
+use super::{Failure, Format, Outcome};
+use rowscan_bus::link::candump::LogCut;
 use rowscan_bus::link::{Found, Link};
 use rowscan_bus::nmea::{GnssEpochs, NmeaAddress, NmeaLine, NmeaPlace};
 use rowscan_bus::tractor::TractorEcu;
@@ -112,7 +115,7 @@ impl TractorOutputArgs {
         self.bus.is_given()
     }
 
-    /// Opens what is asked for, adds it to the rig and says where it is; the tasks tell what happens on the bus.
+    /// Opens what is asked for, adds it to the rig and says where it is.
     pub(super) async fn open(
         &self,
         stage: &Stage,
@@ -120,8 +123,8 @@ impl TractorOutputArgs {
         rig: &mut Rig,
         taps: &Taps,
         format: Format,
-    ) -> Result<JoinSet<()>, Failure> {
-        let mut telling = JoinSet::new();
+    ) -> Result<OpenOutputs, Failure> {
+        let mut open = OpenOutputs::default();
         let mut lines = Vec::new();
         for address in &self.nmea {
             lines.push(open_nmea(address, stage.scene.gnss.rate_hz, None, format).await?);
@@ -131,8 +134,32 @@ impl TractorOutputArgs {
         }
         if let Some(bus) = self.bus.open(format).await? {
             let ecu = TractorEcu::new(tractor.clone(), stage.receiver());
-            rig.bus(ecu, bus, Some(tell_news(&mut telling)), taps);
+            open.logs = bus.0.logs();
+            rig.bus(ecu, bus, Some(tell_news(&mut open.telling)), taps);
         }
-        Ok(telling)
+        Ok(open)
+    }
+
+    /// The files that are written.
+    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.bus.can.iter().filter_map(|port| match port {
+            BusAddress::Candump(path) => Some(path.as_path()),
+            _ => None,
+        })
+    }
+}
+
+/// What speaks while a rig runs.
+#[derive(Debug, Default)]
+pub(super) struct OpenOutputs {
+    /// Tells what happens on the bus.
+    telling: JoinSet<()>,
+    logs: Vec<LogCut>,
+}
+
+impl OpenOutputs {
+    /// Whether all logs are whole.
+    pub(super) fn outcome(&self) -> Outcome {
+        if self.logs.iter().any(LogCut::is_cut) { Outcome::Finding } else { Outcome::Done }
     }
 }

@@ -38,6 +38,11 @@ struct Writing {
 }
 
 impl TruthArgs {
+    /// The file, if it is asked for.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.truth.as_deref()
+    }
+
     /// Begins the file, if it was asked for; the scans are those of the rig's first scanner, number `scanner` of the stage.
     pub(super) fn start(
         &self,

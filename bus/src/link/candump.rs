@@ -1,9 +1,11 @@
 //! A log in candump's format (`candump -L`): `(1436509052.249713) can0 18FE4980#0011223344556677`.
 
 use std::fmt::Write as _;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rowscan_protocol::can::CandumpLine;
 use rowscan_protocol::time::SimTime;
@@ -33,17 +35,40 @@ pub fn read_line(line: &str) -> Option<(SimTime, CanFrame)> {
     Some((SimTime(at_ns), CanFrame::from_text(frame)?))
 }
 
+/// Whether a log that is written has lost its end.
+#[derive(Clone, Debug, Default)]
+pub struct LogCut(Arc<AtomicBool>);
+
+impl LogCut {
+    /// True once a line could not be written: that and all after it are missing.
+    pub fn is_cut(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
+}
+
 /// A log being written.
 #[derive(Debug)]
 pub struct CandumpLink {
     file: BufWriter<File>,
     path: PathBuf,
+    cut: LogCut,
 }
 
 impl CandumpLink {
     pub(super) fn open(path: &Path) -> Result<Self, BusError> {
-        let file = File::create(path).map_err(|cause| BusError::Log { path: path.to_owned(), cause })?;
-        Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
+        let refused = |cause| BusError::Log { path: path.to_owned(), cause };
+        // What it holds already, a log or anything else, is not lost by a new one.
+        let held = fs::metadata(path).ok().filter(|found| found.is_file() && found.len() > 0);
+        if let Some(bytes) = held.map(|found| found.len()) {
+            let why = format!("it holds {bytes} bytes already; name a new file");
+            return Err(refused(io::Error::new(io::ErrorKind::AlreadyExists, why)));
+        }
+        let file = File::create(path).map_err(refused)?;
+        Ok(Self { file: BufWriter::new(file), path: path.to_owned(), cut: LogCut::default() })
+    }
+
+    pub(crate) fn cut(&self) -> LogCut {
+        self.cut.clone()
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -64,6 +89,7 @@ impl CandumpLink {
             let written: io::Result<()> =
                 self.file.write_all(text.as_bytes()).and_then(|()| self.file.flush());
             if let Err(cause) = written {
+                self.cut.0.store(true, Ordering::Release);
                 tracing::warn!(%cause, path = %self.path.display(), "the log ends here");
                 return;
             }
