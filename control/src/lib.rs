@@ -33,4 +33,4 @@ pub use log::Log;
 pub use problem::Problem;
 pub use routes::router;
 pub use server::{Served, Server, ServerError};
-pub use time::{Refused, Time, TimeState, Wait};
+pub use time::{Refused, Seeking, Time, TimeState, Wait};

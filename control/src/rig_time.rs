@@ -2,7 +2,7 @@
 
 use rowscan_emulator::{ClockMode, RigControl};
 
-use crate::time::{Refused, Time, TimeState, Wait};
+use crate::time::{Refused, Seeking, Time, TimeState, Wait};
 
 impl Time for RigControl {
     fn state(&self) -> TimeState {
@@ -45,7 +45,8 @@ impl Time for RigControl {
         Box::pin(async move { Self::stepped(&control, last).await })
     }
 
-    fn seek(&self, _place: &str) -> Result<(), Refused> {
-        Err(Refused("a rig drives forwards only: `seek` is of a replay".to_owned()))
+    fn seek(&self, _place: &str) -> Seeking {
+        let refused = Refused("a rig drives forwards only: `seek` is of a replay".to_owned());
+        Box::pin(std::future::ready(Err(refused)))
     }
 }

@@ -1,6 +1,6 @@
 //! The routes.
 
-use axum::body::Bytes;
+use axum::extract::rejection::QueryRejection;
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::IntoResponse;
@@ -13,7 +13,7 @@ use crate::bench::Bench;
 use crate::clock;
 use crate::fault_table::FaultTable;
 use crate::problem::Problem;
-use crate::request::{body, of_fault, spec};
+use crate::request::{Body, body, of_fault, spec};
 use crate::toxiproxy;
 
 /// The longest body.
@@ -53,7 +53,7 @@ enum Added {
     One(Value),
 }
 
-async fn add_faults(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
+async fn add_faults(State(bench): State<Bench>, bytes: Body) -> Result<impl IntoResponse, Problem> {
     let tables = match body(&bytes)? {
         Added::Several(tables) => tables,
         Added::One(table) => vec![table],
@@ -97,7 +97,7 @@ struct TimeOrder {
     seek: Option<String>,
 }
 
-async fn set_time(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
+async fn set_time(State(bench): State<Bench>, bytes: Body) -> Result<impl IntoResponse, Problem> {
     let order: TimeOrder = body(&bytes)?;
     let refused = |refused: crate::Refused| Problem::conflict(refused.to_string());
     if order.paused.is_none() && order.scale.is_none() && order.seek.is_none() {
@@ -105,7 +105,7 @@ async fn set_time(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoR
     }
     // What may be refused comes first, so that a refused request changes nothing.
     if let Some(place) = &order.seek {
-        bench.time.seek(place).map_err(refused)?;
+        bench.time.seek(place).await.map_err(refused)?;
     }
     if let Some(scale) = order.scale {
         bench.time.set_scale(scale).map_err(refused)?;
@@ -129,8 +129,8 @@ fn one() -> u64 {
 }
 
 /// Lets steps go. The answer comes when they are taken, or after half a second.
-async fn step(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
-    let StepOrder { n } = if bytes.is_empty() { StepOrder { n: one() } } else { body(&bytes)? };
+async fn step(State(bench): State<Bench>, bytes: Body) -> Result<impl IntoResponse, Problem> {
+    let StepOrder { n } = if bytes.0.is_empty() { StepOrder { n: one() } } else { body(&bytes)? };
     if !(1..=MOST_STEPS).contains(&n) {
         return Err(Problem::wrong(format!("expected `n` from 1 to {MOST_STEPS}, found {n}")));
     }
@@ -145,8 +145,12 @@ struct Since {
     since: u64,
 }
 
-async fn log(State(bench): State<Bench>, Query(Since { since }): Query<Since>) -> impl IntoResponse {
-    Json(bench.log.after(since))
+async fn log(
+    State(bench): State<Bench>,
+    since: Result<Query<Since>, QueryRejection>,
+) -> Result<impl IntoResponse, Problem> {
+    let Query(Since { since }) = since.map_err(|rejection| Problem::wrong(rejection.body_text()))?;
+    Ok(Json(bench.log.after(since)))
 }
 
 async fn state(State(bench): State<Bench>) -> impl IntoResponse {

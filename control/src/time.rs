@@ -8,6 +8,9 @@ use serde::Serialize;
 /// A wait for an event.
 pub type Wait = Pin<Box<dyn Future<Output = ()> + Send>>;
 
+/// The way to a place: done once time is there, or has refused.
+pub type Seeking = Pin<Box<dyn Future<Output = Result<(), Refused>> + Send>>;
+
 /// Why time does not do what was asked.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
@@ -69,5 +72,5 @@ pub trait Time: Send + Sync {
     ///
     /// # Errors
     /// There is no such place, or this clock only goes on.
-    fn seek(&self, place: &str) -> Result<(), Refused>;
+    fn seek(&self, place: &str) -> Seeking;
 }

@@ -1,6 +1,5 @@
 //! Toxiproxy's paths, so that its clients can be used: a stream of the bench is a proxy, a toxic is one or two faults.
 
-use axum::body::Bytes;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::IntoResponse;
@@ -11,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::bench::Bench;
 use crate::problem::Problem;
-use crate::request::body;
+use crate::request::{Body, body};
 use crate::toxics::{Toxic, ToxicOrder};
 
 /// What `GET /version` says: the version of Toxiproxy whose paths these are, and whose they really are.
@@ -80,11 +79,11 @@ async fn proxies(State(bench): State<Bench>) -> impl IntoResponse {
 }
 
 /// A proxy that is there already is taken as it is; another cannot be made.
-async fn create(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
+async fn create(State(bench): State<Bench>, bytes: Body) -> Result<impl IntoResponse, Problem> {
     Ok((StatusCode::CREATED, Json(bench.take(&body(&bytes)?)?)))
 }
 
-async fn populate(State(bench): State<Bench>, bytes: Bytes) -> Result<impl IntoResponse, Problem> {
+async fn populate(State(bench): State<Bench>, bytes: Body) -> Result<impl IntoResponse, Problem> {
     let orders: Vec<ProxyOrder> = body(&bytes)?;
     let taken = orders.iter().map(|order| bench.take(order)).collect::<Result<Vec<_>, _>>()?;
     Ok((StatusCode::CREATED, Json(json!({ "proxies": taken }))))
@@ -97,7 +96,7 @@ async fn proxy(State(bench): State<Bench>, Path(proxy): Path<String>) -> Result<
 async fn update(
     State(bench): State<Bench>,
     Path(proxy): Path<String>,
-    bytes: Bytes,
+    bytes: Body,
 ) -> Result<impl IntoResponse, Problem> {
     let proxy = bench.stream(&proxy)?;
     let order: ProxyOrder = body(&bytes)?;
@@ -119,7 +118,7 @@ async fn toxics(State(bench): State<Bench>, Path(proxy): Path<String>) -> Result
 async fn add(
     State(bench): State<Bench>,
     Path(proxy): Path<String>,
-    bytes: Bytes,
+    bytes: Body,
 ) -> Result<impl IntoResponse, Problem> {
     let proxy = bench.stream(&proxy)?;
     let order: ToxicOrder = body(&bytes)?;
@@ -136,7 +135,7 @@ async fn toxic(
 async fn change(
     State(bench): State<Bench>,
     Path((proxy, toxic)): Path<(String, String)>,
-    bytes: Bytes,
+    bytes: Body,
 ) -> Result<impl IntoResponse, Problem> {
     let proxy = bench.stream(&proxy)?;
     let order: ToxicOrder = body(&bytes)?;

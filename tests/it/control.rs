@@ -227,7 +227,15 @@ fn it_is_announced_before_ready_and_bounded() {
     assert_eq!(names, ["tcp", "control"]);
     let address = &endpoints[1].1;
     assert_eq!(http(address, "GET /state HTTP/1.1", "").1["streams"]["scanner0"]["scans_sent"], 0);
-    assert_eq!(http(address, "POST /faults HTTP/1.1", &format!("[{}]", " ".repeat(70_000))).0, 413);
+    // Also what the server refuses by itself is told as JSON.
+    for (request, text, status) in [
+        ("POST /faults HTTP/1.1", format!("[{}]", " ".repeat(70_000)), 413),
+        ("GET /log?since=abc HTTP/1.1", String::new(), 400),
+    ] {
+        let (found, told) = http(address, request, &text);
+        assert_eq!((found, told["status"].as_u64()), (status, Some(u64::from(status))), "{told}");
+        assert!(told["error"].as_str().is_some_and(|error| !error.is_empty()));
+    }
     assert_eq!(http(address, "GET /state HTTP/1.1\r\nOrigin: http://example.org", "").0, 403);
     // Connections that say nothing do not keep others out for long; fewer than there is room for, not at all.
     let silent: Vec<_> = (0..20).map(|_| TcpStream::connect(address).expect("it listens")).collect();

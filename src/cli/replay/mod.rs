@@ -16,11 +16,12 @@ use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::output::say;
 use super::recorder::RecordArgs;
+use super::stream_states::state_of;
 use super::web::WebArgs;
 use super::{Failure, Format, Outcome, event_format, models};
-use orders::ReplayTime;
+use orders::{Asked, ReplayTime};
 use places::{Places, Seek};
-use rowscan_control::{Bench, Log};
+use rowscan_control::{Bench, Log, Refused};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
 use rowscan_emulator::{Player, RefusedSetting};
@@ -96,6 +97,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let places = Places::of(args.rig.as_deref(), &survey, &parts);
     let played = args.played(&places, &parts)?;
     let start_ns = played.from_ns.max(places.begins_ns);
+    let round = played.every_ns.map(|every_ns| (start_ns, every_ns));
     let clock = Arc::new(SimClock::start(args.time_scale));
     let playhead = Arc::new(Playhead::new(start_ns));
     let taping = args.record.start(survey.about.clone(), args.time_scale.delivery().is_patient())?;
@@ -124,10 +126,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
-    let (time, mut seeks) = ReplayTime::new(Arc::clone(&clock), Arc::clone(&playhead));
-    let bench = faulting
-        .as_ref()
-        .map(|faulting| Bench::new(faulting.control().clone(), Arc::new(time), log, Vec::new()));
+    let (time, mut seeks) = ReplayTime::new(Arc::clone(&clock), Arc::clone(&playhead), round);
+    let bench = faulting.as_ref().map(|faulting| {
+        let streams = lives.iter().zip(&parts);
+        let streams = streams.filter_map(|(live, part)| Some((part.name.clone(), live.counts()?)));
+        let states = vec![("streams".to_owned(), state_of(streams))];
+        Bench::new(faulting.control().clone(), Arc::new(time), log, states)
+    });
     let _controlled = match &bench {
         Some(bench) => args.control.open(bench.clone(), args.format).await?,
         None => Controlled::default(),
@@ -147,10 +152,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         tokio::select! {
             () = player.ended() => break,
             () = interrupt.wait() => break,
-            Some(place) = seeks.recv() => match places.find(place) {
-                Ok(to_ns) => playhead.seek(to_ns.max(start_ns), clock.now()),
-                Err(error) => say(error),
-            },
+            Some(Asked { place, done }) = seeks.recv() => {
+                let found = places.find(place);
+                let found = found.map(|to_ns| playhead.seek(to_ns.max(start_ns), clock.now()));
+                // Whoever asked may have gone.
+                let _ = done.send(found.map_err(|error| Refused(error.to_string())));
+            }
         }
     }
     if let Some(faulting) = faulting {

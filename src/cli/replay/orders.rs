@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use rowscan_control::{Refused, Time, TimeState, Wait};
+use rowscan_control::{Refused, Seeking, Time, TimeState, Wait};
 use rowscan_emulator::clock::{SimClock, TimeScale};
 use rowscan_emulator::replay::Playhead;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 
 use super::places::Seek;
 
@@ -16,14 +16,26 @@ const ORDERS: usize = 16;
 pub(super) struct ReplayTime {
     clock: Arc<SimClock>,
     playhead: Arc<Playhead>,
-    seeks: mpsc::Sender<Seek>,
+    /// Where each round begins, and how long it is; none if it is played once.
+    round: Option<(u64, u64)>,
+    seeks: mpsc::Sender<Asked>,
+}
+
+/// A place that is asked for, and who waits to be told whether there is one.
+pub(super) struct Asked {
+    pub(super) place: Seek,
+    pub(super) done: oneshot::Sender<Result<(), Refused>>,
 }
 
 impl ReplayTime {
     /// With the places that are asked for: finding one takes a look into the recording.
-    pub(super) fn new(clock: Arc<SimClock>, playhead: Arc<Playhead>) -> (Self, mpsc::Receiver<Seek>) {
+    pub(super) fn new(
+        clock: Arc<SimClock>,
+        playhead: Arc<Playhead>,
+        round: Option<(u64, u64)>,
+    ) -> (Self, mpsc::Receiver<Asked>) {
         let (seeks, asked) = mpsc::channel(ORDERS);
-        (Self { clock, playhead, seeks }, asked)
+        (Self { clock, playhead, round, seeks }, asked)
     }
 }
 
@@ -31,6 +43,13 @@ impl Time for ReplayTime {
     fn state(&self) -> TimeState {
         let now = self.clock.now();
         let (place_ns, paused) = self.playhead.place(now);
+        // Rounds follow one another on the playhead; the recording has only one.
+        let place_ns = match self.round {
+            Some((begins_ns, every_ns)) if place_ns > begins_ns => {
+                begins_ns + (place_ns - begins_ns) % every_ns
+            }
+            _ => place_ns,
+        };
         let scale = match self.clock.scale() {
             TimeScale::Paced(scale) => Some(scale),
             TimeScale::Max => None,
@@ -61,8 +80,13 @@ impl Time for ReplayTime {
         Box::pin(std::future::pending())
     }
 
-    fn seek(&self, place: &str) -> Result<(), Refused> {
-        let place = place.parse().map_err(Refused)?;
-        self.seeks.try_send(place).map_err(|_| Refused("too many places are asked for at once".to_owned()))
+    fn seek(&self, place: &str) -> Seeking {
+        let (place, seeks) = (place.parse(), self.seeks.clone());
+        Box::pin(async move {
+            let (done, answer) = oneshot::channel();
+            let asked = Asked { place: place.map_err(Refused)?, done };
+            seeks.try_send(asked).map_err(|_| Refused("too many places are asked for at once".to_owned()))?;
+            answer.await.unwrap_or_else(|_| Err(Refused("the replay has ended".to_owned())))
+        })
     }
 }

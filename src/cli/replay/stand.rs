@@ -23,8 +23,8 @@ use rowscan_emulator::replay::{
     Part, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
 };
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator, faulty_wire,
-    pause_slack,
+    Bound, Counting, Emulator, EmulatorConfig, Outlet, RefusedSetting, SerialConfig, SerialEmulator,
+    faulty_wire, pause_slack,
 };
 use rowscan_faults::{Language, Medium, StreamFaults};
 use rowscan_ports::{NetLine, Pty, Wire};
@@ -66,6 +66,15 @@ impl Live {
                 format!("{} telegrams sent, {} bytes not taken", counts.scans_sent, counts.bytes_lost)
             }
             Self::Beside => format!("{played} packets sent"),
+        }
+    }
+
+    /// Tells what it has done at any time; none of lines and buses.
+    pub(super) fn counts(&self) -> Option<Counting> {
+        match self {
+            Self::Cola(emulator) => Some(emulator.into()),
+            Self::Lms2xx(emulator) => Some(emulator.into()),
+            Self::Beside => None,
         }
     }
 
