@@ -11,7 +11,7 @@ use super::endpoint::{Place, announce};
 use super::{Failure, Format};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::pause_slack;
-use rowscan_ports::{NetLine, Port, Pty, Wire};
+use rowscan_ports::{NetLine, Port, Pty, Untaken, Wire};
 
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Serial line")]
@@ -38,6 +38,8 @@ pub(super) struct Opened {
     pub(super) wire: Box<dyn Wire>,
     /// The source that reads it, where there is one to name.
     pub(super) source: Option<String>,
+    /// What its client has not read yet, where the system throws that away with the line.
+    pub(super) untaken: Option<Untaken>,
 }
 
 impl LineArgs {
@@ -55,18 +57,19 @@ impl LineArgs {
             let pty = Pty::open(link)?;
             announce(format, "pty", Place::Path(pty.path()))?;
             let source = Some(format!("serial:{}", pty.path().display()));
-            lines.push(Opened { wire: Box::new(pty), source });
+            let untaken = Some(pty.untaken()?);
+            lines.push(Opened { wire: Box::new(pty), source, untaken });
         }
         if let Some(path) = &self.serial {
             let port = Port::open(path, self.rate.unwrap_or(rate))?;
             announce(format, "serial", Place::Path(path))?;
-            lines.push(Opened { wire: Box::new(port), source: None });
+            lines.push(Opened { wire: Box::new(port), source: None, untaken: None });
         }
         if let Some(address) = &self.rfc2217 {
             let line = NetLine::rfc2217(address).await?;
             announce(format, "rfc2217", Place::Address(&line.address()))?;
             let source = Some(format!("rfc2217://{}", line.address()));
-            lines.push(Opened { wire: Box::new(line), source });
+            lines.push(Opened { wire: Box::new(line), source, untaken: None });
         }
         Ok(lines)
     }
@@ -81,7 +84,7 @@ impl LineArgs {
         if let (0, Some(address)) = (self.count(), tcp.first()) {
             let line = NetLine::bare(address).await?;
             announce(format, "tcp", Place::Address(&line.address()))?;
-            return Ok(Opened { wire: Box::new(line), source: None });
+            return Ok(Opened { wire: Box::new(line), source: None, untaken: None });
         }
         let line = self.open(format, rate).await?.pop();
         line.ok_or_else(|| Failure::Usage("no serial line is asked for".to_owned()))

@@ -4,12 +4,15 @@ mod fitted;
 mod running;
 mod stand;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use rowscan_control::{Bench, Log, StateOf};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{LineWatch, Rig, SeenRig, StageRow, StartWhen, ViewError};
+use rowscan_ports::clock::within;
+use rowscan_ports::{Delivery, Untaken};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_recording::{About, Taps};
@@ -23,18 +26,21 @@ use super::ending::EndArgs;
 use super::event_format;
 use super::events::{self};
 use super::faulting::{FaultArgs, Faulting};
+use super::files_apart::FilesApart;
 use super::interrupt::Interrupt;
 use super::line::LineArgs;
+use super::link_options::PARTING;
 use super::lockstep::{LockstepArgs, Ways};
 use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
 use super::scene::SceneArgs;
+use super::stream_states::state_of;
 use super::tractor_outputs::TractorOutputArgs;
 use super::truth_file::TruthArgs;
 use super::web::{Opened, Watching, WebArgs};
 use super::{Failure, Format, Outcome};
 use fitted::{Fitted, which};
-use running::{Running, state_of};
+use running::Running;
 use stand::Stand;
 
 #[derive(Debug, clap::Args)]
@@ -118,6 +124,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     let parent = args.end.parent();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     let fitted = args.fitted(&stage)?;
+    args.files().check()?;
     let models: Vec<&str> = fitted.iter().map(|fitted| fitted.model.name()).collect();
     let taping = args.tape(&stage, &models.join(", "))?;
     let tractor = stage.tractor();
@@ -141,8 +148,8 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     }
     let watching = args.web.is_given().then(|| Watching::new(rig.clock()));
     let lines: Vec<LineWatch> = watching.iter().flat_map(|_| &fitted).map(|_| LineWatch::default()).collect();
-    let _telling = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
-    let (mut running, mut sources) = (Vec::new(), Vec::new());
+    let outputs = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
+    let (mut running, mut sources, mut untaken) = (Vec::new(), Vec::new(), Vec::new());
     let stand = Stand {
         args: &args,
         stage: &stage,
@@ -153,15 +160,16 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         lines: &lines,
     };
     for (place, scanner) in fitted.iter().enumerate() {
-        let (emulator, source) = stand.open(place, scanner, &mut rig).await?;
-        running.push(emulator);
-        sources.extend(source.map(|source| format!(" {source}")));
+        let standing = stand.open(place, scanner, &mut rig).await?;
+        running.push(standing.running);
+        sources.extend(standing.source.map(|source| format!(" {source}")));
+        untaken.extend(standing.untaken);
     }
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
-    let streams = running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counting()));
-    let bench = faulting.as_ref().map(|faulting| bench_of(faulting, &rig, log, state_of(streams.collect())));
+    let streams = running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counts()));
+    let bench = faulting.as_ref().map(|faulting| bench_of(faulting, &rig, log, state_of(streams)));
     let _controlled = match &bench {
         Some(bench) => args.hand_over(bench.clone(), &rig).await?,
         None => Controlled::default(),
@@ -187,17 +195,25 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     args.tell(&stage, &fitted, &sources);
     events::ready(args.format)?;
     let mut timeline = rig.run();
-    let failed = tokio::select! {
+    let ended = tokio::select! {
         () = interrupt.wait() => None,
         () = parent.gone() => None,
-        ended = timeline.ended() => ended.err(),
+        ended = timeline.ended() => Some(ended),
     };
+    if let Some(Ok(())) = ended {
+        tokio::select! {
+            () = interrupt.wait() => {}
+            () = parent.gone() => {}
+            () = read(&untaken, args.scale().delivery()) => {}
+        }
+    }
+    let failed = ended.and_then(Result::err);
     if let Some(faulting) = faulting {
         faulting.finish().await?;
     }
     let missed = args.tell_end(&running, &fitted)?;
     drop((running, timeline));
-    let outcome = taping.finish();
+    let outcome = if taping.finish() == Outcome::Done { outputs.outcome() } else { Outcome::Finding };
     truth.finish().await?;
     match failed {
         Some(error) => Err(error.into()),
@@ -206,6 +222,19 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
             Ok(Outcome::Finding)
         }
         None => Ok(outcome),
+    }
+}
+
+/// Waits until the clients of pseudo-terminals have read what they were sent: where time does not wait for them, not for long.
+async fn read(untaken: &[Untaken], delivery: Delivery) {
+    let read = async {
+        for untaken in untaken {
+            untaken.taken().await;
+        }
+    };
+    match delivery {
+        Delivery::Patient => read.await,
+        Delivery::Paced => drop(within(PARTING, read).await),
     }
 }
 
@@ -237,6 +266,15 @@ impl Args {
         }
         self.check(&fitted)?;
         Ok(fitted)
+    }
+
+    /// The files that it reads and writes.
+    fn files(&self) -> FilesApart<'_> {
+        let written = self.record.file().into_iter().chain(self.truth.file());
+        FilesApart {
+            read: [Path::new(&self.scene.name)].into_iter().chain(self.faults.file()).collect(),
+            written: written.chain(self.tractor_outputs.files()).collect(),
+        }
     }
 
     /// Starts the recording that is asked for, of scanners of these models.

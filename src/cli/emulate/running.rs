@@ -1,23 +1,9 @@
 //! Emulated scanners that run, and what they have done.
 
-use std::sync::Arc;
-
-use rowscan_control::StateOf;
 use rowscan_emulator::{Counting, Emulator, SerialEmulator};
-use serde_json::{Map, Value, json};
 
 use super::super::client_limits;
-use super::super::events::{Counted, End};
-
-/// Tells what a scanner has done.
-pub(super) type CountsOf = Box<dyn Fn() -> Value + Send + Sync>;
-
-/// Tells the state of all scanners, by their names.
-pub(super) fn state_of(streams: Vec<(String, CountsOf)>) -> StateOf {
-    Arc::new(move || {
-        streams.iter().map(|(name, counts)| (name.clone(), counts())).collect::<Map<_, _>>().into()
-    })
-}
+use super::super::events::End;
 
 /// A scanner that is set up, and where clients find it.
 pub(super) enum Running {
@@ -27,14 +13,6 @@ pub(super) enum Running {
 
 impl Running {
     /// Tells what it has done at any time, as [`Running::end`] does.
-    pub(super) fn counting(&self) -> CountsOf {
-        match self.counts() {
-            Counting::Cola(counter) => Box::new(move || json!(counter.counts().as_ref().map(Counted::cola))),
-            Counting::Lms2xx(counts) => Box::new(move || json!(Counted::lms2xx(counts()))),
-        }
-    }
-
-    /// The same, not in words.
     pub(super) fn counts(&self) -> Counting {
         match self {
             Self::Cola(emulator) => emulator.into(),

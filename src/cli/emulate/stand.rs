@@ -2,8 +2,9 @@
 
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{
-    Bound, Emulator, EmulatorConfig, LineWatch, Rig, ScannerView, SerialConfig, SerialEmulator, faulty_wire,
+    Bound, Emulator, EmulatorConfig, LineWatch, Rig, ScannerView, SerialConfig, faulty_wire,
 };
+use rowscan_ports::Untaken;
 use rowscan_protocol::device::Device;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
@@ -36,14 +37,23 @@ pub(super) struct Stand<'a> {
     pub(super) lines: &'a [LineWatch],
 }
 
+/// A scanner that was opened.
+pub(super) struct Standing {
+    pub(super) running: Running,
+    /// The source that reads it, where there is one to name.
+    pub(super) source: Option<String>,
+    /// What the client of its pseudo-terminal has not read yet.
+    pub(super) untaken: Option<Untaken>,
+}
+
 impl Stand<'_> {
-    /// Opens the scanner at this place of those asked for; with the source that reads it.
+    /// Opens the scanner at this place of those asked for.
     pub(super) async fn open(
         &self,
         place: usize,
         scanner: &Fitted,
         rig: &mut Rig,
-    ) -> Result<(Running, Option<String>), Failure> {
+    ) -> Result<Standing, Failure> {
         match scanner.model {
             AnyModel::Cola(model) => {
                 let addresses = self.addresses(place);
@@ -51,13 +61,12 @@ impl Stand<'_> {
                 config.faults = scanner.faults(self.faulting, addresses.is_empty());
                 config.lines = self.lines.get(place).cloned();
                 let mut emulator = rig.scanner(device, view, config);
-                let source = self.listen(&mut emulator, scanner, &addresses).await?;
-                Ok((Running::Cola(emulator), source))
+                let (source, untaken) = self.listen(&mut emulator, scanner, &addresses).await?;
+                Ok(Standing { running: Running::Cola(emulator), source, untaken })
             }
             AnyModel::Lms2xx(model) => {
                 let lines = self.lines.get(place).cloned();
-                let (emulator, source) = self.lms2xx(scanner, model, lines, rig).await?;
-                Ok((Running::Lms2xx(emulator), source))
+                self.lms2xx(scanner, model, lines, rig).await
             }
         }
     }
@@ -91,14 +100,14 @@ impl Stand<'_> {
         model: &'static lms2xx::model::Model,
         lines: Option<LineWatch>,
         rig: &mut Rig,
-    ) -> Result<(SerialEmulator, Option<String>), Failure> {
+    ) -> Result<Standing, Failure> {
         let args = self.args;
         let options = line::options(&args.device, &args.line, args.scale())?;
         let (mut device, view) = self.stage.serial_scanner_on(self.tractor, scanner.index, model, options)?;
         args.device.lms2xx_fields(&mut device)?;
         let state = args.device.lms2xx_state(&mut device)?;
         let rate = device.rate().bits_per_second();
-        let Opened { mut wire, source } = args.line.open_one(&args.tcp, rate, args.format).await?;
+        let Opened { mut wire, source, untaken } = args.line.open_one(&args.tcp, rate, args.format).await?;
         let stream = scanner.stream(self.fitted.len());
         let mut taps = self.taps.clone();
         if let Some(faults) = scanner.faults(self.faulting, false) {
@@ -107,18 +116,19 @@ impl Stand<'_> {
             wire = faulty_wire(wire, &faults, tap);
         }
         let config = SerialConfig { time_scale: args.scale(), state, taps, stream, lines };
-        Ok((rig.lms2xx(device, view, wire, config), source))
+        let running = Running::Lms2xx(rig.lms2xx(device, view, wire, config));
+        Ok(Standing { running, source, untaken })
     }
 
-    /// Has a CoLa scanner listen where the flags say; the source that reads it.
+    /// Has a CoLa scanner listen where the flags say; the source that reads it, and what the client of its line has not read.
     async fn listen(
         &self,
         emulator: &mut Emulator,
         scanner: &Fitted,
         addresses: &[String],
-    ) -> Result<Option<String>, Failure> {
+    ) -> Result<(Option<String>, Option<Untaken>), Failure> {
         let (args, stream) = (self.args, scanner.stream(self.fitted.len()));
-        let mut source = None;
+        let (mut source, mut untaken) = (None, None);
         for address in addresses {
             let Bound { address } = emulator.listen(address).await?;
             announce_stream(args.format, stream.as_deref(), "tcp", Place::Address(&address))?;
@@ -127,9 +137,10 @@ impl Stand<'_> {
         if self.fitted.len() == 1 {
             for line in args.line.open(args.format, COLA_RATE).await? {
                 emulator.attach(line.wire);
+                untaken = line.untaken.or(untaken);
             }
         }
-        Ok(source)
+        Ok((source, untaken))
     }
 
     /// Where the scanner at this place of those asked for listens.
