@@ -67,9 +67,9 @@ impl Journal {
         self.tractor.motion(at).place.y_m
     }
 
-    /// Whether the drive has started.
-    pub(crate) fn has_begun(&self) -> bool {
-        self.tractor.began().is_some()
+    /// When the drive has started; none while the tractor stands and waits.
+    pub(crate) fn began(&self) -> Option<SimTime> {
+        self.tractor.began()
     }
 
     pub(crate) fn note(&self, event: impl Into<String>, detail: impl Into<String>) {

@@ -205,7 +205,7 @@ async fn accompany(
             return Ok(());
         }
         let limit = scenario.clock.startup;
-        if !journal.has_begun() && startup.elapsed() > limit {
+        if journal.began().is_none() && startup.elapsed() > limit {
             return Err(format!(
                 "no one took scans within {limit:?} (`startup_wall_s`): the drive has not started"
             )
@@ -216,7 +216,7 @@ async fn accompany(
         }
         // A step that is not acknowledged ends the run by itself; this is time that no one asks for.
         let limit = 2 * scenario.clock.deadline;
-        if scenario.clock.mode == Mode::Lockstep && journal.has_begun() && since.elapsed() > limit {
+        if scenario.clock.mode == Mode::Lockstep && journal.began().is_some() && since.elapsed() > limit {
             return Err(format!("time has stood still for {limit:?}: no one takes scans any more").into());
         }
     }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use rowscan_canopy::{Estimate, Pipeline};
 use rowscan_emulator::Counter;
+use rowscan_protocol::counting::Counting;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
@@ -50,7 +51,12 @@ impl Counts {
 /// What one device's clients were given.
 #[derive(Debug)]
 pub(crate) struct Stream {
+    /// Counts every scan, also of the time before the drive.
+    counting: Counting,
+    /// Measures the drive's scans.
     pipeline: Pipeline,
+    /// Scans of the latest instant before it is known that the drive has started: the one that starts it is delivered before.
+    waiting: Vec<(SimTime, Scan)>,
     /// The connection that scans are counted on, and the last one's number.
     taker: Option<(u64, u16)>,
     bad: u64,
@@ -80,7 +86,9 @@ pub(crate) struct Change {
 impl Stream {
     fn new(pipeline: Pipeline) -> Self {
         Self {
+            counting: Counting::default(),
             pipeline,
+            waiting: Vec::new(),
             taker: None,
             bad: 0,
             connections: 0,
@@ -95,11 +103,10 @@ impl Stream {
 
     /// The counts now.
     pub(crate) fn counts(&self) -> Counts {
-        let progress = self.pipeline.progress();
         Counts {
-            scans: progress.scans,
-            scans_lost: progress.scans_lost,
-            scans_repeated: progress.scans_repeated,
+            scans: self.counting.scans,
+            scans_lost: self.counting.lost,
+            scans_repeated: self.counting.repeated,
             telegrams_bad: self.bad,
             connections: self.connections,
             not_sent: self.not_sent.saturating_sub(self.not_sent_before.unwrap_or_default()),
@@ -131,14 +138,31 @@ impl Stream {
         takes
     }
 
-    /// Takes a scan in.
-    fn scan(&mut self, at: SimTime, scan: &Scan) {
+    /// Takes a scan in that is delivered at `at`, where the drive has started at `began`.
+    fn scan(&mut self, at: SimTime, scan: &Scan, began: Option<SimTime>) {
         if let Some(counts) = self.device.as_ref().and_then(Counter::counts) {
             self.not_sent = counts.scans_not_sent();
             self.not_sent_before.get_or_insert(self.not_sent);
         }
         self.scan_times.push(at);
-        self.pipeline.push(scan);
+        self.counting.observe(scan);
+        self.drive(began);
+        match began {
+            Some(began) if at >= began => self.pipeline.push(scan),
+            _ => {
+                // The tractor stands: what it sees again and again is no row driven past.
+                self.waiting.retain(|(before, _)| *before == at);
+                self.waiting.push((at, scan.clone()));
+            }
+        }
+    }
+
+    /// Measures those scans that waited for the start of the drive and are of it.
+    fn drive(&mut self, began: Option<SimTime>) {
+        let Some(began) = began else { return };
+        for (_, scan) in self.waiting.drain(..).filter(|(at, _)| *at >= began) {
+            self.pipeline.push(&scan);
+        }
     }
 }
 
@@ -211,7 +235,9 @@ impl Witness {
         let mut seen = self.lock();
         seen.over = true;
         let mut streams = std::mem::take(&mut seen.streams);
+        let began = self.journal.began();
         for stream in streams.values_mut() {
+            stream.drive(began);
             stream.estimate = Some(stream.pipeline.finish());
         }
         streams
@@ -279,7 +305,7 @@ impl Connection {
                     if stream.scan_times.is_empty() {
                         journal.note(format!("{}.first_scan", self.device), "");
                     }
-                    stream.scan(at, ear.reader.scan());
+                    stream.scan(at, ear.reader.scan(), journal.began());
                     good = true;
                 }
                 HostEvent::Malformed { fault } => {

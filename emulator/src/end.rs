@@ -14,7 +14,7 @@ pub enum EndWhen {
     RowM(f64),
     /// The tractor has driven so many metres.
     WayM(f64),
-    /// So many instants at which scans went to a taker; scanners that turn together share an instant.
+    /// So many instants at which scans went to a taker since the drive has started; scanners that turn together share an instant.
     Scans(u64),
 }
 

@@ -208,7 +208,7 @@ pub(crate) struct Timeline {
     pub(crate) hold: Option<Hold>,
     /// Where time stops, if anywhere.
     pub(crate) end: Option<EndWhen>,
-    /// Instants so far at which scans went to a taker.
+    /// Instants at which scans went to a taker since the drive has started.
     pub(crate) scan_instants: u64,
     /// How many steps may be taken.
     pub(crate) steps: Steps,
@@ -483,10 +483,11 @@ impl Timeline {
                 self.wait_for(at, Wait::Source).await?;
             }
         }
-        self.scan_instants += u64::from(scanned);
         if ready && taken {
             self.tractor.begin(at);
         }
+        // On a paced clock scans go out while the tractor still stands: they are none of the drive's.
+        self.scan_instants += u64::from(scanned && self.tractor.began().is_some());
         self.moments.tell(first_scan, &self.tractor);
         if taken {
             // What was sent leaves before the next line is cast on the same thread.

@@ -4,11 +4,13 @@ use crate::common;
 
 use std::time::Duration;
 
-use common::{bench, raw_client};
+use common::{bench, raw_client, small_scene};
 use rowscan_emulator::clock::TimeScale;
-use rowscan_emulator::{Emulator, EmulatorConfig};
+use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Emulator, EmulatorConfig, EndWhen, Rig};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::model;
 use tokio::time::Instant;
 
 /// tokio's timer wheel ticks in milliseconds and rounds up.
@@ -177,4 +179,26 @@ async fn at_max_a_client_that_is_gone_leaves_time_standing_still() {
     let mut next = raw_client(&mut emulator, Dialect::B);
     let first = next.next_scan().await;
     assert!(first.scan_time_us < 10_000_000, "time ran on without a client: {} µs", first.scan_time_us);
+}
+
+#[tokio::test(start_paused = true)]
+async fn scans_that_leave_while_the_tractor_stands_do_not_bring_the_end_of_its_drive() {
+    let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
+    let tractor = stage.tractor();
+    let model = model::by_name("lms111").expect("known");
+    let (device, view) = stage.scanner_on(&tractor, 0, model).expect("it fits");
+    let mut rig = Rig::new(tractor.clone(), TimeScale::Paced(1.0)).until(EndWhen::Scans(5));
+    let hold = rig.hold();
+    let mut emulator = rig.scanner(device, view, paced(1.0));
+    let mut client = raw_client(&mut emulator, Dialect::B);
+    let mut running = rig.run();
+    for _ in 0..20 {
+        client.next_scan().await;
+    }
+    assert_eq!(tractor.began(), None, "it is held");
+    let before = emulator.counts().scans_sent;
+    hold.release();
+    running.ended().await.expect("the clock holds");
+    assert!(tractor.began().is_some());
+    assert_eq!(emulator.counts().scans_sent - before, 5);
 }

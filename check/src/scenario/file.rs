@@ -136,7 +136,7 @@ pub(super) struct EndTable {
     /// So long after the drive has started, simulated.
     #[schemars(range(min = 0.0, max = 86400.0), example = 10.0, extend("x-unit" = "s"))]
     pub(super) s: Option<f64>,
-    /// After so many scans.
+    /// After so many scans of the drive.
     #[schemars(range(min = 1), example = 500)]
     pub(super) scans: Option<u64>,
 }

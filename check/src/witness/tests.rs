@@ -25,8 +25,10 @@ pub(crate) fn bench(scans: usize) -> (Witness, Vec<Vec<u8>>) {
         scan_event(Dialect::B, offline.telegram().expect("a telegram"), &mut frame);
         telegrams.push(frame);
     }
-    let rig = rowscan_emulator::Rig::new(stage.tractor(), TimeScale::Max);
-    let witness = Witness::new(Journal::new(rig.clock(), stage.tractor()));
+    let tractor = stage.tractor();
+    tractor.begin(SimTime::ZERO);
+    let rig = rowscan_emulator::Rig::new(tractor.clone(), TimeScale::Max);
+    let witness = Witness::new(Journal::new(rig.clock(), tractor));
     let reading = Reading::of(Some(&stage.rig), 0, true, CalibrationChoice::OfRig).expect("read");
     witness.watch("left", reading.pipeline);
     (witness, telegrams)
@@ -56,6 +58,38 @@ fn whole_telegrams_are_no_fault() {
     assert_eq!((stream.counts().scans, stream.scan_times.len()), (10, 10));
     assert_eq!(stream.counts().rare(), Counts { connections: 1, ..Counts::default() });
     assert_eq!(stream.estimate.as_ref().map(|estimate| estimate.scans), Some(10));
+}
+
+#[test]
+fn scans_before_the_drive_are_counted_and_measure_nothing() {
+    let (witness, telegrams) = bench(10);
+    let mut reader = ScanReader::new(StreamKind::Cola, MAX_PAYLOAD).expect("a reader");
+    let mut stream = witness.lock().streams.remove("left").expect("watched");
+    let began = SimTime(5_000_000_000);
+    for (number, telegram) in telegrams.iter().enumerate() {
+        let packet = Packet { from: Some(Side::Device), bytes: telegram.clone(), ..Packet::default() };
+        reader.push(Duration::ZERO, &packet);
+        assert_eq!(reader.next_event(), Some(HostEvent::Scan));
+        let at = SimTime(number as u64 * 1_000_000_000);
+        // That the scan of second 5 has started the drive is known only at the next one.
+        stream.scan(at, reader.scan(), Some(began).filter(|began| at > *began));
+    }
+    assert_eq!((stream.counts().scans, stream.scan_times.len()), (10, 10));
+    assert_eq!(stream.pipeline.finish().scans, 5, "from the one on that has started the drive");
+
+    let (witness, telegrams) = bench(4);
+    // The drive starts only later than anything that is delivered.
+    let journal = Journal::new(rowscan_emulator::Rig::new(standing(), TimeScale::Max).clock(), standing());
+    let still = Witness { journal, seen: Arc::clone(&witness.seen) };
+    deliver(&still, &telegrams);
+    let streams = still.close();
+    let estimate = streams["left"].estimate.as_ref().expect("closed");
+    assert_eq!((streams["left"].counts().scans, estimate.scans), (4, 0));
+}
+
+/// A tractor that has not begun to drive.
+fn standing() -> rowscan_vehicle::Tractor {
+    rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.0))
 }
 
 #[test]
