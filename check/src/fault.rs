@@ -1,8 +1,9 @@
 //! `[[fault]]` tables: those of docs/faults.md, and what only a scenario has: `sweep`, and `host_pause`.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
-use rowscan_faults::{At, FAULTS, FaultSpec, Lasts, NOT_HERE};
+use rowscan_faults::{At, FAULTS, FaultSpec, Lasts, NOT_HERE, free_id};
 use rowscan_strict_toml::{Located, Table, TomlError, Value, suggestion};
 
 /// Name of the fault that stops a child.
@@ -72,6 +73,30 @@ impl ScenarioFault {
             }
             _ if table.entries.contains_key("sweep") => Sweep::read(table).map(Self::Sweep),
             _ => FaultSpec::from_table(table).map(|spec| Self::Rig(Box::new(spec))),
+        }
+    }
+
+    /// What events call it; none of one that is not built.
+    pub fn id(&self) -> Option<&str> {
+        match self {
+            Self::Rig(spec) => spec.id.as_deref(),
+            Self::Sweep(sweep) => Some(&sweep.id),
+            Self::Pause(pause) => Some(&pause.id),
+            Self::NotHere(_) => None,
+        }
+    }
+
+    /// Gives an id to those that have none: its name, numbered where that is taken.
+    pub(crate) fn name_all(faults: &mut [Self]) {
+        let mut taken: BTreeSet<String> = faults.iter().filter_map(Self::id).map(str::to_owned).collect();
+        for fault in faults {
+            if let Self::Rig(spec) = fault
+                && spec.id.is_none()
+            {
+                let id = free_id(spec.fault.name, |id| taken.contains(id));
+                taken.insert(id.clone());
+                spec.id = Some(id);
+            }
         }
     }
 

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::Stopwatch;
 
+/// The event that ends every run.
+pub(crate) const END: &str = "end";
+
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {

@@ -13,6 +13,13 @@ pub struct What {
     pub kind: Kind,
 }
 
+impl What {
+    /// True if it may be counted between two events.
+    pub fn takes_events(&self) -> bool {
+        matches!(self.kind, Kind::Count(_))
+    }
+}
+
 /// How an expectation is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {

@@ -299,7 +299,8 @@ impl StreamFaults {
     }
 }
 
-fn free_id(name: &str, taken: impl Fn(&str) -> bool) -> String {
+/// What a fault without an id is called: its name, numbered where that is taken.
+pub fn free_id(name: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = (2_u32..).map(|number| format!("{name}-{number}"));
     std::iter::once(name.to_owned()).chain(numbered).find(|id| !taken(id)).unwrap_or_default()
 }

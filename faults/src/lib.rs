@@ -56,7 +56,7 @@ mod telegram;
 mod when;
 
 pub use clock::{Clock, HostClock, Wait};
-pub use control::{FaultControl, FaultError, FaultStatus};
+pub use control::{FaultControl, FaultError, FaultStatus, free_id};
 pub use event::{Direction, FaultEvent, FaultEvents, What};
 pub use fault::{Fault, Layer};
 pub use handle::StreamFaults;

@@ -11,9 +11,11 @@ const SECOND: u64 = 1_000_000_000;
 
 /// What an expectation says of a run, in a word; the message for a wrong word.
 fn verdict(expect: &str, tried: &Runs, folder: &Path) -> (Verdict, String) {
+    let faults = ["early", "late", "never", "cut"].map(|id| format!("{{ id = \"{id}\", name = \"stall\" }}"));
     let text = format!(
         "version = 1\nscene = \"spindle\"\nend = {{ s = 1 }}\ndevice = [{{ id = \"left\", model = \"lms111\" }}]\n\
-         run = [{{ id = \"sut\", command = [\"x\"] }}]\nexpect = [{{ {expect} }}]\n"
+         run = [{{ id = \"sut\", command = [\"x\"] }}]\nfault = [{}]\nexpect = [{{ {expect} }}]\n",
+        faults.join(", ")
     );
     let path = folder.join("scenario.toml");
     std::fs::write(&path, text).expect("written");

@@ -235,6 +235,14 @@ impl Expect {
         }
         let (between, between_events) = match table.between {
             None => (None, None),
+            Some((Value::String(_), Value::String(_))) if !what.takes_events() => {
+                let counts = WHATS.iter().filter(|what| what.takes_events()).map(|what| what.name);
+                return Err(format!(
+                    "`between` of `{}`: expected two numbers, found two events; it is measured over the whole run. Between events {} are counted",
+                    what.name,
+                    counts.collect::<Vec<_>>().join(", ")
+                ));
+            }
             Some((Value::String(from), Value::String(to))) => (None, Some((from, to))),
             Some((from, to)) => match (from.as_f64(), to.as_f64()) {
                 (Some(least), Some(most)) => (Some((least, most)), None),

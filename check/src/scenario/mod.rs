@@ -1,5 +1,6 @@
 //! Scenario files: strict TOML; a file may `use` another and change some of its keys.
 
+mod events;
 mod expect;
 mod file;
 mod settle;

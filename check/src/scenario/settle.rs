@@ -9,6 +9,7 @@ use rowscan_protocol::device::Start;
 use rowscan_protocol::lms2xx::{self, Rate};
 use rowscan_protocol::model::AnyModel;
 
+use super::events::Events;
 use super::file::{
     AckValue, ClockTable, DeviceTable, EndTable, Mode, OFF, PortName, PortTable, ReadyTable, RunTable,
     ScenarioFile,
@@ -27,7 +28,8 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
         Some(other) => return Err(format!("`version`: expected {VERSION}, found {other}")),
         None => return Err(missing("version")),
     }
-    let faults = file.faults.unwrap_or_default();
+    let mut faults = file.faults.unwrap_or_default();
+    ScenarioFault::name_all(&mut faults);
     let ports = file.bus.iter().flatten();
     let mut refusal = needs_sprayer(file.sprayer.is_some(), ports).or_else(|| not_here(&faults));
     let runs = file.run.unwrap_or_default();
@@ -104,6 +106,20 @@ fn check(scenario: &Scenario) -> Result<(), String> {
         if !ids.insert(id) {
             return Err(format!("two things are called `{id}`; rename one"));
         }
+    }
+    check_events(scenario)
+}
+
+/// Refuses names that mean two things, and expectations of what cannot happen.
+fn check_events(scenario: &Scenario) -> Result<(), String> {
+    let events = Events::of(scenario)?;
+    // Of a fault that is not built it is not known what it is called.
+    if not_here(&scenario.faults).is_some() {
+        return Ok(());
+    }
+    for (number, expect) in scenario.expects.iter().enumerate() {
+        let told = |message| format!("expectation {}, `{}`: {message}", number + 1, expect.what.name);
+        events.check(expect, &scenario.faults).map_err(told)?;
     }
     Ok(())
 }

@@ -296,6 +296,17 @@ fn mistakes_are_told_with_line_and_remedy() {
         let message = folder.refused(text);
         assert!(message.contains(expected), "{text}: {message}");
     }
+    for what in ["impacted_total_area_m2", "leaf_area_error", "fault_acts", "saved_litres"] {
+        let message = folder.refused(&format!("[[expect]]\nwhat = \"{what}\"\nbetween = [\"a\", \"end\"]\n"));
+        let expected = format!(":1: `between` of `{what}`: expected two numbers, found two events");
+        assert!(message.starts_with(&expected), "{message}");
+        assert!(
+            message.ends_with(
+                "Between events scans_lost, scans_repeated, telegrams_bad, reconnects are counted"
+            ),
+            "{message}"
+        );
+    }
     let expects = "expect = [{ what = \"scans_lost\", equals = 0 }]\n";
     for (text, expected) in [
         ("clock = { ack = { sut = \"idle\" } }\n", "add `mode = \"lockstep\"`"),
@@ -330,4 +341,45 @@ fn mistakes_are_told_with_line_and_remedy() {
         assert!(message.contains(expected), "{text}: {message}");
     }
     assert!(folder.refused(use_base).contains("it expects nothing; add an [[expect]]"));
+}
+
+#[test]
+fn what_cannot_happen_is_not_waited_for() {
+    let folder = Folder::new();
+    let fault = "[[fault]]\nname = \"split\"\n[[fault]]\nname = \"split\"\n\
+         [[fault]]\nid = \"cut\"\nname = \"split\"\nat = { scan = 1 }\nsweep = { offset = \"all\" }\n";
+    let with = |expect: &str| format!("use = \"base.toml\"\nexpect = [{{ {expect} }}]\n{fault}");
+    // All that can: of the rig, of children, of faults with and without an id.
+    for event in
+        ["left.first_scan", "sut.exited", "split", "split-2.act", "split.recovered", "cut", "cut.end"]
+    {
+        let expect = format!("what = \"scans_lost\", between = [\"{event}\", \"end\"], equals = 0");
+        folder.load(&with(&expect)).unwrap_or_else(|error| panic!("{event}: {error}"));
+    }
+    for (expect, expected) in [
+        (
+            "what = \"scans_lost\", after = \"split.nosuch\", equals = 0",
+            ": expectation 1, `scans_lost`: `after`: no event is called `split.nosuch` here; did you mean `split.",
+        ),
+        (
+            "what = \"telegrams_bad\", between = [\"split\", \"gone\"], equals = 0",
+            ": expectation 1, `telegrams_bad`: `between`: no event is called `gone` here; valid here: cut, cut.end,",
+        ),
+        // A sweep acts once a value, and tells no act.
+        (
+            "what = \"streaming\", after = \"cut.act\", within_s = 1",
+            "`after`: no event is called `cut.act` here",
+        ),
+        (
+            "what = \"log\", matches = \"x\", after = \"other.ready\"",
+            "`after`: no event is called `other.ready` here",
+        ),
+        (
+            "what = \"fault_acts\", of = \"splt\", equals = 0",
+            ": expectation 1, `fault_acts`: `of`: there is no fault `splt`; did you mean `split`?",
+        ),
+    ] {
+        let message = folder.refused(&with(expect));
+        assert!(message.contains(expected), "{expect}: {message}");
+    }
 }
