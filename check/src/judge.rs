@@ -174,10 +174,13 @@ fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) 
     let found = after.of(count).saturating_sub(before.of(count));
     let not_sent = after.not_sent.saturating_sub(before.not_sent);
     let by_device = expect.equals_text.is_some();
-    let (expected, holds) = match by_device {
-        true => (format!("{not_sent}, which the device has not sent"), found == not_sent),
-        false => (expect.bounds.words(), expect.bounds.hold(found as f64)),
-    };
+    if by_device && !stream.device_tells() {
+        return Err(format!("{name} of {id}: {id} does not tell what it has not sent; expect a number"));
+    }
+    let from_device = by_device.then(|| format!("{not_sent}, which the device has not sent"));
+    let bounds = Some(expect.bounds.words()).filter(|words| !words.is_empty());
+    let expected = from_device.into_iter().chain(bounds).collect::<Vec<_>>().join(", ");
+    let holds = (!by_device || found == not_sent) && expect.bounds.hold(found as f64);
     let judged = Judged::holds(holds, format!("{name} of {id}: expected {expected}, found {found}"));
     // When it last changed.
     let changes = stream.changes.windows(2).rev();

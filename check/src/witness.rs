@@ -101,6 +101,11 @@ impl Stream {
         }
     }
 
+    /// True if the device says what it has not sent.
+    pub(crate) fn device_tells(&self) -> bool {
+        self.not_sent_before.is_some()
+    }
+
     /// The counts now.
     pub(crate) fn counts(&self) -> Counts {
         Counts {

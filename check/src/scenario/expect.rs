@@ -7,6 +7,9 @@ use serde_json::Value;
 
 use crate::what::{self, Count, Kind, WHATS, What};
 
+/// What `equals` says where the device itself tells how much is right.
+const DEVICE: &str = "device";
+
 /// An expectation as it is written.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -214,21 +217,36 @@ impl TryFrom<Table> for Expect {
     }
 }
 
+/// Refuses a text after `equals` that tells nothing of what is expected.
+fn check_text(kind: Kind, text: &str) -> Result<(), String> {
+    let expected = match kind {
+        Kind::BytesOf if !text.is_empty() => return Ok(()),
+        Kind::BytesOf => "the path of a file",
+        Kind::Count(Count::ScansLost) if text == DEVICE => return Ok(()),
+        Kind::Count(Count::ScansLost) => "a number or \"device\"",
+        _ => "a number",
+    };
+    Err(format!("`equals`: expected {expected}, found \"{text}\""))
+}
+
 impl Expect {
     fn of(what: &'static What, table: Table) -> Result<Self, String> {
-        let (equals, equals_text) = match table.equals {
+        let (equals, equals_text) = match &table.equals {
             None => (None, None),
-            Some(Value::String(text)) => (None, Some(text)),
+            Some(Value::String(text)) => (None, Some(text.clone())),
             Some(value) => match value.as_f64() {
                 Some(number) => (Some(number), None),
                 None => return Err(format!("`equals`: expected a number or a text, found {value}")),
             },
         };
-        if let (Kind::Count(count), Some(text)) = (what.kind, &equals_text)
-            && (text != "device" || count != Count::ScansLost)
-        {
-            let device = if count == Count::ScansLost { " or \"device\"" } else { "" };
-            return Err(format!("`equals`: expected a number{device}, found \"{text}\""));
+        if let Some(text) = &equals_text {
+            check_text(what.kind, text)?;
+        }
+        if what.kind == Kind::BytesOf && equals.is_some() {
+            return Err("`equals`: expected the path of a file, found a number".to_owned());
+        }
+        if table.equals.is_some() && table.equals_run_without.is_some() {
+            return Err("`equals` and `equals_run_without` are two expected values; leave one out".to_owned());
         }
         if let Some(other) = table.equals_run_without.as_ref().filter(|without| *without != "faults") {
             return Err(format!("`equals_run_without`: expected \"faults\", found \"{other}\""));
@@ -250,6 +268,11 @@ impl Expect {
             },
         };
         let pattern = |text: String| {
+            if text.is_empty() {
+                return Err(
+                    "`matches`: expected a pattern, found an empty text, which every line matches".to_owned()
+                );
+            }
             regex_lite::Regex::new(&text)
                 .map_err(|error| format!("`matches`: `{text}` is no pattern: {error}"))
         };

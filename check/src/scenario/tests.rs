@@ -285,6 +285,38 @@ fn mistakes_are_told_with_line_and_remedy() {
             ":1: `equals`: expected a number, found \"device\"",
         ),
         (
+            "[[expect]]\nwhat = \"scans_lost\"\nequals = \"devise\"\n",
+            ":1: `equals`: expected a number or \"device\", found \"devise\"",
+        ),
+        (
+            "[[expect]]\nwhat = \"impacted_total_area_m2\"\nequals = \"device\"\n",
+            ":1: `equals`: expected a number, found \"device\"",
+        ),
+        (
+            "[[expect]]\nwhat = \"fault_acts\"\nof = \"a\"\nequals = \"device\"\n",
+            ":1: `equals`: expected a number, found \"device\"",
+        ),
+        (
+            "[[expect]]\nwhat = \"exit_code\"\nequals = \"device\"\n",
+            ":1: `equals`: expected a number, found \"device\"",
+        ),
+        (
+            "[[expect]]\nwhat = \"bytes_of\"\nfile = \"a\"\nequals = \"\"\n",
+            ":1: `equals`: expected the path of a file, found \"\"",
+        ),
+        (
+            "[[expect]]\nwhat = \"bytes_of\"\nfile = \"a\"\nequals = 3\n",
+            ":1: `equals`: expected the path of a file, found a number",
+        ),
+        (
+            "[[expect]]\nwhat = \"log\"\nmatches = \"\"\n",
+            ":1: `matches`: expected a pattern, found an empty text",
+        ),
+        (
+            "[[expect]]\nwhat = \"leaf_area_error\"\nequals = 1\nequals_run_without = \"faults\"\n",
+            ":1: `equals` and `equals_run_without` are two expected values; leave one out",
+        ),
+        (
             "[[expect]]\nwhat = \"bytes_of\"\nfile = \"a\"\nequals_run_without = \"seed\"\n",
             ":1: `equals_run_without`: expected \"faults\", found \"seed\"",
         ),
