@@ -2,7 +2,7 @@
 
 use rowscan_protocol::time::SimTime;
 
-use crate::journal::Event;
+use crate::journal::{END, Event};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
 use crate::verdict::Verdict;
@@ -127,12 +127,40 @@ fn event_number(name: &str, run: &RunRecord) -> std::result::Result<usize, Strin
     }
 }
 
+/// The number of an event that something is counted from: nothing is counted from the end on.
+fn window_start(key: &str, name: &str, run: &RunRecord) -> std::result::Result<usize, String> {
+    let (from, end) = (event_number(name, run)?, event_number(END, run)?);
+    match from < end {
+        true => Ok(from),
+        false => Err(format!(
+            "`{key}`: expected `{name}` before the end, found it only at the end: the window holds nothing"
+        )),
+    }
+}
+
+/// The numbers of two events that something is counted between.
+fn window(from: &str, to: &str, run: &RunRecord) -> std::result::Result<(usize, usize), String> {
+    let (start, stop) = (window_start("between", from, run)?, event_number(to, run)?);
+    let at = |number: usize| run.events.get(number).map_or(0.0, |event| event.t_s);
+    match start < stop {
+        true => Ok((start, stop)),
+        false => Err(format!(
+            "`between`: expected `{from}` before `{to}`, found `{to}` first, at {:.3} s, and `{from}` at {:.3} s: the window holds nothing",
+            at(stop),
+            at(start)
+        )),
+    }
+}
+
 fn seconds_after(from: SimTime, seconds: f64) -> SimTime {
     SimTime(from.0.saturating_add((seconds.max(0.0) * 1e9).round() as u64))
 }
 
 fn next_scan(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     let (id, stream) = stream(scenario, expect, run)?;
+    if let Some(after) = &expect.after {
+        window_start("after", after, run)?;
+    }
     let from = from_event(expect.after.as_ref(), run)?;
     let within_s = expect.within_s.unwrap_or_default();
     let due = seconds_after(from, within_s);
@@ -161,8 +189,8 @@ fn next_scan(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
 fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) -> Result {
     let (id, stream) = stream(scenario, expect, run)?;
     let (from, to) = match (&expect.between_events, &expect.after) {
-        (Some((from, to)), _) => (Some(event_number(from, run)?), Some(event_number(to, run)?)),
-        (None, Some(after)) => (Some(event_number(after, run)?), None),
+        (Some((from, to)), _) => window(from, to, run).map(|(from, to)| (Some(from), Some(to)))?,
+        (None, Some(after)) => (Some(window_start("after", after, run)?), None),
         (None, None) => (None, None),
     };
     let name = expect.what.name;

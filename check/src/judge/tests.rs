@@ -48,7 +48,13 @@ fn record(folder: &Path) -> RunRecord {
     RunRecord {
         seed: 7,
         folder: folder.to_owned(),
-        events: vec![event("start", 0.0), event("early", 0.1), event("late", 0.7), event("end", 1.0)],
+        events: vec![
+            event("start", 0.0),
+            event("early", 0.1),
+            event("late", 0.7),
+            event("end", 1.0),
+            event("late.end", 1.0),
+        ],
         streams,
         children: BTreeMap::from([("sut".to_owned(), child)]),
         error: None,
@@ -91,6 +97,7 @@ fn the_next_scan() {
         ("what = \"streaming\", after = \"early\", within_s = 0.05", Passed),
         ("what = \"streaming\", after = \"late\", within_s = 0.1", Failed),
         ("what = \"streaming\", after = \"never\", within_s = 1", Error),
+        ("what = \"streaming\", after = \"late.end\", within_s = 1", Error),
         ("what = \"first_scan\", on = \"right\", within_s = 1", Error),
     ]);
 }
@@ -102,7 +109,12 @@ fn counts() {
         ("what = \"scans_lost\", equals = 0", Failed),
         ("what = \"scans_lost\", between = [0, 2]", Passed),
         ("what = \"scans_lost\", above = 1", Failed),
-        ("what = \"scans_lost\", after = \"end\", equals = 0", Passed),
+        ("what = \"scans_lost\", between = [\"early\", \"late\"], equals = 1", Passed),
+        ("what = \"scans_lost\", between = [\"late\", \"early\"], equals = 0", Error),
+        // It ends with the run.
+        ("what = \"scans_lost\", after = \"late.end\", equals = 0", Error),
+        ("what = \"scans_lost\", between = [\"late.end\", \"late.recovered\"], equals = 0", Error),
+        ("what = \"scans_lost\", between = [\"late\", \"late.end\"], equals = 0", Passed),
         ("what = \"scans_lost\", between = [\"early\", \"never\"], equals = 0", Error),
         // Nothing tells here what the device has not sent.
         ("what = \"scans_lost\", equals = \"device\"", Error),

@@ -5,6 +5,7 @@ use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::journal::END;
 use crate::what::{self, Count, Kind, WHATS, What};
 
 /// What `equals` says where the device itself tells how much is right.
@@ -213,6 +214,8 @@ impl TryFrom<Table> for Expect {
         }
         let expect = Self::of(what, table)?;
         expect.complete()?;
+        expect.check_window()?;
+        expect.check_numbers()?;
         Ok(expect)
     }
 }
@@ -317,6 +320,57 @@ impl Expect {
             Kind::SameBytes if self.runs < 2 => Err("`runs`: expected 2 or more".to_owned()),
             _ => Ok(()),
         }
+    }
+
+    /// Refuses a window that holds nothing.
+    fn check_window(&self) -> Result<(), String> {
+        if let Some((from, to)) = &self.between_events {
+            if let Some(after) = &self.after {
+                return Err(format!(
+                    "`after` ({after}) and `between` ({from}, {to}) are two windows; leave one out"
+                ));
+            }
+            if from == to {
+                return Err(format!(
+                    "`between`: expected two events, found `{from}` twice: nothing is between"
+                ));
+            }
+        }
+        let from = self.between_events.iter().map(|(from, _)| ("between", from));
+        // What a child says as it ends comes after the end; nothing is delivered then.
+        let after = self.after.iter().filter(|_| self.what.kind != Kind::Log).map(|after| ("after", after));
+        match from.chain(after).find(|(_, event)| *event == END) {
+            Some((key, _)) => {
+                Err(format!("`{key}`: expected an event before the end, found `{END}`: nothing comes after"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses numbers that nothing, or everything, meets.
+    fn check_numbers(&self) -> Result<(), String> {
+        let Bounds { equals, above, below, abs_below, between, tolerance } = self.bounds;
+        let (least, most) = between.unzip();
+        let numbers = [
+            ("within_s", self.within_s, 0.0),
+            ("tolerance", Some(tolerance), 0.0),
+            ("abs_below", abs_below, f64::MIN_POSITIVE),
+            ("equals", equals, f64::MIN),
+            ("above", above, f64::MIN),
+            ("below", below, f64::MIN),
+            ("between", least, f64::MIN),
+            ("between", most, least.unwrap_or(f64::MIN)),
+        ];
+        let wrong = numbers
+            .into_iter()
+            .find(|(_, value, lowest)| value.is_some_and(|value| !(*lowest..=f64::MAX).contains(&value)));
+        let Some((key, Some(found), lowest)) = wrong else { return Ok(()) };
+        let expected = match key {
+            "abs_below" => "a number above 0".to_owned(),
+            _ if lowest == f64::MIN => "a finite number".to_owned(),
+            _ => format!("a number from {lowest} on"),
+        };
+        Err(format!("`{key}`: expected {expected}, found {found}"))
     }
 
     /// What it expects of whom, in a few words: the same words in every run.

@@ -131,10 +131,10 @@ pub(super) enum AckValue {
 #[serde(deny_unknown_fields)]
 pub(super) struct EndTable {
     /// So far along the row.
-    #[schemars(example = 6.0)]
+    #[schemars(extend("exclusiveMinimum" = 0.0), example = 6.0)]
     pub(super) row_m: Option<f64>,
     /// So long after the drive has started, simulated.
-    #[schemars(range(min = 0.0, max = 86400.0), example = 10.0, extend("x-unit" = "s"))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 86400.0, "x-unit" = "s"), example = 10.0)]
     pub(super) s: Option<f64>,
     /// After so many scans of the drive.
     #[schemars(range(min = 1), example = 500)]

@@ -175,11 +175,15 @@ fn clock(table: &ClockTable, runs: &[RunTable], refusal: &mut Option<String>) ->
 }
 
 fn end(table: EndTable) -> Result<End, String> {
+    let wrong = |expected: &str, found: f64| Err(format!("`end`: expected {expected}, found {found}"));
     match (table.row_m, table.s, table.scans) {
-        (Some(row_m), None, None) if row_m.is_finite() => Ok(End::RowM(row_m)),
-        (None, Some(s), None) if (0.0..=86_400.0).contains(&s) => Ok(End::Seconds(s)),
-        (None, None, Some(scans)) if scans > 0 => Ok(End::Scans(scans)),
-        _ => Err("`end`: expected one of `row_m`, `s` (up to 86400) and `scans` (from 1)".to_owned()),
+        (Some(row_m), None, None) if row_m > 0.0 && row_m.is_finite() => Ok(End::RowM(row_m)),
+        (Some(row_m), None, None) => wrong("`row_m` above 0", row_m),
+        (None, Some(s), None) if s > 0.0 && s <= 86_400.0 => Ok(End::Seconds(s)),
+        (None, Some(s), None) => wrong("`s` above 0, up to 86400", s),
+        (None, None, Some(0)) => wrong("`scans` from 1 on", 0.0),
+        (None, None, Some(scans)) => Ok(End::Scans(scans)),
+        _ => Err("`end`: expected one of `row_m`, `s` and `scans`".to_owned()),
     }
 }
 

@@ -285,6 +285,42 @@ fn mistakes_are_told_with_line_and_remedy() {
             ":1: `equals`: expected a number, found \"device\"",
         ),
         (
+            "[[expect]]\nwhat = \"scans_lost\"\nafter = \"a\"\nbetween = [\"a\", \"b\"]\nequals = 0\n",
+            ":1: `after` (a) and `between` (a, b) are two windows; leave one out",
+        ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\nbetween = [\"a\", \"a\"]\nequals = 0\n",
+            ":1: `between`: expected two events, found `a` twice",
+        ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\nafter = \"end\"\nequals = 0\n",
+            ":1: `after`: expected an event before the end, found `end`",
+        ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\nbetween = [\"end\", \"a\"]\nequals = 0\n",
+            ":1: `between`: expected an event before the end, found `end`",
+        ),
+        (
+            "[[expect]]\nwhat = \"first_scan\"\nwithin_s = -1\n",
+            ":1: `within_s`: expected a number from 0 on, found -1",
+        ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\nbetween = [3, 1]\n",
+            ":1: `between`: expected a number from 3 on, found 1",
+        ),
+        (
+            "[[expect]]\nwhat = \"leaf_area_error\"\nabove = -inf\n",
+            ":1: `above`: expected a finite number, found -inf",
+        ),
+        (
+            "[[expect]]\nwhat = \"leaf_area_error\"\nequals = 0\ntolerance = inf\n",
+            ":1: `tolerance`: expected a number from 0 on, found inf",
+        ),
+        (
+            "[[expect]]\nwhat = \"leaf_area_error\"\nabs_below = 0\n",
+            ":1: `abs_below`: expected a number above 0, found 0",
+        ),
+        (
             "[[expect]]\nwhat = \"scans_lost\"\nequals = \"devise\"\n",
             ":1: `equals`: expected a number or \"device\", found \"devise\"",
         ),
@@ -346,6 +382,30 @@ fn mistakes_are_told_with_line_and_remedy() {
         ("clock = { mode = \"lockstep\", ack = { sud = \"idle\" } }\n", "there is no [[run]] with id `sud`"),
         ("clock = { mode = \"lockstep\", ack = { sut = \"never\" } }\n", "expected sent, read, idle"),
         ("end = { row_m = 1, s = 2 }\n", "expected one of `row_m`, `s`"),
+        ("end = { row_m = 0 }\n", "`end`: expected `row_m` above 0, found 0"),
+        ("end = { row_m = -2.5 }\n", "`end`: expected `row_m` above 0, found -2.5"),
+        ("end = { s = 0 }\n", "`end`: expected `s` above 0, up to 86400, found 0"),
+        ("end = { scans = 0 }\n", "`end`: expected `scans` from 1 on, found 0"),
+        (
+            "run = [{ id = \"end\", command = [\"x\"] }]\n",
+            "the run `end`: `end` is already the name of the end of the run",
+        ),
+        (
+            "fault = [{ id = \"end\", name = \"split\" }]\n",
+            "the fault `end`: `end` is already the name of the end of the run",
+        ),
+        (
+            "fault = [{ id = \"sut\", name = \"split\" }]\n",
+            "the fault `sut`: `sut` is already the name of the run `sut`",
+        ),
+        (
+            "fault = [{ id = \"left.first_scan\", name = \"split\" }]\n",
+            "`left.first_scan` is already the name of the device `left` or of what happens to it; choose another `id`",
+        ),
+        (
+            "fault = [{ id = \"a\", name = \"split\" }, { id = \"a\", name = \"stall\" }]\n",
+            "is already the name of the fault `a`",
+        ),
         ("device = [{ id = \"left\", model = \"lms999\" }]\n", "found `lms999`"),
         ("run = [{ id = \"left\", command = [\"x\"] }]\n", "two things are called `left`"),
         ("version = 2\n", "`version`: expected 1, found 2"),
@@ -391,7 +451,7 @@ fn what_cannot_happen_is_not_waited_for() {
     for (expect, expected) in [
         (
             "what = \"scans_lost\", after = \"split.nosuch\", equals = 0",
-            ": expectation 1, `scans_lost`: `after`: no event is called `split.nosuch` here; did you mean `split.",
+            ": expectation 1, `scans_lost`: `after`: no event is called `split.nosuch` here; did you mean `split`?",
         ),
         (
             "what = \"telegrams_bad\", between = [\"split\", \"gone\"], equals = 0",
