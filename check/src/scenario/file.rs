@@ -102,9 +102,6 @@ pub(super) struct ClockTable {
     /// Paced: simulated seconds a second of the host; 1 where left out.
     #[schemars(range(min = 1e-6, max = 1e6), example = 1.0, extend("x-unit" = "s/s"))]
     pub(super) scale: Option<f64>,
-    /// Lockstep: the longest step of time.
-    #[schemars(example = 10.0)]
-    pub(super) step_ms: Option<f64>,
     /// Lockstep: what acknowledges a step, by the child's id: `sent`, `read`, `idle` or `reply`.
     #[schemars(with = "BTreeMap<String, String>", example = ack_example())]
     pub(super) ack: BTreeMap<String, AckValue>,

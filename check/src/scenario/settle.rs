@@ -142,10 +142,6 @@ fn clock(table: &ClockTable, runs: &[RunTable], refusal: &mut Option<String>) ->
     if table.mode == Mode::Paced && !table.ack.is_empty() {
         return Err("`ack` is of a clock in lockstep: add `mode = \"lockstep\"`".to_owned());
     }
-    if table.step_ms.is_some() {
-        refusal
-            .get_or_insert("`step_ms` lands separately: a step ends with the scanners' instants".to_owned());
-    }
     let mut acks = Vec::new();
     for (id, value) in &table.ack {
         if !runs.iter().any(|run| run.id == *id) {

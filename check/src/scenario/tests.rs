@@ -157,7 +157,7 @@ expect = [
 scene = "spindle"
 seed = 7
 version = 1
-clock = { mode = "lockstep", step_ms = 20, ack = { sut = { frame = "NozzleDuty", counter = "Step" } }, deadline_wall_s = 5 }
+clock = { mode = "lockstep", ack = { sut = { frame = "NozzleDuty", counter = "Step" } }, deadline_wall_s = 5 }
 end = { row_m = 60 }
 sprayer = { boom = "boom.toml", input = "dbc:nozzles.dbc", compute_ms = 4 }
 repeat = { seeds = 5 }
@@ -263,6 +263,7 @@ fn mistakes_are_told_with_line_and_remedy() {
     let use_base = "use = \"base.toml\"\n";
     for (text, expected) in [
         ("sed = 7\n", ":1: unknown key `sed`; did you mean `seed`?"),
+        ("clock = { mode = \"lockstep\", step_ms = 10 }\n", ":1: unknown key `step_ms`"),
         (
             "version = 1\n[[device]]\nid = \"a\"\nmodle = \"lms111\"\n",
             ":4: unknown key `modle`; did you mean `model`?",
