@@ -39,6 +39,8 @@ struct Sweeping {
     added: i64,
     /// Values that are over.
     done: i64,
+    /// The fault of the last of them: one that loses several telegrams acts several times.
+    last: Option<String>,
     phase: Phase,
 }
 
@@ -69,6 +71,7 @@ impl FaultDesk {
                         sweep: sweep.clone(),
                         added: AHEAD,
                         done: 0,
+                        last: None,
                         phase: Phase::Waiting,
                     });
                 }
@@ -182,7 +185,11 @@ impl Work {
                 journal.note_at(id, detail(event), time(event));
                 return true;
             }
-            What::Act => sweeping.done += 1,
+            What::Act if sweeping.last.as_ref() == Some(&event.id) => return true,
+            What::Act => {
+                sweeping.done += 1;
+                sweeping.last = Some(event.id.clone());
+            }
             // The telegram has no such byte: all were swept.
             What::Skipped if sweeping.sweep.to.is_none() => sweeping.phase = Phase::Done,
             _ => return true,

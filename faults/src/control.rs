@@ -236,6 +236,7 @@ impl FaultControl {
         plan.instances.retain(|instance| !which(instance));
         if plan.instances.len() < before {
             plan.flushes += 1;
+            plan.cut_trails(now, |_, _| true);
         }
         plan.wake_all();
         drop(plan);
@@ -261,7 +262,7 @@ impl FaultControl {
                 Phase::Active(_) => "active",
                 Phase::Done => "done",
             },
-            acts: instance.acts,
+            acts: instance.acted_on(),
         };
         plan.instances.iter().map(status).collect()
     }

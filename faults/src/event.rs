@@ -31,7 +31,7 @@ impl Direction {
 pub enum What {
     /// It began.
     Begin,
-    /// It acted on one telegram or connection.
+    /// It acted on one telegram or connection; a fault that loses several in a row acts on each.
     Act,
     /// It could not act on one telegram; the reason says why.
     Skipped,

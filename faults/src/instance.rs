@@ -43,8 +43,13 @@ pub(crate) struct Instance {
     event: u64,
     /// Times it has begun, or its probability said no.
     pub(crate) windows: u64,
-    pub(crate) acts: u64,
+    /// Telegrams and connections it has chosen to act on: what `count` limits.
+    acts: u64,
+    /// Telegrams it has acted on because of those.
+    further: u64,
     window_acts: u64,
+    /// Telegrams still to be lost behind one it has chosen.
+    pub(crate) trails: Vec<Trail>,
     /// It does not begin before.
     not_before: Duration,
     last_begin: Duration,
@@ -57,6 +62,15 @@ pub(crate) enum Phase {
     Waiting,
     Active(Window),
     Done,
+}
+
+/// Telegrams of one connection that are still to be lost.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Trail {
+    pub(crate) connection: u64,
+    pub(crate) left: u32,
+    /// The window ends with the last of them.
+    pub(crate) ends: bool,
 }
 
 /// A time in which it acts.
@@ -108,7 +122,9 @@ impl Instance {
             event: 0,
             windows: 0,
             acts: 0,
+            further: 0,
             window_acts: 0,
+            trails: Vec::new(),
             not_before: now,
             last_begin: now,
             scans_at_begin: 0,
@@ -186,6 +202,7 @@ impl Instance {
     pub(crate) fn rest(&mut self, at: Duration) {
         let used = if self.counts_acts() { self.acts } else { self.windows };
         let is_spent = self.spec.count.is_some_and(|most| used >= most);
+        self.trails.iter_mut().for_each(|trail| trail.ends = false);
         self.not_before = at;
         self.phase = if self.spec.every.is_some() && !is_spent { Phase::Waiting } else { Phase::Done };
     }
@@ -193,6 +210,29 @@ impl Instance {
     /// What `count` counts: telegrams and connections, or else windows.
     fn counts_acts(&self) -> bool {
         matches!(self.spec.fault.layer, Layer::Telegram | Layer::Accept)
+    }
+
+    /// Telegrams, pieces or connections acted on so far.
+    pub(crate) fn acted_on(&self) -> u64 {
+        self.acts + self.further
+    }
+
+    /// True if it only waits for its last telegrams to be lost.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.trails.iter().any(|trail| trail.ends)
+    }
+
+    /// A telegram of this connection is lost behind one that it has chosen, if it is. Some(true): its window ends with it.
+    pub(crate) fn loses(&mut self, connection: u64) -> Option<bool> {
+        let place = self.trails.iter().position(|trail| trail.connection == connection)?;
+        let trail = self.trails.get_mut(place)?;
+        trail.left = trail.left.saturating_sub(1);
+        let (is_last, ends) = (trail.left == 0, trail.ends);
+        if is_last {
+            self.trails.remove(place);
+        }
+        self.further += 1;
+        Some(is_last && ends)
     }
 
     /// Notes an act; true if it was the last of its window.

@@ -131,7 +131,9 @@ impl Lane {
     fn act(&mut self, bytes: Vec<u8>, mark: &Mark, now: Duration, plan: &mut Plan) {
         if self.dropping > 0 {
             self.dropping -= 1;
-            return self.pass_by(mark, now, plan);
+            plan.telegram(self.link, self.direction, mark, now, None);
+            plan.lost(self.link, self.direction, mark, now);
+            return plan.telegram_done(self.link, mark, now);
         }
         let regions = mark.kind.regions(bytes.len());
         let mut work = Work::new(bytes, regions, mark.kind.foreign(self.direction));

@@ -72,7 +72,7 @@ What CAN controllers would tell goes out where a port carries it: as Linux error
 ## Events
 
 `{\"event\":\"fault\"}` with `what` (`begin`, `act`, `skipped`, `end`, `healed`), `id`, `name`, `on`, `at_s`, and as far as known `row_m`, `connection` (from 1), `direction`, `offset` \
-(before faults, in that connection and direction), `scan`, `acts`, `reason`. `skipped` says that the fault could not act on this telegram, such as a checksum in CoLa A.
+(before faults, in that connection and direction), `scan`, `acts`, `reason`. Of telegrams lost in a row each is an act. `skipped` says that the fault could not act on this telegram, such as a checksum in CoLa A.
 
 A recording beside faults holds what went over the client's wire: after faults what the client got, before faults what it sent.
 

@@ -194,7 +194,8 @@ fn emulate_tells_its_faults_and_records_what_the_client_got() {
     let told = emulator.end();
     let of_faults: Vec<&Value> = told.iter().filter(|line| line["event"] == "fault").collect();
     let whats: Vec<&str> = of_faults.iter().filter_map(|line| line["what"].as_str()).collect();
-    assert_eq!(whats, ["begin", "act", "end"], "{told:?}");
+    assert_eq!(whats, ["begin", "act", "act", "end"], "each of the two is an act: {told:?}");
+    assert_eq!((&of_faults[2]["scan"], &of_faults[3]["acts"]), (&6.into(), &2.into()));
     assert_eq!((&of_faults[1]["scan"], &of_faults[1]["on"]), (&5.into(), &"scanner0".into()));
     assert!(
         of_faults[1]["row_m"].is_number() && of_faults[1]["offset"].as_u64() > Some(0),

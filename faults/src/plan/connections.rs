@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::{ConnectionState, Detail, Fate, Link, Medium, Plan};
 use crate::event::{Direction, What};
 use crate::fault::{Action, Cut, Door};
-use crate::instance::Instance;
+use crate::instance::{Instance, Trail};
 
 impl Plan {
     /// A new connection of the stream.
@@ -32,9 +32,22 @@ impl Plan {
         connection
     }
 
-    pub(crate) fn close(&mut self, link: Link) {
+    pub(crate) fn close(&mut self, link: Link, now: Duration) {
+        self.cut_trails(now, |stream, trail| stream == link.stream && trail.connection == link.connection);
         if let Some(stream) = self.streams.get_mut(link.stream) {
             stream.connections.remove(&link.connection);
+        }
+    }
+
+    /// Telegrams that were still to be lost do not come any more, or pass.
+    pub(crate) fn cut_trails(&mut self, now: Duration, which: impl Fn(usize, &Trail) -> bool) {
+        for number in 0..self.instances.len() {
+            let Some(instance) = self.instances.get_mut(number) else { break };
+            let (stream, was_spent) = (instance.stream, instance.is_spent());
+            instance.trails.retain(|trail| !which(stream, trail));
+            if was_spent && !instance.is_spent() {
+                self.end(number, now, What::End);
+            }
         }
     }
 

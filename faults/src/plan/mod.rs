@@ -294,7 +294,7 @@ impl Plan {
     pub(crate) fn end(&mut self, number: usize, at: Duration, what: What) {
         let Some(instance) = self.instances.get_mut(number) else { return };
         let Phase::Active(window) = instance.phase else { return };
-        let (stream, acts) = (instance.stream, instance.acts);
+        let (stream, acts) = (instance.stream, instance.acted_on());
         let direction = instance.spec.directions.first().copied();
         instance.rest(at);
         let (id, order) = (instance.id.clone(), instance.order);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::{Detail, Link, Medium, Plan};
 use crate::event::{Direction, What};
 use crate::fault::{Action, Cut, Layer, Piece, Work};
-use crate::instance::{Due, Instance, Phase, Place};
+use crate::instance::{Due, Instance, Phase, Place, Trail};
 use crate::telegram::Mark;
 
 /// Shorter than any telegram: what bounds how many scans a chunk can hold.
@@ -36,7 +36,9 @@ impl Plan {
             let acts = matches!(instance.action, Action::Telegram(_)) && instance.goes(direction);
             let counts =
                 direction == Direction::ToClient && window.is_some_and(|window| window.scans_left.is_some());
+            let trails = instance.trails.iter().any(|trail| trail.connection == link.connection);
             (window.is_some() && acts)
+                || (trails && instance.stream == link.stream && instance.goes(direction))
                 || counts
                 || awaits_command(instance, link, direction)
                 || self.awaits_scan(instance, link, direction, 1)
@@ -161,20 +163,45 @@ impl Plan {
         for number in 0..self.instances.len() {
             let Some(instance) = self.instances.get_mut(number) else { break };
             let active = instance.goes(direction) && instance.active(link.stream, link.connection).is_some();
-            if !active || instance.spec.fault.layer != Layer::Telegram {
+            if !active || instance.spec.fault.layer != Layer::Telegram || instance.is_spent() {
                 continue;
             }
             let Some(mut dice) = instance.draw() else { continue };
             let Action::Telegram(fault) = &instance.action else { continue };
+            let before = work.drop.take();
             let (what, reason) = match fault.act(work, &mut dice) {
                 Ok(()) => (What::Act, None),
                 Err(skipped) => (What::Skipped, Some(skipped.0)),
             };
+            let further = work.drop.unwrap_or(0);
+            work.drop = work.drop.max(before);
             let is_last = instance.acted();
+            if further > 0 {
+                instance.trails.push(Trail { connection: link.connection, left: further, ends: is_last });
+            }
             let (connection, offset) = (Some(link.connection), Some(mark.offset));
             let direction = Some(direction);
             self.tell(number, what, now, Detail { connection, direction, offset, scan, reason, acts: None });
-            if is_last {
+            if is_last && further == 0 {
+                self.end(number, now, What::End);
+            }
+        }
+    }
+
+    /// A telegram is lost because of one before it: an act of the fault that lost that.
+    pub(crate) fn lost(&mut self, link: Link, direction: Direction, mark: &Mark, now: Duration) {
+        let scan = self.connection(link).map(|state| state.scans).filter(|_| mark.is_scan);
+        for number in 0..self.instances.len() {
+            let Some(instance) = self.instances.get_mut(number) else { break };
+            if instance.stream != link.stream || !instance.goes(direction) {
+                continue;
+            }
+            let Some(ends) = instance.loses(link.connection) else { continue };
+            let (connection, offset) = (Some(link.connection), Some(mark.offset));
+            let direction = Some(direction);
+            let detail = Detail { connection, direction, offset, scan, reason: None, acts: None };
+            self.tell(number, What::Act, now, detail);
+            if ends {
                 self.end(number, now, What::End);
             }
         }

@@ -68,7 +68,8 @@ struct Entry {
 
 impl Drop for Entry {
     fn drop(&mut self) {
-        self.faults.shared.plan().close(self.link);
+        let now = self.faults.shared.clock.now();
+        self.faults.shared.plan().close(self.link, now);
     }
 }
 

@@ -35,6 +35,26 @@ async fn begin_act_and_end_tell_time_scan_and_offset() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn each_telegram_of_several_that_are_lost_is_an_act() {
+    let text = "[[fault]]\nname = \"drop\"\ntelegrams = 3\nat = { scan = 5 }\n";
+    let seen = run(Speech::ColaB, text, 1).await;
+    assert_eq!(seen.scans, [1, 2, 3, 4, 8, 9, 10, 11, 12]);
+    let expected = [
+        (What::Begin, 100, None),
+        (What::Act, 100, Some(5)),
+        (What::Act, 120, Some(6)),
+        (What::Act, 140, Some(7)),
+        (What::End, 140, None),
+    ];
+    assert_eq!(told(&seen.events), expected);
+    assert_eq!(seen.events[4].acts, Some(3));
+    // `count` limits how often it begins to lose.
+    let seen = run(Speech::ColaB, &(text.to_owned() + "count = 2\n"), 1).await;
+    assert_eq!(seen.scans, [1, 2, 3, 4, 11, 12]);
+    assert_eq!(seen.events.last().map(|event| (event.what, event.acts)), Some((What::End, Some(6))));
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_fault_begins_by_second_and_repeats_by_period_until_its_count() {
     let text = "[[fault]]\nname = \"drop\"\nat = { s = 0.05 }\nevery = { s = 0.06 }\ncount = 3\n";
     let seen = run(Speech::ColaB, text, 1).await;
