@@ -9,7 +9,7 @@ use tokio::sync::watch;
 use super::check_jobs::Jobs;
 use super::check_page::CheckPage;
 use super::interrupt::Interrupt;
-use super::output::{print, printable, say, write_file};
+use super::output::{can_be_written, print, printable, say, write_file};
 use super::web::WebArgs;
 use super::{Failure, Format, Outcome};
 
@@ -66,6 +66,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         print(&rowscan_check::what::markdown())?;
         return Ok(Outcome::Done);
     }
+    args.check_junit()?;
     let onlooker = args.onlooker().await?;
     let mut interrupt = Interrupt::watch()?;
     let (cancel, cancelled) = watch::channel(false);
@@ -108,6 +109,23 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 impl Args {
+    /// Refuses a file of verdicts that could not be written, or that would take the place of a scenario.
+    fn check_junit(&self) -> Result<(), Failure> {
+        let Some(path) = &self.junit else { return Ok(()) };
+        let real = |path: &PathBuf| std::fs::canonicalize(path).ok();
+        let place = real(path);
+        if let Some(scenario) =
+            self.scenarios.iter().find(|scenario| place.is_some() && real(scenario) == place)
+        {
+            return Err(Failure::Usage(format!(
+                "--junit would overwrite the scenario {}: expected a file of its own, such as verdicts.xml, found {}",
+                scenario.display(),
+                path.display()
+            )));
+        }
+        can_be_written(path)
+    }
+
     /// Who looks at the runs, if the page is asked for and can be had.
     async fn onlooker(&self) -> Result<Option<Arc<dyn Onlooker>>, Failure> {
         if !self.web.is_given() {

@@ -183,6 +183,17 @@ pub(super) fn write_with(
     written().map_err(|cause| Failure::Write { what: name_of(path), cause })
 }
 
+/// Refuses a path that [`write_file`] could not write, before there is anything to write. Devices and pipes are not opened.
+pub(super) fn can_be_written(path: &Path) -> Result<(), Failure> {
+    let is_direct = std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir());
+    if is_direct || is_standard_output(path) {
+        return Ok(());
+    }
+    // Dropped without a commit it leaves nothing.
+    let made = OutputFile::create(path).map(drop);
+    made.map_err(|cause| Failure::Write { what: name_of(path), cause })
+}
+
 /// How messages name an output.
 pub(super) fn name_of(path: &Path) -> String {
     if is_standard_output(path) { "standard output".to_owned() } else { path.display().to_string() }

@@ -45,6 +45,32 @@ fn a_steady_run_passes_and_a_controller_that_quits_fails() {
 }
 
 #[test]
+fn verdicts_that_could_not_be_written_are_refused_before_anything_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, keep) = (folder.path().join("it.toml"), folder.path().join("kept"));
+    // Its expectation would fail: whatever ran is told on standard output.
+    let written = "version = 1\nscene = \"spindle\"\nend = { s = 1 }\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n\
+         [[run]]\nid = \"sut\"\ncommand = [\"false\"]\n[[expect]]\nwhat = \"exit_code\"\n";
+    std::fs::write(&path, written).expect("written");
+    let refused = |junit: &Path| {
+        let ended = run(&["check", text(&path), "--junit", text(junit), "--keep", text(&keep)]);
+        assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{}", ended.stderr);
+        assert!(!keep.exists(), "nothing has run");
+        ended.stderr
+    };
+    assert_says(&refused(&folder.path().join("nodir/x.xml")), &["nodir/x.xml", "No such file"]);
+    assert_says(
+        &refused(&path),
+        &["--junit would overwrite the scenario", "it.toml", "such as verdicts.xml"],
+    );
+    // By another name.
+    let other = folder.path().join("kept-not/../it.toml");
+    std::fs::create_dir(folder.path().join("kept-not")).expect("made");
+    assert_says(&refused(&other), &["--junit would overwrite the scenario"]);
+    assert_eq!(std::fs::read_to_string(&path).expect("still there"), written);
+}
+
+#[test]
 fn what_cannot_be_judged_exits_with_2() {
     if has_python() {
         let ended = check("deaf.toml", &["--format", "tap"]);
