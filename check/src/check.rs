@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use tokio::sync::watch;
 
+use crate::course;
 use crate::fault::ScenarioFault;
-use crate::judge::{self, Runs};
+use crate::judge::{self, Judged, Runs};
 use crate::onlooker::Onlooker;
 use crate::runner::{self, Beside, RunRecord};
 use crate::scenario::{Mode, Scenario};
-use crate::verdict::{Case, Tried, Verdict, name_of, rerun};
+use crate::verdict::{Case, ENDED_EARLY, HELD_BACK, Tried, Verdict, name_of, rerun};
 use crate::what::Kind;
 
 /// Events told with a failure.
@@ -139,7 +140,13 @@ async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path, options:
     }
     let Some(run) = runs.all.first() else { return Tried::unjudged(&scenario.path, "it was not run") };
     let expects = scenario.expects.iter().enumerate();
-    let cases = expects.map(|(number, _)| case(scenario, number, &runs, run)).collect();
+    let expected = expects.map(|(number, expect)| {
+        let judged = judge::judge(scenario, number, expect, &runs);
+        case(scenario, format!("{}. {}", number + 1, expect.title()), judged, run)
+    });
+    let short = course::shortfalls(scenario, &runs).into_iter();
+    let short = short.map(|shortfall| case(scenario, shortfall.name, shortfall.judged, run));
+    let cases = expected.chain(short).collect();
     let tails = run.children.iter().map(|(id, child)| format!("[{id}]\n{}", child.tail));
     let facts = [facts(scenario), facts_of(scenario, run)].concat();
     Tried {
@@ -173,10 +180,11 @@ fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
     if run.fault_events_lost > 0 {
         facts.push(("fault_events_lost".to_owned(), run.fault_events_lost.to_string()));
     }
+    facts.extend(course::early(scenario, run).map(|early| (ENDED_EARLY.to_owned(), early)));
     let mut held: Vec<&str> = scenario.faults.iter().filter_map(ScenarioFault::holds_back).collect();
     held.dedup();
     if scenario.clock.mode == Mode::Lockstep && !held.is_empty() {
-        facts.push(("held_back_beyond_steps".to_owned(), held.join(", ")));
+        facts.push((HELD_BACK.to_owned(), held.join(", ")));
     }
     facts
 }
@@ -198,9 +206,7 @@ fn facts(scenario: &Scenario) -> Vec<(String, String)> {
     vec![("scene".to_owned(), scenario.scene.clone()), ("clock".to_owned(), mode.to_owned())]
 }
 
-fn case(scenario: &Scenario, number: usize, runs: &Runs, run: &RunRecord) -> Case {
-    let expect = &scenario.expects[number];
-    let judged = judge::judge(scenario, number, expect, runs);
+fn case(scenario: &Scenario, name: String, judged: Judged, run: &RunRecord) -> Case {
     let at = judged.at.unwrap_or(run.ended);
     let row_m = run.journal.as_ref().map(|journal| journal.row_m(at));
     let until = run.events.iter().filter(|event| event.t_s <= at.as_secs_f64());
@@ -208,7 +214,7 @@ fn case(scenario: &Scenario, number: usize, runs: &Runs, run: &RunRecord) -> Cas
     let is_bad = judged.verdict > Verdict::Skipped;
     let last = words.len().saturating_sub(LAST_EVENTS);
     Case {
-        name: format!("{}. {} [seed {}]", number + 1, expect.title(), run.seed),
+        name: format!("{name} [seed {}]", run.seed),
         verdict: judged.verdict,
         message: judged.message,
         t_s: run.journal.as_ref().map(|_| at.as_secs_f64()),

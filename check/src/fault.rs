@@ -86,6 +86,21 @@ impl ScenarioFault {
         }
     }
 
+    /// When it begins.
+    pub(crate) fn at(&self) -> Option<At> {
+        match self {
+            Self::Rig(spec) => Some(spec.at.clone()),
+            Self::Sweep(sweep) => Some(At::Scan(sweep.scan.unsigned_abs())),
+            Self::Pause(pause) => Some(pause.at.clone()),
+            Self::NotHere(_) => None,
+        }
+    }
+
+    /// True if it may never begin though its time comes.
+    pub(crate) fn is_by_chance(&self) -> bool {
+        matches!(self, Self::Rig(spec) if spec.p.is_some_and(|p| p < 1.0))
+    }
+
     /// Gives an id to those that have none: its name, numbered where that is taken.
     pub(crate) fn name_all(faults: &mut [Self]) {
         let mut taken: BTreeSet<String> = faults.iter().filter_map(Self::id).map(str::to_owned).collect();

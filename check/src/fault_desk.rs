@@ -109,11 +109,14 @@ impl FaultDesk {
         }
     }
 
-    /// Something other than the plan's faults has acted and ended: the next good scan of any device follows it.
+    /// Something other than the plan's faults begins.
+    pub(crate) fn has_begun(&self, id: &str) {
+        self.lock().counts.entry(id.to_owned()).or_default().0 += 1;
+    }
+
+    /// It has ended: the next good scan of any device follows it.
     pub(crate) fn has_ended(&self, id: &str) {
-        let mut work = self.lock();
-        work.counts.entry(id.to_owned()).or_default().0 += 1;
-        work.ended.push((id.to_owned(), None));
+        self.lock().ended.push((id.to_owned(), None));
     }
 
     /// How often each fault that began acted, by id; how often it began, if it acts on no single telegram or connection.

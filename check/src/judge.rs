@@ -23,7 +23,7 @@ impl Judged {
         Self { verdict, message: message.into(), at: None }
     }
 
-    fn error(message: impl Into<String>) -> Self {
+    pub(crate) fn error(message: impl Into<String>) -> Self {
         Self::new(Verdict::Error, message)
     }
 
@@ -251,7 +251,7 @@ fn measured(
             Judged::holds(bounds.hold(found), message)
         }
         None => {
-            let scans = stream.scan_times.len();
+            let scans = estimate.map_or(0, |estimate| estimate.scans);
             let warnings = estimate.map(|estimate| &estimate.warnings[..]).unwrap_or_default();
             let why: Vec<String> = warnings.iter().map(ToString::to_string).collect();
             Judged::holds(false, format!("{name} of {id}: unknown after {scans} scans; {}", why.join("; ")))
@@ -350,4 +350,4 @@ fn exit_code(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

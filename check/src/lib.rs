@@ -9,6 +9,7 @@
 mod check;
 mod child;
 mod clock;
+mod course;
 mod fault;
 mod fault_desk;
 mod fault_schema;

@@ -27,6 +27,7 @@ pub(crate) async fn pause(pause: Pause, stopper: Stopper, timing: Timing) {
     }
     let Timing { journal, desk, .. } = timing;
     journal.note(pause.id.clone(), format!("host_pause of {:?}", pause.lasts));
+    desk.has_begun(&pause.id);
     stopper.stop();
     clock::rest(pause.lasts).await;
     stopper.go_on();

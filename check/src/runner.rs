@@ -14,7 +14,7 @@ use crate::clock::{self, Stopwatch};
 use crate::fault::{Pause, ScenarioFault};
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
-use crate::journal::{Event, Journal};
+use crate::journal::{END, Event, Journal};
 use crate::onlooker::Onlooker;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Bench, Failure};
@@ -46,6 +46,8 @@ pub(crate) struct RunRecord {
     pub(crate) error: Option<String>,
     /// When it ended, simulated.
     pub(crate) ended: SimTime,
+    /// The child whose leaving ended it before its end was reached: the last one.
+    pub(crate) left: Option<String>,
     pub(crate) journal: Option<Journal>,
     pub(crate) wall_s: f64,
     pub(crate) scans_missed: u64,
@@ -57,7 +59,7 @@ pub(crate) struct RunRecord {
 }
 
 /// What one child left.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct ChildRecord {
     pub(crate) exit_code: Option<i32>,
     pub(crate) tail: String,
@@ -81,6 +83,7 @@ pub(crate) async fn run(
         children: BTreeMap::new(),
         error: None,
         ended: SimTime::ZERO,
+        left: None,
         journal: None,
         wall_s: 0.0,
         scans_missed: 0,
@@ -112,14 +115,19 @@ async fn drive(
     bench.places.extend(program);
     let pauses = pauses(scenario, &bench, faults)?;
     let Bench { running, places, hold, desk, frames, .. } = &mut bench;
-    let ended: Result<(), Failure> = tokio::select! {
+    let ended: Result<Option<String>, Failure> = tokio::select! {
         biased;
-        ended = running.ended() => ended.map_err(Failure::from),
-        ended = accompany(scenario, (folder, record.seed), (places, hold, desk, frames), (&journal, pauses), &mut children) => ended,
+        ended = running.ended() => ended.map(|()| None).map_err(Failure::from),
+        ended = accompany(scenario, (folder, record.seed), (places, hold, desk, frames), (&journal, pauses), &mut children) => ended.map(Some),
     };
     record.ended = journal.now();
     desk.note();
-    journal.note("end", ended.as_ref().err().map(ToString::to_string).unwrap_or_default());
+    let why = match &ended {
+        Ok(None) => String::new(),
+        Ok(Some(child)) => format!("`{child}` had left, the last child; the scenario's end was not reached"),
+        Err(failure) => failure.to_string(),
+    };
+    journal.note(END, why);
     record.streams = bench.witness.close();
     let unfinished = bench.desk.unfinished();
     bench.desk.heal();
@@ -132,7 +140,7 @@ async fn drive(
     record.events = journal.events();
     record.scans_missed = bench.scans_missed();
     record.truth = Some(truth::Trees::of(&bench.stage));
-    ended?;
+    record.left = ended?;
     if let Some(unfinished) = unfinished {
         return Err(unfinished.into());
     }
@@ -174,14 +182,14 @@ fn pauses(
     with_child.collect()
 }
 
-/// Starts the children one after the other and watches them; ends when all have ended, or with why the run cannot go on.
+/// Starts the children one after the other and watches them; ends with the last one to leave when all have, or with why the run cannot go on.
 async fn accompany(
     scenario: &Scenario,
     (folder, seed): (&Path, u64),
     (places, hold, desk, frames): (&BTreeMap<String, String>, &Hold, &FaultDesk, &Frames),
     (journal, pauses): (&Journal, Vec<(usize, Pause, Timing)>),
     children: &mut Vec<Child>,
-) -> Result<(), Failure> {
+) -> Result<String, Failure> {
     let startup = Stopwatch::start();
     for spec in &scenario.runs {
         let child = Child::start(start(scenario, spec, folder, seed, places)?, journal)?;
@@ -202,7 +210,7 @@ async fn accompany(
         clock::look_again().await;
         desk.note();
         if !children.is_empty() && children.iter().all(|child| child.exit_code().is_some()) {
-            return Ok(());
+            return Ok(last_to_leave(journal));
         }
         let limit = scenario.clock.startup;
         if journal.began().is_none() && startup.elapsed() > limit {
@@ -220,6 +228,13 @@ async fn accompany(
             return Err(format!("time has stood still for {limit:?}: no one takes scans any more").into());
         }
     }
+}
+
+/// The child that has left last.
+fn last_to_leave(journal: &Journal) -> String {
+    let events = journal.events();
+    let exits = events.iter().rev().filter_map(|event| event.event.strip_suffix(".exited"));
+    exits.map(str::to_owned).next().unwrap_or_default()
 }
 
 /// What a child is started with.

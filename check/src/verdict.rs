@@ -6,6 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::journal::Event;
 
+/// The fact that bytes are held back beyond the steps of a clock in lockstep, by these faults.
+pub(crate) const HELD_BACK: &str = "held_back_beyond_steps";
+/// The fact that the run ended before its end, and how.
+pub(crate) const ENDED_EARLY: &str = "ended_early";
+
 /// How one expectation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -92,6 +97,18 @@ impl Tried {
             simulated_s: 0.0,
             wall_s: 0.0,
         }
+    }
+
+    /// What a reader of the verdicts should know beside them.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let note = |(fact, value): &(String, String)| match fact.as_str() {
+            HELD_BACK => {
+                Some(format!("{value}: bytes are held back beyond the steps of the clock in lockstep"))
+            }
+            ENDED_EARLY => Some(value.clone()),
+            _ => None,
+        };
+        self.facts.iter().filter_map(note).collect()
     }
 
     /// True if nothing failed and everything could be judged.

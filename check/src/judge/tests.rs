@@ -29,7 +29,7 @@ fn event(name: &str, t_s: f64) -> Event {
 }
 
 /// A run that delivered nine of ten telegrams, one of them twice, at 0.02 s, 0.04 s …
-fn record(folder: &Path) -> RunRecord {
+pub(crate) fn record(folder: &Path) -> RunRecord {
     let (witness, telegrams) = bench(10);
     deliver(
         &witness,
@@ -59,6 +59,7 @@ fn record(folder: &Path) -> RunRecord {
         children: BTreeMap::from([("sut".to_owned(), child)]),
         error: None,
         ended: SimTime(SECOND),
+        left: None,
         journal: None,
         wall_s: 0.1,
         scans_missed: 0,

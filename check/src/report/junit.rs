@@ -31,7 +31,8 @@ pub fn junit(all: &[Tried]) -> Result<String, String> {
         for case in &tried.cases {
             suite.add_test_case(testcase(tried, case));
         }
-        suite.set_system_out(clean(tail(&tried.output)));
+        let notes: String = tried.notes().iter().map(|note| format!("note: {note}\n")).collect();
+        suite.set_system_out(clean(&(notes + tail(&tried.output))));
         report.add_test_suite(suite);
     }
     report.to_string().map_err(|error| error.to_string())

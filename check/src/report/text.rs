@@ -13,8 +13,8 @@ pub fn text(tried: &Tried) -> String {
         tried.simulated_s,
         tried.wall_s
     );
-    if let Some((_, held)) = tried.facts.iter().find(|(fact, _)| fact == "held_back_beyond_steps") {
-        text += &format!("  note    {held}: bytes are held back beyond the steps of the clock in lockstep\n");
+    for note in tried.notes() {
+        text += &format!("  note    {}\n", one_line(&note));
     }
     for case in &tried.cases {
         let word = match case.verdict {

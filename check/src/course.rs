@@ -1,0 +1,112 @@
+//! Whether runs took the course that their scenario sets out: every fault began, and the end was reached.
+
+use rowscan_faults::At;
+
+use crate::fault::ScenarioFault;
+use crate::judge::{Judged, Runs};
+use crate::runner::RunRecord;
+use crate::scenario::{End, Expect, Scenario};
+use crate::what::Kind;
+
+/// What was to happen and did not, in words, and what is told of it.
+pub(crate) struct Shortfall {
+    /// What was to happen.
+    pub(crate) name: String,
+    pub(crate) judged: Judged,
+}
+
+/// What did not happen in these runs, though the scenario says so. Empty where a run broke off: that is told already.
+pub(crate) fn shortfalls(scenario: &Scenario, runs: &Runs) -> Vec<Shortfall> {
+    let all = || runs.all.iter().chain(&runs.without_faults);
+    if all().any(|run| run.error.is_some()) {
+        return Vec::new();
+    }
+    let faults = scenario.faults.iter().filter_map(|fault| never_began(scenario, fault, runs.all.iter()));
+    let end = all().find_map(|run| left_early(scenario, run));
+    faults.chain(end).collect()
+}
+
+fn never_began<'a>(
+    scenario: &Scenario,
+    fault: &ScenarioFault,
+    mut runs: impl Iterator<Item = &'a RunRecord>,
+) -> Option<Shortfall> {
+    let id = fault.id()?;
+    let wants_none = |expect: &Expect| {
+        expect.what.kind == Kind::FaultActs
+            && expect.on.as_deref() == Some(id)
+            && expect.bounds.hold(0.0)
+            && !expect.bounds.hold(1.0)
+    };
+    if fault.is_by_chance() || scenario.expects.iter().any(wants_none) {
+        return None;
+    }
+    let run = runs.find(|run| !run.events.iter().any(|event| event.event == *id))?;
+    let before = fault.at().map_or(String::new(), |at| format!(", before {}", moment(&at)));
+    let message = format!(
+        "fault `{id}` never began: the run ended at {}{before}; move `end` or `at`, or expect `fault_acts` of `{id}` to equal 0",
+        place(run)
+    );
+    Some(Shortfall { name: format!("fault {id} begins"), judged: Judged::error(message) })
+}
+
+/// A run that its last child ended by leaving, and whose exit nobody expects.
+fn left_early(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
+    let child = run.left.as_deref()?;
+    let is_its = |expect: &Expect| {
+        let of = expect.on.as_deref().unwrap_or(child);
+        expect.what.kind == Kind::ExitCode && of == child
+    };
+    if scenario.expects.iter().any(is_its) {
+        return None;
+    }
+    let message = format!(
+        "{}; move `end`, or expect the `exit_code` of `{child}`",
+        early(scenario, run).unwrap_or_default()
+    );
+    Some(Shortfall { name: "the end is reached".to_owned(), judged: Judged::error(message) })
+}
+
+/// How a run ended before its end, if it did.
+pub(crate) fn early(scenario: &Scenario, run: &RunRecord) -> Option<String> {
+    let child = run.left.as_deref()?;
+    let code = run.children.get(child).and_then(|child| child.exit_code);
+    let code = code.map_or("an unknown code".to_owned(), |code| format!("code {code}"));
+    Some(format!(
+        "the run ended at {}, before its end, {}: `{child}` had left with {code}",
+        place(run),
+        end(scenario.end)
+    ))
+}
+
+fn place(run: &RunRecord) -> String {
+    let row_m = run.journal.as_ref().map(|journal| format!(", row {:.2} m", journal.row_m(run.ended)));
+    format!("{:.3} s{}", run.ended.as_secs_f64(), row_m.unwrap_or_default())
+}
+
+fn end(end: End) -> String {
+    match end {
+        End::RowM(row_m) => format!("row {row_m} m"),
+        End::Seconds(seconds) => format!("{seconds} s of driving"),
+        End::Scans(scans) => format!("{scans} scans"),
+    }
+}
+
+/// What a fault waits for.
+fn moment(at: &At) -> String {
+    match at {
+        At::Start => "it could".to_owned(),
+        At::Time(at) => format!("{} s", at.as_secs_f64()),
+        At::Scan(scan) => format!("scan {scan} of a connection"),
+        At::Command(command) => format!("the client sent `{command}`"),
+        At::RowM(row_m) => format!("row {row_m} m"),
+        At::Tree(tree) => format!("tree {tree}"),
+        At::After { id, end, plus } => {
+            let event = if *end { format!("{id}.end") } else { id.clone() };
+            format!("`{event}` and {} s more", plus.as_secs_f64())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
