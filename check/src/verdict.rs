@@ -1,5 +1,6 @@
 //! What came out.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -124,11 +125,39 @@ pub(crate) fn name_of(path: &Path) -> String {
 /// The command that runs a scenario again.
 pub(crate) fn rerun(path: &Path, seed: Option<u64>) -> String {
     let seed = seed.map_or(String::new(), |seed| format!(" --seed {seed}"));
-    format!("rowscan check {}{seed}", path.display())
+    format!("rowscan check {}{seed}", for_shell(&path.to_string_lossy()))
+}
+
+/// A word as a POSIX shell reads it back.
+fn for_shell(word: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+=:,./@%".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => Cow::Borrowed(word),
+        false => Cow::Owned(format!("'{}'", word.replace('\'', r"'\''"))),
+    }
 }
 
 /// The verdict of all: the worst one.
 pub fn worst<'a>(tried: impl IntoIterator<Item = &'a Tried>) -> Verdict {
     let verdicts = tried.into_iter().flat_map(|tried| tried.cases.iter().map(|case| case.verdict));
     verdicts.max().unwrap_or(Verdict::Error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_that_runs_it_again_survives_a_shell() {
+        for (path, expected) in [
+            ("a/b-1.toml", "rowscan check a/b-1.toml --seed 7"),
+            ("d ir/a.toml", "rowscan check 'd ir/a.toml' --seed 7"),
+            ("it's.toml", r"rowscan check 'it'\''s.toml' --seed 7"),
+            ("$HOME/*.toml", "rowscan check '$HOME/*.toml' --seed 7"),
+            ("Reihe-ä.toml", "rowscan check 'Reihe-ä.toml' --seed 7"),
+        ] {
+            assert_eq!(rerun(Path::new(path), Some(7)), expected);
+        }
+        assert_eq!(rerun(Path::new("a b"), None), "rowscan check 'a b'");
+    }
 }
