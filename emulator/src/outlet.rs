@@ -165,7 +165,7 @@ impl ScannerOutlet {
         loop {
             let interest = self.shared.interest.notified();
             self.shared.roster.listeners(&mut audience);
-            let polled = self.shared.was_polled();
+            let polled = self.shared.polls_take_scans();
             let taken = polled || audience.iter().any(|(_, wants)| self.anyone || wants.takes_scans());
             let waits = self.shared.clock.delivery().is_patient() && !self.anyone;
             if taken && (!waits || self.shared.device().is_measuring()) {

@@ -105,6 +105,8 @@ struct Polls {
     asked: u64,
     /// Of these, answered with the scan after the one they found.
     served: u64,
+    /// Somebody takes scans by polls: one was answered with a scan, or a client that was refused one asks again.
+    take_scans: bool,
 }
 
 /// Who answers.
@@ -228,18 +230,24 @@ impl Shared {
         let now = self.clock.now();
         self.obey(&mut device, now);
         let saves = device.saves();
-        let mut polls = 0;
+        let (mut polls, mut take_scans) = (0, false);
         let mut fixed = device.fixed_by_recording();
         session.handle_bytes_with(&mut device, now, bytes, replies, &mut |device, frame, reply| {
-            polls += u64::from(replay::polls(frame));
             let is_fixed = std::mem::replace(&mut fixed, device.fixed_by_recording()) != fixed;
             let replaced = scripted.as_mut().is_some_and(|scripted| scripted.amend(frame, reply));
             if is_fixed && !replaced {
                 self.note_refused(peer, frame);
             }
+            if replay::polls(frame) {
+                polls += 1;
+                take_scans |= scripted.as_mut().is_none_or(|scripted| scripted.takes_scan(frame, reply));
+            }
         });
         if polls > 0 {
-            self.polls.send_modify(|known| known.asked += polls);
+            self.polls.send_modify(|known| {
+                known.asked += polls;
+                known.take_scans |= take_scans;
+            });
         }
         self.spread(&device);
         (device.saves() != saves).then(|| device.saved_settings())
@@ -275,6 +283,11 @@ impl Shared {
     /// Whether anybody has ever polled for scans.
     pub(crate) fn was_polled(&self) -> bool {
         self.polls.borrow().asked > 0
+    }
+
+    /// Whether anybody takes scans by polls. A single poll that was refused is none of them.
+    pub(crate) fn polls_take_scans(&self) -> bool {
+        self.polls.borrow().take_scans
     }
 
     /// Whether polls wait for the mirror's next turn.

@@ -16,8 +16,8 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model::MODELS;
 use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side, Taps};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 /// Asks what the recorded host asked, when it did, and reads until the tape has ended.
 async fn ask_again(replayed: &mut Replayed, packets: &Packets) -> Vec<u8> {
@@ -233,6 +233,46 @@ async fn a_replay_pauses_seeks_and_ends() {
         assert_eq!(next_scan(&mut client).await.0, expected);
     }
     replayed.player.ended().await;
+}
+
+/// A poll, and what is answered.
+async fn poll(client: &mut DuplexStream) -> String {
+    client.write_all(b"\x02sRN LMDscandata\x03").await.expect("taken");
+    let mut reply = Vec::new();
+    while reply.last() != Some(&3) {
+        reply.push(client.read_u8().await.expect("a byte"));
+    }
+    String::from_utf8_lossy(&reply[1..reply.len() - 1]).into_owned()
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_refused_poll_is_no_subscriber() {
+    let (_folder, x, _) = folder();
+    ticking(&x, 30);
+    let mut replayed = replay(&x, Some("lms111"), TimeScale::Paced(1.0), played(), Taps::default());
+    let mut client = connect(&mut replayed.emulator);
+    assert_eq!(poll(&mut client).await, "sFA 4");
+    sleep(Duration::from_secs(10)).await;
+    let mut subscriber = subscribed(&mut replayed).await;
+    for expected in 0..30 {
+        assert_eq!(next_scan(&mut subscriber).await.0, expected);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_client_that_polls_again_gets_the_recorded_scans() {
+    let (_folder, x, _) = folder();
+    ticking(&x, 30);
+    let mut replayed = replay(&x, Some("lms111"), TimeScale::Paced(1.0), played(), Taps::default());
+    let mut client = connect(&mut replayed.emulator);
+    let mut replies = Vec::new();
+    for _ in 0..6 {
+        replies.push(poll(&mut client).await);
+        sleep(Duration::from_millis(1000)).await;
+    }
+    let counters: Vec<&str> = replies.iter().filter_map(|reply| reply.split(' ').nth(7)).collect();
+    assert_eq!(replies[0], "sFA 4");
+    assert!(counters.len() >= 4 && counters.is_sorted() && counters[0] != counters[3], "{replies:?}");
 }
 
 #[tokio::test(start_paused = true)]

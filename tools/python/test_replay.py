@@ -55,7 +55,7 @@ def test_a_client_that_only_polls_gets_the_recorded_scans(replayed):
     emulator, _, recorded = replayed
     known = set(recorded_counters(recorded))
     with Client(emulator.address, "B") as client:
-        # The first request sets the recording going; until its first scan there is none to read.
+        # The second request sets the recording going; until its first scan there is none to read.
         counters, end = set(), time.monotonic() + 10.0
         while len(counters) < 5 and time.monotonic() < end:
             reply = client.exchange(b"sRN LMDscandata")

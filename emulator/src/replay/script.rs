@@ -91,11 +91,13 @@ pub(crate) struct ScriptedReplies {
     script: Arc<Script>,
     /// How often each request has been answered on this connection.
     said: HashMap<Request, usize>,
+    /// A poll of this client was refused.
+    polled_in_vain: bool,
 }
 
 impl ScriptedReplies {
     pub(crate) fn new(script: Arc<Script>) -> Self {
-        Self { script, said: HashMap::new() }
+        Self { script, said: HashMap::new(), polled_in_vain: false }
     }
 
     /// Puts the recorded answer in the place of the device's own, and tells whether it did. What the device refuses for want of a login
@@ -121,6 +123,14 @@ impl ScriptedReplies {
             reply.bytes.clone_from(answer);
         }
         answer.is_some()
+    }
+
+    /// Whether a poll takes scans off the recording. A refused one does not, or a client that looks whether there is a scan, and then
+    /// subscribes, would lose what is played meanwhile. One that asks again has no other way to its scans.
+    pub(crate) fn takes_scan(&mut self, poll: &Frame<'_>, reply: &Reply) -> bool {
+        let is_refused = refusal(poll.dialect, &reply.bytes).is_some();
+        let asks_again = std::mem::replace(&mut self.polled_in_vain, is_refused);
+        !is_refused || asks_again
     }
 }
 
