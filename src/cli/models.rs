@@ -237,6 +237,7 @@ fn models_page(rows: &[Row]) -> String {
     }
     page += &optics_table();
     page += &times();
+    page += &scatter_table();
     page += &listing_table();
     page += "\n## Not modelled\n";
     for (name, why) in model::NOT_MODELLED {
@@ -289,6 +290,37 @@ fn times() -> String {
             save.as_secs_f64(),
             new_unit.as_secs_f64(),
             boot.as_secs_f64() + scan
+        );
+    }
+    page
+}
+
+/// How periods and time stamps scatter with `--profile field`.
+fn scatter_table() -> String {
+    let mut page = String::from(
+        "\n## Periods and time stamps\n\nMicroseconds on the device's clock with `--profile field`; with `bench` periods are nominal and the transmission comes after the constant in \
+         the last column. The period is that of the default scan mode; in the others its scatter is assumed to be the same. Lag 1 and lag 2 are the correlations of a \
+         period with the one before it and the one before that; no period is farther off the mean than `within`. The transmission is drawn from the recorded distribution; \
+         that it follows no order is assumed.\n\n\
+         | model | mean period | standard deviation | lag 1 | lag 2 | within | transmission after, mean | standard deviation | from | to | `bench` |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for model in model::MODELS {
+        let scatter = &model.scatter;
+        let nominal_us = 1e8 / f64::from(model.default_mode.frequency_centihz);
+        let (mean, sd) = scatter.delay_mean_sd_us();
+        let (from, to) = (scatter.delay_us.first(), scatter.delay_us.last());
+        page += &format!(
+            "| `{}` | {:.0} [REC] | {} | {} | {} | {:.0} [DER] | {mean:.0} [REC] | {sd:.0} [REC] | {} [REC] | {} [REC] | {} |\n",
+            model.name,
+            nominal_us * (1.0 + f64::from(model.period_ppm) * 1e-6),
+            scatter.period_sd_us,
+            scatter.lag_1,
+            scatter.lag_2,
+            scatter.period_within_us(),
+            from.copied().unwrap_or_default(),
+            to.copied().unwrap_or_default(),
+            model.transmit_delay_us
         );
     }
     page

@@ -187,10 +187,11 @@ async fn in_the_field_the_mirror_turns_as_slowly_as_the_recorded_one() {
     for _ in 0..500 {
         last = scan(&client.expect("sSN").await);
     }
-    let expected = Duration::from_micros(500 * 20_112);
+    let expected = Duration::from_nanos(500 * 20_131_500);
     assert!(start.elapsed().abs_diff(expected) <= Duration::from_millis(1), "{:?}", start.elapsed());
     let device_us = last.scan_time_us - first.scan_time_us;
-    assert!(device_us.abs_diff(500 * 20_112) <= 100, "{device_us}");
+    // Two stamps are off, and not five hundred periods: their standard deviation together is 0.23 ms.
+    assert!(device_us.abs_diff(500 * 20_131) <= 1250, "{device_us}");
     assert_eq!(last.scan_frequency, 5000);
 }
 

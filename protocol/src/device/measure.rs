@@ -97,10 +97,10 @@ impl Device {
         scan.position = settings.scan_data.position.then(Position::default);
         set_text(&mut scan.name, settings.scan_data.device_name, &settings.location_name);
         set_text(&mut scan.comment, settings.scan_data.comment, &identity.comment);
-        let us = self.uptime_us(at).wrapping_add_signed(self.clock.jitter_us(turn));
+        let us = self.uptime_us(at).saturating_add_signed(self.clock.jitter_us(turn));
         // The device's clock is 32 bits wide and wraps.
         scan.scan_time_us = us as u32;
-        scan.transmit_time_us = scan.scan_time_us.wrapping_add(self.model.transmit_delay_us);
+        scan.transmit_time_us = scan.scan_time_us.wrapping_add(self.clock.transmit_delay_us(turn));
         scan.time = settings.scan_data.time.then(|| self.date_time_at(us));
     }
 

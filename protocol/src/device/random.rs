@@ -3,8 +3,10 @@
 /// What a random number is drawn for.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stage {
-    /// Deviation of a scan's time.
-    Jitter = 0,
+    /// What this turn adds to the deviations of scans' times.
+    Period = 0,
+    /// From a scan to its transmission.
+    Delay = 1,
 }
 
 /// The random numbers of one scanner.
@@ -27,6 +29,20 @@ impl Random {
             (scanner, stage) => mix(self.seed ^ mix(stage << 32 | scanner)),
         };
         mix(key ^ mix(turn))
+    }
+
+    /// Uniform from 0 to below 1.
+    pub(super) fn unit(self, stage: Stage, turn: u64) -> f64 {
+        (self.bits(stage, turn) >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+    }
+
+    /// Between -1 and 1, large values more often than small ones: its variance is 1/2. Sums of few of them vary much and stay within narrow
+    /// bounds, as mirrors do.
+    pub(super) fn two_sided(self, stage: Stage, turn: u64) -> f64 {
+        let bits = self.bits(stage, turn);
+        let half = |bits: u64| (bits & 0x7FFF_FFFF) as f64 * (1.0 / (1u64 << 31) as f64);
+        let size = half(bits).max(half(bits >> 31));
+        if bits >> 63 == 0 { size } else { -size }
     }
 }
 

@@ -130,7 +130,7 @@ impl Device {
             settings,
             condition: Condition::default(),
             host_dialect: None,
-            clock: Clock::default(),
+            clock: Clock::new(&Options::default(), model),
             lines: Lines::new(model),
             filters: Filters::default(),
             ticks: TickCounter::default(),
@@ -160,7 +160,7 @@ impl Device {
     /// The same with other options, as it is at simulated time zero.
     pub fn with_options(mut self, options: Options) -> Self {
         self.options = options;
-        self.clock = Clock::new(&options, self.model.jitter_us);
+        self.clock = Clock::new(&options, self.model);
         self.begin(options.start);
         self
     }

@@ -9,6 +9,8 @@ mod lms500;
 mod lms511;
 mod lms511_lite;
 pub(crate) mod optics;
+mod scatter;
+mod scatters;
 mod tim551;
 mod tim561;
 mod tim571;
@@ -18,6 +20,7 @@ mod tim781s;
 use core::time::Duration;
 
 pub use any::{AnyModel, UnknownModel};
+pub use scatter::Scatter;
 
 use crate::angle::BeamGrid;
 use crate::optics::Optics;
@@ -119,12 +122,12 @@ pub struct Model {
     pub scandata_version: u16,
     /// Value of the scan counter in the first scan after LMCstartmeas; none where it keeps counting.
     pub scan_counter_restart: Option<u16>,
-    /// Device time from the mirror's zero index to the transmission, µs.
+    /// Device time from the mirror's zero index to the transmission, µs (`bench` profile).
     pub transmit_delay_us: u32,
     /// How much longer than nominal a real one's period is, parts per million (`field` profile).
     pub period_ppm: i32,
-    /// How far a scan's time is off at most, µs (`field` profile).
-    pub jitter_us: u32,
+    /// How periods and times of transmission scatter (`field` profile).
+    pub scatter: Scatter,
     /// What the first scans after LMCstartmeas are marked with.
     pub start_up: StartUp,
     /// First byte of the digital outputs in a scan, once running.
