@@ -247,6 +247,25 @@ fn a_mean_is_not_made_of_lines_with_different_beams() {
     assert_eq!([measure(grid, 1000), measure(moved, 2000), measure(moved, 3000)], [None, None, Some(2500)]);
 }
 
+/// Whatever output range and scan mode are accepted, scans have values.
+#[test]
+fn no_scan_is_without_a_beam() {
+    let mut bench = Bench::logged_in("lms111");
+    // Between two beams of 0.5 degrees.
+    assert_eq!(bench.ask("sWN LMPoutputRange 1 1388 +12345 +13000"), "sFA 4");
+    assert_eq!(bench.ask("sRN LMPoutputRange"), "sRA LMPoutputRange 1 1388 FFF92230 225510");
+    // Around one beam of 0.25 degrees, which the coarser grid does not have.
+    let set = bench.ask("sMN mLMPsetscancfg +2500 +1 +2500 -450000 +2250000");
+    assert!(set.starts_with("sAN mLMPsetscancfg 0 "), "{set}");
+    assert_eq!(bench.ask("sWN LMPoutputRange 1 9C4 +12345 +13000"), "sWA LMPoutputRange");
+    let set = bench.ask("sMN mLMPsetscancfg +2500 +1 +5000 -450000 +2250000");
+    assert!(set.starts_with("sAN mLMPsetscancfg 4 9C4 1 9C4 "), "{set}");
+    let grid = bench.device.mirror().beams;
+    let scan = bench.device.measure(bench.now, &MeasuredLine { grid, echoes: &[] }).unwrap();
+    let channel = &scan.channels16[0];
+    assert_eq!((channel.start_angle, channel.values.len()), (12_500, 1));
+}
+
 #[test]
 fn the_echo_filter_picks_the_last_echo_of_each_beam() {
     use rowscan_protocol::device::MeasuredEcho;

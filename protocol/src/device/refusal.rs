@@ -38,7 +38,7 @@ pub enum Fault {
     TextTooLong,
     /// No scan has been made yet.
     NoScanYet,
-    /// Not one sector, or angles outside the model's range.
+    /// Not one sector, angles outside the model's range, or none of its beams between them.
     OutsideOutputRange,
     /// Contents of the scan telegram the model does not have.
     ImpossibleContents,
@@ -119,6 +119,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sWN LocationName", Fault::TextTooLong, "more than 16 characters", SopasError::FlexOutOfBounds, Assumed, "sWN LocationName 11 seventeen letters"),
     line("sRN LMDscandata", Fault::NoScanYet, "no scan has been made since power-up", SopasError::LocalConditionFailed, Assumed, "sRN LMDscandata"),
     line("sWN LMPoutputRange", Fault::OutsideOutputRange, "not one sector, or angles beyond the model's", SopasError::LocalConditionFailed, Recorded("MRS1104"), "sWN LMPoutputRange 1 1388 -500000 +2250000"),
+    line("sWN LMPoutputRange", Fault::OutsideOutputRange, "a range without a beam: it lies between two", SopasError::LocalConditionFailed, Assumed, "sWN LMPoutputRange 1 1388 +12345 +13000"),
     line("sWN LMDscandatacfg", Fault::ImpossibleContents, "echoes or encoders the model does not have, no echo at all (LMS5xx takes that), unit not 0, rate not 1 to 50000", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 04 00 0 0 0 00 00 0 0 0 0 +1"),
     line("sWN EIHstCola, FREchoFilter, MSsuppmode, LICsrc, LICencset", Fault::NoSuchCode, "a code the variable does not have", SopasError::LocalConditionFailed, Assumed, "sWN EIHstCola 2"),
     line("sWN LICencres", Fault::NoSuchCode, "not between 0.001 and 2000", SopasError::LocalConditionFailed, Assumed, "sWN LICencres 00000000"),

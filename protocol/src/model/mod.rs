@@ -53,7 +53,7 @@ pub const ALL_EMULATE: &[&str] = &[
 pub const NONE_EMULATE: &[&str] = &[
     "evaluation fields other than those circles: fieldNNN reads as unused",
     "network and time server variables (EIIpAddr, EImask, EIgate, TSC…): read, and sFA 4 for any other value",
-    "code 4 of mLMPsetscancfg: the angles there are ignored, as the manual has it for LMS1xx and LMS5xx",
+    "the angles of mLMPsetscancfg: ignored, as the manual has it for LMS1xx and LMS5xx; code 4 is answered where LMPoutputRange would hold no beam of the new mode",
     "the device's own limit of connections, which is not known: 32 in either profile",
     "user levels 2 and 4 have no rights of their own; the service password is not known",
     "NTP, parameter files, firmware update, SOPAS' own variables: sFA 3, 2 or F by kind",

@@ -55,7 +55,7 @@ impl Writable for OutputRange {
             return Err(Fault::OutsideOutputRange.into());
         };
         let cut = OutputCut { start, stop };
-        if !cut.is_within(context.device.model) {
+        if !cut.is_within(context.device.model) || cut.beams(context.device.mirror().beams).1.is_empty() {
             return Err(Fault::OutsideOutputRange.into());
         }
         context.device.settings.output_range = cut;

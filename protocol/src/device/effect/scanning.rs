@@ -10,8 +10,8 @@ use crate::telegram::SopasError;
 use crate::telegram::lmc_meas::{ACCEPTED, Standby, StartMeasurement, StopMeasurement};
 use crate::telegram::lmp_output_range::Sector;
 use crate::telegram::lmp_scancfg::{
-    INVALID_FREQUENCY, INVALID_FREQUENCY_AND_RESOLUTION, INVALID_RESOLUTION, OK, OTHER_ERROR, ScanConfig,
-    SetScanConfig, SetScanConfigReply,
+    INVALID_AREA, INVALID_FREQUENCY, INVALID_FREQUENCY_AND_RESOLUTION, INVALID_RESOLUTION, OK, OTHER_ERROR,
+    ScanConfig, SetScanConfig, SetScanConfigReply,
 };
 
 impl Callable for StartMeasurement {
@@ -64,6 +64,10 @@ pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u
     let step = u16::try_from(step).unwrap_or(u16::MAX);
     let mode = ScanMode { frequency_centihz: config.frequency_centihz, step };
     if device.check_mode(mode).is_ok() {
+        // Of a coarser grid the output range may hold no beam.
+        if device.settings.output_range.beams(device.model.beams(mode)).1.is_empty() {
+            return INVALID_AREA;
+        }
         device.condition.mode_changed |= device.settings.mode != mode;
         device.settings.mode = mode;
         return OK;
