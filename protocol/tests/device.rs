@@ -267,6 +267,25 @@ fn no_scan_is_without_a_beam() {
 }
 
 #[test]
+fn an_output_range_reads_back_as_it_was_written_and_the_beams_stay() {
+    let mut bench = Bench::logged_in("lms111");
+    assert_eq!(bench.ask("sWN LMPoutputRange 1 9C4 FFF92233 22550D"), "sWA LMPoutputRange");
+    assert_eq!(bench.ask("sRN LMPoutputRange"), "sRA LMPoutputRange 1 9C4 FFF92233 22550D");
+    let grid = bench.device.mirror().beams;
+    let scan = bench.device.measure(bench.now, &MeasuredLine { grid, echoes: &[] }).unwrap();
+    let channel = &scan.channels16[0];
+    assert_eq!((channel.start_angle, channel.step, channel.values.len()), (-450_000, 5000, 541));
+    // Saved as well; a new scan mode brings its own step.
+    bench.ask("sMN mEEwriteall");
+    bench.ask("sMN mSCreboot");
+    bench.session = Session::new(DialectPolicy::Auto);
+    assert_eq!(bench.ask("sRN LMPoutputRange"), "sRA LMPoutputRange 1 9C4 FFF92233 22550D");
+    bench.ask("sMN SetAccessMode 3 F4724744");
+    bench.ask("sMN mLMPsetscancfg +2500 +1 +5000 -450000 +2250000");
+    assert_eq!(bench.ask("sRN LMPoutputRange"), "sRA LMPoutputRange 1 1388 FFF92233 22550D");
+}
+
+#[test]
 fn the_echo_filter_picks_the_last_echo_of_each_beam() {
     use rowscan_protocol::device::MeasuredEcho;
     let mut bench = Bench::logged_in("lms511");

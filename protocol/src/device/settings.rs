@@ -24,6 +24,8 @@ const PER_DEGREE: f64 = 10_000.0;
 pub(super) struct Settings {
     pub(super) mode: ScanMode,
     pub(super) output_range: OutputCut,
+    /// The step that a client wrote with the output range, 1/10000°: it reads back and has no effect. The scan mode's where there is none.
+    pub(super) written_step: Option<u32>,
     pub(super) scan_data: ScanDataConfig,
     pub(super) echo_filter: u8,
     pub(super) suppression: SuppressionMode,
@@ -73,6 +75,7 @@ impl Settings {
         Self {
             mode: model.default_mode,
             output_range: OutputCut { start: model.start_angle, stop: model.stop_angle },
+            written_step: None,
             scan_data: ScanDataConfig {
                 channels: LowHigh(1),
                 resolution: match model.remission {

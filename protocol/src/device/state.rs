@@ -194,8 +194,10 @@ impl Device {
     pub fn set_scan_mode(&mut self, frequency_centihz: u32, step: u16) -> Result<(), ModeError> {
         let mode = ScanMode { frequency_centihz, step };
         self.check_mode(mode)?;
-        self.settings.mode = mode;
-        self.saved.mode = mode;
+        for settings in [&mut self.settings, &mut self.saved] {
+            settings.mode = mode;
+            settings.written_step = None;
+        }
         Ok(())
     }
 

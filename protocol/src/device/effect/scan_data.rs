@@ -44,14 +44,15 @@ impl Readable for OutputRange {
     fn get(context: &Context<'_>) -> Self {
         let device = &context.device;
         let OutputCut { start, stop } = device.settings.output_range;
-        Self { sectors: vec![Sector { step: device.settings.mode.step.into(), start, stop }] }
+        let step = device.settings.written_step.unwrap_or(device.settings.mode.step.into());
+        Self { sectors: vec![Sector { step, start, stop }] }
     }
 }
 
 impl Writable for OutputRange {
-    /// The angles read back as they were written. The angular step must be sent and comes from the scan mode.
+    /// Reads back as it was written. The step of the beams comes from the scan mode.
     fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
-        let &[Sector { start, stop, .. }] = self.sectors.as_slice() else {
+        let &[Sector { step, start, stop }] = self.sectors.as_slice() else {
             return Err(Fault::OutsideOutputRange.into());
         };
         let cut = OutputCut { start, stop };
@@ -59,6 +60,7 @@ impl Writable for OutputRange {
             return Err(Fault::OutsideOutputRange.into());
         }
         context.device.settings.output_range = cut;
+        context.device.settings.written_step = Some(step);
         Ok(())
     }
 }

@@ -68,8 +68,11 @@ pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u
         if device.settings.output_range.beams(device.model.beams(mode)).1.is_empty() {
             return INVALID_AREA;
         }
-        device.condition.mode_changed |= device.settings.mode != mode;
-        device.settings.mode = mode;
+        if device.settings.mode != mode {
+            device.condition.mode_changed = true;
+            device.settings.mode = mode;
+            device.settings.written_step = None;
+        }
         return OK;
     }
     device.fixed += u32::from(device.plays_back && device.model.modes.contains(&mode));
