@@ -310,6 +310,25 @@ fn the_echo_filter_picks_the_last_echo_of_each_beam() {
 }
 
 #[test]
+fn a_filter_that_leaves_one_echo_sends_it_whatever_the_mask_says() {
+    use rowscan_protocol::device::MeasuredEcho;
+    for model in ["lms111", "lms511"] {
+        let mut bench = Bench::logged_in(model);
+        assert_eq!(bench.ask("sWN LMDscandatacfg 02 00 1 0 0 00 00 0 0 0 0 +1"), "sWA LMDscandatacfg");
+        let grid = bench.device.mirror().beams;
+        let echoes = [1000, 1500]
+            .map(|mm| MeasuredEcho { range_mm: vec![mm; grid.len()], remission: vec![0x1234; grid.len()] });
+        for (filter, name, expected) in [(0, "DIST1", 1000), (1, "DIST2", 1500), (2, "DIST1", 1500)] {
+            bench.ask(&format!("sWN FREchoFilter {filter}"));
+            let scan = bench.device.measure(bench.now, &MeasuredLine { grid, echoes: &echoes }).unwrap();
+            assert_eq!((scan.channels16.len(), scan.channels8.len()), (1, 1), "{model}, filter {filter}");
+            let channel = &scan.channels16[0];
+            assert_eq!((channel.name.0.as_slice(), channel.values[0]), (name.as_bytes(), expected));
+        }
+    }
+}
+
+#[test]
 fn a_dazzled_beam_has_distance_code_1_and_the_highest_remission_and_spoils_no_mean() {
     use rowscan_protocol::device::MeasuredEcho;
     use rowscan_protocol::optics::DAZZLED;

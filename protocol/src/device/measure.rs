@@ -133,9 +133,10 @@ impl Device {
     fn delivered_echoes(&self) -> impl Iterator<Item = u8> + use<> {
         // Where an empty mask is taken, one echo is sent.
         let mask = self.settings.scan_data.channels.0.max(1);
-        let echoes = match self.settings.echo_filter {
-            fr_echo_filter::ALL => self.model.echoes,
-            _ => 1,
+        let (echoes, mask) = match self.settings.echo_filter {
+            fr_echo_filter::ALL => (self.model.echoes, mask),
+            // The one echo that is left is sent whatever the mask says: no scan is without a channel.
+            _ => (1, 1),
         };
         (0..echoes).filter(move |echo| mask >> echo & 1 == 1)
     }
