@@ -375,12 +375,23 @@ fn an_lms211_has_201_values_in_centimetres_out_of_the_box() {
     assert_eq!(body[..3], [0xB0, 0x69, 0x41]);
 }
 
+/// The offset of the second field set's evaluations (7C) and H (77) stay within 1 to 125 together, whichever is written.
+#[test]
+fn evaluations_and_their_offset_fit_together() {
+    let mut bench = Bench::installed("lms200", Options::default());
+    assert_eq!(bench.ask(&[0x7C, 0, 0, 0, 0, 100])[..2], [0xFC, 1]);
+    let with = |evaluations: u8| [0x77, 0, 0, 0x46, 0, 0, 0, 1, 0, 0, evaluations];
+    assert_eq!(bench.ask(&with(25))[..2], [0xF7, 1]);
+    assert_eq!(bench.ask(&with(26))[..2], [0xF7, 0]);
+}
+
 /// A host of another age sends more or less than the device knows.
 #[test]
 fn bytes_beyond_what_is_known_are_ignored() {
     let mut bench = Bench::installed("lms200", Options::default());
     assert_eq!(bench.ask(&[0x31, 1, 2])[0], 0xB1);
-    assert_eq!(bench.ask(&[&[0x77][..], &[0; 40]].concat())[..2], [0xF7, 1]);
+    let block = bench.ask(&[0x74])[1..35].to_vec();
+    assert_eq!(bench.ask(&[&[0x77][..], &block, &[0; 6]].concat())[..2], [0xF7, 1]);
     assert_eq!(bench.ask(&[0x20, 0x25, 7]), [0xA0, 0, 0x10]);
 }
 

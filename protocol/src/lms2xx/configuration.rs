@@ -9,9 +9,13 @@ pub const LENGTH: usize = 34;
 /// Bytes of the block of firmware before V2.10 and X1.10.
 pub const OLD_LENGTH: usize = 32;
 
+/// High byte of B: peak threshold and black extension, or sensitivity.
+const SENSITIVITY: usize = 3;
 const AVAILABILITY: usize = 4;
 const MEASURING_MODE: usize = 5;
 const UNIT: usize = 6;
+const TEMPORARY_FIELD: usize = 7;
+const SUBTRACTIVE: usize = 8;
 const EVALUATIONS: usize = 9;
 const RESTART: usize = 10;
 const RESTART_TIME: usize = 11;
@@ -24,8 +28,16 @@ const STOP_THRESHOLD: u8 = 0x46;
 /// A contour out of the box: off, 10 cm to either side, 80° to 100°.
 const CONTOUR: [u8; 5] = [0x00, 0x0A, 0x0A, 0x50, 0x64];
 const CONTOURS: [usize; 3] = [13, 18, 23];
+const SINGLE_VALUES: usize = 29;
 /// Low byte of A4: scans with dazzle until the outputs switch.
 const DAZZLE: usize = 32;
+
+/// Evaluations until a field counts.
+const MOST_EVALUATIONS: u8 = 125;
+/// Of the restart mode: the mode itself. The bits above are flags.
+const RESTART_MODE: u8 = 0x1F;
+/// Slave, restart at once: the last one listed.
+const LAST_RESTART_MODE: u8 = 6;
 
 /// The configuration block, as it is sent. Named are the fields that change what this device or this host does; the others are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +96,23 @@ impl Configuration {
         self
     }
 
+    /// True if every field is within the range that the listing gives for it (T6-9, T7-122).
+    pub fn is_listed(&self) -> bool {
+        let [sensitivity, temporary, subtractive, single_values] =
+            [SENSITIVITY, TEMPORARY_FIELD, SUBTRACTIVE, SINGLE_VALUES].map(|at| self.block[at]);
+        let dazzle = u16::from_le_bytes([self.block[DAZZLE], self.block[DAZZLE + 1]]);
+        self.unit().is_some()
+            && self.measuring_mode().is_known()
+            && sensitivity <= 3
+            && temporary <= 2
+            && subtractive <= 1
+            && (1..=MOST_EVALUATIONS).contains(&self.evaluations())
+            && self.restart() & RESTART_MODE <= LAST_RESTART_MODE
+            && single_values <= 1
+            // The short block has no such field.
+            && (self.length < LENGTH || (1..=255).contains(&dazzle))
+    }
+
     /// What the bits of a value mean.
     pub fn measuring_mode(&self) -> MeasuringMode {
         MeasuringMode(self.block[MEASURING_MODE])
@@ -137,5 +166,46 @@ impl Configuration {
     /// Restart time of field A, in the unit that the restart mode names.
     pub fn restart_time(&self) -> u8 {
         self.block[RESTART_TIME]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Offset in the block, values at the ends of its listed range, values beyond.
+    const RANGES: &[(usize, &[u8], &[u8])] = &[
+        (SENSITIVITY, &[0, 3], &[4, 255]),
+        (MEASURING_MODE, &[0, 0x3F], &[0x10, 0x3D]),
+        (UNIT, &[0, 1], &[2, 255]),
+        (TEMPORARY_FIELD, &[0, 2], &[3, 255]),
+        (SUBTRACTIVE, &[0, 1], &[2, 255]),
+        (EVALUATIONS, &[1, 125], &[0, 126, 255]),
+        (RESTART, &[0, 6, 0x26, 0x46, 0x86, 0xE6], &[7, 0x1F, 0xFF]),
+        (SINGLE_VALUES, &[0, 1], &[2, 255]),
+        (DAZZLE, &[1, 255], &[0]),
+        (DAZZLE + 1, &[0], &[1, 255]),
+    ];
+
+    #[test]
+    fn what_is_listed_is_known_from_what_is_not() {
+        let block = Configuration::new(MeasuringMode::default(), Unit::Mm);
+        for (at, listed, beyond) in RANGES {
+            for (values, expected) in [(listed, true), (beyond, false)] {
+                for value in values.iter() {
+                    let mut written = block.block;
+                    written[*at] = *value;
+                    assert_eq!(block.overwritten(&written).is_listed(), expected, "{at}: {value}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_blocks_out_of_the_box_are_listed() {
+        for unit in [Unit::Cm, Unit::Mm] {
+            assert!(Configuration::new(MeasuringMode::default(), unit).is_listed());
+            assert!(Configuration::old(MeasuringMode::default(), unit).is_listed());
+        }
     }
 }

@@ -111,6 +111,7 @@ pub static LISTING: &[Line] = &[
     line("74", "configuration: F4 and 34 bytes, 32 in old firmware", AS_LISTED, INDOOR, &[0x74], &[0xF4, 0, 0, 0x46]),
     line("76", "at most 200 Cartesian values: F6; not S14", "as listed; X is one word with its sign in bit 15, as only so 200 fit a telegram", INDOOR, &[0x76, 1, 0, 0x64, 0], &[0xF6, 1, 0, 0x64, 0, 200, 0x40]),
     line("77", "writes it: F7, up to 7 s where the unit changes", "as listed; 0.4 s else (`field`, --save-s); kept with --state", SET_UP, &[0x77, 0, 0, 0x46], &[0xF7, 1, 0, 0, 0x46]),
+    line("77", "a value outside its range: F7 00 and the block in force", AS_LISTED, SET_UP, &[0x77, 0, 0, 0x46, 0, 0, 0, 1, 3], &[0xF7, 0, 0, 0, 0x46]),
     line("7B", "configuration part 2: FB and 84 bytes", AS_LISTED, INDOOR, &[0x7B], &[0xFB, 0, 0]),
     line("7C", "writes it: FC", "as listed, without effect; kept until the program ends", SET_UP, PART_2, &[0xFC, 1, 0]),
     line("0B, 33, 6A and others", "reserved or unknown: 06, then 92", AS_LISTED, INDOOR, &[0x6A], &[0x92]),

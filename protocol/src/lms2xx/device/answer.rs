@@ -7,6 +7,7 @@ use core::time::Duration;
 
 use super::{After, Device, OperatingMode};
 use crate::lms2xx::Variant;
+use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::telegram::{Mode, REFUSED, Request};
 use crate::lms2xx::values::Output;
 
@@ -125,8 +126,8 @@ impl Device {
 
     fn write_configuration(&mut self, bytes: &[u8], body: &mut Vec<u8>, answer: &mut Answer) {
         let written = Some(self.configuration.overwritten(bytes)).filter(|configuration| {
-            configuration.unit().is_some()
-                && configuration.measuring_mode().is_known()
+            configuration.is_listed()
+                && evaluations_fit(configuration, &self.part_2)
                 && self.recorded.as_ref().is_none_or(|recorded| recorded.honours(configuration))
         });
         if let Some(configuration) = written {
@@ -143,12 +144,11 @@ impl Device {
     fn write_part_2(&mut self, bytes: &[u8], body: &mut Vec<u8>) {
         let mut written = self.part_2;
         written.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
-        let [plane, pitches @ .., offset, _] = *written.first_chunk::<6>().unwrap_or(&[0; 6]);
+        let [plane, pitches @ ..] = *written.first_chunk::<4>().unwrap_or(&[0; 4]);
         let pitched = pitches.iter().all(|pitch| (-90..=90).contains(&(*pitch as i8)));
         // An LMS200 and LMS220 have no plane and no pitch.
         let fits = self.model.outdoor || (plane == 0 && pitches == [0; 3]);
-        let evaluations = i16::from(self.configuration.evaluations()) + i16::from(offset as i8);
-        let taken = plane <= 1 && pitched && fits && (1..=125).contains(&evaluations);
+        let taken = plane <= 1 && pitched && fits && evaluations_fit(&self.configuration, &written);
         if taken {
             self.part_2 = written;
         }
@@ -227,4 +227,10 @@ impl Device {
             (OperatingMode::Monitoring, None) => Mode::OnRequest.number(),
         }
     }
+}
+
+/// Evaluations until a field of set 2 counts are those of the configuration and the signed offset in its part 2.
+fn evaluations_fit(configuration: &Configuration, part_2: &[u8; PART_2_LENGTH]) -> bool {
+    let offset = part_2.get(4).copied().unwrap_or_default() as i8;
+    (1..=125).contains(&(i16::from(configuration.evaluations()) + i16::from(offset)))
 }
