@@ -10,11 +10,13 @@ use common::replayed::{
 };
 use common::{bench, facts, raw_client};
 use rowscan_emulator::clock::{TimeScale, wall_clock};
-use rowscan_emulator::replay::Played;
+use rowscan_emulator::replay::{Played, Survey, model_of};
 use rowscan_emulator::{Emulator, EmulatorConfig};
-use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::device::{Device, DialectPolicy, Identity, MeasuredLine, Session, scan_event};
+use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
 use rowscan_protocol::host::{HostEvent, HostSession};
-use rowscan_protocol::model::MODELS;
+use rowscan_protocol::model::{self, MODELS};
+use rowscan_protocol::time::SimTime;
 use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side, Taps};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
@@ -286,4 +288,74 @@ async fn times_ten_takes_a_tenth_and_kept_stamps_stay() {
         assert_eq!(next_scan(&mut client).await, (second, u32::from(second) * 1_000_000));
     }
     assert!(began.elapsed().abs_diff(Duration::from_millis(2900)) <= Duration::from_millis(2));
+}
+
+/// What a scanner sent, and nothing of its host: answers to `requests`, then a scan.
+fn heard_alone(model: &str, requests: &[String]) -> Packets {
+    let mut device = Device::new(model::by_name(model).expect("known"), Identity::default());
+    let mut session = Session::new(DialectPolicy::Auto);
+    let (mut packets, mut replies) = (Packets::new(), Vec::new());
+    for request in requests {
+        let mut frame = Vec::new();
+        encode(Dialect::A, request.as_bytes(), &mut frame);
+        session.handle_bytes(&mut device, SimTime::ZERO, &frame, &mut replies);
+    }
+    packets.extend(replies.into_iter().map(|reply| (Duration::ZERO, Side::Device, reply.bytes)));
+    let grid = device.mirror().beams;
+    let scan = device.measure(SimTime::ZERO, &MeasuredLine { grid, echoes: &[] }).expect("it measures");
+    let mut bytes = Vec::new();
+    scan_event(Dialect::A, scan, &mut bytes);
+    packets.push((Duration::from_secs(1), Side::Device, bytes));
+    packets
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_scanner_without_a_name_is_known_by_its_answers() {
+    let fields = |count: u16| (0..count).map(|slot| format!("sRN field{slot:03}")).collect::<Vec<_>>();
+    let read = |name: &str| vec![format!("sRN {name}")];
+    for (model, requests, expected, login) in [
+        ("tim781s", Vec::new(), "tim561", "F4724744"),
+        ("tim781s", fields(48), "tim781", "6FD62C05"),
+        ("tim781s", read("LFErec"), "tim781", "F4724744"),
+        ("tim571", read("LFErec"), "tim561", "F4724744"),
+    ] {
+        let (_folder, x, _) = folder();
+        write(&x, &heard_alone(model, &requests));
+        let mut replayed = replay(&x, None, TimeScale::Paced(1.0), played(), Taps::default());
+        let survey = Survey::read(&x).expect("it can be played");
+        let found = model_of(&survey, &survey.parts[0], None).expect("told by its answers");
+        assert_eq!(found.name, expected, "{model}: {requests:?}");
+        let mut client = connect(&mut replayed.emulator);
+        let login = format!("\x02sMN SetAccessMode 3 {login}\x03");
+        client.write_all(login.as_bytes()).await.expect("taken");
+        let mut reply = [0; 21];
+        client.read_exact(&mut reply).await.expect("answered");
+        assert_eq!(&reply, b"\x02sAN SetAccessMode 1\x03", "{model}");
+    }
+}
+
+/// The device's side of the recorded TiM781S takes the host's side of the same recording.
+#[tokio::test(start_paused = true)]
+async fn a_recording_of_the_device_alone_takes_its_own_client() {
+    let Some(facts) = facts("replaying real recordings") else { return };
+    let packets = recorded(&facts.join("protocol/recordings"), "tim781s_20210125");
+    let (_folder, x, _) = folder();
+    write(&x, &packets.iter().filter(|(_, from, _)| *from == Side::Device).cloned().collect());
+    let mut replayed = replay(&x, None, TimeScale::Max, played(), Taps::default());
+    let mut client = connect(&mut replayed.emulator);
+    let asked = packets.iter().filter(|(_, from, _)| *from == Side::Host);
+    let mut answers = FrameDecoder::new(Accept::Only(Dialect::B), 64 * 1024);
+    for (_, _, request) in asked {
+        client.write_all(request).await.expect("taken");
+        let (mut chunk, mut answered) = (vec![0; 64 * 1024], false);
+        while !answered {
+            let read = client.read(&mut chunk).await.expect("it holds");
+            answers.push(&chunk[..read]);
+            while let Some(frame) = answers.next_frame() {
+                let told = frame.payload.escape_ascii().to_string();
+                assert!(!told.starts_with("sFA") && told != "sAN SetAccessMode \\x00", "{told}");
+                answered |= !told.starts_with("sSN ");
+            }
+        }
+    }
 }

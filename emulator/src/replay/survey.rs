@@ -14,6 +14,7 @@ use rowscan_recording::{
     About, FrameReader, ReadError, RecordedFrame, Recording, Side, StreamInfo, StreamKind,
 };
 
+use super::traces::Traces;
 use super::{Lms2xxPart, ReplayError, Script, unreadable};
 
 /// What is known of a recording before it is played.
@@ -58,7 +59,8 @@ pub struct Part {
     pub lms2xx: Lms2xxPart,
     subscribed_ns: Option<u64>,
     /// Passwords the host logged in with.
-    passwords: Vec<u32>,
+    pub(super) passwords: Vec<u32>,
+    traces: Traces,
 }
 
 /// True for the scans' names.
@@ -83,7 +85,11 @@ impl Survey {
                 parts.push(Part::new(stream, info));
             }
             let Some(part) = parts.get_mut(frame.stream) else { continue };
-            match frame.telegram() {
+            let telegram = frame.telegram();
+            if let Some(telegram) = telegram.as_ref().filter(|_| frame.from == Side::Device) {
+                part.traces.take(telegram);
+            }
+            match telegram {
                 Some(telegram) if frame.from == Side::Device && telegram.kind == Kind::Sn => {
                     part.event(frame.at_ns, &telegram);
                 }
@@ -224,6 +230,7 @@ impl Part {
             lms2xx: Lms2xxPart::default(),
             subscribed_ns: None,
             passwords: Vec::new(),
+            traces: Traces::default(),
         }
     }
 
@@ -268,25 +275,23 @@ impl Part {
         }
     }
 
-    /// The first model, in the order of the table, whose beams are those of the scans and whose passwords the host knew.
+    /// The first model that the scanner may be, in the order of the table.
     pub fn model_by_scan(&self) -> Option<&'static Model> {
-        let scan = self.first_scan.as_ref()?;
-        let channel = scan.channels16.first()?;
+        self.models_by_scan().first().copied()
+    }
+
+    /// The models whose beams are those of the scans, whose passwords the host knew, and which can have answered as the scanner did. Where
+    /// none can, the answers are left out of it.
+    pub(super) fn models_by_scan(&self) -> Vec<&'static Model> {
+        let Some(scan) = self.first_scan.as_ref() else { return Vec::new() };
         let knows = |model: &Model, password: &u32| model.logins.iter().any(|login| login.hash == *password);
-        MODELS
-            .iter()
-            .copied()
-            .filter(|model| self.passwords.iter().all(|password| knows(model, password)))
-            .find(|model| {
-                model.modes.iter().any(|mode| {
-                    let beams = model.beams(*mode);
-                    let fits = |angle: i32, expected: i32| angle.abs_diff(expected) <= 10;
-                    mode.frequency_centihz.abs_diff(scan.scan_frequency) <= 1
-                        && mode.step == channel.step
-                        && beams.len() == channel.values.len()
-                        && fits(channel.start_angle, beams.start)
-                })
-            })
+        let fits = |model: &&'static Model| {
+            self.passwords.iter().all(|password| knows(model, password)) && has_beams_of(model, scan)
+        };
+        let models: Vec<&'static Model> = MODELS.iter().copied().filter(fits).collect();
+        let told: Vec<&'static Model> =
+            models.iter().copied().filter(|model| self.traces.fit(model)).collect();
+        if told.is_empty() { models } else { told }
     }
 
     /// The time of a place in the row: metres are driven at the rig's speed from the first scan.
@@ -295,4 +300,17 @@ impl Part {
         let first_ns = self.first_scan_ns?;
         (seconds >= 0.0 && seconds.is_finite()).then(|| first_ns + (seconds * 1e9) as u64)
     }
+}
+
+/// Whether a scan of this model has such beams.
+fn has_beams_of(model: &Model, scan: &LmdScandata) -> bool {
+    let Some(channel) = scan.channels16.first() else { return false };
+    model.modes.iter().any(|mode| {
+        let beams = model.beams(*mode);
+        let fits = |angle: i32, expected: i32| angle.abs_diff(expected) <= 10;
+        mode.frequency_centihz.abs_diff(scan.scan_frequency) <= 1
+            && mode.step == channel.step
+            && beams.len() == channel.values.len()
+            && fits(channel.start_angle, beams.start)
+    })
 }

@@ -1,6 +1,7 @@
 //! One scanner: identity, condition and settings.
 
 use alloc::string::String;
+use alloc::vec::Vec;
 
 use super::clock::Clock;
 use super::condition::Condition;
@@ -12,7 +13,7 @@ use super::ticks::TickCounter;
 use super::troubles::Troubles;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
-use crate::model::{Model, ScanMode};
+use crate::model::{Model, Password, ScanMode};
 use crate::optics::FactoryEcho;
 use crate::telegram::{DateTime, LmdScandata, fr_echo_filter, ms_suppmode};
 use crate::time::SimTime;
@@ -98,6 +99,8 @@ pub struct Device {
     pub(super) plays_back: bool,
     /// Settings refused because of that.
     pub(super) fixed: u32,
+    /// Logins it takes besides its model's.
+    pub(super) more_logins: Vec<Password>,
     /// What is wrong with it.
     pub(super) troubles: Troubles,
 }
@@ -140,6 +143,7 @@ impl Device {
             has_scan: false,
             plays_back: false,
             fixed: 0,
+            more_logins: Vec::new(),
             troubles: Troubles::default(),
             identity,
         }
@@ -168,6 +172,13 @@ impl Device {
     /// Sets the comment of scan telegrams, which LMDscandatacfg asks for.
     pub fn set_comment(&mut self, comment: &str) {
         self.identity.comment = comment.into();
+    }
+
+    /// Takes this login, too: of a recorded scanner it may not be known which of several models it is.
+    pub fn take_login(&mut self, login: Password) {
+        if !self.model.logins.contains(&login) && !self.more_logins.contains(&login) {
+            self.more_logins.push(login);
+        }
     }
 
     /// What it is.
@@ -248,6 +259,7 @@ impl Device {
             ticks: self.ticks,
             plays_back: self.plays_back,
             fixed: self.fixed,
+            more_logins: core::mem::take(&mut self.more_logins),
             troubles: self.troubles.after_restart(),
             ..fresh
         };

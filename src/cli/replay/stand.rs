@@ -240,7 +240,7 @@ fn device(args: &Args, survey: &Survey, part: &Part, asked: Option<AnyModel>) ->
     };
     if !silent && part.ident.is_none() && asked.is_none() && survey.about.model.is_none() {
         say(format_args!(
-            "{}: by its beams taken for the model {}; --model says otherwise",
+            "{}: by its beams and answers taken for the model {}; --model says otherwise",
             part.name, model.title
         ));
     }

@@ -2,6 +2,7 @@
 
 use crate::device::context::{Callable, Context, Readable, Writable};
 use crate::device::refusal::Fault;
+use crate::device::state::Device;
 use crate::frame::Dialect;
 use crate::model::Password;
 use crate::telegram::SopasError;
@@ -17,7 +18,8 @@ impl Callable for SetAccessMode {
     fn call(self, context: &mut Context<'_>) -> Result<bool, SopasError> {
         context.access.delay = context.device.takes(context.device.model.times.login_reply);
         let login = Password { level: self.level, hash: self.password.0 };
-        if !context.device.model.logins.contains(&login) {
+        let Device { model, more_logins, .. } = &*context.device;
+        if !model.logins.contains(&login) && !more_logins.contains(&login) {
             return Ok(false);
         }
         context.access.level = login.level;
