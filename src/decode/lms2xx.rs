@@ -20,29 +20,31 @@ pub(super) fn frame(bytes: &[u8], options: Options) -> Option<(usize, Entry)> {
         return None;
     }
     let from = if address & FROM_DEVICE == 0 { Side::Host } else { Side::Device };
-    let (words, fields) = described(from, body.get(4..).unwrap_or_default(), options);
+    let (is, words, fields) = described(from, body.get(4..).unwrap_or_default(), options);
     let entry = Entry {
         from: Some(from),
         dialect: Some("LMS2xx".to_owned()),
         name: Some(format!("{command:02X}")),
         words: Some(words),
         fields,
-        ..Entry::new(&Stream::default(), 0, frame.len() as u64, Verdict::Opaque)
+        ..Entry::new(&Stream::default(), 0, frame.len() as u64, is)
     };
     Some((frame.len(), entry))
 }
 
-/// What a frame's body says, in words and as JSON.
-fn described(from: Side, body: &[u8], options: Options) -> (String, Option<serde_json::Value>) {
+/// What a frame's body says, in words and as JSON, and whether it was taken apart.
+fn described(from: Side, body: &[u8], options: Options) -> (Verdict, String, Option<serde_json::Value>) {
     let mut description = Description::new(options.values);
     let mut values = Values::default();
+    let whole = || (Verdict::Opaque, opaque(body.len().saturating_sub(1)), None);
     match (from, Request::parse(body)) {
-        (Side::Host, Request::Unknown(_)) => return (opaque(body.len().saturating_sub(1)), None),
+        (Side::Host, Request::Unknown(_)) => return whole(),
         (Side::Host, request) => request.visit(&mut description),
         (Side::Device, _) if values.decode_into(body).is_ok() => values.visit(&mut description),
-        (Side::Device, _) => return (opaque(body.len().saturating_sub(1)), None),
+        (Side::Device, _) => return whole(),
     }
-    (std::mem::take(&mut description.words), Some(description.into_json()))
+    let is = if description.is_opaque { Verdict::Opaque } else { Verdict::Telegram };
+    (is, std::mem::take(&mut description.words), Some(description.into_json()))
 }
 
 #[cfg(test)]
@@ -55,8 +57,11 @@ mod tests {
         let request = [0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x12, 0xFF];
         let (len, entry) = frame(&request, Options::default()).unwrap();
         assert_eq!((len, entry.from, entry.name.as_deref()), (7, Some(Side::Host), Some("31")));
+        assert_eq!(entry.is, Verdict::Telegram);
         let reply = [0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A];
-        assert_eq!(frame(&reply, Options::default()).unwrap().1.from, Some(Side::Device));
+        // A reply that is not taken apart.
+        let (_, entry) = frame(&reply, Options::default()).unwrap();
+        assert_eq!((entry.from, entry.is), (Some(Side::Device), Verdict::Opaque));
         assert_eq!(frame(&[0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x13], Options::default()), None);
         assert_eq!(frame(&request[..6], Options::default()), None);
     }
