@@ -73,7 +73,7 @@ pub(super) const LMS1XX: Model = Model {
         "recorded LMS111, V1.80.2: firmware text, version, counters, times, status and output bytes, digital lines, period 20132 µs with a standard deviation of 25 (83 periods; the last 38 of them 20112 and 20)",
         "LMPoutputRange: as delivered, by several public sources (FFF92230 to 225510); the recorded read (FFF92233, 22550D) came before its client's write of the same, so it is as a client left it",
         "STlms stays 7 over LMCstartmeas on a measuring scanner: inferred from two public clients that ask once",
-        "nearest recorded range is 77 mm; the nearest range is set below it, not verified",
+        "nearest recorded range is 62 mm; the nearest range is set below it, not verified",
         "SCdevicestate stays 0 for 30 s after a new scan mode: comment in a public client; boot, spin-up and save times: not verified",
     ],
 };

@@ -65,7 +65,7 @@ pub const ALL_EVIDENCE: &[&str] = &[
     "DeviceIdent: shape as recorded on other models; DItype and OrdNum: not verified",
     "rules of the filters: not verified; MSsuppmode by its name and codes in a public driver, 0 out of the box assumed",
     "LMDscandatacfg out of the box (first echo, no remission, no time, every scan): not known; all recorded reads followed a client's write",
-    "FREchoFilter out of the box (all echoes), encoder and filter settings: assumed; no recording reads one before its client wrote it",
+    "FREchoFilter out of the box (all echoes; with --optics device the last one of an LMS5xx, docs/optics.md), encoder and filter settings: assumed; no recording reads one before its client wrote it",
     "LocationName `not defined`: recorded before any write on an LMS111 and a TiM781S, as delivered; an LMS511's `SN 18110550` is as somebody left it",
     "encoder: position in the wheel's ticks, LICencres in ticks/mm, speed in mm/ms: assumed; the listing gives the speed in ticks/mm, which is no speed",
 ];
