@@ -163,6 +163,6 @@ fn a_list_without_rows_says_so() {
     let log = folder.path().join("empty.log");
     std::fs::write(&log, "").expect("written");
     let ended = run(&["bus", "decode", text(&log), "--format", "csv"]);
-    assert_eq!((ended.code, ended.stdout.as_str()), (Some(0), ""));
-    assert_says(&ended.stderr, &["no rows: there is nothing to write"]);
+    assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""));
+    assert_says(&ended.stderr, &["empty.log: no frame", "no rows: there is nothing to write"]);
 }

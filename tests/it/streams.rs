@@ -52,6 +52,8 @@ async fn nmea_line() -> NmeaLine {
 }
 
 async fn bus(folder: &Path, name: &str) -> (Bus, rowscan_bus::Inbox) {
+    // A log is written anew only where none is.
+    let _ = std::fs::remove_file(folder.join(name));
     Bus::open(&[BusAddress::Candump(folder.join(name))], &mut |_| {}).await.expect("a log")
 }
 

@@ -89,6 +89,8 @@ impl Watching {
 /// scanners are the recording's in their order.
 fn meter(rig: Option<&Rig>, number: usize, scanners: usize, show: &Show) -> Option<Meter> {
     let rig = rig.filter(|rig| scanners == 1 || rig.scanners.len() == scanners)?;
-    let reading = Reading::of_recording(Some(rig), number, false, CalibrationChoice::OfRig).ok()?;
+    // What whoever watches has skipped is not missing: the rest is shown.
+    let rig = Rig { max_excluded: 1.0, ..rig.clone() };
+    let reading = Reading::of_recording(Some(&rig), number, false, CalibrationChoice::OfRig).ok()?;
     Some(Meter::new(reading.pipeline, show.clone(), number))
 }
