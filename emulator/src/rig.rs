@@ -9,7 +9,7 @@ use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, Inbox};
 use rowscan_faults::{FaultControl, Part, StreamFaults};
-use rowscan_ports::Wire;
+use rowscan_ports::{Untaken, Wire};
 use rowscan_protocol::device::Device;
 use rowscan_protocol::lms2xx;
 use rowscan_recording::{StreamKind, Taps};
@@ -80,6 +80,7 @@ impl Rig {
             scan_instants: 0,
             stride: None,
             moments: Moments::default(),
+            untaken: Vec::new(),
         };
         Self { timeline, faults: None, receivers: Receivers::default(), buses: Vec::new() }
     }
@@ -132,6 +133,11 @@ impl Rig {
     pub fn until(mut self, end: EndWhen) -> Self {
         self.timeline.end = Some(end);
         self
+    }
+
+    /// Time ends only once the clients of these pseudo-terminals have read what was sent; on a paced clock the end does not wait for long.
+    pub fn read_by(&mut self, untaken: impl IntoIterator<Item = Untaken>) {
+        self.timeline.untaken.extend(untaken);
     }
 
     /// The same; where the tractor truly is goes to `moments` at each scan of the first scanner that went to a taker.

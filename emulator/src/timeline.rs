@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::InFlight;
+use rowscan_ports::{Delivery, Untaken};
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use tokio::sync::Notify;
@@ -216,6 +216,8 @@ pub(crate) struct Timeline {
     pub(crate) stride: Option<Stride>,
     /// Who is told where the tractor truly is at the first scanner's scans.
     pub(crate) moments: Moments,
+    /// What clients of pseudo-terminals have not read: the end waits for them, too.
+    pub(crate) untaken: Vec<Untaken>,
 }
 
 impl Timeline {
@@ -365,13 +367,16 @@ impl Timeline {
         }
     }
 
-    /// Waits until what was handed over is written: on a paced clock not for who does not take it.
+    /// Waits until what was handed over is written, and read where that can be told: on a paced clock not for who does not take it.
     async fn drain(&mut self) {
         let mut pending = Vec::new();
         self.sources.iter().for_each(|source| source.in_flight(&mut pending));
         let written = async {
             for pending in &pending {
                 pending.flushed().await;
+            }
+            for untaken in &self.untaken {
+                untaken.taken().await;
             }
         };
         match self.clock.delivery() {

@@ -11,8 +11,6 @@ use rowscan_control::{Bench, Log, StateOf};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{LineWatch, Rig, SeenRig, StageRow, StartWhen, ViewError};
-use rowscan_ports::clock::within;
-use rowscan_ports::{Delivery, Untaken};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_recording::{About, Taps};
@@ -29,7 +27,6 @@ use super::faulting::{FaultArgs, Faulting};
 use super::files_apart::FilesApart;
 use super::interrupt::Interrupt;
 use super::line::LineArgs;
-use super::link_options::PARTING;
 use super::lockstep::{LockstepArgs, Ways};
 use super::output::say;
 use super::recorder::{self, RecordArgs, Taping};
@@ -149,7 +146,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     let watching = args.web.is_given().then(|| Watching::new(rig.clock()));
     let lines: Vec<LineWatch> = watching.iter().flat_map(|_| &fitted).map(|_| LineWatch::default()).collect();
     let outputs = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
-    let (mut running, mut sources, mut untaken) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut running, mut sources) = (Vec::new(), Vec::new());
     let stand = Stand {
         args: &args,
         stage: &stage,
@@ -163,7 +160,7 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
         let standing = stand.open(place, scanner, &mut rig).await?;
         running.push(standing.running);
         sources.extend(standing.source.map(|source| format!(" {source}")));
-        untaken.extend(standing.untaken);
+        rig.read_by(standing.untaken);
     }
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
@@ -195,19 +192,11 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     args.tell(&stage, &fitted, &sources);
     events::ready(args.format)?;
     let mut timeline = rig.run();
-    let ended = tokio::select! {
+    let failed = tokio::select! {
         () = interrupt.wait() => None,
         () = parent.gone() => None,
-        ended = timeline.ended() => Some(ended),
+        ended = timeline.ended() => ended.err(),
     };
-    if let Some(Ok(())) = ended {
-        tokio::select! {
-            () = interrupt.wait() => {}
-            () = parent.gone() => {}
-            () = read(&untaken, args.scale().delivery()) => {}
-        }
-    }
-    let failed = ended.and_then(Result::err);
     if let Some(faulting) = faulting {
         faulting.finish().await?;
     }
@@ -222,19 +211,6 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
             Ok(Outcome::Finding)
         }
         None => Ok(outcome),
-    }
-}
-
-/// Waits until the clients of pseudo-terminals have read what they were sent: where time does not wait for them, not for long.
-async fn read(untaken: &[Untaken], delivery: Delivery) {
-    let read = async {
-        for untaken in untaken {
-            untaken.taken().await;
-        }
-    };
-    match delivery {
-        Delivery::Patient => read.await,
-        Delivery::Paced => drop(within(PARTING, read).await),
     }
 }
 
