@@ -99,11 +99,11 @@ struct Blind {
     /// The first line of all, and the last.
     first: Option<Place>,
     last: Option<Place>,
-    /// The farthest line ahead, and the farthest behind, metres.
-    ahead_m: f64,
-    behind_m: f64,
-    /// The farthest line ahead that was used.
-    seen_m: Option<f64>,
+    /// Y of the farthest line ahead, and of the farthest behind, metres.
+    greatest_y_m: f64,
+    least_y_m: f64,
+    /// Y of the farthest line ahead that was used.
+    seen_y_m: Option<f64>,
     /// The last line before scans were left out, while they are.
     since: Option<Place>,
     metres: f64,
@@ -191,11 +191,11 @@ impl Gate {
     pub(crate) fn line(&mut self, why: Option<Exclusion>, y_m: f64, travel_s: f64, longest_m: f64) {
         let (here, blind) = (Place { y_m, travel_s }, &mut self.blind);
         if blind.first.is_none() {
-            (blind.first, blind.ahead_m, blind.behind_m) = (Some(here), y_m, y_m);
+            (blind.first, blind.greatest_y_m, blind.least_y_m) = (Some(here), y_m, y_m);
         }
         // What lies behind the first line is passed in reverse, and lines add nothing there.
-        blind.behind_m = blind.behind_m.min(y_m);
-        blind.ahead_m = blind.ahead_m.max(y_m);
+        blind.least_y_m = blind.least_y_m.min(y_m);
+        blind.greatest_y_m = blind.greatest_y_m.max(y_m);
         match why {
             Some(why) if why.blinds() => {
                 let before = blind.last.unwrap_or(here);
@@ -206,13 +206,13 @@ impl Gate {
                 // Telegrams may be lost without a word between two lines.
                 let is_told = blind.since.is_some();
                 if let Some(since) = blind.since.take().or(blind.last) {
-                    let way_m = y_m - blind.seen_m.map_or(since.y_m, |seen_m| since.y_m.max(seen_m));
+                    let way_m = y_m - blind.seen_y_m.map_or(since.y_m, |seen_y_m| since.y_m.max(seen_y_m));
                     if way_m > longest_m || is_told && longest_m == 0.0 {
                         blind.metres += way_m.max(0.0);
                         blind.seconds += travel_s - since.travel_s;
                     }
                 }
-                blind.seen_m = blind.seen_m.into_iter().chain([y_m]).reduce(f64::max);
+                blind.seen_y_m = blind.seen_y_m.into_iter().chain([y_m]).reduce(f64::max);
             }
         }
         blind.last = Some(here);
@@ -241,7 +241,7 @@ impl Gate {
 
     /// How far the row was passed in reverse behind the first line, metres; an encoder that stands may tremble by a few millimetres.
     pub(crate) fn behind_m(&self) -> f64 {
-        let behind_m = self.blind.first.map_or(0.0, |first| first.y_m - self.blind.behind_m);
+        let behind_m = self.blind.first.map_or(0.0, |first| first.y_m - self.blind.least_y_m);
         if behind_m > TREMBLE_M { behind_m } else { 0.0 }
     }
 
@@ -253,8 +253,8 @@ impl Gate {
         let open = blind.since.unwrap_or(last);
         let share =
             |blind: f64, open: f64, all: f64| (all > 0.0).then(|| ((blind + open) / all).clamp(0.0, 1.0));
-        let blind_m = blind.metres + (first.y_m - blind.behind_m);
-        share(blind_m, (last.y_m - open.y_m).max(0.0), blind.ahead_m - blind.behind_m)
+        let blind_m = blind.metres + (first.y_m - blind.least_y_m);
+        share(blind_m, (last.y_m - open.y_m).max(0.0), blind.greatest_y_m - blind.least_y_m)
             .or_else(|| share(blind.seconds, last.travel_s - open.travel_s, last.travel_s - first.travel_s))
             .unwrap_or(0.0)
     }

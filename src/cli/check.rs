@@ -8,6 +8,7 @@ use tokio::sync::watch;
 
 use super::check_jobs::Jobs;
 use super::check_page::CheckPage;
+use super::files_apart::place;
 use super::interrupt::Interrupt;
 use super::output::{can_be_written, print, printable, say, write_file};
 use super::web::WebArgs;
@@ -112,11 +113,9 @@ impl Args {
     /// Refuses a file of verdicts that could not be written, or that would take the place of a scenario.
     fn check_junit(&self) -> Result<(), Failure> {
         let Some(path) = &self.junit else { return Ok(()) };
-        let real = |path: &PathBuf| std::fs::canonicalize(path).ok();
-        let place = real(path);
-        if let Some(scenario) =
-            self.scenarios.iter().find(|scenario| place.is_some() && real(scenario) == place)
-        {
+        let written = place(path);
+        let is_written = |scenario: &&PathBuf| written.is_some() && place(scenario) == written;
+        if let Some(scenario) = self.scenarios.iter().find(is_written) {
             return Err(Failure::Usage(format!(
                 "--junit would overwrite the scenario {}: expected a file of its own, such as verdicts.xml, found {}",
                 scenario.display(),

@@ -32,7 +32,7 @@ impl FilesApart<'_> {
 }
 
 /// What the path leads to, or would; none of what is no file.
-fn place(path: &Path) -> Option<PathBuf> {
+pub(super) fn place(path: &Path) -> Option<PathBuf> {
     match path.canonicalize() {
         Ok(found) => found.is_file().then_some(found),
         Err(_) => {
