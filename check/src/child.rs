@@ -8,11 +8,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use regex_lite::Regex;
+use rowscan_ports::clock::within;
 use tokio::process::Command;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
-use crate::clock;
 use crate::journal::Journal;
 use crate::output::Output;
 
@@ -149,10 +149,10 @@ impl Child {
             Signal::Continue.send(self.group);
             // Its streams have ended. One that ends with them is let go: an interpreter that exits heeds no signal's handler any more, and
             // would be ended by the signal, now and then.
-            if clock::within(OWN_END, self.exited()).await.is_none() {
+            if within(OWN_END, self.exited()).await.is_none() {
                 Signal::Terminate.send(self.group);
             }
-            if clock::within(GRACE, self.exited()).await.is_none() {
+            if within(GRACE, self.exited()).await.is_none() {
                 Signal::Kill.send(self.group);
                 self.exited().await;
             }
@@ -160,7 +160,7 @@ impl Child {
         Signal::Kill.send(self.group);
         self.group = None;
         let tasks = &mut self.tasks;
-        let _ = clock::within(LAST_WORDS, async { while tasks.join_next().await.is_some() {} }).await;
+        let _ = within(LAST_WORDS, async { while tasks.join_next().await.is_some() {} }).await;
     }
 }
 

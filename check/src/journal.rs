@@ -3,11 +3,10 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rowscan_emulator::clock::SimClock;
+use rowscan_ports::clock::Stopwatch;
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
-
-use crate::clock::Stopwatch;
 
 /// The event that ends every run.
 pub(crate) const END: &str = "end";

@@ -4,13 +4,16 @@ use std::time::Duration;
 
 use rowscan_emulator::StageRow;
 use rowscan_faults::{At, Row};
+use rowscan_ports::clock::rest;
 
 use crate::child::Stopper;
-use crate::clock;
 use crate::fault::Pause;
 use crate::fault_desk::FaultDesk;
 use crate::journal::Journal;
 use crate::witness::Witness;
+
+/// Between two looks at whether a pause is due, host time.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// What a pause is timed by.
 pub(crate) struct Timing {
@@ -23,13 +26,13 @@ pub(crate) struct Timing {
 /// Waits for the pause's time and stops the child for as long as it says.
 pub(crate) async fn pause(pause: Pause, stopper: Stopper, timing: Timing) {
     while !is_due(&pause.at, &timing) {
-        clock::look_closely().await;
+        rest(LOOK_EVERY).await;
     }
     let Timing { journal, desk, .. } = timing;
     journal.note(pause.id.clone(), format!("host_pause of {:?}", pause.lasts));
     desk.has_begun(&pause.id);
     stopper.stop();
-    clock::rest(pause.lasts).await;
+    rest(pause.lasts).await;
     stopper.go_on();
     journal.note(format!("{}.end", pause.id), "");
     desk.has_ended(&pause.id);

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use regex_lite::Regex;
 use rowscan_emulator::{Hold, StageRow};
+use rowscan_ports::clock::{Stopwatch, rest};
 use rowscan_protocol::time::SimTime;
 use tokio::task::JoinSet;
 
 use crate::child::{Child, Start};
-use crate::clock::{self, Stopwatch};
 use crate::fault::{Pause, ScenarioFault};
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
@@ -21,6 +21,11 @@ use crate::rig::{self, Bench, Failure};
 use crate::scenario::{Mode, Ready, RunSpec, Scenario};
 use crate::truth;
 use crate::witness::Stream;
+
+/// Between two looks at the children and at time, host time.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// Between two looks at whether a child is ready, host time.
+const READY_EVERY: Duration = Duration::from_millis(10);
 
 /// A pattern's number in a child's output that says it is ready: beyond those of expectations.
 const READY: usize = usize::MAX;
@@ -207,7 +212,7 @@ async fn accompany(
     hold.release();
     let (mut last, mut since) = (journal.now(), Stopwatch::start());
     loop {
-        clock::look_again().await;
+        rest(LOOK_EVERY).await;
         desk.note();
         if !children.is_empty() && children.iter().all(|child| child.exit_code().is_some()) {
             return Ok(last_to_leave(journal));
@@ -345,6 +350,6 @@ async fn ready(
         if startup.elapsed() > limit {
             return Err(format!("`{}` was not ready within {limit:?} (`startup_wall_s`)", spec.id).into());
         }
-        clock::rest(Duration::from_millis(10)).await;
+        rest(READY_EVERY).await;
     }
 }

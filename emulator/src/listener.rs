@@ -5,11 +5,11 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 
 use rowscan_faults::{GatedListener, reset_on_drop};
+use rowscan_ports::clock::retry_pause;
 use rowscan_ports::{keep_alive, keep_near};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
 
-use crate::clock;
 use crate::connection;
 use crate::shared::Shared;
 
@@ -72,7 +72,7 @@ pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
                 Err(cause) => {
                     // Out of descriptors, most likely: the clients already here must not suffer for it.
                     tracing::warn!(%cause, "cannot accept");
-                    clock::breathe().await;
+                    retry_pause().await;
                 }
             },
             Some(_) = clients.join_next() => {}

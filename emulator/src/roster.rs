@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use tokio::sync::{Notify, mpsc};
 
-use crate::clock::Stopwatch;
 use rowscan_ports::Delivery;
+use rowscan_ports::clock::Stopwatch;
 use rowscan_ports::in_flight::Pending;
 
 /// Scan telegrams a client may lag behind where time waits for it: the clock is to stay near.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use rowscan_faults::StreamFaults;
 use rowscan_ports::Tally;
 use rowscan_ports::in_flight::InFlight;
+use rowscan_ports::latency::Latency;
 use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
 use rowscan_protocol::frame::Frame;
 use rowscan_protocol::telegram::Telegram;
@@ -14,7 +15,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
 
-use crate::clock::{Latency, SimClock, TimeScale, Timer};
+use crate::clock::{SimClock, TimeScale, Timer};
 use crate::faulted::DeviceFaults;
 use crate::line_change::LineChange;
 use crate::line_watch::LineWatch;

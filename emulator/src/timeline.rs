@@ -17,7 +17,7 @@ use rowscan_vehicle::Tractor;
 use tokio::sync::Notify;
 
 use crate::bus_output::BusOutput;
-use crate::clock::{self, Pacer, SimClock, Timer};
+use crate::clock::{Pacer, SimClock, Timer, yield_once};
 use crate::end::EndWhen;
 use crate::fault_source::FaultSource;
 use crate::firing::{Claim, Firing};
@@ -496,7 +496,7 @@ impl Timeline {
         self.moments.tell(first_scan, &self.tractor);
         if taken {
             // What was sent leaves before the next line is cast on the same thread.
-            clock::step_aside().await;
+            yield_once().await;
         }
         Ok(())
     }

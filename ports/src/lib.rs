@@ -4,6 +4,7 @@ pub mod clock;
 mod delivery;
 pub mod in_flight;
 mod keepalive;
+pub mod latency;
 mod link;
 mod name_lock;
 mod net;

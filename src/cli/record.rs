@@ -24,7 +24,8 @@ use super::{Failure, Format, Outcome};
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::nmea::{NmeaReceiver, NmeaSource};
 use rowscan_bus::{Bus, BusAddress, Inbox};
-use rowscan_emulator::clock::{SimClock, Stopwatch, TimeScale};
+use rowscan_emulator::clock::{SimClock, TimeScale};
+use rowscan_ports::clock::Stopwatch;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

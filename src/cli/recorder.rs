@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::foxglove::Language;
-use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps};
+use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps, WallClock};
 use tokio::sync::Notify;
 
 use super::output::{name_of, say};
 use super::{Failure, Outcome};
-use rowscan_emulator::clock;
+use rowscan_ports::clock::wall_clock_ns;
 
 /// `--record FILE`
 #[derive(Debug, clap::Args)]
@@ -100,7 +100,7 @@ pub(super) fn start(path: &Path, decoded: Decoded, about: About, waits: bool) ->
     let options = RecorderOptions { decoded, waits, about };
     let failed = Arc::new(Notify::new());
     let ring = Arc::clone(&failed);
-    let recorder = Recorder::start(path, options, clock::wall_clock(), move |error| {
+    let recorder = Recorder::start(path, options, WallClock::new(wall_clock_ns()), move |error| {
         say(format_args!("rowscan: {error}"));
         ring.notify_one();
     })?;

@@ -19,8 +19,8 @@ use super::tractor_outputs::{BusArgs, tell_news};
 use super::{Failure, Format};
 use rowscan_bus::nmea::{NmeaSource, SpeedReader};
 use rowscan_bus::sensors::CanopySensors;
-use rowscan_emulator::clock::{Lateness, quantile};
 use rowscan_ports::Delivery;
+use rowscan_ports::latency::{WakeLateness, quantile};
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]
@@ -75,7 +75,7 @@ pub(super) struct Sensors {
     gnss: Option<watch::Receiver<Option<f64>>>,
     /// One a source; empty unless the advance comes from recordings.
     recorded: Vec<RecordedSpeed>,
-    idle: Option<Lateness>,
+    idle: Option<WakeLateness>,
     _tasks: JoinSet<()>,
 }
 
@@ -137,7 +137,7 @@ impl SensorArgs {
             }
             None => None,
         };
-        let idle = self.latency.then(|| Lateness::watch(Duration::from_millis(20), &mut tasks));
+        let idle = self.latency.then(|| WakeLateness::watch(Duration::from_millis(20), &mut tasks));
         Ok(Sensors { advance: self.advance, can, gnss, recorded, idle, _tasks: tasks })
     }
 }

@@ -9,15 +9,16 @@ use common::replayed::{
     Packets, Replayed, connect, next_scan, played, recorded, replay, sent_by, subscribed, ticking, write,
 };
 use common::{bench, facts, raw_client};
-use rowscan_emulator::clock::{TimeScale, wall_clock};
+use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::replay::{Played, Survey, model_of};
 use rowscan_emulator::{Emulator, EmulatorConfig};
+use rowscan_ports::clock::wall_clock_ns;
 use rowscan_protocol::device::{Device, DialectPolicy, Identity, MeasuredLine, Session, scan_event};
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder, encode};
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model::{self, MODELS};
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side, Taps};
+use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side, Taps, WallClock};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
@@ -67,7 +68,8 @@ fn assert_same(name: &str, found: &[u8], expected: &[u8]) {
 /// What the recorder keeps, for a test on a frozen clock.
 fn recorder(path: &Path) -> Recorder {
     let options = RecorderOptions { decoded: Decoded::default(), waits: true, about: About::default() };
-    Recorder::start(path, options, wall_clock(), |error| panic!("{error}")).expect("it starts")
+    Recorder::start(path, options, WallClock::new(wall_clock_ns()), |error| panic!("{error}"))
+        .expect("it starts")
 }
 
 fn folder() -> (tempfile::TempDir, PathBuf, PathBuf) {

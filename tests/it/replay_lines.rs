@@ -11,10 +11,11 @@ use std::time::Duration;
 use common::replayed::{played, replay, sent_by};
 use common::small_scene;
 use rowscan_driver::{Connection, ConnectionEvent, DriverConfig, Scanner, Source};
-use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{Playback, Playhead, Survey, lms2xx_device_of, lms2xx_model_of};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, SerialConfig, SerialEmulator};
+use rowscan_ports::clock::wall_clock_ns;
 use rowscan_ports::{NetLine, Port, Pty, Wire};
 use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::frame::Dialect;
@@ -23,7 +24,7 @@ use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::lms2xx::{Rate, model as lms2xx_model};
 use rowscan_protocol::model::MODELS;
-use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side};
+use rowscan_recording::{About, Decoded, Recorder, RecorderOptions, Side, WallClock};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::task::JoinSet;
@@ -45,7 +46,8 @@ impl<S: AsyncRead + AsyncWrite + Unpin + Send> Stream for S {}
 
 fn recorder(path: &Path) -> Recorder {
     let options = RecorderOptions { decoded: Decoded::default(), waits: true, about: About::default() };
-    Recorder::start(path, options, wall_clock(), |error| panic!("{error}")).expect("it starts")
+    Recorder::start(path, options, WallClock::new(wall_clock_ns()), |error| panic!("{error}"))
+        .expect("it starts")
 }
 
 /// Both files' device bytes, as far as both go: either may hold scans that were on their way when its client left.

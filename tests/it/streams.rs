@@ -11,16 +11,17 @@ use common::small_scene;
 use rowscan_bus::nmea::{GnssEpochs, NmeaAddress, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusAddress};
-use rowscan_emulator::clock::{SimClock, TimeScale, Timer, wall_clock};
+use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{Playback, Played, Playhead, Survey, device_of, model_of};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player, Rig};
+use rowscan_ports::clock::wall_clock_ns;
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model;
 use rowscan_protocol::rig::Mount;
 use rowscan_protocol::telegram::Kind;
 use rowscan_recording::{
-    About, Decoded, FrameReader, Recorder, RecorderOptions, Recording, Side, StreamKind, Taps,
+    About, Decoded, FrameReader, Recorder, RecorderOptions, Recording, Side, StreamKind, Taps, WallClock,
 };
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{Instant, sleep_until};
@@ -32,7 +33,8 @@ const TICKS: Duration = Duration::from_millis(2);
 
 fn recorder(path: &Path) -> Recorder {
     let options = RecorderOptions { decoded: Decoded::default(), waits: true, about: About::default() };
-    Recorder::start(path, options, wall_clock(), |error| panic!("{error}")).expect("it starts")
+    Recorder::start(path, options, WallClock::new(wall_clock_ns()), |error| panic!("{error}"))
+        .expect("it starts")
 }
 
 /// Subscribes, and takes whatever comes.

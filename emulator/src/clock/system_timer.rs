@@ -94,7 +94,7 @@ impl Waiter {
     pub(super) async fn reach(&mut self, since_epoch: Duration) -> bool {
         let at = self.epoch.saturating_add(since_epoch);
         if monotonic() >= at {
-            super::step_aside().await;
+            super::yielding::yield_once().await;
             return true;
         }
         self.timer.shared.wait(at, &self.passed);

@@ -21,13 +21,14 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use rowscan_ports::clock::{self, Stopwatch};
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::Notify;
 
 pub use level::{Ack, AckError, OutputAck, OutputPort};
 
-use crate::clock::{self, SimClock, Stopwatch};
+use crate::clock::SimClock;
 use crate::steps::Steps;
 pub(crate) use bystanders::Bystanders;
 use looked::Looked;
@@ -38,6 +39,9 @@ use watch::Watch;
 
 /// Time between two looks that must find the same.
 const APART: Duration = Duration::from_micros(50);
+
+/// How long the clock only yields between two looks: the runtime's timer takes up to two milliseconds for one, a quarter of this.
+const YIELDING: Duration = Duration::from_millis(8);
 
 /// How a rig's clock waits for its participants.
 #[derive(Clone, Debug)]
@@ -193,7 +197,7 @@ impl Lockstep {
         async move {
             loop {
                 let never = std::future::pending::<()>();
-                if rowscan_ports::clock::within(deadline, never).await.is_none()
+                if clock::within(deadline, never).await.is_none()
                     && needed
                     && steps.taken() > 0
                     && !clock.is_paused()
@@ -213,7 +217,7 @@ impl Lockstep {
             }
         };
         let overdue = || self.overdue(at, "a peer's socket takes nothing more".to_owned());
-        rowscan_ports::clock::within(self.config.deadline, written).await.ok_or_else(overdue)
+        clock::within(self.config.deadline, written).await.ok_or_else(overdue)
     }
 
     /// Waits until the participants have taken in what one source has sent, as far as the kernel tells: so the order in which a participant
@@ -244,7 +248,9 @@ impl Lockstep {
                     let doing = self.watch.as_mut().map(Watch::describe).unwrap_or_default();
                     return Err(self.overdue(at, missing + &doing));
                 }
-                Looked::Missing(_) => clock::look_again(waited).await,
+                // At first only a yield, so that a fast peer costs little; then a millisecond, so that a slow one gets the processor.
+                Looked::Missing(_) if waited < YIELDING => tokio::task::yield_now().await,
+                Looked::Missing(_) => clock::rest(Duration::from_millis(1)).await,
             }
         }
     }

@@ -4,8 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::Pipeline;
-use rowscan_emulator::clock::Stopwatch;
-use rowscan_ports::clock;
+use rowscan_ports::clock::{self, Stopwatch};
 use rowscan_protocol::scan::Scan;
 use rowscan_web::{About, Gauges, ScannerGauge, Show};
 use tokio::task::JoinSet;

@@ -76,7 +76,7 @@ pub fn reading(time: Timespec) -> Duration {
 }
 
 pub fn quantile_ms(times: &[Duration], share: f64) -> f64 {
-    let time = rowscan_emulator::clock::quantile(&mut times.to_vec(), share);
+    let time = rowscan_ports::latency::quantile(&mut times.to_vec(), share);
     time.map_or(f64::NAN, |time| time.as_secs_f64() * 1e3)
 }
 

@@ -14,14 +14,15 @@ pub struct Clock {
 /// Every crate with a clock. What stands in none of these folders is sans I/O, or a tool.
 pub const CLOCKS: &[Clock] = &[
     Clock { name: "driver", folder: "driver/src/", file: "driver/src/clock.rs" },
-    Clock { name: "emulator", folder: "emulator/src/", file: "emulator/src/clock.rs" },
+    Clock { name: "emulator", folder: "emulator/src/", file: "emulator/src/clock/sim_clock.rs" },
     Clock { name: "faults", folder: "faults/src/", file: "faults/src/clock.rs" },
     Clock { name: "ports", folder: "ports/src/", file: "ports/src/clock.rs" },
     Clock { name: "check", folder: "check/src/", file: "check/src/clock.rs" },
     Clock { name: "control", folder: "control/src/", file: "control/src/clock.rs" },
     Clock { name: "web", folder: "web/src/", file: "web/src/clock.rs" },
     Clock { name: "python", folder: "python/src/", file: "python/src/wait.rs" },
-    // These two wait by the clock of `ports` and of `emulator` alone.
+    // These wait by the clock of `ports` alone.
+    Clock { name: "bench", folder: "bench/src/", file: "" },
     Clock { name: "bus", folder: "bus/src/", file: "" },
     Clock { name: "rowscan", folder: "src/", file: "" },
 ];
