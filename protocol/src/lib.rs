@@ -41,7 +41,7 @@
 //! - bytes to telegrams and back: `frame`, `telegram`, `visit`; the classic LMS2xx on a serial line: `lms2xx`
 //! - sessions without I/O: `client::ColaClient`, `device::Device`; over sockets and serial lines:
 //!   [`rowscan-driver`](https://docs.rs/rowscan-driver), [`rowscan-emulator`](https://docs.rs/rowscan-emulator)
-//! - the examples `parse_telegram`, `cola_a_and_b`, `lms2xx_frame` and `session_without_io`; `tests/examples.rs` runs them
+//! - the examples `parse_telegram`, `cola_a_and_b`, `lms2xx_frame` and `session_without_io`; `tests/it/examples.rs` runs them
 //!
 //! # Features
 //! - `telegrams` (default): frames, telegrams, scanner models, sessions. Without it only the meaning is left ([`scan`], [`angle`], [`optics`], [`random`], [`rig`],

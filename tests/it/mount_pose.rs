@@ -10,7 +10,7 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
 use rowscan_protocol::rig::{Mount, Orientation, RowSide};
 use rowscan_protocol::scan::Scan;
-use rowscan_scenes::caster::brute;
+use rowscan_scenes::caster::brute::Oracle;
 use rowscan_scenes::{Scene, TrueMount};
 use rowscan_study::trial::Trial;
 
@@ -41,7 +41,7 @@ fn every_beam_goes_where_the_signs_say_on_either_side() {
     let left = Mount { row: RowSide::Left, ..up.clone() };
     for (mount, side) in [(askew, 1.0), (up, 1.0), (left, -1.0)] {
         let (stage, scan) = standing(sat(mount.clone()));
-        let axes = mount.attitude().axes();
+        let (oracle, axes) = (Oracle::new(&stage.orchard), mount.attitude().axes());
         let mut met = 0;
         for beam in (0..scan.beams.len()).step_by(7) {
             let (sin, cos) = mount.theta_deg(scan.beams.angle_deg(beam)).to_radians().sin_cos();
@@ -49,7 +49,7 @@ fn every_beam_goes_where_the_signs_say_on_either_side() {
             let seen = scan.echoes[0].range_m[beam];
             // The first row is at X = 0; the scanner that looks left drives on its other side.
             let from = [-side * mount.distance_m, 1.7 + mount.offset_y_m, mount.height_m];
-            let expected = brute::ray(&stage.orchard, from, [side * x, y, z]).range_m;
+            let expected = oracle.ray(from, [side * x, y, z]).range_m;
             let missed = seen.is_infinite() && !(0.5..=20.0).contains(&expected);
             assert!(missed || (seen - expected).abs() < 0.0011, "beam {beam}: {seen}, expected {expected}");
             met += usize::from(seen.is_finite());

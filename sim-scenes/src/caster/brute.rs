@@ -14,74 +14,156 @@ const EDGE_ON: f64 = 1e-12;
 /// As far as a ray is followed, metres: period images beyond are not looked at.
 const FARTHEST_M: f64 = 1000.0;
 
-/// What [`super::Caster::cast`] gives, one ray at a time.
-pub fn cast(orchard: &Orchard, origin: Pose, fan: &BeamFan) -> Vec<Return> {
-    let beams = Beams::from(fan.clone());
-    beams.rays(origin).map(|(start, direction)| ray(orchard, start, direction)).collect()
+/// An orchard as the oracle asks it: every organ by itself, with the sphere it lies in. A ray that passes the sphere of an organ passes the organ.
+pub struct Oracle<'a> {
+    orchard: &'a Orchard,
+    organs: Vec<Organ>,
+    /// A sphere around each [`GROUP`] of organs; neighbours in a tree's list are neighbours in its crown.
+    groups: Vec<Sphere>,
 }
 
-/// The nearest surface along any ray: leaf, wood, or the ground. `direction` is a unit vector.
-pub fn ray(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Return {
-    surfaces(orchard, origin, direction).first().copied().unwrap_or(Return::MISS)
+/// Organs that share a sphere.
+const GROUP: usize = 32;
+
+/// What lies in it is missed by every ray that misses it.
+#[derive(Clone, Copy)]
+struct Sphere {
+    middle: DVec3,
+    radius: f64,
 }
 
-/// What [`super::Layers::leaves`] gives of any ray: the first `k` leaves before the first wood and the ground.
-pub fn leaves(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3], k: usize) -> Vec<Return> {
-    let all = surfaces(orchard, origin, direction);
-    all.into_iter().take_while(|hit| hit.class == Class::Leaf).take(k).collect()
+impl Sphere {
+    fn around(spheres: impl Iterator<Item = Self> + Clone) -> Self {
+        let low = spheres.clone().fold(DVec3::INFINITY, |low, one| low.min(one.middle - one.radius));
+        let high = spheres.clone().fold(DVec3::NEG_INFINITY, |high, one| high.max(one.middle + one.radius));
+        let middle = (low + high) / 2.0;
+        let radius = spheres.map(|one| one.middle.distance(middle) + one.radius).fold(0.0, f64::max);
+        Self { middle, radius }
+    }
+
+    /// True if the ray misses it and all its images. They differ in Y only, so they are one circle when seen along Y.
+    fn beside(&self, o: DVec3, d: DVec3) -> bool {
+        let (across, flat) = (d.with_y(0.0), (self.middle - o).with_y(0.0));
+        flat.cross(across).length() > self.radius * across.length()
+    }
 }
 
-/// All surfaces along a ray, each organ once, nearest first.
-fn surfaces(orchard: &Orchard, origin: [f64; 3], direction: [f64; 3]) -> Vec<Return> {
-    let (o, d) = (DVec3::from_array(origin), DVec3::from_array(direction));
-    let mut found: Vec<Return> = ground(o, d, orchard.ground().plane_m).into_iter().collect();
-    let mut offer = |hit: Option<(f64, f64)>, class, tree, organ| {
-        if let Some((range_m, cos)) = hit {
-            found.push(Return { range_m, class, tree, organ, cos_incidence: cos as f32 });
-        }
-    };
-    for (tree, organs) in (0..).zip(orchard.trees()) {
-        for (organ, leaf) in (0..).zip(&organs.leaves) {
-            let ys = leaf.outline().iter().map(|[_, y, _]| *y);
-            let (low, high) =
-                (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
-            for start in images(o, d, low, high, orchard) {
-                offer(meet_leaf(leaf, start, d), Class::Leaf, tree, organ);
+/// One surface of the orchard.
+struct Organ {
+    shape: Shape,
+    class: Class,
+    tree: u32,
+    organ: u32,
+    sphere: Sphere,
+}
+
+enum Shape {
+    Polygon(Leaf),
+    Cylinder(Cylinder),
+}
+
+impl Organ {
+    fn new(shape: Shape, class: Class, tree: u32, organ: u32) -> Self {
+        let (middle, radius) = match &shape {
+            Shape::Polygon(polygon) => {
+                let corners = || polygon.outline().iter().map(|corner| DVec3::from_array(*corner));
+                let low = corners().fold(DVec3::INFINITY, DVec3::min);
+                let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+                let middle = (low + high) / 2.0;
+                (middle, corners().map(|corner| corner.distance(middle)).fold(0.0, f64::max))
+            }
+            Shape::Cylinder(piece) => {
+                let (base, tip) = (DVec3::from_array(piece.base()), DVec3::from_array(piece.tip()));
+                ((base + tip) / 2.0, (base.distance(tip) / 2.0).hypot(piece.radius_m()))
+            }
+        };
+        let sphere = Sphere { middle, radius: radius * (1.0 + 1e-9) + 1e-9 };
+        Self { shape, class, tree, organ, sphere }
+    }
+
+    /// Range and |d·n| of every image that the ray meets.
+    fn met(&self, o: DVec3, d: DVec3, period_m: f64) -> impl Iterator<Item = (f64, f64)> {
+        let Sphere { middle, radius } = self.sphere;
+        let first =
+            if self.sphere.beside(o, d) { None } else { Some(images(o, d, middle.y, radius, period_m)) };
+        first.into_iter().flatten().filter_map(move |start| {
+            if (middle - start).cross(d).length() > radius {
+                return None;
+            }
+            match &self.shape {
+                Shape::Polygon(polygon) => meet_leaf(polygon, start, d),
+                Shape::Cylinder(piece) => meet_cylinder(piece, start, d),
+            }
+        })
+    }
+}
+
+impl<'a> Oracle<'a> {
+    /// Of this orchard.
+    pub fn new(orchard: &'a Orchard) -> Self {
+        let mut organs = Vec::new();
+        for (tree, grown) in (0..).zip(orchard.trees()) {
+            let mut add =
+                |shape, class, organ: usize| organs.push(Organ::new(shape, class, tree, organ as u32));
+            for (organ, leaf) in grown.leaves.iter().enumerate() {
+                add(Shape::Polygon(leaf.clone()), Class::Leaf, organ);
+            }
+            for (organ, facet) in (grown.wood.len()..).zip(&grown.facets) {
+                add(Shape::Polygon(facet.polygon.clone()), Class::from(facet.surface), organ);
+            }
+            for (organ, piece) in grown.wood.iter().enumerate() {
+                add(Shape::Cylinder(piece.clone()), Class::Wood, organ);
             }
         }
-        for (organ, facet) in (organs.wood.len() as u32..).zip(&organs.facets) {
-            let class = Class::from(facet.surface);
-            let ys = facet.polygon.outline().iter().map(|[_, y, _]| *y);
-            let (low, high) =
-                (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
-            for start in images(o, d, low, high, orchard) {
-                offer(meet_leaf(&facet.polygon, start, d), class, tree, organ);
-            }
+        for (organ, support) in (0..).zip(orchard.supports()) {
+            let shape = Shape::Cylinder(support.shape.clone());
+            organs.push(Organ::new(shape, Class::from(support.kind), Return::NO_LABEL, organ));
         }
-        for (organ, piece) in (0..).zip(&organs.wood) {
-            let (a, b, r) = (piece.base()[1], piece.tip()[1], piece.radius_m());
-            for start in images(o, d, a.min(b) - r, a.max(b) + r, orchard) {
-                offer(meet_cylinder(piece, start, d), Class::Wood, tree, organ);
-            }
+        for facet in &orchard.ground().facets {
+            let (shape, class) = (Shape::Polygon(facet.polygon.clone()), Class::from(facet.surface));
+            organs.push(Organ::new(shape, class, Return::NO_LABEL, Return::NO_LABEL));
         }
+        let groups = organs
+            .chunks(GROUP)
+            .map(|group| Sphere::around(group.iter().map(|organ| organ.sphere)))
+            .collect();
+        Self { orchard, organs, groups }
     }
-    for (organ, support) in (0..).zip(orchard.supports()) {
-        let (a, b, r) = (support.shape.base()[1], support.shape.tip()[1], support.shape.radius_m());
-        let class = Class::from(support.kind);
-        for start in images(o, d, a.min(b) - r, a.max(b) + r, orchard) {
-            offer(meet_cylinder(&support.shape, start, d), class, Return::NO_LABEL, organ);
-        }
+
+    /// What [`super::Caster::cast`] gives, one ray at a time.
+    pub fn cast(&self, origin: Pose, fan: &BeamFan) -> Vec<Return> {
+        let beams = Beams::from(fan.clone());
+        beams.rays(origin).map(|(start, direction)| self.ray(start, direction)).collect()
     }
-    for facet in &orchard.ground().facets {
-        let ys = facet.polygon.outline().iter().map(|[_, y, _]| *y);
-        let (low, high) = (ys.clone().fold(f64::INFINITY, f64::min), ys.fold(f64::NEG_INFINITY, f64::max));
-        for start in images(o, d, low, high, orchard) {
-            let class = Class::from(facet.surface);
-            offer(meet_leaf(&facet.polygon, start, d), class, Return::NO_LABEL, Return::NO_LABEL);
-        }
+
+    /// The nearest surface along any ray: leaf, wood, or the ground. `direction` is a unit vector.
+    pub fn ray(&self, origin: [f64; 3], direction: [f64; 3]) -> Return {
+        self.surfaces(origin, direction).first().copied().unwrap_or(Return::MISS)
     }
-    found.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));
-    found
+
+    /// What [`super::Layers::leaves`] gives of any ray: the first `k` leaves before the first wood and the ground.
+    pub fn leaves(&self, origin: [f64; 3], direction: [f64; 3], k: usize) -> Vec<Return> {
+        let all = self.surfaces(origin, direction);
+        all.into_iter().take_while(|hit| hit.class == Class::Leaf).take(k).collect()
+    }
+
+    /// All surfaces along a ray, each organ's images once, nearest first.
+    fn surfaces(&self, origin: [f64; 3], direction: [f64; 3]) -> Vec<Return> {
+        let (o, d) = (DVec3::from_array(origin), DVec3::from_array(direction));
+        let mut found: Vec<Return> = ground(o, d, self.orchard.ground().plane_m).into_iter().collect();
+        let near = self.organs.chunks(GROUP).zip(&self.groups).filter(|(_, group)| !group.beside(o, d));
+        for organ in near.flat_map(|(organs, _)| organs) {
+            found.extend(organ.met(o, d, self.orchard.length_m()).map(|(range_m, cos)| Return {
+                range_m,
+                class: organ.class,
+                tree: organ.tree,
+                organ: organ.organ,
+                cos_incidence: cos as f32,
+            }));
+        }
+        found.sort_by(|a, b| a.range_m.total_cmp(&b.range_m));
+        found
+    }
 }
 
 fn ground(o: DVec3, d: DVec3, plane_m: f64) -> Option<Return> {
@@ -93,10 +175,10 @@ fn ground(o: DVec3, d: DVec3, plane_m: f64) -> Option<Return> {
     })
 }
 
-/// The origin moved by every whole number of periods for which the ray may come near Y from `low` to `high`.
-fn images(o: DVec3, d: DVec3, low: f64, high: f64, orchard: &Orchard) -> impl Iterator<Item = DVec3> {
+/// The origin moved by every whole number of periods for which the ray may come within `radius` of `y`.
+fn images(o: DVec3, d: DVec3, y: f64, radius: f64, period: f64) -> impl Iterator<Item = DVec3> {
+    let (low, high) = (y - radius, y + radius);
     let (near, far) = (o.y.min(o.y + d.y * FARTHEST_M), o.y.max(o.y + d.y * FARTHEST_M));
-    let period = orchard.length_m();
     let periods = if period.is_finite() {
         ((near - high) / period - 1e-9).ceil() as i64..=((far - low) / period + 1e-9).floor() as i64
     } else {

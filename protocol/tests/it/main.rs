@@ -1,0 +1,34 @@
+//! The crate's tests in one binary, one module a subject.
+#![cfg(feature = "telegrams")]
+#![allow(
+    missing_docs,
+    unreachable_pub,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it skips"
+)]
+
+mod bench;
+mod facts;
+
+mod conditions;
+mod device;
+mod examples;
+mod frames;
+mod last_tells;
+mod listening;
+mod lms2xx;
+mod lms2xx_host;
+mod lms2xx_listing;
+mod lms2xx_start_ups;
+mod mutated_frames;
+mod pair;
+mod properties;
+mod published_telegrams;
+mod recorded_telegrams;
+mod recorded_times;
+mod refusals;
+mod scan_faults;
+mod settings;

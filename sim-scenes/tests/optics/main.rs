@@ -1,9 +1,0 @@
-//! The device's eye against closed forms, true cone rays, and what real devices were recorded doing.
-
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod air;
-mod bench;
-mod device;
-mod noise;
-mod spot;
