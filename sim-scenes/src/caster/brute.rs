@@ -112,11 +112,11 @@ impl<'a> Oracle<'a> {
                 add(Shape::Polygon(facet.polygon.clone()), Class::from(facet.surface), organ);
             }
             for (organ, piece) in grown.wood.iter().enumerate() {
-                add(Shape::Cylinder(piece.clone()), Class::Wood, organ);
+                add(Shape::Cylinder(*piece), Class::Wood, organ);
             }
         }
         for (organ, support) in (0..).zip(orchard.supports()) {
-            let shape = Shape::Cylinder(support.shape.clone());
+            let shape = Shape::Cylinder(support.shape);
             organs.push(Organ::new(shape, Class::from(support.kind), Return::NO_LABEL, organ));
         }
         for facet in &orchard.ground().facets {
