@@ -47,10 +47,10 @@ impl CanopySensors {
     }
 
     /// Sensor `number` has worked in a scan taken at `at`: says what is due.
-    pub async fn tell(&self, number: usize, at: SimTime, pipeline: &Pipeline, row_spacing_m: Option<f64>) {
+    pub async fn tell(&self, number: usize, at: SimTime, pipeline: &Pipeline) {
         let told = |speaker: &mut Speaker| {
             speaker.now = at;
-            speaker.ecu.tell(at, pipeline, row_spacing_m, &mut speaker.frames);
+            speaker.ecu.tell(at, pipeline, &mut speaker.frames);
         };
         self.with(number, told).await;
     }
@@ -160,7 +160,7 @@ mod tests {
         let pipeline = Pipeline::new(None, 0, None).unwrap();
         for ms in [300, 400] {
             for number in 0..2 {
-                sensors.tell(number, SimTime(ms * MS), &pipeline, None).await;
+                sensors.tell(number, SimTime(ms * MS), &pipeline).await;
             }
         }
         assert_eq!(sensors.part(Duration::from_secs(10)).await, (0, true));

@@ -2,6 +2,8 @@
 //!
 //! A window is the last `CELLS` tenths of a metre of row, the one being driven included; it moves on a tenth at a time. Memory is fixed.
 
+use crate::leaf::{LeafWindow, Withheld};
+
 /// Bands of height.
 pub const BANDS: usize = 8;
 /// Height of a band, metres; the highest holds what is above it too.
@@ -12,7 +14,7 @@ const CELL_M: f64 = 0.1;
 const CELLS: usize = 5;
 
 /// A stretch of canopy.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Metres of row scanned in it.
     pub length_m: f64,
@@ -22,6 +24,15 @@ pub struct Window {
     pub height_m: Option<f64>,
     /// Volume between the outline of the side seen and the row axis, m³.
     pub volume_m3: f64,
+    /// The leaf area of the last whole slices, or why it is not told.
+    pub leaf: Result<LeafWindow, Withheld>,
+}
+
+impl Default for Window {
+    fn default() -> Self {
+        let leaf = Err(Withheld::NotScanned);
+        Self { length_m: 0.0, bands_m2: [0.0; BANDS], height_m: None, volume_m3: 0.0, leaf }
+    }
 }
 
 impl Window {
@@ -35,20 +46,29 @@ impl Window {
         (self.length_m > 0.0).then(|| quantity / self.length_m)
     }
 
-    fn add(&mut self, other: &Self) {
-        self.length_m += other.length_m;
-        for (band, more) in self.bands_m2.iter_mut().zip(other.bands_m2) {
+    fn add(&mut self, cell: &Tenth) {
+        self.length_m += cell.length_m;
+        for (band, more) in self.bands_m2.iter_mut().zip(cell.bands_m2) {
             *band += more;
         }
-        self.height_m = self.height_m.into_iter().chain(other.height_m).reduce(f64::max);
-        self.volume_m3 += other.volume_m3;
+        self.height_m = self.height_m.into_iter().chain(cell.height_m).reduce(f64::max);
+        self.volume_m3 += cell.volume_m3;
     }
+}
+
+/// A tenth of a metre of row.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tenth {
+    length_m: f64,
+    bands_m2: [f64; BANDS],
+    height_m: Option<f64>,
+    volume_m3: f64,
 }
 
 /// Fills windows, line by line.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recent {
-    cells: [Window; CELLS],
+    cells: [Tenth; CELLS],
     key: i64,
     /// Depth of the canopy before the row axis by height, in the open cell: metres.
     depth_m: [f64; BANDS],
@@ -65,7 +85,7 @@ impl Recent {
         }
         for _ in 0..passed {
             self.cells.rotate_right(1);
-            self.open(|cell| *cell = Window::default());
+            self.open(|cell| *cell = Tenth::default());
         }
         self.open(|cell| cell.length_m += weight_m);
     }
@@ -94,7 +114,7 @@ impl Recent {
         window
     }
 
-    fn open(&mut self, change: impl FnOnce(&mut Window)) {
+    fn open(&mut self, change: impl FnOnce(&mut Tenth)) {
         let [open, ..] = &mut self.cells;
         change(open);
     }

@@ -238,8 +238,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let (scans_sent, scans_dropped) = emulator.counts();
     let outcomes = Outcomes {
-        leaf_area_error: error(found.leaf_area_m2),
-        leaf_area_regression_error: error(found.leaf_area_regression_m2),
+        leaf_area_error: error(found.leaf.areas.best_m2().ok()),
+        leaf_area_regression_error: error(found.leaf.areas.regression_m2().ok()),
         estimate: found,
         truth,
         seed: stage.scene.seed,
@@ -322,16 +322,16 @@ fn trees(outcomes: &Outcomes) -> String {
     for (found, real) in estimate.trees.iter().zip(&truth.trees) {
         // What the estimator can know is the leaf area between a tree's borders, whoever's leaves they are.
         let leaf_area_m2 = real.cell_leaf_area_m2;
-        let error = found.leaf_area_m2.zip(leaf_area_m2).map(|(found, real)| (found - real) / real);
+        let error = found.leaf.best_m2().ok().zip(leaf_area_m2).map(|(found, real)| (found - real) / real);
         table.add_row([
             number(Some(found.tree.into()), 0),
             number(Some(found.y_m), 2),
             number(Some(found.impacted_total_area_m2), 3),
-            number(found.leaf_area_regression_m2, 2),
-            number(found.leaf_area_contact_m2, 2),
+            number(found.leaf.regression_m2().ok(), 2),
+            number(found.leaf.contact_m2().ok(), 2),
             number(leaf_area_m2, 2),
             percent(error),
-            number(found.lai, 2),
+            number(found.leaf.lai().ok(), 2),
             number(real.cell_lai(), 2),
             number(found.height_m, 2),
             number(Some(real.height_m), 2),
@@ -341,11 +341,11 @@ fn trees(outcomes: &Outcomes) -> String {
         Cell::new("row"),
         Cell::new(""),
         number(estimate.impacted_total_area_m2, 3),
-        number(estimate.leaf_area_regression_m2, 2),
-        number(estimate.leaf_area_contact_m2, 2),
+        number(estimate.leaf.areas.regression_m2().ok(), 2),
+        number(estimate.leaf.areas.contact_m2().ok(), 2),
         number(Some(truth.leaf_area_m2), 2),
         percent(outcomes.leaf_area_error),
-        number(estimate.lai, 2),
+        number(estimate.leaf.areas.lai().ok(), 2),
         number(truth.lai, 2),
         Cell::new(""),
         Cell::new(""),
@@ -373,8 +373,8 @@ fn facts(outcomes: &Outcomes) -> String {
          took                  {:.1} s for {:.1} m of row\n",
         percent(outcomes.leaf_area_error),
         percent(outcomes.leaf_area_regression_error),
-        ends(estimate.leaf_area_interval_m2),
-        ends(estimate.leaf_area_sampling_error_m2),
+        ends(estimate.leaf.interval_m2),
+        ends(estimate.leaf.sampling_error_m2),
         estimate.scans,
         outcomes.scans_sent,
         estimate.scans_lost,
