@@ -149,7 +149,11 @@ mod tests {
         let met = scan.echoes[0].range_m.iter().filter(|range_m| range_m.is_finite()).count();
         assert!((last[0].unwrap() - wall_m2(met as f64)).abs() < 0.02, "{last:?}");
         assert!((last[4].unwrap() - 2.0).abs() < 0.03, "{last:?}");
-        assert_eq!((last[1], last[3], last[6]), (None, None, Some(0.0)), "a wall has no leaves; constant speed");
+        assert_eq!(
+            (last[1], last[3], last[6]),
+            (None, None, Some(0.0)),
+            "a wall has no leaves; constant speed"
+        );
         let status = LEAF_STATUS.decode(of(&LEAF_STATUS).last().unwrap().data());
         assert_eq!(status, [Some(f64::from(Withheld::NoFoliage.number())), None, None, None]);
         let bands = IMPACTED_BANDS.decode(of(&IMPACTED_BANDS).last().unwrap().data());

@@ -91,4 +91,3 @@ pub(crate) fn density(voxel: &Voxel, min_beams: u32) -> Option<f64> {
     let unbiased = 1.0 - 0.5 / f64::from(voxel.beams.max(1));
     Some(voxel.contact_frequency(min_beams)? * unbiased)
 }
-

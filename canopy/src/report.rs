@@ -2,9 +2,7 @@
 
 use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
 use crate::class::{Compared, Holds, Look, RowClass, Standing};
-use crate::estimate::{
-    ContactReport, Estimate, MountReport, RangeStatistics, SliceEstimate, TreeEstimate,
-};
+use crate::estimate::{ContactReport, Estimate, MountReport, RangeStatistics, SliceEstimate, TreeEstimate};
 use crate::estimator::Measure;
 use crate::gate::Gate;
 use crate::leaf::{Count, Law, LeafAreas, RangedAreas, RowLeaf, Sums, Withheld};
@@ -252,7 +250,8 @@ fn row(
         refused.1 += u32::from(ranged.regression.is_some_and(|regression| regression.refused()));
         let complete = cell.complete(spacing_m);
         let leaf = law.areas(&Sums::from(cell), if complete { spacing_m } else { cell.scanned_m });
-        let measures = pass.row.tree_measures(cell.index).iter().map(|measure| measure.told(leaves)).collect();
+        let measures =
+            pass.row.tree_measures(cell.index).iter().map(|measure| measure.told(leaves)).collect();
         let listed = tree(cell, leaf, spacing_m);
         estimate.trees.extend(listed.map(|tree| TreeEstimate { measures, ..tree }));
     }

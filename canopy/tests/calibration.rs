@@ -331,7 +331,12 @@ fn a_calibration_scales_the_contact_and_gives_no_leaves_to_a_gap() {
     let k = calibration.contact.k;
     let found = calibrated(calibration, &orchard_rig());
     assert_eq!(found.leaf.regression, Some(RegressionKind::Linear));
-    assert!(relative(found.leaf.areas.best_m2().ok().unwrap(), k * found.leaf.areas.contact_raw_m2().ok().unwrap()) < 1e-12);
+    assert!(
+        relative(
+            found.leaf.areas.best_m2().ok().unwrap(),
+            k * found.leaf.areas.contact_raw_m2().ok().unwrap()
+        ) < 1e-12
+    );
     assert_eq!(found.leaf.areas.best_m2().ok(), found.leaf.areas.contact_m2().ok());
     // `a` = 1 m²/m must not reach the gap.
     let gap = &found.trees[1];
@@ -384,7 +389,10 @@ fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
     assert!(outside.leaf.areas.regression_m2().ok().unwrap() > 0.0);
 
     let far = calibrated(around(impacted / 10.0, contact / 10.0), &orchard_rig());
-    assert_eq!((far.leaf.areas.regression_m2().ok(), far.leaf.areas.best_m2().ok(), far.leaf.areas.lai().ok()), (None, None, None));
+    assert_eq!(
+        (far.leaf.areas.regression_m2().ok(), far.leaf.areas.best_m2().ok(), far.leaf.areas.lai().ok()),
+        (None, None, None)
+    );
     assert_eq!(far.trees[0].leaf.best_m2().ok(), None);
     assert!(far.leaf.areas.contact_raw_m2().ok().unwrap() > 0.0);
     assert!(warnings(&far).contains(&"refused") && warnings(&far).contains(&"trees_refused"));

@@ -68,12 +68,18 @@ fn lai_is_leaf_area_over_ground_by_row_and_by_tree() {
     // 2.5 m² of leaf a metre of row and m²/m³; 3 m²/m³ on 4 m of row spacing: LAI 1.875.
     let found = estimate_with(&rig(), parameters(), &turbid(1.0, 3.0, 375, 5));
     let expected = 3.0 * HIGH_M / 4.0;
-    assert!(relative(found.leaf.areas.lai().ok().unwrap(), expected) < 0.02, "{:?}", found.leaf.areas.lai().ok());
+    assert!(
+        relative(found.leaf.areas.lai().ok().unwrap(), expected) < 0.02,
+        "{:?}",
+        found.leaf.areas.lai().ok()
+    );
     assert_eq!(found.trees.len(), 5);
     for tree in &found.trees {
         assert!(tree.complete);
         assert!(relative(tree.leaf.lai().ok().unwrap(), expected) < 0.04, "{tree:?}");
-        assert!(relative(tree.leaf.best_m2().ok().unwrap(), tree.leaf.lai().ok().unwrap() * 1.5 * 4.0) < 1e-12);
+        assert!(
+            relative(tree.leaf.best_m2().ok().unwrap(), tree.leaf.lai().ok().unwrap() * 1.5 * 4.0) < 1e-12
+        );
     }
     let of_trees: f64 = found.trees.iter().filter_map(|t| t.leaf.best_m2().ok()).sum();
     let of_slices: f64 = found.slices.iter().filter_map(|s| s.leaf.best_m2().ok()).sum();

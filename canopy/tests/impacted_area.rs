@@ -148,7 +148,14 @@ fn a_wall_has_an_impacted_area_and_no_leaves() {
     let found = estimate(&orchard_rig(), &scans);
     let why = found.warnings.iter().find(|warning| warning.code() == "no_foliage").expect("no foliage");
     assert!(why.to_string().contains("100 % of the hits stand denser than any foliage"), "{why}");
-    assert_eq!((found.leaf.areas.best_m2().ok(), found.leaf.areas.contact_raw_m2().ok(), found.leaf.areas.lai().ok()), (None, None, None));
+    assert_eq!(
+        (
+            found.leaf.areas.best_m2().ok(),
+            found.leaf.areas.contact_raw_m2().ok(),
+            found.leaf.areas.lai().ok()
+        ),
+        (None, None, None)
+    );
     assert!(
         found.impacted_total_area_m2 > Some(10.0)
             && found.trees.iter().all(|tree| tree.leaf.best_m2().ok().is_none())
@@ -159,7 +166,10 @@ fn a_wall_has_an_impacted_area_and_no_leaves() {
         if dice < 0.25 { banded_wall(distance_m + 0.1)(y_m, theta) } else { NO_ECHO }
     };
     let found = estimate(&orchard_rig(), &drive(&orchard_rig(), lms111(), 50, 301, sparse));
-    assert!(found.leaf.areas.best_m2().ok() > Some(1.0) && found.contact.is_some_and(|contact| contact.too_dense == 0.0));
+    assert!(
+        found.leaf.areas.best_m2().ok() > Some(1.0)
+            && found.contact.is_some_and(|contact| contact.too_dense == 0.0)
+    );
 }
 
 #[test]

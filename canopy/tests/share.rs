@@ -156,8 +156,10 @@ fn shares_see_what_rays_see_whatever_a_beam_holds() {
         let scans = beams_of_rays(thick_m, density, 300, 7);
         let found = estimated(reading(), None, &scans);
         let truth = density * thick_m * HIGH_M * found.scanned_m.unwrap();
-        let (share, contact) =
-            (found.leaf.areas.share_raw_m2().ok().unwrap() / truth, found.leaf.areas.contact_raw_m2().ok().unwrap() / truth);
+        let (share, contact) = (
+            found.leaf.areas.share_raw_m2().ok().unwrap() / truth,
+            found.leaf.areas.contact_raw_m2().ok().unwrap() / truth,
+        );
         assert!((share - 1.0).abs() < 0.1, "{thick_m} m of {density}: {share}");
         assert!(contact > 2.0, "any of {RAYS} rays is a hit: {contact}");
     }
@@ -176,7 +178,8 @@ fn a_beam_that_is_all_rays_or_none_is_a_ray() {
         *remission = range_m.iter().map(of).collect();
     }
     let found = estimated(reading(), None, &scans);
-    let (share, contact) = (found.leaf.areas.share_raw_m2().ok().unwrap(), found.leaf.areas.contact_raw_m2().ok().unwrap());
+    let (share, contact) =
+        (found.leaf.areas.share_raw_m2().ok().unwrap(), found.leaf.areas.contact_raw_m2().ok().unwrap());
     // Ranges are told apart by 0.1 m; the contact frequency takes the bias of few beams off.
     assert!(relative(share, contact) < 0.03, "{share} {contact}");
 }
@@ -201,7 +204,10 @@ fn a_card_that_was_measured_is_as_good_as_the_curve_it_was_measured_on() {
     let by_card = estimated(Parameters { remission: Some(measured), ..reading() }, None, &scans);
     let by_model = estimated(reading(), None, &scans);
     assert!(
-        relative(by_card.leaf.areas.share_raw_m2().ok().unwrap(), by_model.leaf.areas.share_raw_m2().ok().unwrap()) < 1e-3
+        relative(
+            by_card.leaf.areas.share_raw_m2().ok().unwrap(),
+            by_model.leaf.areas.share_raw_m2().ok().unwrap()
+        ) < 1e-3
     );
     let assumed = |found: &Estimate| found.warnings.contains(&Warning::RemissionAssumed);
     assert!(assumed(&by_model) && !assumed(&by_card));
@@ -276,7 +282,10 @@ fn with_remission_and_a_scale_the_leaf_area_is_by_shares_and_without_by_contact(
     let with = estimated(reading(), Some(calibration.clone()), &scans);
     assert_eq!(with.leaf.estimator, Some(ShareCalibrated));
     assert_eq!(with.leaf.areas.best_m2().ok(), with.leaf.areas.share_m2().ok());
-    assert!(relative(with.leaf.areas.best_m2().ok().unwrap(), 1.1 * raw.leaf.areas.share_raw_m2().ok().unwrap()) < 1e-9);
+    assert!(
+        relative(with.leaf.areas.best_m2().ok().unwrap(), 1.1 * raw.leaf.areas.share_raw_m2().ok().unwrap())
+            < 1e-9
+    );
     let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf.best_m2().ok()).sum();
     assert!(relative(of_trees, with.leaf.areas.best_m2().ok().unwrap()) < 1e-9, "trees add up to the row");
 

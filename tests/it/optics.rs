@@ -56,7 +56,8 @@ async fn a_rig_that_reads_remission_asks_the_scanner_for_it_and_counts_shares() 
     let silent = Trial::run(reading(None), model, None).expect("it runs").estimate;
     assert_eq!(silent.leaf.areas.share_raw_m2().ok(), None);
     assert_eq!(
-        silent.leaf.areas.contact_raw_m2().ok(), offline.leaf.areas.contact_raw_m2().ok(),
+        silent.leaf.areas.contact_raw_m2().ok(),
+        offline.leaf.areas.contact_raw_m2().ok(),
         "remission changes no range"
     );
 }

@@ -19,7 +19,9 @@ pub const SUMMARY: Message = Message {
     about: "the canopy just driven past, per metre of row (proprietary B)",
     signals: &[
         Signal::new("ImpactedArea", 0, 8, 0.02, "m2/m").about("I_T, paper eq. 4"),
-        Signal::new("LeafArea", 8, 8, 0.1, "m2/m").about("one-sided, of the last whole slices; CanopyLeafStatus says of which, or why there is none"),
+        Signal::new("LeafArea", 8, 8, 0.1, "m2/m").about(
+            "one-sided, of the last whole slices; CanopyLeafStatus says of which, or why there is none",
+        ),
         Signal::new("CanopyVolume", 16, 8, 0.02, "m3/m")
             .about("outline of the side seen, up to the row axis"),
         Signal::new("LeafAreaIndex", 24, 8, 0.04, "").about("leaf area over row spacing"),

@@ -22,7 +22,8 @@ impl Estimate {
     /// The leaf areas every estimate holds, then what the requested estimators measured.
     pub fn side_by_side(&self) -> Vec<Measure> {
         let areas = &self.leaf.areas;
-        let calibrated = self.calibration.as_ref().map_or(Err(Withheld::Uncalibrated), |_| areas.contact_m2());
+        let calibrated =
+            self.calibration.as_ref().map_or(Err(Withheld::Uncalibrated), |_| areas.contact_m2());
         let mut all = vec![
             leaf_area("contact", calibrated),
             leaf_area("contact_raw", areas.contact_raw_m2()),

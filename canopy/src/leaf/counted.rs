@@ -49,7 +49,11 @@ impl<'a> Counted<'a> {
 
     /// By shares of spots, where the remission of nearly all hits is read and the calibration knows what to make of it from there: leaves share a wider
     /// spot otherwise.
-    pub(super) fn by_shares(row: &Row, totals: &Totals, calibration: Option<&'a Calibration>) -> Option<Self> {
+    pub(super) fn by_shares(
+        row: &Row,
+        totals: &Totals,
+        calibration: Option<&'a Calibration>,
+    ) -> Option<Self> {
         let fitted_m = calibration?.class.distance_m?;
         let holds =
             reads_remission(row, totals) && ClassKey::Distance.is_same(fitted_m, row.frame().distance_m);

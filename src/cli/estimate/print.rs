@@ -140,10 +140,9 @@ fn facts(estimate: &Estimate) -> String {
     line("advance", known(estimate.advance_m, 3, "m") + &by);
     line("impacted area I_T", known(estimate.impacted_total_area_m2, 3, "m²"));
     line("leaf area", known(estimate.leaf.areas.best_m2().ok(), 2, "m²"));
-    for (name, ends) in [
-        ("  95 %", estimate.leaf.interval_m2),
-        ("  sampling error", estimate.leaf.sampling_error_m2),
-    ] {
+    for (name, ends) in
+        [("  95 %", estimate.leaf.interval_m2), ("  sampling error", estimate.leaf.sampling_error_m2)]
+    {
         if let Some([low_m2, high_m2]) = ends {
             line(name, format!("{low_m2:.2} to {high_m2:.2} m²"));
         }
