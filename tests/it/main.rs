@@ -71,3 +71,4 @@ mod truth_files;
 mod validity;
 mod web;
 mod web_lms2xx;
+mod windows;
