@@ -9,7 +9,7 @@ use rowscan_fault_table::bus::BusFault;
 use rowscan_protocol::can::CanId;
 use rowscan_protocol::time::SimTime;
 
-use crate::CanFrame;
+use crate::{CanFrame, Origin};
 use crate::error_frame::ErrorFrame;
 use crate::frame::J1939Id;
 use crate::name::{Name, NameParts};
@@ -32,8 +32,8 @@ const FILLER: J1939Id =
 pub enum Speaker {
     /// Our tractor.
     Tractor,
-    /// Whoever is behind this port.
-    Port(usize),
+    /// Whoever is behind a port.
+    Port(Origin),
     /// A node that only a fault has brought.
     Ghost(u64),
 }
