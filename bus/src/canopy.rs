@@ -122,7 +122,8 @@ mod tests {
         // A wall at the row axis: range = distance / cos θ.
         let range_m = (0..beams.len()).map(|beam| {
             let theta = (beams.angle_deg(beam) - 90.0).to_radians();
-            let range_m = rig.scanners[0].distance_m / theta.cos();
+            // Behind the axis, where a face of the voxels is.
+            let range_m = (rig.scanners[0].distance_m + 1e-4) / theta.cos();
             let z_m = 1.6 + range_m * theta.sin();
             if theta.cos() > 0.0 && (0.2..2.0).contains(&z_m) { range_m } else { f64::INFINITY }
         });

@@ -93,9 +93,8 @@ mod timeline;
 mod turns;
 mod view;
 
-pub use counting::Counting;
+pub use counting::{ConnectionCounts, CountReader, ScannerCounts, VirtualScanner};
 pub use end::EndWhen;
-pub use faulty_wire::faulty_wire;
 pub use hold::Hold;
 pub use line_change::LineChange;
 pub use line_watch::{LineWatch, LineWatcher, SeenLine};

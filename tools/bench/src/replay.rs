@@ -34,7 +34,7 @@ const EPOCH_OF_NMEA: &[u8] =
 
 /// Runs all cases.
 pub fn run(report: &mut Report, _: &[String]) {
-    let folder = std::env::temp_dir().join(format!("rowscan-bench-replay-{}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("rowscan-benches-replay-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     for (name, streams) in
         [("LMS111 at 50 Hz", &STREAMS[..1]), ("LMS111 and LMS511 with GNSS and CAN in step", &STREAMS[..])]
