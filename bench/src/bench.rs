@@ -53,7 +53,9 @@ impl Bench {
     pub async fn open(spec: BenchSpec<'_>) -> Result<Self, BenchError> {
         named_apart(&spec)?;
         let (clock, tractor) = (spec.clock(), spec.tractor());
-        let BenchSpec { stage, time, scanners, buses, nmea, nmea_taps, taps, faults, watched, moments, .. } = spec;
+        let BenchSpec {
+            stage, time, scanners, buses, nmea, nmea_taps, taps, faults, watched, moments, ..
+        } = spec;
         let scale = clock.scale();
         let (mut rig, hold) = rig(time, &clock, &tractor);
         if let Some(moments) = moments {
@@ -211,8 +213,7 @@ impl Bench {
 impl Faults {
     fn start(stage: &Stage, clock: &Arc<SimClock>, row: &Arc<StageRow>) -> Self {
         let clock: Arc<SimClock> = Arc::clone(clock);
-        let (control, events) =
-            FaultControl::new(stage.scene.seed, clock, Some(Arc::<StageRow>::clone(row)));
+        let (control, events) = FaultControl::new(stage.scene.seed, clock, Some(Arc::<StageRow>::clone(row)));
         let mut driving = JoinSet::new();
         let driven = control.clone();
         driving.spawn(async move { driven.drive().await });

@@ -50,7 +50,9 @@ pub enum BenchError {
         model: &'static str,
     },
     /// An LMS2xx has one line.
-    #[error("{model} has one serial line; found {found} endpoints")]
+    #[error(
+        "{model} has one serial line: give it one of --pty LINK, --serial DEV, --rfc2217 ADDR, or --tcp ADDR for its bare bytes; found {found}"
+    )]
     NotOneLine {
         /// The model.
         model: &'static str,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rowscan_bus::nmea::{NmeaAddress, NmeaLine, NmeaPlace};
+use rowscan_bus::nmea::{NmeaAddress, NmeaLine};
 use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{
@@ -140,7 +140,8 @@ impl ReplayBench {
         let (mut streams, mut outlets, mut places) = (Vec::new(), Vec::new(), Vec::new());
         for stream in &spec.streams {
             let control = faults.as_ref().map(|(control, _)| control);
-            let (opened, outlet) = Opening { spec: &spec, faults: control, places: &mut places }.open(stream).await?;
+            let (opened, outlet) =
+                Opening { spec: &spec, faults: control, places: &mut places }.open(stream).await?;
             streams.push(opened);
             outlets.push(outlet);
         }
@@ -184,9 +185,8 @@ struct Opening<'a> {
 impl Opening<'_> {
     async fn open(&mut self, stream: &StreamSpec<'_>) -> Result<(ReplayedStream, Outlet), BenchError> {
         let (part, scale, taps) = (stream.part, self.spec.clock.scale(), &self.spec.taps);
-        let beside = |outlet| {
-            (ReplayedStream { name: part.name.clone(), taken_for: None, scanner: None }, outlet)
-        };
+        let beside =
+            |outlet| (ReplayedStream { name: part.name.clone(), taken_for: None, scanner: None }, outlet);
         match &stream.places {
             StreamPlaces::Lines(lines) if part.kind == StreamKind::Lms2xx && !self.spec.verbatim => {
                 self.lms2xx(part, lines).await

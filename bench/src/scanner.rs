@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
+use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
-    Bound, CountReader, EmulatorConfig, LineWatch, Rig, SeenScanner, SerialConfig, StateFile, VirtualScanner,
-    ViewError, pause_slack,
+    Bound, CountReader, EmulatorConfig, LineWatch, Rig, SeenScanner, SerialConfig, StateFile, ViewError,
+    VirtualScanner, pause_slack,
 };
-use rowscan_emulator::clock::TimeScale;
 use rowscan_faults::{FaultControl, Language, Medium, StreamFaults};
 use rowscan_ports::Untaken;
 use rowscan_protocol::device::{Device, Options};

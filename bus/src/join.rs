@@ -180,8 +180,7 @@ mod tests {
     async fn everybody_hears_a_frame_but_who_said_it() {
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("bus.log");
-        let ports =
-            [BusAddress::Socketcand("127.0.0.1:0".to_owned()), BusAddress::Candump(log.clone())];
+        let ports = [BusAddress::Socketcand("127.0.0.1:0".to_owned()), BusAddress::Candump(log.clone())];
         let mut address = String::new();
         let mut tell = |link: &Link| {
             if link.kind() == "socketcand" {

@@ -9,13 +9,13 @@ use rowscan_fault_table::bus::BusFault;
 use rowscan_protocol::can::CanId;
 use rowscan_protocol::time::SimTime;
 
-use crate::{CanFrame, Origin};
 use crate::error_frame::ErrorFrame;
 use crate::frame::J1939Id;
 use crate::name::{Name, NameParts};
 use crate::node::Node;
 use crate::pgn::TRACTOR_ADDRESS;
 use crate::tractor::TractorEcu;
+use crate::{CanFrame, Origin};
 
 /// The machine's bus, bits a second.
 const BITS_S: f64 = 250_000.0;

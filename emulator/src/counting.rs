@@ -37,6 +37,14 @@ pub struct ConnectionCounts {
     pub idle: u64,
 }
 
+impl ScannerCounts {
+    /// Scans it has measured, or would have, and not sent to the client it has. With several clients a scan may count more than once. None where its
+    /// family does not count them.
+    pub fn scans_not_sent(&self) -> Option<u64> {
+        Some(self.scans_dropped? + self.scans_missed? + self.scans_unheard?)
+    }
+}
+
 impl From<EmulatorCounts> for ScannerCounts {
     fn from(counts: EmulatorCounts) -> Self {
         Self {

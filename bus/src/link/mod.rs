@@ -14,8 +14,8 @@ use std::path::PathBuf;
 use tokio::sync::mpsc;
 
 use super::BusAddress;
-use super::port_event::{Origin, OutgoingFrame};
 pub use super::port_event::PortEvent;
+use super::port_event::{Origin, OutgoingFrame};
 use rowscan_ports::Untaken;
 
 /// Why a port could not be opened.
