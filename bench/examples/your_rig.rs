@@ -7,7 +7,7 @@ use rowscan_bench::{Bench, BenchSpec, BusSpec, Endpoint, ScannerSpec};
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let stage = Stage::grow(load_scene("spindle")?, &|_, _| {})?;
+    let stage = Stage::grow(load_scene("spindle", |_| {})?, &|_, _| {})?;
     let mut spec = BenchSpec::new(&stage, TimeScale::Paced(1.0));
     let scanner = ScannerSpec::new(0, AnyModel::named("lms111")?);
     spec.scanners.push(scanner.at(Endpoint::Tcp("127.0.0.1:0".to_owned())));

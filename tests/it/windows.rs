@@ -70,7 +70,7 @@ impl Drive {
 }
 
 fn stage(scene: &str, trees: u32, stages: Stages) -> Stage {
-    let mut scene = load_scene(scene).expect("a scene");
+    let mut scene = load_scene(scene, |_| {}).expect("a scene");
     (scene.orchard.trees, scene.optics.stages) = (Some(trees), stages);
     Stage::grow(scene, &|_, _| {}).expect("it grows")
 }
@@ -212,7 +212,7 @@ fn told_everywhere(stage: &Stage, what: &str, mut damage: impl FnMut(u64, &mut S
 #[test]
 fn what_is_null_in_the_file_is_not_available_on_the_bus_and_the_other_way_round() {
     for scene in rowscan_scenes::builtin::names() {
-        let mut scene_of = load_scene(scene).expect("built in");
+        let mut scene_of = load_scene(scene, |_| {}).expect("built in");
         scene_of.orchard.trees = scene_of.orchard.trees.map(|trees| trees.min(3)).or(Some(3));
         let stage = Stage::grow(scene_of, &|_, _| {}).expect("it grows");
         told_everywhere(&stage, scene, |_, _| true);
