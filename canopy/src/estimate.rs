@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::calibration::model::CalibrationClass;
 use crate::cut::{CutMethod, FoundTree};
 use crate::estimator::measure::Measure;
+pub use crate::leaf::LeafAreaEstimator;
 use crate::leaf::{LeafAreas, RowLeaf};
 use crate::odometry::AdvanceSource;
 use crate::voxel_edge::EdgeBy;
@@ -90,22 +91,6 @@ pub struct RangeStatistics {
     pub max_m: Option<f64>,
     /// Mean range of the returns, metres.
     pub mean_m: Option<f64>,
-}
-
-/// Where `leaf_area_m2` comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LeafAreaEstimator {
-    /// Contact frequency by the calibration's power law.
-    ContactCalibrated,
-    /// Contact frequency without a fitted factor.
-    ContactRaw,
-    /// The calibrated one, the width of the scanner's beams taken out.
-    ContactCalibratedSpotCorrected,
-    /// The raw one, the width of the scanner's beams taken out.
-    ContactRawSpotCorrected,
-    /// Shares of spots by the calibration's power law.
-    ShareCalibrated,
 }
 
 /// The mount that scans were placed by: the rig's, which nothing here can check.

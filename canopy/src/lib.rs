@@ -65,6 +65,7 @@ pub mod percentile;
 mod placing;
 mod profile;
 mod ranges;
+mod recent;
 pub mod reference;
 pub mod regression;
 mod remission;

@@ -18,10 +18,10 @@ use crate::parameters::Parameters;
 use crate::patches::Patches;
 use crate::percentile::{Histogram, TOP_SHARE};
 use crate::profile::Outline;
+use crate::recent::{Recent, WindowSums};
 use crate::remission::RemissionScale;
 use crate::trees::{Cells, Cut, Keys};
 use crate::voxels::Voxels;
-use crate::window::{Recent, Window};
 
 /// The sums of one row. Lines come in the order of travel.
 #[derive(Clone, Debug)]
@@ -370,7 +370,7 @@ impl Row {
     }
 
     /// The canopy just driven past.
-    pub(crate) fn window(&self) -> Window {
+    pub(crate) fn window(&self) -> WindowSums {
         self.recent.window()
     }
 

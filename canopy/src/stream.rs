@@ -260,7 +260,7 @@ impl Pipeline {
         let pass = report::areas_told(&self.counting, &self.gate, pass)?;
         let law = Law::of(pass, self.calibration.as_ref());
         let y_m = pass.row.y_m();
-        Ok(Window { leaf: LeafWindow::of(&law, pass.row.window_slices(), y_m), ..pass.row.window() })
+        Ok(Window::of(pass.row.window(), LeafWindow::of(&law, pass.row.window_slices(), y_m)))
     }
 
     /// What the advance is taken from, and the speed it has at the latest scan, m/s; `None` before the first one.

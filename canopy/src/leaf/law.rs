@@ -2,9 +2,9 @@
 
 use super::areas::{Known, LeafAreas};
 use super::counted::{Count, Counted, reads_remission};
+use super::estimator::LeafAreaEstimator;
 use super::withheld::Withheld;
 use crate::calibration::{Calibration, FittedRange, Optics};
-use crate::estimate::LeafAreaEstimator;
 use crate::row::Totals;
 use crate::row_pass::RowPass;
 use crate::trees::Cell;

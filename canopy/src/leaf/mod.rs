@@ -8,6 +8,7 @@
 
 mod areas;
 mod counted;
+mod estimator;
 mod law;
 mod row_leaf;
 mod slices;
@@ -16,6 +17,7 @@ mod withheld;
 
 pub use areas::{Known, LeafAreas};
 pub(crate) use counted::Count;
+pub use estimator::LeafAreaEstimator;
 pub(crate) use law::{Law, RangedAreas, Sums};
 pub use row_leaf::RowLeaf;
 pub(crate) use slices::{SliceLeaf, Slices, by_band};

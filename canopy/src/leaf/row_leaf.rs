@@ -3,9 +3,9 @@
 use serde::{Serialize, Serializer};
 
 use super::areas::LeafAreas;
+use super::estimator::LeafAreaEstimator;
 use super::withheld::Withheld;
 use crate::calibration::RegressionKind;
-use crate::estimate::LeafAreaEstimator;
 use crate::uncertainty::Uncertainty;
 
 /// The leaf area of a row.

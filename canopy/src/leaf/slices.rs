@@ -1,6 +1,6 @@
 //! The raw leaf areas of the last whole slices.
 
-use crate::window::{BAND_M, BANDS};
+use crate::recent::{BAND_M, BANDS};
 
 /// The leaf areas of a window stand for so much row at least, metres: the fewest whole slices that reach it.
 const WINDOW_M: f64 = 0.5;

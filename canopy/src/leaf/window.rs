@@ -1,11 +1,11 @@
 //! The leaf area just driven past.
 
+use super::estimator::LeafAreaEstimator;
 use super::law::Law;
 use super::slices::{MOST, SliceLeaf};
 use super::withheld::Withheld;
 use super::{Count, Known};
-use crate::estimate::LeafAreaEstimator;
-use crate::window::BANDS;
+use crate::recent::BANDS;
 
 /// The leaf area of the last whole slices of a row: 0.5 m of it at least, or one slice where that is longer. Like the row's, by contact frequency or by shares
 /// of spots, with the factor of the row so far; so windows that do not overlap add up to the row's leaf area.
