@@ -188,7 +188,7 @@ const RULES: &[Rule] = &[
             "rowscan-check",
             "rowscan",
         ],
-        why: "a bench runs rigs and knows no driver, no estimate and no command line",
+        why: "a bench runs rigs and knows no driver and no command line",
     },
     Rule {
         package: "rowscan-emulator",
