@@ -17,6 +17,7 @@ use rowscan_emulator::{
 };
 use rowscan_faults::{FaultControl, Language, Medium};
 use rowscan_ports::Pty;
+use rowscan_ports::task;
 use rowscan_protocol::device::{DialectPolicy, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::Model;
@@ -132,7 +133,7 @@ impl Bench {
         let desk = FaultDesk::start((control, events), faults, ids, journal.clone())?;
         witness.beside(desk.clone());
         let mut driving = JoinSet::new();
-        driving.spawn(desk.clone().drive());
+        driving.spawn(task(desk.clone().drive()));
         let seen = look.map(|look| {
             let seen = SeenRig {
                 title: format!("rowscan check {}, seed {}", name_of(&scenario.path), stage.scene.seed),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rowscan_control::Log;
 use rowscan_faults::{Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, What, read};
+use rowscan_ports::task;
 use rowscan_scenes::files::LoadError;
 use serde::Serialize;
 use tokio::sync::oneshot;
@@ -71,9 +72,9 @@ impl Faulting {
         let (control, events) = FaultControl::new(seed, clock, row);
         let mut driving = JoinSet::new();
         let driven = control.clone();
-        driving.spawn(async move { driven.drive().await });
+        driving.spawn(task(async move { driven.drive().await }));
         let (stop, stopped) = oneshot::channel();
-        let telling = tokio::spawn(tell(events, stopped, (format, log.clone())));
+        let telling = tokio::spawn(task(tell(events, stopped, (format, log.clone()))));
         Self { control, telling, stop, _driving: driving }
     }
 

@@ -28,9 +28,11 @@ mod documents;
 mod emulated_device;
 mod endings;
 mod examples;
+#[cfg(feature = "tables")]
 mod exports;
 mod fault_table;
 mod faults;
+mod features;
 mod frozen_clock;
 mod hostile;
 mod interrupted;
@@ -53,6 +55,7 @@ mod reference;
 mod replay;
 mod replay_lines;
 mod replayed_requests;
+#[cfg(feature = "tables")]
 mod scans;
 mod searches;
 mod services;

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::net::SocketAddr;
 
 use rowscan_ports::in_flight::Pending;
+use rowscan_ports::task;
 use rowscan_ports::{Tally, keep_alive};
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -141,7 +142,7 @@ impl SocketcandLink {
                         Ok((stream, _)) if clients.len() < MAX_CLIENTS => {
                             let (outbox, queue) = mpsc::channel(QUEUE);
                             clients.push(outbox);
-                            tasks.spawn(serve(stream, queue, ear.clone()));
+                            tasks.spawn(task(serve(stream, queue, ear.clone())));
                         }
                         Ok((_, client)) => {
                             if let Some(so_far) = refused.count() {

@@ -16,5 +16,5 @@ mod source_text;
 
 pub use error::{LoadError, nearest};
 pub use rowscan_strict_toml::{TomlError, from_toml};
-pub use scene::{fill, load_rig, load_scene, rig_schema, scene_from_text};
+pub use scene::{fill, load_rig, load_scene, rig_from_text, rig_schema, scene_from_text};
 pub use source_text::SourceText;

@@ -48,6 +48,14 @@ pub fn scene_from_text(text: &str) -> Result<Scene, String> {
     Ok(scene)
 }
 
+/// A rig from the text that recordings have of it: its keys without a table around them.
+///
+/// # Errors
+/// The message, without a place.
+pub fn rig_from_text(text: &str) -> Result<Rig, String> {
+    rowscan_strict_toml::from_toml(text).map_err(|error| error.message)
+}
+
 /// A file that may hold a rig alone.
 #[derive(Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]

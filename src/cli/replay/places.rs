@@ -87,7 +87,7 @@ impl<'a> Places<'a> {
         if let Some(name) = self.rig {
             return Ok(Some(files::load_rig(name)?.0));
         }
-        Ok(self.survey.about.rig.as_deref().and_then(|text| toml::from_str(text).ok()))
+        Ok(self.survey.about.rig.as_deref().and_then(|text| files::rig_from_text(text).ok()))
     }
 }
 
