@@ -3,4 +3,5 @@
 pub mod cli;
 pub mod decode;
 pub mod export;
+pub mod feature;
 pub mod reference;

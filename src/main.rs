@@ -2,9 +2,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use rowscan::cli::{Cli, report};
-
 fn main() -> ExitCode {
-    report(rowscan::cli::run(Cli::parse()))
+    rowscan::cli::report(rowscan::cli::run(std::env::args_os()))
 }

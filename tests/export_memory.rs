@@ -5,8 +5,8 @@ use std::io::Write;
 use std::path::Path;
 
 use allocation_counter::measure;
-use clap::Parser;
-use rowscan::cli::{Cli, Outcome, run};
+use rowscan::cli::{Outcome, run};
+use rowscan::feature::Feature;
 use rowscan_protocol::device::scan_event;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::LmdScandata;
@@ -52,9 +52,8 @@ fn write_recording(path: &Path, scans: u32) {
 /// The most memory that an export holds at a time, bytes.
 fn peak(recording: &Path, more: &[&str]) -> u64 {
     let args = ["rowscan", "export", recording.to_str().expect("UTF-8"), "-o", "/dev/null"];
-    let cli = Cli::try_parse_from(args.iter().chain(more)).expect("valid");
     let mut ended = None;
-    let measured = measure(|| ended = Some(run(cli)));
+    let measured = measure(|| ended = Some(run(args.iter().chain(more))));
     assert!(matches!(ended, Some(Ok(Outcome::Done))), "{more:?}: {ended:?}");
     measured.bytes_max
 }
@@ -73,7 +72,10 @@ fn memory_does_not_grow_with_the_recording() {
         &["--to", "ply"],
         &["--to", "las"],
         &["--to", "parquet"],
-    ] {
+    ]
+    .into_iter()
+    .filter(|more| Feature::Tables.is_built() || !["las", "parquet"].contains(&more[1]))
+    {
         let (of_short, of_long) = (peak(&short, more), peak(&long, more));
         println!("{more:?}: {of_short} bytes of {SHORT} scans, {of_long} of ten times as many");
         assert!(of_long < BOUND, "{more:?}: {of_long} bytes");
@@ -83,5 +85,5 @@ fn memory_does_not_grow_with_the_recording() {
         );
     }
     // A row group of scans is longer than this recording.
-    assert!(peak(&long, &["--to", "parquet", "--what", "scans"]) < BOUND);
+    assert!(!Feature::Tables.is_built() || peak(&long, &["--to", "parquet", "--what", "scans"]) < BOUND);
 }

@@ -13,6 +13,7 @@ use rowscan_emulator::lockstep::LockstepError;
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Hold, Rig, RigControl, Running, SeenRig, StageRow, StartWhen};
 use rowscan_faults::{FaultControl, FaultEvents};
+use rowscan_ports::task;
 use rowscan_vehicle::Tractor;
 use tokio::task::JoinSet;
 
@@ -216,7 +217,7 @@ impl Faults {
         let (control, events) = FaultControl::new(stage.scene.seed, clock, Some(Arc::<StageRow>::clone(row)));
         let mut driving = JoinSet::new();
         let driven = control.clone();
-        driving.spawn(async move { driven.drive().await });
+        driving.spawn(task(async move { driven.drive().await }));
         Self { control, events: Some(events), _driving: driving }
     }
 }

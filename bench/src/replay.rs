@@ -14,7 +14,7 @@ use rowscan_emulator::{
     SerialConfig, SerialEmulator, VirtualScanner, pause_slack,
 };
 use rowscan_faults::{FaultControl, FaultEvents, Language, Medium, StreamFaults};
-use rowscan_ports::Untaken;
+use rowscan_ports::{Untaken, task};
 use rowscan_protocol::device::{Device, Profile};
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::model::{AnyModel, MODELS};
@@ -134,7 +134,7 @@ impl ReplayBench {
             let clock: Arc<SimClock> = Arc::clone(&clock);
             let (control, events) = FaultControl::new(spec.survey.about.seed.unwrap_or(1), clock, None);
             let driven = control.clone();
-            driving.spawn(async move { driven.drive().await });
+            driving.spawn(task(async move { driven.drive().await }));
             (control, Some(events))
         });
         let (mut streams, mut outlets, mut places) = (Vec::new(), Vec::new(), Vec::new());

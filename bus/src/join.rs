@@ -13,6 +13,7 @@ use super::link::{self, Link};
 use super::port_event::{Origin, Outgoing, OutgoingFrame, PortEvent};
 use super::{BusAddress, BusError, CanFrame};
 use rowscan_ports::in_flight::InFlight;
+use rowscan_ports::task;
 use rowscan_ports::{Delivered, Delivery, Untaken};
 
 /// Frames a port may be behind.
@@ -68,7 +69,7 @@ impl Bus {
             }
             let (outbox, queue) = mpsc::channel(QUEUE);
             ports.push(outbox);
-            tasks.spawn(link.run(queue, link::PortListener::new(number, heard.clone())));
+            tasks.spawn(task(link.run(queue, link::PortListener::new(number, heard.clone()))));
         }
         let bus = Self {
             ports,

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use regex_lite::Regex;
 use rowscan_ports::clock::within;
+use rowscan_ports::task;
 use tokio::process::Command;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -109,19 +110,19 @@ impl Child {
         let (tell, exited) = watch::channel(None);
         let mut tasks = JoinSet::new();
         if let Some(pipe) = child.stdout.take() {
-            tasks.spawn(Arc::clone(&output).follow("out", pipe));
+            tasks.spawn(task(Arc::clone(&output).follow("out", pipe)));
         }
         if let Some(pipe) = child.stderr.take() {
-            tasks.spawn(Arc::clone(&output).follow("err", pipe));
+            tasks.spawn(task(Arc::clone(&output).follow("err", pipe)));
         }
         let (id, journal) = (start.id.to_owned(), journal.clone());
-        tokio::spawn(async move {
+        tokio::spawn(task(async move {
             let code = child.wait().await.ok().and_then(exit_code);
             let told = code.map_or("its code is unknown".to_owned(), |code| format!("code {code}"));
             journal.note(format!("{id}.exited"), told);
             // Nobody needs to hear it.
             let _ = tell.send(Some(code.unwrap_or(-1)));
-        });
+        }));
         Ok(Self { id: start.id.to_owned(), output, group, exited, tasks })
     }
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 use regex_lite::Regex;
 use rowscan_emulator::{Hold, StageRow};
 use rowscan_ports::clock::{Stopwatch, rest};
+use rowscan_ports::task;
 use rowscan_protocol::time::SimTime;
 use tokio::task::JoinSet;
 
@@ -210,7 +211,7 @@ async fn accompany(
     let mut pausing = JoinSet::new();
     for (child, pause, timing) in pauses {
         if let Some(child) = children.get(child) {
-            pausing.spawn(pause::pause(pause, child.stopper(), timing));
+            pausing.spawn(task(pause::pause(pause, child.stopper(), timing)));
         }
     }
     hold.release();

@@ -14,6 +14,7 @@ mod bench;
 mod clock;
 mod fault_table;
 mod guard;
+mod json;
 mod lines;
 mod log;
 mod problem;
@@ -28,6 +29,7 @@ mod toxiproxy;
 
 pub use bench::{Bench, StateOf};
 pub use guard::Guard;
+pub use json::Json;
 pub use lines::{LineAnswer, Lines};
 pub use log::Log;
 pub use problem::Problem;

@@ -1,9 +1,10 @@
 //! Requests that cannot be done, as answers: `{"error": "…", "status": 404}`, as Toxiproxy's clients expect them.
 
-use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+
+use crate::json::Json;
 
 /// Why a request was not done.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,17 +1,18 @@
 //! The routes.
 
+use axum::Router;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::IntoResponse;
 use axum::routing::{delete, get, post};
-use axum::{Json, Router};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::bench::Bench;
 use crate::clock;
 use crate::fault_table::FaultTable;
+use crate::json::Json;
 use crate::problem::Problem;
 use crate::request::{Body, body, of_fault, spec};
 use crate::toxiproxy;

@@ -13,6 +13,7 @@ use tokio::task::JoinSet;
 
 use crate::clock;
 use crate::guard::{self, Guard};
+use rowscan_ports::task;
 
 /// Connections at once, unless told otherwise; more wait to be taken.
 const MOST: usize = 32;
@@ -66,7 +67,7 @@ impl Server {
         let routes =
             guarded.layer(middleware::from_fn_with_state(guard(&address), guard::check)).merge(public);
         let mut tasks = JoinSet::new();
-        tasks.spawn(accept(listener, routes, connections));
+        tasks.spawn(task(accept(listener, routes, connections)));
         Ok(Self { address, tasks })
     }
 
@@ -106,10 +107,10 @@ async fn accept(listener: TcpListener, routes: Router, connections: usize) {
         match listener.accept().await {
             Ok((stream, _)) => {
                 let routes = routes.clone();
-                serving.spawn(async move {
+                serving.spawn(task(async move {
                     serve(stream, routes).await;
                     drop(seat);
-                });
+                }));
             }
             Err(_) => rowscan_ports::clock::retry_pause().await,
         }

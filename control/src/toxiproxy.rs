@@ -1,14 +1,15 @@
 //! Toxiproxy's paths, so that its clients can be used: a stream of the bench is a proxy, a toxic is one or two faults.
 
+use axum::Router;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::IntoResponse;
 use axum::routing::{get, post};
-use axum::{Json, Router};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::bench::Bench;
+use crate::json::Json;
 use crate::problem::Problem;
 use crate::request::{Body, body};
 use crate::toxics::{Toxic, ToxicOrder};

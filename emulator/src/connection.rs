@@ -1,6 +1,7 @@
 //! One client: its requests to the device, the device's replies and scans back to it. All bytes to a client pass here.
 
 use std::io;
+use std::pin::Pin;
 use std::sync::Arc;
 
 use rowscan_faults::Direction;
@@ -18,7 +19,7 @@ const READ_CHUNK: usize = 4096;
 
 /// Serves one client until it leaves, is turned out, or the device drops it. A house full of speakers refuses it.
 /// `on_reset` has the connection end with a reset when it is dropped, where there is such a thing.
-pub(crate) async fn serve<S: AsyncRead + AsyncWrite + Unpin>(
+pub(crate) async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send>(
     shared: Arc<Shared>,
     peer: String,
     stream: S,
@@ -81,7 +82,7 @@ impl Drop for RosterEntry<'_> {
 }
 
 /// Converses through the scanner's faults, if it has any. What is recorded then is what goes over the client's wire.
-async fn converse_through_faults<S: AsyncRead + AsyncWrite + Unpin>(
+async fn converse_through_faults<S: AsyncRead + AsyncWrite + Unpin + Send>(
     shared: &Shared,
     member: &Member,
     telegrams: mpsc::Receiver<QueuedTelegram>,
@@ -90,13 +91,17 @@ async fn converse_through_faults<S: AsyncRead + AsyncWrite + Unpin>(
 ) -> io::Result<()> {
     let tap = tap_of(shared);
     let Some(faults) = &shared.config.faults else {
-        return converse(shared, member, telegrams, stream, tap).await;
+        return converse(shared, member, telegrams, Box::pin(stream), tap).await;
     };
     let stream = faults.wrap(stream, on_reset).witnessed(move |direction, bytes| {
         tap.record(if direction == Direction::ToClient { Side::Device } else { Side::Host }, bytes);
     });
-    converse(shared, member, telegrams, stream, Tap::default()).await
+    converse(shared, member, telegrams, Box::pin(stream), Tap::default()).await
 }
+
+/// Bytes both ways.
+trait ByteStream: AsyncRead + AsyncWrite {}
+impl<S: AsyncRead + AsyncWrite> ByteStream for S {}
 
 fn tap_of(shared: &Shared) -> Tap {
     match &shared.program {
@@ -109,11 +114,12 @@ fn tap_of(shared: &Shared) -> Tap {
     }
 }
 
-async fn converse<S: AsyncRead + AsyncWrite>(
+/// One function for every kind of stream: it is long, and compiled wherever an emulator is started.
+async fn converse(
     shared: &Shared,
     member: &Member,
     mut telegrams: mpsc::Receiver<QueuedTelegram>,
-    stream: S,
+    stream: Pin<Box<dyn ByteStream + Send + '_>>,
     tap: Tap,
 ) -> io::Result<()> {
     let (mut reader, writer) = tokio::io::split(stream);

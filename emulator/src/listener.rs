@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use rowscan_faults::{GatedListener, reset_on_drop};
 use rowscan_ports::clock::retry_pause;
+use rowscan_ports::task;
 use rowscan_ports::{keep_alive, keep_near};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
@@ -67,7 +68,7 @@ pub(crate) async fn accept(shared: Arc<Shared>, listener: TcpListener) {
                         tracing::debug!(%cause, "socket options refused");
                     }
                     let shared = Arc::clone(&shared);
-                    clients.spawn(connection::serve(shared, peer.to_string(), stream, reset_on_drop));
+                    clients.spawn(task(connection::serve(shared, peer.to_string(), stream, reset_on_drop)));
                 }
                 Err(cause) => {
                     // Out of descriptors, most likely: the clients already here must not suffer for it.

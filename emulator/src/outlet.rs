@@ -18,6 +18,7 @@ use crate::{Emulator, SerialEmulator};
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::nmea::NmeaLine;
 use rowscan_bus::{Bus, CanFrame, Inbox};
+use rowscan_ports::task;
 use rowscan_ports::{Delivery, Untaken};
 
 /// Where one stream of a recording goes.
@@ -104,7 +105,7 @@ impl Outlet {
             && let Ok(Some(inbox)) = outlet.inbox.try_lock().map(|mut inbox| inbox.take())
         {
             let (bus, tap, clock) = (Arc::clone(&outlet.bus), outlet.tap.clone(), Arc::clone(clock));
-            tasks.spawn(carry(bus, inbox, tap, clock, outlet.delivery));
+            tasks.spawn(task(carry(bus, inbox, tap, clock, outlet.delivery)));
         }
     }
 

@@ -13,6 +13,7 @@ use super::lateness::Lateness;
 use super::outlet::Outlet;
 use crate::clock::{Pacer, SimClock, Timer};
 use crate::replay::{Playback, PlaybackEvent, Playhead};
+use rowscan_ports::task;
 use rowscan_ports::{Delivery, clock};
 
 /// How long a tape on a paced clock stays for clients that have not read its end, host time.
@@ -51,10 +52,10 @@ impl Player {
         }
         let pacer = Pacer::new(&clock, timer);
         let reel = PlaybackLoop { tape, outlets, playhead, clock, pacer, tracks: Arc::clone(&tracks) };
-        tasks.spawn(async move {
+        tasks.spawn(task(async move {
             reel.play().await;
             end.send_replace(true);
-        });
+        }));
         Self { tracks, ended, _tasks: tasks }
     }
 

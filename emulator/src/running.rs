@@ -3,6 +3,7 @@
 use tokio::task::JoinSet;
 
 use crate::lockstep::LockstepError;
+use rowscan_ports::task;
 
 /// A rig that runs. Dropping it ends its timeline, with its serial lines, GNSS lines and bus.
 #[derive(Debug)]
@@ -13,7 +14,7 @@ pub struct Running {
 impl Running {
     pub(crate) fn new(timeline: impl Future<Output = Result<(), LockstepError>> + Send + 'static) -> Self {
         let mut tasks = JoinSet::new();
-        tasks.spawn(timeline);
+        tasks.spawn(task(timeline));
         Self { timeline: tasks }
     }
 

@@ -5,6 +5,7 @@
 
 use std::sync::{Arc, PoisonError, Weak};
 
+use rowscan_ports::task;
 use rowscan_protocol::device::Device;
 use tokio::sync::Notify;
 use tokio::task::JoinSet;
@@ -73,7 +74,7 @@ impl Emulator {
     /// Listens on `address` (port 0 takes a free one) and serves whoever connects.
     pub async fn listen(&mut self, address: &str) -> Result<Bound, ListenError> {
         let (listener, bound) = listener::bind(address).await?;
-        self.tasks.spawn(listener::accept(Arc::clone(&self.shared), listener));
+        self.tasks.spawn(task(listener::accept(Arc::clone(&self.shared), listener)));
         Ok(bound)
     }
 
@@ -82,7 +83,12 @@ impl Emulator {
     where
         S: tokio::io::AsyncRead + tokio::io::AsyncWrite + Unpin + Send + 'static,
     {
-        self.tasks.spawn(connection::serve(Arc::clone(&self.shared), "a line".to_owned(), stream, |_| ()));
+        self.tasks.spawn(task(connection::serve(
+            Arc::clone(&self.shared),
+            "a line".to_owned(),
+            stream,
+            |_| (),
+        )));
     }
 
     /// What it has done so far.

@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use rowscan_ports::clock::retry_pause;
+use rowscan_ports::task;
 use socket2::SockRef;
 use tokio::io::AsyncReadExt;
 use tokio::net::{TcpListener, TcpStream};
@@ -74,7 +75,7 @@ impl GatedListener {
                     let (stream, peer) = accepted?;
                     match faults.admit() {
                         None => return Ok((stream, peer)),
-                        Some(Door::Silent) => drop(self.silent.spawn(ignore(stream))),
+                        Some(Door::Silent) => drop(self.silent.spawn(task(ignore(stream)))),
                         Some(Door::Close) => drop(stream),
                         Some(Door::Refuse) => reset_on_drop(&stream),
                     }

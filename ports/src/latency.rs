@@ -7,6 +7,7 @@ use std::time::Duration;
 use tokio::task::JoinSet;
 
 use crate::clock::Stopwatch;
+use crate::task::task;
 
 /// How many telegrams that are on their way a [`Latency`] remembers; more than any client's queue holds.
 const REMEMBERED: usize = 4096;
@@ -58,7 +59,7 @@ impl WakeLateness {
     pub fn watch(period: Duration, tasks: &mut JoinSet<()>) -> Self {
         let lateness = Self(Arc::default());
         let kept = lateness.clone();
-        tasks.spawn(async move {
+        tasks.spawn(task(async move {
             let (watch, mut due) = (Stopwatch::start(), Duration::ZERO);
             loop {
                 due += period;
@@ -68,7 +69,7 @@ impl WakeLateness {
                     measured.push(watch.elapsed().saturating_sub(due));
                 }
             }
-        });
+        }));
         lateness
     }
 

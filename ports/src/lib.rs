@@ -14,6 +14,7 @@ mod port;
 #[cfg_attr(not(target_os = "linux"), path = "pty_elsewhere.rs")]
 mod pty;
 mod tally;
+mod task;
 pub mod uart;
 mod wire;
 
@@ -27,6 +28,7 @@ pub use net::NetLine;
 pub use port::Port;
 pub use pty::{Pty, Untaken};
 pub use tally::Tally;
+pub use task::{Task, task};
 pub use wire::Wire;
 
 /// Why a line could not be opened.

@@ -7,12 +7,12 @@
 use core::array;
 use core::convert::Infallible;
 
+pub use rand::{Rng, TryRng};
 use rand_pcg::Pcg64;
-pub use rand_pcg::rand_core::{Rng, TryRng};
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// A keyed stream of random numbers. It implements the generator traits of the `rand` crates.
+/// A keyed stream of random numbers. Whatever takes a generator of the `rand` crate takes it.
 ///
 /// ```
 /// use rowscan_protocol::random::{Rng, Stream};
@@ -87,6 +87,18 @@ mod tests {
         // First outputs of the reference generator started at 0.
         assert_eq!(mix(0), 0xe220_a839_7b1d_cdaf);
         assert_eq!(mix(GOLDEN), 0x6e78_9e6a_a1b9_65f4);
+    }
+
+    #[test]
+    fn whatever_takes_a_generator_of_rand_takes_a_stream() {
+        use rand::RngExt;
+        use rand::seq::SliceRandom;
+        let mut order = [0, 1, 2, 3, 4, 5, 6, 7];
+        order.shuffle(&mut Stream::keyed(1, &[4]));
+        assert_ne!(order, [0, 1, 2, 3, 4, 5, 6, 7]);
+        // Of 64 bits the upper 53, as `unit` has them.
+        let drawn: f64 = Stream::keyed(1, &[4]).random();
+        assert_eq!(drawn.to_bits(), Stream::keyed(1, &[4]).unit().to_bits());
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! A recording written anew: repaired, indexed, or converted from what another program wrote.
 
-use std::io::{self, Seek, Write};
+use std::io;
 
 use crate::frames::FrameReader;
-use crate::writer::{Decoded, McapWriter};
+use crate::writer::{Decoded, McapWriter, WriteSeek};
 use crate::{About, Joint, Packet, ReadError, Recorded, Recording, Side};
 
 /// Why a copy was not made.
@@ -35,10 +35,10 @@ enum From {
 
 /// Writes all that can be read of `recording` to `out` as a whole, indexed MCAP file. What a log does not say of itself is taken from
 /// `about`; one without times gets the device's. `only`: one stream, by its name.
-pub fn copy<W: Write + Seek>(
+pub fn copy(
     mut recording: Recording,
     only: Option<&str>,
-    out: W,
+    out: &mut dyn WriteSeek,
     about: About,
     decoded: Decoded,
 ) -> Result<Recorded, CopyError> {

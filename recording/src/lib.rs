@@ -84,4 +84,4 @@ pub use scan_reader::ScanReader;
 pub use tap::{Tap, Taps};
 pub use wall_clock::WallClock;
 #[cfg(feature = "files")]
-pub use writer::{About, Decoded, McapWriter, StreamId};
+pub use writer::{About, Decoded, McapWriter, StreamId, WriteSeek};

@@ -8,7 +8,7 @@ use mcap::{Attachment, McapError, WriteOptions, Writer};
 
 use crate::copy::CopyError;
 use crate::read::{ReadError, Torn, read_some};
-use crate::writer::plain;
+use crate::writer::{WriteSeek, plain};
 
 /// What a repaired file holds, and where the torn one broke off.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,10 +27,10 @@ pub struct Repaired {
 
 /// Writes every channel, message, attachment and metadata record of `input` up to its first damage to `out` as a whole, indexed
 /// file. Nothing is decoded and nothing added. `input_bytes`, its length, bounds the length of a record.
-pub fn repair<W: Write + Seek>(
-    mut input: impl Read,
+pub fn repair(
+    input: &mut dyn Read,
     input_bytes: u64,
-    out: W,
+    out: &mut dyn WriteSeek,
 ) -> Result<Repaired, CopyError> {
     let options = LinearReaderOptions::default()
         .with_skip_end_magic(true)
@@ -42,7 +42,7 @@ pub fn repair<W: Write + Seek>(
     let found = loop {
         match reader.next_event() {
             Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                let read = read_some(&mut input, reader.insert(wanted)).map_err(CopyError::Read)?;
+                let read = read_some(input, reader.insert(wanted)).map_err(CopyError::Read)?;
                 read_bytes += read as u64;
                 reader.notify_read(read);
             }
@@ -151,7 +151,7 @@ mod tests {
         writer.flush().unwrap();
         let torn = writer.into_inner().into_inner();
         let mut out = Cursor::new(Vec::new());
-        let repaired = repair(&torn[..], torn.len() as u64, &mut out).unwrap();
+        let repaired = repair(&mut &torn[..], torn.len() as u64, &mut out).unwrap();
         assert_eq!((repaired.messages, repaired.attachments, repaired.metadata), (1, 1, 1));
         let summary = mcap::Summary::read(out.get_ref()).unwrap().expect("an index");
         assert_eq!((summary.attachment_indexes.len(), summary.metadata_indexes.len()), (1, 1));
@@ -175,11 +175,12 @@ mod tests {
         let mut file = writer.into_inner().into_inner();
         file.truncate(file.len() - 3);
         let mut out = Cursor::new(Vec::new());
-        let repaired = repair(&file[..], file.len() as u64, &mut out).unwrap();
+        let repaired = repair(&mut &file[..], file.len() as u64, &mut out).unwrap();
         assert_eq!((repaired.messages, repaired.torn.is_some()), (49, true));
         assert_eq!(mcap::Summary::read(out.get_ref()).unwrap().expect("an index").channels.len(), 2);
         // A whole file stays whole.
-        let again = repair(&out.get_ref()[..], out.get_ref().len() as u64, Cursor::new(Vec::new())).unwrap();
+        let again = repair(&mut &out.get_ref()[..], out.get_ref().len() as u64, &mut Cursor::new(Vec::new()))
+            .unwrap();
         assert_eq!((again.messages, again.torn), (49, None));
     }
 }

@@ -113,6 +113,10 @@ pub struct Decoded {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamId(usize);
 
+/// Where an MCAP file goes: its head is written again at the end.
+pub trait WriteSeek: Write + Seek {}
+impl<W: Write + Seek> WriteSeek for W {}
+
 /// Writes one MCAP file.
 pub struct McapWriter<W: Write + Seek> {
     writer: Writer<W>,

@@ -1,6 +1,7 @@
 //! Long work off the runtime's threads, so that signals and sockets go on being served.
 
 use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Failure;
 
@@ -14,8 +15,19 @@ where
     E: Send + 'static,
     Failure: From<E>,
 {
-    match tokio::task::spawn_blocking(work).await {
-        Ok(done) => Ok(done?),
-        Err(cause) => Err(Failure::System { what, cause: io::Error::other(cause) }),
-    }
+    let done = Arc::new(Mutex::new(None));
+    let place = Arc::clone(&done);
+    on_a_thread(Box::new(move || *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(work())))
+        .await
+        .map_err(|cause| Failure::System { what, cause })?;
+    let done = done.lock().unwrap_or_else(PoisonError::into_inner).take();
+    done.map_or_else(
+        || Err(Failure::System { what, cause: io::Error::other("it left no result") }),
+        |done| Ok(done?),
+    )
+}
+
+/// Compiled once for all work.
+async fn on_a_thread(work: Box<dyn FnOnce() + Send>) -> io::Result<()> {
+    tokio::task::spawn_blocking(work).await.map_err(io::Error::other)
 }

@@ -207,9 +207,7 @@ impl Args {
             print(&report::tap(tried))?;
         }
         let Some(path) = &self.junit else { return Ok(()) };
-        let what = path.display().to_string();
-        let failed = |error| Failure::Write { what, cause: std::io::Error::other(error) };
-        write_file(path, &report::junit(tried).map_err(failed)?)
+        write_file(path, &report::junit(tried))
     }
 }
 

@@ -6,6 +6,7 @@ use std::process::Stdio;
 use std::sync::Arc;
 
 use rowscan_check::Tried;
+use rowscan_ports::task;
 use tokio::io::AsyncReadExt;
 use tokio::process::Command;
 use tokio::sync::{Semaphore, watch};
@@ -40,11 +41,11 @@ impl Jobs {
             let mut command = Command::new(&program);
             command.arg("check").arg(&scenario).args(&self.flags).args(["--before", &number.to_string()]);
             let (free, ends) = (Arc::clone(&free), [cancelled.clone(), stopped.clone()]);
-            jobs.push(tokio::spawn(async move {
+            jobs.push(tokio::spawn(task(async move {
                 // Nobody closes it.
                 let _place = free.acquire().await;
                 one(command, &scenario, ends).await
-            }));
+            })));
         }
         let mut all = Vec::new();
         for job in jobs {
@@ -113,7 +114,8 @@ async fn one(mut command: Command, scenario: &Path, ends: [watch::Receiver<bool>
         status = finished => status,
         () = end => return Vec::new(),
     };
-    let tried: Result<Vec<Tried>, _> = told.lines().map(serde_json::from_str).collect();
+    let tried: Result<Vec<Tried>, _> =
+        told.lines().map(|line| serde_json::from_slice(line.as_bytes())).collect();
     match (tried, status) {
         (Ok(tried), Ok(status)) if status.success() => tried,
         (_, status) => {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rowscan_check::{Look, Onlooker};
 use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::{RigControl, SeenRig};
+use rowscan_ports::task;
 use rowscan_recording::Taps;
 use rowscan_web::Show;
 use tokio::runtime::Handle;
@@ -64,7 +65,7 @@ impl Look for RunPage {
         let mut tasks = JoinSet::new();
         let show = watching.show(rig, &mut tasks, &on);
         let (over, is_over) = oneshot::channel();
-        on.spawn(serve((web, format), show, control, is_over, place));
+        on.spawn(task(serve((web, format), show, control, is_over, place)));
         Box::new(Shown { _over: over, _tasks: tasks })
     }
 }

@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 
 use rowscan_control::{Bench, Guard, Lines, Server, router};
+use rowscan_ports::task;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
@@ -55,7 +56,7 @@ impl ControlArgs {
         let mut controlled = Controlled::default();
         for place in &self.control {
             if place == STANDARD_INPUT {
-                controlled.tasks.spawn(listen(Lines::new(routes.clone()), format));
+                controlled.tasks.spawn(task(listen(Lines::new(routes.clone()), format)));
                 continue;
             }
             let mut made_up = None;

@@ -79,6 +79,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if !matches!(args.file, Source::Recording { .. }) {
         return Err(Failure::Usage(format!("{} is live: `rowscan record` it first", args.file)));
     }
+    TableFormat::from(args.to).check()?;
     Interrupt::watch()?.finite(export(&args)).await
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rowscan_control::Log;
 use rowscan_faults::{Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, What, read};
+use rowscan_ports::task;
 use rowscan_scenes::files::LoadError;
 use serde::Serialize;
 use tokio::sync::oneshot;
@@ -67,7 +68,7 @@ impl Faulting {
         let (control, events) = FaultControl::new(seed, clock, None);
         let mut driving = JoinSet::new();
         let driven = control.clone();
-        driving.spawn(async move { driven.drive().await });
+        driving.spawn(task(async move { driven.drive().await }));
         Self { _driving: driving, ..Self::tell((control, events), to) }
     }
 
@@ -77,7 +78,7 @@ impl Faulting {
         (format, log): (Format, &Log),
     ) -> Self {
         let (stop, stopped) = oneshot::channel();
-        let telling = tokio::spawn(tell(events, stopped, (format, log.clone())));
+        let telling = tokio::spawn(task(tell(events, stopped, (format, log.clone()))));
         Self { control, telling, stop, _driving: JoinSet::new() }
     }
 

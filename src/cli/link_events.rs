@@ -1,6 +1,7 @@
 //! What happens to a scanner's link, told while it happens.
 
 use rowscan_driver::{LinkEvent, LinkEvents, Scanner};
+use rowscan_ports::task;
 use rowscan_protocol::host::DeviceInfo;
 use tokio::task::JoinSet;
 
@@ -17,14 +18,14 @@ pub(super) struct LinkTeller {
 
 impl LinkTeller {
     pub(super) fn start(scanner: &Scanner, name: Option<String>) -> Self {
-        let (events, mut task) = (scanner.link_events(), JoinSet::new());
+        let (events, mut tasks) = (scanner.link_events(), JoinSet::new());
         let (told, by) = (events.clone(), name.clone());
-        task.spawn(async move {
+        tasks.spawn(task(async move {
             loop {
                 tell(by.as_deref(), &told.next().await);
             }
-        });
-        Self { events, name, _task: task }
+        }));
+        Self { events, name, _task: tasks }
     }
 }
 

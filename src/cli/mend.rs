@@ -106,9 +106,9 @@ fn mend(
         )));
     }
     let unread = |cause: io::Error| unreadable(file, cause.into());
-    let input = File::open(file).map_err(unread)?;
+    let mut input = File::open(file).map_err(unread)?;
     let length = input.metadata().map_err(unread)?.len();
-    let repaired = repair(input, length, out).map_err(|error| failure(file, output, error))?;
+    let repaired = repair(&mut input, length, out).map_err(|error| failure(file, output, error))?;
     if repaired.messages == 0 {
         return Err(nothing_in(file));
     }

@@ -52,12 +52,14 @@ mod table_file;
 mod tractor_outputs;
 mod truth_file;
 mod user_files;
+mod warnings;
 mod web;
 
+use std::ffi::OsString;
 use std::io;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
 use rowscan_driver::DriverError;
 use rowscan_recording::ReadError;
@@ -69,7 +71,7 @@ use output::printable;
 /// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
 #[derive(Debug, Parser)]
 #[command(name = "rowscan", version, propagate_version = true, arg_required_else_help = true)]
-pub struct Cli {
+struct Cli {
     #[command(subcommand)]
     command: Command,
 }
@@ -154,6 +156,9 @@ pub enum Outcome {
 /// Why a command could not do its work.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
+    /// A command line that is none, or that asks for help.
+    #[error(transparent)]
+    Arguments(#[from] clap::Error),
     /// A scene or rig.
     #[error(transparent)]
     Load(#[from] rowscan_scenes::files::LoadError),
@@ -199,7 +204,11 @@ pub enum Failure {
     /// A control.
     #[error(transparent)]
     Control(#[from] rowscan_control::ServerError),
+    /// A part that this build leaves out.
+    #[error(transparent)]
+    Feature(#[from] crate::feature::MissingFeature),
     /// A server for Foxglove.
+    #[cfg(feature = "foxglove")]
     #[error(transparent)]
     Foxglove(#[from] rowscan_foxglove::FoxgloveError),
     /// A port of the CAN bus.
@@ -220,9 +229,6 @@ pub enum Failure {
     /// Points of a search that cannot be confirmed so.
     #[error(transparent)]
     Confirm(#[from] rowscan_study::search::ConfirmError),
-    /// A figure that cannot be drawn.
-    #[error(transparent)]
-    Draw(#[from] rowscan_study::figure::DrawError),
     /// A figure that cannot be written.
     #[error(transparent)]
     Figure(#[from] crate::export::FigureError),
@@ -322,16 +328,29 @@ impl Failure {
 /// What tasks get to end in, once a command has.
 const FAREWELL: std::time::Duration = std::time::Duration::from_millis(300);
 
-/// Runs one command line to its end.
-pub fn run(cli: Cli) -> Result<Outcome, Failure> {
-    output::tell_warnings();
+/// The command line as its parser knows it. The types that it is parsed to are not for others: what nobody else can call is not compiled.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
+/// Runs one command line to its end; the first argument is the program's name.
+///
+/// # Errors
+/// The command line is none, or its command could not do its work.
+pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Outcome, Failure> {
+    run_command(Cli::try_parse_from(arguments)?.command)
+}
+
+/// Not generic: it would be compiled with all that it calls wherever it is called.
+fn run_command(command: Command) -> Result<Outcome, Failure> {
+    warnings::tell();
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .map_err(|cause| Failure::System { what: "start the runtime", cause })?;
     let outcome = runtime.block_on(async {
         let _file_size = interrupt::FileSizeLimit::watch();
-        match cli.command {
+        match command {
             Command::Demo(args) => demo::run(args).await,
             Command::Emulate(args) => emulate::run(*args).await,
             Command::Check(args) => check::run(args).await,
@@ -372,6 +391,11 @@ pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
         Ok(Outcome::Interrupted(signal)) => ExitCode::from(128 + signal),
         // A reader that has read enough (`| head`) is not a failure.
         Err(Failure::Write { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(Failure::Arguments(error)) => {
+            // Help goes to standard output; nothing is left to be done if nobody takes it.
+            let _ = error.print();
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+        }
         Err(failure) => {
             eprintln!("rowscan: {}", printable(&failure.to_string()));
             ExitCode::from(failure.exit_code())

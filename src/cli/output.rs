@@ -7,9 +7,9 @@ use std::path::Path;
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, Table, TableComponent};
+use erased_serde::Serialize;
 use rowscan_canopy::Calibration;
 use rowscan_recording::{OutputFile, is_standard_output};
-use serde::Serialize;
 use serde_json::Value;
 
 use super::{Failure, Format};
@@ -33,17 +33,6 @@ pub(super) fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// From here on the user is told what a task that nobody waits for warns of: a log that cannot be written on, settings that are not saved.
-pub(super) fn tell_warnings() {
-    let subscriber = tracing_subscriber::fmt()
-        .with_max_level(tracing::Level::WARN)
-        .with_writer(io::stderr)
-        .without_time()
-        .with_target(false);
-    // Whoever runs several commands in one process has subscribed by the first.
-    let _ = subscriber.try_init();
-}
-
 /// Writes a text of data.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
@@ -61,8 +50,9 @@ pub(super) fn terminal_columns() -> Option<usize> {
     None
 }
 
-/// Writes one JSON document, on one line for jsonl.
-pub(super) fn print_json(format: Format, document: &impl Serialize) -> Result<(), Failure> {
+/// Writes one JSON document, on one line for jsonl. The document's type is erased, so that the code that writes it is compiled once, and not for each of
+/// serde_json's writers.
+pub(super) fn print_json(format: Format, document: &dyn Serialize) -> Result<(), Failure> {
     let text = match format {
         Format::Jsonl => serde_json::to_string(document),
         _ => serde_json::to_string_pretty(document),
@@ -71,7 +61,7 @@ pub(super) fn print_json(format: Format, document: &impl Serialize) -> Result<()
 }
 
 /// Tells scripts of an event, on one line. A command that serves goes on if nobody reads its events any more.
-pub(super) fn print_event(event: &impl Serialize) -> Result<(), Failure> {
+pub(super) fn print_event(event: &dyn Serialize) -> Result<(), Failure> {
     match print_json(Format::Jsonl, event) {
         Err(Failure::Write { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         told => told,
@@ -79,7 +69,7 @@ pub(super) fn print_event(event: &impl Serialize) -> Result<(), Failure> {
 }
 
 /// Writes what was measured beside a result: behind the document as one of its own for jsonl, else for people.
-pub(super) fn tell_latency(format: Format, latency: &impl Serialize) -> Result<(), Failure> {
+pub(super) fn tell_latency(format: Format, latency: &dyn Serialize) -> Result<(), Failure> {
     match format {
         Format::Jsonl => print_json(format, latency),
         _ => {
@@ -91,6 +81,10 @@ pub(super) fn tell_latency(format: Format, latency: &impl Serialize) -> Result<(
 
 /// Writes flat rows: as a table, a JSON array, one JSON object a line, or CSV. Column names are the rows' keys.
 pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(), Failure> {
+    print_all(format, &rows.iter().map(|row| row as &dyn Serialize).collect::<Vec<_>>())
+}
+
+fn print_all(format: Format, rows: &[&dyn Serialize]) -> Result<(), Failure> {
     match format {
         Format::Json => print_json(format, &rows),
         Format::Jsonl => rows.iter().try_for_each(|row| print_json(format, row)),
@@ -101,7 +95,7 @@ pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(),
         Format::Csv => {
             let mut writer = csv::Writer::from_writer(Vec::new());
             for (index, row) in rows.iter().enumerate() {
-                let fields = fields(row)?;
+                let fields = fields(*row)?;
                 if index == 0 {
                     writer.write_record(fields.iter().map(|(key, _)| key)).map_err(csv_failure)?;
                 }
@@ -113,7 +107,7 @@ pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(),
         Format::Table => {
             let mut table = grid();
             for (index, row) in rows.iter().enumerate() {
-                let fields = fields(row)?;
+                let fields = fields(*row)?;
                 if index == 0 {
                     head(&mut table, fields.iter().map(|(key, _)| key.as_str()));
                 }
@@ -199,7 +193,7 @@ pub(super) fn name_of(path: &Path) -> String {
     if is_standard_output(path) { "standard output".to_owned() } else { path.display().to_string() }
 }
 
-fn fields<T: Serialize>(row: &T) -> Result<Vec<(String, Value)>, Failure> {
+fn fields(row: &dyn Serialize) -> Result<Vec<(String, Value)>, Failure> {
     match serde_json::to_value(row).map_err(json_failure)? {
         Value::Object(map) => Ok(map.into_iter().collect()),
         other => Ok(vec![("value".to_owned(), other)]),

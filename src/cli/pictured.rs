@@ -10,7 +10,7 @@ use rowscan_study::figure::{self, Metre, Metres, Sheet};
 
 use super::Failure;
 use super::output::{self, say};
-use crate::export::{FigureFormat, PLATE_SCALE, plate};
+use crate::export::{FigureFormat, SCALE, plate};
 
 /// Colour of the returns in a demo's picture.
 const RETURNS: [u8; 3] = [213, 94, 0];
@@ -65,7 +65,7 @@ pub(super) fn window(
     from: From,
     pale: f64,
 ) -> Result<Picture, Failure> {
-    let size = (sheet.window.width * PLATE_SCALE, sheet.window.height * PLATE_SCALE);
+    let size = (sheet.window.width * SCALE, sheet.window.height * SCALE);
     let (begin, end) = extent.along_m;
     let high_m = (end - begin) * f64::from(size.1) / f64::from(size.0);
     let (along, up) = (0.5 * (begin + end), extent.up_m.0 + 0.5 * high_m);
@@ -126,7 +126,7 @@ pub(super) fn demo(
         metres: metres.collect(),
         estimate: "leaf area estimated from the returns".to_owned(),
         returns: (format!("returns of one scan in {EVERY} received from the virtual scanner"), RETURNS),
-    })?;
+    });
     let picture = window(&model, &sheet, &extent, From::Near, 0.15)?;
     write(path, &sheet, &picture)
 }

@@ -12,6 +12,7 @@ use rowscan_faults::{
     Direction, FaultyStream, GatedListener, HostClock, Language, Medium, StreamFaults, relay, reset_on_drop,
 };
 use rowscan_ports::clock::{retry_pause, within};
+use rowscan_ports::task;
 use rowscan_ports::{Pty, Wire, keep_alive};
 use rowscan_protocol::lms2xx::Rate;
 use rowscan_recording::{About, Side, StreamKind, Tap, Taps};
@@ -161,7 +162,7 @@ impl Proxy {
                 accepted = listener.accept() => match accepted {
                     Ok((stream, peer)) => {
                         let proxy = Arc::clone(self);
-                        clients.spawn(async move { proxy.serve_client(stream, peer.to_string()).await });
+                        clients.spawn(task(async move { proxy.serve_client(stream, peer.to_string()).await }));
                     }
                     Err(cause) => {
                         tracing::warn!(%cause, "cannot accept");

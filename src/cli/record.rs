@@ -26,6 +26,7 @@ use rowscan_bus::nmea::{NmeaReceiver, NmeaSource};
 use rowscan_bus::{Bus, BusAddress, Inbox};
 use rowscan_emulator::clock::{SimClock, TimeScale};
 use rowscan_ports::clock::Stopwatch;
+use rowscan_ports::task;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -127,10 +128,10 @@ async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failu
     let mut scanners = JoinSet::new();
     for named in &args.sources {
         let config = DriverConfig { wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
-        scanners.spawn(follow(named.clone(), config, taping.taps(), limits));
+        scanners.spawn(task(follow(named.clone(), config, taping.taps(), limits)));
     }
     if args.sources.is_empty() {
-        scanners.spawn(limits.pass());
+        scanners.spawn(task(limits.pass()));
     }
     let ended = tokio::select! {
         ended = all(&mut scanners) => ended,
@@ -174,19 +175,19 @@ impl Beside {
         let mut tasks = JoinSet::new();
         for (name, mut receiver) in self.receivers {
             let tap = taps.open(&name, StreamKind::Nmea);
-            tasks.spawn(async move {
+            tasks.spawn(task(async move {
                 loop {
                     let heard = receiver.hear().await;
                     if !heard.is_empty() {
                         tap.record(Side::Device, heard);
                     }
                 }
-            });
+            }));
         }
         for (name, bus, mut inbox) in self.buses {
             let tap = taps.open(&name, StreamKind::Can);
             let clock = SimClock::start(TimeScale::Paced(1.0));
-            tasks.spawn(async move {
+            tasks.spawn(task(async move {
                 while let Some((port, heard)) = inbox.recv().await {
                     if let PortEvent::Frame(frame) = heard {
                         tap.record(Side::Device, frame.to_text().as_bytes());
@@ -194,7 +195,7 @@ impl Beside {
                         bus.send((clock.now(), frame), Some(port), rowscan_ports::Delivery::Paced).await;
                     }
                 }
-            });
+            }));
         }
         tasks
     }

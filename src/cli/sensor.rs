@@ -21,6 +21,7 @@ use rowscan_bus::nmea::{NmeaSource, SpeedReader};
 use rowscan_bus::sensors::CanopySensors;
 use rowscan_ports::Delivery;
 use rowscan_ports::latency::{WakeLateness, quantile};
+use rowscan_ports::task;
 
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]
@@ -125,7 +126,7 @@ impl SensorArgs {
             Some((bus, inbox)) => {
                 let can = CanopySensors::join(bus, sources.len(), delivery).await;
                 let news = tell_news(&mut tasks);
-                tasks.spawn(Arc::clone(&can).listen(inbox, news));
+                tasks.spawn(task(Arc::clone(&can).listen(inbox, news)));
                 Some(can)
             }
             None if self.advance == AdvanceArg::Can && recorded.is_empty() => {
@@ -275,7 +276,7 @@ async fn follow_gnss(
 ) -> Result<watch::Receiver<Option<f64>>, Failure> {
     let mut ear = source.open().await?;
     let (tell, told) = watch::channel(None);
-    tasks.spawn(async move {
+    tasks.spawn(task(async move {
         let (mut lines, mut reader) = (NmeaLines::default(), SpeedReader::default());
         loop {
             let heard = ear.hear().await;
@@ -290,6 +291,6 @@ async fn follow_gnss(
                 }
             }
         }
-    });
+    }));
     Ok(told)
 }

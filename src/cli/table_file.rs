@@ -19,6 +19,7 @@ pub(super) struct TableFile {
 impl TableFile {
     /// Begins a table.
     pub(super) fn create(path: &Path, format: TableFormat, table: &Table) -> Result<Self, Failure> {
+        format.check()?;
         let name = name_of(path);
         let out = if format.is_rewound() {
             // What cannot be rewound, such as a pipe, gets it from a file in the folder for those.

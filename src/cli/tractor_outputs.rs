@@ -12,6 +12,7 @@ use tokio::task::JoinSet;
 use super::endpoint::announce_stream;
 use super::output::say;
 use super::{Failure, Format};
+use rowscan_ports::task;
 
 /// News of the bus that may wait to be told; a bus that flaps faster loses some.
 const NEWS: usize = 16;
@@ -57,11 +58,11 @@ pub(super) async fn open_bus(
 /// Where news of a bus go to be told by a task of `tasks`.
 pub(super) fn tell_news(tasks: &mut JoinSet<()>) -> mpsc::Sender<BusNews> {
     let (news, mut told) = mpsc::channel(NEWS);
-    tasks.spawn(async move {
+    tasks.spawn(task(async move {
         while let Some(news) = told.recv().await {
             say(news);
         }
-    });
+    }));
     news
 }
 

@@ -1,10 +1,9 @@
 //! A figure, drawn as SVG, in the formats that print and slides take.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use resvg::{tiny_skia, usvg};
-use svg2pdf::{ConversionOptions, PageOptions};
+use super::converter;
+use crate::feature::MissingFeature;
 
 /// How a figure is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,12 +39,13 @@ pub enum FigureError {
     /// The drawing is not understood.
     #[error("the figure cannot be converted: {0}")]
     Convert(String),
+    /// A build that writes SVG alone.
+    #[error("{0}; or write .svg")]
+    Feature(#[from] MissingFeature),
 }
 
-/// Fonts taken for `sans-serif`, the first that the machine has.
-const FONTS: [&str; 5] = ["DejaVu Sans", "Liberation Sans", "Noto Sans", "Helvetica", "Arial"];
-/// Pixels of the picture for each of the drawing's.
-const SCALE: f32 = 2.0;
+/// Pixels of a file for each of its drawing's: the picture in a sheet's window must be so many times as large.
+pub const SCALE: u32 = 2;
 
 impl FigureFormat {
     /// By the ending of a file's name.
@@ -72,13 +72,13 @@ impl FigureFormat {
         }
     }
 
-    /// The format itself, if this machine can write it.
+    /// The format itself, if this build on this machine can write it.
     ///
     /// # Errors
-    /// A machine without fonts, unless it is SVG.
+    /// Unless it is SVG: a build without the feature `figures`, a machine without fonts.
     pub fn check(self) -> Result<Self, FigureError> {
         if self != Self::Svg {
-            fonts()?;
+            converter::check()?;
         }
         Ok(self)
     }
@@ -86,50 +86,21 @@ impl FigureFormat {
     /// The figure's bytes.
     ///
     /// # Errors
-    /// A machine without fonts, a drawing that is not understood.
+    /// As [`check`](Self::check); a drawing that is not understood.
     pub fn convert(self, svg: String) -> Result<Vec<u8>, FigureError> {
         match self {
             Self::Svg => Ok(svg.into_bytes()),
-            Self::Pdf => {
-                let tree = tree(&svg)?;
-                let pdf = svg2pdf::to_pdf(&tree, ConversionOptions::default(), PageOptions::default());
-                pdf.map_err(|cause| FigureError::Convert(cause.to_string()))
-            }
-            Self::Png => png(&tree(&svg)?),
+            Self::Pdf => converter::pdf(&svg),
+            Self::Png => converter::png(&svg, None),
         }
     }
-}
-
-/// The machine's fonts, with one of them for `sans-serif`.
-fn fonts() -> Result<usvg::fontdb::Database, FigureError> {
-    let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_system_fonts();
-    let has =
-        |name: &&&str| fonts.faces().any(|face| face.families.iter().any(|(family, _)| family == *name));
-    let Some(sans) = FONTS.iter().find(has) else { return Err(FigureError::NoFont) };
-    fonts.set_sans_serif_family(*sans);
-    Ok(fonts)
-}
-
-pub(super) fn tree(svg: &str) -> Result<usvg::Tree, FigureError> {
-    let options = usvg::Options { fontdb: Arc::new(fonts()?), ..usvg::Options::default() };
-    usvg::Tree::from_str(svg, &options).map_err(|cause| FigureError::Convert(cause.to_string()))
-}
-
-fn png(tree: &usvg::Tree) -> Result<Vec<u8>, FigureError> {
-    let size = tree.size().to_int_size();
-    let pixels = |length: u32| (length as f32 * SCALE).ceil() as u32;
-    let Some(mut picture) = tiny_skia::Pixmap::new(pixels(size.width()), pixels(size.height())) else {
-        return Err(FigureError::Convert(format!("{} × {} is no size", size.width(), size.height())));
-    };
-    resvg::render(tree, tiny_skia::Transform::from_scale(SCALE, SCALE), &mut picture.as_mut());
-    picture.encode_png().map_err(|cause| FigureError::Convert(cause.to_string()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    #[cfg(feature = "figures")]
     const SVG: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"40\" height=\"20\"><rect width=\"40\" height=\"20\" fill=\"#f00\"/></svg>";
 
     #[test]
@@ -141,6 +112,7 @@ mod tests {
         assert!(why.contains(".svg, .pdf or .png") && why.contains("figure.jpg"), "{why}");
     }
 
+    #[cfg(feature = "figures")]
     #[test]
     fn a_drawing_becomes_a_page_and_a_picture() {
         let convert = |format: FigureFormat| format.convert(SVG.to_owned());
@@ -151,7 +123,7 @@ mod tests {
         };
         assert!(pdf.starts_with(b"%PDF-"));
         let png = convert(FigureFormat::Png).expect("a picture");
-        let picture = tiny_skia::Pixmap::decode_png(&png).expect("PNG");
+        let picture = resvg::tiny_skia::Pixmap::decode_png(&png).expect("PNG");
         assert_eq!((picture.width(), picture.height()), (80, 40));
         let red = picture.pixel(40, 20).expect("inside");
         assert_eq!((red.red(), red.green(), red.blue()), (255, 0, 0));

@@ -3,10 +3,14 @@
 //! A table is columns of numbers; a format is one file that writes them. Rows are written as they come, so a table takes no more
 //! memory than one row, or one row group of Parquet, however long it becomes.
 
+#[cfg_attr(not(feature = "figures"), path = "no_converter.rs")]
+mod converter;
 mod csv;
 mod figure;
+#[cfg(feature = "tables")]
 mod las;
 pub(crate) mod npy;
+#[cfg(feature = "tables")]
 mod parquet;
 mod plate;
 mod ply;
@@ -15,12 +19,14 @@ mod scans;
 
 use std::io::{Seek, Write};
 
-pub use figure::{FigureError, FigureFormat};
-pub use plate::{PLATE_SCALE, plate};
+pub use figure::{FigureError, FigureFormat, SCALE};
+pub use plate::plate;
 pub use points::PointRows;
 pub use scans::{OtherBeams, OtherLayer, ScanRows};
 
 use rowscan_protocol::scan::Scan;
+
+use crate::feature::{Feature, MissingFeature};
 
 /// How the numbers of a column are written. Every kind of them has its place in a 64-bit float, which is what rows are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,14 +104,31 @@ pub enum TableFormat {
 pub type ExportError = Box<dyn std::error::Error + Send + Sync>;
 
 impl TableFormat {
+    /// Refuses a format that this build cannot write.
+    ///
+    /// # Errors
+    /// LAS and Parquet without the feature `tables`.
+    pub fn check(self) -> Result<(), MissingFeature> {
+        match self {
+            Self::Csv | Self::Ply | Self::Npy => Ok(()),
+            Self::Las => Feature::Tables.needed_by("LAS"),
+            Self::Parquet => Feature::Tables.needed_by("Parquet"),
+        }
+    }
+
     /// Begins a table.
     pub fn begin<W: Out>(self, out: W, table: &Table) -> Result<Box<dyn TableWriter<W>>, ExportError> {
+        self.check()?;
         Ok(match self {
             Self::Csv => Box::new(csv::Writer::new(out, table)?),
             Self::Ply => Box::new(ply::Writer::new(out, table)?),
+            #[cfg(feature = "tables")]
             Self::Las => Box::new(las::Writer::new(out, table)?),
             Self::Npy => Box::new(npy::Writer::new(out, table)?),
+            #[cfg(feature = "tables")]
             Self::Parquet => Box::new(parquet::Writer::new(out, table)?),
+            #[cfg(not(feature = "tables"))]
+            Self::Las | Self::Parquet => return Err(Feature::Tables.missing("LAS or Parquet").into()),
         })
     }
 
@@ -229,6 +252,7 @@ mod tests {
         assert_eq!((&vertices[0]["class"], &vertices[0]["beam"]), (&Property::UChar(1), &Property::UInt(7)));
     }
 
+    #[cfg(feature = "tables")]
     #[test]
     fn las_needs_places_and_parquet_begins_and_ends_as_one() {
         let bytes = sample(TableFormat::Las);

@@ -1,53 +1,33 @@
 //! A picture with axes and texts around it, as one file.
 
-use resvg::tiny_skia;
 use rowscan_render::Picture;
 use rowscan_study::figure::Sheet;
 
-use super::figure::{FigureError, FigureFormat, tree};
+use super::converter;
+use super::figure::{FigureError, FigureFormat, SCALE};
 
-/// Pixels of the file for each of the sheet's: the picture in a sheet's window must be so many times as large.
-pub const PLATE_SCALE: u32 = 2;
+/// A picture below a drawing, and where it begins: pixels of the file to the right and down.
+pub(super) type Behind<'a> = (&'a Picture, (u32, u32));
 
-/// Colours of a plate as PNG: enough for trees, and a small file.
-const COLOURS: u16 = 256;
+/// Colours of a file with a picture: enough for trees, and a small file.
+pub(super) const COLOURS: u16 = 256;
 
 /// Lays a sheet over its picture.
 ///
 /// # Errors
-/// A machine without fonts, for PNG; a sheet or picture that is not understood.
+/// For PNG as [`FigureFormat::check`]; a sheet or picture that is not understood.
 pub fn plate(sheet: &Sheet, picture: &Picture, format: FigureFormat) -> Result<Vec<u8>, FigureError> {
     match format {
-        FigureFormat::Png => png(sheet, picture),
+        FigureFormat::Png => {
+            let (left, top) = (sheet.window.left * SCALE, sheet.window.top * SCALE);
+            converter::png(&sheet.svg, Some((picture, (left, top))))
+        }
         _ => svg(sheet, picture).map(String::into_bytes),
     }
 }
 
 fn failed(cause: impl ToString) -> FigureError {
     FigureError::Convert(cause.to_string())
-}
-
-fn png(sheet: &Sheet, picture: &Picture) -> Result<Vec<u8>, FigureError> {
-    let size = (sheet.size.0 * PLATE_SCALE, sheet.size.1 * PLATE_SCALE);
-    let no_size = || failed(format!("{} × {} is no size", size.0, size.1));
-    let mut page = tiny_skia::Pixmap::new(size.0, size.1).ok_or_else(no_size)?;
-    page.fill(tiny_skia::Color::WHITE);
-    let (left, top) = (sheet.window.left * PLATE_SCALE, sheet.window.top * PLATE_SCALE);
-    let wide = 4 * size.0 as usize;
-    for row in 0..picture.size().1 {
-        for column in 0..picture.size().0 {
-            let at = (top + row) as usize * wide + 4 * (left + column) as usize;
-            let inside = left + column < size.0;
-            let pixel = page.data_mut().get_mut(at..at + 3).filter(|_| inside);
-            if let (Some(pixel), Some(rgb)) = (pixel, picture.pixel(column, row)) {
-                pixel.copy_from_slice(&rgb);
-            }
-        }
-    }
-    let scale = PLATE_SCALE as f32;
-    resvg::render(&tree(&sheet.svg)?, tiny_skia::Transform::from_scale(scale, scale), &mut page.as_mut());
-    let rgb = page.data().chunks_exact(4).flat_map(|pixel| pixel.iter().take(3).copied()).collect();
-    Picture::from_rgb(size, rgb).ok_or_else(no_size)?.png(Some(COLOURS)).map_err(failed)
 }
 
 /// White paper and the picture go in behind everything else.
@@ -96,19 +76,30 @@ mod tests {
         );
     }
 
-    #[test]
-    fn the_picture_stands_in_its_window_behind_the_drawing() {
+    /// White paper with a red point in a green window.
+    fn sheet() -> (Sheet, Picture) {
         let window = Window { left: 3, top: 2, width: 4, height: 5 };
         let drawing = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"20\" height=\"10\"><rect x=\"4\" y=\"3\" width=\"1\" height=\"1\" fill=\"#f00\"/></svg>";
         let sheet = Sheet { svg: drawing.to_owned(), size: (20, 10), window };
-        let picture = Picture::from_rgb((8, 10), [20, 120, 60].repeat(80)).unwrap();
+        (sheet, Picture::from_rgb((8, 10), [20, 120, 60].repeat(80)).unwrap())
+    }
+
+    #[test]
+    fn the_picture_stands_in_its_window_behind_the_drawing() {
+        let (sheet, picture) = sheet();
         let svg = String::from_utf8(plate(&sheet, &picture, FigureFormat::Svg).unwrap()).unwrap();
         assert!(svg.find("<image").unwrap() < svg.find("#f00").unwrap() && svg.contains("x=\"3\" y=\"2\""));
+    }
+
+    #[cfg(feature = "figures")]
+    #[test]
+    fn a_picture_is_seen_where_the_drawing_leaves_it() {
+        let (sheet, picture) = sheet();
         let file = match plate(&sheet, &picture, FigureFormat::Png) {
             Err(FigureError::NoFont) => return,
             file => file.unwrap(),
         };
-        let page = tiny_skia::Pixmap::decode_png(&file).unwrap();
+        let page = resvg::tiny_skia::Pixmap::decode_png(&file).unwrap();
         let at = |x, y| page.pixel(x, y).map(|p| [p.red(), p.green(), p.blue()]);
         assert_eq!((page.width(), page.height()), (40, 20));
         assert_eq!((at(0, 0), at(9, 7), at(7, 5)), (Some([255; 3]), Some([255, 0, 0]), Some([20, 120, 60])));

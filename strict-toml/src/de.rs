@@ -7,8 +7,8 @@ use std::fmt;
 use std::ops::Range;
 
 use serde::de::{
-    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error as _, IntoDeserializer, MapAccess,
-    SeqAccess, Unexpected, VariantAccess, Visitor,
+    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error as _, Expected, IntoDeserializer,
+    MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 use toml::Spanned;
@@ -73,6 +73,22 @@ impl fmt::Display for Problem {
 impl DocumentError {
     fn new(kind: Problem) -> Self {
         Self { span: None, kind }
+    }
+
+    /// Another value than a table, where one was expected.
+    fn no_table(found: &DeValue<'_>, expected: &dyn Expected) -> Self {
+        let number = |float: &str| float.parse().map_or(Unexpected::Other("a number"), Unexpected::Float);
+        let found = match found {
+            DeValue::String(text) => Unexpected::Str(text),
+            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
+                .map_or(Unexpected::Other("an integer"), Unexpected::Signed),
+            DeValue::Float(float) => number(float.as_str()),
+            DeValue::Boolean(boolean) => Unexpected::Bool(*boolean),
+            DeValue::Datetime(_) => Unexpected::Other("a date or time"),
+            DeValue::Array(_) => Unexpected::Seq,
+            DeValue::Table(_) => Unexpected::Map,
+        };
+        Self::invalid_type(found, expected)
     }
 
     /// The innermost place wins: it was noted first.
@@ -186,9 +202,26 @@ impl<'de> Deserializer<'de> for Value<'_> {
         visited.map_err(|error| error.at(&span))
     }
 
+    /// A struct is a table. Read as any value it could be an array too, and every struct's reader would be compiled twice.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        let (span, text) = (self.0.span(), self.1);
+        let visited = match self.0.into_inner() {
+            DeValue::Table(table) => {
+                visitor.visit_map(Entries { entries: table.into_iter(), pending: None, text })
+            }
+            other => Err(DocumentError::no_table(&other, &visitor)),
+        };
+        visited.map_err(|error| error.at(&span))
+    }
+
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct map struct identifier ignored_any
+        tuple_struct map identifier ignored_any
     }
 }
 
@@ -290,10 +323,10 @@ impl<'de> VariantAccess<'de> for Value<'_> {
 
     fn struct_variant<V: Visitor<'de>>(
         self,
-        _: &'static [&'static str],
+        fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, DocumentError> {
-        self.deserialize_any(visitor)
+        self.deserialize_struct("", fields, visitor)
     }
 }
 
@@ -361,6 +394,13 @@ mod tests {
         let found =
             from_toml::<std::collections::BTreeMap<String, Orchard>>("orchard = 3\n").expect_err("a number");
         assert_eq!((found.line, found.message.as_str()), (1, "expected a table, found integer `3`"));
+        // Not one field after the other: nobody could read that.
+        let found =
+            from_toml::<std::collections::BTreeMap<String, Orchard>>("orchard = [3, 1.5, \"spindle\"]\n")
+                .expect_err("an array");
+        assert_eq!((found.line, found.message.as_str()), (1, "expected a table, found sequence"));
+        let found = refusal("trees = 1\nshape = { cylinder = 0.1 }\n");
+        assert_eq!((found.line, found.message.as_str()), (2, "expected a table, found floating point `0.1`"));
         let found = refusal("trees = -1\n");
         assert_eq!((found.line, found.message.as_str()), (1, "expected u32, found integer `-1`"));
         let found = refusal("shape = \"spindel\"\n");

@@ -1,7 +1,5 @@
 //! Fingerprints of settings, and seeds that follow from them. FNV-1a, 64 bits: to tell files apart, not to keep secrets.
 
-use serde::Serialize;
-
 const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
 const PRIME: u64 = 0x0000_0100_0000_01b3;
 
@@ -11,7 +9,7 @@ pub fn of_bytes(bytes: impl IntoIterator<Item = u8>) -> u64 {
 }
 
 /// Sixteen hexadecimal digits that tell one value from another by its JSON.
-pub fn of(value: &impl Serialize) -> String {
+pub fn of(value: &dyn erased_serde::Serialize) -> String {
     of_content(&serde_json::to_vec(value).unwrap_or_default())
 }
 

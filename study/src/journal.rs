@@ -73,7 +73,7 @@ impl<W: Write> Journal<W> {
     }
 }
 
-fn put(out: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
+fn put(out: &mut dyn Write, value: &dyn erased_serde::Serialize) -> io::Result<()> {
     let mut line = serde_json::to_vec(value)?;
     line.push(b'\n');
     out.write_all(&line)?;

@@ -35,6 +35,8 @@ pub mod transfer;
 pub mod trial;
 mod wilson;
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
 use rowscan_scenes::parameters::SceneFile;
@@ -184,18 +186,24 @@ pub fn run<S: Study>(
         shard.units(study.units()).filter(|index| done.iter().all(|unit| unit.index != *index)).collect();
     // The long ones first, so that no core waits for one at the end.
     open.sort_by(|a, b| study.effort(*b).total_cmp(&study.effort(*a)));
-    let fresh: Result<Vec<_>, RunError> = open
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|index| {
-            let result = study.unit(index).map_err(|cause| RunError::Unit { index, cause })?;
-            let unit = Unit { index, result };
-            keep(&unit).map_err(|cause| RunError::Keep { index, cause })?;
-            Ok(unit)
-        })
-        .collect();
-    let mut units = done;
-    units.extend(fresh?);
-    units.sort_by_key(|unit| unit.index);
+    let units = Mutex::new(done);
+    on_all_cores(&open, &|index| {
+        let result = study.unit(index).map_err(|cause| RunError::Unit { index, cause })?;
+        let unit = Unit { index, result };
+        keep(&unit).map_err(|cause| RunError::Keep { index, cause })?;
+        units.lock().unwrap_or_else(PoisonError::into_inner).push(unit);
+        Ok(())
+    })?;
+    let mut units = units.into_inner().unwrap_or_else(PoisonError::into_inner);
+    // Cached, what is sorted is numbers, whatever the study.
+    units.sort_by_cached_key(|unit| unit.index);
     Ok(units)
+}
+
+/// Compiled once for all studies.
+fn on_all_cores(
+    open: &[usize],
+    work: &(dyn Fn(usize) -> Result<(), RunError> + Sync),
+) -> Result<(), RunError> {
+    open.par_iter().with_max_len(1).try_for_each(|index| work(*index))
 }

@@ -177,23 +177,26 @@ pub fn merge<S: Study>(files: Vec<(String, ShardFile<S, S::Result>)>) -> Result<
     let Some((first, header)) = files.first().map(|(name, file)| (name.clone(), file.header.clone())) else {
         return Err(MergeError::None);
     };
-    let mut units: BTreeMap<usize, (String, Unit<S::Result>)> = BTreeMap::new();
+    let mut units: Vec<Unit<S::Result>> = Vec::new();
+    let mut places: BTreeMap<usize, String> = BTreeMap::new();
     for (other, file) in files {
         if let Some(key) = header.difference(&file.header) {
             return Err(MergeError::Another { first, other, key });
         }
         for unit in file.units {
             let index = unit.index;
-            if let Some((first, _)) = units.insert(index, (other.clone(), unit)) {
+            if let Some(first) = places.insert(index, other.clone()) {
                 return Err(MergeError::Twice { index, first, other });
             }
+            units.push(unit);
         }
     }
-    let missing: Vec<usize> = (0..header.units).filter(|index| !units.contains_key(index)).collect();
+    let missing: Vec<usize> = (0..header.units).filter(|index| !places.contains_key(index)).collect();
     if let Some(first) = missing.first() {
         return Err(MergeError::Missing { missing: missing.len(), units: header.units, first: *first });
     }
-    Ok((header, units.into_values().map(|(_, unit)| unit).collect()))
+    units.sort_by_cached_key(|unit| unit.index);
+    Ok((header, units))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::common;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use clap::{Command, CommandFactory};
+use clap::Command;
 use common::binary::{Emulator, Ended, assert_says, refused, run, text};
 
 /// Every command whose `--format` is one of data, and arguments with which it has something to say. `{}` is a folder with the files below.
@@ -120,7 +120,7 @@ fn csv_of(words: &str, arguments: &[&str], folder: &Path) -> Ended {
 #[test]
 fn every_command_that_takes_csv_writes_a_header_and_rows() {
     let mut found = BTreeSet::new();
-    with_csv(&rowscan::cli::Cli::command(), "", &mut found);
+    with_csv(&rowscan::cli::command(), "", &mut found);
     let listed: BTreeSet<String> = ROWS.iter().map(|(words, _)| (*words).to_owned()).collect();
     assert_eq!(found, listed, "a command that takes --format csv is tried here");
     let folder = tempfile::tempdir().expect("a folder");

@@ -28,9 +28,11 @@ mod documents;
 mod emulated_device;
 mod endings;
 mod examples;
+#[cfg(feature = "tables")]
 mod exports;
 mod fault_table;
 mod faults;
+mod features;
 mod frozen_clock;
 mod hostile;
 mod interrupted;
@@ -54,6 +56,7 @@ mod replay;
 mod replay_lines;
 mod replayed_requests;
 mod roofs;
+#[cfg(feature = "tables")]
 mod scans;
 mod searches;
 mod services;

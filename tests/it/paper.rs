@@ -2,7 +2,6 @@
 
 use crate::common;
 
-use clap::CommandFactory;
 use common::binary::{refused, run, text};
 
 #[test]
@@ -11,7 +10,7 @@ fn every_command_is_completed_and_has_a_page() {
     let pages = folder.path().join("man");
     assert_eq!(run(&["man", text(&pages)]).code, Some(0));
     let scripts = ["bash", "zsh", "fish"].map(|shell| run(&["completions", shell]).stdout);
-    let command = rowscan::cli::Cli::command();
+    let command = rowscan::cli::command();
     let commands: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
     assert!(commands.len() > 15, "{commands:?}");
     for name in commands {

@@ -22,6 +22,7 @@ mod page;
 mod picture;
 mod routes;
 mod show;
+mod socket;
 mod strip;
 mod studio;
 mod telegram_log;

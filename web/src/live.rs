@@ -1,14 +1,16 @@
 //! One browser's socket: pictures as bytes, states as text, and for each the browser's word that it has drawn or taken it.
 
 use axum::body::Bytes;
-use axum::extract::State;
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Request, State};
 use axum::http::StatusCode;
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
+use futures_util::{SinkExt, StreamExt};
 use rowscan_control::Problem;
 use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio_tungstenite::tungstenite::Message;
 
 use crate::clock;
+use crate::socket::{Socket, upgrade};
 use crate::studio::{BROWSERS, Exposure, Studio};
 
 /// The protocol that the page asks for.
@@ -22,24 +24,23 @@ const TAKEN: &str = "taken";
 const MESSAGE_BYTES: usize = 256;
 
 /// Opens a browser's socket, if there is a place for it.
-pub(crate) async fn live(State(studio): State<Studio>, upgrade: WebSocketUpgrade) -> Response {
+pub(crate) async fn live(State(studio): State<Studio>, request: Request) -> Result<Response, Problem> {
     let Ok(seat) = studio.seats.try_acquire_owned() else {
         let message = format!("{BROWSERS} browsers look already; close one of them");
-        return Problem::new(StatusCode::SERVICE_UNAVAILABLE, message).into_response();
+        return Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, message));
     };
-    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES);
-    upgrade.on_upgrade(move |socket| serve(socket, studio.exposures, seat))
+    upgrade(request, PROTOCOL, MESSAGE_BYTES, |socket| serve(socket, studio.exposures, seat))
 }
 
 /// Shows what comes until the browser goes, or does not take it.
-async fn serve(socket: WebSocket, exposures: watch::Receiver<Exposure>, seat: OwnedSemaphorePermit) {
+async fn serve(socket: Socket, exposures: watch::Receiver<Exposure>, seat: OwnedSemaphorePermit) {
     let mut browser = Browser { socket, undrawn: 0, untaken: 0, last: Bytes::new(), state_number: 0 };
     browser.follow(exposures).await;
     drop(seat);
 }
 
 struct Browser {
-    socket: WebSocket,
+    socket: Socket,
     /// Pictures sent that it has not drawn.
     undrawn: u32,
     /// States sent that it has not taken.
@@ -62,7 +63,7 @@ impl Browser {
         loop {
             let event = clock::quiet(async {
                 tokio::select! {
-                    said = self.socket.recv() => Event::Said(said.and_then(Result::ok)),
+                    said = self.socket.next() => Event::Said(said.and_then(Result::ok)),
                     changed = exposures.changed() => Event::Exposed(changed.is_ok()),
                 }
             });

@@ -1,12 +1,11 @@
 //! What the page asks for, beside what scripts ask for too.
 
-use axum::Json;
 use axum::Router;
 use axum::extract::{Query, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use axum::routing::get;
-use rowscan_control::Problem;
+use rowscan_control::{Json, Problem};
 use serde::Deserialize;
 use serde_json::json;
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rowscan_control::Bench;
 use tokio::sync::{Semaphore, watch};
+use tokio_tungstenite::tungstenite::Utf8Bytes;
 
 use crate::clock;
 use crate::show::Show;
@@ -26,7 +27,7 @@ pub(crate) struct Exposure {
     pub(crate) picture: axum::body::Bytes,
     /// Goes up with every new state.
     pub(crate) state_number: u64,
-    pub(crate) state: axum::extract::ws::Utf8Bytes,
+    pub(crate) state: Utf8Bytes,
 }
 
 /// Makes pictures while anybody looks, one for all.

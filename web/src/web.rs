@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 
 use rowscan_control::{Bench, Guard, Served, Server, ServerError, router};
+use rowscan_ports::task;
 use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 
@@ -44,7 +45,7 @@ impl Web {
         let served = Served { guarded, public: crate::page::routes(), connections: CONNECTIONS };
         let server = Server::open(address, served, guard).await?;
         let mut camera = JoinSet::new();
-        camera.spawn(expose(show, bench, seats, exposed));
+        camera.spawn(task(expose(show, bench, seats, exposed)));
         Ok(Self { server, camera })
     }
 

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::net::SocketAddr;
 
 use rowscan_ports::in_flight::Pending;
+use rowscan_ports::task;
 use rowscan_ports::{Tally, keep_alive};
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -143,7 +144,7 @@ impl SocketcandLink {
                             let (outbox, queue) = mpsc::channel(QUEUE);
                             let number = numbers.next().unwrap_or_default();
                             clients.push((number, outbox));
-                            tasks.spawn(serve(stream, queue, ear.of_client(number)));
+                            tasks.spawn(task(serve(stream, queue, ear.of_client(number))));
                         }
                         Ok((_, client)) => {
                             if let Some(so_far) = refused.count() {

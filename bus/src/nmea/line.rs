@@ -15,6 +15,7 @@ use tokio::task::JoinSet;
 
 use super::sentence::SENTENCES;
 use rowscan_ports::in_flight::{InFlight, Pending};
+use rowscan_ports::task;
 use rowscan_ports::{Delivery, Port, PortError, Pty, Tally, Untaken, Wire, keep_alive, uart};
 
 /// Epochs a client may be behind before it loses some.
@@ -170,24 +171,24 @@ impl NmeaLine {
             NmeaAddress::Tcp(place) => {
                 let listener = TcpListener::bind(place).await.map_err(refused(place))?;
                 let address = listener.local_addr().map_err(refused(place))?;
-                tasks.spawn(serve(listener, queue, Arc::clone(&takers)));
+                tasks.spawn(task(serve(listener, queue, Arc::clone(&takers))));
                 NmeaPlace::Address(address)
             }
             NmeaAddress::Udp(place) => {
                 let socket = UdpSocket::bind("0.0.0.0:0").await.map_err(refused(place))?;
                 socket.connect(place).await.map_err(refused(place))?;
                 let address = socket.peer_addr().map_err(refused(place))?;
-                tasks.spawn(send_datagrams(socket, queue, takers.enter()));
+                tasks.spawn(task(send_datagrams(socket, queue, takers.enter())));
                 NmeaPlace::Address(address)
             }
             NmeaAddress::Serial(device, rate) => {
                 carries(*rate, rate_hz)?;
                 let port = Port::open(device, *rate)?;
                 let taker = takers.enter();
-                tasks.spawn(async move {
+                tasks.spawn(task(async move {
                     let _taker = taker;
                     write_line(port, None, queue).await;
-                });
+                }));
                 NmeaPlace::Path(device.clone())
             }
             NmeaAddress::Pty(link, rate) => {
@@ -196,7 +197,7 @@ impl NmeaLine {
                 let path = pty.path().to_owned();
                 untaken = Some(pty.untaken()?);
                 let (takers, rate) = (Arc::clone(&takers), *rate);
-                tasks.spawn(async move {
+                tasks.spawn(task(async move {
                     // What nobody reads is dropped, as on a cable without a receiver.
                     let opened = loop {
                         tokio::select! {
@@ -208,7 +209,7 @@ impl NmeaLine {
                         let _taker = takers.enter();
                         write_line(pty, rate, queue).await;
                     }
-                });
+                }));
                 NmeaPlace::Path(path)
             }
         };
@@ -301,10 +302,10 @@ async fn serve(listener: TcpListener, mut queue: mpsc::Receiver<Epoch>, takers: 
             accepted = listener.accept() => match accepted {
                 Ok((stream, _)) if clients.len() < MAX_CLIENTS => {
                     let (epochs, taker) = (spread.subscribe(), takers.enter());
-                    clients.spawn(async move {
+                    clients.spawn(task(async move {
                         let _taker = taker;
                         serve_client(stream, epochs).await;
-                    });
+                    }));
                 }
                 Ok((_, client)) => {
                     if let Some(so_far) = refused.count() {

@@ -1,69 +1,120 @@
 //! JUnit, for Jenkins, GitLab, GitHub and pytest's readers: one testcase an expectation, its name unique, its message on one line and in the
 //! text as well.
 
-use std::time::Duration;
+use std::fmt::Write;
+use std::time::{SystemTime, UNIX_EPOCH};
 
-use chrono::{DateTime, Utc};
-use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use rowscan_protocol::calendar::{Date, SECONDS_PER_DAY};
 
 use super::{clean, details, one_line, tail};
 use crate::clock;
 use crate::verdict::{Case, Tried, Verdict};
 
 /// All scenarios as one JUnit document.
-///
-/// # Errors
-/// In words: the document could not be written.
-pub fn junit(all: &[Tried]) -> Result<String, String> {
-    let mut report = Report::new("rowscan check");
-    let date = DateTime::<Utc>::from(clock::date());
-    report.set_time(all.iter().map(|tried| seconds(tried.wall_s)).sum());
-    for tried in all {
-        let seed = tried.seed.map_or(String::new(), |seed| format!(" [seed {seed}]"));
-        let mut suite = TestSuite::new(one_line(&format!("{}{seed}", tried.name)));
-        suite.set_timestamp(date);
-        suite.set_time(seconds(tried.wall_s));
-        let facts = tried.facts.iter().map(|(key, value)| (key.as_str(), one_line(value)));
-        let seed = tried.seed.map(|seed| ("seed", seed.to_string()));
-        for (key, value) in facts.chain(seed).chain([("simulated_s", format!("{:.6}", tried.simulated_s))]) {
-            suite.add_property((key, value.as_str()));
-        }
-        for case in &tried.cases {
-            suite.add_test_case(testcase(tried, case));
-        }
-        let notes: String = tried.notes().iter().map(|note| format!("note: {note}\n")).collect();
-        suite.set_system_out(clean(&(notes + tail(&tried.output))));
-        report.add_test_suite(suite);
+pub fn junit(all: &[Tried]) -> String {
+    let cases: Vec<&Case> = all.iter().flat_map(|tried| &tried.cases).collect();
+    let time = seconds(all.iter().map(|tried| tried.wall_s).sum());
+    let attributes =
+        [&[("name", "rowscan check".to_owned())], &counts(&cases)[..], &[("time", time)]].concat();
+    let mut document =
+        format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<{}>\n", tag("testsuites", &attributes));
+    let date = timestamp(clock::date());
+    all.iter().for_each(|tried| suite(tried, &date, &mut document));
+    document + "</testsuites>\n"
+}
+
+fn suite(tried: &Tried, date: &str, out: &mut String) {
+    let seed = tried.seed.map_or(String::new(), |seed| format!(" [seed {seed}]"));
+    let cases: Vec<&Case> = tried.cases.iter().collect();
+    let attributes = [
+        &[("name", one_line(&format!("{}{seed}", tried.name)))],
+        &counts(&cases)[..],
+        &[("timestamp", date.to_owned()), ("time", seconds(tried.wall_s))],
+    ];
+    put(out, format_args!("    <{}>\n        <properties>", tag("testsuite", &attributes.concat())));
+    let facts = tried.facts.iter().map(|(key, value)| (key.as_str(), one_line(value)));
+    let seed = tried.seed.map(|seed| ("seed", seed.to_string()));
+    for (key, value) in facts.chain(seed).chain([("simulated_s", format!("{:.6}", tried.simulated_s))]) {
+        let attributes = [("name", key.to_owned()), ("value", value)];
+        put(out, format_args!("            <{}/>", tag("property", &attributes)));
     }
-    report.to_string().map_err(|error| error.to_string())
+    put(out, format_args!("        </properties>"));
+    cases.iter().for_each(|case| testcase(tried, case, out));
+    let notes: String = tried.notes().iter().map(|note| format!("note: {note}\n")).collect();
+    let output = escaped(&clean(&(notes + tail(&tried.output))));
+    put(out, format_args!("        <system-out>{output}</system-out>\n    </testsuite>"));
 }
 
-fn testcase(tried: &Tried, case: &Case) -> TestCase {
-    let bad = |kind| {
-        let mut status = TestCaseStatus::non_success(kind);
-        status.set_message(one_line(&case.message));
-        status.set_type(if kind == NonSuccessKind::Error { "error" } else { "failure" });
-        let lines = [vec![one_line(&case.message)], details(case)].concat();
-        status.set_description(clean(&lines.join("\n")));
-        status
+fn testcase(tried: &Tried, case: &Case, out: &mut String) {
+    let attributes = [
+        ("name", one_line(&case.name)),
+        ("classname", one_line(&tried.name)),
+        ("time", seconds(tried.wall_s / tried.cases.len().max(1) as f64)),
+        ("file", one_line(&tried.scenario.display().to_string())),
+    ];
+    let testcase = tag("testcase", &attributes);
+    let message = one_line(&case.message);
+    let lines = [vec![message.clone()], details(case)].concat();
+    let bad = |kind: &'static str| {
+        let start = tag(kind, &[("message", message.clone()), ("type", kind.to_owned())]);
+        format!("<{start}>{}</{kind}>", escaped(&clean(&lines.join("\n"))))
     };
-    let status = match case.verdict {
-        Verdict::Passed => TestCaseStatus::success(),
-        Verdict::Skipped => {
-            let mut status = TestCaseStatus::skipped();
-            status.set_message(one_line(&case.message));
-            status
-        }
-        Verdict::Failed => bad(NonSuccessKind::Failure),
-        Verdict::Error => bad(NonSuccessKind::Error),
+    let inside = match case.verdict {
+        Verdict::Passed => return put(out, format_args!("        <{testcase}/>")),
+        Verdict::Skipped => format!("<{}/>", tag("skipped", &[("message", message.clone())])),
+        Verdict::Failed => bad("failure"),
+        Verdict::Error => bad("error"),
     };
-    let mut testcase = TestCase::new(one_line(&case.name), status);
-    testcase.set_classname(one_line(&tried.name));
-    testcase.set_time(seconds(tried.wall_s / tried.cases.len().max(1) as f64));
-    testcase.extra.insert("file".into(), clean(&tried.scenario.display().to_string()).into());
-    testcase
+    put(out, format_args!("        <{testcase}>\n            {inside}\n        </testcase>"));
 }
 
-fn seconds(seconds: f64) -> Duration {
-    Duration::try_from_secs_f64(seconds).unwrap_or_default()
+/// How many cases there are, and how many of each bad kind.
+fn counts(cases: &[&Case]) -> [(&'static str, String); 4] {
+    let of = |verdict| cases.iter().filter(|case| case.verdict == verdict).count().to_string();
+    [
+        ("tests", cases.len().to_string()),
+        ("skipped", of(Verdict::Skipped)),
+        ("failures", of(Verdict::Failed)),
+        ("errors", of(Verdict::Error)),
+    ]
+}
+
+/// A tag's name with its attributes.
+fn tag(name: &str, attributes: &[(&str, String)]) -> String {
+    attributes.iter().fold(name.to_owned(), |tag, (key, value)| format!("{tag} {key}=\"{}\"", escaped(value)))
+}
+
+fn put(out: &mut String, line: std::fmt::Arguments<'_>) {
+    // A string takes whatever is written to it.
+    let _ = writeln!(out, "{line}");
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn seconds(seconds: f64) -> String {
+    format!("{seconds:.3}")
+}
+
+/// A date and time as ISO 8601 has them, to the millisecond.
+fn timestamp(date: SystemTime) -> String {
+    let since = date.duration_since(UNIX_EPOCH).unwrap_or_default();
+    let (days, of_day) = (since.as_secs() / SECONDS_PER_DAY, since.as_secs() % SECONDS_PER_DAY);
+    let Date { year, month, day } = Date::of_day(i64::try_from(days).unwrap_or_default());
+    let (hours, minutes, seconds) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
+    let millis = since.subsec_millis();
+    format!("{year:04}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{seconds:02}.{millis:03}+00:00")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_leap_day_has_its_date() {
+        let leap_day = UNIX_EPOCH + Duration::from_millis(1_709_164_799_987 + 1_000);
+        assert_eq!(timestamp(leap_day), "2024-02-29T00:00:00.987+00:00");
+    }
 }

@@ -11,6 +11,7 @@ use std::os::fd::OwnedFd;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use rowscan_ports::task;
 use rustix::time::{
     ClockId, Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, clock_gettime,
     timerfd_create, timerfd_settime,
@@ -78,7 +79,7 @@ impl SystemTimer {
             Queue { deadlines: BinaryHeap::new(), number: 0, covered_from: Duration::ZERO, failed: false };
         let shared = Arc::new(Shared { timer, queue: Mutex::new(queue) });
         let mut tasks = JoinSet::new();
-        tasks.spawn(serve(Arc::clone(&shared)));
+        tasks.spawn(task(serve(Arc::clone(&shared))));
         Ok(Self { shared, _task: Arc::new(tasks) })
     }
 

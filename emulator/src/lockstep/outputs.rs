@@ -12,6 +12,7 @@ use tokio::task::JoinSet;
 
 use super::level::{OutputAck, OutputPort};
 use super::looked::Looked;
+use rowscan_ports::task;
 
 /// Connections at once.
 const MOST: usize = 32;
@@ -74,13 +75,13 @@ impl Outputs {
             OutputPort::Tcp(address) => {
                 let listener = TcpListener::bind(address).await?;
                 let address = listener.local_addr()?;
-                tasks.spawn(accept(listener, count.clone(), joined));
+                tasks.spawn(task(accept(listener, count.clone(), joined)));
                 Some(address)
             }
             OutputPort::Udp(address) => {
                 let socket = UdpSocket::bind(address).await?;
                 let address = socket.local_addr()?;
-                tasks.spawn(count_datagrams(socket, count.clone()));
+                tasks.spawn(task(count_datagrams(socket, count.clone())));
                 Some(address)
             }
         };
@@ -145,7 +146,7 @@ async fn accept(listener: TcpListener, count: OutputCount, joined: Arc<Notify>) 
                     count.counted.here.fetch_add(1, Ordering::AcqRel);
                     count.counted.came.fetch_add(1, Ordering::AcqRel);
                     joined.notify_one();
-                    serving.spawn(count_lines(stream, count.clone()));
+                    serving.spawn(task(count_lines(stream, count.clone())));
                 }
                 Ok(_) => {}
                 Err(_) => rowscan_ports::clock::retry_pause().await,

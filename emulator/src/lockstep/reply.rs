@@ -8,6 +8,7 @@
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use rowscan_ports::task;
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpListener, TcpStream};
@@ -56,7 +57,7 @@ impl Replies {
         let heard = Arc::<Mutex<Vec<Participant>>>::default();
         let mut tasks = JoinSet::new();
         let table = Table { heard: Arc::clone(&heard), joined };
-        tasks.spawn(accept(listener, asked.clone(), table));
+        tasks.spawn(task(accept(listener, asked.clone(), table)));
         Ok(Self { address, asked, heard, _tasks: tasks })
     }
 
@@ -111,7 +112,7 @@ async fn accept(listener: TcpListener, asked: watch::Sender<Asked>, table: Table
             accepted = listener.accept() => match accepted {
                 Ok((stream, peer)) if serving.len() < MOST => {
                     number += 1;
-                    serving.spawn(serve(stream, peer, number, asked.subscribe(), table.clone()));
+                    serving.spawn(task(serve(stream, peer, number, asked.subscribe(), table.clone())));
                 }
                 Ok(_) => {}
                 Err(_) => rowscan_ports::clock::retry_pause().await,

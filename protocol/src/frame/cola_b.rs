@@ -2,6 +2,8 @@
 
 use alloc::vec::Vec;
 
+use byteorder::{BigEndian, ByteOrder};
+
 use super::{COMMAND_LETTER, Probe, STX};
 
 /// Four STX.
@@ -31,10 +33,10 @@ pub(super) fn probe(
     if bytes.get(..start) != START.get(..start) {
         return Probe::NotAFrame;
     }
-    let Some(Ok(length)) = bytes.get(START.len()..HEADER).map(<[u8; 4]>::try_from) else {
+    let Some(length) = bytes.get(START.len()..HEADER) else {
         return Probe::Incomplete { examined: start };
     };
-    let payload = u32::from_be_bytes(length) as usize;
+    let payload = BigEndian::read_u32(length) as usize;
     if payload == 0 || payload > max_payload {
         return Probe::Broken { extent: HEADER };
     }
@@ -62,6 +64,6 @@ pub(super) fn encode_with(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     // A payload of 4 GB does not exist; a length that lies would be refused with the checksum.
     let length = u32::try_from(payload.len()).unwrap_or(u32::MAX);
     let sum = checksum(payload);
-    out.iter_mut().skip(length_at).zip(length.to_be_bytes()).for_each(|(to, from)| *to = from);
+    BigEndian::write_u32(&mut out[length_at..], length);
     out.push(sum);
 }

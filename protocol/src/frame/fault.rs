@@ -4,6 +4,8 @@ use alloc::format;
 use alloc::string::String;
 use core::ops::Range;
 
+use byteorder::{BigEndian, ByteOrder};
+
 use super::{COMMAND_LETTER, ETX, STX, cola_b};
 
 /// What is wrong with a stretch of bytes that belongs to no frame.
@@ -105,10 +107,10 @@ fn binary(rest: &[u8], max_payload: usize) -> (usize, usize, FaultKind) {
         };
     }
     let header = cola_b::OVERHEAD - 1;
-    let Some(Ok(length)) = rest.get(starts..header).map(<[u8; 4]>::try_from) else {
+    let Some(length) = rest.get(starts..header) else {
         return (rest.len(), rest.len(), FaultKind::Cut(cola_b::OVERHEAD - rest.len()));
     };
-    let claimed = u32::from_be_bytes(length);
+    let claimed = BigEndian::read_u32(length);
     let payload = claimed as usize;
     if payload == 0 || payload > max_payload {
         return (next_start(rest, header), starts, FaultKind::Length { claimed, most: max_payload });

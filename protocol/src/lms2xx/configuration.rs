@@ -3,6 +3,7 @@
 //! Source: telegram listing 8007954, table 7-122. A host takes the length from the frame and writes back what it has read.
 
 use super::values::{MeasuringMode, Unit};
+use super::words::word;
 
 /// Bytes of the longest block.
 pub const LENGTH: usize = 34;
@@ -100,7 +101,7 @@ impl Configuration {
     pub fn is_listed(&self) -> bool {
         let [sensitivity, temporary, subtractive, single_values] =
             [SENSITIVITY, TEMPORARY_FIELD, SUBTRACTIVE, SINGLE_VALUES].map(|at| self.block[at]);
-        let dazzle = u16::from_le_bytes([self.block[DAZZLE], self.block[DAZZLE + 1]]);
+        let dazzle = word([self.block[DAZZLE], self.block[DAZZLE + 1]]);
         self.unit().is_some()
             && self.measuring_mode().is_known()
             && sensitivity <= 3
@@ -150,7 +151,7 @@ impl Configuration {
 
     /// The largest object that fields do not see, centimetres.
     pub fn blanking_cm(&self) -> u16 {
-        u16::from_le_bytes([self.block[0], self.block[1]])
+        word([self.block[0], self.block[1]])
     }
 
     /// Evaluations until an infringed field counts.

@@ -12,6 +12,9 @@
 
 use alloc::vec::Vec;
 
+use byteorder::{ByteOrder, LittleEndian};
+
+use super::words::{put_words, word};
 pub use crate::frame::FrameCounts;
 use crate::frame::STX;
 
@@ -52,10 +55,9 @@ pub fn encode_with(address: u8, out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u
     write(out);
     let body = out.len() - start - HEADER;
     // A body that does not fit the length field would be refused with the checksum; telegrams never are that long.
-    let length = u16::try_from(body).unwrap_or(u16::MAX).to_le_bytes();
-    out.iter_mut().skip(start + 2).zip(length).for_each(|(to, from)| *to = from);
+    LittleEndian::write_u16(&mut out[start + 2..], u16::try_from(body).unwrap_or(u16::MAX));
     let crc = checksum(out.get(start..).unwrap_or_default());
-    out.extend_from_slice(&crc.to_le_bytes());
+    put_words(&[crc], out);
 }
 
 /// Appends `body` as one frame.
@@ -242,14 +244,14 @@ impl FrameDecoder {
             return Probe::NotAFrame;
         }
         let Some(&[low, high]) = bytes.get(2..HEADER) else { return Probe::Incomplete };
-        let body = usize::from(u16::from_le_bytes([low, high]));
+        let body = usize::from(word([low, high]));
         if !(1..=MAX_BODY).contains(&body) {
             return Probe::NotAFrame;
         }
         let Some((summed, crc)) = bytes.get(..body + OVERHEAD).and_then(<[u8]>::split_last_chunk::<2>) else {
             return Probe::Incomplete;
         };
-        if u16::from_le_bytes(*crc) == checksum(summed) {
+        if word(*crc) == checksum(summed) {
             Probe::Frame(body + OVERHEAD)
         } else {
             Probe::Broken(body + OVERHEAD)

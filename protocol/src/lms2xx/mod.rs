@@ -15,6 +15,7 @@ mod output;
 pub mod settings_reply;
 pub mod telegram;
 pub mod values;
+mod words;
 
 use core::fmt;
 use core::time::Duration;

@@ -2,6 +2,8 @@
 
 use alloc::vec::Vec;
 
+use super::words::word;
+
 /// Which values a scan telegram carries, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
@@ -80,7 +82,7 @@ impl Parts {
     /// Reads the number of parts and the parts.
     pub(super) fn parse(data: &[u8]) -> Option<Self> {
         let (count, rest) = data.split_first_chunk::<2>()?;
-        let count = usize::from(u16::from_le_bytes(*count));
+        let count = usize::from(word(*count));
         let spans = rest.as_chunks::<4>().0.get(..count).filter(|spans| spans.len() <= MAX_PARTS)?;
         let spans: Vec<Span> = spans.iter().map(|bytes| Span::of_bytes(*bytes)).collect();
         Self::new(&spans)
@@ -104,7 +106,12 @@ pub struct Span {
 impl Span {
     /// Two words.
     pub(super) fn of_bytes([a, b, c, d]: [u8; 4]) -> Self {
-        Self { first: u16::from_le_bytes([a, b]), last: u16::from_le_bytes([c, d]) }
+        Self { first: word([a, b]), last: word([c, d]) }
+    }
+
+    /// The same, to be written.
+    pub(super) fn words(self) -> [u16; 2] {
+        [self.first, self.last]
     }
 
     /// True if a scan of `count` values has them.

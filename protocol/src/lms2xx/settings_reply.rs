@@ -4,6 +4,7 @@ use super::configuration::Configuration;
 use super::device::{place, rate_of};
 use super::telegram::{REPLY, command};
 use super::values::{MeasuringMode, Values};
+use super::words::word_at;
 use super::{Rate, Variant};
 
 /// One reply that describes the device or its settings.
@@ -31,8 +32,7 @@ impl<'a> SettingsReply<'a> {
     pub fn parse(body: &'a [u8]) -> Option<Self> {
         let (reply, data) = body.split_first()?;
         let variant = |at: usize| {
-            let word = |at: usize| body.get(at..)?.first_chunk().map(|word| u16::from_le_bytes(*word));
-            Some(Variant { angle_deg: word(at)?, step_centideg: word(at + 2)? })
+            Some(Variant { angle_deg: word_at(body, at)?, step_centideg: word_at(body, at + 2)? })
         };
         match reply.wrapping_sub(REPLY) {
             command::TYPE => {
@@ -40,8 +40,7 @@ impl<'a> SettingsReply<'a> {
                 core::str::from_utf8(text).ok().map(Self::Type)
             }
             command::STATUS => {
-                let code = body.get(place::RATE..).and_then(<[u8]>::first_chunk);
-                let rate = code.and_then(|code| rate_of(u16::from_le_bytes(*code)));
+                let rate = word_at(body, place::RATE).and_then(rate_of);
                 let mode = MeasuringMode(*body.get(place::MEASURING_MODE)?);
                 Some(Self::Status { variant: variant(place::ANGLE)?, rate, mode })
             }

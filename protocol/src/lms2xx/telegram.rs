@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 use super::output::{Output, Parts, Span, When};
+use super::words::{put_words, word};
 use super::{Rate, Variant, frame};
 
 /// The password of the installation mode.
@@ -118,10 +119,6 @@ pub enum Request<'a> {
     Unknown(u8),
 }
 
-fn word(bytes: [u8; 2]) -> u16 {
-    u16::from_le_bytes(bytes)
-}
-
 fn span(bytes: [u8; 4]) -> Span {
     Span::of_bytes(bytes)
 }
@@ -215,15 +212,11 @@ fn encode_output(output: Output, out: &mut Vec<u8>) {
     }
     let direct = if matches!(output, Output::Direct(_)) { DIRECT } else { 0 };
     if let Some(span) = output.span() {
-        out.extend_from_slice(&(span.first | direct).to_le_bytes());
-        out.extend_from_slice(&(span.last | direct).to_le_bytes());
+        put_words(&span.words().map(|word| word | direct), out);
     }
     if let Output::Parts(parts) = output {
-        out.extend_from_slice(&(parts.spans().len() as u16).to_le_bytes());
-        for span in parts.spans() {
-            out.extend_from_slice(&span.first.to_le_bytes());
-            out.extend_from_slice(&span.last.to_le_bytes());
-        }
+        put_words(&[parts.spans().len() as u16], out);
+        parts.spans().iter().for_each(|span| put_words(&span.words(), out));
     }
 }
 
@@ -335,8 +328,7 @@ impl<'a> Request<'a> {
                 Self::Values(Output::Taught) => out.push(0x03),
                 Self::Values(output) => encode_output(*output, out),
                 Self::Variant(variant) => {
-                    out.extend_from_slice(&variant.angle_deg.to_le_bytes());
-                    out.extend_from_slice(&variant.step_centideg.to_le_bytes());
+                    put_words(&[variant.angle_deg, variant.step_centideg], out);
                 }
                 Self::FieldSet(set) | Self::Permanent(set) => out.push(*set),
                 Self::Password(step, level, password) => {
@@ -346,8 +338,7 @@ impl<'a> Request<'a> {
                 Self::ReadField(set, field) => out.extend_from_slice(&[*set, *field]),
                 Self::Positioning(step, span) => {
                     out.extend_from_slice(&[*step, 1]);
-                    out.extend_from_slice(&span.first.to_le_bytes());
-                    out.extend_from_slice(&span.last.to_le_bytes());
+                    put_words(&span.words(), out);
                 }
                 Self::WriteConfiguration(bytes)
                 | Self::WritePart2(bytes)

@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 pub use super::output::{MAX_PARTS, Output, Parts, Span, When};
+use super::words::{put_words, read_words, word};
 use crate::optics::DAZZLED;
 use crate::scan::{self, NO_ECHO};
 
@@ -266,7 +267,7 @@ impl Cursor<'_> {
     fn word(&mut self) -> Result<u16, ValuesError> {
         let (bytes, rest) = self.0.split_first_chunk::<2>().ok_or(ValuesError::Header(self.0.len()))?;
         self.0 = rest;
-        Ok(u16::from_le_bytes(*bytes))
+        Ok(word(*bytes))
     }
 
     fn span(&mut self) -> Result<Span, ValuesError> {
@@ -277,7 +278,6 @@ impl Cursor<'_> {
 impl Values {
     /// Appends the body: command, header, values, status.
     pub fn encode(&self, out: &mut Vec<u8>) {
-        let word = |out: &mut Vec<u8>, word: u16| out.extend_from_slice(&word.to_le_bytes());
         out.push(self.output.command());
         match self.output {
             Output::Mean { scans } => out.push(scans),
@@ -285,14 +285,10 @@ impl Values {
             | Output::Direct(span)
             | Output::Segments { span, .. }
             | Output::Fields(span)
-            | Output::Cartesian(span) => {
-                word(out, span.first);
-                word(out, span.last);
-            }
+            | Output::Cartesian(span) => put_words(&span.words(), out),
             Output::MeanRange { scans, span } => {
                 out.push(scans);
-                word(out, span.first);
-                word(out, span.last);
+                put_words(&span.words(), out);
             }
             Output::Parts(parts) => return self.encode_parts(parts, out),
             Output::All
@@ -303,12 +299,10 @@ impl Values {
             | Output::Perpendicular(_)
             | Output::Taught => {}
         }
-        word(out, self.word.encode());
-        self.values.iter().for_each(|value| word(out, *value));
+        put_words(&[self.word.encode()], out);
+        put_words(&self.values, out);
         if let Output::Reflectivity(span) = self.output {
-            word(out, self.reflectivity.len() as u16);
-            word(out, span.first);
-            word(out, span.last);
+            put_words(&[self.reflectivity.len() as u16, span.first, span.last], out);
             out.extend_from_slice(&self.reflectivity);
         }
         self.encode_end(out);
@@ -316,16 +310,13 @@ impl Values {
 
     /// Part by part: its values in pairs of range and reflectivity.
     fn encode_parts(&self, parts: Parts, out: &mut Vec<u8>) {
-        let word = |out: &mut Vec<u8>, word: u16| out.extend_from_slice(&word.to_le_bytes());
-        word(out, parts.spans().len() as u16);
+        put_words(&[parts.spans().len() as u16], out);
         let mut pairs = self.values.iter().zip(&self.part_reflectivity);
         for span in parts.spans() {
-            word(out, span.first);
-            word(out, span.last);
-            word(out, CountWord { count: span.count(), partial: None, unit: self.word.unit }.encode());
+            let count = CountWord { count: span.count(), partial: None, unit: self.word.unit };
+            put_words(&[span.first, span.last, count.encode()], out);
             for (range, reflectivity) in pairs.by_ref().take(span.count().into()) {
-                word(out, *range);
-                word(out, *reflectivity);
+                put_words(&[*range, *reflectivity], out);
             }
         }
         self.encode_end(out);
@@ -358,7 +349,7 @@ impl Values {
         };
         cursor.0 = rest;
         self.values.clear();
-        self.values.extend(values.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)));
+        read_words(values, &mut self.values);
         self.reflectivity.clear();
         self.part_reflectivity.clear();
         self.output = match output {
@@ -397,8 +388,8 @@ impl Values {
             };
             cursor.0 = rest;
             for &[a, b, c, d] in pairs.as_chunks::<4>().0 {
-                self.values.push(u16::from_le_bytes([a, b]));
-                self.part_reflectivity.push(u16::from_le_bytes([c, d]));
+                self.values.push(word([a, b]));
+                self.part_reflectivity.push(word([c, d]));
             }
         }
         let parts = Parts::new(&spans).ok_or(ValuesError::Header(2))?;

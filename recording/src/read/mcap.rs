@@ -205,3 +205,43 @@ impl Channel {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of one chunk that says it is compressed so.
+    fn chunk(compression: &str) -> Vec<u8> {
+        let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
+        let record = |opcode: u8, content: &[u8]| {
+            [&[opcode], &(content.len() as u64).to_le_bytes()[..], content].concat()
+        };
+        let records = [7; 8];
+        let times_sizes_and_checksum = [0; 8 + 8 + 8 + 4];
+        let content = [
+            &times_sizes_and_checksum[..],
+            &text(compression),
+            &(records.len() as u64).to_le_bytes(),
+            &records,
+        ];
+        let (magic, header) = (&b"\x89MCAP0\r\n"[..], record(0x01, &[text(""), text("")].concat()));
+        [magic, &header, &record(0x06, &content.concat())].concat()
+    }
+
+    #[test]
+    fn a_chunk_that_cannot_be_unpacked_is_refused_with_the_remedy() {
+        let refused = |compression: &str| {
+            let why = McapReader::new(Box::new(io::Cursor::new(chunk(compression)))).next();
+            why.map(drop).expect_err("no packet").to_string()
+        };
+        let foreign = refused("brotli");
+        assert!(foreign.contains("`brotli`, expected lz4, zstd or none; write it anew"), "{foreign}");
+        if cfg!(not(feature = "compressed")) {
+            let missing = refused("zstd");
+            assert!(
+                missing.contains("needs the feature `compressed`") && missing.contains("write it anew"),
+                "{missing}"
+            );
+        }
+    }
+}

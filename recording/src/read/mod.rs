@@ -116,14 +116,25 @@ pub enum ReadError {
         /// The topics it has.
         found: Vec<String>,
     },
-    /// An MCAP file compressed by something that MCAP does not name.
-    #[error(
-        "an MCAP file with chunks compressed by `{found}`: expected lz4, zstd or none; write it anew with `mcap compress --compression none`"
-    )]
+    /// An MCAP file compressed by something that MCAP does not name, or that this build cannot unpack.
+    #[error("{}", compressed(found))]
     Compressed {
         /// The compressor.
         found: String,
     },
+}
+
+/// What is said of an MCAP file compressed by `found`.
+fn compressed(found: &str) -> String {
+    let expected = match found {
+        "lz4" | "zstd" if cfg!(not(feature = "compressed")) => {
+            "which needs the feature `compressed`, which this build leaves out: cargo build --release --features compressed; or"
+        }
+        _ => "expected lz4, zstd or none;",
+    };
+    format!(
+        "an MCAP file with chunks compressed by `{found}`, {expected} write it anew with `mcap compress --compression none`"
+    )
 }
 
 impl From<io::Error> for ReadError {

@@ -2,6 +2,8 @@
 
 mod source;
 
+use schemars::{Schema, SchemaGenerator, json_schema};
+
 pub(crate) use rowscan_vehicle::parameter::require;
 pub use rowscan_vehicle::{FileError, ParameterError, SceneFile};
 pub use source::{RowsError, TableSource, TextRow};
@@ -22,12 +24,41 @@ pub struct ParameterDoc {
     pub reason: &'static str,
 }
 
+/// A key of a table of overrides, as its schema has it.
+pub(crate) struct Key {
+    pub(crate) name: &'static str,
+    pub(crate) meaning: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) reason: &'static str,
+    pub(crate) of: fn(&mut SchemaGenerator) -> Schema,
+}
+
+/// The schema of a table of which every key may be left out: what schemars derives, without code of its own for every key.
+pub(crate) fn schema_of_table(generator: &mut SchemaGenerator, meaning: &str, keys: &[Key]) -> Schema {
+    let text = |lines: &str| lines.lines().map(str::trim).collect::<Vec<_>>().join("\n").trim().to_owned();
+    let mut properties = serde_json::Map::new();
+    for key in keys {
+        let mut schema = (key.of)(generator);
+        let about = [("description", text(key.meaning)), ("x-unit", key.unit.to_owned())];
+        for (name, value) in about.into_iter().chain([("x-reason", key.reason.to_owned())]) {
+            schema.insert(name.to_owned(), value.into());
+        }
+        properties.insert(key.name.to_owned(), schema.into());
+    }
+    json_schema!({
+        "description": text(meaning),
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": false,
+    })
+}
+
 /// Declares a table of parameters. Gives the struct with all values (`Default` = the table), the struct of overrides
 /// (every value optional: what a scene file may hold), `Overrides::over(base)`, and `table()` for documentation.
 macro_rules! parameters {
     (
         $(#[$meta:meta])* pub struct $name:ident;
-        $(#[$overrides_meta:meta])* pub overrides $overrides:ident;
+        $(#[doc = $overrides_doc:literal])+ pub overrides $overrides:ident;
         $( $(#[doc = $doc:literal])+ $key:ident: $type:ty = $default:expr, $unit:literal, $reason:literal; )+
     ) => {
         $(#[$meta])*
@@ -40,16 +71,32 @@ macro_rules! parameters {
             }
         }
 
-        $(#[$overrides_meta])*
-        #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        $(#[doc = $overrides_doc])+
+        #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct $overrides {
             $(
                 $(#[doc = $doc])+
                 #[serde(skip_serializing_if = "Option::is_none")]
-                #[schemars(extend("x-unit" = $unit, "x-reason" = $reason))]
                 pub $key: Option<$type>,
             )+
+        }
+
+        impl schemars::JsonSchema for $overrides {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($overrides).into()
+            }
+
+            fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                let keys = [ $( $crate::parameters::Key {
+                    name: stringify!($key),
+                    meaning: concat!($($doc, "\n"),+),
+                    unit: $unit,
+                    reason: $reason,
+                    of: schemars::SchemaGenerator::subschema_for::<Option<$type>>,
+                }, )+ ];
+                $crate::parameters::schema_of_table(generator, concat!($($overrides_doc, "\n"),+), &keys)
+            }
         }
 
         impl $overrides {

@@ -11,6 +11,7 @@ use rowscan_canopy::{CutMethod, Enough};
 use rowscan_driver::{DriverConfig, Source};
 use rowscan_ports::Delivery;
 use rowscan_ports::clock::Stopwatch;
+use rowscan_ports::task;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_recording::Taps;
 use rowscan_scenes::{Orchard, Scene};
@@ -324,7 +325,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     for (place, reading) in readings.into_iter().enumerate() {
         let sensor = sensors.of(place);
         if let Some(follower) = args.follower(place, &scanners, reading, &taping, sensor, (&bar, &page)) {
-            following.spawn(follower.follow(stopped.clone()));
+            following.spawn(task(follower.follow(stopped.clone())));
         }
     }
     let (mut all, is_interrupted) = follow_all(following, stop, &mut interrupt).await?;

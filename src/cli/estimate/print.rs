@@ -61,7 +61,8 @@ pub(super) fn print(format: Format, all: &[Told]) -> Result<(), Failure> {
 /// The numbers of a whole row, without its lists and tables.
 fn numbers(told: &Told) -> Result<Map<String, Value>, Failure> {
     let failed = |cause: serde_json::Error| Failure::Write { what: "CSV".to_owned(), cause: cause.into() };
-    let Value::Object(mut all) = serde_json::to_value(told).map_err(failed)? else { return Ok(Map::new()) };
+    let all = serde_json::to_value(told as &dyn erased_serde::Serialize).map_err(failed)?;
+    let Value::Object(mut all) = all else { return Ok(Map::new()) };
     all.retain(|_, value| !value.is_array() && !value.is_object());
     Ok(all)
 }

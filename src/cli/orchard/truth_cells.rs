@@ -160,7 +160,7 @@ fn write_table<T: Line>(path: &Path, format: TableFormat, cells: &[T]) -> Result
     Ok(())
 }
 
-fn json(path: &Path, value: &impl Serialize) -> Result<String, Failure> {
+fn json(path: &Path, value: &dyn erased_serde::Serialize) -> Result<String, Failure> {
     let what = || path.display().to_string();
     let text =
         serde_json::to_string(value).map_err(|cause| Failure::Write { what: what(), cause: cause.into() })?;

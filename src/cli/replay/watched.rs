@@ -6,6 +6,7 @@ use rowscan_bench::replay::ReplayedStream;
 use rowscan_control::Bench;
 use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::replay::Part;
+use rowscan_ports::task;
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::Taps;
 use rowscan_study::reading::{CalibrationChoice, Reading};
@@ -75,10 +76,10 @@ impl Watching {
         let gauges = scanners.filter_map(|(_, stream)| stream.counts().map(gauge_of));
         let show = Show::new(about, None, Box::new(Told(gauges.collect())));
         let mut tasks = JoinSet::new();
-        tasks.spawn(self.talk.tell(show.log()));
+        tasks.spawn(task(self.talk.tell(show.log())));
         let meters =
             (0..self.names.len()).map(|number| meter(rig, number, self.names.len(), &show)).collect();
-        tasks.spawn(self.scans.show(show.clone(), meters));
+        tasks.spawn(task(self.scans.show(show.clone(), meters)));
         let web = args.web.open(show, Some(bench), args.format).await?;
         Ok(Watched { _web: web, _tasks: tasks })
     }

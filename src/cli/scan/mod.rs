@@ -90,6 +90,18 @@ enum File {
     Las,
 }
 
+impl File {
+    /// How it holds points, and how its name ends; none of a matrix.
+    fn points(self) -> Option<(TableFormat, &'static str)> {
+        match self {
+            Self::Matrix | Self::Npy => None,
+            Self::Csv => Some((TableFormat::Csv, "_points.csv")),
+            Self::Ply => Some((TableFormat::Ply, "_points.ply")),
+            Self::Las => Some((TableFormat::Las, "_points.las")),
+        }
+    }
+}
+
 fn kind(text: &str) -> Result<ScanKind, String> {
     ScanKind::from_name(text).ok_or_else(|| format!("expected one of {}", ScanKind::NAMES.join(", ")))
 }
@@ -120,6 +132,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 
 fn scan(args: &Args) -> Result<Outcome, Failure> {
     args.picture.as_deref().map(pictured::check).transpose()?;
+    args.write.iter().filter_map(|file| file.points()).try_for_each(|(format, _)| format.check())?;
     let mut scene = files::load_scene(&args.scene, say)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     args.optics.over(&mut scene);
@@ -182,9 +195,8 @@ fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
     let scan = RowScan::new(stage, task.row, &task.settings)?;
     let plan = scan.plan();
     let files: &[File] = if args.output.is_some() { &args.write } else { &[] };
-    let is_matrix = |file: &File| matches!(file, File::Matrix | File::Npy);
-    let wants_points = files.iter().any(|file| !is_matrix(file));
-    let wants_matrix = files.iter().any(is_matrix);
+    let wants_points = files.iter().any(|file| file.points().is_some());
+    let wants_matrix = files.iter().any(|file| file.points().is_none());
     let bar = progress::bar("scanning", "lines", plan.len() as u64);
     let (scanned, lines) = scan.lines(|line| {
         bar.inc(1);
@@ -225,24 +237,22 @@ fn write(
     named: &dyn Fn(&str) -> PathBuf,
 ) -> Result<(), Failure> {
     let columns: Vec<&[f64]> = lines.iter().map(|line| line.ranges.as_slice()).collect();
-    if files.iter().any(|file| matches!(file, File::Matrix | File::Npy)) {
+    if files.iter().any(|file| file.points().is_none()) {
         output::write_file(&named("_L.txt"), matrix::about(plan, stage).as_bytes())?;
     }
     for file in files {
-        let path = match file {
-            File::Matrix => {
-                let path = named("_L.csv");
-                output::write_file(&path, &matrix::csv(plan, &columns))?;
-                path
-            }
-            File::Npy => {
+        let path = match (file, file.points()) {
+            (_, Some((format, end))) => write_points(named(end), format, lines, kept)?,
+            (File::Npy, None) => {
                 let path = named("_L.npy");
                 output::write_file(&path, &matrix::npy(plan, &columns))?;
                 path
             }
-            File::Csv => write_points(named("_points.csv"), TableFormat::Csv, lines, kept)?,
-            File::Ply => write_points(named("_points.ply"), TableFormat::Ply, lines, kept)?,
-            File::Las => write_points(named("_points.las"), TableFormat::Las, lines, kept)?,
+            (_, None) => {
+                let path = named("_L.csv");
+                output::write_file(&path, &matrix::csv(plan, &columns))?;
+                path
+            }
         };
         say(format_args!("wrote {}", path.display()));
     }

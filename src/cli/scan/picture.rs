@@ -101,7 +101,7 @@ pub(super) fn write(
         up_m: extent.up_m,
         up_name: if from == From::Above { "across, m" } else { "height, m" },
     };
-    let sheet = figure::scanned(&panel, &key)?;
+    let sheet = figure::scanned(&panel, &key);
     let picture = pictured::window(&model, &sheet, &extent, from, PALE)?;
     pictured::write(path, &sheet, &picture)
 }

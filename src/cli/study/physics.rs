@@ -52,11 +52,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let effects = off_runtime("try the stages", work).await?;
     if let Some(path) = &args.figure {
-        let svg = figure::physics(&effects).map_err(|cause| Failure::Write {
-            what: path.display().to_string(),
-            cause: std::io::Error::other(cause),
-        })?;
-        output::write_file(path, &svg)?;
+        output::write_file(path, &figure::physics(&effects))?;
         say(format_args!("wrote {}", path.display()));
     }
     match args.format {

@@ -103,7 +103,8 @@ impl ShardArgs {
         units: Vec<Unit<S::Result>>,
     ) -> Result<Vec<Unit<S::Result>>, Failure> {
         let file = ShardFile { header: Header::of(study), shard: self.shard, units };
-        let text = serde_json::to_string(&file).map_err(|cause| write_failure(path, cause.into()))?;
+        let written = serde_json::to_string(&file as &dyn erased_serde::Serialize);
+        let text = written.map_err(|cause| write_failure(path, cause.into()))?;
         output::write_file(path, &(text + "\n"))?;
         Ok(file.units)
     }

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, Format};
 use crate::export::FigureFormat;
-use rowscan_study::figure::DrawError;
 
 /// How a whole study is told.
 #[derive(Clone, Debug, clap::Args)]
@@ -35,13 +34,10 @@ impl TellArgs {
     }
 
     /// Draws the figure, if one was asked for.
-    pub(super) fn draw(&self, figure: impl FnOnce() -> Result<String, DrawError>) -> Result<(), Failure> {
+    pub(super) fn draw(&self, figure: impl FnOnce() -> String) -> Result<(), Failure> {
         let Some(path) = &self.figure else { return Ok(()) };
         let format = FigureFormat::of_path(path)?;
-        let what = path.display().to_string();
-        let drawing =
-            figure().map_err(|cause| Failure::Write { what, cause: std::io::Error::other(cause) })?;
-        output::write_file(path, &format.convert(drawing)?)?;
+        output::write_file(path, &format.convert(figure())?)?;
         say(format_args!("wrote {}", path.display()));
         Ok(())
     }

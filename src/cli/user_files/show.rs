@@ -71,7 +71,7 @@ pub(super) fn run(document: Document, args: &Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-fn value(of: &impl Serialize) -> Result<Value, Failure> {
+fn value(of: &dyn erased_serde::Serialize) -> Result<Value, Failure> {
     serde_json::to_value(of)
         .map_err(|cause| Failure::Write { what: "the values".to_owned(), cause: cause.into() })
 }

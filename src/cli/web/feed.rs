@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use rowscan_canopy::Pipeline;
 use rowscan_ports::clock::{self, Stopwatch};
+use rowscan_ports::task;
 use rowscan_protocol::scan::Scan;
 use rowscan_web::{About, Gauges, ScannerGauge, Show};
 use tokio::task::JoinSet;
@@ -47,7 +48,7 @@ impl Feeds {
         let counts: Counts = Arc::new(about.scanners.iter().map(|_| Mutex::default()).collect());
         let show = Show::new(about, None, Box::new(Told(Arc::clone(&counts))));
         let mut tasks = JoinSet::new();
-        tasks.spawn(talk.tell(show.log()));
+        tasks.spawn(task(talk.tell(show.log())));
         let served = web.open(show.clone(), None, format).await?;
         Ok(Self { show, counts, is_paced, _web: served, _tasks: tasks })
     }

@@ -1,6 +1,8 @@
 //! `--web`: the live page beside a command.
 
 mod feed;
+#[cfg_attr(not(feature = "foxglove"), path = "no_foxglove.rs")]
+mod foxglove;
 mod meter;
 mod rig_gauges;
 mod scans;
@@ -10,13 +12,14 @@ mod watching;
 use std::net::SocketAddr;
 
 use rowscan_control::{Bench, Server};
-use rowscan_foxglove::FoxgloveServer;
 use rowscan_web::{Show, Web};
 
+use self::foxglove::FoxgloveServer;
 use super::control::{guard_at, token};
 use super::endpoint::announce_stream;
 use super::output::say;
 use super::{Failure, Format};
+use crate::feature::Feature;
 
 pub(super) use feed::{Feed, Feeds};
 pub(super) use meter::Meter;
@@ -41,6 +44,7 @@ pub(super) struct WebArgs {
 
 /// An address by its number.
 fn address(text: &str) -> Result<SocketAddr, String> {
+    Feature::Foxglove.needed_by("a server for Foxglove").map_err(|missing| missing.to_string())?;
     text.parse().map_err(|_| format!("expected an address and a port such as 127.0.0.1:8765, found `{text}`"))
 }
 

@@ -1,11 +1,12 @@
 //! The regressions of leaf area on impacted areas.
 
-use plotters::prelude::*;
 use rowscan_canopy::reference::ImpactedArea;
 use rowscan_scenes::scan::ScanAreas;
 
-use super::DrawError;
-use super::style::{Area, INKS, Key, Mark, axes, band, builder, figure, legend, legend_height};
+use super::axis::Axis;
+use super::canvas::{Area, Canvas, Ink};
+use super::chart::Chart;
+use super::style::{INKS, Key, Mark, legend, legend_height};
 use crate::areas::{AreasReport, Fit, Orchard, impacted, symbol};
 
 /// Pixels of a view's chart.
@@ -14,7 +15,7 @@ const CHART: (u32, u32) = (560, 460);
 const LINES: usize = 5;
 
 /// Its colour and mark in every figure.
-fn style(area: ImpactedArea) -> (RGBColor, Mark) {
+fn style(area: ImpactedArea) -> (Ink, Mark) {
     let [total, leaf, three] = [INKS[1], INKS[2], INKS[0]];
     match area {
         ImpactedArea::Leaf => (leaf, Mark::Disc),
@@ -24,31 +25,24 @@ fn style(area: ImpactedArea) -> (RGBColor, Mark) {
 }
 
 /// Leaf area over impacted areas, both views, with our lines and the paper's: after the paper's Fig. 7.
-pub fn areas(report: &AreasReport) -> Result<String, DrawError> {
-    figure((2 * CHART.0, CHART.1 + legend_height(LINES)), |root| {
-        let (left, right) = root.split_horizontally(CHART.0);
-        let lateral = |orchard: &Orchard| orchard.lateral;
-        let zenith = |orchard: &Orchard| orchard.zenith;
-        let sides: [(_, _, _, View<'_>); 2] = [
-            (&left, "Lateral, angular", &report.lateral, &lateral),
-            (&right, "Zenith, orthogonal", &report.zenith, &zenith),
-        ];
-        for (panel, title, view, of) in sides {
-            let points = |area: ImpactedArea| -> Vec<(f64, f64)> {
-                let point = |orchard: &Orchard| (impacted(&of(orchard), area), orchard.leaf_area_m2);
-                report.orchards.iter().map(point).collect()
-            };
-            let clouds: Vec<Cloud<'_>> = view
-                .fits()
-                .into_iter()
-                .map(|(area, fit)| Cloud { area, fit, points: points(area) })
-                .collect();
-            let (chart, below) = panel.split_vertically(CHART.1);
-            regressions(&chart, title, &clouds)?;
-            legend(&below, 72, &keys(&clouds))?;
-        }
-        Ok(())
-    })
+pub fn areas(report: &AreasReport) -> String {
+    let mut canvas = Canvas::paper((2 * CHART.0, CHART.1 + legend_height(LINES)));
+    let lateral = |orchard: &Orchard| orchard.lateral;
+    let zenith = |orchard: &Orchard| orchard.zenith;
+    let sides: [(_, _, View<'_>); 2] =
+        [("Lateral, angular", &report.lateral, &lateral), ("Zenith, orthogonal", &report.zenith, &zenith)];
+    for (panel, (title, view, of)) in canvas.all().grid(1, 2).into_iter().zip(sides) {
+        let points = |area: ImpactedArea| -> Vec<(f64, f64)> {
+            let point = |orchard: &Orchard| (impacted(&of(orchard), area), orchard.leaf_area_m2);
+            report.orchards.iter().map(point).collect()
+        };
+        let clouds: Vec<Cloud<'_>> =
+            view.fits().into_iter().map(|(area, fit)| Cloud { area, fit, points: points(area) }).collect();
+        let (chart, below) = panel.split_below(CHART.1);
+        regressions(&mut canvas, chart, title, &clouds);
+        legend(&mut canvas, below, &keys(&clouds));
+    }
+    canvas.svg()
 }
 
 /// The areas of one view.
@@ -61,13 +55,13 @@ struct Cloud<'a> {
     points: Vec<(f64, f64)>,
 }
 
-fn regressions(panel: &Area<'_>, title: &str, clouds: &[Cloud<'_>]) -> Result<(), DrawError> {
+fn regressions(canvas: &mut Canvas, panel: Area, title: &str, clouds: &[Cloud<'_>]) {
     let greatest = |value: fn(&(f64, f64)) -> f64| {
         clouds.iter().flat_map(|cloud| &cloud.points).map(value).fold(1e-6, f64::max)
     };
     let (right, top) = (1.06 * greatest(|point| point.0), 1.1 * greatest(|point| point.1));
-    let mut chart = builder(panel, title).build_cartesian_2d(0.0..right, 0.0..top)?;
-    axes(&mut chart, "impacted area I, m²", "leaf area L_A, m²")?;
+    let mut chart = Chart::new(canvas, panel, title, Axis::linear(0.0, right), Axis::linear(0.0, top));
+    chart.axes("impacted area I, m²", "leaf area L_A, m²");
     for Cloud { area, fit, points } in clouds {
         let (ink, mark) = style(*area);
         let furthest = points.iter().map(|point| point.0).fold(0.0, f64::max);
@@ -77,18 +71,18 @@ fn regressions(panel: &Area<'_>, title: &str, clouds: &[Cloud<'_>]) -> Result<()
                 let at = |x: f64| (x, within(fit.leaf_area_m2(x) + sign * fit.half_band_m2(x)));
                 (0..=60).map(|step| at(furthest * f64::from(step) / 60.0)).collect()
             };
-            chart.draw_series([band(&side(-1.0), &side(1.0), ink)])?;
+            chart.band(&side(-1.0), &side(1.0), ink);
             let line = |x: f64| (x, fit.leaf_area_m2(x));
-            let ours = ends(clipped(line, furthest, top));
-            chart.draw_series([PathElement::new(ours, ink.stroke_width(2))])?;
+            chart.path(&ends(clipped(line, furthest, top)), ink, 2.0);
             if let Some(paper) = fit.paper {
                 let theirs = clipped(|x| (x, paper.leaf_area_m2(x)), right, top);
-                chart.draw_series(dashes(&theirs, right, top, ink))?;
+                for dash in dashes(&theirs, right, top) {
+                    chart.path(&dash, ink.thinned(0.8), 1.0);
+                }
             }
         }
-        chart.draw_series(points.iter().map(|point| mark.at(*point, ink)))?;
+        chart.marks(points, mark, ink);
     }
-    Ok(())
 }
 
 /// What the chart shows, line by line.
@@ -100,11 +94,11 @@ fn keys(clouds: &[Cloud<'_>]) -> Vec<Key> {
     let mut keys: Vec<Key> = clouds.iter().map(of_cloud).collect();
     keys.push(Key::new(
         Mark::Band,
-        BLACK,
+        Ink::BLACK,
         "95 % confidence band of the line, by Student's t over the orchards",
     ));
     if clouds.iter().any(|cloud| cloud.fit.is_some_and(|fit| fit.paper.is_some())) {
-        keys.push(Key::new(Mark::Dashes, BLACK, "Méndez et al. 2013, eqs. (5) to (10)"));
+        keys.push(Key::new(Mark::Dashes, Ink::BLACK, "Méndez et al. 2013, eqs. (5) to (10)"));
     }
     keys
 }
@@ -134,7 +128,7 @@ fn ends(path: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 /// A path as dashes of equal length on paper.
-fn dashes(path: &[(f64, f64)], right: f64, top: f64, ink: RGBColor) -> Vec<PathElement<(f64, f64)>> {
+fn dashes(path: &[(f64, f64)], right: f64, top: f64) -> Vec<Vec<(f64, f64)>> {
     let mut drawn = Vec::new();
     let mut dash: Vec<(f64, f64)> = Vec::new();
     let mut length = 0.0;
@@ -148,11 +142,11 @@ fn dashes(path: &[(f64, f64)], right: f64, top: f64, ink: RGBColor) -> Vec<PathE
             }
             dash.push(*b);
         } else if !dash.is_empty() {
-            drawn.push(PathElement::new(ends(std::mem::take(&mut dash)), ink.mix(0.8).stroke_width(1)));
+            drawn.push(ends(std::mem::take(&mut dash)));
         }
     }
     if dash.len() > 1 {
-        drawn.push(PathElement::new(ends(dash), ink.mix(0.8).stroke_width(1)));
+        drawn.push(ends(dash));
     }
     drawn
 }

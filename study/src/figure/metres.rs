@@ -1,10 +1,10 @@
 //! Estimate against truth by metre of row, below a picture of the row.
 
-use plotters::prelude::*;
-
-use super::DrawError;
+use super::axis::Axis;
+use super::canvas::{Anchor, Area, Canvas, Ink};
+use super::chart::Chart;
 use super::sheet::{Sheet, Window};
-use super::style::{INKS, Key, Mark, axes, builder, layer, legend, legend_height, title};
+use super::style::{INKS, Key, LEGEND_LEFT, Mark, TITLE, legend, legend_height};
 
 /// Width of a sheet, pixels.
 const WIDTH: u32 = 1000;
@@ -12,7 +12,7 @@ const WIDTH: u32 = 1000;
 const CHART: u32 = 250;
 /// What stands around the picture: above with the title, to the left with the axes below, to the right.
 const ABOVE: u32 = 34;
-const LEFT: u32 = 72;
+const LEFT: u32 = LEGEND_LEFT as u32;
 const RIGHT: u32 = 24;
 /// Half of a bar, metres of row.
 const HALF_BAR_M: f64 = 0.36;
@@ -46,47 +46,38 @@ pub struct Metres {
 }
 
 /// The sheet of a row: a window for the picture, below it bars of the truth and dots of the estimate over the same metres.
-///
-/// # Errors
-/// What the plotting library says.
-pub fn metres(row: &Metres) -> Result<Sheet, DrawError> {
+pub fn metres(row: &Metres) -> Sheet {
     let wide = WIDTH - LEFT - RIGHT;
     let along = row.along_m;
     let high = (f64::from(wide) * row.up_m / (along.1 - along.0)).round().clamp(60.0, 900.0) as u32;
     let picture = ABOVE + high;
-    let [r, g, b] = row.returns.1;
     let keys = [
-        Key::new(Mark::Disc, RGBColor(r, g, b), &row.returns.0),
+        Key::new(Mark::Disc, Ink::new(row.returns.1), &row.returns.0),
         Key::new(Mark::Band, INKS[2], "leaf area that is there, leaves cut at each metre"),
         Key::new(Mark::Disc, INKS[0], &row.estimate),
     ];
     let size = (WIDTH, picture + CHART + legend_height(keys.len()));
-    let mut window = Window { left: LEFT, top: ABOVE, width: wide, height: high };
-    let svg = layer(size, |root| {
-        let (above, below) = root.split_vertically(picture);
-        title(&above, &row.title, (LEFT as i32, 16))?;
-        let (chart, below) = below.split_vertically(CHART);
-        legend(&below, LEFT as i32, &keys)?;
-        let most = row.metres.iter().flat_map(|metre| [Some(metre.truth_m2), metre.estimate_m2]);
-        let most = most.flatten().fold(1e-3, f64::max);
-        let place = chart.margin(0, 0, 0, RIGHT - 12);
-        let mut chart = builder(&place, "").build_cartesian_2d(along.0..along.1, 0.0..1.12 * most)?;
-        axes(&mut chart, "along the row, m", "leaf area, m² a metre")?;
-        let (x, _) = chart.plotting_area().get_pixel_range();
-        let (left, width) = (x.start.max(0).unsigned_abs(), (x.end - x.start).max(1).unsigned_abs());
-        window = Window { left, width, ..window };
-        let bar = |metre: &Metre| {
-            let ends = [(metre.y_m - HALF_BAR_M, 0.0), (metre.y_m + HALF_BAR_M, metre.truth_m2)];
-            Rectangle::new(ends, INKS[2].mix(0.32).filled())
-        };
-        chart.draw_series(row.metres.iter().map(bar))?;
-        let known: Vec<(f64, f64)> =
-            row.metres.iter().filter_map(|metre| Some((metre.y_m, metre.estimate_m2?))).collect();
-        chart.draw_series([PathElement::new(known.clone(), INKS[0].stroke_width(1))])?;
-        chart.draw_series(known.into_iter().map(|at| Mark::Disc.at(at, INKS[0])))?;
-        Ok(())
-    })?;
-    Ok(Sheet { svg, size, window })
+    let mut canvas = Canvas::clear(size);
+    let (_, below) = canvas.all().split_below(picture);
+    let (place, below) = below.split_below(CHART);
+    canvas.text(&row.title, (f64::from(LEFT), 16.0), TITLE, Anchor::Left);
+    legend(&mut canvas, below, &keys);
+    let most = row.metres.iter().flat_map(|metre| [Some(metre.truth_m2), metre.estimate_m2]);
+    let most = most.flatten().fold(1e-3, f64::max);
+    // The chart's own edge is narrower.
+    let place = Area { width: f64::from(WIDTH - RIGHT + 12), ..place };
+    let (x, y) = (Axis::linear(along.0, along.1), Axis::linear(0.0, 1.12 * most));
+    let mut chart = Chart::new(&mut canvas, place, "", x, y);
+    chart.axes("along the row, m", "leaf area, m² a metre");
+    for metre in &row.metres {
+        let (low, high) = ((metre.y_m - HALF_BAR_M, 0.0), (metre.y_m + HALF_BAR_M, metre.truth_m2));
+        chart.bar(low, high, INKS[2].thinned(0.32));
+    }
+    let known: Vec<(f64, f64)> =
+        row.metres.iter().filter_map(|metre| Some((metre.y_m, metre.estimate_m2?))).collect();
+    chart.path(&known, INKS[0], 1.0);
+    chart.marks(&known, Mark::Disc, INKS[0]);
+    Sheet { svg: canvas.svg(), size, window: Window { left: LEFT, top: ABOVE, width: wide, height: high } }
 }
 
 #[cfg(test)]
@@ -104,10 +95,10 @@ mod tests {
             estimate: "estimated".into(),
             returns: ("returns".into(), [213, 94, 0]),
         };
-        let sheet = metres(&row).unwrap();
+        let sheet = metres(&row);
         // Those of the legend are two discs.
         assert_eq!(sheet.svg.matches("<circle").count(), 2 + 2);
-        assert_eq!(sheet.svg.matches("fill=\"#009E73\" stroke=\"none\"").count(), 3 + 1);
+        assert_eq!(sheet.svg.matches("fill=\"#009E73\"").count(), 3 + 1);
         assert!(sheet.svg.contains("m² a metre"));
         let Window { left, width, top, height } = sheet.window;
         assert!(left + width <= sheet.size.0 && top + height < sheet.size.1);

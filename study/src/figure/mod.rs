@@ -1,6 +1,9 @@
-//! Figures of the studies, as SVG: one file a figure; what they have in common stands in `style.rs`.
+//! Figures of the studies, as SVG: one file a figure; what they have in common stands in `style.rs`, `chart.rs` and `canvas.rs`.
 
 mod areas;
+mod axis;
+mod canvas;
+mod chart;
 pub mod colours;
 mod metres;
 mod physics;
@@ -9,8 +12,7 @@ mod scanned;
 mod sheet;
 mod style;
 mod sweep;
-
-use plotters::prelude::DrawingAreaErrorKind;
+mod symbols;
 
 pub use areas::areas;
 pub use metres::{Metre, Metres, metres};
@@ -19,14 +21,3 @@ pub use resolution::resolution;
 pub use scanned::{Legend, Panel, scanned};
 pub use sheet::{Sheet, Window};
 pub use sweep::sweep;
-
-/// Why a figure could not be drawn.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the figure cannot be drawn: {0}")]
-pub struct DrawError(String);
-
-impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for DrawError {
-    fn from(cause: DrawingAreaErrorKind<E>) -> Self {
-        Self(cause.to_string())
-    }
-}

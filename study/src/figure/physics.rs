@@ -1,9 +1,9 @@
 //! What all stages together do to each measure, over the distance: one panel a measure, one line a model.
 
-use plotters::prelude::*;
-
-use super::DrawError;
-use super::style::{INKS, Key, Mark, axes, builder, figure, legend, legend_height};
+use super::axis::Axis;
+use super::canvas::{Canvas, Ink};
+use super::chart::Chart;
+use super::style::{INKS, Key, Mark, legend, legend_height};
 use crate::physics::{Effect, Output};
 
 /// Panels side by side.
@@ -24,7 +24,7 @@ const DRAWN: [Output; 9] = [
 ];
 
 /// Change against the thin beam over the distance to the row, of every stage together.
-pub fn physics(effects: &[Effect]) -> Result<String, DrawError> {
+pub fn physics(effects: &[Effect]) -> String {
     let device: Vec<&Effect> = effects.iter().filter(|effect| effect.stages == "device").collect();
     let mut models: Vec<&str> = device.iter().map(|effect| effect.model).collect();
     models.dedup();
@@ -41,28 +41,26 @@ pub fn physics(effects: &[Effect]) -> Result<String, DrawError> {
         .zip(INKS.into_iter().cycle())
         .map(|(model, ink)| Key::new(Mark::Disc, ink, *model))
         .collect();
-    figure((width, height + legend_height(keys.len())), |root| {
-        let (charts, below) = root.split_vertically(height);
-        legend(&below, 72, &keys)?;
-        for (panel, output) in charts.split_evenly((rows, COLUMNS)).iter().zip(DRAWN) {
-            let of = |model: &str| -> Vec<(f64, f64)> {
-                let shown = device.iter().filter(|effect| effect.output == output && effect.model == model);
-                shown.filter_map(|effect| Some((effect.distance_m, 100.0 * effect.change?))).collect()
-            };
-            let ends = models.iter().flat_map(|model| of(model)).map(|(_, change)| change);
-            let (low, high) = ends.fold((-5.0_f64, 5.0_f64), |(low, high), y| (low.min(y), high.max(y)));
-            let room = 0.08 * (high - low);
-            let mut chart =
-                builder(panel, output.name()).build_cartesian_2d(from_m..to_m, low - room..high + room)?;
-            axes(&mut chart, "distance to the row, m", "change, %")?;
-            let zero = BLACK.mix(0.5).stroke_width(1);
-            chart.draw_series([PathElement::new(vec![(from_m, 0.0), (to_m, 0.0)], zero)])?;
-            for (model, ink) in models.iter().zip(INKS.into_iter().cycle()) {
-                let points = of(model);
-                chart.draw_series([PathElement::new(points.clone(), ink.stroke_width(2))])?;
-                chart.draw_series(points.into_iter().map(|place| Mark::Disc.at(place, ink)))?;
-            }
+    let mut canvas = Canvas::paper((width, height + legend_height(keys.len())));
+    let (charts, below) = canvas.all().split_below(height);
+    legend(&mut canvas, below, &keys);
+    for (panel, output) in charts.grid(rows, COLUMNS).into_iter().zip(DRAWN) {
+        let of = |model: &str| -> Vec<(f64, f64)> {
+            let shown = device.iter().filter(|effect| effect.output == output && effect.model == model);
+            shown.filter_map(|effect| Some((effect.distance_m, 100.0 * effect.change?))).collect()
+        };
+        let ends = models.iter().flat_map(|model| of(model)).map(|(_, change)| change);
+        let (low, high) = ends.fold((-5.0_f64, 5.0_f64), |(low, high), y| (low.min(y), high.max(y)));
+        let room = 0.08 * (high - low);
+        let (x, y) = (Axis::linear(from_m, to_m), Axis::linear(low - room, high + room));
+        let mut chart = Chart::new(&mut canvas, panel, output.name(), x, y);
+        chart.axes("distance to the row, m", "change, %");
+        chart.path(&[(from_m, 0.0), (to_m, 0.0)], Ink::BLACK.thinned(0.5), 1.0);
+        for (model, ink) in models.iter().zip(INKS.into_iter().cycle()) {
+            let points = of(model);
+            chart.path(&points, ink, 2.0);
+            chart.marks(&points, Mark::Disc, ink);
         }
-        Ok(())
-    })
+    }
+    canvas.svg()
 }

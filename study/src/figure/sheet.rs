@@ -23,12 +23,3 @@ pub struct Window {
     /// Down.
     pub height: u32,
 }
-
-impl Window {
-    /// From what plotters says of a chart.
-    pub(super) fn of((x, y): (std::ops::Range<i32>, std::ops::Range<i32>)) -> Self {
-        let length = |range: &std::ops::Range<i32>| (range.end - range.start).max(1).unsigned_abs();
-        let start = |range: &std::ops::Range<i32>| range.start.max(0).unsigned_abs();
-        Self { left: start(&x), top: start(&y), width: length(&x), height: length(&y) }
-    }
-}

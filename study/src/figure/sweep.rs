@@ -1,11 +1,9 @@
 //! What each axis of a sweep does to the errors: one panel an axis.
 
-use plotters::prelude::*;
-
-use super::DrawError;
-use super::style::{
-    Area, INKS, Key, Mark, axes, axes_of_categories, band, builder, figure, legend, legend_height,
-};
+use super::axis::Axis;
+use super::canvas::{Area, Canvas, Ink};
+use super::chart::Chart;
+use super::style::{INKS, Key, Mark, legend, legend_height};
 use crate::sweep::{Effect, SweepReport};
 
 /// Panels side by side.
@@ -15,7 +13,7 @@ const PANEL: (u32, u32) = (420, 360);
 
 /// Mean absolute error (or, of a sweep that keeps none, the mean of each output) over each axis, with its standard error twice over: a band along
 /// numbers, a bar at a category.
-pub fn sweep(report: &SweepReport) -> Result<String, DrawError> {
+pub fn sweep(report: &SweepReport) -> String {
     let study = &report.provenance.settings;
     let scale = Scale::of(report);
     let columns = study.sweep.len().clamp(1, COLUMNS);
@@ -26,18 +24,17 @@ pub fn sweep(report: &SweepReport) -> Result<String, DrawError> {
         .zip(INKS.into_iter().cycle())
         .map(|(output, ink)| Key::new(Mark::Disc, ink, output.strip_prefix("error.").unwrap_or(output)))
         .collect();
-    keys.push(Key::new(Mark::Band, BLACK, "band or bar: twice the standard error of the mean"));
+    keys.push(Key::new(Mark::Band, Ink::BLACK, "band or bar: twice the standard error of the mean"));
     let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
-    figure((width, height + legend_height(keys.len())), |root| {
-        let (charts, below) = root.split_vertically(height);
-        legend(&below, 72, &keys)?;
-        for (area, axis) in charts.split_evenly((rows, columns)).iter().zip(&study.sweep) {
-            let name = axis.name();
-            let of_axis = |effect: &&Effect| effect.axis == name && scale.shows(effect);
-            panel(area, &name, &scale, &report.effects.iter().filter(of_axis).collect::<Vec<_>>())?;
-        }
-        Ok(())
-    })
+    let mut canvas = Canvas::paper((width, height + legend_height(keys.len())));
+    let (charts, below) = canvas.all().split_below(height);
+    legend(&mut canvas, below, &keys);
+    for (area, axis) in charts.grid(rows, columns).into_iter().zip(&study.sweep) {
+        let name = axis.name();
+        let of_axis = |effect: &&Effect| effect.axis == name && scale.shows(effect);
+        panel(&mut canvas, area, &name, &scale, &report.effects.iter().filter(of_axis).collect::<Vec<_>>());
+    }
+    canvas.svg()
 }
 
 /// What is drawn of every effect, and between which bounds.
@@ -77,16 +74,17 @@ impl<'a> Scale<'a> {
     }
 }
 
-fn panel(area: &Area<'_>, name: &str, scale: &Scale<'_>, effects: &[&Effect]) -> Result<(), DrawError> {
+fn panel(canvas: &mut Canvas, area: Area, name: &str, scale: &Scale<'_>, effects: &[&Effect]) {
     let places = Places::of(effects);
-    let (low, high) = (scale.low, scale.low + 1.05 * (scale.high - scale.low));
     let named = !places.named.is_empty();
-    let mut chart = builder(area, name).build_cartesian_2d(places.from..places.to, low..high)?;
-    let y = if scale.errors { "mean |error|, %" } else { "mean" };
+    let x = Axis::linear(places.from, places.to);
+    let y = Axis::linear(scale.low, scale.low + 1.05 * (scale.high - scale.low));
+    let mut chart = Chart::new(canvas, area, name, x, y);
+    let y_name = if scale.errors { "mean |error|, %" } else { "mean" };
     if named {
-        axes_of_categories(&mut chart, &places.named, y, low)?;
+        chart.axes_of_categories(&places.named, y_name);
     } else {
-        axes(&mut chart, name, y)?;
+        chart.axes(name, y_name);
     }
     for (output, ink) in scale.drawn.iter().zip(INKS.into_iter().cycle()) {
         let points: Vec<(f64, &Effect)> = effects
@@ -100,16 +98,15 @@ fn panel(area: &Area<'_>, name: &str, scale: &Scale<'_>, effects: &[&Effect]) ->
         let [below, above] = [0, 1].map(|end| path(&|effect| scale.ends(effect)[end]));
         let middles = path(&|effect| scale.middle(effect));
         if named {
-            let bars =
-                below.into_iter().zip(above).map(|(from, to)| PathElement::new(vec![from, to], ink.mix(0.6)));
-            chart.draw_series(bars)?;
+            for (from, to) in below.into_iter().zip(above) {
+                chart.path(&[from, to], ink.thinned(0.6), 1.0);
+            }
         } else {
-            chart.draw_series([band(&below, &above, ink)])?;
-            chart.draw_series([PathElement::new(middles.clone(), ink.stroke_width(2))])?;
+            chart.band(&below, &above, ink);
+            chart.path(&middles, ink, 2.0);
         }
-        chart.draw_series(middles.into_iter().map(|at| Mark::Disc.at(at, ink)))?;
+        chart.marks(&middles, Mark::Disc, ink);
     }
-    Ok(())
 }
 
 /// Where the values of an axis stand: at their number, or side by side under their names.

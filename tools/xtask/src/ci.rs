@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use crate::steps::{self, Outcome, Step};
-use crate::workspace::{Profile, Workspace};
+use crate::workspace::{FULL, Profile, Workspace};
 use crate::{advisories, layering, licences, lint, python, readme, rust_tests, shell, wheel};
 
 /// Every step, quick ones first.
@@ -14,9 +14,14 @@ const STEPS: &[Step] = &[
     Step::new("advisories", advisories::check),
     Step::new("format", |workspace| cargo(workspace, &["fmt", "--all", "--check"])),
     Step::new("clippy", |workspace| {
-        cargo(workspace, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])
+        let before = ["clippy", "--workspace", "--all-targets"];
+        cargo(workspace, &[&before[..], &FULL, &["--", "-D", "warnings"]].concat())
     }),
-    Step::new("documentation", |workspace| cargo(workspace, &["doc", "--workspace", "--no-deps"])),
+    Step::new("documentation", |workspace| {
+        cargo(workspace, &[&["doc", "--workspace", "--no-deps"], &FULL[..]].concat())
+    }),
+    // What README builds; `full` builds and runs it.
+    Step::new("default-features", |workspace| cargo(workspace, &["check", "-p", "rowscan"])),
     // Delete sim-scenes: driver and canopy still build. Nor does the base of the protocol need the telegrams.
     Step::new("without-scenes", |workspace| {
         cargo(workspace, &["check", "-p", "rowscan-driver", "-p", "rowscan-canopy"])

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use crate::shell;
-use crate::workspace::Workspace;
+use crate::workspace::{FULL, Workspace};
 
 /// Figures of studies: the name below docs/figures and the study that draws it.
 const STUDIES: &[(&str, &[&str])] = &[
@@ -63,7 +63,8 @@ pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
 }
 
 fn all(workspace: &Workspace, wanted: &[String]) -> Result<usize, String> {
-    workspace.build_binary()?;
+    // Pictures need what the default leaves out.
+    shell::run(workspace.cargo(&["build", "--release", "-p", "rowscan"]).args(FULL))?;
     let binary = workspace.built_binary()?;
     let is_named = |name: &str| wanted.iter().any(|other| other == name);
     let is_wanted = |name: &str| wanted.is_empty() || is_named(name);

@@ -1,5 +1,7 @@
 //! Who may depend on whom, and on what: the crates' borders, checked on the resolved dependency tree.
 
+use std::collections::BTreeSet;
+
 use crate::shell;
 use crate::workspace::Workspace;
 
@@ -15,8 +17,12 @@ struct Rule {
 #[derive(Clone, Copy)]
 enum Features {
     All,
+    Default,
     Only(&'static str),
 }
+
+/// Crates of the program with its default parts: whoever tries it waits for them to compile.
+const MOST_CRATES: usize = 220;
 
 const RULES: &[Rule] = &[
     Rule {
@@ -104,7 +110,6 @@ const RULES: &[Rule] = &[
             "tokio",
             "mio",
             "socket2",
-            "plotters",
             "resvg",
             "rowscan-driver",
             "rowscan-canopy",
@@ -193,16 +198,7 @@ const RULES: &[Rule] = &[
     Rule {
         package: "rowscan-emulator",
         features: Features::All,
-        forbidden: &[
-            "clap",
-            "comfy-table",
-            "parquet",
-            "plotters",
-            "las",
-            "rowscan-driver",
-            "rowscan-study",
-            "rowscan",
-        ],
+        forbidden: &["clap", "comfy-table", "parquet", "las", "rowscan-driver", "rowscan-study", "rowscan"],
         why: "somebody else's test embeds the emulator without the command line, and the emulator never sees the driver",
     },
     Rule {
@@ -235,25 +231,45 @@ const RULES: &[Rule] = &[
         forbidden: &["clap", "comfy-table", "rowscan-driver", "rowscan"],
         why: "the bench is a library beneath the command line, and never talks by our own driver",
     },
+    Rule {
+        package: "rowscan",
+        features: Features::Default,
+        forbidden: &["resvg", "svg2pdf", "las", "parquet", "foxglove", "lz4-sys", "zstd-sys"],
+        why: "what few need is a feature, and the default compiles no C",
+    },
 ];
 
 /// Checks every rule.
 pub fn check(workspace: &Workspace) -> Result<(), String> {
     let mut broken = Vec::new();
     for rule in RULES {
-        let mut arguments = vec!["tree", "-p", rule.package, "-e", "normal", "--prefix", "none", "-f", "{p}"];
-        match rule.features {
-            Features::All => arguments.push("--all-features"),
-            Features::Only(features) => {
-                arguments.extend(["--no-default-features", "--features", features]);
-            }
-        }
-        let tree = shell::capture(&mut workspace.cargo(&arguments))?;
-        for name in offenders(&tree, rule) {
+        for name in offenders(&tree(workspace, rule.package, rule.features)?, rule) {
             broken.push(format!("{} depends on {name}: {}", rule.package, rule.why));
         }
     }
+    let crates = crates(&tree(workspace, "rowscan", Features::Default)?);
+    println!("    {crates} crates in the default build");
+    if crates > MOST_CRATES {
+        broken.push(format!("the default build has {crates} crates, more than {MOST_CRATES}"));
+    }
     if broken.is_empty() { Ok(()) } else { Err(broken.join("\n")) }
+}
+
+/// A crate's normal dependencies, one a line.
+fn tree(workspace: &Workspace, package: &str, features: Features) -> Result<String, String> {
+    let mut arguments = vec!["tree", "-p", package, "-e", "normal", "--prefix", "none", "-f", "{p}"];
+    match features {
+        Features::All => arguments.push("--all-features"),
+        Features::Default => {}
+        Features::Only(features) => arguments.extend(["--no-default-features", "--features", features]),
+    }
+    shell::capture(&mut workspace.cargo(&arguments))
+}
+
+/// How many crates a flat `cargo tree` names, each version once.
+fn crates(tree: &str) -> usize {
+    let name = |line: &str| line.split_whitespace().take(2).map(str::to_owned).collect::<Vec<_>>();
+    tree.lines().map(name).collect::<BTreeSet<_>>().len()
 }
 
 /// The forbidden crates named in a flat `cargo tree`.
@@ -278,5 +294,6 @@ mod tests {
         let found: Vec<Vec<&str>> = RULES.iter().map(|rule| offenders(tree, rule)).collect();
         let canopy = RULES.iter().position(|rule| rule.package == "rowscan-canopy");
         assert_eq!(canopy.map(|i| found[i].clone()), Some(vec!["rowscan-scenes"]));
+        assert_eq!(crates(tree), 4);
     }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::counts::Counts;
 use crate::shell::{self, Limit};
 use crate::steps::Outcome;
-use crate::workspace::Workspace;
+use crate::workspace::{FULL, Workspace};
 
 /// A hanging test fails the run and does not hang it. libtest says nothing while a test runs; the longest takes half a minute on an
 /// idle machine, and a loaded one may take ten times as long.
@@ -17,7 +17,8 @@ pub fn run(workspace: &Workspace) -> Outcome {
         return Outcome::failed(why);
     }
     let mut output = TestOutput::default();
-    let mut command = workspace.cargo(&["test", "--workspace", "--no-fail-fast", "--", "--show-output"]);
+    let mut command = workspace.cargo(&["test", "--workspace", "--no-fail-fast"]);
+    command.args(FULL).args(["--", "--show-output"]);
     let exit = shell::run_lines(&mut command, SILENCE, |line| {
         if output.read(line) {
             println!("{line}");

@@ -7,12 +7,15 @@ use std::process::Command;
 
 use crate::shell;
 
+/// Every part of the program: what tests see and what ships. Without it cargo builds what README's first pages use.
+pub const FULL: [&str; 2] = ["--features", "rowscan/full"];
+
 /// How a program is compiled.
 #[derive(Clone, Copy, Debug)]
 pub enum Profile {
-    /// As tests are.
+    /// As tests are, with every part.
     Dev,
-    /// As it ships.
+    /// As README says: optimised, with the default parts.
     Release,
 }
 
@@ -96,7 +99,9 @@ impl Workspace {
         let _ = fs::remove_file(self.binary());
         shell::run(&mut match self.profile {
             // The tests' own build has the binary, too; built alone, it would be compiled again with fewer features of its dependencies.
-            Profile::Dev => self.cargo(&["test", "--workspace", "--no-run", "--quiet"]),
+            Profile::Dev => {
+                self.cargo(&[&["test", "--workspace", "--no-run", "--quiet"], &FULL[..]].concat())
+            }
             Profile::Release => self.cargo(&["build", "--release", "-p", "rowscan"]),
         })
     }

@@ -10,6 +10,7 @@ use crate::lms2xx::Variant;
 use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::telegram::{Mode, REFUSED, Request};
 use crate::lms2xx::values::Output;
+use crate::lms2xx::words::put_words;
 
 /// A reply being made.
 #[derive(Debug, Default)]
@@ -68,8 +69,7 @@ impl Device {
             Request::Status => self.status(body),
             Request::Errors => self.errors(body),
             Request::Counters if self.model.outdoor => {
-                body.extend_from_slice(&OPERATING_HOURS.to_le_bytes());
-                body.extend_from_slice(&(POWER_ONS + self.power_ons).to_le_bytes());
+                put_words(&[OPERATING_HOURS, POWER_ONS + self.power_ons], body);
             }
             Request::Type => body.extend_from_slice(self.type_text().as_bytes()),
             Request::Variant(variant) => self.choose_variant(variant, body),
@@ -91,8 +91,7 @@ impl Device {
             Request::Positioning(step, span) => {
                 let fits = POSITIONING_STEPS.contains(&step) && span.first < span.last && span.last <= 180;
                 body.extend_from_slice(&[u8::from(fits), step]);
-                body.extend_from_slice(&span.first.to_le_bytes());
-                body.extend_from_slice(&span.last.to_le_bytes());
+                put_words(&span.words(), body);
             }
             Request::Permanent(what @ 0..=2) if self.is_set_up() => {
                 match what {
@@ -120,8 +119,7 @@ impl Device {
             self.variant = variant;
         }
         body.push(u8::from(known && honoured));
-        body.extend_from_slice(&self.variant.angle_deg.to_le_bytes());
-        body.extend_from_slice(&self.variant.step_centideg.to_le_bytes());
+        put_words(&[self.variant.angle_deg, self.variant.step_centideg], body);
     }
 
     fn write_configuration(&mut self, bytes: &[u8], body: &mut Vec<u8>, answer: &mut Answer) {

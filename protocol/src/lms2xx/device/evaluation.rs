@@ -9,6 +9,7 @@ use super::sweep::Collected;
 use crate::angle::BeamGrid;
 use crate::lms2xx::telegram::{REPLY, command};
 use crate::lms2xx::values::{Output, When};
+use crate::lms2xx::words::word_at;
 use crate::time::SimTime;
 
 /// What a scan is made for besides its values.
@@ -144,8 +145,7 @@ impl Device {
         let place = Place::of(set, kind)?;
         match (step, self.teaching) {
             (0, _) => {
-                let word = |at: usize| Some(u16::from_le_bytes(*rest.get(at..)?.first_chunk()?));
-                let before_mm = match (word(0)?, word(4).unwrap_or_default()) {
+                let before_mm = match (word_at(rest, 0)?, word_at(rest, 4).unwrap_or_default()) {
                     (distance, 0) => distance,
                     _ => USUAL_DISTANCE_MM,
                 };

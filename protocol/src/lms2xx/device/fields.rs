@@ -8,6 +8,7 @@ use alloc::vec::Vec;
 use crate::angle::BeamGrid;
 use crate::lms2xx::Variant;
 use crate::lms2xx::values::Unit;
+use crate::lms2xx::words::{put_words, read_words, word};
 
 /// A, B, C.
 pub(super) const FIELDS: usize = 3;
@@ -92,7 +93,9 @@ impl Place {
 }
 
 fn words(bytes: &[u8]) -> Vec<u16> {
-    bytes.as_chunks::<2>().0.iter().map(|word| u16::from_le_bytes(*word)).collect()
+    let mut words = Vec::new();
+    read_words(bytes, &mut words);
+    words
 }
 
 /// Segments that this number stands for at this angle.
@@ -112,7 +115,7 @@ impl Shape {
                 [left, right, height] => Some(Self::Rectangle { left, right, height }),
                 _ => None,
             },
-            (1, &[low, high]) => Some(Self::Radial(u16::from_le_bytes([low, high]))),
+            (1, &[low, high]) => Some(Self::Radial(word([low, high]))),
             (2, [number, radii @ ..]) => {
                 let rays = segments(*number, angle_deg)? + 1;
                 (radii.len() == 2 * rays).then(|| Self::Segmented(words(radii)))
@@ -132,19 +135,17 @@ impl Shape {
     }
 
     fn encode(&self, out: &mut Vec<u8>) {
-        let mut put =
-            |words: &[u16]| words.iter().for_each(|word| out.extend_from_slice(&word.to_le_bytes()));
         match self {
-            Self::Rectangle { left, right, height } => put(&[*left, *right, *height]),
-            Self::Radial(radius) => put(&[*radius]),
-            Self::Taught(radii) => put(radii),
+            Self::Rectangle { left, right, height } => put_words(&[*left, *right, *height], out),
+            Self::Radial(radius) => put_words(&[*radius], out),
+            Self::Taught(radii) => put_words(radii, out),
             Self::Segmented(radii) => {
                 out.push(match radii.len().saturating_sub(1) {
                     360 => 0xFE,
                     400 => 0xFF,
                     segments => segments as u8,
                 });
-                radii.iter().for_each(|word| out.extend_from_slice(&word.to_le_bytes()));
+                put_words(radii, out);
             }
         }
     }
@@ -159,8 +160,7 @@ impl Field {
         let (&[set, kind, a, b, c, d, mode], rest) = data.split_first_chunk::<7>()?;
         let place = Place::of(set, kind)?;
         let unit = if kind & MILLIMETRES == 0 { Unit::Cm } else { Unit::Mm };
-        let variant =
-            Variant { angle_deg: u16::from_le_bytes([a, b]), step_centideg: u16::from_le_bytes([c, d]) };
+        let variant = Variant { angle_deg: word([a, b]), step_centideg: word([c, d]) };
         let shape = RESERVED
             .into_iter()
             .find_map(|reserved| Shape::parse(mode, variant.angle_deg, rest.get(reserved..)?))?;
@@ -182,9 +182,7 @@ impl Field {
     pub(super) fn encode(&self, place: Place, out: &mut Vec<u8>) {
         let millimetres = if self.unit == Unit::Mm { u16::from(MILLIMETRES) } else { 0 };
         let kind = place.field as u16 * TYPES_APART + self.shape.number() + millimetres;
-        for word in [kind, self.variant.angle_deg, self.variant.step_centideg] {
-            out.extend_from_slice(&word.to_le_bytes());
-        }
+        put_words(&[kind, self.variant.angle_deg, self.variant.step_centideg], out);
         out.push(0);
         self.shape.encode(out);
     }

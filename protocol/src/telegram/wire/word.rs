@@ -2,6 +2,8 @@
 
 use alloc::vec::Vec;
 
+use byteorder::{BigEndian, ByteOrder};
+
 /// A channel's raw value: 8 or 16 bits wide.
 pub trait Word: Copy + Default + Into<u16> + sealed::Sealed {
     /// Bytes on the wire.
@@ -45,11 +47,15 @@ impl Word for u16 {
     }
 
     fn extend_from_be(out: &mut Vec<Self>, bytes: &[u8]) {
-        let (pairs, _) = bytes.as_chunks();
-        out.extend(pairs.iter().map(|pair| Self::from_be_bytes(*pair)));
+        let (pairs, _) = bytes.as_chunks::<2>();
+        let at = out.len();
+        out.resize(at + pairs.len(), 0);
+        BigEndian::read_u16_into(pairs.as_flattened(), &mut out[at..]);
     }
 
     fn extend_be(values: &[Self], out: &mut Vec<u8>) {
-        out.extend(values.iter().flat_map(|value| value.to_be_bytes()));
+        let at = out.len();
+        out.resize(at + 2 * values.len(), 0);
+        BigEndian::write_u16_into(values, &mut out[at..]);
     }
 }

@@ -18,6 +18,8 @@ pub(super) fn build(dist: &Dist<'_>) -> Result<PathBuf, String> {
         "dist",
         "-p",
         "rowscan",
+        "--features",
+        "full",
         "--bin",
         "rowscan",
         "--target",

@@ -1,5 +1,7 @@
-//! The demo of the release binary: it ends well, and the same seed prints the same numbers.
+//! The demo of the release binary, which has the default parts alone: it ends well, the same seed prints the same numbers, and a part that is left out
+//! is refused with the command that builds it.
 
+use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
@@ -26,8 +28,24 @@ pub fn run(workspace: &Workspace) -> Outcome {
     };
     match numbers().and_then(|first| Ok((first, numbers()?))) {
         Err(why) => Outcome::failed(why),
-        Ok((first, second)) if first == second => Outcome::Passed(Counts { passed: 1, ..Counts::default() }),
-        Ok((first, second)) => Outcome::failed(format!("one seed, two demos:\n{first}\n{second}")),
+        Ok((first, second)) if first != second => {
+            Outcome::failed(format!("one seed, two demos:\n{first}\n{second}"))
+        }
+        Ok(_) => match refuses_a_picture(&binary) {
+            Err(why) => Outcome::failed(why),
+            Ok(()) => Outcome::Passed(Counts { passed: 2, ..Counts::default() }),
+        },
+    }
+}
+
+/// A picture as PNG is no default part.
+fn refuses_a_picture(binary: &Path) -> Result<(), String> {
+    let mut demo = Command::new(binary);
+    let ended = demo.args(["demo", "--picture", "demo.png"]).output().map_err(|error| error.to_string())?;
+    let said = String::from_utf8_lossy(&ended.stderr);
+    match ended.status.code() == Some(2) && said.contains("cargo build --release --features figures") {
+        true => Ok(()),
+        false => Err(format!("demo --picture demo.png: {}: {said}", ended.status)),
     }
 }
 
