@@ -238,8 +238,8 @@ impl Eye {
         }
     }
 
-    /// How far every beam of this unit leaves the plane that the mirror turns in, radians; ahead where positive. It is a unit's own how far that is
-    /// towards its floor or its roof. 0 unless the settings ask for a bent plane and the model's is.
+    /// How far every beam of this unit leaves the plane that the mirror turns in, radians; ahead where positive. A unit's cone opens towards its
+    /// roof or its floor, by an angle of its own. 0 unless the settings ask for a bent plane and the model's is.
     pub fn bend_rad(&self) -> f64 {
         let bends = self.settings.bent_plane && self.settings.stages.has(Stage::Spot);
         let part = 2.0 * Draws::of(self.unit, Use::Bend, 0).unit() - 1.0;
