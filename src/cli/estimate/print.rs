@@ -149,7 +149,7 @@ fn facts(estimate: &Estimate) -> String {
         }
     }
     line("  by contact", known(estimate.leaf.areas.contact_m2().ok(), 2, "m²"));
-    if let Some(share_m2) = estimate.leaf.areas.share_m2().ok() {
+    if let Ok(share_m2) = estimate.leaf.areas.share_m2() {
         line("  by shares of spots", known(Some(share_m2), 2, "m²"));
     }
     line("  by I_T", known(estimate.leaf.areas.regression_m2().ok(), 2, "m²"));
