@@ -47,7 +47,7 @@ fn scan() -> impl Strategy<Value = Scan> {
 
 fn rig() -> impl Strategy<Value = Rig> {
     let orientation = prop::sample::select(vec![Orientation::Side, Orientation::Up]);
-    let roof = prop::sample::select(vec![Roof::Forward, Roof::Backward]);
+    let roof = prop::sample::select(vec![None, Some(Roof::Forward), Some(Roof::Backward)]);
     let row = prop::sample::select(vec![RowSide::Right, RowSide::Left]);
     let spacing = || prop::option::of(0.05f64..1000.0);
     let mount = (orientation, roof, row, 0.01f64..100.0, 0.01f64..100.0).prop_map(

@@ -21,7 +21,7 @@ use rowscan_protocol::device::{DialectPolicy, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::Model;
 use rowscan_recording::{StreamKind, Taps};
-use rowscan_scenes::files::load_scene;
+use rowscan_scenes::files::{Warning, load_scene};
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::Tractor;
 use tokio::task::JoinSet;
@@ -60,11 +60,15 @@ pub(crate) struct Bench {
     _seen: Option<Box<dyn Send>>,
 }
 
-/// Grows the scenario's orchard; the seed that counts.
-pub(crate) fn grow(scenario: &Scenario, seed: Option<u64>) -> Result<Stage, Failure> {
+/// Grows the scenario's orchard; the seed that counts. `tell` hears what the user should know of its scene.
+pub(crate) fn grow(
+    scenario: &Scenario,
+    seed: Option<u64>,
+    tell: impl FnMut(Warning),
+) -> Result<Stage, Failure> {
     let beside = scenario.folder().join(&scenario.scene);
     let name = if beside.is_file() { beside.to_string_lossy().into_owned() } else { scenario.scene.clone() };
-    let mut scene = load_scene(&name)?;
+    let mut scene = load_scene(&name, tell)?;
     scene.seed = seed.unwrap_or(scene.seed);
     Ok(Stage::grow(scene, &|_, _| {})?)
 }

@@ -61,6 +61,8 @@ pub(crate) struct RunRecord {
     /// How often each fault acted, by id.
     pub(crate) fault_acts: BTreeMap<String, u64>,
     pub(crate) truth: Option<truth::Trees>,
+    /// What the user should know of the scene.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// What one child left.
@@ -95,6 +97,7 @@ pub(crate) async fn run(
         fault_events_lost: 0,
         fault_acts: BTreeMap::new(),
         truth: None,
+        warnings: Vec::new(),
     };
     if let Err(failure) = drive(scenario, seed, folder, (faults, beside, &mut record)).await {
         record.error = Some(failure.to_string());
@@ -109,7 +112,7 @@ async fn drive(
     folder: &Path,
     (faults, beside, record): (&[ScenarioFault], Beside<'_>, &mut RunRecord),
 ) -> Result<(), Failure> {
-    let stage = rig::grow(scenario, seed)?;
+    let stage = rig::grow(scenario, seed, |warning| record.warnings.push(warning.to_string()))?;
     record.seed = stage.scene.seed;
     let mut bench = Bench::start(scenario, stage, folder, (faults, beside.onlooker)).await?;
     let journal = bench.journal.clone();

@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn a_scanner_farther_than_half_the_alley_moves_the_next_row_away() {
-        let scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
+        let scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
         let model = AnyModel::by_name("lms511").expect("a model");
         let far = placed(&scene, model, 4.0, 7);
         assert_eq!((far.seed, far.orchard.row_spacing_m, far.rig.row_spacing_m), (7, Some(8.0), Some(8.0)));

@@ -53,6 +53,7 @@ mod reference;
 mod replay;
 mod replay_lines;
 mod replayed_requests;
+mod roofs;
 mod scans;
 mod searches;
 mod services;

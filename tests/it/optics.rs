@@ -75,7 +75,7 @@ fn a_rig_with_remission_that_tells_no_power_is_refused() {
 #[test]
 fn thin_and_dense_rows_read_right_by_shares_where_contact_makes_half_of_their_difference() {
     let error = |lai: f64, remission: Option<RemissionReading>| {
-        let mut scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
+        let mut scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
         (scene.seed, scene.orchard.target_lai, scene.optics.stages) = (77, Some(lai), Stages::device());
         scene.rig.scanners[0].remission = remission;
         let calibration =

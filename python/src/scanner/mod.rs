@@ -141,6 +141,7 @@ impl Scanner {
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
+        py: Python<'_>,
         model: Option<OneOrMore<String>>,
         scene: SceneOf,
         seed: Option<u64>,
@@ -159,7 +160,7 @@ impl Scanner {
         };
         let all = |given: Option<OneOrMore<String>>| given.map(OneOrMore::all).unwrap_or_default();
         let order = Order {
-            place: Place::of(scene, seed, optics)?,
+            place: Place::of(py, scene, seed, optics)?,
             models,
             scale: time_scale.unwrap_or(Pace::Times(1.0)).scale()?,
             start: start_when.map(str::parse).transpose().map_err(Failure::from)?,

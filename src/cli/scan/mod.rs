@@ -120,7 +120,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 
 fn scan(args: &Args) -> Result<Outcome, Failure> {
     args.picture.as_deref().map(pictured::check).transpose()?;
-    let mut scene = files::load_scene(&args.scene)?;
+    let mut scene = files::load_scene(&args.scene, say)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     args.optics.over(&mut scene);
     if args.two_rows {

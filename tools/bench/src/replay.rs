@@ -62,7 +62,7 @@ const STREAMS: [Stream; 4] = [
 
 /// Writes the recording; when the first stream spoke, since its beginning.
 fn record(path: &Path, streams: &[Stream]) -> Vec<Duration> {
-    let scene = rowscan_scenes::files::load_scene("spindle").expect("a built-in scene");
+    let scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("a built-in scene");
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     let mut packets = Vec::new();
     for (number, stream) in streams.iter().enumerate() {
