@@ -1,7 +1,7 @@
 //! Lines of a scan plane that leans, put upright: each beam's range goes to the line that was where the beam crosses the row's middle.
 //!
 //! What a beam met nearer or farther than that lies off its new line by a little: the row puts each return at its own place along it
-//! ([`crate::astray`]). Beams whose place no line was at are left out there: the ends of a drive are seen by some beams only.
+//! ([`crate::stray_returns`]). Beams whose place no line was at are left out there: the ends of a drive are seen by some beams only.
 
 use std::collections::VecDeque;
 

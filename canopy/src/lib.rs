@@ -41,7 +41,6 @@
 //! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
 
 mod advance;
-mod astray;
 mod beam_line;
 mod by_range;
 pub mod calibration;
@@ -74,6 +73,7 @@ mod row;
 mod row_pass;
 mod shares;
 pub mod shipped;
+mod stray_returns;
 mod stream;
 mod trees;
 pub mod uncertainty;

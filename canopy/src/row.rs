@@ -3,7 +3,6 @@
 use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::advance::Weighted;
-use crate::astray::{Stray, Strays, into_cells};
 use crate::beam_line::BeamLine;
 use crate::contact::{Sampled, density};
 use crate::cut::{CutMethod, FoundTree, Profile, TrunkZone};
@@ -20,6 +19,7 @@ use crate::percentile::{Histogram, TOP_SHARE};
 use crate::profile::Outline;
 use crate::recent::{Recent, WindowSums};
 use crate::remission::RemissionScale;
+use crate::stray_returns::{Stray, Strays, into_cells};
 use crate::trees::{Cells, Cut, Keys};
 use crate::voxels::Voxels;
 

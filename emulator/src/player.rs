@@ -17,7 +17,7 @@ use rowscan_ports::task;
 use rowscan_ports::{Delivery, clock};
 
 /// How long a tape on a paced clock stays for clients that have not read its end, host time.
-const PARTING: Duration = Duration::from_secs(2);
+const FLUSH_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// A recording being played. Dropping it stops the tape and closes its lines and buses; its scanners live on without scans.
 #[derive(Debug)]
@@ -136,7 +136,7 @@ impl PlaybackLoop {
         match self.clock.delivery() {
             Delivery::Patient => drained.await,
             Delivery::Paced => {
-                let _ = clock::within(PARTING, drained).await;
+                let _ = clock::within(FLUSH_TIMEOUT, drained).await;
             }
         }
     }

@@ -179,7 +179,7 @@ impl Source {
 }
 
 /// How long the end of a paced timeline waits for clients that have not taken everything, host time.
-const PARTING: Duration = Duration::from_secs(2);
+const FLUSH_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// What a clock in lockstep waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -382,7 +382,7 @@ impl Timeline {
         match self.clock.delivery() {
             Delivery::Patient => written.await,
             Delivery::Paced => {
-                let _ = rowscan_ports::clock::within(PARTING, written).await;
+                let _ = rowscan_ports::clock::within(FLUSH_TIMEOUT, written).await;
             }
         }
     }

@@ -13,7 +13,7 @@ use crate::{document, wait, warning};
 
 /// A scenario with one seed: its verdict, what the command line writes of it, and everything behind.
 #[derive(Serialize)]
-struct Told<'a> {
+struct VerdictDocument<'a> {
     verdict: Verdict,
     text: String,
     #[serde(flatten)]
@@ -43,6 +43,10 @@ pub(crate) fn check(
     })?;
     let warnings: BTreeSet<&str> = tried.iter().flat_map(Tried::warnings).collect();
     warnings.into_iter().try_for_each(|what| warning::warn(py, what))?;
-    let told = tried.iter().map(|tried| Told { verdict: worst([tried]), text: report::text(tried), tried });
+    let told = tried.iter().map(|tried| VerdictDocument {
+        verdict: worst([tried]),
+        text: report::text(tried),
+        tried,
+    });
     document::of(py, &told.collect::<Vec<_>>())
 }

@@ -26,7 +26,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// The document: an estimate, and the row's numbers beside the truth if estimators were asked for.
 #[derive(Serialize)]
-struct Told {
+struct EstimateDocument {
     #[serde(flatten)]
     estimate: Estimate,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -76,11 +76,11 @@ pub(crate) fn estimate(
         warning::warn(py, format_args!("telegrams came for {UNREADABLE:?}, and none held a valid scan"))?;
     }
     if asked.is_empty() {
-        return document::of(py, &Told { estimate, side_by_side: Vec::new() });
+        return document::of(py, &EstimateDocument { estimate, side_by_side: Vec::new() });
     }
     let told = wait::for_work(py, "compare the estimate with the truth", move || {
         let truth = stage.as_deref().map(|stage| &stage.orchard).zip(rig.as_ref());
-        Ok(Told { side_by_side: beside_truth(&estimate, scanner, truth), estimate })
+        Ok(EstimateDocument { side_by_side: beside_truth(&estimate, scanner, truth), estimate })
     })?;
     document::of(py, &told)
 }
@@ -144,6 +144,6 @@ async fn follow(
         tokio::task::coop::consume_budget().await;
     };
     let mut found = pipeline.finish();
-    found.telegrams_bad = scanner.stop(wait::PARTING).await.telegrams_bad;
+    found.telegrams_bad = scanner.stop(wait::STOP_TIMEOUT).await.telegrams_bad;
     Ok((found, reached))
 }

@@ -14,7 +14,7 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 use rowscan_scenes::files::load_rig;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
-use rowscan_study::trial::{self, Asked};
+use rowscan_study::trial::{self, StartUpRequests};
 
 use crate::failure::{Failure, Refusal};
 use crate::orchard::SceneOf;
@@ -138,7 +138,7 @@ pub(crate) fn drive(
         let Reading { mut cola, lms2xx, .. } = Reading::of(Some(&told), 0, true, none)?;
         cola.remission = remission;
         let (mut gathered, mut fits) = (Gathered::default(), Ok(()));
-        trial::each_scan(&stage, model, Asked { cola, lms2xx }, &mut |scan| {
+        trial::each_scan(&stage, model, StartUpRequests { cola, lms2xx }, &mut |scan| {
             if fits.is_ok() {
                 fits = gathered.push(scan, 0);
             }

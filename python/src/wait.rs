@@ -16,7 +16,7 @@ use crate::failure::{Failure, Refusal};
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// How long a device is given to end its stream.
-pub(crate) const PARTING: Duration = Duration::from_secs(2);
+pub(crate) const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Runs `work` on a thread of its own. Interrupted, it is left to itself: its result is dropped.
 pub(crate) fn for_work<T: Send + 'static>(

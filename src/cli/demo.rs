@@ -18,7 +18,7 @@ use super::emulate::DialectArg;
 use super::estimate;
 use super::interrupt::Interrupt;
 use super::link_events::LinkTeller;
-use super::link_options::{PARTING, Prefer};
+use super::link_options::{Prefer, STOP_TIMEOUT};
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, pictured, progress};
@@ -197,7 +197,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let telling = LinkTeller::start(&scanner, None);
     let bar = progress::bar("driving", "scans", scans);
-    let mut seen = args.picture.is_some().then(|| Seen {
+    let mut seen = args.picture.is_some().then(|| PictureScans {
         placing: Placing::new(Some(stage.rig.clone()), 0, stage.scene.drive.alley),
         points: Vec::new(),
     });
@@ -207,7 +207,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     bar.finish_and_clear();
     let mut found = pipeline.finish();
-    found.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
+    found.telegrams_bad = scanner.stop(STOP_TIMEOUT).await.telegrams_bad;
     drop(telling);
     ended?;
 
@@ -231,7 +231,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         wall_clock_s: watch.elapsed().as_secs_f64(),
     };
     print(args.format, &outcomes)?;
-    if let (Some(path), Some(Seen { points, .. })) = (args.picture, seen) {
+    if let (Some(path), Some(PictureScans { points, .. })) = (args.picture, seen) {
         let estimate = outcomes.estimate.clone();
         let work = move || pictured::demo(&path, &stage, &estimate, &points);
         off_runtime("draw the row", work).await?;
@@ -240,7 +240,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 /// What the picture shows of the scans: where their returns came from.
-struct Seen {
+struct PictureScans {
     placing: Placing,
     points: Vec<[f64; 3]>,
 }
@@ -251,12 +251,12 @@ async fn follow(
     pipeline: &mut Pipeline,
     latency: Option<&Latency>,
     scans: u64,
-    (bar, seen): (&ProgressBar, &mut Option<Seen>),
+    (bar, seen): (&ProgressBar, &mut Option<PictureScans>),
 ) -> Result<(), Failure> {
     while pipeline.progress().scans < scans {
         let Some(record) = scanner.next().await? else { break };
         pipeline.push(record.scan);
-        if let Some(Seen { placing, points }) = seen {
+        if let Some(PictureScans { placing, points }) = seen {
             let returns = placing.points(record.scan);
             if pipeline.progress().scans.is_multiple_of(pictured::EVERY) {
                 points.extend(returns);

@@ -7,7 +7,7 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_recording::StreamKind;
 
 /// How long the device is given to end the stream.
-pub(super) const PARTING: Duration = Duration::from_secs(2);
+pub(super) const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The dialect a driver tries first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]

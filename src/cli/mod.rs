@@ -27,7 +27,6 @@ mod line;
 mod link_events;
 mod link_options;
 mod lockstep;
-mod mend;
 mod models;
 mod named;
 mod orchard;
@@ -40,6 +39,7 @@ mod record;
 mod recorded_speed;
 mod recorder;
 mod recording_file;
+mod repair;
 mod replay;
 mod scan;
 mod scene;
@@ -326,7 +326,7 @@ impl Failure {
 }
 
 /// What tasks get to end in, once a command has.
-const FAREWELL: std::time::Duration = std::time::Duration::from_millis(300);
+const SHUTDOWN_TIMEOUT: std::time::Duration = std::time::Duration::from_millis(300);
 
 /// The command line as its parser knows it. The types that it is parsed to are not for others: what nobody else can call is not compiled.
 pub fn command() -> clap::Command {
@@ -375,7 +375,7 @@ fn run_command(command: Command) -> Result<Outcome, Failure> {
         }
     });
     // Tasks take their links and files with them; an interrupted command does not wait for the orchard that was growing.
-    runtime.shutdown_timeout(FAREWELL);
+    runtime.shutdown_timeout(SHUTDOWN_TIMEOUT);
     // Of an interrupted command; whoever finished has none.
     rowscan_recording::remove_temporary_files();
     outcome

@@ -13,12 +13,12 @@ use tokio::task::JoinSet;
 use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
 use super::link_events::LinkTeller;
-use super::link_options::{PARTING, Prefer, stream_kind};
-use super::mend;
+use super::link_options::{Prefer, STOP_TIMEOUT, stream_kind};
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
 use super::recording_file::{no_stream, open_stream, unreadable};
+use super::repair;
 use super::tractor_outputs::open_bus;
 use super::{Failure, Format, Outcome};
 use rowscan_bus::link::PortEvent;
@@ -98,13 +98,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ..About::default()
     };
     if let Some(file) = args.repair.clone() {
-        let work = move || mend::run(&file, args.output.as_deref(), about, args.decoded);
+        let work = move || repair::run(&file, args.output.as_deref(), about, args.decoded);
         return Interrupt::watch()?.finite(off_runtime("repair the recording", work)).await;
     }
     let Some(output) = &args.output else { return Ok(Outcome::Done) };
     if let [Named { it: Source::Recording { path, stream }, .. }] = args.sources.as_slice() {
         let (path, stream, output, decoded) = (path.clone(), stream.clone(), output.clone(), args.decoded);
-        let work = move || mend::convert(&path, stream.as_deref(), &output, about, decoded);
+        let work = move || repair::convert(&path, stream.as_deref(), &output, about, decoded);
         return Interrupt::watch()?.finite(off_runtime("convert the recording", work)).await;
     }
     if let Some(Named { it: source, .. }) =
@@ -261,7 +261,7 @@ async fn follow(
             break;
         }
     }
-    scanner.stop(PARTING).await;
+    scanner.stop(STOP_TIMEOUT).await;
     Ok(())
 }
 

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::class::row_class;
 use crate::reading::{CalibrationChoice, Reading, ReadingError, reading_remission, rig_with};
-use crate::trial::{Asked, TrialError, each_scan};
+use crate::trial::{StartUpRequests, TrialError, each_scan};
 use crate::wilson::wilson;
 use crate::{median, moments};
 
@@ -182,7 +182,7 @@ fn row(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Vec
         .map(|rig| Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig))
         .transpose()?;
     let cola = ColaConfig { remission: of_shares.is_some(), ..reading.cola };
-    let asked = Asked { cola, lms2xx: reading.lms2xx };
+    let asked = StartUpRequests { cola, lms2xx: reading.lms2xx };
     let wanted: Vec<_> = ["voxel", "polar", "gap"].into_iter().filter_map(by_name).collect();
     let class = row_class(&set.scene, &truth);
     let mut shares = of_shares.map(|reading| reading.pipeline.of_class(class.clone()));

@@ -15,7 +15,7 @@ use crate::appraisal::Appraisal;
 use crate::eye::{placed, spot_left_in};
 use crate::moments;
 use crate::reading::{CalibrationChoice, Reading, rig_with};
-use crate::trial::{Asked, TrialError, each_scan_met};
+use crate::trial::{StartUpRequests, TrialError, each_scan_met};
 
 /// A number that a scan of a row gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -229,7 +229,7 @@ impl TriedRow {
 fn values(set: &Set, model: AnyModel) -> Result<Values, TrialError> {
     let rig = rig_with(&set.rig, 0, model.name());
     let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig)?;
-    let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
+    let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };
     let shapes: Vec<_> =
         ["gap", "height", "width", "volume", "trv", "lwa"].into_iter().filter_map(by_name).collect();
     let mut raw = spot_left_in(&rig)?.with_estimators(&shapes);

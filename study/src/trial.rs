@@ -86,7 +86,7 @@ impl Trial {
         let truth = stage.orchard.truth();
         let class = row_class(&stage.scene, &truth);
         let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration.map(Box::new)))?;
-        let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
+        let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };
         let mut pipeline = reading.pipeline.with_estimators(estimators).of_class(class.clone());
         if !estimators.is_empty() {
             pipeline = pipeline.with_trees_found(&CutMethod::ALL);
@@ -124,7 +124,7 @@ impl Trial {
 
 /// What a device is asked at its start-up.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct StartUpRequests {
     /// Of a CoLa device.
     pub cola: ColaConfig,
     /// Of an LMS2xx.
@@ -138,7 +138,7 @@ pub struct Asked {
 pub fn each_scan(
     stage: &Stage,
     model: AnyModel,
-    asked: Asked,
+    asked: StartUpRequests,
     take: &mut dyn FnMut(&Scan),
 ) -> Result<(), TrialError> {
     each_scan_met(stage, model, asked, &mut |scan, _| take(scan))
@@ -152,7 +152,7 @@ pub fn each_scan(
 pub fn each_scan_met(
     stage: &Stage,
     model: AnyModel,
-    asked: Asked,
+    asked: StartUpRequests,
     take: &mut dyn FnMut(&Scan, &[Return]),
 ) -> Result<(), TrialError> {
     match model {

@@ -37,6 +37,7 @@ mod frozen_clock;
 mod hostile;
 mod interrupted;
 mod links;
+mod manual_pages;
 mod mount_pose;
 mod nmea;
 mod nozzles;
@@ -44,7 +45,7 @@ mod online_offline;
 mod optics;
 mod orchards;
 mod outputs;
-mod paper;
+
 mod part_faults;
 mod proxy;
 mod pty;

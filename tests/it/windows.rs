@@ -15,7 +15,7 @@ use rowscan_scenes::CellGrid;
 use rowscan_scenes::files::load_scene;
 use rowscan_scenes::optics::Stages;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
-use rowscan_study::trial::{Asked, each_scan};
+use rowscan_study::trial::{StartUpRequests, each_scan};
 
 /// One drive past a row.
 struct Drive {
@@ -37,7 +37,7 @@ impl Drive {
     fn past(stage: &Stage, model: AnyModel) -> Self {
         let rig = rig_with(&stage.rig, 0, model.name());
         let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig).expect("a reading");
-        let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
+        let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };
         let mut pipeline = reading.pipeline.of_class(RowClass::default());
         let (mut slices, mut factors) = (Vec::<LeafSlice>::new(), Vec::new());
         each_scan(stage, model, asked, &mut |scan| {
@@ -147,7 +147,7 @@ fn told_everywhere(stage: &Stage, what: &str, mut damage: impl FnMut(u64, &mut S
     let model = AnyModel::by_name("lms111").expect("a model");
     let rig = rig_with(&stage.rig, 0, model.name());
     let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig).expect("a reading");
-    let asked = Asked { cola: reading.cola, lms2xx: reading.lms2xx };
+    let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };
     let mut pipeline = reading.pipeline;
     let (mut ecu, mut frames, mut clock, mut number) =
         (CanopyEcu::default(), Vec::new(), DeviceClock::default(), 0);

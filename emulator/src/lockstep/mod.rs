@@ -34,7 +34,7 @@ pub(crate) use bystanders::Bystanders;
 use looked::Looked;
 pub(crate) use outputs::OutputCount;
 use outputs::Outputs;
-use reply::{Asked, Replies};
+use reply::{Replies, ReplyQuery};
 use watch::Watch;
 
 /// Time between two looks that must find the same.
@@ -183,7 +183,7 @@ impl Lockstep {
     pub(crate) fn begin(&mut self, at: SimTime) {
         self.step += 1;
         for replies in &self.replies {
-            replies.ask(Asked { step: self.step, at });
+            replies.ask(ReplyQuery { step: self.step, at });
         }
     }
 

@@ -24,7 +24,7 @@ const LONGEST: u64 = 64;
 
 /// A step that was sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Asked {
+pub(super) struct ReplyQuery {
     pub(super) step: u64,
     pub(super) at: SimTime,
 }
@@ -33,7 +33,7 @@ pub(super) struct Asked {
 #[derive(Debug)]
 pub(super) struct Replies {
     address: SocketAddr,
-    asked: watch::Sender<Asked>,
+    asked: watch::Sender<ReplyQuery>,
     heard: Arc<Mutex<Vec<Participant>>>,
     _tasks: JoinSet<()>,
 }
@@ -53,7 +53,7 @@ impl Replies {
     pub(super) async fn listen(address: &str, joined: Arc<Notify>) -> std::io::Result<Self> {
         let listener = TcpListener::bind(address).await?;
         let address = listener.local_addr()?;
-        let asked = watch::Sender::new(Asked::default());
+        let asked = watch::Sender::new(ReplyQuery::default());
         let heard = Arc::<Mutex<Vec<Participant>>>::default();
         let mut tasks = JoinSet::new();
         let table = Table { heard: Arc::clone(&heard), joined };
@@ -66,7 +66,7 @@ impl Replies {
     }
 
     /// Tells everyone that a step is out.
-    pub(super) fn ask(&self, asked: Asked) {
+    pub(super) fn ask(&self, asked: ReplyQuery) {
         self.asked.send_replace(asked);
     }
 
@@ -105,7 +105,7 @@ impl Table {
     }
 }
 
-async fn accept(listener: TcpListener, asked: watch::Sender<Asked>, table: Table) {
+async fn accept(listener: TcpListener, asked: watch::Sender<ReplyQuery>, table: Table) {
     let (mut serving, mut number) = (JoinSet::new(), 0);
     loop {
         tokio::select! {
@@ -127,7 +127,7 @@ async fn serve(
     stream: TcpStream,
     peer: SocketAddr,
     number: u64,
-    mut asked: watch::Receiver<Asked>,
+    mut asked: watch::Receiver<ReplyQuery>,
     table: Table,
 ) {
     let change = |change: &dyn Fn(&mut Participant)| {
@@ -145,7 +145,7 @@ async fn serve(
         let mut limited = (&mut reader).take(LONGEST);
         tokio::select! {
             changed = asked.changed() => {
-                let Asked { step, at } = *asked.borrow_and_update();
+                let ReplyQuery { step, at } = *asked.borrow_and_update();
                 let text = format!("STEP {step} {}\n", at.0);
                 if changed.is_err() || writer.write_all(text.as_bytes()).await.is_err() {
                     break;

@@ -26,7 +26,7 @@ use order::{Order, Pace, Place};
 const THREADS: usize = 2;
 
 /// What tasks get to end in, once it is stopped.
-const FAREWELL: Duration = Duration::from_millis(300);
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// Seconds of the host that `step` and `until` wait, unless told otherwise.
 const PATIENCE_S: f64 = 30.0;
@@ -51,7 +51,7 @@ impl Served {
     /// Ends it: endpoints are closed when this returns.
     fn end(self) {
         drop(self.live);
-        self.runtime.shutdown_timeout(FAREWELL);
+        self.runtime.shutdown_timeout(SHUTDOWN_TIMEOUT);
     }
 }
 
@@ -93,7 +93,7 @@ impl Scanner {
         match opened {
             Ok(live) => *lock(&self.running) = Some(Served { live, runtime }),
             Err(error) => {
-                py.detach(|| runtime.shutdown_timeout(FAREWELL));
+                py.detach(|| runtime.shutdown_timeout(SHUTDOWN_TIMEOUT));
                 return Err(error);
             }
         }

@@ -28,7 +28,7 @@ const BLADE_FILL: f64 = 0.687;
 const PREFORMED: u32 = 8;
 
 /// All leaves of a tree, unit by unit, from the base up; `radii_m` are those of the units' wood, on whose surface the petioles begin.
-pub(crate) fn clothe(
+pub(crate) fn grow_blades(
     units: &[GrowthUnit],
     radii_m: &[f64],
     parameters: &TreeParameters,
@@ -154,7 +154,7 @@ mod tests {
     }
 
     fn leaves(parameters: &TreeParameters) -> Vec<Blade> {
-        clothe(&[upright(10)], &[0.0], parameters, &mut Purpose::Foliage.stream(1, 0, 0))
+        grow_blades(&[upright(10)], &[0.0], parameters, &mut Purpose::Foliage.stream(1, 0, 0))
     }
 
     #[test]

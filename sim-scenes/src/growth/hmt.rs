@@ -34,7 +34,7 @@ impl Generator for Hmt {
         })?;
         let radii = wood::radii(&units, parameters);
         let mut stream = Purpose::Foliage.stream(self.seed, row, tree);
-        let blades = foliage::clothe(&units, &radii, parameters, &mut stream);
+        let blades = foliage::grow_blades(&units, &radii, parameters, &mut stream);
         let segments = units.iter().zip(radii).map(|(unit, radius_m)| Segment {
             bearer: unit.bearer,
             bearer_m: f64::from(unit.bearer_node) * parameters.internode_m,

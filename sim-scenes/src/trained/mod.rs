@@ -3,14 +3,14 @@
 //! A tree is a set of axes (`axis`). Every season each living axis extends and last year's wood breaks into shoots and spurs
 //! (`grow`); wood thickens by the pipe model (`thick`); all bends under its own load (`bend`). In winter young limbs are tied
 //! and the tree is cut (`winter`). The last season is the one that is scanned: leaves stand on its shoots and on the rosettes of the
-//! spurs (`clothe`) and nowhere else. `seasons`, leaf, petiole, envelope and shears are those of `[orchard.tree]`; what is the
+//! spurs (`organs`) and nowhere else. `seasons`, leaf, petiole, envelope and shears are those of `[orchard.tree]`; what is the
 //! system's own stands in `[orchard.training]`.
 
 mod axis;
 mod bend;
-mod clothe;
 mod frame;
 mod grow;
+mod organs;
 mod parameters;
 mod room;
 mod thick;
@@ -76,7 +76,7 @@ impl Generator for Trained {
             }
         }
         let mut stream = Purpose::Foliage.stream(self.seed, row, tree);
-        Ok(clothe::clothe(&plant, system, &mut stream))
+        Ok(organs::grow_organs(&plant, system, &mut stream))
     }
 
     /// Summer shears, where `pruned` asks for them.

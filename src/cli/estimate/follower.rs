@@ -10,7 +10,7 @@ use tokio::sync::watch;
 
 use super::super::Failure;
 use super::super::link_events::LinkTeller;
-use super::super::link_options::PARTING;
+use super::super::link_options::STOP_TIMEOUT;
 use super::super::output::say;
 use super::super::sensor::Sensor;
 use super::super::web::Feed;
@@ -60,7 +60,7 @@ impl Follower {
             _ = stopped.wait_for(|stopped| *stopped) => Ok(()),
         };
         let mut estimate = self.pipeline.finish();
-        estimate.telegrams_bad = scanner.stop(PARTING).await.telegrams_bad;
+        estimate.telegrams_bad = scanner.stop(STOP_TIMEOUT).await.telegrams_bad;
         drop(telling);
         // What was seen before a failure is not lost by it.
         let seen = ended.is_ok() || estimate.scans > 0 || estimate.telegrams_bad > 0;

@@ -23,14 +23,14 @@ use tokio::task::JoinSet;
 
 use super::estimators::EstimatorArgs;
 use super::interrupt::Interrupt;
-use super::link_options::{PARTING, Prefer, stream_kind};
+use super::link_options::{Prefer, STOP_TIMEOUT, stream_kind};
 use super::output::{self, say};
 use super::recorder::{self, RecordArgs, Taping};
 use super::sensor::{Sensor, SensorArgs};
 use super::web::{Feeds, Talk, WebArgs};
 use super::{Failure, Format, Outcome, progress, scene, service};
 use follower::{Followed, Follower};
-use print::Told;
+use print::ScannerReport;
 pub(super) use print::warnings;
 
 #[derive(Debug, clap::Args)]
@@ -237,14 +237,14 @@ impl Args {
         followed: &mut Followed,
         scanners: &[usize],
         truth: Option<(&Orchard, &Rig)>,
-    ) -> Option<Told> {
+    ) -> Option<ScannerReport> {
         let (estimate, scanner) = (followed.estimate.take()?, scanners.get(followed.place)?);
         let side_by_side = match self.estimators.are_asked() {
             true => beside_truth(&estimate, *scanner, truth),
             false => Vec::new(),
         };
         let several = scanners.len() > 1;
-        Some(Told {
+        Some(ScannerReport {
             scanner: several.then_some(*scanner),
             source: several
                 .then(|| self.sources.get(followed.place).map(Source::to_string).unwrap_or_default()),
@@ -334,13 +334,14 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         say("all has been shown; Ctrl-C closes the page");
         interrupt.wait().await;
     }
-    sensors.part(PARTING).await;
+    sensors.part(STOP_TIMEOUT).await;
     let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
     let truth = orchard.as_ref().zip(rig.as_ref());
-    let told: Vec<Told> =
+    let told: Vec<ScannerReport> =
         all.iter_mut().filter_map(|followed| args.told(followed, &scanners, truth)).collect();
     // Without a rig nobody asked for areas.
-    let nothing = |told: &Told| told.estimate.scans == 0 || rig.is_some() && told.estimate.is_withheld();
+    let nothing =
+        |told: &ScannerReport| told.estimate.scans == 0 || rig.is_some() && told.estimate.is_withheld();
     let withheld = told.iter().any(nothing);
     if !told.is_empty() {
         if rig.is_none() {

@@ -11,7 +11,7 @@ use super::super::{Failure, Format};
 
 /// One scanner's estimate with its estimators side by side.
 #[derive(Serialize)]
-pub(super) struct Told {
+pub(super) struct ScannerReport {
     /// The rig's scanner; told of several only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) scanner: Option<usize>,
@@ -27,7 +27,7 @@ pub(super) struct Told {
 /// Several of them.
 #[derive(Serialize)]
 struct All<'a> {
-    scanners: &'a [Told],
+    scanners: &'a [ScannerReport],
 }
 
 /// A row with the scanner it is of.
@@ -41,7 +41,7 @@ struct Row<'a, T> {
 
 /// Writes estimates: one as a document, several as a document of documents; as CSV the trees, or without any the row's numbers, or the estimators
 /// side by side if any were asked for.
-pub(super) fn print(format: Format, all: &[Told]) -> Result<(), Failure> {
+pub(super) fn print(format: Format, all: &[ScannerReport]) -> Result<(), Failure> {
     match (format, all) {
         (Format::Json, [one]) => output::print_json(format, one),
         (Format::Json, all) => output::print_json(format, &All { scanners: all }),
@@ -59,7 +59,7 @@ pub(super) fn print(format: Format, all: &[Told]) -> Result<(), Failure> {
 }
 
 /// The numbers of a whole row, without its lists and tables.
-fn numbers(told: &Told) -> Result<Map<String, Value>, Failure> {
+fn numbers(told: &ScannerReport) -> Result<Map<String, Value>, Failure> {
     let failed = |cause: serde_json::Error| Failure::Write { what: "CSV".to_owned(), cause: cause.into() };
     let all = serde_json::to_value(told as &dyn erased_serde::Serialize).map_err(failed)?;
     let Value::Object(mut all) = all else { return Ok(Map::new()) };
@@ -67,7 +67,7 @@ fn numbers(told: &Told) -> Result<Map<String, Value>, Failure> {
     Ok(all)
 }
 
-fn rows<'a, T>(all: &'a [Told], of: impl Fn(&'a Told) -> &'a Vec<T>) -> Vec<Row<'a, T>> {
+fn rows<'a, T>(all: &'a [ScannerReport], of: impl Fn(&'a ScannerReport) -> &'a Vec<T>) -> Vec<Row<'a, T>> {
     let mut rows = Vec::new();
     for told in all {
         rows.extend(of(told).iter().map(|row| Row { scanner: told.scanner, row }));
@@ -75,8 +75,8 @@ fn rows<'a, T>(all: &'a [Told], of: impl Fn(&'a Told) -> &'a Vec<T>) -> Vec<Row<
     rows
 }
 
-fn print_table(told: &Told) -> Result<(), Failure> {
-    let Told { scanner, source, estimate, side_by_side } = told;
+fn print_table(told: &ScannerReport) -> Result<(), Failure> {
+    let ScannerReport { scanner, source, estimate, side_by_side } = told;
     if let (Some(scanner), Some(source)) = (scanner, source) {
         output::print(&format!("scanner {scanner}, {source}\n"))?;
     }

@@ -19,7 +19,7 @@ use super::recorder::RecordArgs;
 use super::stream_states::state_of;
 use super::web::WebArgs;
 use super::{Failure, Format, Outcome, event_format, models};
-use orders::{Asked, ReplayTime};
+use orders::{ReplayTime, SeekRequest};
 use places::{Places, Seek};
 use rowscan_bench::replay::{ReplayBench, ReplaySpec, ReplayedStream};
 use rowscan_control::{Bench, Log, Refused};
@@ -151,7 +151,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         tokio::select! {
             () = player.ended() => break,
             () = interrupt.wait() => break,
-            Some(Asked { place, done }) = seeks.recv() => {
+            Some(SeekRequest { place, done }) = seeks.recv() => {
                 let found = places.find(place);
                 let found = found.map(|to_ns| playhead.seek(to_ns.max(start_ns), clock.now()));
                 // Whoever asked may have gone.

@@ -18,11 +18,11 @@ pub(super) struct ReplayTime {
     playhead: Arc<Playhead>,
     /// Where each round begins, and how long it is; none if it is played once.
     round: Option<(u64, u64)>,
-    seeks: mpsc::Sender<Asked>,
+    seeks: mpsc::Sender<SeekRequest>,
 }
 
 /// A place that is asked for, and who waits to be told whether there is one.
-pub(super) struct Asked {
+pub(super) struct SeekRequest {
     pub(super) place: Seek,
     pub(super) done: oneshot::Sender<Result<(), Refused>>,
 }
@@ -33,7 +33,7 @@ impl ReplayTime {
         clock: Arc<SimClock>,
         playhead: Arc<Playhead>,
         round: Option<(u64, u64)>,
-    ) -> (Self, mpsc::Receiver<Asked>) {
+    ) -> (Self, mpsc::Receiver<SeekRequest>) {
         let (seeks, asked) = mpsc::channel(ORDERS);
         (Self { clock, playhead, round, seeks }, asked)
     }
@@ -84,7 +84,7 @@ impl Time for ReplayTime {
         let (place, seeks) = (place.parse(), self.seeks.clone());
         Box::pin(async move {
             let (done, answer) = oneshot::channel();
-            let asked = Asked { place: place.map_err(Refused)?, done };
+            let asked = SeekRequest { place: place.map_err(Refused)?, done };
             seeks.try_send(asked).map_err(|_| Refused("too many places are asked for at once".to_owned()))?;
             answer.await.unwrap_or_else(|_| Err(Refused("the replay has ended".to_owned())))
         })

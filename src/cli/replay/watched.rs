@@ -32,9 +32,9 @@ pub(super) struct Watched {
     _tasks: JoinSet<()>,
 }
 
-struct Told(Vec<GaugeOf>);
+struct ReplayGauges(Vec<GaugeOf>);
 
-impl Gauges for Told {
+impl Gauges for ReplayGauges {
     fn scanners(&self) -> Vec<ScannerGauge> {
         self.0.iter().map(|gauge| gauge()).collect()
     }
@@ -74,7 +74,7 @@ impl Watching {
         };
         let scanners = parts.iter().zip(streams).filter(|(part, _)| part.is_scanner());
         let gauges = scanners.filter_map(|(_, stream)| stream.counts().map(gauge_of));
-        let show = Show::new(about, None, Box::new(Told(gauges.collect())));
+        let show = Show::new(about, None, Box::new(ReplayGauges(gauges.collect())));
         let mut tasks = JoinSet::new();
         tasks.spawn(task(self.talk.tell(show.log())));
         let meters =

@@ -26,7 +26,7 @@ pub(in crate::cli) struct Args {
     #[arg(long, value_name = "FILE.toml")]
     calibration: Option<PathBuf>,
     #[command(flatten)]
-    transfer: transfer::ToldArgs,
+    transfer: transfer::ReportArgs,
     #[command(flatten)]
     tell: TellArgs,
 }

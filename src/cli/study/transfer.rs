@@ -22,14 +22,14 @@ pub(in crate::cli) struct Args {
     #[command(flatten)]
     pub(super) shards: ShardArgs,
     #[command(flatten)]
-    told: ToldArgs,
+    told: ReportArgs,
     #[command(flatten)]
     tell: TellArgs,
 }
 
 /// What of the report is written where.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub(super) struct ToldArgs {
+pub(super) struct ReportArgs {
     /// Write the tables as docs/accuracy.md holds them
     #[arg(long)]
     markdown: bool,
@@ -55,7 +55,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 /// Reports on a whole study.
 pub(super) fn tell(
     args: &TellArgs,
-    told: &ToldArgs,
+    told: &ReportArgs,
     (header, units): Whole<TransferStudy>,
 ) -> Result<Outcome, Failure> {
     args.no_figure("a transfer study")?;

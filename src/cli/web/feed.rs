@@ -28,9 +28,9 @@ pub(in super::super) struct Feeds {
     _tasks: JoinSet<()>,
 }
 
-struct Told(Counts);
+struct FeedGauges(Counts);
 
-impl Gauges for Told {
+impl Gauges for FeedGauges {
     fn scanners(&self) -> Vec<ScannerGauge> {
         self.0.iter().map(|counts| *lock(counts)).collect()
     }
@@ -46,7 +46,7 @@ impl Feeds {
         format: Format,
     ) -> Result<Self, Failure> {
         let counts: Counts = Arc::new(about.scanners.iter().map(|_| Mutex::default()).collect());
-        let show = Show::new(about, None, Box::new(Told(Arc::clone(&counts))));
+        let show = Show::new(about, None, Box::new(FeedGauges(Arc::clone(&counts))));
         let mut tasks = JoinSet::new();
         tasks.spawn(task(talk.tell(show.log())));
         let served = web.open(show.clone(), None, format).await?;

@@ -11,7 +11,7 @@ use rowscan_scenes::optics::Stages;
 use rowscan_scenes::{Orchard, Scene, Tree};
 
 use super::Budget;
-use super::strewn::strewn;
+use super::scattered::scattered;
 use crate::appraisal::Appraisal;
 use crate::calibrations;
 use crate::fine_scan::fine_scan;
@@ -71,7 +71,7 @@ pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, Tr
     let halved = fine(&bare, half)?;
     let grid = VoxelGrid::of(&rig, &mount, &half).map_err(ReadingError::from)?;
     let seed = stage.scene.seed;
-    let loose = |pieces| Stage::of_orchard(rays.clone(), strewn(&bare.orchard, &grid, pieces, seed));
+    let loose = |pieces| Stage::of_orchard(rays.clone(), scattered(&bare.orchard, &grid, pieces, seed));
     let even = fine(&loose(1), half)?;
     let small = fine(&loose(PIECES), half)?;
 

@@ -5,7 +5,7 @@
 
 mod experiments;
 mod report;
-mod strewn;
+mod scattered;
 
 use rowscan_protocol::model::Model;
 use rowscan_scenes::Scene;

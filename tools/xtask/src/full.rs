@@ -1,5 +1,6 @@
 //! `cargo xtask full`: what takes longer than `ci` may. A step that cannot run on a machine is skipped visibly.
 
+mod calibrations;
 mod demo;
 mod fuzz;
 mod lockstep;
@@ -16,6 +17,7 @@ use crate::workspace::Workspace;
 const STEPS: &[Step] = &[
     RELEASE_BUILD,
     Step::new("demo", demo::run).taking(1),
+    Step::new("calibrations", calibrations::run).taking(30),
     Step::new("lockstep", lockstep::run).taking(8),
     Step::new("wheel", wheel::run).taking(6),
     Step::new("dist", dist::run).taking(20),

@@ -71,7 +71,7 @@ fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
         )));
     }
     let mut out = BufWriter::new(OutputFile::create(file).map_err(|cause| unwritable(file, cause))?);
-    let (recorded, is_torn) = mend(file, file, &mut out, decoded)?;
+    let (recorded, is_torn) = rewrite(file, file, &mut out, decoded)?;
     if !is_torn {
         say(format_args!("{} is whole: nothing to repair", file.display()));
         return Ok(Outcome::Done);
@@ -86,14 +86,14 @@ fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
 fn mend_to(file: &Path, output: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
     refuse_to_overwrite(output)?;
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
-    let (recorded, _) = mend(file, output, &mut out, decoded)?;
+    let (recorded, _) = rewrite(file, output, &mut out, decoded)?;
     commit(out, output)?;
     recorder::tell(output, &recorded);
     Ok(Outcome::Done)
 }
 
 /// Writes all that can be read of an MCAP file; true if something is missing.
-fn mend(
+fn rewrite(
     file: &Path,
     output: &Path,
     out: &mut BufWriter<OutputFile>,

@@ -8,7 +8,7 @@ use rowscan_scenes::{Leaf, Orchard, Tree};
 const STREAM: u64 = 0x7374_7265_776e;
 
 /// Every leaf as `pieces` of its shape, inclination and bearing, with its area in all, centres uniform over the voxel that its own lies in.
-pub(super) fn strewn(orchard: &Orchard, grid: &VoxelGrid, pieces: u32, seed: u64) -> Orchard {
+pub(super) fn scattered(orchard: &Orchard, grid: &VoxelGrid, pieces: u32, seed: u64) -> Orchard {
     let trees = orchard.trees().enumerate().map(|(number, tree)| {
         let mut stream = Stream::keyed(seed, &[STREAM, number as u64, u64::from(pieces)]);
         let mut leaves = Vec::with_capacity(tree.leaves.len() * pieces as usize);
@@ -58,8 +58,8 @@ mod tests {
         );
         let voxel = |leaf: &Leaf| [0, 1, 2].map(|k| ((leaf.centroid()[k] - grid.corner_m[k]) / 0.25).floor());
         for pieces in [1, 9] {
-            let strewn = strewn(&orchard, &grid, pieces, 7);
-            let leaves: Vec<Leaf> = strewn.trees().flat_map(|tree| tree.leaves.clone()).collect();
+            let scattered = scattered(&orchard, &grid, pieces, 7);
+            let leaves: Vec<Leaf> = scattered.trees().flat_map(|tree| tree.leaves.clone()).collect();
             let area_m2: f64 = leaves.iter().map(Leaf::area_m2).sum();
             assert!((area_m2 / (50.0 * leaf.area_m2()) - 1.0).abs() < 1e-9);
             assert!(leaves.iter().all(|piece| voxel(piece) == voxel(&leaf)));

@@ -32,7 +32,7 @@ struct Dresser<'a> {
 }
 
 /// The tree as it is scanned.
-pub(super) fn clothe(plant: &Plant, system: &System, stream: &mut Stream) -> Draft {
+pub(super) fn grow_organs(plant: &Plant, system: &System, stream: &mut Stream) -> Draft {
     let angles = LeafAngles::of(system.tree.leaf_angle_law());
     let mut dresser = Dresser { system, angles, draft: Draft::default() };
     let feet = plant.feet();
