@@ -44,6 +44,7 @@ mod online_offline;
 mod optics;
 mod orchards;
 mod outputs;
+#[cfg(feature = "manual")]
 mod paper;
 mod part_faults;
 mod proxy;
