@@ -1,16 +1,16 @@
 //! The canopy sensor's control function: its address, what it says of the canopy, what it hears of the tractor.
 
-use rowscan_canopy::{AdvanceSource, Pipeline};
+use rowscan_canopy::{AdvanceSource, Pipeline, Withheld};
 use rowscan_protocol::time::SimTime;
 
 use super::frame::{CanFrame, J1939Id};
 use super::message::{Message, Payload};
 use super::name::Name;
 use super::node::{AddressState, Node};
-use super::pgn::canopy::{CanopyReport, IMPACTED_BANDS, LEAF_BANDS, SUMMARY};
+use super::pgn::canopy::{CanopyReport, IMPACTED_BANDS, LEAF_BANDS, LEAF_STATUS, SUMMARY};
 use super::pgn::{CANOPY_ADDRESS, tractor};
 
-const MESSAGES: &[&Message] = &[&SUMMARY, &IMPACTED_BANDS, &LEAF_BANDS];
+const MESSAGES: &[&Message] = &[&SUMMARY, &IMPACTED_BANDS, &LEAF_BANDS, &LEAF_STATUS];
 
 /// A speed not heard for so long is lost, ns: tractors send it every 100 ms. So is the canopy without a valid scan for so long.
 const STALE_NS: u64 = 500_000_000;
@@ -36,6 +36,7 @@ fn compose(report: &CanopyReport, message: &Message) -> Option<Payload> {
         pgn if pgn == SUMMARY.pgn => report.summary(),
         pgn if pgn == IMPACTED_BANDS.pgn => report.impacted_bands(),
         pgn if pgn == LEAF_BANDS.pgn => report.leaf_bands(),
+        pgn if pgn == LEAF_STATUS.pgn => report.leaf_status(),
         _ => return None,
     })
 }
@@ -71,26 +72,18 @@ impl CanopyEcu {
 
     /// A telegram that came at `at` has been worked in: says what is due. While no valid scan has come for half a second, the canopy's values are
     /// "not available".
-    pub fn tell(
-        &mut self,
-        at: SimTime,
-        pipeline: &Pipeline,
-        row_spacing_m: Option<f64>,
-        out: &mut Vec<CanFrame>,
-    ) {
+    pub fn tell(&mut self, at: SimTime, pipeline: &Pipeline, out: &mut Vec<CanFrame>) {
         if pipeline.valid_scans() > self.valid.0 {
             self.valid = (pipeline.valid_scans(), Some(at));
         }
         if self.node.next().is_none_or(|due| due > at) {
             return;
         }
-        let seen = self.valid.1.is_some_and(|valid_at| at.0.saturating_sub(valid_at.0) < STALE_NS);
-        let window = pipeline.window().filter(|_| seen);
+        let is_stale = self.valid.1.is_some_and(|valid_at| at.0.saturating_sub(valid_at.0) >= STALE_NS);
+        let window = if is_stale { Err(Withheld::Stale) } else { pipeline.window() };
         let speed = pipeline.ground_speed();
         self.report = CanopyReport {
             window,
-            leaf_area_m2_per_m: window.and_then(|window| pipeline.leaf_area_m2_per_m(&window)),
-            row_spacing_m,
             speed_m_s: speed.and_then(|speed| speed.speed_m_s),
             advance_source: speed.map(|speed| match speed.source {
                 AdvanceSource::Constant => 0.0,
@@ -129,7 +122,8 @@ mod tests {
         // A wall at the row axis: range = distance / cos θ.
         let range_m = (0..beams.len()).map(|beam| {
             let theta = (beams.angle_deg(beam) - 90.0).to_radians();
-            let range_m = rig.scanners[0].distance_m / theta.cos();
+            // Behind the axis, where a face of the voxels is.
+            let range_m = (rig.scanners[0].distance_m + 1e-4) / theta.cos();
             let z_m = 1.6 + range_m * theta.sin();
             if theta.cos() > 0.0 && (0.2..2.0).contains(&z_m) { range_m } else { f64::INFINITY }
         });
@@ -143,7 +137,7 @@ mod tests {
             scan.telegram_counter = turn;
             scan.scan_time_us = u32::from(turn) * 20_000;
             pipeline.push(&scan);
-            ecu.tell(SimTime(u64::from(turn) * 20 * MS), &pipeline, rig.row_spacing_m, &mut out);
+            ecu.tell(SimTime(u64::from(turn) * 20 * MS), &pipeline, &mut out);
         }
         let of = |message: &Message| -> Vec<&CanFrame> {
             out.iter().filter(|frame| J1939Id::of(frame.id).unwrap().pgn == message.pgn).collect()
@@ -156,7 +150,13 @@ mod tests {
         let met = scan.echoes[0].range_m.iter().filter(|range_m| range_m.is_finite()).count();
         assert!((last[0].unwrap() - wall_m2(met as f64)).abs() < 0.02, "{last:?}");
         assert!((last[4].unwrap() - 2.0).abs() < 0.03, "{last:?}");
-        assert_eq!((last[1], last[6]), (None, Some(0.0)), "no calibration; constant speed");
+        assert_eq!(
+            (last[1], last[3], last[6]),
+            (None, None, Some(0.0)),
+            "a wall has no leaves; constant speed"
+        );
+        let status = LEAF_STATUS.decode(of(&LEAF_STATUS).last().unwrap().data());
+        assert_eq!(status, [Some(f64::from(Withheld::NoFoliage.number())), None, None, None]);
         let bands = IMPACTED_BANDS.decode(of(&IMPACTED_BANDS).last().unwrap().data());
         // From half a metre to a metre the wall is 25 beams high.
         assert!((bands[1].unwrap() - wall_m2(25.0)).abs() < 0.02 && bands[5] == Some(0.0), "{bands:?}");

@@ -10,7 +10,7 @@ use super::datagrams::Datagrams;
 use super::error_frame::ErrorFrame;
 use super::link::candump::LogCut;
 use super::link::{self, Link};
-use super::port_event::{Outgoing, OutgoingFrame, PortEvent};
+use super::port_event::{Origin, Outgoing, OutgoingFrame, PortEvent};
 use super::{BusAddress, BusError, CanFrame};
 use rowscan_ports::in_flight::InFlight;
 use rowscan_ports::task;
@@ -29,8 +29,9 @@ pub type Stamped = (SimTime, CanFrame);
 #[derive(Debug)]
 pub struct Bus {
     ports: Vec<mpsc::Sender<OutgoingFrame>>,
-    /// Which of them send datagrams.
+    /// Which of them send datagrams, and which serve clients that are to hear one another.
     datagram_ports: Vec<bool>,
+    shared_ports: Vec<bool>,
     datagrams: Datagrams,
     open_from_the_start: bool,
     untaken: Vec<Untaken>,
@@ -40,8 +41,8 @@ pub struct Bus {
     _tasks: JoinSet<()>,
 }
 
-/// What is heard, with the number of the port.
-pub type Inbox = mpsc::Receiver<(usize, PortEvent)>;
+/// What is heard, with who said it.
+pub type Inbox = mpsc::Receiver<(Origin, PortEvent)>;
 
 impl Bus {
     /// Opens every port; `tell` hears of each where it is.
@@ -55,11 +56,12 @@ impl Bus {
         let (heard, inbox) = mpsc::channel(QUEUE);
         let (mut ports, mut tasks) = (Vec::new(), JoinSet::new());
         let (mut open_from_the_start, mut untaken) = (false, Vec::new());
-        let (mut datagram_ports, mut logs) = (Vec::new(), Vec::new());
+        let (mut datagram_ports, mut shared_ports, mut logs) = (Vec::new(), Vec::new(), Vec::new());
         for (number, address) in addresses.iter().enumerate() {
             let link = Link::open(address).await?;
             tell(&link);
             datagram_ports.push(matches!(link, Link::Udp(_)));
+            shared_ports.push(matches!(link, Link::Socketcand(_)));
             open_from_the_start |= link.is_open_from_the_start();
             untaken.extend(link.untaken()?);
             if let Link::Candump(log) = &link {
@@ -67,11 +69,12 @@ impl Bus {
             }
             let (outbox, queue) = mpsc::channel(QUEUE);
             ports.push(outbox);
-            tasks.spawn(task(link.run(queue, link::PortListener { number, heard: heard.clone() })));
+            tasks.spawn(task(link.run(queue, link::PortListener::new(number, heard.clone()))));
         }
         let bus = Self {
             ports,
             datagram_ports,
+            shared_ports,
             datagrams: Datagrams::default(),
             open_from_the_start,
             untaken,
@@ -88,17 +91,19 @@ impl Bus {
         self.logs.clone()
     }
 
-    /// Puts a frame on every port but the one it came from. Patient, it waits for ports that are behind; else those lose it.
-    pub async fn send(&self, (at, frame): Stamped, from: Option<usize>, delivery: Delivery) {
+    /// Puts a frame on the bus: everybody hears it but who said it. Patient, it waits for ports that are behind; else those lose it.
+    pub async fn send(&self, (at, frame): Stamped, from: Option<Origin>, delivery: Delivery) {
         for (number, port) in self.ports.iter().enumerate() {
-            if Some(number) == from {
+            let said_by = from.filter(|from| from.port == number).map(|from| from.client);
+            let has_others = self.shared_ports.get(number).is_some_and(|is| *is);
+            if said_by.is_some() && !has_others {
                 continue;
             }
             let is_datagram = self.datagram_ports.get(number).is_some_and(|is| *is);
             let copies = if is_datagram { self.datagrams.copies() } else { 1 };
             for _ in 0..copies {
-                let outgoing =
-                    OutgoingFrame { at, what: Outgoing::Frame(frame), pending: self.in_flight.enter() };
+                let (what, pending) = (Outgoing::Frame(frame), self.in_flight.enter());
+                let outgoing = OutgoingFrame { at, what, said_by, pending };
                 // A port that is gone needs nothing.
                 if delivery.put(port, outgoing).await == Delivered::Lost {
                     self.dropped.fetch_add(1, Ordering::Relaxed);
@@ -114,7 +119,7 @@ impl Bus {
     pub async fn tell(&self, at: SimTime, error: ErrorFrame, delivery: Delivery) {
         for port in &self.ports {
             let pending = self.in_flight.enter();
-            let outgoing = OutgoingFrame { at, what: Outgoing::Error(error), pending };
+            let outgoing = OutgoingFrame { at, what: Outgoing::Error(error), said_by: None, pending };
             if delivery.put(port, outgoing).await == Delivered::Lost {
                 self.dropped.fetch_add(1, Ordering::Relaxed);
             }
@@ -152,5 +157,59 @@ impl Bus {
     /// Frames that a port was too slow to take.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CanId;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::net::TcpStream;
+
+    /// Reads until the text holds this.
+    async fn heard(client: &mut TcpStream, text: &mut String, wanted: &str) {
+        let mut bytes = [0; 256];
+        while !text.contains(wanted) {
+            let count = client.read(&mut bytes).await.unwrap();
+            assert!(count > 0, "the server is gone; {text}");
+            text.push_str(std::str::from_utf8(&bytes[..count]).unwrap());
+        }
+    }
+
+    #[tokio::test]
+    async fn everybody_hears_a_frame_but_who_said_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("bus.log");
+        let ports = [BusAddress::Socketcand("127.0.0.1:0".to_owned()), BusAddress::Candump(log.clone())];
+        let mut address = String::new();
+        let mut tell = |link: &Link| {
+            if link.kind() == "socketcand" {
+                address = link.found().to_string();
+            }
+        };
+        let (bus, mut inbox) = Bus::open(&ports, &mut tell).await.unwrap();
+        let mut clients = Vec::new();
+        for _ in 0..2 {
+            let (mut client, mut text) = (TcpStream::connect(&address).await.unwrap(), String::new());
+            client.write_all(b"< open can0 >< rawmode >").await.unwrap();
+            heard(&mut client, &mut text, "< ok >< ok >").await;
+            assert!(matches!(inbox.recv().await, Some((_, PortEvent::Opened))));
+            clients.push((client, text));
+        }
+        let [(first, told_first), (second, told_second)] = clients.as_mut_slice() else { panic!("two") };
+        first.write_all(b"< send 123 1 AA >").await.unwrap();
+        let Some((origin, PortEvent::Frame(frame))) = inbox.recv().await else { panic!("a frame") };
+        bus.send((SimTime::ZERO, frame), Some(origin), Delivery::Patient).await;
+        heard(second, told_second, "< frame 123 0.000000 AA >").await;
+        // What a node of this program says, both hear.
+        let ours = CanFrame::new(CanId::Standard(0x321), &[0xBB]).unwrap();
+        bus.send((SimTime::ZERO, ours), None, Delivery::Patient).await;
+        for (client, told) in [(first, &mut *told_first), (second, &mut *told_second)] {
+            heard(client, told, "< frame 321 0.000000 BB >").await;
+        }
+        assert!(!told_first.contains("frame 123"), "its own frame came back: {told_first}");
+        bus.written().await;
+        assert_eq!(std::fs::read_to_string(log).unwrap().lines().count(), 2);
     }
 }

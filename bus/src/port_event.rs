@@ -26,6 +26,15 @@ pub enum BusLoss {
     WrongRate,
 }
 
+/// Who said a frame: a port, and of those behind it one, where a port serves several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Origin {
+    /// The port's number on its bus.
+    pub port: usize,
+    /// The client behind it; 0 where a port has no clients of its own.
+    pub client: u64,
+}
+
 /// What a port tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortEvent {
@@ -59,6 +68,8 @@ impl Outgoing {
 pub(crate) struct OutgoingFrame {
     pub(crate) at: SimTime,
     pub(crate) what: Outgoing,
+    /// The client that said it, and is not told it again.
+    pub(crate) said_by: Option<u64>,
     /// Kept until the frame is written, or has gone where nobody hears it.
     pub(crate) pending: Pending,
 }

@@ -47,10 +47,10 @@ impl CanopySensors {
     }
 
     /// Sensor `number` has worked in a scan taken at `at`: says what is due.
-    pub async fn tell(&self, number: usize, at: SimTime, pipeline: &Pipeline, row_spacing_m: Option<f64>) {
+    pub async fn tell(&self, number: usize, at: SimTime, pipeline: &Pipeline) {
         let told = |speaker: &mut Speaker| {
             speaker.now = at;
-            speaker.ecu.tell(at, pipeline, row_spacing_m, &mut speaker.frames);
+            speaker.ecu.tell(at, pipeline, &mut speaker.frames);
         };
         self.with(number, told).await;
     }
@@ -63,7 +63,11 @@ impl CanopySensors {
     /// Hears what the ports say and answers, for as long as the bus is open; what has changed there goes to `news`, whom nobody waits for.
     pub async fn listen(self: Arc<Self>, mut inbox: Inbox, news: mpsc::Sender<BusNews>) {
         let mut watches = vec![BusWatch::default(); self.speakers.len()];
-        while let Some((port, heard)) = inbox.recv().await {
+        while let Some((origin, heard)) = inbox.recv().await {
+            if let PortEvent::Frame(frame) = heard {
+                let now = self.speaker(0).map_or(SimTime::ZERO, |speaker| speaker.now);
+                self.bus.send((now, frame), Some(origin), self.delivery).await;
+            }
             for (number, watch) in watches.iter_mut().enumerate() {
                 let hear = |speaker: &mut Speaker| {
                     match heard {
@@ -73,7 +77,7 @@ impl CanopySensors {
                         }
                         PortEvent::Lost(_) => {}
                     }
-                    watch.news(port, heard, speaker.ecu.address_state())
+                    watch.news(origin.port, heard, speaker.ecu.address_state())
                 };
                 let told = self.with(number, hear).await.flatten();
                 // That a port is gone is no other news to the second sensor.
@@ -160,7 +164,7 @@ mod tests {
         let pipeline = Pipeline::new(None, 0, None).unwrap();
         for ms in [300, 400] {
             for number in 0..2 {
-                sensors.tell(number, SimTime(ms * MS), &pipeline, None).await;
+                sensors.tell(number, SimTime(ms * MS), &pipeline).await;
             }
         }
         assert_eq!(sensors.part(Duration::from_secs(10)).await, (0, true));

@@ -25,6 +25,8 @@ const MESSAGES: &[&Message] = &[
 pub struct TractorEcu {
     node: Node,
     voice: Voice,
+    /// It sits on another bus of the rig: here it hears and says nothing.
+    is_elsewhere: bool,
 }
 
 #[derive(Debug)]
@@ -65,7 +67,14 @@ impl TractorEcu {
 
     fn named(tractor: Tractor, receiver: Receiver, (name, address): (Name, u8), speed_ratio: f64) -> Self {
         let node = Node::new(name, address, MESSAGES, &[&tractor::FACILITIES]);
-        Self { node, voice: Voice { tractor, receiver, commanded_m_s: None, speed_ratio } }
+        let voice = Voice { tractor, receiver, commanded_m_s: None, speed_ratio };
+        Self { node, voice, is_elsewhere: false }
+    }
+
+    /// The same of a bus that it does not sit on: a rig has one ECU, on its first bus.
+    #[must_use]
+    pub fn elsewhere(self) -> Self {
+        Self { is_elsewhere: true, ..self }
     }
 
     /// Another control function of the same tractor, which tells other speeds.
@@ -76,24 +85,30 @@ impl TractorEcu {
 
     /// It has been off the bus, or off altogether: it claims its address anew.
     pub fn restart(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        self.node.restart(at, out);
+        if !self.is_elsewhere {
+            self.node.restart(at, out);
+        }
     }
 
     /// A frame was received: answers, and obeys no command.
     pub(crate) fn overhear(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
-        let Self { node, voice } = self;
-        node.handle(at, frame, &mut |message, at| voice.compose(message, at), out);
+        let Self { node, voice, is_elsewhere } = self;
+        if !*is_elsewhere {
+            node.handle(at, frame, &mut |message, at| voice.compose(message, at), out);
+        }
     }
 
     /// A bus, or another port of it, opens.
     pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        self.node.open(at, out);
+        if !self.is_elsewhere {
+            self.node.open(at, out);
+        }
     }
 
     /// A frame was received: answers, and obeys commands to drive and to spray.
     pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
         self.overhear(at, frame, out);
-        let Self { node, voice } = self;
+        let Self { node, voice, .. } = self;
         let Some(id) = J1939Id::of(frame.id) else { return };
         let here = matches!(node.address_state(), AddressState::Claimed(_)) && id.destination == EVERYONE;
         if !here {
@@ -120,7 +135,7 @@ impl TractorEcu {
 
     /// Sends what is due.
     pub fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        let Self { node, voice } = self;
+        let Self { node, voice, .. } = self;
         node.poll(at, &mut |message, at| voice.compose(message, at), out);
     }
 

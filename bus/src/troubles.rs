@@ -9,13 +9,13 @@ use rowscan_fault_table::bus::BusFault;
 use rowscan_protocol::can::CanId;
 use rowscan_protocol::time::SimTime;
 
-use crate::CanFrame;
 use crate::error_frame::ErrorFrame;
 use crate::frame::J1939Id;
 use crate::name::{Name, NameParts};
 use crate::node::Node;
 use crate::pgn::TRACTOR_ADDRESS;
 use crate::tractor::TractorEcu;
+use crate::{CanFrame, Origin};
 
 /// The machine's bus, bits a second.
 const BITS_S: f64 = 250_000.0;
@@ -32,8 +32,8 @@ const FILLER: J1939Id =
 pub enum Speaker {
     /// Our tractor.
     Tractor,
-    /// Whoever is behind this port.
-    Port(usize),
+    /// Whoever is behind a port.
+    Port(Origin),
     /// A node that only a fault has brought.
     Ghost(u64),
 }

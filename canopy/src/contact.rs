@@ -17,57 +17,77 @@ use crate::voxels::{Voxel, Voxels};
 /// No foliage is denser, m² a m³: the densest hedges have 10 to 20. What is, is a wall or a sheet.
 const DENSEST: f64 = 100.0;
 
-/// How the slices closed so far were sampled.
-#[derive(Clone, Debug)]
-pub(crate) struct ContactFrequency {
-    report: ContactReport,
+/// What slices tell, summed over them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sampled {
+    /// Raw leaf area, m².
+    pub(crate) leaf_m2: f64,
+    /// Of that, what the fill rule gives unvisited voxels.
+    filled_m2: f64,
+    visited: u64,
+    unvisited: u64,
+    /// Beams that ended in a voxel.
+    pub(crate) hits: u64,
     /// Σ line weight over hits, and over those in voxels denser than foliage; metres.
     hits_m: f64,
     too_dense_m: f64,
 }
 
-impl ContactFrequency {
-    /// `slice_m` is the length in use, for the report.
-    pub(crate) fn new(slice_m: f64, parameters: &Parameters) -> Self {
-        Self {
-            report: ContactReport {
-                projection: parameters.projection,
-                voxel_m: parameters.voxel_m,
-                voxel_by: parameters.voxel_by,
-                slice_m,
-                ..ContactReport::default()
-            },
-            hits_m: 0.0,
-            too_dense_m: 0.0,
-        }
-    }
-
-    /// The leaf area of a slice that ends, m².
-    pub(crate) fn close(&mut self, voxels: &Voxels) -> f64 {
-        let min_beams = voxels.min_beams();
-        let unbiased = |voxel: &Voxel| 1.0 - 0.5 / f64::from(voxel.beams.max(1));
-        let density = |voxel: &Voxel| Some(voxel.contact_frequency(min_beams)? * unbiased(voxel));
-        let per_density_m2 = voxels.volume_m3() / self.report.projection;
-        let mut leaf_m2 = 0.0;
+impl Sampled {
+    /// Of the open slice as it stands.
+    pub(crate) fn of(voxels: &Voxels, projection: f64) -> Self {
+        let density = |voxel: &Voxel| density(voxel, voxels.min_beams());
+        let per_density_m2 = voxels.volume_m3() / projection;
+        let mut sampled = Self { hits: voxels.hits(), ..Self::default() };
         for layer in voxels.layers(density) {
-            leaf_m2 += (layer.density + layer.filled) * per_density_m2;
-            self.report.leaf_area_filled_m2 += layer.filled * per_density_m2;
-            self.report.voxels_visited += u64::from(layer.visited);
-            self.report.voxels_unvisited += u64::from(layer.unvisited);
+            sampled.leaf_m2 += (layer.density + layer.filled) * per_density_m2;
+            sampled.filled_m2 += layer.filled * per_density_m2;
+            sampled.visited += u64::from(layer.visited);
+            sampled.unvisited += u64::from(layer.unvisited);
         }
-        self.report.hits += voxels.hits();
-        let too_dense = DENSEST * self.report.projection;
+        let too_dense = DENSEST * projection;
         for voxel in voxels.iter() {
-            self.hits_m += voxel.hits_m;
+            sampled.hits_m += voxel.hits_m;
             if density(voxel).is_some_and(|found| found > too_dense) {
-                self.too_dense_m += voxel.hits_m;
+                sampled.too_dense_m += voxel.hits_m;
             }
         }
-        leaf_m2
+        sampled
     }
 
-    pub(crate) fn report(&self) -> ContactReport {
-        let too_dense = if self.hits_m > 0.0 { self.too_dense_m / self.hits_m } else { 0.0 };
-        ContactReport { too_dense, ..self.report }
+    pub(crate) fn add(&mut self, slice: &Self) {
+        self.leaf_m2 += slice.leaf_m2;
+        self.filled_m2 += slice.filled_m2;
+        self.visited += slice.visited;
+        self.unvisited += slice.unvisited;
+        self.hits += slice.hits;
+        self.hits_m += slice.hits_m;
+        self.too_dense_m += slice.too_dense_m;
     }
+
+    /// Share of the hits whose voxel is denser than any foliage.
+    pub(crate) fn too_dense(&self) -> f64 {
+        if self.hits_m > 0.0 { self.too_dense_m / self.hits_m } else { 0.0 }
+    }
+
+    /// For an estimate: of slices this long.
+    pub(crate) fn report(&self, slice_m: f64, parameters: &Parameters) -> ContactReport {
+        ContactReport {
+            projection: parameters.projection,
+            voxel_m: parameters.voxel_m,
+            voxel_by: parameters.voxel_by,
+            slice_m,
+            hits: self.hits,
+            too_dense: self.too_dense(),
+            voxels_visited: self.visited,
+            voxels_unvisited: self.unvisited,
+            leaf_area_filled_m2: Some(self.filled_m2),
+        }
+    }
+}
+
+/// Leaf area density times G, 1/m; None where too few beams entered.
+pub(crate) fn density(voxel: &Voxel, min_beams: u32) -> Option<f64> {
+    let unbiased = 1.0 - 0.5 / f64::from(voxel.beams.max(1));
+    Some(voxel.contact_frequency(min_beams)? * unbiased)
 }

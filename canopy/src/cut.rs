@@ -69,8 +69,8 @@ pub struct FoundTree {
     pub y_to_m: f64,
     /// I_T between the borders, m².
     pub impacted_total_area_m2: f64,
-    /// Leaf area by contact frequency between the borders, no fitted factor, m².
-    pub leaf_area_contact_raw_m2: f64,
+    /// Leaf area by contact frequency between the borders, no fitted factor, m²; `None` where leaf areas are withheld.
+    pub leaf_area_contact_raw_m2: Option<f64>,
 }
 
 /// One bin of the row.
@@ -241,11 +241,13 @@ impl Profile {
         let y_m = |bin: f64| (self.first as f64 + bin) * BIN_M;
         let mut tree =
             FoundTree { y_m: y_m(own), y_from_m: y_m(from), y_to_m: y_m(to), ..FoundTree::default() };
+        let mut contact_m2 = 0.0;
         for (i, bin) in self.bins.iter().enumerate().skip(from as usize).take((to - from) as usize + 2) {
             let share = ((i as f64 + 1.0).min(to) - (i as f64).max(from)).max(0.0);
             tree.impacted_total_area_m2 += share * bin.impacted_m2;
-            tree.leaf_area_contact_raw_m2 += share * bin.contact_m2;
+            contact_m2 += share * bin.contact_m2;
         }
+        tree.leaf_area_contact_raw_m2 = Some(contact_m2);
         tree
     }
 }
@@ -348,7 +350,7 @@ mod tests {
                 );
                 // 5 m² of leaves a tree: 0.1 / 0.02 · ∫ bell.
                 assert!(
-                    (tree.leaf_area_contact_raw_m2 / tree.impacted_total_area_m2 - 5.0).abs() < 0.05,
+                    (tree.leaf_area_contact_raw_m2.unwrap() / tree.impacted_total_area_m2 - 5.0).abs() < 0.05,
                     "{tree:?}"
                 );
             }

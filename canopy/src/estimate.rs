@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use crate::calibration::model::{CalibrationClass, RegressionKind};
+use crate::calibration::model::CalibrationClass;
 use crate::cut::{CutMethod, FoundTree};
 use crate::estimator::measure::Measure;
+pub use crate::leaf::LeafAreaEstimator;
+use crate::leaf::{LeafAreas, RowLeaf};
 use crate::odometry::AdvanceSource;
-use crate::uncertainty::Uncertainty;
 use crate::voxel_edge::EdgeBy;
 use crate::warning::Warning;
 
@@ -42,37 +43,9 @@ pub struct Estimate {
     pub canopy_m: Option<f64>,
     /// I_T, the impacted area of all canopy returns, leaf and wood (paper eq. 3), m².
     pub impacted_total_area_m2: Option<f64>,
-    /// Best leaf area, one-sided, m²: see `leaf_area_estimator`.
-    pub leaf_area_m2: Option<f64>,
-    /// The ends within which the leaf area lies with 95 %, lower and upper, m²: sampling and what other classes would have told. `None` where
-    /// nothing tells the row's class, or the row is too short.
-    pub leaf_area_interval_m2: Option<[f64; 2]>,
-    /// The ends by the row's own sampling alone, m²: what it lies within if the row is of the class that the leaf area holds for.
-    pub leaf_area_sampling_error_m2: Option<[f64; 2]>,
-    /// What both are made of, relative.
-    pub leaf_area_uncertainty: Option<Uncertainty>,
-    /// Leaf area index: leaf area over row spacing × metres scanned. `None` without row and tree spacing.
-    pub lai: Option<f64>,
-    /// Where `leaf_area_m2` comes from.
-    pub leaf_area_estimator: Option<LeafAreaEstimator>,
-    /// Relative standard deviation of `leaf_area_m2` by what the beams' width was taken out by; 0 for rays and for shares of spots, `None` where their width is not known.
-    pub leaf_area_spot_relative_sd: Option<f64>,
-    /// Leaf area by contact frequency, scaled if the calibration says how, m².
-    pub leaf_area_contact_m2: Option<f64>,
-    /// Leaf area by contact frequency, no fitted factor, wood included, m².
-    pub leaf_area_contact_raw_m2: Option<f64>,
-    /// Leaf area by the shares of spots, scaled by the calibration, m²; `None` where it has no such scale or remission is not read.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub leaf_area_share_m2: Option<f64>,
-    /// Leaf area by the shares of spots, no fitted factor, wood included, m²; `None` where remission is not read.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub leaf_area_share_raw_m2: Option<f64>,
-    /// Leaf area by regression on I_T, m²; `None` without a calibration or far outside its range.
-    pub leaf_area_regression_m2: Option<f64>,
-    /// The regression used.
-    pub regression: Option<RegressionKind>,
-    /// What the calibration rows' mean would give: the estimate of someone who does not scan, m².
-    pub leaf_area_null_m2: Option<f64>,
+    /// The leaf area, one-sided: `leaf_area_m2`, `lai` and what belongs to them.
+    #[serde(flatten)]
+    pub leaf: RowLeaf,
     /// How the rig says that the scanner sits; left out without a rig.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mount: Option<MountReport>,
@@ -99,7 +72,7 @@ pub struct Estimate {
 impl Estimate {
     /// True if the row's areas, or those of its leaves, are not told. With a rig, the reason is among the warnings.
     pub fn is_withheld(&self) -> bool {
-        self.impacted_total_area_m2.is_none() || self.leaf_area_m2.is_none()
+        self.impacted_total_area_m2.is_none() || self.leaf.areas.best_m2().is_err()
     }
 }
 
@@ -118,22 +91,6 @@ pub struct RangeStatistics {
     pub max_m: Option<f64>,
     /// Mean range of the returns, metres.
     pub mean_m: Option<f64>,
-}
-
-/// Where `leaf_area_m2` comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LeafAreaEstimator {
-    /// Contact frequency by the calibration's power law.
-    ContactCalibrated,
-    /// Contact frequency without a fitted factor.
-    ContactRaw,
-    /// The calibrated one, the width of the scanner's beams taken out.
-    ContactCalibratedSpotCorrected,
-    /// The raw one, the width of the scanner's beams taken out.
-    ContactRawSpotCorrected,
-    /// Shares of spots by the calibration's power law.
-    ShareCalibrated,
 }
 
 /// The mount that scans were placed by: the rig's, which nothing here can check.
@@ -172,8 +129,8 @@ pub struct ContactReport {
     pub voxels_visited: u64,
     /// Voxels that too few beams entered, summed over slices.
     pub voxels_unvisited: u64,
-    /// The share of the raw leaf area that stands in unvisited voxels, by the fill rule; m².
-    pub leaf_area_filled_m2: f64,
+    /// The share of the raw leaf area that stands in unvisited voxels, by the fill rule; m². `None` where leaf areas are withheld.
+    pub leaf_area_filled_m2: Option<f64>,
 }
 
 /// Returns within |θ| < 90°, by where they were put.
@@ -200,14 +157,9 @@ pub struct TreeEstimate {
     pub scanned_m: f64,
     /// I_T, m².
     pub impacted_total_area_m2: f64,
-    /// Best leaf area, m².
-    pub leaf_area_m2: Option<f64>,
-    /// Leaf area by contact frequency, m².
-    pub leaf_area_contact_m2: Option<f64>,
-    /// Leaf area by regression, m².
-    pub leaf_area_regression_m2: Option<f64>,
-    /// Leaf area over row spacing × tree spacing (× metres scanned where the cell is not complete).
-    pub lai: Option<f64>,
+    /// Leaf areas; the index over row spacing × tree spacing (× metres scanned where the cell is not complete).
+    #[serde(flatten)]
+    pub leaf: LeafAreas,
     /// Height that 99.5 % of the canopy returns stay below, metres; `None` without returns.
     pub height_m: Option<f64>,
     /// Crown volume from the side scanned, doubled, m³.
@@ -237,12 +189,9 @@ pub struct SliceEstimate {
     pub scanned_m: f64,
     /// I_T, m².
     pub impacted_total_area_m2: f64,
-    /// Best leaf area, m².
-    pub leaf_area_m2: Option<f64>,
-    /// Leaf area by contact frequency, m².
-    pub leaf_area_contact_m2: Option<f64>,
-    /// Leaf area by regression, m².
-    pub leaf_area_regression_m2: Option<f64>,
+    /// Leaf areas.
+    #[serde(flatten)]
+    pub leaf: LeafAreas,
     /// Canopy returns.
     pub returns: u64,
 }

@@ -213,8 +213,8 @@ mod tests {
     fn areas_are_positive_whichever_way_the_roof_looks() {
         let grid = BeamGrid::spanning(0, 1_800_000, 5000);
         for form in [AreaForm::Midpoint, AreaForm::Forward] {
-            let forward = table(&Mount::default(), grid, form);
-            let backward = table(&Mount { roof: Roof::Backward, ..Mount::default() }, grid, form);
+            let backward = table(&Mount { roof: Some(Roof::Backward), ..Mount::default() }, grid, form);
+            let forward = table(&Mount { roof: Some(Roof::Forward), ..Mount::default() }, grid, form);
             let sum = |t: &BeamTable| t.beams().iter().flatten().map(|b| b.area_factor).sum::<f64>();
             // Both telescope or sum to sin 89.5° − sin −89.5° and a step more.
             assert!((sum(&forward) - 2.0).abs() < 1e-3, "{}", sum(&forward));

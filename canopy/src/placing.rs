@@ -89,6 +89,7 @@ impl PlacedLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rowscan_protocol::rig::{Orientation, Roof};
 
     /// A scanner a side of an alley between rows 4 m apart, at 2 m/s; the mirror turns ten times a second.
     fn both_sides() -> Rig {
@@ -102,6 +103,27 @@ mod tests {
         let line = PlacedLine::new(3.0, 10.0, BeamGrid::spanning(-450_000, 2_250_000, 5000), 0.0);
         // The beam that looks level at the row: 135° after the first one.
         placing.place(&line, 270, 1.5)
+    }
+
+    #[test]
+    fn a_layer_of_positive_elevation_lies_where_the_roof_looks() {
+        for (row, roof, sense) in [
+            (RowSide::Right, Roof::Forward, 1.0),
+            (RowSide::Right, Roof::Backward, -1.0),
+            (RowSide::Left, Roof::Forward, 1.0),
+            (RowSide::Left, Roof::Backward, -1.0),
+        ] {
+            for orientation in [Orientation::Side, Orientation::Up] {
+                let mount = Mount { row, orientation, roof: Some(roof), ..Mount::default() };
+                let placing = Placing::new(Some(Rig { scanners: vec![mount], ..Rig::default() }), 0, Some(0));
+                let line = PlacedLine::new(0.0, 0.0, BeamGrid::spanning(0, 1_800_000, 5000), 2.5);
+                let [_, y_m, _] = placing.place(&line, 180, 2.0);
+                assert!(
+                    (y_m - sense * 2.0 * 2.5f64.to_radians().sin()).abs() < 1e-12,
+                    "{roof:?} {row:?}: {y_m}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -5,22 +5,23 @@ use rowscan_protocol::rig::{Mount, Rig};
 use crate::advance::Weighted;
 use crate::astray::{Stray, Strays, into_cells};
 use crate::beam_line::BeamLine;
-use crate::contact::ContactFrequency;
-use crate::cut::{CutMethod, Profile, TrunkZone};
+use crate::contact::{Sampled, density};
+use crate::cut::{CutMethod, FoundTree, Profile, TrunkZone};
 use crate::error::PipelineError;
 use crate::estimate::{ContactReport, ReturnCounts, TreesFound};
 use crate::estimator::{
     Contact, EstimatorInfo, Estimators, Measure, Setting, SightedLine, Sighting, Slice, Stretch,
 };
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
+use crate::leaf::{SliceLeaf, Slices, Withheld, by_band};
 use crate::parameters::Parameters;
 use crate::patches::Patches;
 use crate::percentile::{Histogram, TOP_SHARE};
 use crate::profile::Outline;
+use crate::recent::{Recent, WindowSums};
 use crate::remission::RemissionScale;
 use crate::trees::{Cells, Cut, Keys};
 use crate::voxels::Voxels;
-use crate::window::{Recent, Window};
 
 /// The sums of one row. Lines come in the order of travel.
 #[derive(Clone, Debug)]
@@ -32,7 +33,10 @@ pub(crate) struct Row {
     open: Option<Keys>,
     voxels: Voxels,
     patches: Patches,
-    contact: ContactFrequency,
+    /// Of the slices that have ended.
+    contact: Sampled,
+    /// The last of them.
+    slices: Slices,
     estimators: Estimators,
     /// The line's beams, for the estimators.
     sightings: Vec<Sighting>,
@@ -50,6 +54,8 @@ pub(crate) struct Row {
     metre: (f64, bool),
     totals: Totals,
     recent: Recent,
+    /// Y of the latest line, metres.
+    y_m: f64,
     /// Where the scan plane leans.
     strays: Strays,
     pub(crate) trees: Cells,
@@ -63,7 +69,8 @@ pub(crate) struct Totals {
     pub(crate) contact_m2: f64,
     /// The same by the shares of spots.
     pub(crate) share_m2: f64,
-    /// Hits that told their share.
+    /// Hits in voxels, and those of them that told their share.
+    pub(crate) hits: u64,
     pub(crate) shares: u64,
     /// Metres scanned of those metres of row that hold canopy returns.
     pub(crate) canopy_m: f64,
@@ -93,7 +100,8 @@ impl Row {
             open: None,
             voxels: Voxels::new(&frame, rig.row_spacing_m, &parameters),
             patches: Patches::default(),
-            contact: ContactFrequency::new(cut.slice_m(), &parameters),
+            contact: Sampled::default(),
+            slices: Slices::default(),
             estimators: Estimators::default(),
             sightings: Vec::new(),
             row_spacing_m: rig.row_spacing_m,
@@ -107,6 +115,7 @@ impl Row {
             metre: (0.0, false),
             totals: Totals::default(),
             recent: Recent::default(),
+            y_m: 0.0,
             strays: Strays::default(),
             trees: Cells::new(parameters.max_cells),
             metres: Cells::new(parameters.max_cells),
@@ -162,6 +171,7 @@ impl Row {
         self.open = Some(keys);
         self.strays.pass(line.y_m);
 
+        self.y_m = line.y_m;
         self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
@@ -284,13 +294,16 @@ impl Row {
     }
 
     fn close_slice(&mut self, open: Keys) {
-        let leaf_m2 = self.contact.close(&self.voxels);
-        let share_m2 = self.voxels.share_leaf_area_m2();
+        let sampled = Sampled::of(&self.voxels, self.parameters.projection);
+        let (leaf_m2, share_m2) = (sampled.leaf_m2, self.voxels.share_leaf_area_m2());
+        self.slices.push(self.slice_leaf(open));
+        self.contact.add(&sampled);
+        self.totals.contact_m2 += leaf_m2;
         self.totals.share_m2 += share_m2;
+        self.totals.hits += self.voxels.hits();
         self.totals.shares += self.voxels.shares();
         self.estimators.slice(&Slice { voxels: &self.voxels });
         self.voxels.clear();
-        self.totals.contact_m2 += leaf_m2;
         if let Some(profile) = &mut self.profile {
             let [from_m, to_m] = self.cut.slice_faces_m(open.slice);
             profile.add_leaf_area(from_m, to_m, leaf_m2);
@@ -306,6 +319,26 @@ impl Row {
                 metre.share_m2 += share_m2 * share_m / length_m;
             }
         }
+    }
+
+    /// The open slice's raw leaf area by height.
+    fn slice_leaf(&self, open: Keys) -> SliceLeaf {
+        let Self { voxels, parameters, .. } = self;
+        let mut slice = SliceLeaf {
+            y_m: self.cut.slice_faces_m(open.slice),
+            length_m: voxels.length_m(),
+            ..SliceLeaf::default()
+        };
+        let per_density_m2 = voxels.volume_m3() / parameters.projection;
+        for layer in voxels.layers(|voxel| density(voxel, voxels.min_beams())) {
+            by_band(&mut slice.contact_m2, layer.z_m, (layer.density + layer.filled) * per_density_m2);
+        }
+        if parameters.remission.is_some() {
+            for layer in voxels.layers(|voxel| voxel.share_frequency(voxels.min_beams())) {
+                by_band(&mut slice.share_m2, layer.z_m, (layer.density + layer.filled) * per_density_m2);
+            }
+        }
+        slice
     }
 
     fn close_tree(&mut self, open: Keys) {
@@ -337,16 +370,52 @@ impl Row {
     }
 
     /// The canopy just driven past.
-    pub(crate) fn window(&self) -> Window {
+    pub(crate) fn window(&self) -> WindowSums {
         self.recent.window()
     }
 
+    /// Y of the latest line, metres.
+    pub(crate) fn y_m(&self) -> f64 {
+        self.y_m
+    }
+
+    /// The sums of what has been closed.
     pub(crate) fn totals(&self) -> &Totals {
         &self.totals
     }
 
+    /// The sums as if the row ended here.
+    pub(crate) fn so_far(&self) -> Totals {
+        let mut totals = self.totals;
+        if self.open.is_some() {
+            let sampled = Sampled::of(&self.voxels, self.parameters.projection);
+            totals.contact_m2 += sampled.leaf_m2;
+            totals.share_m2 += self.voxels.share_leaf_area_m2();
+            totals.hits += self.voxels.hits();
+            totals.shares += self.voxels.shares();
+            let (scanned_m, canopy) = self.metre;
+            totals.canopy_m += if canopy { scanned_m } else { 0.0 };
+        }
+        totals
+    }
+
+    /// How the contact frequency was sampled, as if the row ended here.
+    pub(crate) fn sampled_so_far(&self) -> Sampled {
+        let mut sampled = self.contact;
+        if self.open.is_some() {
+            sampled.add(&Sampled::of(&self.voxels, self.parameters.projection));
+        }
+        sampled
+    }
+
+    /// The slices of the window just driven past, the latest first.
+    pub(crate) fn window_slices(&self) -> impl Iterator<Item = SliceLeaf> + '_ {
+        let open = self.open.filter(|_| self.slices.is_empty());
+        self.slices.window(open.map(|open| self.slice_leaf(open)))
+    }
+
     pub(crate) fn contact_report(&self) -> ContactReport {
-        self.contact.report()
+        self.sampled_so_far().report(self.cut.slice_m(), &self.parameters)
     }
 
     /// What the estimators say of the row.
@@ -360,10 +429,14 @@ impl Row {
     }
 
     /// The trees the data show.
-    pub(crate) fn trees_found(&self) -> Vec<TreesFound> {
+    pub(crate) fn trees_found(&self, leaves: Result<(), Withheld>) -> Vec<TreesFound> {
+        let told = |tree: FoundTree| FoundTree {
+            leaf_area_contact_raw_m2: tree.leaf_area_contact_raw_m2.filter(|_| leaves.is_ok()),
+            ..tree
+        };
         let found = |(method, profile): (&CutMethod, &Profile)| TreesFound {
             method: *method,
-            trees: profile.cut(*method, self.tree_spacing_m),
+            trees: profile.cut(*method, self.tree_spacing_m).into_iter().map(told).collect(),
         };
         self.find.iter().filter_map(|method| Some((method, self.profile.as_ref()?))).map(found).collect()
     }

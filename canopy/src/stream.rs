@@ -11,6 +11,7 @@ use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
 use crate::estimator::EstimatorInfo;
 use crate::gate::{Field, Gate};
+use crate::leaf::{Law, LeafWindow, Withheld};
 use crate::odometry::{EncoderChoice, GroundSpeed, Odometry};
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
@@ -214,10 +215,7 @@ impl Pipeline {
         for pass in self.pass.iter_mut().chain(self.fallback.as_deref_mut()) {
             pass.close();
         }
-        // An encoder that never counted while the rig's speed says that the tractor drove is dead.
-        let dead =
-            self.fallback.as_deref().filter(|by_speed| by_speed.advance.advance_m() >= Some(DEAD_AFTER_M));
-        let pass = dead.or(self.pass.as_ref());
+        let (pass, dead) = self.pass_that_counts();
         let mut estimate = report::estimate(
             &self.counting,
             &self.gate,
@@ -227,7 +225,7 @@ impl Pipeline {
             self.calibration.as_ref(),
             self.class.as_ref(),
         );
-        if dead.is_some() {
+        if dead {
             estimate.warnings.push(Warning::EncoderStood { lines: self.gate.valid });
         }
         estimate
@@ -245,21 +243,24 @@ impl Pipeline {
         }
     }
 
-    /// The canopy just driven past; `None` without a rig.
-    pub fn window(&self) -> Option<Window> {
-        Some(self.pass.as_ref()?.row.window())
+    /// The pass that an estimate is made of, and whether it is the fallback.
+    fn pass_that_counts(&self) -> (Option<&RowPass>, bool) {
+        // An encoder that never counted while the rig's speed says that the tractor drove is dead.
+        let dead =
+            self.fallback.as_deref().filter(|by_speed| by_speed.advance.advance_m() >= Some(DEAD_AFTER_M));
+        (dead.or(self.pass.as_ref()), dead.is_some())
     }
 
-    /// One-sided leaf area per metre in a window, by the calibration's regression on impacted area; 0 where there is no canopy, `None`
-    /// without a calibration or without row.
-    pub fn leaf_area_m2_per_m(&self, window: &Window) -> Option<f64> {
-        let calibration = self.calibration.as_ref()?;
-        let impacted_m2 = window.impacted_m2();
-        if impacted_m2 <= 0.0 {
-            return window.per_metre(0.0);
-        }
-        let kind = calibration.best_regression();
-        window.per_metre(calibration.regression_m2(kind, window.length_m, impacted_m2).max(0.0))
+    /// The canopy just driven past. Nothing is allocated.
+    ///
+    /// # Errors
+    /// Why an estimate of the scans so far would tell nothing of the row. The leaf area has a reason of its own: [`Window::leaf`].
+    pub fn window(&self) -> Result<Window, Withheld> {
+        let (pass, _) = self.pass_that_counts();
+        let pass = report::areas_told(&self.counting, &self.gate, pass)?;
+        let law = Law::of(pass, self.calibration.as_ref());
+        let y_m = pass.row.y_m();
+        Ok(Window::of(pass.row.window(), LeafWindow::of(&law, pass.row.window_slices(), y_m)))
     }
 
     /// What the advance is taken from, and the speed it has at the latest scan, m/s; `None` before the first one.

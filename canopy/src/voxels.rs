@@ -283,6 +283,11 @@ impl Voxels {
         unseen
     }
 
+    /// Metres of row in the open slice.
+    pub(crate) fn length_m(&self) -> f64 {
+        self.length_m
+    }
+
     /// Volume of one voxel of the open slice, m³.
     pub(crate) fn volume_m3(&self) -> f64 {
         self.region.dx_m * self.region.dz_m * self.length_m

@@ -227,8 +227,8 @@ impl fmt::Display for Warning {
                 "only {read} of {hits} hits have a remission: the leaf area is by contact; record with remission, or leave rig.scanner.remission out"
             ),
             Self::EchoUnknown => f.write_str(
-                "the recording does not say which echo its scans hold, and this model may send the last one: leaf areas by contact, voxel, polar, gap \
-                 and share are withheld; say which it was with --echo first, --echo last or the mount's echo",
+                "the recording does not say which echo its scans hold, and this model may send the last one: leaf areas are withheld; say which it was \
+                 with --echo first, --echo last or the mount's echo",
             ),
             Self::ClassMismatch { key, expected, found } => {
                 write!(f, "the calibration's {key} is {expected}, this is {found}")

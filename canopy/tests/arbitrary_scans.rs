@@ -47,7 +47,7 @@ fn scan() -> impl Strategy<Value = Scan> {
 
 fn rig() -> impl Strategy<Value = Rig> {
     let orientation = prop::sample::select(vec![Orientation::Side, Orientation::Up]);
-    let roof = prop::sample::select(vec![Roof::Forward, Roof::Backward]);
+    let roof = prop::sample::select(vec![None, Some(Roof::Forward), Some(Roof::Backward)]);
     let row = prop::sample::select(vec![RowSide::Right, RowSide::Left]);
     let spacing = || prop::option::of(0.05f64..1000.0);
     let mount = (orientation, roof, row, 0.01f64..100.0, 0.01f64..100.0).prop_map(
@@ -102,20 +102,20 @@ proptest! {
         for (key, value) in [
             ("scanned_m", estimate.scanned_m),
             ("impacted_total_area_m2", estimate.impacted_total_area_m2),
-            ("leaf_area_m2", estimate.leaf_area_m2),
-            ("leaf_area_contact_raw_m2", estimate.leaf_area_contact_raw_m2),
+            ("leaf_area_m2", estimate.leaf.areas.best_m2().ok()),
+            ("leaf_area_contact_raw_m2", estimate.leaf.areas.contact_raw_m2().ok()),
         ] {
             // Of what is no foliage there is no leaf area.
             let known = !(key.starts_with("leaf_area") && solid);
             prop_assert_eq!(value.is_some(), known && estimate.impacted_total_area_m2.is_some(), "{}", key);
             prop_assert!(value.is_none_or(|v| v.is_finite() && v >= 0.0), "{} = {:?}", key, value);
         }
-        for number in [estimate.lai, estimate.scan_frequency_hz, estimate.ranges.mean_m] {
+        for number in [estimate.leaf.areas.lai().ok(), estimate.scan_frequency_hz, estimate.ranges.mean_m] {
             prop_assert!(number.is_none_or(|v| v.is_finite() && v >= 0.0));
         }
         for tree in &estimate.trees {
             prop_assert!(tree.impacted_total_area_m2.is_finite() && tree.volume_m3.is_finite() && tree.scanned_m > 0.0);
-            prop_assert!(tree.leaf_area_m2.map_or(solid, f64::is_finite));
+            prop_assert!(tree.leaf.best_m2().ok().map_or(solid, f64::is_finite));
         }
         if rig.is_some() && estimate.is_withheld() {
             let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage"];

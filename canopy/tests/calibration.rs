@@ -124,8 +124,8 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
             pipeline.of_class(RowClass { preset: Some("hedge".into()), ..RowClass::default() });
         hedge(600).iter().for_each(|scan| pipeline.push(scan));
         let found = pipeline.finish();
-        let [low, high] = found.leaf_area_interval_m2.unwrap();
-        (found.leaf_area_uncertainty.unwrap(), found.leaf_area_m2, (high / low).ln() / (2.0 * 1.96))
+        let [low, high] = found.leaf.interval_m2.unwrap();
+        (found.leaf.uncertainty.unwrap(), found.leaf.areas.best_m2().ok(), (high / low).ln() / (2.0 * 1.96))
     };
     calibration.contact.fitted = None;
     let (_, leaf_m2, narrow_sd) = told(&calibration);
@@ -175,10 +175,10 @@ fn a_bent_calibration_widens_the_sampling_error_and_old_files_are_proportions() 
     };
     let sampling = |calibration: &Calibration| {
         let found = passed(calibration);
-        (found.leaf_area_m2.unwrap(), found.leaf_area_uncertainty.unwrap().sampling.unwrap())
+        (found.leaf.areas.best_m2().ok().unwrap(), found.leaf.uncertainty.unwrap().sampling.unwrap())
     };
     let found = passed(&calibration);
-    let x = found.leaf_area_contact_raw_m2.unwrap() / found.canopy_m.unwrap();
+    let x = found.leaf.areas.contact_raw_m2().ok().unwrap() / found.canopy_m.unwrap();
     // The fitted range is about the hedge.
     let (low, high) = (0.5 * x, 2.0 * x);
     (calibration.contact.quality.low_m2_per_m, calibration.contact.quality.high_m2_per_m) = (low, high);
@@ -186,10 +186,10 @@ fn a_bent_calibration_widens_the_sampling_error_and_old_files_are_proportions() 
     calibration.contact.p = 1.5;
     let (bent_m2, bent) = sampling(&calibration);
     assert!(relative(bent, 1.5 * straight) < 1e-12, "{bent} {straight}");
-    let raw_m2 = found.leaf_area_contact_raw_m2.unwrap();
+    let raw_m2 = found.leaf.areas.contact_raw_m2().ok().unwrap();
     assert!(relative(bent_m2, calibration.contact.k * x.powf(0.5) * raw_m2) < 1e-12);
     // Trees have the row's factor: they add up to it.
-    let trees_m2: f64 = passed(&calibration).trees.iter().filter_map(|tree| tree.leaf_area_m2).sum();
+    let trees_m2: f64 = passed(&calibration).trees.iter().filter_map(|tree| tree.leaf.best_m2().ok()).sum();
     assert!(relative(trees_m2, bent_m2) < 1e-9, "{trees_m2} {bent_m2}");
     calibration.contact.quality.low_m2_per_m = 0.0;
     let refusal = Pipeline::new(None, 0, Some(calibration)).unwrap_err().to_string();
@@ -248,7 +248,7 @@ fn a_sample_is_the_estimate_of_a_row_beside_its_truth() {
     // Metre 2 holds no canopy: 3.5 m of 4.5 m do.
     assert!((sample.length_m - 3.5).abs() < 1e-6, "{sample:?}");
     assert_eq!(Some(sample.impacted_total_area_m2), found.impacted_total_area_m2);
-    assert_eq!(Some(sample.contact_leaf_area_m2), found.leaf_area_contact_raw_m2);
+    assert_eq!(Some(sample.contact_leaf_area_m2), found.leaf.areas.contact_raw_m2().ok());
     assert_eq!(Sample::of(&Estimate::default(), 1.0), None);
 }
 
@@ -321,7 +321,7 @@ fn around(impacted: f64, contact: f64) -> Calibration {
 /// What the hedge says a metre, raw: (I_T, contact).
 fn hedge_per_metre() -> (f64, f64) {
     let raw = estimate(&orchard_rig(), &hedge(75));
-    (raw.impacted_total_area_m2.unwrap() / 1.5, raw.leaf_area_contact_raw_m2.unwrap() / 1.5)
+    (raw.impacted_total_area_m2.unwrap() / 1.5, raw.leaf.areas.contact_raw_m2().ok().unwrap() / 1.5)
 }
 
 #[test]
@@ -330,22 +330,27 @@ fn a_calibration_scales_the_contact_and_gives_no_leaves_to_a_gap() {
     let calibration = around(impacted, contact);
     let k = calibration.contact.k;
     let found = calibrated(calibration, &orchard_rig());
-    assert_eq!(found.regression, Some(RegressionKind::Linear));
-    assert!(relative(found.leaf_area_m2.unwrap(), k * found.leaf_area_contact_raw_m2.unwrap()) < 1e-12);
-    assert_eq!(found.leaf_area_m2, found.leaf_area_contact_m2);
+    assert_eq!(found.leaf.regression, Some(RegressionKind::Linear));
+    assert!(
+        relative(
+            found.leaf.areas.best_m2().ok().unwrap(),
+            k * found.leaf.areas.contact_raw_m2().ok().unwrap()
+        ) < 1e-12
+    );
+    assert_eq!(found.leaf.areas.best_m2().ok(), found.leaf.areas.contact_m2().ok());
     // `a` = 1 m²/m must not reach the gap.
     let gap = &found.trees[1];
-    assert_eq!((gap.leaf_area_regression_m2, gap.leaf_area_contact_m2), (Some(0.0), Some(0.0)));
+    assert_eq!((gap.leaf.regression_m2().ok(), gap.leaf.contact_m2().ok()), (Some(0.0), Some(0.0)));
     for tree in [&found.trees[0], &found.trees[2]] {
         let expected = tree.scanned_m + 2.0 * tree.impacted_total_area_m2;
-        assert!(relative(tree.leaf_area_regression_m2.unwrap(), expected) < 1e-9);
+        assert!(relative(tree.leaf.regression_m2().ok().unwrap(), expected) < 1e-9);
     }
     // Metre 1 (y = 1..2) is half gap; metre 2 is all gap: the row's `a` counts 3.5 m of 4.5 m.
     let slices: Vec<f64> = found.slices.iter().map(|s| s.scanned_m).collect();
-    assert_eq!(found.slices[2].leaf_area_regression_m2, Some(0.0));
+    assert_eq!(found.slices[2].leaf.regression_m2().ok(), Some(0.0));
     let canopy_m: f64 = slices.iter().sum::<f64>() - slices[2];
     let expected = canopy_m + 2.0 * found.impacted_total_area_m2.unwrap();
-    assert!(relative(found.leaf_area_regression_m2.unwrap(), expected) < 1e-9);
+    assert!(relative(found.leaf.areas.regression_m2().ok().unwrap(), expected) < 1e-9);
     let codes: Vec<_> = found.warnings.iter().map(|w| w.code()).collect();
     assert!(codes.contains(&"ideal_optics") && !codes.contains(&"uncalibrated"), "{codes:?}");
     assert_eq!(found.calibration.unwrap().preset, "spindle");
@@ -381,18 +386,21 @@ fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
     let outside = calibrated(around(impacted / 2.0, contact), &orchard_rig());
     assert!(warnings(&outside).contains(&"outside_fitted_range"), "{:?}", warnings(&outside));
     assert!(!warnings(&outside).contains(&"refused"));
-    assert!(outside.leaf_area_regression_m2.unwrap() > 0.0);
+    assert!(outside.leaf.areas.regression_m2().ok().unwrap() > 0.0);
 
     let far = calibrated(around(impacted / 10.0, contact / 10.0), &orchard_rig());
-    assert_eq!((far.leaf_area_regression_m2, far.leaf_area_m2, far.lai), (None, None, None));
-    assert_eq!(far.trees[0].leaf_area_m2, None);
-    assert!(far.leaf_area_contact_raw_m2.unwrap() > 0.0);
+    assert_eq!(
+        (far.leaf.areas.regression_m2().ok(), far.leaf.areas.best_m2().ok(), far.leaf.areas.lai().ok()),
+        (None, None, None)
+    );
+    assert_eq!(far.trees[0].leaf.best_m2().ok(), None);
+    assert!(far.leaf.areas.contact_raw_m2().ok().unwrap() > 0.0);
     assert!(warnings(&far).contains(&"refused") && warnings(&far).contains(&"trees_refused"));
 
     // Thin rows: the line is withheld, the proportion is not.
     let thin = calibrated(around(impacted * 10.0, contact * 10.0), &orchard_rig());
-    assert_eq!(thin.leaf_area_regression_m2, None);
-    assert!(thin.leaf_area_m2.unwrap() > 0.0);
+    assert_eq!(thin.leaf.areas.regression_m2().ok(), None);
+    assert!(thin.leaf.areas.best_m2().ok().unwrap() > 0.0);
 }
 
 #[test]

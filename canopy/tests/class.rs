@@ -93,12 +93,12 @@ fn no_number_but_the_intervals_width_depends_on_the_class() {
     };
     assert_eq!(numbers(&same), numbers(&other));
     assert_eq!(numbers(&same), numbers(&bare));
-    let width = |estimate: &Estimate| estimate.leaf_area_interval_m2.map(|[low, high]| high - low);
+    let width = |estimate: &Estimate| estimate.leaf.interval_m2.map(|[low, high]| high - low);
     assert!(width(&other) > width(&same), "{:?} {:?}", width(&other), width(&same));
     // Where all agree nothing is between classes; where nothing is told it is sampling error only.
-    assert_eq!(same.leaf_area_interval_m2, same.leaf_area_sampling_error_m2);
+    assert_eq!(same.leaf.interval_m2, same.leaf.sampling_error_m2);
     assert_eq!(width(&bare), None);
-    assert!(bare.leaf_area_sampling_error_m2.is_some_and(|[low, high]| low < high));
+    assert!(bare.leaf.sampling_error_m2.is_some_and(|[low, high]| low < high));
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_calibration_made_from_elsewhere_is_warned_of_and_widens_the_interval() {
         told(Some(calibration), Some(row_class()))
     };
     let own_m = Mount::default().distance_m;
-    let width = |estimate: &Estimate| estimate.leaf_area_interval_m2.map(|[low, high]| high - low);
+    let width = |estimate: &Estimate| estimate.leaf.interval_m2.map(|[low, high]| high - low);
     let [here, beside, twice, four_times, unknown] =
         [Some(own_m), Some(1.2 * own_m), Some(2.0 * own_m), Some(4.0 * own_m), None].map(from);
     assert_eq!(warned(&here, "class"), Vec::<String>::new());
@@ -173,5 +173,5 @@ fn what_is_not_told_is_unknown_of_row_and_of_old_calibrations() {
     let found = told(Some(old), Some(row_class()));
     assert_eq!(warned(&found, "class"), Vec::<String>::new());
     assert!(warned(&found, "class_unknown")[0].contains("leaf_angle"));
-    assert!(found.leaf_area_interval_m2.is_some(), "an unknown key widens as much as one that differs");
+    assert!(found.leaf.interval_m2.is_some(), "an unknown key widens as much as one that differs");
 }

@@ -14,7 +14,7 @@ use slab::*;
 
 /// The estimate over the truth, raw.
 fn ratio(found: &Estimate, thick_m: f64, density: f64) -> f64 {
-    found.leaf_area_contact_raw_m2.unwrap() / (density * thick_m * HIGH_M * found.scanned_m.unwrap())
+    found.leaf.areas.contact_raw_m2().ok().unwrap() / (density * thick_m * HIGH_M * found.scanned_m.unwrap())
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn mirroring_fills_dense_slabs_best() {
         let found = estimate_with(&rig(), Parameters { fill, ..parameters() }, &scans);
         let contact = found.contact.unwrap();
         assert!(contact.voxels_unvisited * 10 > contact.voxels_visited);
-        assert_eq!(contact.leaf_area_filled_m2 > 0.0, fill != Fill::LeaveOut);
+        assert_eq!(contact.leaf_area_filled_m2 > Some(0.0), fill != Fill::LeaveOut);
         (ratio(&found, 2.0, 4.0) - 1.0).abs()
     };
     let [mirror, band, left_out] = [Fill::Mirror, Fill::BandMean, Fill::LeaveOut].map(off);
@@ -68,17 +68,23 @@ fn lai_is_leaf_area_over_ground_by_row_and_by_tree() {
     // 2.5 m² of leaf a metre of row and m²/m³; 3 m²/m³ on 4 m of row spacing: LAI 1.875.
     let found = estimate_with(&rig(), parameters(), &turbid(1.0, 3.0, 375, 5));
     let expected = 3.0 * HIGH_M / 4.0;
-    assert!(relative(found.lai.unwrap(), expected) < 0.02, "{:?}", found.lai);
+    assert!(
+        relative(found.leaf.areas.lai().ok().unwrap(), expected) < 0.02,
+        "{:?}",
+        found.leaf.areas.lai().ok()
+    );
     assert_eq!(found.trees.len(), 5);
     for tree in &found.trees {
         assert!(tree.complete);
-        assert!(relative(tree.lai.unwrap(), expected) < 0.04, "{tree:?}");
-        assert!(relative(tree.leaf_area_m2.unwrap(), tree.lai.unwrap() * 1.5 * 4.0) < 1e-12);
+        assert!(relative(tree.leaf.lai().ok().unwrap(), expected) < 0.04, "{tree:?}");
+        assert!(
+            relative(tree.leaf.best_m2().ok().unwrap(), tree.leaf.lai().ok().unwrap() * 1.5 * 4.0) < 1e-12
+        );
     }
-    let of_trees: f64 = found.trees.iter().filter_map(|t| t.leaf_area_m2).sum();
-    let of_slices: f64 = found.slices.iter().filter_map(|s| s.leaf_area_m2).sum();
-    assert!(relative(of_trees, found.leaf_area_m2.unwrap()) < 1e-12);
-    assert!(relative(of_slices, found.leaf_area_m2.unwrap()) < 1e-12);
+    let of_trees: f64 = found.trees.iter().filter_map(|t| t.leaf.best_m2().ok()).sum();
+    let of_slices: f64 = found.slices.iter().filter_map(|s| s.leaf.best_m2().ok()).sum();
+    assert!(relative(of_trees, found.leaf.areas.best_m2().ok().unwrap()) < 1e-12);
+    assert!(relative(of_slices, found.leaf.areas.best_m2().ok().unwrap()) < 1e-12);
     assert!(found.warnings.iter().any(|w| w.code() == "uncalibrated"));
 }
 

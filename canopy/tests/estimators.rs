@@ -57,8 +57,8 @@ fn a_tree_s_own_leaf_areas_stand_before_the_measures_of_the_estimators() {
         let all = tree.side_by_side();
         let names: Vec<&str> = all.iter().take(2).map(|measure| measure.estimator).collect();
         assert_eq!(names, ["contact", "regression"]);
-        assert_eq!(all[0].value, tree.leaf_area_contact_m2);
-        assert_eq!(all[1].value, tree.leaf_area_regression_m2);
+        assert_eq!(all[0].value, tree.leaf.contact_m2().ok());
+        assert_eq!(all[1].value, tree.leaf.regression_m2().ok());
         assert_eq!(all[2..], tree.measures);
     }
 }
@@ -126,7 +126,7 @@ fn a_wide_beam_is_taken_out_of_every_density_and_of_the_impacted_area() {
     for (name, least) in [("voxel", 0.02), ("polar", 0.06)] {
         assert!((leaf(name) - 1.0).abs() < least, "{name} {}", leaf(name));
     }
-    assert!((found.leaf_area_contact_raw_m2.unwrap() / truth - 1.0).abs() < 0.02);
+    assert!((found.leaf.areas.contact_raw_m2().ok().unwrap() / truth - 1.0).abs() < 0.02);
     let (by_rays, uncorrected) = (
         measured(&rig(), parameters(), &turbid(thick_m, density, 300, 3)),
         measured(&rig(), parameters(), &seen),

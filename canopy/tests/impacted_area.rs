@@ -15,7 +15,7 @@ fn banded_wall(x0_m: f64) -> impl Fn(f64, f64) -> f64 {
 #[test]
 fn a_wall_has_the_midpoint_closed_form() {
     for (grid, hertz) in [(lms111(), 50), (lms511(), 25)] {
-        for (speed, roof) in [(1.0, Roof::Forward), (0.7, Roof::Backward)] {
+        for (speed, roof) in [(1.0, None), (0.7, Some(Roof::Forward))] {
             let mount = Mount { roof, ..Mount::default() };
             let rig = Rig { speed_m_s: speed, scanners: vec![mount.clone()], ..open_rig() };
             let lines = 101;
@@ -148,10 +148,17 @@ fn a_wall_has_an_impacted_area_and_no_leaves() {
     let found = estimate(&orchard_rig(), &scans);
     let why = found.warnings.iter().find(|warning| warning.code() == "no_foliage").expect("no foliage");
     assert!(why.to_string().contains("100 % of the hits stand denser than any foliage"), "{why}");
-    assert_eq!((found.leaf_area_m2, found.leaf_area_contact_raw_m2, found.lai), (None, None, None));
+    assert_eq!(
+        (
+            found.leaf.areas.best_m2().ok(),
+            found.leaf.areas.contact_raw_m2().ok(),
+            found.leaf.areas.lai().ok()
+        ),
+        (None, None, None)
+    );
     assert!(
         found.impacted_total_area_m2 > Some(10.0)
-            && found.trees.iter().all(|tree| tree.leaf_area_m2.is_none())
+            && found.trees.iter().all(|tree| tree.leaf.best_m2().ok().is_none())
     );
     // Beams of which three in four pass are foliage, and none is too dense.
     let sparse = |y_m: f64, theta: f64| {
@@ -159,7 +166,10 @@ fn a_wall_has_an_impacted_area_and_no_leaves() {
         if dice < 0.25 { banded_wall(distance_m + 0.1)(y_m, theta) } else { NO_ECHO }
     };
     let found = estimate(&orchard_rig(), &drive(&orchard_rig(), lms111(), 50, 301, sparse));
-    assert!(found.leaf_area_m2 > Some(1.0) && found.contact.is_some_and(|contact| contact.too_dense == 0.0));
+    assert!(
+        found.leaf.areas.best_m2().ok() > Some(1.0)
+            && found.contact.is_some_and(|contact| contact.too_dense == 0.0)
+    );
 }
 
 #[test]
@@ -179,9 +189,9 @@ fn a_tractor_at_standstill_adds_nothing() {
     let scans = drive(&rig, lms111(), 50, 50, banded_wall(1.9));
     let found = estimate(&rig, &scans);
     assert_eq!(found.impacted_total_area_m2, Some(0.0));
-    assert_eq!(found.leaf_area_m2, Some(0.0));
+    assert_eq!(found.leaf.areas.best_m2().ok(), Some(0.0));
     assert_eq!(found.scans, 50);
-    assert_eq!(found.lai, None);
+    assert_eq!(found.leaf.areas.lai().ok(), None);
 }
 
 #[test]
@@ -212,7 +222,7 @@ fn ground_and_the_next_row_are_removed_and_counted() {
     let scans = drive(&rig, lms111(), 50, 100, scene);
     let found = estimate(&rig, &scans);
     assert_eq!(found.impacted_total_area_m2, Some(0.0));
-    assert_eq!(found.leaf_area_m2, Some(0.0));
+    assert_eq!(found.leaf.areas.best_m2().ok(), Some(0.0));
     let returns = found.returns.unwrap();
     assert_eq!(returns.canopy, 0);
     // Ground: tan θ < −1.6/5.9 (15.2°), 149 beams of −89.5..−15.5°; the lowest 0.1 m of the fence too (14.3°: −15, −14.5).
@@ -241,7 +251,7 @@ fn a_gap_between_trees_holds_next_to_nothing() {
     let found = estimate(&rig, &scans);
     assert_eq!(found.trees.len(), 3);
     let gap = &found.trees[1];
-    assert_eq!((gap.impacted_total_area_m2, gap.leaf_area_m2, gap.height_m), (0.0, Some(0.0), None));
+    assert_eq!((gap.impacted_total_area_m2, gap.leaf.best_m2().ok(), gap.height_m), (0.0, Some(0.0), None));
     assert_eq!(gap.volume_m3, 0.0);
     for tree in [&found.trees[0], &found.trees[2]] {
         assert!(tree.complete);

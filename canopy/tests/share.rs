@@ -156,8 +156,10 @@ fn shares_see_what_rays_see_whatever_a_beam_holds() {
         let scans = beams_of_rays(thick_m, density, 300, 7);
         let found = estimated(reading(), None, &scans);
         let truth = density * thick_m * HIGH_M * found.scanned_m.unwrap();
-        let (share, contact) =
-            (found.leaf_area_share_raw_m2.unwrap() / truth, found.leaf_area_contact_raw_m2.unwrap() / truth);
+        let (share, contact) = (
+            found.leaf.areas.share_raw_m2().ok().unwrap() / truth,
+            found.leaf.areas.contact_raw_m2().ok().unwrap() / truth,
+        );
         assert!((share - 1.0).abs() < 0.1, "{thick_m} m of {density}: {share}");
         assert!(contact > 2.0, "any of {RAYS} rays is a hit: {contact}");
     }
@@ -176,7 +178,8 @@ fn a_beam_that_is_all_rays_or_none_is_a_ray() {
         *remission = range_m.iter().map(of).collect();
     }
     let found = estimated(reading(), None, &scans);
-    let (share, contact) = (found.leaf_area_share_raw_m2.unwrap(), found.leaf_area_contact_raw_m2.unwrap());
+    let (share, contact) =
+        (found.leaf.areas.share_raw_m2().ok().unwrap(), found.leaf.areas.contact_raw_m2().ok().unwrap());
     // Ranges are told apart by 0.1 m; the contact frequency takes the bias of few beams off.
     assert!(relative(share, contact) < 0.03, "{share} {contact}");
 }
@@ -201,7 +204,10 @@ fn a_card_that_was_measured_is_as_good_as_the_curve_it_was_measured_on() {
     let by_card = estimated(Parameters { remission: Some(measured), ..reading() }, None, &scans);
     let by_model = estimated(reading(), None, &scans);
     assert!(
-        relative(by_card.leaf_area_share_raw_m2.unwrap(), by_model.leaf_area_share_raw_m2.unwrap()) < 1e-3
+        relative(
+            by_card.leaf.areas.share_raw_m2().ok().unwrap(),
+            by_model.leaf.areas.share_raw_m2().ok().unwrap()
+        ) < 1e-3
     );
     let assumed = |found: &Estimate| found.warnings.contains(&Warning::RemissionAssumed);
     assert!(assumed(&by_model) && !assumed(&by_card));
@@ -243,10 +249,10 @@ fn fitted(found: &Estimate) -> Calibration {
         .map(|f| Sample {
             length_m,
             impacted_total_area_m2: f * found.impacted_total_area_m2.unwrap(),
-            contact_leaf_area_m2: f * found.leaf_area_contact_raw_m2.unwrap(),
-            leaf_area_m2: 1.1 * f * found.leaf_area_share_raw_m2.unwrap(),
+            contact_leaf_area_m2: f * found.leaf.areas.contact_raw_m2().ok().unwrap(),
+            leaf_area_m2: 1.1 * f * found.leaf.areas.share_raw_m2().ok().unwrap(),
             spot_relative_sd: 0.0,
-            share_leaf_area_m2: found.leaf_area_share_raw_m2.map(|share_m2| f * share_m2),
+            share_leaf_area_m2: found.leaf.areas.share_raw_m2().ok().map(|share_m2| f * share_m2),
         })
         .collect();
     let class = CalibrationClass {
@@ -269,16 +275,19 @@ fn with_remission_and_a_scale_the_leaf_area_is_by_shares_and_without_by_contact(
     use rowscan_canopy::estimate::LeafAreaEstimator::{ContactCalibratedSpotCorrected, ShareCalibrated};
     let scans = beams_of_rays(1.0, 1.0, 150, 11);
     let raw = estimated(reading(), None, &scans);
-    assert_ne!(raw.leaf_area_estimator, Some(ShareCalibrated), "no scale, no leaf area by shares");
+    assert_ne!(raw.leaf.estimator, Some(ShareCalibrated), "no scale, no leaf area by shares");
     let calibration = fitted(&raw);
     let scale = calibration.share.unwrap();
     assert!((scale.k - 1.1).abs() < 1e-9 && scale.p == 1.0, "{scale:?}");
     let with = estimated(reading(), Some(calibration.clone()), &scans);
-    assert_eq!(with.leaf_area_estimator, Some(ShareCalibrated));
-    assert_eq!(with.leaf_area_m2, with.leaf_area_share_m2);
-    assert!(relative(with.leaf_area_m2.unwrap(), 1.1 * raw.leaf_area_share_raw_m2.unwrap()) < 1e-9);
-    let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf_area_m2).sum();
-    assert!(relative(of_trees, with.leaf_area_m2.unwrap()) < 1e-9, "trees add up to the row");
+    assert_eq!(with.leaf.estimator, Some(ShareCalibrated));
+    assert_eq!(with.leaf.areas.best_m2().ok(), with.leaf.areas.share_m2().ok());
+    assert!(
+        relative(with.leaf.areas.best_m2().ok().unwrap(), 1.1 * raw.leaf.areas.share_raw_m2().ok().unwrap())
+            < 1e-9
+    );
+    let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf.best_m2().ok()).sum();
+    assert!(relative(of_trees, with.leaf.areas.best_m2().ok().unwrap()) < 1e-9, "trees add up to the row");
 
     // One beam in ten lost its remission: too many to go by the rest.
     let mut silent = scans.clone();
@@ -286,16 +295,16 @@ fn with_remission_and_a_scale_the_leaf_area_is_by_shares_and_without_by_contact(
         scan.echoes[0].remission.iter_mut().step_by(10).for_each(|remission| *remission = 0);
     }
     let without = estimated(reading(), Some(calibration.clone()), &silent);
-    assert_eq!(without.leaf_area_estimator, Some(ContactCalibratedSpotCorrected));
-    assert_eq!((without.leaf_area_share_m2, without.leaf_area_share_raw_m2), (None, None));
+    assert_eq!(without.leaf.estimator, Some(ContactCalibratedSpotCorrected));
+    assert_eq!((without.leaf.areas.share_m2().ok(), without.leaf.areas.share_raw_m2().ok()), (None, None));
     let missing =
         |warning: &Warning| matches!(warning, Warning::RemissionMissing { hits, read } if read < hits);
     assert!(without.warnings.iter().any(missing), "{:?}", without.warnings);
 
     // A rig that does not read remission takes no notice of it.
     let unread = estimated(Parameters { remission: None, ..reading() }, Some(calibration), &scans);
-    assert_eq!(unread.leaf_area_m2, without.leaf_area_m2);
-    assert_eq!(unread.leaf_area_share_m2, None);
+    assert_eq!(unread.leaf.areas.best_m2().ok(), without.leaf.areas.best_m2().ok());
+    assert_eq!(unread.leaf.areas.share_m2().ok(), None);
 }
 
 #[test]
@@ -312,7 +321,7 @@ fn a_dazzled_beam_is_unknown_and_neither_hit_nor_gap() {
         }
     }
     let found = estimated(parameters(), None, &dazzled);
-    let of = |found: &Estimate| found.leaf_area_contact_raw_m2.unwrap() / found.scanned_m.unwrap();
+    let of = |found: &Estimate| found.leaf.areas.contact_raw_m2().ok().unwrap() / found.scanned_m.unwrap();
     assert!(relative(of(&found), of(&whole)) < 0.02, "{} {}", of(&found), of(&whole));
     assert!(found.ranges.invalid > 0 && found.ranges.misses < whole.ranges.misses);
 }

@@ -11,7 +11,7 @@ use crate::judge::{self, Judged, Runs};
 use crate::onlooker::Onlooker;
 use crate::runner::{self, Beside, RunRecord};
 use crate::scenario::{Mode, Scenario};
-use crate::verdict::{Case, ENDED_EARLY, HELD_BACK, Tried, Verdict, name_of, rerun};
+use crate::verdict::{Case, ENDED_EARLY, HELD_BACK, Tried, Verdict, WARNING, name_of, rerun};
 use crate::what::Kind;
 
 /// Events told with a failure.
@@ -180,6 +180,7 @@ fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
     if run.fault_events_lost > 0 {
         facts.push(("fault_events_lost".to_owned(), run.fault_events_lost.to_string()));
     }
+    facts.extend(run.warnings.iter().map(|what| (WARNING.to_owned(), what.clone())));
     facts.extend(course::early(scenario, run).map(|early| (ENDED_EARLY.to_owned(), early)));
     let mut held: Vec<&str> = scenario.faults.iter().filter_map(ScenarioFault::holds_back).collect();
     held.dedup();

@@ -83,11 +83,6 @@ impl FaultDesk {
         Ok(Self { control, journal, work: Arc::new(Mutex::new(work)) })
     }
 
-    /// Begins and ends faults on time, also while nothing passes. Runs until it is dropped.
-    pub(crate) async fn drive(self) {
-        self.control.drive().await;
-    }
-
     /// Notes what faults have done. Called before bytes are counted, so that events and counts have one order.
     pub(crate) fn note(&self) {
         let mut work = self.lock();

@@ -2,75 +2,62 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::time::Duration;
 
-use rowscan_bus::Bus;
-use rowscan_bus::link::{Found, Link};
-use rowscan_bus::nmea::{GnssEpochs, NmeaLine, NmeaPlace};
-use rowscan_bus::tractor::TractorEcu;
+use rowscan_bench::{
+    At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
+};
+use rowscan_emulator::EndWhen;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{
-    Counting, Emulator, EmulatorConfig, EndWhen, Hold, LineWatch, Rig, Running, SeenRig, SeenScanner,
-    SerialConfig, SerialEmulator, StageRow, faulty_wire, pause_slack,
-};
-use rowscan_faults::{FaultControl, Language, Medium};
-use rowscan_ports::Pty;
-use rowscan_ports::task;
-use rowscan_protocol::device::{DialectPolicy, Options, Start};
-use rowscan_protocol::lms2xx;
-use rowscan_protocol::model::Model;
-use rowscan_recording::{StreamKind, Taps};
-use rowscan_scenes::files::load_scene;
+use rowscan_protocol::device::{DialectPolicy, Start};
+use rowscan_recording::Taps;
+use rowscan_scenes::files::{Warning, load_scene};
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
-use rowscan_vehicle::Tractor;
-use tokio::task::JoinSet;
 
 use crate::fault::ScenarioFault;
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
 use crate::journal::Journal;
 use crate::onlooker::Onlooker;
-use crate::scenario::{DeviceKind, DeviceSpec, End, Mode, PortSpec, Scenario};
+use crate::scenario::{DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::verdict::name_of;
 use crate::witness::Witness;
 
 /// Why a rig cannot be, in words: each is a verdict of its own.
 pub(crate) type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// A rig whose time runs.
-pub(crate) struct Bench {
+/// A rig whose time runs, and who looks at it.
+pub(crate) struct ScenarioRig {
     pub(crate) stage: Stage,
+    pub(crate) bench: Bench,
     pub(crate) journal: Journal,
     pub(crate) witness: Witness,
-    pub(crate) running: Running,
-    /// Holds the drive until every child is ready.
-    pub(crate) hold: Hold,
     /// Where things are, by placeholder.
     pub(crate) places: BTreeMap<String, String>,
     /// What goes wrong.
     pub(crate) desk: FaultDesk,
-    /// What everything rides on.
-    pub(crate) tractor: Tractor,
     /// What its buses have heard.
     pub(crate) frames: Frames,
-    emulators: Vec<Scanner>,
-    _driving: JoinSet<()>,
     /// Who looks at it, until it is over.
     _seen: Option<Box<dyn Send>>,
 }
 
-/// Grows the scenario's orchard; the seed that counts.
-pub(crate) fn grow(scenario: &Scenario, seed: Option<u64>) -> Result<Stage, Failure> {
+/// Grows the scenario's orchard; the seed that counts. `tell` hears what the user should know of its scene.
+pub(crate) fn grow(
+    scenario: &Scenario,
+    seed: Option<u64>,
+    tell: impl FnMut(Warning),
+) -> Result<Stage, Failure> {
     let beside = scenario.folder().join(&scenario.scene);
     let name = if beside.is_file() { beside.to_string_lossy().into_owned() } else { scenario.scene.clone() };
-    let mut scene = load_scene(&name)?;
+    let mut scene = load_scene(&name, tell)?;
     scene.seed = seed.unwrap_or(scene.seed);
     Ok(Stage::grow(scene, &|_, _| {})?)
 }
 
-impl Bench {
+impl ScenarioRig {
     /// Puts the scenario's rig on `stage` and starts its time, with these of its faults; pseudo-terminals appear in `folder`.
     pub(crate) async fn start(
         scenario: &Scenario,
@@ -79,246 +66,129 @@ impl Bench {
         (faults, onlooker): (&[ScenarioFault], Option<&dyn Onlooker>),
     ) -> Result<Self, Failure> {
         let scale = scenario.clock.scale.map_or(TimeScale::Max, TimeScale::Paced);
-        let tractor = stage.tractor();
-        let mut rig = Rig::new(tractor.clone(), scale).with_timer(Timer::system()).until(end(scenario.end));
-        let hold = rig.hold();
         let mut places = BTreeMap::new();
-        if scenario.clock.mode == Mode::Lockstep {
-            let config =
-                LockstepConfig { acks: scenario.clock.acks.clone(), deadline: scenario.clock.deadline };
-            let lockstep = Lockstep::open(config).await?;
-            places.extend(lockstep.address().map(|address| ("ack".to_owned(), address.to_string())));
-            rig = rig.in_lockstep(lockstep);
-        }
-        let journal = Journal::new(rig.clock(), tractor.clone());
-        let witness = Witness::new(journal.clone());
-        let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
-        let (control, events) = FaultControl::new(stage.scene.seed, rig.clock(), Some(row));
-        let look = onlooker.map(|onlooker| onlooker.come(rig.clock()));
-        let taps = look.as_ref().map_or_else(Taps::default, |look| look.taps()).and(witness.taps());
-        let (mut emulators, mut seen, frames) = (Vec::new(), Vec::new(), Frames::default());
+        let lockstep = lockstep(scenario, &mut places).await?;
+        let mut spec = BenchSpec::new(&stage, scale);
+        spec.time = TimeSpec {
+            timer: Timer::system(),
+            end: Some(end(scenario.end)),
+            lockstep,
+            held: true,
+            ..TimeSpec::default()
+        };
+        let journal = Journal::new(spec.clock(), spec.tractor());
+        let (witness, frames) = (Witness::new(journal.clone()), Frames::default());
+        let look = onlooker.map(|onlooker| onlooker.come(spec.clock()));
+        spec.taps = look.as_ref().map_or_else(Taps::default, |look| look.taps()).and(witness.taps());
+        spec.nmea_taps = witness.taps();
+        (spec.faults, spec.watched) = (true, true);
         for device in &scenario.devices {
-            let lines = LineWatch::default();
-            let wiring = Wiring {
-                rig: &mut rig,
-                stage: &stage,
-                scale,
-                witness: &witness,
-                control: &control,
-                taps: &taps,
-                lines: &lines,
-            };
-            let emulator = wiring.add(device, folder, &mut places).await?;
-            seen.push(SeenScanner {
-                name: device.id.clone(),
-                number: device.scanner,
-                model: device.kind.model(),
-                lines,
-                counting: emulator.counting(),
-            });
-            emulators.push(emulator);
+            let as_fitted = rig_with(&stage.rig, device.scanner, device.kind.model().name());
+            let reading = Reading::of(Some(&as_fitted), device.scanner, true, CalibrationChoice::OfRig)?;
+            witness.watch(&device.id, reading.pipeline);
+            spec.scanners.push(scanner(device, folder));
         }
-        for port in &scenario.buses {
-            add_bus(&mut rig, (&stage, &frames), port, folder, &mut places).await?;
+        for bus in &scenario.buses {
+            let ports = bus.ports.iter().map(|port| in_folder(port, folder).parse());
+            let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
+            spec.buses.push(BusSpec { taps: frames.taps(), ..bus });
         }
-        if !scenario.nmea.is_empty() {
-            let mut lines = Vec::new();
-            for port in &scenario.nmea {
-                lines.push(open_nmea(&stage, port, folder, &mut places).await?);
-            }
-            let epochs = GnssEpochs::new(tractor.clone(), stage.receiver());
-            rig.gnss(epochs, lines, &witness.taps());
+        for port in &scenario.nmea {
+            spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
+        }
+        let mut bench = Bench::open(spec).await?;
+        placeholders(scenario, &bench, &mut places);
+        for scanner in bench.scanners() {
+            witness.hear(&scanner.id, scanner.counts());
         }
         let ids = scenario.devices.iter().map(|device| device.id.clone()).collect();
-        let desk = FaultDesk::start((control, events), faults, ids, journal.clone())?;
+        let plan = bench.faults().cloned().zip(bench.take_fault_events());
+        let plan = plan.ok_or("the bench was opened without faults")?;
+        let desk = FaultDesk::start(plan, faults, ids, journal.clone())?;
         witness.beside(desk.clone());
-        let mut driving = JoinSet::new();
-        driving.spawn(task(desk.clone().drive()));
         let seen = look.map(|look| {
-            let seen = SeenRig {
-                title: format!("rowscan check {}, seed {}", name_of(&scenario.path), stage.scene.seed),
-                stage: &stage,
-                tractor: tractor.clone(),
-                clock: rig.clock(),
-                scanners: seen,
-            };
-            look.begin(seen, rig.control())
+            let title = format!("rowscan check {}, seed {}", name_of(&scenario.path), stage.scene.seed);
+            look.begin(bench.seen(title, &stage), bench.control().clone())
         });
-        let running = rig.run();
-        Ok(Self {
-            stage,
-            journal,
-            witness,
-            running,
-            hold,
-            places,
-            desk,
-            tractor,
-            frames,
-            emulators,
-            _driving: driving,
-            _seen: seen,
-        })
+        bench.run();
+        Ok(Self { stage, bench, journal, witness, places, desk, frames, _seen: seen })
     }
 
-    /// Scans left out because the host was too slow, of all scanners.
+    /// Scans left out because the host was too slow, of all scanners. An LMS2xx sends what it has, late.
     pub(crate) fn scans_missed(&self) -> u64 {
-        self.emulators.iter().map(Scanner::missed).sum()
+        let missed =
+            self.bench.scanners().iter().filter_map(|scanner| scanner.counts().counts()?.scans_missed);
+        missed.sum()
     }
 }
 
 fn end(end: End) -> EndWhen {
     match end {
         End::RowM(row_m) => EndWhen::RowM(row_m),
-        End::Seconds(seconds) => EndWhen::Driven(std::time::Duration::from_secs_f64(seconds)),
+        End::Seconds(seconds) => EndWhen::Driven(Duration::from_secs_f64(seconds)),
         End::Scans(scans) => EndWhen::Scans(scans),
     }
 }
 
-/// A scanner that is set up; dropping it ends it.
-enum Scanner {
-    Cola(Emulator),
-    Lms2xx(SerialEmulator),
+/// The acknowledgements that time waits for, with the place of their endpoint.
+async fn lockstep(
+    scenario: &Scenario,
+    places: &mut BTreeMap<String, String>,
+) -> Result<Option<Lockstep>, Failure> {
+    if scenario.clock.mode != Mode::Lockstep {
+        return Ok(None);
+    }
+    let config = LockstepConfig { acks: scenario.clock.acks.clone(), deadline: scenario.clock.deadline };
+    let lockstep = Lockstep::open(config).await?;
+    places.extend(lockstep.address().map(|address| ("ack".to_owned(), address.to_string())));
+    Ok(Some(lockstep))
 }
 
-impl Scanner {
-    fn counting(&self) -> Counting {
-        match self {
-            Self::Cola(emulator) => emulator.into(),
-            Self::Lms2xx(emulator) => emulator.into(),
-        }
-    }
-
-    fn missed(&self) -> u64 {
-        match self {
-            Self::Cola(emulator) => emulator.counts().scans_missed,
-            // It sends what it has, late.
-            Self::Lms2xx(_) => 0,
-        }
-    }
-}
-
-/// What a scanner is wired to.
-struct Wiring<'a> {
-    rig: &'a mut Rig,
-    stage: &'a Stage,
-    scale: TimeScale,
-    witness: &'a Witness,
-    control: &'a FaultControl,
-    /// Where copies of all bytes go.
-    taps: &'a Taps,
-    /// Where its lines can be watched.
-    lines: &'a LineWatch,
-}
-
-impl Wiring<'_> {
-    async fn add(
-        self,
-        spec: &DeviceSpec,
-        folder: &Path,
-        places: &mut BTreeMap<String, String>,
-    ) -> Result<Scanner, Failure> {
-        let as_fitted = rig_with(&self.stage.rig, spec.scanner, spec.kind.model().name());
-        let reading = Reading::of(Some(&as_fitted), spec.scanner, true, CalibrationChoice::OfRig)?;
-        self.witness.watch(&spec.id, reading.pipeline);
-        match &spec.kind {
-            DeviceKind::Cola { model, tcp, start } => {
-                let mut emulator = self.cola(spec, model, *start)?;
-                let bound = emulator.listen(tcp).await?;
-                places.insert(format!("{}.tcp", spec.id), bound.address.to_string());
-                Ok(Scanner::Cola(emulator))
-            }
-            DeviceKind::Lms2xx { link, .. } => {
-                let pty = Pty::open(&folder.join(link))?;
-                places.insert(format!("{}.path", spec.id), pty.path().to_string_lossy().into_owned());
-                self.lms2xx(spec, pty).map(Scanner::Lms2xx)
-            }
-        }
-    }
-
-    fn cola(self, spec: &DeviceSpec, model: &'static Model, start: Start) -> Result<Emulator, Failure> {
-        let (device, view) = self.stage.scanner_on(&self.rig.tractor(), spec.scanner, model)?;
-        let device = device.with_options(Options {
-            profile: spec.profile,
-            start,
-            seed: self.stage.scene.seed,
-            scanner: u32::try_from(spec.scanner).unwrap_or(u32::MAX),
-            ..Options::default()
-        });
-        let config = EmulatorConfig {
-            time_scale: self.scale,
-            taps: self.taps.clone(),
-            lines: Some(self.lines.clone()),
-            stream: Some(spec.id.clone()),
-            faults: Some(self.control.stream(&spec.id, Medium::Tcp, Language::Cola)),
-            dialects: match start {
-                Start::Stored(dialect) => DialectPolicy::Strict(dialect),
+/// A scanner of the scenario as a bench has it.
+fn scanner(device: &ScenarioDevice, folder: &Path) -> ScannerSpec {
+    let spec = ScannerSpec {
+        id: device.id.clone(),
+        stream: Some(device.id.clone()),
+        ..ScannerSpec::new(device.scanner, device.kind.model())
+    };
+    let of = DeviceSpec { profile: device.profile, ..DeviceSpec::default() };
+    match &device.kind {
+        DeviceKind::Cola { tcp, start, .. } => {
+            let dialects = match start {
+                Start::Stored(dialect) => DialectPolicy::Strict(*dialect),
                 _ => DialectPolicy::Auto,
-            },
-            ..EmulatorConfig::default()
-        };
-        let emulator = self.rig.scanner(device, view, config);
-        self.witness.hear(&spec.id, emulator.counter());
-        Ok(emulator)
+            };
+            let of = DeviceSpec { start: Some(StartState::Cola(*start)), ..of };
+            ScannerSpec { device: of, dialects, ..spec }.at(Endpoint::Tcp(tcp.clone()))
+        }
+        DeviceKind::Lms2xx { link, start, rate, .. } => {
+            let of = DeviceSpec { start: Some(StartState::Lms2xx(*start)), rate: *rate, ..of };
+            ScannerSpec { device: of, ..spec }.at(Endpoint::Pty(folder.join(link)))
+        }
     }
+}
 
-    fn lms2xx(self, spec: &DeviceSpec, pty: Pty) -> Result<SerialEmulator, Failure> {
-        let DeviceKind::Lms2xx { model, start, rate, .. } = &spec.kind else {
-            return Err("a network scanner has no serial line".into());
+/// Where each part is found: `ID.tcp` and `ID.path` of scanners, `ID.path` and `ID.address` of the rest; of several ports of one bus the first under its kind
+/// of place, all under `ID.0`, `ID.1` and so on.
+fn placeholders(scenario: &Scenario, bench: &Bench, places: &mut BTreeMap<String, String>) {
+    let mut ports: BTreeMap<&str, u32> = BTreeMap::new();
+    for place in bench.places() {
+        let is_scanner = scenario.devices.iter().any(|device| device.id == place.part);
+        let kind = match &place.at {
+            At::Path(_) => "path",
+            At::Address(_) | At::Name(_) if is_scanner => "tcp",
+            At::Address(_) | At::Name(_) => "address",
         };
-        let options = lms2xx::device::Options {
-            profile: spec.profile,
-            start: *start,
-            stored_rate: *rate,
-            pause_slack: pause_slack(spec.profile, self.scale),
-            ..lms2xx::device::Options::default()
-        };
-        let set_up = self.stage.serial_scanner_on(&self.rig.tractor(), spec.scanner, model, options)?;
-        let faults = self.control.stream(&spec.id, Medium::Wire, Language::Lms2xx);
-        let tap = self.taps.open(&spec.id, StreamKind::Lms2xx);
-        let wire = faulty_wire(Box::new(pty), &faults, tap);
-        let config = SerialConfig {
-            stream: Some(spec.id.clone()),
-            lines: Some(self.lines.clone()),
-            ..SerialConfig::at(self.scale)
-        };
-        Ok(self.rig.lms2xx(set_up.0, set_up.1, wire, config))
+        let number = ports.entry(&place.part).or_default();
+        if !is_scanner {
+            places.insert(format!("{}.{number}", place.part), place.at.to_string());
+        }
+        *number += 1;
+        places.entry(format!("{}.{kind}", place.part)).or_insert_with(|| place.at.to_string());
     }
 }
 
 /// A port with the placeholder `{run}` filled in.
 fn in_folder(port: &str, folder: &Path) -> String {
     port.replace("{run}", &folder.to_string_lossy())
-}
-
-async fn add_bus(
-    rig: &mut Rig,
-    (stage, frames): (&Stage, &Frames),
-    spec: &PortSpec,
-    folder: &Path,
-    places: &mut BTreeMap<String, String>,
-) -> Result<(), Failure> {
-    let address = in_folder(&spec.port, folder).parse()?;
-    let mut tell = |link: &Link| {
-        let found = link.found();
-        let key = if matches!(found, Found::Path(_)) { "path" } else { "address" };
-        places.insert(format!("{}.{key}", spec.id), found.to_string());
-    };
-    let bus = Bus::open(&[address], &mut tell).await?;
-    let ecu = TractorEcu::new(rig.tractor(), stage.receiver());
-    rig.bus(ecu, bus, None, &frames.taps());
-    Ok(())
-}
-
-async fn open_nmea(
-    stage: &Stage,
-    spec: &PortSpec,
-    folder: &Path,
-    places: &mut BTreeMap<String, String>,
-) -> Result<NmeaLine, Failure> {
-    let address = in_folder(&spec.port, folder).parse()?;
-    let line = NmeaLine::open(&address, stage.scene.gnss.rate_hz).await?;
-    let key = if matches!(line.place(), NmeaPlace::Path(_)) { "path" } else { "address" };
-    places.insert(format!("{}.{key}", spec.id), line.place().to_string());
-    Ok(line)
 }

@@ -18,7 +18,7 @@ use crate::frames::Frames;
 use crate::journal::{END, Event, Journal};
 use crate::onlooker::Onlooker;
 use crate::pause::{self, Timing};
-use crate::rig::{self, Bench, Failure};
+use crate::rig::{self, Failure, ScenarioRig};
 use crate::scenario::{Mode, Ready, RunSpec, Scenario};
 use crate::truth;
 use crate::witness::Stream;
@@ -62,6 +62,8 @@ pub(crate) struct RunRecord {
     /// How often each fault acted, by id.
     pub(crate) fault_acts: BTreeMap<String, u64>,
     pub(crate) truth: Option<truth::Trees>,
+    /// What the user should know of the scene.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// What one child left.
@@ -96,6 +98,7 @@ pub(crate) async fn run(
         fault_events_lost: 0,
         fault_acts: BTreeMap::new(),
         truth: None,
+        warnings: Vec::new(),
     };
     if let Err(failure) = drive(scenario, seed, folder, (faults, beside, &mut record)).await {
         record.error = Some(failure.to_string());
@@ -110,21 +113,22 @@ async fn drive(
     folder: &Path,
     (faults, beside, record): (&[ScenarioFault], Beside<'_>, &mut RunRecord),
 ) -> Result<(), Failure> {
-    let stage = rig::grow(scenario, seed)?;
+    let stage = rig::grow(scenario, seed, |warning| record.warnings.push(warning.to_string()))?;
     record.seed = stage.scene.seed;
-    let mut bench = Bench::start(scenario, stage, folder, (faults, beside.onlooker)).await?;
-    let journal = bench.journal.clone();
+    let mut rig = ScenarioRig::start(scenario, stage, folder, (faults, beside.onlooker)).await?;
+    let journal = rig.journal.clone();
     record.journal = Some(journal.clone());
     let mut children = Vec::new();
     let program =
         beside.program.map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
-    bench.places.extend(program);
-    let pauses = pauses(scenario, &bench, faults)?;
-    let Bench { running, places, hold, desk, frames, .. } = &mut bench;
+    rig.places.extend(program);
+    let pauses = pauses(scenario, &rig, faults)?;
+    let ScenarioRig { bench, places, desk, frames, .. } = &mut rig;
+    let hold = bench.hold().cloned().ok_or("the drive is not held")?;
     let ended: Result<Option<String>, Failure> = tokio::select! {
         biased;
-        ended = running.ended() => ended.map(|()| None).map_err(Failure::from),
-        ended = accompany(scenario, (folder, record.seed), (places, hold, desk, frames), (&journal, pauses), &mut children) => ended.map(Some),
+        ended = bench.ended() => ended.map(|()| None).map_err(Failure::from),
+        ended = accompany(scenario, (folder, record.seed), (places, &hold, desk, frames), (&journal, pauses), &mut children) => ended.map(Some),
     };
     record.ended = journal.now();
     desk.note();
@@ -134,18 +138,18 @@ async fn drive(
         Err(failure) => failure.to_string(),
     };
     journal.note(END, why);
-    record.streams = bench.witness.close();
-    let unfinished = bench.desk.unfinished();
-    bench.desk.heal();
-    record.fault_events_lost = bench.desk.events_lost();
-    record.fault_acts = bench.desk.acts();
+    record.streams = rig.witness.close();
+    let unfinished = rig.desk.unfinished();
+    rig.desk.heal();
+    record.fault_events_lost = rig.desk.events_lost();
+    record.fault_acts = rig.desk.acts();
     for child in &mut children {
         child.end().await;
         record.children.insert(child.id.clone(), record_of(scenario, child));
     }
     record.events = journal.events();
-    record.scans_missed = bench.scans_missed();
-    record.truth = Some(truth::Trees::of(&bench.stage));
+    record.scans_missed = rig.scans_missed();
+    record.truth = Some(truth::Trees::of(&rig.stage));
     record.left = ended?;
     if let Some(unfinished) = unfinished {
         return Err(unfinished.into());
@@ -164,7 +168,7 @@ fn record_of(scenario: &Scenario, child: &Child) -> ChildRecord {
 /// The pauses among the faults, each with the number of its child and what it is timed by.
 fn pauses(
     scenario: &Scenario,
-    bench: &Bench,
+    rig: &ScenarioRig,
     faults: &[ScenarioFault],
 ) -> Result<Vec<(usize, Pause, Timing)>, Failure> {
     let pauses = faults.iter().filter_map(|fault| match fault {
@@ -178,10 +182,10 @@ fn pauses(
             format!("fault `{}`: `on` names one of the runs: {}", pause.id, known.join(", "))
         })?;
         let timing = Timing {
-            journal: bench.journal.clone(),
-            witness: bench.witness.clone(),
-            row: StageRow::new(bench.tractor.clone(), &bench.stage.orchard),
-            desk: bench.desk.clone(),
+            journal: rig.journal.clone(),
+            witness: rig.witness.clone(),
+            row: StageRow::new(rig.bench.tractor().clone(), &rig.stage.orchard),
+            desk: rig.desk.clone(),
         };
         Ok((child, pause.clone(), timing))
     });

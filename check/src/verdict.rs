@@ -12,6 +12,9 @@ pub(crate) const HELD_BACK: &str = "held_back_beyond_steps";
 /// The fact that the run ended before its end, and how.
 pub(crate) const ENDED_EARLY: &str = "ended_early";
 
+/// The fact that something in the scene's file should be known.
+pub(crate) const WARNING: &str = "warning";
+
 /// How one expectation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -110,6 +113,11 @@ impl Tried {
             _ => None,
         };
         self.facts.iter().filter_map(note).collect()
+    }
+
+    /// What the user should know of the scene's file.
+    pub fn warnings(&self) -> impl Iterator<Item = &str> {
+        self.facts.iter().filter(|(fact, _)| fact == WARNING).map(|(_, what)| what.as_str())
     }
 
     /// True if nothing failed and everything could be judged.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::{Estimate, Pipeline};
-use rowscan_emulator::Counter;
+use rowscan_emulator::CountReader;
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
@@ -62,7 +62,7 @@ pub(crate) struct Stream {
     bad: u64,
     connections: u64,
     /// What the device says of itself.
-    device: Option<Counter>,
+    device: Option<CountReader>,
     /// Scans that it had not sent when the first one was delivered.
     not_sent_before: Option<u64>,
     not_sent: u64,
@@ -145,8 +145,8 @@ impl Stream {
 
     /// Takes a scan in that is delivered at `at`, where the drive has started at `began`.
     fn scan(&mut self, at: SimTime, scan: &Scan, began: Option<SimTime>) {
-        if let Some(counts) = self.device.as_ref().and_then(Counter::counts) {
-            self.not_sent = counts.scans_not_sent();
+        if let Some(not_sent) = self.device.as_ref().and_then(|reader| reader.counts()?.scans_not_sent()) {
+            self.not_sent = not_sent;
             self.not_sent_before.get_or_insert(self.not_sent);
         }
         self.scan_times.push(at);
@@ -213,7 +213,7 @@ impl Witness {
     }
 
     /// Hears what `counter` says of the device `id`.
-    pub(crate) fn hear(&self, id: &str, counter: Counter) {
+    pub(crate) fn hear(&self, id: &str, counter: CountReader) {
         if let Some(stream) = self.lock().streams.get_mut(id) {
             stream.device = Some(counter);
         }

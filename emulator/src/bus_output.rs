@@ -6,7 +6,7 @@ use std::task::{Context, Poll};
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::troubles::{Carried, Speaker};
-use rowscan_bus::{Bus, BusNews, BusWatch, CanFrame, Inbox};
+use rowscan_bus::{Bus, BusNews, BusWatch, CanFrame, Inbox, Origin};
 use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
@@ -27,7 +27,7 @@ pub(crate) struct BusOutput {
     bus: Bus,
     inbox: Inbox,
     /// What the ports have heard and is not answered yet.
-    heard: VecDeque<(usize, PortEvent)>,
+    heard: VecDeque<(Origin, PortEvent)>,
     watch: BusWatch,
     /// Where news of the bus go; nobody is waited for.
     news: Option<mpsc::Sender<BusNews>>,
@@ -105,7 +105,7 @@ impl BusOutput {
 
     /// Answers what was heard, and passes frames on from port to port.
     pub(crate) async fn respond(&mut self, at: SimTime, delivery: Delivery) {
-        while let Some((port, heard)) = self.heard.pop_front() {
+        while let Some((origin, heard)) = self.heard.pop_front() {
             let mut replies = Vec::new();
             match heard {
                 PortEvent::Opened => {
@@ -115,7 +115,7 @@ impl BusOutput {
                     }
                 }
                 PortEvent::Frame(frame) => {
-                    let said = vec![(Speaker::Port(port), frame)];
+                    let said = vec![(Speaker::Port(origin), frame)];
                     let carried = self.faults.carry(at, &mut self.ecu, said);
                     self.put(at, carried, delivery).await;
                     self.counts.iter().for_each(|count| count.frame(frame.id.bits()));
@@ -123,7 +123,7 @@ impl BusOutput {
                 PortEvent::Lost(_) => {}
             }
             if let (Some(news), Some(told)) =
-                (self.watch.news(port, heard, self.ecu.address_state()), &self.news)
+                (self.watch.news(origin.port, heard, self.ecu.address_state()), &self.news)
             {
                 let _ = told.try_send(news);
             }
@@ -157,7 +157,7 @@ impl BusOutput {
             match carried {
                 Carried::Frame(speaker, frame) => {
                     let (side, from) = match speaker {
-                        Speaker::Port(port) => (Side::Host, Some(port)),
+                        Speaker::Port(origin) => (Side::Host, Some(origin)),
                         Speaker::Tractor | Speaker::Ghost(_) => (Side::Device, None),
                     };
                     self.tap.record(side, frame.to_text().as_bytes());

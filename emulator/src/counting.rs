@@ -1,34 +1,136 @@
 //! What a scanner has done, whichever family it is of.
 
+use std::fmt;
+use std::sync::Arc;
+
 use crate::lms2xx::SerialCounts;
-use crate::scanner::{Counter, Emulator};
+use crate::refused_settings::RefusedSetting;
+use crate::scanner::Emulator;
 use crate::serial_emulator::SerialEmulator;
+use crate::shared::EmulatorCounts;
 
-/// Tells what a scanner has done, for as long as anyone asks.
-pub enum Counting {
-    /// A scanner that speaks CoLa.
-    Cola(Counter),
-    /// An LMS2xx.
-    Lms2xx(Box<dyn Fn() -> SerialCounts + Send + Sync>),
+/// What a virtual scanner has done. What its family does not count is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ScannerCounts {
+    /// Scan telegrams handed to clients.
+    pub scans_sent: u64,
+    /// Scan telegrams that clients were too slow to take.
+    pub scans_dropped: Option<u64>,
+    /// Scans left out because the host was too slow.
+    pub scans_missed: Option<u64>,
+    /// Scans measured while nobody took them.
+    pub scans_unheard: Option<u64>,
+    /// What became of connections.
+    pub connections: Option<ConnectionCounts>,
+    /// Bytes lost because the client of a line did not take them.
+    pub bytes_lost: Option<u64>,
 }
 
-impl From<&Emulator> for Counting {
-    fn from(emulator: &Emulator) -> Self {
-        Self::Cola(emulator.counter())
+/// What became of connections in a full house.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ConnectionCounts {
+    /// Turned away.
+    pub refused: u64,
+    /// Closed because not one valid telegram had come.
+    pub silent: u64,
+    /// Closed because nothing had passed for too long.
+    pub idle: u64,
+}
+
+impl ScannerCounts {
+    /// Scans it has measured, or would have, and not sent to the client it has. With several clients a scan may count more than once. None where its
+    /// family does not count them.
+    pub fn scans_not_sent(&self) -> Option<u64> {
+        Some(self.scans_dropped? + self.scans_missed? + self.scans_unheard?)
     }
 }
 
-impl From<&SerialEmulator> for Counting {
-    fn from(emulator: &SerialEmulator) -> Self {
-        Self::Lms2xx(Box::new(emulator.counting()))
+impl From<EmulatorCounts> for ScannerCounts {
+    fn from(counts: EmulatorCounts) -> Self {
+        Self {
+            scans_sent: counts.scans_sent,
+            scans_dropped: Some(counts.scans_dropped),
+            scans_missed: Some(counts.scans_missed),
+            scans_unheard: Some(counts.scans_unheard),
+            connections: Some(ConnectionCounts {
+                refused: counts.connections_refused,
+                silent: counts.connections_silent,
+                idle: counts.connections_idle,
+            }),
+            bytes_lost: None,
+        }
     }
 }
 
-impl std::fmt::Debug for Counting {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Cola(_) => "Counting::Cola",
-            Self::Lms2xx(_) => "Counting::Lms2xx",
-        })
+impl From<SerialCounts> for ScannerCounts {
+    fn from(counts: SerialCounts) -> Self {
+        Self { scans_sent: counts.scans_sent, bytes_lost: Some(counts.bytes_lost), ..Self::default() }
+    }
+}
+
+/// Tells what a scanner has done, for as long as anyone asks, and does not keep it running.
+#[derive(Clone)]
+pub struct CountReader {
+    counts: Arc<dyn Fn() -> Option<ScannerCounts> + Send + Sync>,
+    clients: Arc<dyn Fn() -> Option<usize> + Send + Sync>,
+}
+
+impl CountReader {
+    /// Its counts so far; none once it is gone.
+    pub fn counts(&self) -> Option<ScannerCounts> {
+        (self.counts)()
+    }
+
+    /// How many clients are connected; none once it is gone, and of a line, which has one client at most.
+    pub fn clients(&self) -> Option<usize> {
+        (self.clients)()
+    }
+}
+
+impl fmt::Debug for CountReader {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("CountReader").field(&self.counts()).finish()
+    }
+}
+
+/// A virtual scanner as a bench has it, whichever family it is of. Dropping it ends it.
+pub trait VirtualScanner: fmt::Debug + Send + Sync {
+    /// A handle that tells what it has done.
+    fn count_reader(&self) -> CountReader;
+
+    /// What a replay has refused because the recorded scans would have to be others.
+    fn refused_settings(&self) -> Vec<RefusedSetting>;
+
+    /// What it has done so far.
+    fn scanner_counts(&self) -> ScannerCounts {
+        self.count_reader().counts().unwrap_or_default()
+    }
+}
+
+impl VirtualScanner for Emulator {
+    fn count_reader(&self) -> CountReader {
+        let (counter, clients) = (self.counter(), self.counter());
+        CountReader {
+            counts: Arc::new(move || counter.counts().map(ScannerCounts::from)),
+            clients: Arc::new(move || clients.clients()),
+        }
+    }
+
+    fn refused_settings(&self) -> Vec<RefusedSetting> {
+        Emulator::refused_settings(self)
+    }
+}
+
+impl VirtualScanner for SerialEmulator {
+    fn count_reader(&self) -> CountReader {
+        let counted = self.counting();
+        CountReader {
+            counts: Arc::new(move || Some(ScannerCounts::from(counted()))),
+            clients: Arc::new(|| None),
+        }
+    }
+
+    fn refused_settings(&self) -> Vec<RefusedSetting> {
+        Vec::new()
     }
 }

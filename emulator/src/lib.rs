@@ -23,7 +23,7 @@
 //!
 //! # #[tokio::main(flavor = "current_thread")]
 //! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let scene = scene_from_text("version = 1\n[orchard]\ntrees = 1\n")?;
+//! let scene = scene_from_text("version = 1\n[orchard]\ntrees = 1\n", |_| {})?;
 //! let stage = Stage::grow(scene, &|_, _| {})?;
 //! let (device, view) = stage.scanner(0, model::by_name("tim561").ok_or("no such model")?)?;
 //! let config = EmulatorConfig { time_scale: TimeScale::Max, ..EmulatorConfig::default() };
@@ -93,9 +93,8 @@ mod timeline;
 mod turns;
 mod view;
 
-pub use counting::Counting;
+pub use counting::{ConnectionCounts, CountReader, ScannerCounts, VirtualScanner};
 pub use end::EndWhen;
-pub use faulty_wire::faulty_wire;
 pub use hold::Hold;
 pub use line_change::LineChange;
 pub use line_watch::{LineWatch, LineWatcher, SeenLine};

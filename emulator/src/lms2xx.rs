@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_faults::StreamFaults;
 use rowscan_ports::in_flight::Pending;
 use rowscan_ports::{Delivery, Wire, uart};
 use rowscan_protocol::device::{Mirror, Profile};
@@ -47,12 +48,14 @@ pub struct SerialConfig {
     pub stream: Option<String>,
     /// Where its lines can be watched, if anywhere; a recorded one has none to show.
     pub lines: Option<LineWatch>,
+    /// What goes wrong between it and its client. Then a recording holds what went over the client's wire.
+    pub faults: Option<StreamFaults>,
 }
 
 impl SerialConfig {
     /// As it is out of the box, with simulated time at this scale.
     pub fn at(time_scale: TimeScale) -> Self {
-        Self { time_scale, state: None, taps: Taps::default(), stream: None, lines: None }
+        Self { time_scale, state: None, taps: Taps::default(), stream: None, lines: None, faults: None }
     }
 }
 
@@ -342,7 +345,7 @@ impl Lms2xxScanner {
         let rate = self.wire.client_rate()?.unwrap_or(own);
         let heard = uart::hear(bytes, rate, own);
         let now = self.clock.now();
-        let spacing = match self.wire.is_copper() {
+        let spacing = match self.wire.paces_itself() {
             true => Duration::ZERO,
             false => Duration::from_nanos(10_000_000_000 / u64::from(rate.max(1))),
         };

@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_device_is_set_up_without_a_wait_and_sends_every_scan() {
-        let mut scene = load_scene("spindle").expect("built in");
+        let mut scene = load_scene("spindle", |_| {}).expect("built in");
         (scene.orchard.trees, scene.orchard.tree.iterations) = (Some(1), Some(3));
         let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
         for model in MODELS.iter().copied() {

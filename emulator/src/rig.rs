@@ -12,7 +12,7 @@ use rowscan_faults::{FaultControl, Part, StreamFaults};
 use rowscan_ports::{Untaken, Wire};
 use rowscan_protocol::device::Device;
 use rowscan_protocol::lms2xx;
-use rowscan_recording::{StreamKind, Taps};
+use rowscan_recording::{StreamKind, Tap, Taps};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::trajectory::Trajectory;
 use tokio::sync::{Notify, mpsc};
@@ -22,6 +22,7 @@ use crate::clock::{SimClock, TimeScale, Timer};
 use crate::end::EndWhen;
 use crate::fault_source::FaultSource;
 use crate::faulted::{BusFaults, DeviceFaults, Receivers, VehiclePart};
+use crate::faulty_wire::faulty_wire;
 use crate::gnss_output::GnssOutput;
 use crate::hold::Hold;
 use crate::line_changes::LineChanges;
@@ -48,14 +49,19 @@ pub struct Rig {
     /// What goes wrong, if anything may.
     faults: Option<FaultSource>,
     receivers: Receivers,
-    /// Its buses, until faults know them.
-    buses: Vec<Arc<dyn Part>>,
+    /// Its buses by name, until faults know them.
+    buses: Vec<(String, Arc<dyn Part>)>,
 }
 
 impl Rig {
     /// An empty rig on `tractor`; called within the runtime it will run in.
     pub fn new(tractor: Tractor, time_scale: TimeScale) -> Self {
         Self::on(Arc::new(SimClock::start(time_scale)), tractor, StartWhen::default_at(time_scale))
+    }
+
+    /// An empty rig whose time is on `clock`; called within the runtime it will run in.
+    pub fn with_clock(clock: Arc<SimClock>, tractor: Tractor, start: StartWhen) -> Self {
+        Self::on(clock, tractor, start)
     }
 
     /// A rig whose scanners get their values from a recording, by the recording's clock.
@@ -90,8 +96,8 @@ impl Rig {
     pub fn set_faults(&mut self, control: &FaultControl) {
         if self.faults.is_none() {
             VehiclePart::name_all(control, &self.timeline.tractor, &self.receivers);
-            for (number, bus) in self.buses.iter().enumerate() {
-                control.part(&format!("can{number}"), Arc::clone(bus));
+            for (id, bus) in &self.buses {
+                control.part(id, Arc::clone(bus));
             }
             self.faults = Some(FaultSource::new(control.clone()));
         }
@@ -219,13 +225,15 @@ impl Rig {
         let tap = config.taps.open(stream, StreamKind::Lms2xx);
         let values = Values::Seen(Box::new(world));
         let clock = Arc::clone(&self.timeline.clock);
-        // Faults of its line, if it has any, know it by its name.
-        let troubles = wire.belongings().and_then(|it| it.downcast_ref::<StreamFaults>()).map(|faults| {
-            self.set_faults(&faults.control());
-            let device = DeviceFaults::lms2xx(&self.timeline.changed);
-            faults.part(Arc::<DeviceFaults>::clone(&device));
-            device
-        });
+        let (wire, tap, troubles) = match &config.faults {
+            Some(faults) => {
+                self.set_faults(&faults.control());
+                let device = DeviceFaults::lms2xx(&self.timeline.changed);
+                faults.part(Arc::<DeviceFaults>::clone(&device));
+                (faulty_wire(wire, faults, tap), Tap::default(), Some(device))
+            }
+            None => (wire, tap, None),
+        };
         let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap)
             .troubled(troubles)
             .watched(config.lines);
@@ -238,9 +246,10 @@ impl Rig {
         self.timeline.sources.push(Source::Lms2xx(Box::new(scanner)));
     }
 
-    /// Adds the tractor's control function on its bus; what happens on the bus goes to `news`, if anyone wants it.
+    /// Adds a bus, which faults know as `id`, with the tractor's control function on it; what happens on the bus goes to `news`, if anyone wants it.
     pub fn bus(
         &mut self,
+        id: &str,
         ecu: TractorEcu,
         bus: (Bus, Inbox),
         news: Option<mpsc::Sender<BusNews>>,
@@ -248,9 +257,9 @@ impl Rig {
     ) {
         let faults = BusFaults::new(&self.timeline.changed, bus.0.datagrams());
         if let Some(source) = &self.faults {
-            source.control().part(&format!("can{}", self.buses.len()), faults.part());
+            source.control().part(id, faults.part());
         }
-        self.buses.push(faults.part());
+        self.buses.push((id.to_owned(), faults.part()));
         self.receivers.gnss.store(true, Ordering::Relaxed);
         let output = BusOutput::new(ecu, bus, news, self.timeline.clock.delivery(), taps, faults);
         self.timeline.sources.push(Source::Bus(Box::new(output)));
@@ -316,6 +325,10 @@ impl SerialEmulator {
     ) -> Self {
         let (queue, values) = playback_queue::queue(clock.delivery());
         let tap = config.taps.open(name, StreamKind::Lms2xx);
+        let (wire, tap) = match &config.faults {
+            Some(faults) => (faulty_wire(wire, faults, tap), Tap::default()),
+            None => (wire, tap),
+        };
         let mut rig = Rig::playback(Arc::clone(&clock));
         let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
         let emulator = Self::of(&scanner);

@@ -6,7 +6,7 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_vehicle::Tractor;
 
 use crate::clock::SimClock;
-use crate::counting::Counting;
+use crate::counting::CountReader;
 use crate::line_watch::LineWatch;
 use crate::stage::Stage;
 
@@ -37,5 +37,5 @@ pub struct SeenScanner {
     /// Where its lines can be watched.
     pub lines: LineWatch,
     /// What it has done.
-    pub counting: Counting,
+    pub counts: CountReader,
 }

@@ -165,13 +165,6 @@ impl Counts {
     }
 }
 
-impl EmulatorCounts {
-    /// Scans it has measured, or would have, and not sent to the client it has. With several clients a scan may count more than once.
-    pub fn scans_not_sent(&self) -> u64 {
-        self.scans_dropped + self.scans_missed + self.scans_unheard
-    }
-}
-
 impl Shared {
     pub(crate) fn new(
         device: Device,

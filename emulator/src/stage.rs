@@ -138,7 +138,13 @@ impl Stage {
         let (min_range_m, max_range_m) = model.range_m();
         let limits = RangeLimits { min_range_m, max_range_m };
         let of_model = EyeModel { optics: model.optics(), echoes: model.echoes(), limits };
-        (!settings.stages.is_ideal()).then(|| Eye::new(of_model, settings, self.scene.seed, index))
+        let roof_sense = self
+            .true_rig
+            .scanners
+            .get(index)
+            .map_or_else(|| Mount::default().roof_sense(), Mount::roof_sense);
+        (!settings.stages.is_ideal())
+            .then(|| Eye::new(of_model, settings, self.scene.seed, index).under_roof(roof_sense))
     }
 
     /// What the beams meet.

@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn a_tree_is_reached_at_its_own_trunk() {
-        let copies = scene_from_text("version = 1\n[orchard]\ntrees = 12\ndistinct_trees = 3\n");
-        for scene in [load_scene("spindle").unwrap(), copies.unwrap()] {
+        let copies = scene_from_text("version = 1\n[orchard]\ntrees = 12\ndistinct_trees = 3\n", |_| {});
+        for scene in [load_scene("spindle", |_| {}).unwrap(), copies.unwrap()] {
             let (row, spacing_m) = row(&scene);
             for tree in 1..=4_u32 {
                 let reached_s = row.drives_to_tree(tree).unwrap().as_secs_f64();

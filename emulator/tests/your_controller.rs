@@ -8,7 +8,7 @@ use tokio::net::TcpStream;
 
 #[tokio::test]
 async fn my_controller_hears_scans() -> Result<(), Box<dyn std::error::Error>> {
-    let stage = Stage::grow(load_scene("spindle")?, &|_, _| {})?;
+    let stage = Stage::grow(load_scene("spindle", |_| {})?, &|_, _| {})?;
     let (device, view) = stage.scanner(0, model::by_name("lms111").ok_or("no such model")?)?;
     let mut scanner = Emulator::start(device, view, EmulatorConfig::default());
     let address = scanner.listen("127.0.0.1:0").await?.address;

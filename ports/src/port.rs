@@ -41,7 +41,7 @@ impl Wire for Port {
         true
     }
 
-    fn is_copper(&self) -> bool {
+    fn paces_itself(&self) -> bool {
         true
     }
 }

@@ -1,6 +1,5 @@
 //! What every kind of line has in common, seen from the scanner.
 
-use std::any::Any;
 use std::fmt;
 use std::io;
 
@@ -20,13 +19,8 @@ pub trait Wire: AsyncRead + AsyncWrite + Unpin + Send + fmt::Debug {
     fn is_open(&self) -> bool;
 
     /// True if bytes take their time on it by themselves.
-    fn is_copper(&self) -> bool {
+    fn paces_itself(&self) -> bool {
         false
-    }
-
-    /// What else belongs to it, for whoever knows the type: of a wire with faults, those.
-    fn belongings(&self) -> Option<&(dyn Any + Send + Sync)> {
-        None
     }
 }
 
@@ -43,12 +37,8 @@ impl Wire for Box<dyn Wire> {
         (**self).is_open()
     }
 
-    fn is_copper(&self) -> bool {
-        (**self).is_copper()
-    }
-
-    fn belongings(&self) -> Option<&(dyn Any + Send + Sync)> {
-        (**self).belongings()
+    fn paces_itself(&self) -> bool {
+        (**self).paces_itself()
     }
 }
 

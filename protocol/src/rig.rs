@@ -11,10 +11,14 @@ use crate::scan::Pose;
 mod apart;
 mod attitude;
 mod remission;
+mod roof;
+mod version;
 
 pub use apart::Apart;
 pub use attitude::{Attitude, Axes};
 pub use remission::RemissionReading;
+pub use roof::Roof;
+pub use version::{OLDEST_VERSION, OldRoof, VERSION};
 
 /// A tractor with its scanners. Speed and spacing are what the *estimator believes*; a scene fills them from the truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,8 +125,12 @@ pub struct Mount {
     pub model: String,
     /// Which way device-ahead (90°) points.
     pub orientation: Orientation,
-    /// For a side mount: which way the roof of the housing looks; turns the sense of the angle.
-    pub roof: Roof,
+    /// Which way along the drive the roof of the housing looks; turns the sense of the angle. Left out: device angles of a side mount grow upwards
+    /// (`backward` where it looks right, `forward` where it looks left), and 0° of an up mount points to the tractor's right (`backward`). In a file of
+    /// version 1 it means something else: docs/rigs.md.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = Roof::Backward))]
+    pub roof: Option<Roof>,
     /// The row it looks at.
     pub row: RowSide,
     /// Height of the mirror above Z = 0, metres.
@@ -190,7 +198,7 @@ impl Default for Mount {
         Self {
             model: String::from("lms111"),
             orientation: Orientation::Side,
-            roof: Roof::Forward,
+            roof: None,
             row: RowSide::Right,
             height_m: 1.6,
             distance_m: 1.9,
@@ -221,29 +229,16 @@ pub enum Orientation {
     Up,
 }
 
-/// Which way the roof of a side-mounted scanner looks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Roof {
-    /// Device angles grow upwards: θ = α − 90°.
-    #[default]
-    Forward,
-    /// Device angles grow downwards: θ = 90° − α.
-    Backward,
-}
-
-/// The row an up-mounted scanner looks at.
+/// The row that a scanner looks at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum RowSide {
-    /// The one on the tractor's right; for an up mount θ = α.
+    /// The one on the tractor's right.
     #[default]
     Right,
-    /// The one on its left; for an up mount θ = 180° − α.
+    /// The one on its left.
     Left,
 }
 
@@ -251,30 +246,6 @@ pub enum RowSide {
 const STEEPEST_DEG: f64 = 45.0;
 
 impl Mount {
-    /// θ (degrees from +X, up positive) of a beam at device angle `alpha_deg`.
-    pub fn theta_deg(&self, alpha_deg: f64) -> f64 {
-        let (sense, offset_deg) = self.angle_map();
-        sense * alpha_deg + offset_deg
-    }
-
-    /// θ = sense · α + offset (degrees).
-    pub fn angle_map(&self) -> (f64, f64) {
-        match (self.orientation, self.roof, self.row) {
-            (Orientation::Side, Roof::Forward, _) => (1.0, -90.0),
-            (Orientation::Side, Roof::Backward, _) => (-1.0, 90.0),
-            (Orientation::Up, _, RowSide::Right) => (1.0, 0.0),
-            (Orientation::Up, _, RowSide::Left) => (-1.0, 180.0),
-        }
-    }
-
-    /// Which way along the row the roof looks, and with it layers of positive elevation: 1 towards larger Y, −1 towards smaller.
-    pub fn roof_sense(&self) -> f64 {
-        match (self.orientation, self.roof, self.row) {
-            (Orientation::Side, Roof::Forward, _) | (Orientation::Up, _, RowSide::Left) => 1.0,
-            (Orientation::Side, Roof::Backward, _) | (Orientation::Up, _, RowSide::Right) => -1.0,
-        }
-    }
-
     /// The mirror's place when the tractor is at `y_m`.
     pub fn pose(&self, y_m: f64) -> Pose {
         Pose { x_m: -self.distance_m, y_m: y_m + self.offset_y_m, z_m: self.height_m }
@@ -389,6 +360,12 @@ pub enum RigError {
         /// The greatest.
         high: f64,
     },
+    /// A version that this program does not know.
+    #[error("version must be {OLDEST_VERSION} or {VERSION}, found {found}")]
+    Version {
+        /// Found.
+        found: u32,
+    },
     /// The first scanner has none before it.
     #[error(
         "rig.scanner.{key} counts from the scanner before it in the list, and the first has none; give `{instead}`"
@@ -412,26 +389,4 @@ pub enum RigError {
     /// A rig without scanners measures nothing.
     #[error("the rig has no scanner; add a [[rig.scanner]] table")]
     NoScanner,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn straight_ahead_of_a_side_mount_is_the_row_and_left_of_it_is_up() {
-        let mount = Mount::default();
-        assert_eq!(mount.theta_deg(90.0), 0.0);
-        assert_eq!(mount.theta_deg(180.0), 90.0);
-        let turned = Mount { roof: Roof::Backward, ..Mount::default() };
-        assert_eq!(turned.theta_deg(0.0), 90.0);
-    }
-
-    #[test]
-    fn an_up_mount_sees_the_sky_straight_ahead_from_either_row() {
-        for row in [RowSide::Right, RowSide::Left] {
-            let mount = Mount { orientation: Orientation::Up, row, ..Mount::default() };
-            assert_eq!(mount.theta_deg(90.0), 90.0);
-        }
-    }
 }

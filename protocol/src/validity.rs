@@ -18,8 +18,9 @@ pub enum DeviceStatus {
 }
 
 impl DeviceStatus {
-    /// From the two status bytes of `LMDscandata`. The manual writes the value as `00 01`, recordings have the first byte set: a bit counts in
-    /// either. 1 is an error, 2 a contamination warning, 4 a contamination error.
+    /// From the two status bytes of `LMDscandata`. SICK's manuals have them in the second: 1 is an error, 2 a contamination warning, 4 a contamination
+    /// error. Recorded devices set bit 0 of the first in the first scans after a start, while the laser is off; that is an error here, too. A bit means
+    /// the same in either byte.
     pub fn of_scandata(bytes: [u8; 2]) -> Self {
         let [first, second] = bytes;
         match first | second {
@@ -151,15 +152,20 @@ mod tests {
 
     #[test]
     fn a_status_bit_counts_in_either_byte() {
-        for (bytes, expected) in [
-            ([0, 0], DeviceStatus::Ok),
-            ([1, 0], DeviceStatus::Error),
-            ([0, 1], DeviceStatus::Error),
-            ([2, 0], DeviceStatus::ContaminationWarning),
-            ([4, 0], DeviceStatus::ContaminationError),
-            ([0, 5], DeviceStatus::ContaminationError),
-        ] {
-            assert_eq!(DeviceStatus::of_scandata(bytes), expected, "{bytes:?}");
+        // By the three bits: 1 an error, 2 a warning, 4 a contamination error, which tells more than an error does.
+        let expected = [
+            DeviceStatus::Ok,
+            DeviceStatus::Error,
+            DeviceStatus::ContaminationWarning,
+            DeviceStatus::Error,
+            DeviceStatus::ContaminationError,
+            DeviceStatus::ContaminationError,
+            DeviceStatus::ContaminationError,
+            DeviceStatus::ContaminationError,
+        ];
+        for (first, second) in (0..8).flat_map(|first| (0..8).map(move |second| (first, second))) {
+            let found = DeviceStatus::of_scandata([first, second]);
+            assert_eq!(found, expected[usize::from(first | second)], "{first:02X} {second:02X}");
         }
     }
 

@@ -1,5 +1,6 @@
 //! `check`: scenarios, as `rowscan check` tries them.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
@@ -8,7 +9,7 @@ use serde::Serialize;
 use tokio::sync::watch;
 
 use crate::one_or_more::OneOrMore;
-use crate::{document, wait};
+use crate::{document, wait, warning};
 
 /// A scenario with one seed: its verdict, what the command line writes of it, and everything behind.
 #[derive(Serialize)]
@@ -40,6 +41,8 @@ pub(crate) fn check(
     let tried = tried.inspect_err(|_| {
         let _ = cancel.send(true);
     })?;
+    let warnings: BTreeSet<&str> = tried.iter().flat_map(Tried::warnings).collect();
+    warnings.into_iter().try_for_each(|what| warning::warn(py, what))?;
     let told = tried.iter().map(|tried| Told { verdict: worst([tried]), text: report::text(tried), tried });
     document::of(py, &told.collect::<Vec<_>>())
 }

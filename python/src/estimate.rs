@@ -1,11 +1,9 @@
 //! `estimate`: what `rowscan estimate --format json` writes of one source.
 
-use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use rowscan_canopy::{CutMethod, Enough, Estimate, Pipeline, Reached, UNREADABLE};
 use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
@@ -21,7 +19,7 @@ use serde::Serialize;
 use crate::failure::{Failure, Refusal};
 use crate::one_or_more::OneOrMore;
 use crate::orchard::{SceneOf, grown};
-use crate::{document, wait};
+use crate::{document, wait, warning};
 
 /// How often it is asked whether that is enough while nothing arrives.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
@@ -75,8 +73,7 @@ pub(crate) fn estimate(
     let (estimate, reached) =
         wait::for_future(py, "follow the scanner", move || follow(source, config, pipeline, enough))?;
     if reached == Some(Reached::NothingValid) {
-        let why = CString::new(format!("telegrams came for {UNREADABLE:?}, and none held a valid scan"))?;
-        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &why, 1)?;
+        warning::warn(py, format_args!("telegrams came for {UNREADABLE:?}, and none held a valid scan"))?;
     }
     if asked.is_empty() {
         return document::of(py, &Told { estimate, side_by_side: Vec::new() });
@@ -104,7 +101,7 @@ fn rig_of(py: Python<'_>, rig: SceneOf, with_truth: bool) -> PyResult<(Rig, Opti
             Ok((stage.rig.clone(), with_truth.then(|| Arc::clone(stage))))
         }
         SceneOf::Named(name) => {
-            let (rig, scene) = load_rig(&name.to_string_lossy()).map_err(Failure::from)?;
+            let (rig, scene) = warning::of_file(py, |tell| load_rig(&name.to_string_lossy(), tell))?;
             Ok((rig, scene.filter(|_| with_truth).map(|scene| grown(py, scene)).transpose()?))
         }
     }

@@ -14,6 +14,7 @@ mod scan;
 mod scanner;
 mod scans;
 mod wait;
+mod warning;
 
 use pyo3::prelude::*;
 use pyo3::wrap_pyfunction;

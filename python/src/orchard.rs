@@ -11,7 +11,7 @@ use rowscan_scenes::files::load_scene;
 use rowscan_scenes::{Cell, CellGrid, RowCells, Scene, Truth};
 
 use crate::failure::{Failure, Refusal};
-use crate::{arrays, document, wait};
+use crate::{arrays, document, wait, warning};
 
 /// A grown orchard, and what is really there. It never changes.
 #[pyclass(frozen, module = "rowscan")]
@@ -38,7 +38,7 @@ impl SceneOf {
         optics: Option<&str>,
     ) -> PyResult<Arc<Stage>> {
         match self {
-            Self::Named(name) => grown(py, scene(&name.to_string_lossy(), seed, optics)?),
+            Self::Named(name) => grown(py, scene(py, &name.to_string_lossy(), seed, optics)?),
             Self::Grown(_) if seed.is_some() || optics.is_some() => Err(Refusal::AlreadyGrown.into()),
             Self::Grown(orchard) => Ok(Arc::clone(&orchard.get().stage)),
         }
@@ -46,11 +46,11 @@ impl SceneOf {
 }
 
 /// The scene of this name with its seed and optics.
-pub(crate) fn scene(name: &str, seed: Option<u64>, optics: Option<&str>) -> Result<Scene, Failure> {
-    let mut scene = load_scene(name)?;
+pub(crate) fn scene(py: Python<'_>, name: &str, seed: Option<u64>, optics: Option<&str>) -> PyResult<Scene> {
+    let mut scene = warning::of_file(py, |tell| load_scene(name, tell))?;
     scene.seed = seed.unwrap_or(scene.seed);
     if let Some(optics) = optics {
-        scene.optics.stages = optics.parse()?;
+        scene.optics.stages = optics.parse().map_err(Failure::from)?;
     }
     Ok(scene)
 }
@@ -76,7 +76,7 @@ impl Orchard {
     #[new]
     #[pyo3(signature = (scene = PathBuf::from("spindle"), *, seed = None, optics = None))]
     fn new(py: Python<'_>, scene: PathBuf, seed: Option<u64>, optics: Option<&str>) -> PyResult<Self> {
-        let scene = self::scene(&scene.to_string_lossy(), seed, optics)?;
+        let scene = self::scene(py, &scene.to_string_lossy(), seed, optics)?;
         Ok(Self { stage: grown(py, scene)?, truth: OnceLock::new() })
     }
 

@@ -18,7 +18,7 @@ use rowscan_study::trial::{self, Asked};
 
 use crate::failure::{Failure, Refusal};
 use crate::orchard::SceneOf;
-use crate::{arrays, wait};
+use crate::{arrays, wait, warning};
 
 /// The scans of one scanner.
 #[pyclass(frozen, module = "rowscan")]
@@ -183,7 +183,7 @@ impl Scans {
     ) -> PyResult<Bound<'py, PyDict>> {
         let rig = match rig {
             Some(name) => {
-                let (rig, scene) = load_rig(&name.to_string_lossy()).map_err(Failure::from)?;
+                let (rig, scene) = warning::of_file(py, |tell| load_rig(&name.to_string_lossy(), tell))?;
                 Some((rig, scene.and_then(|scene| scene.drive.alley)))
             }
             None => self.rig.clone(),

@@ -82,6 +82,16 @@ def test_verdicts_are_the_command_line_s(scenario, command_line):
     assert "exit_code" in failed[0]["name"] and failed[0]["rerun"] == "rowscan check %s --seed 7" % path
 
 
+def test_an_old_roof_of_its_scene_is_warned_of_once(scenario, tmp_path):
+    path = scenario()
+    scene = "version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 5\n[[rig.scanner]]\nroof = 'forward'\n"
+    (tmp_path / "old.toml").write_text(scene)
+    path.write_text(path.read_text().replace('"spindle"', '"old.toml"').replace("seed = 7", "repeat = { seeds = 2 }"))
+    with pytest.warns(UserWarning, match="version 2 calls") as told:
+        assert [tried["verdict"] for tried in rowscan.check(path)] == ["passed", "passed"]
+    assert len([one for one in told if "version 2 calls" in str(one.message)]) == 1
+
+
 def test_what_is_not_sound_is_an_error_and_no_verdict(tmp_path):
     broken = tmp_path / "broken.toml"
     broken.write_text("version = 1\nscene = 'spindle'\nclok = {}\n")

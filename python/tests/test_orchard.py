@@ -1,6 +1,7 @@
 """Orchards and their truth."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -69,6 +70,20 @@ def test_a_scene_file_is_read_and_its_nonsense_told(command_line, tmp_path):
     with pytest.raises(rowscan.Error, match="trees") as error:
         rowscan.Orchard(bad)
     assert str(error.value) == command_line.complaint("orchard", "truth", bad)
+
+
+def test_an_old_roof_is_warned_of(tmp_path):
+    old = tmp_path / "old.toml"
+    old.write_text("version = 1\n[orchard]\ntrees = 1\n[[rig.scanner]]\nroof = 'forward'\n")
+    with pytest.warns(UserWarning, match="old.toml: scanner 0: .* version 2 calls `roof = \"backward\"`"):
+        rowscan.Orchard(old)
+    with pytest.warns(UserWarning, match="version 2 calls"):
+        rowscan.Scanner(scene=old)
+    new = tmp_path / "new.toml"
+    new.write_text(old.read_text().replace("version = 1", "version = 2").replace("forward", "backward"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rowscan.Orchard(new)
 
 
 def test_cells_without_a_size_are_refused(orchard):

@@ -143,6 +143,20 @@ def test_names_of_estimators_and_cuts_are_checked(recording):
         rowscan.estimate(recording, "spindle", trees=["roots"])
 
 
+def test_what_the_command_line_withholds_is_none(command_line, tmp_path):
+    path = tmp_path / "wall.mcap"
+    with rowscan.Scanner("lms111", "wall", time_scale="max") as scanner:
+        assert command_line.run("record", scanner.source, "-o", path, "--scans", 150).returncode == 0
+    found = rowscan.estimate(path, "wall")
+    assert found["leaf_area_withheld"] == "no_foliage" and found["impacted_total_area_m2"] > 0
+    areas = [key for key in found if key.startswith("leaf_area_") and key.endswith("_m2")]
+    assert len(areas) > 5 and all(found[key] is None for key in [*areas, "lai"])
+    for part in found["trees"] + found["slices"]:
+        assert all(part[key] is None for key in part if key.startswith("leaf_area_") or key == "lai"), part
+    done = command_line.run("estimate", path, "--rig", "wall", "--format", "json")
+    assert done.returncode == 1
+
+
 def test_a_scanner_is_estimated_live(orchard):
     with rowscan.Scanner("lms111", orchard, time_scale="max") as scanner:
         found = rowscan.estimate(scanner.source, orchard, scans=900)

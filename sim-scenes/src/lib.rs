@@ -25,7 +25,7 @@
 //! # Ok::<(), rowscan_scenes::GrowError>(())
 //! ```
 //!
-//! A built-in scene by name needs the feature `files`: `files::load_scene("spindle")`. [`rowscan-emulator`](https://docs.rs/rowscan-emulator) puts a
+//! A built-in scene by name needs the feature `files`: `files::load_scene("spindle", |_| {})`. [`rowscan-emulator`](https://docs.rs/rowscan-emulator) puts a
 //! scanner beside it that any client can read, [`rowscan-canopy`](https://docs.rs/rowscan-canopy) estimates what [`Truth`] knows.
 //!
 //! Without the feature `files` the crate does no I/O. It reads no clock and keeps no global state. The same scene and seed give

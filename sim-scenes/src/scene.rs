@@ -1,10 +1,10 @@
 //! A scene: an orchard and the rig that drives past it.
 
-use rowscan_protocol::rig::{Rig, RigError};
+use rowscan_protocol::rig::{OldRoof, Rig, RigError};
 use rowscan_vehicle::Encoder;
 use rowscan_vehicle::gnss::Gnss;
 use rowscan_vehicle::trajectory::{Drive, DriveError, Trajectory};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::optics::OpticsSettings;
 use crate::orchard::OrchardParameters;
@@ -12,15 +12,15 @@ use crate::parameters::{ParameterError, SceneFile};
 use crate::true_mount::{TrueMount, true_rig};
 use crate::wind::Wind;
 
-/// The scene file format this crate reads.
-pub const VERSION: u32 = 1;
+pub use rowscan_protocol::rig::{OLDEST_VERSION, VERSION};
 
-/// A scene file. Unknown keys are refused.
+/// A scene file. Unknown keys are refused. What is read from a file of an older version is of the present one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
+// The derived reader takes every word for one of the present version: only `FromFile` calls it.
+#[serde(deny_unknown_fields, remote = "Self")]
 pub struct Scene {
-    /// Format of the file.
-    #[schemars(range(min = VERSION, max = VERSION), example = VERSION)]
+    /// Format of the file. In version 1, `roof` of a scanner means something else: docs/rigs.md.
+    #[schemars(range(min = OLDEST_VERSION, max = VERSION), example = VERSION)]
     pub version: u32,
     /// What to call it.
     #[serde(default)]
@@ -52,6 +52,39 @@ pub struct Scene {
     /// How the scanners see; ideal beams where left out.
     #[serde(default, skip_serializing_if = "is_default")]
     pub optics: OpticsSettings,
+}
+
+/// A scene as read from a file of any version: for those who tell the user what in the file says something else today.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FromFile {
+    /// The scene.
+    pub scene: Scene,
+    /// Words of an older version whose meaning has changed; the scene has what they meant.
+    pub old_roofs: Vec<OldRoof>,
+}
+
+impl<'de> Deserialize<'de> for FromFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut scene = Scene::deserialize(deserializer)?;
+        let mut old_roofs = Vec::new();
+        // An unknown version stays, and `validate` refuses it.
+        if let Ok(changed) = scene.rig.migrate(scene.version) {
+            (scene.version, old_roofs) = (VERSION, changed);
+        }
+        Ok(Self { scene, old_roofs })
+    }
+}
+
+impl<'de> Deserialize<'de> for Scene {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        FromFile::deserialize(deserializer).map(|file| file.scene)
+    }
+}
+
+impl Serialize for Scene {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
 }
 
 fn is_default<T: Default + PartialEq>(table: &T) -> bool {
@@ -130,7 +163,7 @@ impl Scene {
 #[non_exhaustive]
 pub enum SceneError {
     /// A format that this program does not know.
-    #[error("version must be {VERSION}, found {found}")]
+    #[error("version must be {OLDEST_VERSION} or {VERSION}, found {found}")]
     Version {
         /// The value found.
         found: u32,

@@ -1,5 +1,6 @@
 //! `rowscan check`
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -97,6 +98,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if args.format == CheckFormat::Record {
         return Ok(Outcome::Done);
     }
+    // The same scene warns with every seed.
+    tried.iter().flat_map(Tried::warnings).collect::<BTreeSet<_>>().into_iter().for_each(say);
     let cases = tried.iter().flat_map(|tried| &tried.cases);
     let count = |verdict| cases.clone().filter(|case| case.verdict == verdict).count();
     let (passed, failed) = (count(Verdict::Passed), count(Verdict::Failed));

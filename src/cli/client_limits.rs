@@ -1,8 +1,8 @@
-//! How many clients a scanner serves at once, and what came of those limits.
+//! How many clients a scanner serves at once.
 
 use std::time::Duration;
 
-use rowscan_emulator::{EmulatorConfig, EmulatorCounts, IDLE_LIMIT, MAX_CLIENTS};
+use rowscan_emulator::{IDLE_LIMIT, MAX_CLIENTS};
 
 /// Flags for the limits.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -27,17 +27,8 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 impl ClientLimitArgs {
-    /// A scanner's configuration with these limits.
-    pub(super) fn of(self, config: EmulatorConfig) -> EmulatorConfig {
-        let idle_limit = Duration::from_secs_f64(self.idle_limit);
-        EmulatorConfig { max_clients: self.max_clients, idle_limit, ..config }
+    /// Clients served at once, and after how long an idle one makes room.
+    pub(super) fn limits(self) -> (usize, Duration) {
+        (self.max_clients, Duration::from_secs_f64(self.idle_limit))
     }
-}
-
-/// What came of the limits, for people.
-pub(super) fn told(counts: &EmulatorCounts) -> String {
-    let EmulatorCounts { connections_refused, connections_silent, connections_idle, .. } = counts;
-    format!(
-        "connections: {connections_refused} refused, {connections_silent} closed as silent, {connections_idle} as idle"
-    )
 }

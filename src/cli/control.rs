@@ -7,7 +7,7 @@ use rowscan_ports::task;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
-use super::endpoint::{Place, announce_stream};
+use super::endpoint::announce_stream;
 use super::output::{print_event, say};
 use super::{Failure, Format};
 
@@ -62,7 +62,7 @@ impl ControlArgs {
             let mut made_up = None;
             let guard = |address: &SocketAddr| guard_at(address, self.control_token.as_ref(), &mut made_up);
             let server = Server::open(place, routes.clone(), guard).await?;
-            announce_stream(format, None, "control", Place::Address(&server.address()))?;
+            announce_stream(format, None, "control", &server.address())?;
             if let Some(token) = made_up {
                 say(format_args!("control needs the token {token}"));
             }

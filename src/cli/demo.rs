@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use comfy_table::Cell;
 use indicatif::ProgressBar;
@@ -21,12 +22,12 @@ use super::link_options::{PARTING, Prefer};
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
 use super::{Failure, Format, Outcome, pictured, progress};
+use rowscan_bench::{At, Bench, BenchScanner, BenchSpec, DeviceSpec, Endpoint, ScannerSpec};
+use rowscan_emulator::ScannerCounts;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Emulator, EmulatorConfig, EmulatorCounts, SerialConfig, SerialEmulator};
 use rowscan_ports::clock::Stopwatch;
 use rowscan_ports::latency::Latency;
-use rowscan_ports::{NetLine, Pty, Wire};
 use rowscan_study::class::row_class;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::trajectory::Drive;
@@ -70,75 +71,55 @@ enum Line {
 /// The LMS2xx of a demo that names none.
 const SERIAL_MODEL: &str = "lms291";
 
-/// The virtual scanner of a demo.
-enum Virtual {
-    Cola(Emulator, Arc<Latency>),
-    Lms2xx(SerialEmulator),
+/// A demo that is set up: the scanner runs, and this is where and how to read it.
+struct SetUp {
+    bench: Bench,
+    source: Source,
+    latency: Option<Arc<Latency>>,
 }
 
-impl Virtual {
-    /// Scans sent, and scans dropped.
-    fn counts(&self) -> (u64, u64) {
-        match self {
-            Self::Cola(emulator, _) => {
-                let EmulatorCounts { scans_sent, scans_dropped, .. } = emulator.counts();
-                (scans_sent, scans_dropped)
-            }
-            Self::Lms2xx(emulator) => (emulator.counts().scans_sent, 0),
-        }
+impl SetUp {
+    fn scanner(&self) -> Option<&BenchScanner> {
+        self.bench.scanners().first()
+    }
+
+    /// Scans of one pass of the row.
+    fn scans(&self) -> u64 {
+        self.scanner().map_or(0, |scanner| scanner.scans_per_row)
+    }
+
+    fn model(&self) -> &'static str {
+        self.scanner().map_or("", |scanner| scanner.model.name())
+    }
+
+    fn counts(&self) -> ScannerCounts {
+        self.scanner().and_then(|scanner| scanner.counts().counts()).unwrap_or_default()
     }
 
     /// Host time to the estimate; telegrams of an LMS2xx cannot be told apart, so that theirs is not known.
     fn latency_ms(&self, fraction: f64) -> Option<f64> {
-        match self {
-            Self::Cola(_, latency) => latency.quantile(fraction).map(|latency| latency.as_secs_f64() * 1e3),
-            Self::Lms2xx(_) => None,
-        }
+        self.latency.as_ref()?.quantile(fraction).map(|latency| latency.as_secs_f64() * 1e3)
     }
-
-    fn used(&self, telegram_counter: u16) {
-        if let Self::Cola(_, latency) = self {
-            latency.used(telegram_counter);
-        }
-    }
-}
-
-/// A demo that is set up: the scanner runs, and this is where and how to read it.
-struct Set {
-    scanner: Virtual,
-    source: Source,
-    reading: Reading,
-    scans: u64,
-    model: &'static str,
 }
 
 impl Args {
-    /// A CoLa scanner on a TCP port.
-    async fn on_tcp(&self, stage: &Stage) -> Result<Set, Failure> {
-        let model = self.scene.model(&stage.rig, 0)?;
-        let (device, world) = stage.scanner(0, model)?;
-        let calibration =
-            self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
-        let reading = Reading::of(Some(&rig_with(&stage.rig, 0, model.name)), 0, true, calibration)?;
-        let scans = stage.scans_per_row(&device);
-        let latency = Arc::new(Latency::default());
-        let config = EmulatorConfig {
-            time_scale: self.time_scale,
-            timer: Timer::system(),
-            dialects: self.dialect.into(),
-            latency: Some(Arc::clone(&latency)),
-            ..EmulatorConfig::default()
+    /// The scanner that is asked for: a CoLa scanner on a TCP port, or an LMS2xx on a line, at the rate that carries every scan.
+    fn scanner(&self, stage: &Stage) -> Result<ScannerSpec, Failure> {
+        let free = || "127.0.0.1:0".to_owned();
+        let endpoint = match self.line {
+            Line::Tcp => {
+                let spec = ScannerSpec::new(0, self.scene.model(&stage.rig, 0)?);
+                let spec = ScannerSpec { dialects: self.dialect.into(), ..spec };
+                let latency = Some(Arc::new(Latency::default()));
+                return Ok(ScannerSpec { latency, ..spec }.at(Endpoint::Tcp(free())));
+            }
+            Line::Rfc2217 => Endpoint::Rfc2217(free()),
+            Line::Pty => {
+                Endpoint::Pty(std::env::temp_dir().join(format!("rowscan-demo-{}", std::process::id())))
+            }
         };
-        let mut emulator = Emulator::start(device, world, config);
-        let address = emulator.listen("127.0.0.1:0").await?.address.to_string();
-        let source = Source::Tcp { address };
-        Ok(Set { scanner: Virtual::Cola(emulator, latency), source, reading, scans, model: model.name })
-    }
-
-    /// An LMS2xx on a serial line, at the rate that carries every scan.
-    async fn on_serial(&self, stage: &Stage) -> Result<Set, Failure> {
         let model = match self.scene.named_model()?.or_else(|| AnyModel::by_name(SERIAL_MODEL)) {
-            Some(AnyModel::Lms2xx(model)) => model,
+            Some(model @ AnyModel::Lms2xx(_)) => model,
             _ => {
                 return Err(Failure::Usage(
                     "--line pty and rfc2217 have an LMS2xx at their end; leave out --model, or name one of `rowscan models`"
@@ -146,30 +127,31 @@ impl Args {
                 ));
             }
         };
-        let pause_slack = std::time::Duration::from_secs(3600);
-        let options = lms2xx::device::Options { pause_slack, ..Default::default() };
-        let (device, world) = stage.serial_scanner(0, model, options)?;
+        let device = DeviceSpec { pause_slack: Some(Duration::from_secs(3600)), ..DeviceSpec::default() };
+        Ok(ScannerSpec { device, ..ScannerSpec::new(0, model) }.at(endpoint))
+    }
+
+    /// Sets the scanner up and lets its time go.
+    async fn set_up(&self, stage: &Stage) -> Result<(SetUp, Reading), Failure> {
+        let scanner = self.scanner(stage)?;
         let calibration =
             self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
-        let reading = Reading::of(Some(&rig_with(&stage.rig, 0, model.name)), 0, true, calibration)?;
-        let hertz = f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(model.turns(device.variant()));
-        let scans = stage.scans_to_row_end(hertz);
+        let rig = rig_with(&stage.rig, 0, scanner.model.name());
+        let reading = Reading::of(Some(&rig), 0, true, calibration)?;
+        let (latency, id) = (scanner.latency.clone(), scanner.id.clone());
+        let mut spec = BenchSpec::new(stage, self.time_scale);
+        spec.time.timer = Timer::system();
+        spec.scanners.push(scanner);
+        let mut bench = Bench::open(spec).await?;
+        bench.run();
+        let place = bench.places_of(&id).next();
         let rate = lms2xx::Rate::R500000;
-        let (wire, source): (Box<dyn Wire>, _) = match self.line {
-            Line::Rfc2217 => {
-                let line = NetLine::rfc2217("127.0.0.1:0").await?;
-                let address = line.address().to_string();
-                (Box::new(line), Source::Rfc2217 { address, rate })
-            }
-            Line::Tcp | Line::Pty => {
-                let link = std::env::temp_dir().join(format!("rowscan-demo-{}", std::process::id()));
-                let pty = Pty::open(&link)?;
-                (Box::new(pty), Source::Serial { path: link, rate })
-            }
+        let source = match place.map(|place| (place.kind, &place.at)) {
+            Some(("rfc2217", at)) => Source::Rfc2217 { address: at.to_string(), rate },
+            Some((_, At::Path(path))) => Source::Serial { path: path.clone(), rate },
+            at => Source::Tcp { address: at.map(|(_, at)| at.to_string()).unwrap_or_default() },
         };
-        let config = SerialConfig::at(self.time_scale);
-        let scanner = Virtual::Lms2xx(SerialEmulator::start(device, world, wire, config));
-        Ok(Set { scanner, source, reading, scans, model: model.name })
+        Ok((SetUp { bench, source, latency }, reading))
     }
 }
 
@@ -201,18 +183,16 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         let why = "expected a speed above 0, found `speed_m_s = 0` in the rig: the tractor would never pass the row";
         return Err(Failure::Usage(why.to_owned()));
     }
-    let Set { scanner: emulator, source, reading, scans, model } = match args.line {
-        Line::Tcp => args.on_tcp(&stage).await?,
-        Line::Pty | Line::Rfc2217 => args.on_serial(&stage).await?,
-    };
-    say(format_args!("a virtual {model} is at {source}, seed {}", stage.scene.seed));
+    let (set_up, reading) = args.set_up(&stage).await?;
+    let (model, scans) = (set_up.model(), set_up.scans());
+    say(format_args!("a virtual {model} is at {}, seed {}", set_up.source, stage.scene.seed));
 
     let prefer = if args.dialect == DialectArg::A { Prefer::A } else { Prefer::B };
     let truth = stage.orchard.truth();
     let Reading { cola, lms2xx, pipeline } = reading;
     let mut pipeline = pipeline.of_class(row_class(&stage.scene, &truth));
     let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };
-    let Some(mut scanner) = interrupt.or(Scanner::open(&source, config)).await.transpose()? else {
+    let Some(mut scanner) = interrupt.or(Scanner::open(&set_up.source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };
     let telling = LinkTeller::start(&scanner, None);
@@ -222,7 +202,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         points: Vec::new(),
     });
     let ended = tokio::select! {
-        ended = follow(&mut scanner, &mut pipeline, &emulator, scans, (&bar, &mut seen)) => ended,
+        ended = follow(&mut scanner, &mut pipeline, set_up.latency.as_deref(), scans, (&bar, &mut seen)) => ended,
         () = interrupt.wait() => Ok(()),
     };
     bar.finish_and_clear();
@@ -236,18 +216,18 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             .map(|found| (found - truth.leaf_area_m2) / truth.leaf_area_m2)
             .filter(|error| error.is_finite())
     };
-    let (scans_sent, scans_dropped) = emulator.counts();
+    let counts = set_up.counts();
     let outcomes = Outcomes {
-        leaf_area_error: error(found.leaf_area_m2),
-        leaf_area_regression_error: error(found.leaf_area_regression_m2),
+        leaf_area_error: error(found.leaf.areas.best_m2().ok()),
+        leaf_area_regression_error: error(found.leaf.areas.regression_m2().ok()),
         estimate: found,
         truth,
         seed: stage.scene.seed,
         model,
-        scans_sent,
-        scans_dropped,
-        latency_p50_ms: emulator.latency_ms(0.5),
-        latency_p99_ms: emulator.latency_ms(0.99),
+        scans_sent: counts.scans_sent,
+        scans_dropped: counts.scans_dropped.unwrap_or(0),
+        latency_p50_ms: set_up.latency_ms(0.5),
+        latency_p99_ms: set_up.latency_ms(0.99),
         wall_clock_s: watch.elapsed().as_secs_f64(),
     };
     print(args.format, &outcomes)?;
@@ -269,7 +249,7 @@ struct Seen {
 async fn follow(
     scanner: &mut Scanner,
     pipeline: &mut Pipeline,
-    emulator: &Virtual,
+    latency: Option<&Latency>,
     scans: u64,
     (bar, seen): (&ProgressBar, &mut Option<Seen>),
 ) -> Result<(), Failure> {
@@ -282,7 +262,9 @@ async fn follow(
                 points.extend(returns);
             }
         }
-        emulator.used(record.scan.telegram_counter);
+        if let Some(latency) = latency {
+            latency.used(record.scan.telegram_counter);
+        }
         bar.set_position(pipeline.progress().scans);
     }
     Ok(())
@@ -322,16 +304,16 @@ fn trees(outcomes: &Outcomes) -> String {
     for (found, real) in estimate.trees.iter().zip(&truth.trees) {
         // What the estimator can know is the leaf area between a tree's borders, whoever's leaves they are.
         let leaf_area_m2 = real.cell_leaf_area_m2;
-        let error = found.leaf_area_m2.zip(leaf_area_m2).map(|(found, real)| (found - real) / real);
+        let error = found.leaf.best_m2().ok().zip(leaf_area_m2).map(|(found, real)| (found - real) / real);
         table.add_row([
             number(Some(found.tree.into()), 0),
             number(Some(found.y_m), 2),
             number(Some(found.impacted_total_area_m2), 3),
-            number(found.leaf_area_regression_m2, 2),
-            number(found.leaf_area_contact_m2, 2),
+            number(found.leaf.regression_m2().ok(), 2),
+            number(found.leaf.contact_m2().ok(), 2),
             number(leaf_area_m2, 2),
             percent(error),
-            number(found.lai, 2),
+            number(found.leaf.lai().ok(), 2),
             number(real.cell_lai(), 2),
             number(found.height_m, 2),
             number(Some(real.height_m), 2),
@@ -341,11 +323,11 @@ fn trees(outcomes: &Outcomes) -> String {
         Cell::new("row"),
         Cell::new(""),
         number(estimate.impacted_total_area_m2, 3),
-        number(estimate.leaf_area_regression_m2, 2),
-        number(estimate.leaf_area_contact_m2, 2),
+        number(estimate.leaf.areas.regression_m2().ok(), 2),
+        number(estimate.leaf.areas.contact_m2().ok(), 2),
         number(Some(truth.leaf_area_m2), 2),
         percent(outcomes.leaf_area_error),
-        number(estimate.lai, 2),
+        number(estimate.leaf.areas.lai().ok(), 2),
         number(truth.lai, 2),
         Cell::new(""),
         Cell::new(""),
@@ -373,8 +355,8 @@ fn facts(outcomes: &Outcomes) -> String {
          took                  {:.1} s for {:.1} m of row\n",
         percent(outcomes.leaf_area_error),
         percent(outcomes.leaf_area_regression_error),
-        ends(estimate.leaf_area_interval_m2),
-        ends(estimate.leaf_area_sampling_error_m2),
+        ends(estimate.leaf.interval_m2),
+        ends(estimate.leaf.sampling_error_m2),
         estimate.scans,
         outcomes.scans_sent,
         estimate.scans_lost,

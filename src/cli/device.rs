@@ -5,12 +5,14 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use rowscan_protocol::device::{Device, Options, Profile, Start};
+use rowscan_bench::{DeviceSpec, StartState};
+use rowscan_emulator::LineChange;
+use rowscan_protocol::device::{Profile, Start};
 use rowscan_protocol::lms2xx;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::time::SimTime;
 
 use super::Failure;
-use rowscan_emulator::{LineChange, StateFile};
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Device")]
@@ -49,9 +51,9 @@ pub(super) struct DeviceArgs {
     /// Seconds that saving takes (mEEwriteall; LMS2xx: 77), in place of the model's [--profile field]
     #[arg(long, value_name = "SECONDS", value_parser = duration)]
     save_s: Option<Duration>,
-    /// Dirt on the front screen: 0 clean, 1 warning, 2 error, 3 serious error
-    #[arg(long, value_name = "LEVEL", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
-    contamination: u8,
+    /// Dirt on the front screen: 0 clean, 1 warning, 2 error, 3 serious error [default: the scene's]
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=3))]
+    contamination: Option<u8>,
     /// The comment in its scan telegrams, where a client asks for it
     #[arg(long, value_name = "TEXT", default_value = "")]
     comment: String,
@@ -70,10 +72,6 @@ fn start_parser() -> PossibleValuesParser {
     let only_lms2xx = lms2xx.filter(|(name, _)| Start::by_name(name).is_none());
     let named = cola.chain(only_lms2xx).map(|(name, about)| PossibleValue::new(name).help(about));
     PossibleValuesParser::new(named)
-}
-
-fn no_such_state(family: &str) -> Failure {
-    Failure::Usage(format!("--start: {family} has no such state; see `rowscan emulate --help`"))
 }
 
 /// `1=on@2.5`
@@ -126,93 +124,45 @@ fn field_mm(text: &str) -> Result<u16, String> {
 }
 
 impl DeviceArgs {
-    pub(super) fn profile(&self) -> Profile {
-        self.profile
-    }
-
-    /// The state an LMS2xx is found in.
-    pub(super) fn lms2xx_start(&self) -> Result<lms2xx::device::Start, Failure> {
-        use lms2xx::device::Start;
-        match &self.start {
-            Some(start) => Start::by_name(start).ok_or_else(|| no_such_state("an LMS2xx")),
-            None => Ok(Start::default_of(self.profile)),
-        }
-    }
-
-    /// From power-up to the first answer, and what saving takes, where the flags say.
-    pub(super) fn times(&self) -> (Option<Duration>, Option<Duration>) {
-        (self.boot_s, self.save_s)
-    }
-
-    /// Dirt on the front screen.
-    pub(super) fn contamination(&self) -> u8 {
-        self.contamination
-    }
-
-    /// Sets the fields A, B and C of an LMS2xx.
-    pub(super) fn lms2xx_fields(&self, device: &mut lms2xx::device::Device) -> Result<(), Failure> {
-        let set = |(number, radius_mm): (usize, &u16)| device.set_field(number, *radius_mm);
-        if self.field.iter().enumerate().all(set) {
-            return Ok(());
-        }
-        let found = self.field.len();
-        Err(Failure::Usage(format!("--field: an LMS2xx has 3 fields, A, B and C; found {found}")))
-    }
-
-    /// Where an LMS2xx keeps its configuration block; it begins with what is there.
-    pub(super) fn lms2xx_state(
-        &self,
-        device: &mut lms2xx::device::Device,
-    ) -> Result<Option<StateFile>, Failure> {
-        let open = |path: &PathBuf| StateFile::open(path, |text| device.restore(text));
-        Ok(self.state.as_ref().map(open).transpose()?)
-    }
-
     /// Whether it keeps its settings in a file.
     pub(super) fn keeps_state(&self) -> bool {
         self.state.is_some()
     }
 
-    /// The rig's scanner number `scanner` as these flags have it, its settings file, and what happens to its lines on the way.
-    pub(super) fn set_up(
-        &self,
-        device: Device,
-        seed: u64,
-        scanner: usize,
-    ) -> Result<(Device, Option<StateFile>, Vec<LineChange>), Failure> {
-        let profile = self.profile();
-        let start = match &self.start {
-            Some(start) => Start::by_name(start).ok_or_else(|| no_such_state("a CoLa scanner"))?,
-            None => profile.default_start(),
-        };
-        let mut device = device.with_options(Options {
-            profile,
-            start,
-            strict_login: self.strict_login,
-            power_up_before: Duration::from_secs_f64(self.uptime),
-            clock_ppm: self.clock_ppm,
-            seed,
-            scanner: u32::try_from(scanner).unwrap_or(u32::MAX),
-            boot: self.boot_s,
-            save: self.save_s,
-            ..Options::default()
-        });
-        let state =
-            self.state.as_ref().map(|path| StateFile::open(path, |text| device.restore(text))).transpose()?;
-        device.set_contamination(self.contamination);
-        device.set_comment(&self.comment);
-        device.watch_fields(&self.field).map_err(|error| Failure::Usage(format!("--field: {error}")))?;
-        let lines = |args: &[LineArg], output: bool| {
+    /// A device of `model` as these flags have it.
+    pub(super) fn spec(&self, model: AnyModel) -> Result<DeviceSpec, Failure> {
+        let lines = |args: &[LineArg], output: bool| -> Vec<LineChange> {
             let change =
                 move |arg: &LineArg| LineChange { at: arg.at, output, number: arg.number, on: arg.on };
-            args.iter().map(change).collect::<Vec<_>>()
+            args.iter().map(change).collect()
         };
-        let changes = [lines(&self.input, false), lines(&self.output, true)].concat();
-        // A line the model does not have is told now, not when its time comes.
-        let mut trial = device.clone();
-        changes.iter().try_for_each(|change| change.apply(&mut trial))?;
-        Ok((device, state, changes))
+        Ok(DeviceSpec {
+            profile: self.profile,
+            start: self.start.as_deref().map(|name| start_state(name, model)).transpose()?,
+            state: self.state.clone(),
+            strict_login: self.strict_login,
+            uptime: Duration::from_secs_f64(self.uptime),
+            clock_ppm: self.clock_ppm,
+            line_changes: [lines(&self.input, false), lines(&self.output, true)].concat(),
+            fields_mm: self.field.clone(),
+            boot: self.boot_s,
+            save: self.save_s,
+            contamination: self.contamination,
+            comment: self.comment.clone(),
+            ..DeviceSpec::default()
+        })
     }
+}
+
+/// The state of this name that a device of `model` can be found in.
+fn start_state(name: &str, model: AnyModel) -> Result<StartState, Failure> {
+    let (found, family) = match model {
+        AnyModel::Cola(_) => (Start::by_name(name).map(StartState::Cola), "a CoLa scanner"),
+        AnyModel::Lms2xx(_) => (lms2xx::device::Start::by_name(name).map(StartState::Lms2xx), "an LMS2xx"),
+    };
+    found.ok_or_else(|| {
+        Failure::Usage(format!("--start: {family} has no such state; see `rowscan emulate --help`"))
+    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Events for scripts beside the endpoints: that all of these are there, and what had been done by the end.
 
-use rowscan_emulator::{EmulatorCounts, SerialCounts};
+use rowscan_emulator::{ConnectionCounts, ScannerCounts};
 use serde::Serialize;
 
 use super::output::print_event;
@@ -30,59 +30,45 @@ pub(super) struct End<'a> {
     counted: Counted,
 }
 
-/// What one scanner has done.
+/// What one scanner has done, as far as its family counts it.
 #[derive(Serialize)]
 pub(super) struct Counted {
     scans_sent: u64,
-    #[serde(flatten)]
-    of: Of,
+    /// Telegrams that clients were too slow to take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scans_dropped: Option<u64>,
+    /// Scans left out because the host was too slow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scans_missed: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    connections_refused: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    connections_silent: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    connections_idle: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bytes_lost: Option<u64>,
 }
 
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Of {
-    Cola {
-        /// Telegrams that clients were too slow to take.
-        scans_dropped: u64,
-        /// Scans left out because the host was too slow.
-        scans_missed: u64,
-        connections_refused: u64,
-        connections_silent: u64,
-        connections_idle: u64,
-    },
-    Lms2xx {
-        bytes_lost: u64,
-    },
-}
-
-impl Counted {
-    /// Of a CoLa scanner.
-    pub(super) fn cola(counts: &EmulatorCounts) -> Self {
-        let of = Of::Cola {
-            scans_dropped: counts.scans_dropped,
-            scans_missed: counts.scans_missed,
-            connections_refused: counts.connections_refused,
-            connections_silent: counts.connections_silent,
-            connections_idle: counts.connections_idle,
-        };
-        Self { scans_sent: counts.scans_sent, of }
-    }
-
-    /// Of an LMS2xx.
-    pub(super) fn lms2xx(counts: SerialCounts) -> Self {
-        Self { scans_sent: counts.scans_sent, of: Of::Lms2xx { bytes_lost: counts.bytes_lost } }
+impl From<ScannerCounts> for Counted {
+    fn from(counts: ScannerCounts) -> Self {
+        let ScannerCounts { scans_sent, scans_dropped, scans_missed, connections, bytes_lost, .. } = counts;
+        Self {
+            scans_sent,
+            scans_dropped,
+            scans_missed,
+            connections_refused: connections.map(|of| of.refused),
+            connections_silent: connections.map(|of| of.silent),
+            connections_idle: connections.map(|of| of.idle),
+            bytes_lost,
+        }
     }
 }
 
 impl<'a> End<'a> {
-    /// Of a CoLa scanner.
-    pub(super) fn cola(stream: Option<&'a str>, counts: &EmulatorCounts) -> Self {
-        Self { event: "end", stream, counted: Counted::cola(counts) }
-    }
-
-    /// Of an LMS2xx.
-    pub(super) fn lms2xx(stream: Option<&'a str>, counts: SerialCounts) -> Self {
-        Self { event: "end", stream, counted: Counted::lms2xx(counts) }
+    /// Of the scanner of this stream.
+    pub(super) fn of(stream: Option<&'a str>, counts: ScannerCounts) -> Self {
+        Self { event: "end", stream, counted: counts.into() }
     }
 
     /// Tells scripts.
@@ -92,4 +78,22 @@ impl<'a> End<'a> {
             Format::Csv | Format::Table => Ok(()),
         }
     }
+}
+
+/// What a scanner has done, for people.
+pub(super) fn told(counts: &ScannerCounts) -> String {
+    let ScannerCounts { scans_sent, scans_dropped, scans_missed, connections, bytes_lost, .. } = counts;
+    let mut text = format!("{scans_sent} scans sent");
+    let mut add = |count: &Option<u64>, what: &str| {
+        if let Some(count) = count {
+            text += &format!(", {count} {what}");
+        }
+    };
+    add(scans_dropped, "dropped for slow clients");
+    add(scans_missed, "missed by a slow host");
+    add(bytes_lost, "bytes not taken");
+    if let Some(ConnectionCounts { refused, silent, idle }) = connections {
+        text += &format!("; connections: {refused} refused, {silent} closed as silent, {idle} as idle");
+    }
+    text
 }

@@ -86,7 +86,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 /// Writes scan after scan, as they are read.
 async fn export(args: &Args) -> Result<Outcome, Failure> {
     let (rig, scene) = match &args.rig {
-        Some(name) => files::load_rig(name).map(|(rig, scene)| (Some(rig), scene))?,
+        Some(name) => files::load_rig(name, say).map(|(rig, scene)| (Some(rig), scene))?,
         None => (None, None),
     };
     let alley = scene.and_then(|scene| scene.drive.alley);

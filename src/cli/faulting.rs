@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rowscan_control::Log;
-use rowscan_faults::{Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, Row, What, read};
+use rowscan_faults::{Clock, FaultControl, FaultEvent, FaultEvents, FaultSpec, What, read};
 use rowscan_ports::task;
 use rowscan_scenes::files::LoadError;
 use serde::Serialize;
@@ -58,24 +58,28 @@ pub(super) struct Faulting {
     control: FaultControl,
     telling: JoinHandle<Result<u64, Failure>>,
     stop: oneshot::Sender<()>,
+    /// Where no bench lets them act.
     _driving: JoinSet<()>,
 }
 
 impl Faulting {
-    /// Starts without any fault, so that streams can be named first; events are told from now on.
-    pub(super) fn start(
-        seed: u64,
-        clock: Arc<dyn Clock>,
-        row: Option<Arc<dyn Row>>,
-        (format, log): (Format, &Log),
-    ) -> Self {
-        let (control, events) = FaultControl::new(seed, clock, row);
+    /// Faults beside a command that has no bench.
+    pub(super) fn start(seed: u64, clock: Arc<dyn Clock>, to: (Format, &Log)) -> Self {
+        let (control, events) = FaultControl::new(seed, clock, None);
         let mut driving = JoinSet::new();
         let driven = control.clone();
         driving.spawn(task(async move { driven.drive().await }));
+        Self { _driving: driving, ..Self::tell((control, events), to) }
+    }
+
+    /// Tells from now on what faults do; none have been added yet.
+    pub(super) fn tell(
+        (control, events): (FaultControl, FaultEvents),
+        (format, log): (Format, &Log),
+    ) -> Self {
         let (stop, stopped) = oneshot::channel();
         let telling = tokio::spawn(task(tell(events, stopped, (format, log.clone()))));
-        Self { control, telling, stop, _driving: driving }
+        Self { control, telling, stop, _driving: JoinSet::new() }
     }
 
     /// The handle to them.

@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use rowscan_emulator::Rig;
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::lockstep::{Ack, Lockstep, LockstepConfig};
 
-use super::endpoint::{Place, announce_stream};
+use super::endpoint::announce_stream;
 use super::{Failure, Format};
 
 #[derive(Clone, Debug, clap::Args)]
@@ -61,16 +60,9 @@ pub(super) struct Ways {
 }
 
 impl LockstepArgs {
-    /// `rig` with steps as they are asked for, their endpoints announced.
-    pub(super) async fn apply(&self, rig: Rig, ways: &Ways, format: Format) -> Result<Rig, Failure> {
-        let rig = match self.step_ms {
-            Some(ms) => rig.with_step(Duration::from_secs_f64(ms / 1e3)),
-            None => rig,
-        };
-        Ok(match self.open(ways, format).await? {
-            Some(lockstep) => rig.in_lockstep(lockstep),
-            None => rig,
-        })
+    /// The length of a step, where one is asked for.
+    pub(super) fn step(&self) -> Option<Duration> {
+        self.step_ms.map(|ms| Duration::from_secs_f64(ms / 1e3))
     }
 
     /// The time scale that the clock asks for: in lockstep, as fast as acknowledgements come.
@@ -87,8 +79,8 @@ impl LockstepArgs {
         }
     }
 
-    /// The steps, their endpoint announced; none without lockstep.
-    async fn open(&self, ways: &Ways, format: Format) -> Result<Option<Lockstep>, Failure> {
+    /// The acknowledgements that time waits for, their endpoints announced; none without lockstep.
+    pub(super) async fn open(&self, ways: &Ways, format: Format) -> Result<Option<Lockstep>, Failure> {
         if self.clock != ClockArg::Lockstep {
             return Ok(None);
         }
@@ -104,7 +96,7 @@ impl LockstepArgs {
             ));
         }
         for (name, address) in lockstep.endpoints() {
-            announce_stream(format, None, name, Place::Address(&address))?;
+            announce_stream(format, None, name, &address)?;
         }
         Ok(Some(lockstep))
     }

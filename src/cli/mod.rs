@@ -192,12 +192,12 @@ pub enum Failure {
     /// A row that could not be tried.
     #[error(transparent)]
     Trial(#[from] rowscan_study::trial::TrialError),
-    /// Saved settings of a scanner.
+    /// A GNSS receiver.
     #[error(transparent)]
-    State(#[from] rowscan_emulator::StateFileError),
-    /// A digital line the scanner does not have.
+    Nmea(#[from] rowscan_bus::nmea::NmeaError),
+    /// A virtual rig that cannot be put together.
     #[error(transparent)]
-    Line(#[from] rowscan_protocol::device::DigitalLineError),
+    Bench(rowscan_bench::BenchError),
     /// A serial line.
     #[error(transparent)]
     SerialLine(#[from] rowscan_ports::PortError),
@@ -211,15 +211,9 @@ pub enum Failure {
     #[cfg(feature = "foxglove")]
     #[error(transparent)]
     Foxglove(#[from] rowscan_foxglove::FoxgloveError),
-    /// An endpoint.
-    #[error(transparent)]
-    Listen(#[from] rowscan_emulator::ListenError),
     /// A port of the CAN bus.
     #[error(transparent)]
     Bus(#[from] rowscan_bus::BusError),
-    /// A place for GNSS sentences.
-    #[error(transparent)]
-    Nmea(#[from] rowscan_bus::nmea::NmeaError),
     /// The link to a scanner, or a recording.
     #[error(transparent)]
     Driver(#[from] rowscan_driver::DriverError),
@@ -305,6 +299,16 @@ pub enum Failure {
         /// What the system said.
         cause: io::Error,
     },
+}
+
+impl From<rowscan_bench::BenchError> for Failure {
+    fn from(error: rowscan_bench::BenchError) -> Self {
+        use rowscan_bench::BenchError::{Fields, TooManyFields};
+        match error {
+            Fields(_) | TooManyFields { .. } => Self::Usage(format!("--field: {error}")),
+            error => Self::Bench(error),
+        }
+    }
 }
 
 impl Failure {

@@ -104,7 +104,11 @@ pub(super) fn demo(
     let metres = truth.slabs.iter().map(|slab| {
         let y_m = 0.5 * (slab.y_from_m + slab.y_to_m);
         let slice = estimate.slices.iter().find(|slice| (slice.y_m - y_m).abs() < 0.25);
-        Metre { y_m, truth_m2: slab.leaf_area_m2, estimate_m2: slice.and_then(|slice| slice.leaf_area_m2) }
+        Metre {
+            y_m,
+            truth_m2: slab.leaf_area_m2,
+            estimate_m2: slice.and_then(|slice| slice.leaf.best_m2().ok()),
+        }
     });
     let total = |area_m2: Option<f64>| {
         area_m2.map_or_else(|| "unknown".to_owned(), |area_m2| format!("{area_m2:.1} m²"))
@@ -114,7 +118,7 @@ pub(super) fn demo(
             "{}, seed {}: leaf area {} estimated, {} there",
             stage.scene.name,
             stage.scene.seed,
-            total(estimate.leaf_area_m2),
+            total(estimate.leaf.areas.best_m2().ok()),
             total(Some(truth.leaf_area_m2))
         ),
         along_m: extent.along_m,

@@ -22,7 +22,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
 
-use super::endpoint::{Place, announce_stream};
+use super::endpoint::announce_stream;
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::link_options::stream_kind;
@@ -117,8 +117,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let name = name.unwrap_or_else(|| NAME.to_owned());
     let script = args.faults.read()?;
-    let faulting =
-        Faulting::start(args.seed, Arc::new(HostClock::start()), None, (args.format, &Log::default()));
+    let faulting = Faulting::start(args.seed, Arc::new(HostClock::start()), (args.format, &Log::default()));
     let medium = if args.pty.is_some() { Medium::Wire } else { Medium::Tcp };
     let kind = stream_kind(&source);
     let language = if kind == StreamKind::Lms2xx { Language::Lms2xx } else { Language::Cola };
@@ -155,7 +154,7 @@ impl Proxy {
         let busy = |cause| rowscan_ports::PortError::Listen { address: address.to_owned(), cause };
         let listener = TcpListener::bind(address).await.map_err(busy)?;
         let mut listener = GatedListener::new(listener, Some(self.faults.clone())).map_err(busy)?;
-        announce_stream(self.format, None, "tcp", Place::Address(&listener.address()))?;
+        announce_stream(self.format, None, "tcp", &listener.address())?;
         service::ready();
         let mut clients = JoinSet::new();
         loop {
@@ -222,7 +221,7 @@ impl Proxy {
     /// Is a serial port until it is dropped; the scanner is dialled again whenever it is lost.
     async fn serve_pty(&self, link: &Path) -> Result<(), Failure> {
         let pty = Pty::open(link)?;
-        announce_stream(self.format, None, "pty", Place::Path(pty.path()))?;
+        announce_stream(self.format, None, "pty", pty.path())?;
         service::ready();
         let mut wire = self.witnessed(self.faults.wrap(pty, |_| ()));
         let mut is_told = false;

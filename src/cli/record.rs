@@ -91,7 +91,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         rig: args
             .rig
             .as_deref()
-            .map(files::load_rig)
+            .map(|name| files::load_rig(name, say))
             .transpose()?
             .and_then(|(rig, _)| recorder::rig_text(&rig)),
         program: Some(recorder::program()),

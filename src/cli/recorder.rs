@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::foxglove::Language;
 use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps, WallClock};
+use rowscan_scenes::files;
 use tokio::sync::Notify;
 
 use super::output::{name_of, say};
@@ -114,7 +115,7 @@ pub(super) fn program() -> String {
 
 /// A rig as the text of its file; none if it has no such form.
 pub(super) fn rig_text(rig: &Rig) -> Option<String> {
-    toml::to_string(rig).ok()
+    files::rig_text(rig).ok()
 }
 
 impl Taping {

@@ -47,7 +47,7 @@ impl SceneArgs {
     pub(super) fn scene(&self) -> Result<Scene, Failure> {
         // A model that does not exist is told before an orchard has been grown for it.
         self.model.as_deref().map(models::find).transpose()?;
-        let mut scene = files::load_scene(&self.name)?;
+        let mut scene = files::load_scene(&self.name, say)?;
         scene.seed = self.seed.unwrap_or(scene.seed);
         self.optics.over(&mut scene);
         Ok(scene)

@@ -91,7 +91,6 @@ pub(super) struct Sensor {
     now: SimTime,
     /// When the last telegram came, host time.
     received: Duration,
-    row_spacing_m: Option<f64>,
 }
 
 impl SensorArgs {
@@ -163,7 +162,7 @@ impl SensorArgs {
 
 impl Sensors {
     /// The part of scanner number `place` among those that are followed.
-    pub(super) fn of(&self, place: usize, row_spacing_m: Option<f64>) -> Sensor {
+    pub(super) fn of(&self, place: usize) -> Sensor {
         Sensor {
             advance: self.advance,
             can: self.can.as_ref().map(|can| (Arc::clone(can), place)),
@@ -173,7 +172,6 @@ impl Sensors {
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
             received: Duration::ZERO,
-            row_spacing_m,
         }
     }
 
@@ -252,7 +250,7 @@ impl Sensor {
 
     async fn tell(&self, pipeline: &Pipeline) {
         if let Some((can, number)) = &self.can {
-            can.tell(*number, self.now, pipeline, self.row_spacing_m).await;
+            can.tell(*number, self.now, pipeline).await;
         }
     }
 

@@ -3,22 +3,18 @@
 use std::sync::Arc;
 
 use rowscan_control::StateOf;
-use rowscan_emulator::Counting;
-use serde_json::{Map, Value, json};
+use rowscan_emulator::CountReader;
+use serde_json::{Map, json};
 
 use super::events::Counted;
 
 /// Tells what each scanner has done, by the streams' names.
-pub(super) fn state_of(streams: impl IntoIterator<Item = (String, Counting)>) -> StateOf {
-    let streams: Vec<(String, Counting)> = streams.into_iter().collect();
+pub(super) fn state_of(streams: impl IntoIterator<Item = (String, CountReader)>) -> StateOf {
+    let streams: Vec<(String, CountReader)> = streams.into_iter().collect();
     Arc::new(move || {
-        streams.iter().map(|(name, counting)| (name.clone(), told(counting))).collect::<Map<_, _>>().into()
+        let told = |(name, counts): &(String, CountReader)| {
+            (name.clone(), json!(counts.counts().map(Counted::from)))
+        };
+        streams.iter().map(told).collect::<Map<_, _>>().into()
     })
-}
-
-fn told(counting: &Counting) -> Value {
-    match counting {
-        Counting::Cola(counter) => json!(counter.counts().as_ref().map(Counted::cola)),
-        Counting::Lms2xx(counts) => json!(Counted::lms2xx(counts())),
-    }
 }

@@ -2,21 +2,16 @@
 
 use std::path::Path;
 
+use rowscan_bench::{BenchSpec, BusSpec, NmeaSpec};
+use rowscan_bus::nmea::NmeaAddress;
+use rowscan_bus::{Bus, BusAddress, BusNews, Inbox};
 use rowscan_recording::Taps;
-use rowscan_vehicle::Tractor;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
-use super::endpoint::{Place, announce_stream};
+use super::endpoint::announce_stream;
 use super::output::say;
-use super::{Failure, Format, Outcome};
-use rowscan_bus::link::candump::LogCut;
-use rowscan_bus::link::{Found, Link};
-use rowscan_bus::nmea::{GnssEpochs, NmeaAddress, NmeaLine, NmeaPlace};
-use rowscan_bus::tractor::TractorEcu;
-use rowscan_bus::{Bus, BusAddress, BusNews, Inbox};
-use rowscan_emulator::Rig;
-use rowscan_emulator::stage::Stage;
+use super::{Failure, Format};
 use rowscan_ports::task;
 
 /// News of the bus that may wait to be told; a bus that flaps faster loses some.
@@ -52,20 +47,12 @@ pub(super) async fn open_bus(
     stream: Option<&str>,
     format: Format,
 ) -> Result<(Bus, Inbox), Failure> {
-    let mut announced = Ok(());
-    let mut tell = |link: &Link| {
-        let tell = |place: Place<'_>| announce_stream(format, stream, link.kind(), place);
-        let told = match link.found() {
-            Found::Address(address) => tell(Place::Address(&address)),
-            Found::Path(path) => tell(Place::Path(&path)),
-            Found::Name(name) => tell(Place::Address(&name)),
-        };
-        if announced.is_ok() {
-            announced = told;
-        }
-    };
-    let bus = Bus::open(ports, &mut tell).await?;
-    announced.map(|()| bus)
+    let mut places = Vec::new();
+    let bus = Bus::open(ports, &mut |link| places.push((link.kind(), link.found()))).await?;
+    for (kind, found) in places {
+        announce_stream(format, stream, kind, &found)?;
+    }
+    Ok(bus)
 }
 
 /// Where news of a bus go to be told by a task of `tasks`.
@@ -77,21 +64,6 @@ pub(super) fn tell_news(tasks: &mut JoinSet<()>) -> mpsc::Sender<BusNews> {
         }
     }));
     news
-}
-
-/// Opens a place for sentences that come `rate_hz` times a second and announces it, for the stream of that name.
-pub(super) async fn open_nmea(
-    address: &NmeaAddress,
-    rate_hz: f64,
-    stream: Option<&str>,
-    format: Format,
-) -> Result<NmeaLine, Failure> {
-    let line = NmeaLine::open(address, rate_hz).await?;
-    match line.place() {
-        NmeaPlace::Address(address) => announce_stream(format, stream, "nmea", Place::Address(address))?,
-        NmeaPlace::Path(path) => announce_stream(format, stream, "nmea", Place::Path(path))?,
-    }
-    Ok(line)
 }
 
 /// Where GNSS and CAN of the virtual tractor go.
@@ -116,29 +88,15 @@ impl TractorOutputArgs {
         self.bus.is_given()
     }
 
-    /// Opens what is asked for, adds it to the rig and says where it is.
-    pub(super) async fn open(
-        &self,
-        stage: &Stage,
-        tractor: &Tractor,
-        rig: &mut Rig,
-        taps: &Taps,
-        format: Format,
-    ) -> Result<OpenOutputs, Failure> {
-        let mut open = OpenOutputs::default();
-        let mut lines = Vec::new();
-        for address in &self.nmea {
-            lines.push(open_nmea(address, stage.scene.gnss.rate_hz, None, format).await?);
+    /// Puts what is asked for into a bench, recorded by `taps`; news of the bus are told by a task of `telling`.
+    pub(super) fn add_to(&self, spec: &mut BenchSpec<'_>, taps: &Taps, telling: &mut JoinSet<()>) {
+        spec.nmea_taps = taps.clone();
+        let places = (0..).zip(&self.nmea);
+        spec.nmea.extend(places.map(|(number, at)| NmeaSpec { id: format!("nmea{number}"), at: at.clone() }));
+        if self.has_bus() {
+            let bus = BusSpec::new("can0", self.bus.can.iter().cloned());
+            spec.buses.push(BusSpec { taps: taps.clone(), news: Some(tell_news(telling)), ..bus });
         }
-        if !lines.is_empty() {
-            rig.gnss(GnssEpochs::new(tractor.clone(), stage.receiver()), lines, taps);
-        }
-        if let Some(bus) = self.bus.open(format).await? {
-            let ecu = TractorEcu::new(tractor.clone(), stage.receiver());
-            open.logs = bus.0.logs();
-            rig.bus(ecu, bus, Some(tell_news(&mut open.telling)), taps);
-        }
-        Ok(open)
     }
 
     /// The files that are written.
@@ -147,20 +105,5 @@ impl TractorOutputArgs {
             BusAddress::Candump(path) => Some(path.as_path()),
             _ => None,
         })
-    }
-}
-
-/// What speaks while a rig runs.
-#[derive(Debug, Default)]
-pub(super) struct OpenOutputs {
-    /// Tells what happens on the bus.
-    telling: JoinSet<()>,
-    logs: Vec<LogCut>,
-}
-
-impl OpenOutputs {
-    /// Whether all logs are whole.
-    pub(super) fn outcome(&self) -> Outcome {
-        if self.logs.iter().any(LogCut::is_cut) { Outcome::Finding } else { Outcome::Done }
     }
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::io::{BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 
+use rowscan_emulator::ScanMoment;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Rig, ScanMoment};
 use rowscan_protocol::rig::RowSide;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::OutputFile;
@@ -43,14 +43,13 @@ impl TruthArgs {
         self.truth.as_deref()
     }
 
-    /// Begins the file, if it was asked for; the scans are those of the rig's first scanner, number `scanner` of the stage.
+    /// Begins the file, if it was asked for, and gives the way to it; the scans are those of the rig's first scanner, number `scanner` of the stage.
     pub(super) fn start(
         &self,
         stage: &Stage,
         scanner: Option<usize>,
-        rig: Rig,
-    ) -> Result<(Rig, TruthFile), Failure> {
-        let Some(path) = &self.truth else { return Ok((rig, TruthFile::default())) };
+    ) -> Result<(Option<Sender<ScanMoment>>, TruthFile), Failure> {
+        let Some(path) = &self.truth else { return Ok((None, TruthFile::default())) };
         check_text(path)?;
         let name = name_of(path);
         let file = OutputFile::create(path).map_err(|cause| Failure::Write { what: name.clone(), cause })?;
@@ -60,7 +59,7 @@ impl TruthArgs {
         // A thread of its own: the rig never waits for the disk.
         let (moments, told) = channel();
         let writer = tokio::task::spawn_blocking(move || write(BufWriter::new(file), &told, &truth));
-        Ok((rig.with_moments(moments), TruthFile(Some(Writing { name, writer }))))
+        Ok((Some(moments), TruthFile(Some(Writing { name, writer }))))
     }
 }
 

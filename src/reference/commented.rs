@@ -21,13 +21,20 @@ pub fn commented(document: Document) -> String {
             document.about()
         ),
     );
-    if document == Document::Scene {
-        text.push_str(&format!("\n{}", defaults::EMPTY_SCENE));
+    if has_scene_version(document) {
+        text.push_str(&format!("\n{}", defaults::empty_scene()));
     }
     for key in keys(&document.schema()) {
-        write(&mut text, &key);
+        if !(has_scene_version(document) && key.path() == "version") {
+            write(&mut text, &key);
+        }
     }
     text
+}
+
+/// True of a file whose version stands at its top: what the words of a rig mean hangs on it.
+fn has_scene_version(document: Document) -> bool {
+    matches!(document, Document::Scene | Document::Rig)
 }
 
 fn write(text: &mut String, key: &Key) {
@@ -39,10 +46,6 @@ fn write(text: &mut String, key: &Key) {
             _ => format!("[{}]", key.path()),
         };
         text.push_str(&format!("{}{header}\n", if key.optional { "# " } else { "" }));
-        return;
-    }
-    // The version stands at the top already.
-    if key.required && !key.optional {
         return;
     }
     comment(text, &about(key));

@@ -1,15 +1,18 @@
 //! The defaults that a scene's preset gives.
 
 use rowscan_scenes::files::scene_from_text;
+use rowscan_scenes::scene::VERSION;
 use serde_json::Value;
 
 /// What a scene says that says nothing.
-pub(super) const EMPTY_SCENE: &str = "version = 1\n";
+pub(super) fn empty_scene() -> String {
+    format!("version = {VERSION}\n")
+}
 
 /// Fills in the defaults of a scene's keys that come from its preset.
 pub(super) fn fill(schema: &mut Value) {
     // The scene without a word is sound; a test reads it.
-    let Some(scene) = scene_from_text(EMPTY_SCENE).ok() else { return };
+    let Some(scene) = scene_from_text(&empty_scene(), |_| {}).ok() else { return };
     if let Ok(in_force) = serde_json::to_value(scene.spelled_out()) {
         of_preset(schema, &in_force);
     }

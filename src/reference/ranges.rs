@@ -2,6 +2,7 @@
 //! stands in one place, the validation.
 
 use rowscan_protocol::rig::RigError;
+use rowscan_scenes::scene::VERSION;
 use rowscan_scenes::{Scene, SceneError, builtin};
 use rowscan_vehicle::trajectory::DriveError;
 use serde_json::{Map, Value, json};
@@ -34,7 +35,7 @@ pub(super) fn ask(schema: &mut Value) {
 /// Scenes in which different parts are validated: one without a word, and every built-in one.
 fn bases() -> Vec<Value> {
     let built_in = builtin::names().filter_map(builtin::text).filter_map(|text| toml::from_str(text).ok());
-    [json!({ "version": 1 })].into_iter().chain(built_in).collect()
+    [json!({ "version": VERSION })].into_iter().chain(built_in).collect()
 }
 
 /// Calls `on` with the path and schema of every number.

@@ -216,7 +216,8 @@ mod tests {
     use rowscan_scenes::files;
 
     fn finer(scene: &str) -> Vec<Measure> {
-        let stage = Stage::grow(files::load_scene(scene).expect("built in"), &|_, _| {}).expect("grown");
+        let stage =
+            Stage::grow(files::load_scene(scene, |_| {}).expect("built in"), &|_, _| {}).expect("grown");
         finer_scan(&stage).expect("scanned")
     }
 

@@ -71,9 +71,9 @@ impl Study for CoverageStudy {
         Ok(CoverageRow {
             seed,
             truth_m2: trial.truth.leaf_area_m2,
-            leaf_area_m2: trial.estimate.leaf_area_m2,
-            sampling_m2: trial.estimate.leaf_area_sampling_error_m2,
-            interval_m2: trial.estimate.leaf_area_interval_m2,
+            leaf_area_m2: trial.estimate.leaf.areas.best_m2().ok(),
+            sampling_m2: trial.estimate.leaf.sampling_error_m2,
+            interval_m2: trial.estimate.leaf.interval_m2,
         })
     }
 }

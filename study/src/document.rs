@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rowscan_scenes::Scene;
-use rowscan_scenes::files::{self, LoadError, TomlError};
+use rowscan_scenes::files::{self, LoadError, TomlError, Warning};
 use serde::de::DeserializeOwned;
 
 use super::settings::Shelf;
@@ -55,11 +55,15 @@ impl<'a> Document<'a> {
         files::from_toml(&self.text).map_err(|trouble| self.content(trouble))
     }
 
-    /// The scene it departs from, a file beside it or a built-in, and the shelf of that scene's files.
-    pub(super) fn scene(&self, name: &str) -> Result<(Scene, Shelf), StudyFileError> {
+    /// The scene it departs from, a file beside it or a built-in, and the shelf of that scene's files. `tell` hears what the user should know of it.
+    pub(super) fn scene(
+        &self,
+        name: &str,
+        tell: impl FnMut(Warning),
+    ) -> Result<(Scene, Shelf), StudyFileError> {
         let beside = self.path.parent().map(|folder| folder.join(name)).filter(|beside| beside.is_file());
         let place = beside.unwrap_or_else(|| PathBuf::from(name));
-        let scene = files::load_scene(place.to_str().unwrap_or(name))?;
+        let scene = files::load_scene(place.to_str().unwrap_or(name), tell)?;
         let folder = place.parent().unwrap_or(Path::new("")).to_owned();
         Ok((scene, Shelf::in_folder(folder)))
     }

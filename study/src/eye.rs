@@ -236,20 +236,20 @@ fn value(way: Way, row: &SeenRow) -> (Option<f64>, Option<[f64; 2]>) {
         (found.and_then(|m| m.value), ends)
     };
     match way {
-        Way::ContactBefore => (before.leaf_area_contact_raw_m2, None),
-        Way::ContactRaw => (after.leaf_area_contact_raw_m2, None),
-        Way::Contact => (after.leaf_area_contact_m2.filter(|_| after.calibration.is_some()), None),
-        Way::ShareRaw => (by_shares(|estimate| estimate.leaf_area_share_raw_m2), None),
+        Way::ContactBefore => (before.leaf.areas.contact_raw_m2().ok(), None),
+        Way::ContactRaw => (after.leaf.areas.contact_raw_m2().ok(), None),
+        Way::Contact => (after.leaf.areas.contact_m2().ok().filter(|_| after.calibration.is_some()), None),
+        Way::ShareRaw => (by_shares(|estimate| estimate.leaf.areas.share_raw_m2().ok()), None),
         Way::Share => {
-            let ends = shares.as_ref().filter(|estimate| estimate.leaf_area_share_m2.is_some());
-            (by_shares(|estimate| estimate.leaf_area_share_m2), ends.and_then(|e| e.leaf_area_interval_m2))
+            let ends = shares.as_ref().filter(|estimate| estimate.leaf.areas.share_m2().ok().is_some());
+            (by_shares(|estimate| estimate.leaf.areas.share_m2().ok()), ends.and_then(|e| e.leaf.interval_m2))
         }
         Way::Voxel => measure("voxel"),
         Way::Polar => measure("polar"),
         Way::Gap => measure("gap"),
-        Way::Regression => (after.leaf_area_regression_m2, None),
-        Way::Null => (after.leaf_area_null_m2, None),
-        Way::LeafArea => (after.leaf_area_m2, after.leaf_area_interval_m2),
+        Way::Regression => (after.leaf.areas.regression_m2().ok(), None),
+        Way::Null => (after.leaf.null_m2, None),
+        Way::LeafArea => (after.leaf.areas.best_m2().ok(), after.leaf.interval_m2),
     }
 }
 
@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn a_scanner_farther_than_half_the_alley_moves_the_next_row_away() {
-        let scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
+        let scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
         let model = AnyModel::by_name("lms511").expect("a model");
         let far = placed(&scene, model, 4.0, 7);
         assert_eq!((far.seed, far.orchard.row_spacing_m, far.rig.row_spacing_m), (7, Some(8.0), Some(8.0)));

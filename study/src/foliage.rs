@@ -53,7 +53,7 @@ mod tests {
     fn seeds_spread_over_the_range_and_repeat() {
         let range: LaiRange = "0.5..2.5".parse().expect("a range");
         assert_eq!(range.to_string(), "0.5..2.5");
-        let scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
+        let scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
         let drawn = |seed| range.dress(&scene, seed).orchard.target_lai.expect("an index");
         let all: Vec<f64> = (1..=400).map(drawn).collect();
         assert!(all.iter().all(|lai| (0.5..2.5).contains(lai)));

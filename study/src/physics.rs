@@ -265,7 +265,7 @@ fn value(output: Output, raw: &Estimate, corrected: &Estimate, leaves_m2: Option
     match output {
         Output::ImpactedTotal => raw.impacted_total_area_m2,
         Output::ImpactedLeaf => leaves_m2,
-        Output::Contact => raw.leaf_area_contact_raw_m2,
+        Output::Contact => raw.leaf.areas.contact_raw_m2().ok(),
         Output::Gap => measure("gap", Quantity::LeafArea),
         // The percentile that is highest.
         Output::Height => measure("height", Quantity::Height),
@@ -273,7 +273,7 @@ fn value(output: Output, raw: &Estimate, corrected: &Estimate, leaves_m2: Option
         Output::Volume => measure("volume", Quantity::Volume),
         Output::TreeRowVolume => measure("trv", Quantity::TreeRowVolume),
         Output::LeafWallArea => measure("lwa", Quantity::LeafWallArea),
-        Output::LeafArea => corrected.leaf_area_m2,
-        Output::Lai => corrected.lai,
+        Output::LeafArea => corrected.leaf.areas.best_m2().ok(),
+        Output::Lai => corrected.leaf.areas.lai().ok(),
     }
 }

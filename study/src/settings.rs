@@ -35,6 +35,12 @@ pub(super) fn set<T: Serialize>(
     })
 }
 
+/// The same of a scene.
+pub(super) fn set_in_scene(scene: &Scene, settings: &[Setting<'_>]) -> Result<Scene, String> {
+    // It is written in the present version, of which nothing needs to be told.
+    set(scene, settings, |text| files::scene_from_text(text, |_| {}))
+}
+
 fn put(table: &mut Table, path: &[&str], value: &Value) -> Result<(), String> {
     let Some((first, rest)) = path.split_first() else { return Ok(()) };
     let (name, number) = match first.strip_suffix(']').and_then(|text| text.split_once('[')) {
@@ -150,11 +156,11 @@ mod tests {
     use super::*;
 
     fn spindle() -> Scene {
-        files::load_scene("spindle").expect("built in")
+        files::load_scene("spindle", |_| {}).expect("built in")
     }
 
     fn set(settings: &[Setting<'_>]) -> Result<Scene, String> {
-        super::set(&spindle(), settings, files::scene_from_text)
+        set_in_scene(&spindle(), settings)
     }
 
     #[test]
@@ -170,6 +176,20 @@ mod tests {
         assert_eq!((mount.height_m, mount.model.as_str(), scene.rig.speed_m_s), (2.0, "lms511", 2.0));
         assert_eq!(scene.orchard.tree.iterations, Some(8));
         assert_eq!(set(&[]), Ok(spindle()));
+    }
+
+    #[test]
+    fn a_roof_is_set_and_kept_in_the_words_of_the_present_version() {
+        // Read from a file of version 1, where `forward` is what `backward` is now.
+        let old = "version = 1\n[[rig.scanner]]\nroof = \"forward\"\n";
+        let old = files::scene_from_text(old, |_| {}).expect("sound");
+        let speed = ("rig.speed_m_s", Value::Integer(2));
+        assert_eq!(set_in_scene(&old, &[speed]).expect("valid").rig.scanners, old.rig.scanners);
+        for (word, sense) in [("forward", -1.0), ("backward", 1.0)] {
+            let scene =
+                set_in_scene(&old, &[("rig.scanner.roof", Value::String(word.into()))]).expect("valid");
+            assert_eq!(scene.rig.scanners[0].angle_map(), (sense, -90.0 * sense), "{word}");
+        }
     }
 
     #[test]

@@ -53,8 +53,8 @@ fn a_matrix_that_is_not_stochastic_names_the_row_and_its_sum() {
 
 #[test]
 fn a_scene_of_another_version_or_an_impossible_rig_is_refused() {
-    let (_folder, path) = file("row.toml", b"version = 2\n");
-    assert_says(&refused(&["emulate", &path]), &["version must be 1, found 2"]);
+    let (_folder, path) = file("row.toml", b"version = 3\n");
+    assert_says(&refused(&["emulate", &path]), &["version must be 1 or 2, found 3"]);
     let (_folder, path) = file("row.toml", b"version = 1\n[[rig.scanner]]\ndistance_m = -1\n");
     assert_says(&refused(&["emulate", &path]), &["distance_m", "positive", "-1"]);
     let (_folder, path) = file("row.toml", b"version = 1\n[[rig.scanner]]\nfrequency_hz = 33\n");

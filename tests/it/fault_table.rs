@@ -10,16 +10,15 @@ use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{EmulatorConfig, Rig, SerialConfig, StageRow, faulty_wire};
+use rowscan_emulator::{EmulatorConfig, Rig, SerialConfig, StageRow};
 use rowscan_faults::{
     FAULTS, Family, Fault, FaultControl, Form, Language, Layer, Medium, StreamFaults, read,
 };
-use rowscan_ports::Wire;
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{Tap, Taps};
+use rowscan_recording::Taps;
 use rowscan_vehicle::{Encoder, Tractor};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep_until, timeout_at};
@@ -187,7 +186,7 @@ impl Bench<'_> {
         let row = Arc::new(StageRow::new(tractor.clone(), &self.stage.orchard));
         let (control, _events) = FaultControl::new(1, rig.clock(), Some(row));
         let bus = Bus::open(&[BusAddress::Candump(log.clone())], &mut |_| ()).await.expect("a log");
-        rig.bus(TractorEcu::new(tractor.clone(), self.stage.receiver()), bus, None, &Taps::default());
+        rig.bus("can0", TractorEcu::new(tractor.clone(), self.stage.receiver()), bus, None, &Taps::default());
         let (wire, asking, scanner) = self.scanner(&mut rig, &tractor, &control);
         control.add_all(read(faults).expect(faults)).map_err(|refused| refused.to_string())?;
         let running = rig.run();
@@ -221,12 +220,9 @@ impl Bench<'_> {
                 ..lms2xx::device::Options::default()
             };
             let (device, view) = self.stage.serial_scanner_on(tractor, 0, model, options).expect("it fits");
-            let wire: Box<dyn Wire> = match stream(Medium::Wire, Language::Lms2xx) {
-                Some(faults) => faulty_wire(Box::new(there), &faults, Tap::default()),
-                None => Box::new(there),
-            };
-            let config = SerialConfig::at(TimeScale::Paced(1.0));
-            return (here, None, Box::new(rig.lms2xx(device, view, wire, config)));
+            let faults = stream(Medium::Wire, Language::Lms2xx);
+            let config = SerialConfig { faults, ..SerialConfig::at(TimeScale::Paced(1.0)) };
+            return (here, None, Box::new(rig.lms2xx(device, view, Box::new(there), config)));
         }
         let medium = if self.client == Client::ColaLine { Medium::Wire } else { Medium::Tcp };
         let faults: Option<StreamFaults> = stream(medium, Language::Cola);

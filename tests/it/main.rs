@@ -56,6 +56,7 @@ mod reference;
 mod replay;
 mod replay_lines;
 mod replayed_requests;
+mod roofs;
 #[cfg(feature = "tables")]
 mod scans;
 mod searches;
@@ -75,3 +76,4 @@ mod truth_files;
 mod validity;
 mod web;
 mod web_lms2xx;
+mod windows;

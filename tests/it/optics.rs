@@ -51,12 +51,13 @@ async fn a_rig_that_reads_remission_asks_the_scanner_for_it_and_counts_shares() 
     let scene = || reading(Some(RemissionReading::Model));
     let offline = Trial::run(scene(), model, None).expect("it runs").estimate;
     assert_eq!(bits(&online(scene(), model, Dialect::B).await), bits(&offline));
-    let shares_m2 = offline.leaf_area_share_raw_m2.expect("remission is read");
+    let shares_m2 = offline.leaf.areas.share_raw_m2().ok().expect("remission is read");
     assert!(shares_m2 > 0.0 && offline.warnings.iter().any(|warning| warning.code() == "remission_assumed"));
     let silent = Trial::run(reading(None), model, None).expect("it runs").estimate;
-    assert_eq!(silent.leaf_area_share_raw_m2, None);
+    assert_eq!(silent.leaf.areas.share_raw_m2().ok(), None);
     assert_eq!(
-        silent.leaf_area_contact_raw_m2, offline.leaf_area_contact_raw_m2,
+        silent.leaf.areas.contact_raw_m2().ok(),
+        offline.leaf.areas.contact_raw_m2().ok(),
         "remission changes no range"
     );
 }
@@ -75,14 +76,14 @@ fn a_rig_with_remission_that_tells_no_power_is_refused() {
 #[test]
 fn thin_and_dense_rows_read_right_by_shares_where_contact_makes_half_of_their_difference() {
     let error = |lai: f64, remission: Option<RemissionReading>| {
-        let mut scene = rowscan_scenes::files::load_scene("spindle").expect("built in");
+        let mut scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
         (scene.seed, scene.orchard.target_lai, scene.optics.stages) = (77, Some(lai), Stages::device());
         scene.rig.scanners[0].remission = remission;
         let calibration =
             load_calibration_for("spindle", "lms111", Some(BeamWidth::Device)).expect("shipped");
         let trial =
             Trial::run(scene, model::by_name("lms111").expect("known"), calibration).expect("it runs");
-        trial.estimate.leaf_area_m2.expect("an area") / trial.truth.leaf_area_m2 - 1.0
+        trial.estimate.leaf.areas.best_m2().ok().expect("an area") / trial.truth.leaf_area_m2 - 1.0
     };
     let (by_shares, by_contact) = (
         [0.8, 2.0].map(|lai| error(lai, Some(RemissionReading::Model))),
@@ -172,14 +173,14 @@ fn a_recording_that_may_hold_the_last_echo_gives_no_leaf_area_until_somebody_say
         "{:?}",
         unknown.warnings
     );
-    assert_eq!((unknown.leaf_area_m2, unknown.lai), (None, None));
+    assert_eq!((unknown.leaf.areas.best_m2().ok(), unknown.leaf.areas.lai().ok()), (None, None));
     let leaf_area = |m: &&Measure| m.quantity == Quantity::LeafArea && m.value.is_some();
     assert_eq!(unknown.measures.iter().find(leaf_area), None);
     assert!(unknown.impacted_total_area_m2.is_some_and(|area_m2| area_m2 > 0.0));
     let mut told = rig;
     told.scanners[0].echo = Some(EchoChoice::First);
     let known = read(&told);
-    assert!(known.leaf_area_m2.is_some() && known.measures.iter().any(|m| leaf_area(&m)));
+    assert!(known.leaf.areas.best_m2().ok().is_some() && known.measures.iter().any(|m| leaf_area(&m)));
 }
 
 #[test]

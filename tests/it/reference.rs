@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use common::binary::{assert_says, refused, run, text};
 use rowscan::reference::{Document, Key, Kind, commented, keys, markdown};
 use rowscan_scenes::files;
+use rowscan_scenes::scene::VERSION;
 use serde_json::{Value, json};
 
 fn root() -> &'static Path {
@@ -85,7 +86,10 @@ fn schemas_hold_for_every_file_of_the_repository() {
                 (Document::Search, 1)
             } else if ["expect", "device", "use"].iter().any(|key| document.get(key).is_some()) {
                 (Document::Scenario, 2)
-            } else if document.get("orchard").is_none() && document.get("version").is_none() {
+            } else if document
+                .as_object()
+                .is_some_and(|all| all.keys().all(|key| ["version", "name", "rig"].contains(&key.as_str())))
+            {
                 (Document::Rig, 4)
             } else {
                 (Document::Scene, 3)
@@ -99,10 +103,22 @@ fn schemas_hold_for_every_file_of_the_repository() {
 }
 
 #[test]
+fn schemas_take_scenes_and_rigs_of_both_versions() {
+    for version in ["version = 1\n", "version = 2\n", ""] {
+        let rig = format!("{version}name = \"mast\"\n[[rig.scanner]]\nroof = \"forward\"\n");
+        assert_eq!(complaint(&Document::Rig.schema(), &json_of(&rig)), None, "{rig}");
+        if !version.is_empty() {
+            assert_eq!(complaint(&Document::Scene.schema(), &json_of(&rig)), None, "{rig}");
+        }
+    }
+}
+
+#[test]
 fn what_the_reader_refuses_the_schema_refuses() {
     for (document, bad, about) in [
         (Document::Scene, "version = 1\n[orchard]\ntree_spacing = 1.5\n", "an unknown key"),
-        (Document::Scene, "version = 2\n", "another version"),
+        (Document::Scene, "version = 3\n", "another version"),
+        (Document::Rig, "version = 3\n[rig]\n", "another version"),
         (Document::Scene, "version = 1\n[orchard]\npreset = \"spindel\"\n", "an unknown name"),
         (Document::Scene, "version = 1\n[drive]\nslip = 1.0\n", "a number out of range"),
         (Document::Scene, "version = 1\n[[rig.scanner]]\nheight_m = \"high\"\n", "a text for a number"),
@@ -135,7 +151,7 @@ fn what_the_reader_refuses_the_schema_refuses() {
             document.name()
         );
         if matches!(document, Document::Scene) {
-            assert!(files::scene_from_text(bad).is_err(), "{about} passes the reader");
+            assert!(files::scene_from_text(bad, |_| {}).is_err(), "{about} passes the reader");
         }
     }
 }
@@ -176,7 +192,7 @@ fn the_ends_of_a_range_are_valid_and_what_lies_beyond_is_refused() {
     let reader = |key: &Key, value: f64| {
         for generator in ["trained", "hmt", "lsystem", "analytic"] {
             let mut document = with_key(key, value, &all);
-            document["version"] = json!(1);
+            document["version"] = json!(VERSION);
             if key.path() != "orchard.generator" {
                 document["orchard"]["generator"] = json!(generator);
             }
@@ -232,7 +248,7 @@ fn live(text: &str) -> String {
 #[test]
 fn a_new_scene_passes_and_means_the_default_as_it_stands_and_with_every_default_live() {
     let folder = tempfile::tempdir().expect("a folder");
-    let default = files::scene_from_text("version = 1\n").expect("sound").spelled_out();
+    let default = files::scene_from_text("version = 2\n", |_| {}).expect("sound").spelled_out();
     let file = folder.path().join("scene.toml");
     assert_eq!(run(&["scene", "new", text(&file)]).code, Some(0));
     let written = std::fs::read_to_string(&file).expect("written");
@@ -242,7 +258,7 @@ fn a_new_scene_passes_and_means_the_default_as_it_stands_and_with_every_default_
         let checked = run(&["scene", "check", text(&file)]);
         assert_eq!((checked.code, checked.stderr.as_str()), (Some(0), ""), "{name}");
         assert_says(&checked.stdout, &["scene.toml: sound: spindle, 1 row(s) of", "lms111 at 1 m/s"]);
-        assert_eq!(files::load_scene(text(&file)).expect("sound").spelled_out(), default, "{name}");
+        assert_eq!(files::load_scene(text(&file), |_| {}).expect("sound").spelled_out(), default, "{name}");
     }
     assert!(live(&written).lines().filter(|line| !line.starts_with('#') && line.contains('=')).count() > 150);
     assert_says(&refused(&["scene", "new", text(&file)]), &["is there already"]);
@@ -257,7 +273,7 @@ fn a_new_rig_passes_and_means_the_default() {
     for content in [written.clone(), live(&written)] {
         std::fs::write(&file, content).expect("written");
         assert_eq!(run(&["rig", "check", text(&file)]).code, Some(0));
-        let (rig, scene) = files::load_rig(text(&file)).expect("sound");
+        let (rig, scene) = files::load_rig(text(&file), |_| {}).expect("sound");
         assert_eq!((rig, scene), (rowscan_protocol::rig::Rig::default(), None));
     }
     assert!(written.contains("#height_m = 1.6") && written.contains("[m; a positive number]"), "{written}");
@@ -299,7 +315,7 @@ fn distances_between_scanners_are_places_and_are_told_and_drawn() {
     let content = "[rig]\nrow_spacing_m = 4.0\ntree_spacing_m = 1.5\n[[rig.scanner]]\noffset_y_m = 0.3\nheight_m = 1.2\n\
                    [[rig.scanner]]\nahead_of_previous_m = 0.9\nabove_previous_m = 0.5\nroll_deg = 10\n";
     std::fs::write(&file, content).expect("written");
-    let (rig, _) = files::load_rig(text(&file)).expect("sound");
+    let (rig, _) = files::load_rig(text(&file), |_| {}).expect("sound");
     assert_eq!((rig.scanners[1].offset_y_m, rig.scanners[1].height_m), (0.3 + 0.9, 1.2 + 0.5));
     let drawing = folder.path().join("rig.svg");
     let shown = run(&["rig", "show", text(&file), "--svg", text(&drawing)]);
@@ -315,7 +331,16 @@ fn distances_between_scanners_are_places_and_are_told_and_drawn() {
     let svg = std::fs::read_to_string(&drawing).expect("drawn");
     assert_says(
         &svg,
-        &["<svg", "0.90 m apart", "distance_m 1.9", "tree_spacing_m 1.5", "alley 0", ">90°<", "roof forward"],
+        &[
+            "<svg",
+            "0.90 m apart",
+            "distance_m 1.9",
+            "tree_spacing_m 1.5",
+            "alley 0",
+            ">90°<",
+            ">roof<",
+            "roof backward (0° points down",
+        ],
     );
     let rows = run(&["rig", "show", text(&file), "--format", "csv"]).stdout;
     assert_says(

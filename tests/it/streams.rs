@@ -70,7 +70,7 @@ async fn record(folder: &Path, path: &Path, long: Duration) {
     let bus = bus(folder, "recorded.log").await;
     let mut rig = Rig::new(tractor.clone(), TimeScale::Paced(1.0));
     rig.gnss(GnssEpochs::new(tractor.clone(), stage.receiver()), vec![nmea_line().await], &recorder.taps());
-    rig.bus(TractorEcu::new(tractor.clone(), stage.receiver()), bus, None, &recorder.taps());
+    rig.bus("can0", TractorEcu::new(tractor.clone(), stage.receiver()), bus, None, &recorder.taps());
     let mut emulators = Vec::new();
     for (number, name) in ["lms111", "lms511"].into_iter().enumerate() {
         let model = model::by_name(name).expect("known");

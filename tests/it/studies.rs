@@ -101,7 +101,7 @@ fn a_study_s_calibration_loads_where_estimates_are_made() {
 
 #[test]
 fn twenty_millimetres_are_as_good_as_two() {
-    let scene = load_scene("paper").expect("built in");
+    let scene = load_scene("paper", |_| {}).expect("built in");
     let study = ResolutionStudy {
         orchards: 4,
         dy_mm: vec![2, 20],
@@ -122,7 +122,7 @@ fn twenty_millimetres_are_as_good_as_two() {
 #[test]
 fn trunks_in_one_phase_make_a_step_that_the_advance_does_not() {
     // Six trunks of 0.5 m: met by 3 or 4 lines of 150 mm.
-    let scene = load_scene("cylinder").expect("built in");
+    let scene = load_scene("cylinder", |_| {}).expect("built in");
     let sd = |spacing_m: Option<f64>| {
         let study = ResolutionStudy {
             orchards: 2,

@@ -101,7 +101,7 @@ async fn run(folder: &Path, name: &str, late: Duration) -> [Vec<u8>; 4] {
     let log_path = folder.join(name);
     rig.gnss(GnssEpochs::new(tractor.clone(), stage.receiver()), vec![line], &Taps::default());
     let ecu = TractorEcu::new(tractor.clone(), stage.receiver());
-    rig.bus(ecu, log(&log_path).await, None, &Taps::default());
+    rig.bus("can0", ecu, log(&log_path).await, None, &Taps::default());
     let mut clients = Vec::new();
     let mut emulators = Vec::new();
     for (number, model) in ["lms111", "lms511"].into_iter().enumerate() {

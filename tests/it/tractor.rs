@@ -133,7 +133,7 @@ fn with_an_encoder_impacted_area_does_not_depend_on_how_fast_it_is_driven() {
     let stop_and_go = || Drive { stop_and_go: Some(stop_and_go), ..Drive::default() };
     // The whole built-in row: on a few small trees lines half as far apart find another percent by chance alone.
     let driven = |speed_m_s, drive| {
-        let mut scene = load_scene("spindle").unwrap();
+        let mut scene = load_scene("spindle", |_| {}).unwrap();
         scene.rig.speed_m_s = speed_m_s;
         Scene { drive, ..scene }
     };

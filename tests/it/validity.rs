@@ -99,8 +99,9 @@ fn numbers_that_cannot_be_give_no_area_and_their_cause() {
 #[test]
 fn a_device_that_cannot_measure_gives_no_area_and_its_cause() {
     for (said, cause) in [
+        (Said { status: "0 1", ..GOOD }, "device_error"),
         (Said { status: "1 0", ..GOOD }, "device_error"),
-        (Said { status: "4 0", ..GOOD }, "contamination, the window"),
+        (Said { status: "0 4", ..GOOD }, "contamination, the window"),
         (Said { start: -900_000, ..GOOD }, "outside_field"),
     ] {
         let (exit, estimate, stderr) = estimated(|_| said);
@@ -116,7 +117,7 @@ fn misses_and_a_warning_are_data() {
     assert_eq!((exit, &estimate["leaf_area_m2"]), (Some(0), &0.0.into()), "a gap in the row is a true zero");
     let (exit, clean, _) = estimated(|_| GOOD);
     assert_eq!(exit, Some(0));
-    let (exit, dirty, _) = estimated(|_| Said { status: "2 0", ..GOOD });
+    let (exit, dirty, _) = estimated(|_| Said { status: "0 2", ..GOOD });
     assert_eq!((exit, &dirty["leaf_area_m2"]), (Some(0), &clean["leaf_area_m2"]));
     assert_says(
         &warnings(&dirty),
@@ -130,7 +131,7 @@ fn a_stretch_without_valid_scans_withholds_areas_only_if_it_is_too_long() {
     let with_bad = |bad: std::ops::Range<u16>, said: Said| {
         estimated(move |counter| if bad.contains(&counter) { said } else { GOOD })
     };
-    for bad in [Said { status: "1 0", ..GOOD }, Said { scale: 0, ..GOOD }] {
+    for bad in [Said { status: "0 1", ..GOOD }, Said { scale: 0, ..GOOD }] {
         // Four lines: their neighbours fill the gap, to the last square millimetre of a wall.
         let (exit, estimate, _) = with_bad(200..204, bad);
         let area = |estimate: &Value| estimate["impacted_total_area_m2"].as_f64().expect("a number");

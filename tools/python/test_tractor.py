@@ -86,6 +86,87 @@ def test_every_frame_is_decoded_and_a_command_is_obeyed(rowscan, database, tmp_p
             bus.shutdown()
 
 
+def candump(path, database, message):
+    """The values of every frame of a message in a candump log, decoded."""
+    found = []
+    with open(path) as log:
+        for line in log:
+            identifier, data = line.split()[2].split("#")
+            known = database.get_message_by_frame_id(int(identifier, 16))
+            if known.name == message:
+                found.append(known.decode(bytes.fromhex(data), decode_choices=False))
+    return found
+
+
+#: "Not available".
+MISSING = 255
+
+
+def told(frames, signal, scale):
+    """The values of a signal that are there."""
+    return [frame[signal] for frame in frames if round(frame[signal] / scale) != MISSING]
+
+
+def estimated(rowscan, scene, log, scans):
+    """The estimate of a drive past a scene, and its exit code, with the canopy sensor's frames in a log."""
+    emulator = rowscan.Emulator(scene, "--time-scale", "max", "--seed", "1")
+    try:
+        code, out, err = rowscan.run(
+            "estimate", "tcp://%s:%d" % emulator.address, "--rig", scene, "--can", "candump:%s" % log,
+            "--scans", str(scans), "--format", "json", limit_s=120)
+        emulator.interrupt()
+    finally:
+        emulator.close()
+    assert out, err
+    return json.loads(out[out.index("\n{\n"):] if out.startswith('{"event"') else out), code
+
+
+def test_the_leaf_area_on_the_bus_is_the_file_s(rowscan, database, tmp_path):
+    log = tmp_path / "bus.log"
+    found, code = estimated(rowscan, "spindle", log, 880)
+    assert code == 0
+    frames = candump(log, database, "CanopySummary")
+    areas, indices = told(frames, "LeafArea", 0.1), told(frames, "LeafAreaIndex", 0.04)
+    assert len(areas) == len(indices) > 160
+    per_metre = found["leaf_area_m2"] / found["scanned_m"]
+    assert abs(sum(areas) / len(areas) / per_metre - 1) < 0.01
+    assert abs(sum(indices) / len(indices) / found["lai"] - 1) < 0.01
+    assert {frame["LeafAreaWithheld"] for frame in candump(log, database, "CanopyLeafStatus")} == {0}
+
+
+def test_a_wall_has_no_leaf_area_in_the_file_nor_on_the_bus(rowscan, database, tmp_path):
+    log = tmp_path / "bus.log"
+    found, code = estimated(rowscan, "wall", log, 200)
+    assert (code, found["leaf_area_m2"], found["leaf_area_withheld"]) == (1, None, "no_foliage")
+    frames = candump(log, database, "CanopySummary")
+    assert frames and not told(frames, "LeafArea", 0.1) and not told(frames, "LeafAreaIndex", 0.04)
+    assert told(frames, "ImpactedArea", 0.02), "the wall itself is told"
+    reasons = {frame["LeafAreaWithheld"] for frame in candump(log, database, "CanopyLeafStatus")}
+    choices = database.get_message_by_name("CanopyLeafStatus").get_signal_by_name("LeafAreaWithheld").choices
+    assert {str(choices[reason]) for reason in reasons} == {"NoFoliage"}
+
+
+def test_clients_of_one_port_hear_each_other(rowscan):
+    with tractor(rowscan, "--can", "socketcand:127.0.0.1:0") as endpoints:
+        first, second = (open_bus("socketcand", endpoints["socketcand"]) for _ in range(2))
+        mine = can.Message(arbitration_id=0x18FF4299, data=b"\x01\x02", is_extended_id=True)
+        first.send(mine)
+        heard = {}
+        end = time.monotonic() + 10
+        while 0x18FF4299 not in heard and time.monotonic() < end:
+            message = second.recv(0.2)
+            if message is not None:
+                heard[message.arbitration_id] = bytes(message.data)
+        assert heard.get(0x18FF4299) == b"\x01\x02"
+        end, own = time.monotonic() + 0.5, []
+        while time.monotonic() < end:
+            message = first.recv(0.1)
+            own += [message] if message is not None and message.arbitration_id == 0x18FF4299 else []
+        assert not own, "a node does not hear its own frame"
+        first.shutdown()
+        second.shutdown()
+
+
 def test_a_host_of_the_slcan_adapter_hears_what_its_filter_lets_through(rowscan, database, tmp_path):
     with tractor(rowscan, "--can", "slcan:%s/can" % tmp_path) as endpoints:
         bus = open_bus("slcan", endpoints["slcan"])

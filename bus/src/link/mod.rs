@@ -14,8 +14,8 @@ use std::path::PathBuf;
 use tokio::sync::mpsc;
 
 use super::BusAddress;
-use super::port_event::OutgoingFrame;
 pub use super::port_event::PortEvent;
+use super::port_event::{Origin, OutgoingFrame};
 use rowscan_ports::Untaken;
 
 /// Why a port could not be opened.
@@ -58,14 +58,23 @@ pub enum BusError {
 /// Where a link hands what it hears.
 #[derive(Clone, Debug)]
 pub struct PortListener {
-    pub(super) number: usize,
-    pub(super) heard: mpsc::Sender<(usize, PortEvent)>,
+    origin: Origin,
+    heard: mpsc::Sender<(Origin, PortEvent)>,
 }
 
 impl PortListener {
+    pub(super) fn new(port: usize, heard: mpsc::Sender<(Origin, PortEvent)>) -> Self {
+        Self { origin: Origin { port, client: 0 }, heard }
+    }
+
+    /// The same for one of the port's clients.
+    fn of_client(&self, client: u64) -> Self {
+        Self { origin: Origin { client, ..self.origin }, heard: self.heard.clone() }
+    }
+
     async fn hear(&self, heard: PortEvent) {
         // Nobody listening any more means that the bus is closing.
-        let _ = self.heard.send((self.number, heard)).await;
+        let _ = self.heard.send((self.origin, heard)).await;
     }
 }
 

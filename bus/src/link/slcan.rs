@@ -241,7 +241,7 @@ impl SlcanLink {
                 frame = queue.recv() => {
                     // What has gathered meanwhile goes in the same write.
                     let mut next = frame;
-                    while let Some(OutgoingFrame { at, what, pending: written }) = next {
+                    while let Some(OutgoingFrame { at, what, pending: written, .. }) = next {
                         match what {
                             Outgoing::Frame(frame) => adapter.frame(at, &frame, &mut answers),
                             Outgoing::Error(error) => adapter.error(&error),

@@ -132,17 +132,19 @@ impl SocketcandLink {
     }
 
     pub(super) async fn run(self, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
-        let mut clients: Vec<mpsc::Sender<OutgoingFrame>> = Vec::new();
+        let mut clients: Vec<(u64, mpsc::Sender<OutgoingFrame>)> = Vec::new();
+        let mut numbers = 0..u64::MAX;
         let (mut tasks, refused) = (JoinSet::new(), Tally::default());
         loop {
             tokio::select! {
                 accepted = self.listener.accept() => {
-                    clients.retain(|client| !client.is_closed());
+                    clients.retain(|(_, client)| !client.is_closed());
                     match accepted {
                         Ok((stream, _)) if clients.len() < MAX_CLIENTS => {
                             let (outbox, queue) = mpsc::channel(QUEUE);
-                            clients.push(outbox);
-                            tasks.spawn(task(serve(stream, queue, ear.clone())));
+                            let number = numbers.next().unwrap_or_default();
+                            clients.push((number, outbox));
+                            tasks.spawn(task(serve(stream, queue, ear.of_client(number))));
                         }
                         Ok((_, client)) => {
                             if let Some(so_far) = refused.count() {
@@ -155,8 +157,9 @@ impl SocketcandLink {
                 frame = queue.recv() => {
                     let Some(outgoing) = frame else { return };
                     // A client that is behind loses frames, alone, and holds nobody up.
-                    clients.retain(|client| {
-                        !matches!(client.try_send(outgoing.clone()), Err(mpsc::error::TrySendError::Closed(_)))
+                    clients.retain(|(number, client)| {
+                        outgoing.said_by == Some(*number)
+                            || !matches!(client.try_send(outgoing.clone()), Err(mpsc::error::TrySendError::Closed(_)))
                     });
                 }
                 Some(_) = tasks.join_next() => {}
@@ -194,7 +197,7 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, 
                 }
             },
             frame = queue.recv() => {
-                let Some(OutgoingFrame { at, what, pending }) = frame else { return };
+                let Some(OutgoingFrame { at, what, pending, .. }) = frame else { return };
                 written = Some(pending);
                 // A server tells errors only if it was started to (`-e`).
                 if let Some(frame) = what.frame() {

@@ -164,7 +164,7 @@ impl UdpLink {
                     }
                 }
                 frame = queue.recv() => {
-                    let Some(OutgoingFrame { at, what, pending: _pending }) = frame else { return };
+                    let Some(OutgoingFrame { at, what, pending: _pending, .. }) = frame else { return };
                     let Some(frame) = what.frame() else { continue };
                     if let Err(cause) = self.sending.send_to(&encode(at, frame), self.group).await {
                         tracing::debug!(%cause, "a datagram was not sent");

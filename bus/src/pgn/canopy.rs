@@ -1,7 +1,9 @@
 //! The canopy sensor's own messages, in the range for proprietary broadcasts: eight values of one byte a frame, so that a frame
 //! every 50 ms costs little.
 
+use rowscan_canopy::estimate::LeafAreaEstimator;
 use rowscan_canopy::window::{BANDS, Window};
+use rowscan_canopy::{LeafWindow, Withheld};
 
 use super::CANOPY_ADDRESS;
 use crate::message::{Message, Payload, Signal};
@@ -17,7 +19,9 @@ pub const SUMMARY: Message = Message {
     about: "the canopy just driven past, per metre of row (proprietary B)",
     signals: &[
         Signal::new("ImpactedArea", 0, 8, 0.02, "m2/m").about("I_T, paper eq. 4"),
-        Signal::new("LeafArea", 8, 8, 0.1, "m2/m").about("one-sided, by the calibration's regression on I_T"),
+        Signal::new("LeafArea", 8, 8, 0.1, "m2/m").about(
+            "one-sided, of the last whole slices; CanopyLeafStatus says of which, or why there is none",
+        ),
         Signal::new("CanopyVolume", 16, 8, 0.02, "m3/m")
             .about("outline of the side seen, up to the row axis"),
         Signal::new("LeafAreaIndex", 24, 8, 0.04, "").about("leaf area over row spacing"),
@@ -80,7 +84,7 @@ pub const LEAF_BANDS: Message = Message {
     period_ms: Some(50),
     len: 8,
     source: CANOPY_ADDRESS,
-    about: "leaf area per metre of row in eight bands of 0.5 m height: the summary's, shared out by impacted area (proprietary B)",
+    about: "leaf area per metre of row in eight bands of 0.5 m height, the lowest first: the summary's (proprietary B)",
     signals: &bands(
         [
             "LeafBand0",
@@ -96,32 +100,74 @@ pub const LEAF_BANDS: Message = Message {
     ),
 };
 
+/// What the leaf area stands for, or why there is none.
+pub const LEAF_STATUS: Message = Message {
+    name: "CanopyLeafStatus",
+    pgn: 65_301,
+    priority: 4,
+    period_ms: Some(100),
+    len: 8,
+    source: CANOPY_ADDRESS,
+    about: "what the leaf area of the summary stands for, or why it is not available (proprietary B)",
+    signals: &[
+        Signal::choice("LeafAreaWithheld", 0, 8, Withheld::CHOICES),
+        Signal::choice("LeafAreaEstimator", 8, 8, ESTIMATORS),
+        Signal::new("LeafWindowLength", 16, 8, 0.01, "m").about("metres of row the leaf area stands for"),
+        Signal::new("LeafWindowBehind", 24, 8, 0.01, "m").about("from the window's end on to the scanner"),
+    ],
+};
+
+/// Numbers of [`LeafAreaEstimator`] on the bus.
+const ESTIMATORS: &[(u64, &str)] = &[
+    (0, "ContactRaw"),
+    (1, "ContactCalibrated"),
+    (2, "ContactRawSpotCorrected"),
+    (3, "ContactCalibratedSpotCorrected"),
+    (4, "ShareCalibrated"),
+    (255, "NotAvailable"),
+];
+
+fn number_of(estimator: LeafAreaEstimator) -> f64 {
+    match estimator {
+        LeafAreaEstimator::ContactRaw => 0.0,
+        LeafAreaEstimator::ContactCalibrated => 1.0,
+        LeafAreaEstimator::ContactRawSpotCorrected => 2.0,
+        LeafAreaEstimator::ContactCalibratedSpotCorrected => 3.0,
+        LeafAreaEstimator::ShareCalibrated => 4.0,
+    }
+}
+
 /// What the canopy sensor says about a window.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CanopyReport {
-    /// The canopy just driven past; `None` while it is not seen.
-    pub window: Option<Window>,
-    /// One-sided leaf area per metre; `None` without a calibration.
-    pub leaf_area_m2_per_m: Option<f64>,
-    /// Distance between rows, metres.
-    pub row_spacing_m: Option<f64>,
+    /// The canopy just driven past, or why nothing is told of it.
+    pub window: Result<Window, Withheld>,
     /// Ground speed, m/s.
     pub speed_m_s: Option<f64>,
     /// Raw value of the advance's source.
     pub advance_source: Option<f64>,
 }
 
+impl Default for CanopyReport {
+    fn default() -> Self {
+        Self { window: Err(Withheld::NothingValid), speed_m_s: None, advance_source: None }
+    }
+}
+
 impl CanopyReport {
+    fn leaf(&self) -> Result<LeafWindow, Withheld> {
+        self.window.and_then(|window| window.leaf)
+    }
+
     /// [`SUMMARY`] of it.
     pub fn summary(&self) -> Payload {
-        let window = self.window.as_ref();
-        let per_metre = |of: &dyn Fn(&Window) -> f64| window.and_then(|window| window.per_metre(of(window)));
-        let lai = self.leaf_area_m2_per_m.zip(self.row_spacing_m).map(|(leaf, spacing)| leaf / spacing);
+        let (window, leaf) = (self.window.ok(), self.leaf());
+        let per_metre = |of: &dyn Fn(&Window) -> f64| window.and_then(|window| window.per_metre(of(&window)));
         SUMMARY.encode(&[
             per_metre(&Window::impacted_m2),
-            self.leaf_area_m2_per_m,
+            leaf.map(|leaf| leaf.m2_per_m()).ok(),
             per_metre(&|window| window.volume_m3),
-            lai,
+            leaf.and_then(|leaf| leaf.lai()).ok(),
             window.and_then(|window| window.height_m),
             self.speed_m_s.map(f64::abs),
             self.advance_source,
@@ -131,22 +177,25 @@ impl CanopyReport {
 
     /// [`IMPACTED_BANDS`] of it.
     pub fn impacted_bands(&self) -> Payload {
-        IMPACTED_BANDS.encode(&self.bands(|window, area_m2| window.per_metre(area_m2)))
+        let bands = self.window.map(|window| window.bands_m2.map(|area_m2| window.per_metre(area_m2)));
+        IMPACTED_BANDS.encode(&bands.unwrap_or([None; BANDS]))
     }
 
     /// [`LEAF_BANDS`] of it.
     pub fn leaf_bands(&self) -> Payload {
-        let share = |window: &Window, area_m2: f64| {
-            let all_m2 = window.impacted_m2();
-            if all_m2 > 0.0 { area_m2 / all_m2 } else { 0.0 }
-        };
-        let leaf =
-            |window: &Window, area_m2| self.leaf_area_m2_per_m.map(|leaf| leaf * share(window, area_m2));
-        LEAF_BANDS.encode(&self.bands(leaf))
+        let bands = self.leaf().map(|leaf| leaf.bands_m2_per_m().map(Some));
+        LEAF_BANDS.encode(&bands.unwrap_or([None; BANDS]))
     }
 
-    /// A value a band of height.
-    fn bands(&self, of: impl Fn(&Window, f64) -> Option<f64>) -> [Option<f64>; BANDS] {
-        self.window.map_or([None; BANDS], |window| window.bands_m2.map(|area_m2| of(&window, area_m2)))
+    /// [`LEAF_STATUS`] of it.
+    pub fn leaf_status(&self) -> Payload {
+        let leaf = self.leaf();
+        let told = leaf.ok();
+        LEAF_STATUS.encode(&[
+            Some(leaf.err().map_or(0.0, |why| f64::from(why.number()))),
+            told.map(|leaf| number_of(leaf.estimator)),
+            told.map(|leaf| leaf.length_m()),
+            told.map(|leaf| leaf.behind_m),
+        ])
     }
 }

@@ -24,6 +24,7 @@ pub const MESSAGES: &[&Message] = &[
     &canopy::SUMMARY,
     &canopy::IMPACTED_BANDS,
     &canopy::LEAF_BANDS,
+    &canopy::LEAF_STATUS,
     &sprayer::NOZZLE_DUTY,
 ];
 

@@ -35,10 +35,10 @@ impl Sample {
         Some(Self {
             length_m: estimate.canopy_m?,
             impacted_total_area_m2: estimate.impacted_total_area_m2?,
-            contact_leaf_area_m2: estimate.leaf_area_contact_raw_m2?,
+            contact_leaf_area_m2: estimate.leaf.areas.contact_raw_m2().ok()?,
             leaf_area_m2,
-            spot_relative_sd: estimate.leaf_area_spot_relative_sd.unwrap_or(0.0),
-            share_leaf_area_m2: estimate.leaf_area_share_raw_m2,
+            spot_relative_sd: estimate.leaf.spot_relative_sd.unwrap_or(0.0),
+            share_leaf_area_m2: estimate.leaf.areas.share_raw_m2().ok(),
         })
     }
 }

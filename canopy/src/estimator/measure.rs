@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::leaf::Withheld;
+
 /// Declares the quantities once: variant, key with unit, what it is.
 macro_rules! quantities {
     ($( $variant:ident = $key:literal, $meaning:literal; )+) => {
@@ -50,6 +52,13 @@ quantities! {
     HitsPerPatch = "hits_per_patch", "Beams that end on one patch of surface: what intervals are widened by.";
 }
 
+impl Quantity {
+    /// Whether it is a leaf area, or made of one.
+    pub fn is_of_leaves(self) -> bool {
+        matches!(self, Self::LeafArea | Self::Lai | Self::LeafAreaDensity)
+    }
+}
+
 /// One number of one estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measure {
@@ -89,6 +98,15 @@ impl Measure {
     #[must_use]
     pub(crate) fn of_band(self, [from_m, to_m]: [f64; 2]) -> Self {
         Self { z_from_m: Some(from_m), z_to_m: Some(to_m), ..self }
+    }
+
+    /// The same where leaf areas are told, or are not: then what is of leaves has no value.
+    #[must_use]
+    pub(crate) fn told(self, leaves: Result<(), Withheld>) -> Self {
+        match leaves {
+            Err(_) if self.quantity.is_of_leaves() => Self { value: None, low: None, high: None, ..self },
+            _ => self,
+        }
     }
 
     /// The height band, if it is of one.

@@ -2,6 +2,7 @@
 
 use super::measure::{Measure, Quantity};
 use crate::estimate::{Estimate, TreeEstimate};
+use crate::leaf::{Known, Withheld};
 
 /// Names of the estimators that every estimate holds, and what they are.
 pub static REPORTED: &[(&str, &str)] = &[
@@ -13,28 +14,26 @@ pub static REPORTED: &[(&str, &str)] = &[
     ("null", "the calibration rows' mean: the estimate of someone who does not scan"),
 ];
 
-fn leaf_area(estimator: &'static str, value: Option<f64>) -> Measure {
-    Measure::new(estimator, Quantity::LeafArea, value)
+fn leaf_area(estimator: &'static str, value: Known) -> Measure {
+    Measure::new(estimator, Quantity::LeafArea, value.ok())
 }
 
 impl Estimate {
     /// The leaf areas every estimate holds, then what the requested estimators measured.
     pub fn side_by_side(&self) -> Vec<Measure> {
-        let calibrated = self.leaf_area_contact_m2.filter(|_| self.calibration.is_some());
+        let areas = &self.leaf.areas;
+        let calibrated =
+            self.calibration.as_ref().map_or(Err(Withheld::Uncalibrated), |_| areas.contact_m2());
         let mut all = vec![
             leaf_area("contact", calibrated),
-            leaf_area("contact_raw", self.leaf_area_contact_raw_m2),
-            leaf_area("regression", self.leaf_area_regression_m2),
-            leaf_area("null", self.leaf_area_null_m2),
+            leaf_area("contact_raw", areas.contact_raw_m2()),
+            leaf_area("regression", areas.regression_m2()),
+            Measure::new("null", Quantity::LeafArea, self.leaf.null_m2),
         ];
         // Only where remission is read.
-        let shares = [("share", self.leaf_area_share_m2), ("share_raw", self.leaf_area_share_raw_m2)];
-        all.extend(
-            shares
-                .into_iter()
-                .filter(|(_, value)| value.is_some())
-                .map(|(name, value)| leaf_area(name, value)),
-        );
+        let shares = [("share", areas.share_m2()), ("share_raw", areas.share_raw_m2())];
+        let told = shares.into_iter().filter(|(_, value)| value.is_ok());
+        all.extend(told.map(|(name, value)| leaf_area(name, value)));
         all.extend_from_slice(&self.measures);
         all
     }
@@ -44,8 +43,8 @@ impl TreeEstimate {
     /// The leaf areas every tree's estimate holds, then what the requested estimators measured.
     pub fn side_by_side(&self) -> Vec<Measure> {
         let mut all = vec![
-            leaf_area("contact", self.leaf_area_contact_m2),
-            leaf_area("regression", self.leaf_area_regression_m2),
+            leaf_area("contact", self.leaf.contact_m2()),
+            leaf_area("regression", self.leaf.regression_m2()),
         ];
         all.extend_from_slice(&self.measures);
         all

@@ -66,6 +66,7 @@ pub(crate) fn record(folder: &Path) -> RunRecord {
         fault_events_lost: 0,
         fault_acts: BTreeMap::from([("cut".to_owned(), 5)]),
         truth: None,
+        warnings: Vec::new(),
     }
 }
 

@@ -36,8 +36,8 @@ pub(super) struct ScenarioFile {
     pub(super) end: Option<EndTable>,
     /// The scanners.
     pub(super) device: Option<Vec<DeviceTable>>,
-    /// Ports of the tractor's CAN bus.
-    pub(super) bus: Option<Vec<PortTable>>,
+    /// CAN buses; the tractor's ECU is on the first.
+    pub(super) bus: Option<Vec<BusTable>>,
     /// Places that GNSS sentences are sent to.
     pub(super) nmea: Option<Vec<PortTable>>,
     /// The children: the controllers that are judged.
@@ -254,15 +254,37 @@ impl TryFrom<String> for StartName {
     }
 }
 
-/// `[[bus]]`, `[[nmea]]`
+/// `[[bus]]`
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BusTable {
+    /// Its name in the scenario; faults act on it.
+    #[schemars(example = &"can0")]
+    pub(super) id: String,
+    /// Its port, as `emulate --can` takes it.
+    #[schemars(example = &"slcan:{run}/can")]
+    pub(super) port: Option<String>,
+    /// Its ports, where it has several: each hears what the others say.
+    #[schemars(example = ["socketcand:127.0.0.1:0", "candump:{run}/bus.log"])]
+    pub(super) ports: Option<Vec<String>>,
+}
+
+impl BusTable {
+    /// All of its ports.
+    pub(super) fn all(&self) -> impl Iterator<Item = &String> {
+        self.port.iter().chain(self.ports.iter().flatten())
+    }
+}
+
+/// `[[nmea]]`
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PortTable {
     /// Its name in the scenario.
     #[schemars(example = &"can0")]
     pub(super) id: String,
-    /// The port, as `emulate --can` and `--nmea` take it.
-    #[schemars(example = &"slcan:{run}/can")]
+    /// The place, as `emulate --nmea` takes it.
+    #[schemars(example = &"tcp:127.0.0.1:0")]
     pub(super) port: String,
 }
 

@@ -43,7 +43,7 @@ pub struct Scenario {
     /// The scanners.
     pub devices: Vec<DeviceSpec>,
     /// CAN ports by id.
-    pub buses: Vec<PortSpec>,
+    pub buses: Vec<BusSpec>,
     /// Places for GNSS sentences by id.
     pub nmea: Vec<PortSpec>,
     /// The children.
@@ -130,12 +130,21 @@ impl DeviceKind {
     }
 }
 
-/// A port by name.
+/// A CAN bus.
+#[derive(Clone, Debug)]
+pub struct BusSpec {
+    /// Its name in the scenario; faults act on it.
+    pub id: String,
+    /// Its ports, as `emulate --can` takes them: each hears what the others say.
+    pub ports: Vec<String>,
+}
+
+/// A place for GNSS sentences by name.
 #[derive(Clone, Debug)]
 pub struct PortSpec {
     /// Its name in the scenario.
     pub id: String,
-    /// As `emulate --can` and `--nmea` take it.
+    /// As `emulate --nmea` takes it.
     pub port: String,
 }
 

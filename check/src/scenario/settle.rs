@@ -11,10 +11,10 @@ use rowscan_protocol::model::AnyModel;
 
 use super::events::Events;
 use super::file::{
-    AckValue, ClockTable, DeviceTable, EndTable, Mode, OFF, PortName, PortTable, ReadyTable, RunTable,
-    ScenarioFile,
+    AckValue, BusTable, ClockTable, DeviceTable, EndTable, Mode, OFF, PortName, PortTable, ReadyTable,
+    RunTable, ScenarioFile,
 };
-use super::{Clock, DeviceKind, DeviceSpec, End, PortSpec, Ready, RunSpec, Scenario};
+use super::{BusSpec, Clock, DeviceKind, DeviceSpec, End, PortSpec, Ready, RunSpec, Scenario};
 use crate::fault::ScenarioFault;
 
 /// The version of the format.
@@ -30,7 +30,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     }
     let mut faults = file.faults.unwrap_or_default();
     ScenarioFault::name_all(&mut faults);
-    let ports = file.bus.iter().flatten();
+    let ports = file.bus.iter().flatten().flat_map(BusTable::all);
     let mut refusal = needs_sprayer(file.sprayer.is_some(), ports).or_else(|| not_here(&faults));
     let runs = file.run.unwrap_or_default();
     let clock = clock(&file.clock.unwrap_or_default(), &runs, &mut refusal)?;
@@ -52,7 +52,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
         clock,
         end: end(file.end.ok_or_else(|| missing("end"))?)?,
         devices,
-        buses: ports_of(file.bus),
+        buses: buses(file.bus)?,
         nmea: ports_of(file.nmea),
         runs: settled_runs,
         faults,
@@ -63,11 +63,11 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     Ok(scenario)
 }
 
-fn needs_sprayer<'a>(table: bool, mut ports: impl Iterator<Item = &'a PortTable>) -> Option<String> {
-    let port = ports.find(|port| port.port.starts_with("udp-aog:"));
+fn needs_sprayer<'a>(table: bool, mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
+    let port = ports.find(|port| port.starts_with("udp-aog:"));
     match (table, port) {
         (true, _) => Some("`sprayer` needs the sprayer, which is not there yet".to_owned()),
-        (false, Some(port)) => Some(format!("`{}` needs the sprayer, which is not there yet", port.port)),
+        (false, Some(port)) => Some(format!("`{port}` needs the sprayer, which is not there yet")),
         (false, None) => None,
     }
 }
@@ -78,6 +78,17 @@ fn not_here(faults: &[ScenarioFault]) -> Option<String> {
         ScenarioFault::NotHere(why) => Some(why.clone()),
         _ => None,
     })
+}
+
+fn buses(tables: Option<Vec<BusTable>>) -> Result<Vec<BusSpec>, String> {
+    let bus = |table: BusTable| match (table.port.is_some(), table.all().count()) {
+        (true, 2..) => {
+            Err(format!("bus `{}`: `port` and `ports` both say where it is; leave one out", table.id))
+        }
+        (_, 0) => Err(format!("bus `{}`: it has no port; add `ports = [\"…\"]`", table.id)),
+        _ => Ok(BusSpec { ports: table.all().cloned().collect(), id: table.id }),
+    };
+    tables.unwrap_or_default().into_iter().map(bus).collect()
 }
 
 fn ports_of(tables: Option<Vec<PortTable>>) -> Vec<PortSpec> {
@@ -97,7 +108,8 @@ fn check(scenario: &Scenario) -> Result<(), String> {
     }
     let mut ids = BTreeSet::new();
     let of_devices = scenario.devices.iter().map(|device| &device.id);
-    let of_ports = scenario.buses.iter().chain(&scenario.nmea).map(|port| &port.id);
+    let buses = scenario.buses.iter().map(|bus| &bus.id);
+    let of_ports = buses.chain(scenario.nmea.iter().map(|port| &port.id));
     for id in of_devices.chain(of_ports).chain(scenario.runs.iter().map(|run| &run.id)) {
         let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
         if id.is_empty() || !id.chars().all(is_name) {

@@ -14,7 +14,8 @@ use super::*;
 
 /// A witness of one device, and so many of its scan telegrams in CoLa B.
 pub(crate) fn bench(scans: usize) -> (Witness, Vec<Vec<u8>>) {
-    let scene = scene_from_text("version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 5\n");
+    let scene =
+        scene_from_text("version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 5\n", |_| {});
     let stage = Stage::grow(scene.expect("sound"), &|_, _| {}).expect("it grows");
     let (device, view) = stage.scanner(0, model::by_name("lms111").expect("known")).expect("it fits");
     let mut offline = Offline::new(device, view);

@@ -116,11 +116,6 @@ impl<S> FaultyStream<S> {
         self
     }
 
-    /// The faults that it is part of.
-    pub(super) fn faults(&self) -> &StreamFaults {
-        &self.entry.faults
-    }
-
     /// Bytes the client was sent and bytes it has sent.
     pub fn passed(&self) -> [u64; 2] {
         self.passed

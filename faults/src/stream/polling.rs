@@ -1,6 +1,5 @@
 //! Reads and writes: through the faults where one is active or something waits, else past them.
 
-use std::any::Any;
 use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
@@ -142,15 +141,11 @@ impl<S: Wire> Wire for FaultyStream<S> {
         self.inner.set_rate(rate)
     }
 
-    fn belongings(&self) -> Option<&(dyn Any + Send + Sync)> {
-        Some(self.faults())
-    }
-
     fn is_open(&self) -> bool {
         self.inner.is_open()
     }
 
-    fn is_copper(&self) -> bool {
-        self.inner.is_copper()
+    fn paces_itself(&self) -> bool {
+        self.inner.paces_itself()
     }
 }

@@ -145,15 +145,16 @@ impl Device {
         }
     }
 
-    /// The first bytes of a scan's device status.
-    pub(super) fn scan_status(&self, starting: bool) -> u8 {
+    /// A scan's device status, in the places that [`DeviceStatus::of_scandata`](crate::validity::DeviceStatus::of_scandata) names.
+    pub(super) fn scan_status(&self, starting: bool) -> [u8; 2] {
+        let laser_off = if starting { self.model.start_up.status } else { 0 };
         let contamination = match self.contamination() {
             0 => 0,
             1 => 2,
             _ => 4,
         };
         let failed = u8::from(self.has_failed());
-        failed | contamination | if starting { self.model.start_up.status } else { 0 }
+        [laser_off, failed | contamination]
     }
 
     /// How long things take: the model's times, with what the options say otherwise.

@@ -81,7 +81,7 @@ impl Device {
         scan.version = self.model.scandata_version;
         scan.device_number = 1;
         scan.serial_number = self.identity.serial_number;
-        scan.device_status = [self.scan_status(starting), 0];
+        scan.device_status = self.scan_status(starting);
         scan.inputs = [self.lines.input_mask(), 0];
         scan.outputs = [self.lines.output_mask, 0];
         if starting && self.counters.start_up_scans == 0 {

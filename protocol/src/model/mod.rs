@@ -177,7 +177,7 @@ pub enum RemissionWidth {
 pub struct StartUp {
     /// How many.
     pub scans: u32,
-    /// First byte of their device status.
+    /// First byte of their device status: 1 while the laser is off.
     pub status: u8,
     /// First byte of their digital outputs.
     pub outputs: u8,

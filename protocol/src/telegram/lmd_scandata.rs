@@ -25,7 +25,8 @@ fields! {
         pub device_number: u16,
         /// Serial number.
         pub serial_number: u32,
-        /// Device status; `[0, 0]` is ok, a first byte of 1 an error, 2 a contamination warning, 4 a contamination error.
+        /// Device status; `[0, 0]` is ok. Second byte: 1 an error, 2 a contamination warning, 4 a contamination error. First byte: 1 while the laser is
+        /// off, in the first scans after a start.
         pub device_status: [u8; 2],
         /// Counts telegrams; wraps.
         pub telegram_counter: u16,

@@ -6,6 +6,7 @@ use crate::bench::Bench;
 use rowscan_protocol::device::{
     DialectPolicy, MeasuredEcho, MeasuredLine, Options, Profile, Reply, Session, Start,
 };
+use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model::{MODELS, by_name};
 use rowscan_protocol::time::SimTime;
 
@@ -124,15 +125,40 @@ fn replies_take_as_long_as_recorded_in_the_field_and_no_time_on_the_bench() {
     assert_eq!(delays(Profile::Field), [1, 3, 14]);
 }
 
+/// The status of a polled scan as it stands on the wire: in text, and in bytes.
+fn status_on_the_wire(bench: &mut Bench) -> (String, [u8; 2]) {
+    assert!(turn(bench));
+    let text = bench.ask("sRN LMDscandata");
+    let mut request = Vec::new();
+    encode(Dialect::B, b"sRN LMDscandata", &mut request);
+    let binary = Session::new(DialectPolicy::Auto);
+    let text_session = std::mem::replace(&mut bench.session, binary);
+    let reply = bench.send(&request).remove(0).bytes;
+    bench.session = text_session;
+    // Behind the head of 8 bytes, the name, version and device number of 2 bytes each and the serial number of 4.
+    let at = 8 + "sRA LMDscandata ".len() + 8;
+    (text.split(' ').skip(5).take(2).collect::<Vec<_>>().join(" "), reply[at..at + 2].try_into().unwrap())
+}
+
 #[test]
-fn contamination_is_read_and_marks_the_scans() {
-    let mut bench = Bench::new("lms511");
-    for (level, status) in [(0, 0), (1, 2), (2, 4), (3, 4)] {
-        bench.device.set_contamination(level);
-        assert_eq!(bench.ask("sRN LCMstate"), format!("sRA LCMstate {level}"));
-        turn(&mut bench);
-        assert_eq!(bench.device.last_scan().unwrap().device_status, [status, 0]);
+fn contamination_is_read_and_marks_the_second_status_byte_of_scans() {
+    for model in ["lms111", "lms511", "tim781s"] {
+        let mut bench = Bench::logged_in(model);
+        for (level, status) in [(0, 0), (1, 2), (2, 4), (3, 4)] {
+            bench.device.set_contamination(level);
+            assert_eq!(bench.ask("sRN LCMstate"), format!("sRA LCMstate {level}"));
+            assert_eq!(status_on_the_wire(&mut bench), (format!("0 {status}"), [0, status]), "{model}");
+        }
     }
+}
+
+#[test]
+fn a_dirty_scanner_that_starts_marks_the_laser_s_start_beside_its_dirt() {
+    let mut bench = Bench::logged_in("lms511");
+    bench.device.set_contamination(1);
+    bench.ask("sMN LMCstartmeas");
+    assert_eq!(status_on_the_wire(&mut bench), ("1 2".to_owned(), [1, 2]));
+    assert_eq!(status_on_the_wire(&mut bench), ("0 2".to_owned(), [0, 2]));
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn what_known_devices_send_is_taken() {
 #[test]
 fn layer_and_status_come_with_the_scan() {
     let mut telegram = telegram(channel());
-    (telegram.layer_angle, telegram.device_status) = (-250, [4, 0]);
+    (telegram.layer_angle, telegram.device_status) = (-250, [0, 4]);
     let mut scan = Scan::default();
     telegram.to_scan_into(&mut scan).unwrap();
     assert_eq!((scan.layer_centideg, scan.status), (-250, DeviceStatus::ContaminationError));

@@ -5,27 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use rowscan_bus::Bus;
-use rowscan_bus::link::Link;
-use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
-use rowscan_bus::tractor::TractorEcu;
+use rowscan_bench::{Bench, BenchScanner, BenchSpec, BusSpec, Endpoint, NmeaSpec, Place, ScannerSpec};
 use rowscan_emulator::clock::Timer;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{
-    Counting, Emulator, EmulatorConfig, Rig, RigControl, Running, SerialConfig, SerialEmulator, StageRow,
-    faulty_wire, pause_slack,
-};
-use rowscan_faults::{FaultControl, FaultEvents, Language, Medium, StreamFaults};
-use rowscan_ports::Pty;
-use rowscan_protocol::device::Profile;
-use rowscan_protocol::lms2xx;
-use rowscan_protocol::model::{AnyModel, Model};
-use rowscan_recording::{StreamKind, Taps};
+use rowscan_emulator::{RigControl, StageRow};
+use rowscan_faults::{FaultControl, FaultEvents};
+use rowscan_protocol::model::AnyModel;
 use tokio::task::JoinSet;
 
 use super::log::Log;
 use super::order::Order;
-use crate::failure::Failure;
+use crate::failure::{Failure, Refusal};
 
 /// A free port on this machine alone.
 const FREE_PORT: &str = "127.0.0.1:0";
@@ -39,62 +29,63 @@ pub(super) struct Live {
     pub(super) places: Vec<(String, String)>,
     /// What reads each scanner.
     pub(super) sources: Vec<String>,
-    pub(super) streams: Vec<Stream>,
-    _timeline: Running,
+    bench: Bench,
     _tasks: JoinSet<()>,
-}
-
-/// A scanner that is set up.
-pub(super) struct Stream {
-    pub(super) name: String,
-    pub(super) model: AnyModel,
-    pub(super) counts: Counting,
-    _device: Device,
-}
-
-/// What is kept for as long as the scanner runs.
-#[expect(dead_code, reason = "dropping them ends them")]
-enum Device {
-    Cola(Emulator),
-    Lms2xx(SerialEmulator),
 }
 
 impl Live {
     /// Sets up what was ordered, and starts time. Called within the runtime that it runs in.
     pub(super) async fn open(order: &Order, stage: &Stage, log: Log) -> Result<Self, Failure> {
-        let tractor = stage.tractor();
-        let mut rig = Rig::new(tractor.clone(), order.scale).with_timer(Timer::system());
-        if let Some(start) = order.start {
-            rig = rig.with_start(start);
-        }
-        let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
-        let (faults, events) =
-            FaultControl::new(stage.scene.seed, rig.clock(), Some(Arc::<StageRow>::clone(&row)));
-        rig.set_faults(&faults);
-        let mut tasks = JoinSet::new();
-        let driven = faults.clone();
-        tasks.spawn(async move { driven.drive().await });
-        tasks.spawn(tell(events, log.clone()));
-        let mut wiring =
-            Wiring { order, stage, taps: log.taps(rig.clock()), faults: &faults, places: Vec::new() };
-        let (mut streams, mut sources) = (Vec::new(), Vec::new());
+        let mut spec = BenchSpec::new(stage, order.scale);
+        (spec.time.timer, spec.time.start) = (Timer::system(), order.start);
+        spec.taps = log.taps(spec.clock());
+        spec.faults = true;
         for (index, named) in order.models.iter().enumerate() {
-            let mounted = || stage.rig.scanners.get(index).map_or("", |mount| mount.model.as_str());
-            let model = named.map_or_else(|| AnyModel::named(mounted()), Ok)?;
-            let (stream, source) = match model {
-                AnyModel::Cola(model) => wiring.cola(&mut rig, index, model).await?,
-                AnyModel::Lms2xx(model) => wiring.lms2xx(&mut rig, index, model)?,
-            };
-            streams.push(stream);
-            sources.push(source);
+            spec.scanners.push(order.scanner(stage, index, *named)?);
         }
-        wiring.tractor(&mut rig).await?;
-        let places = wiring.places;
+        let nmea = order.nmea.iter().enumerate();
+        spec.nmea.extend(nmea.map(|(number, at)| NmeaSpec { id: format!("nmea{number}"), at: at.clone() }));
+        if !order.can.is_empty() {
+            spec.buses.push(BusSpec::new("can0", order.can.iter().cloned()));
+        }
+        let mut bench = Bench::open(spec).await?;
+        let mut tasks = JoinSet::new();
+        if let Some(events) = bench.take_fault_events() {
+            tasks.spawn(tell(events, log));
+        }
+        let faults = bench.faults().cloned().ok_or(Refusal::NotRunning)?;
         faults.add_all(order.faults.clone())?;
-        let control = rig.control();
-        let timeline = rig.run();
-        Ok(Self { control, faults, row, places, sources, streams, _timeline: timeline, _tasks: tasks })
+        let (control, row) = (bench.control().clone(), Arc::clone(bench.row()));
+        let places = places(&bench);
+        let ids = bench.scanners().iter().map(|scanner| scanner.id.as_str());
+        let sources = ids.map(|id| bench.source_of(id).unwrap_or_default()).collect();
+        bench.run();
+        Ok(Self { control, faults, row, places, sources, bench, _tasks: tasks })
     }
+
+    /// Its scanners.
+    pub(super) fn scanners(&self) -> &[BenchScanner] {
+        self.bench.scanners()
+    }
+}
+
+/// Where the parts of a bench are, by their names: scanners first, then GNSS, then the ports of the bus.
+fn places(bench: &Bench) -> Vec<(String, String)> {
+    let mut named = Vec::new();
+    for scanner in bench.scanners() {
+        let name = |number: usize| match number {
+            0 => scanner.id.clone(),
+            _ => format!("{}:{number}", scanner.id),
+        };
+        let found = bench.places_of(&scanner.id).enumerate();
+        named.extend(found.map(|(number, place)| (name(number), place.at.to_string())));
+    }
+    let is_nmea = |place: &&Place| place.kind == "nmea";
+    let nmea = bench.places().iter().filter(is_nmea);
+    named.extend(nmea.map(|place| (place.part.clone(), place.at.to_string())));
+    let ports = bench.places_of("can0").enumerate();
+    named.extend(ports.map(|(number, place)| (format!("can{number}"), place.at.to_string())));
+    named
 }
 
 /// Writes down what faults do.
@@ -104,103 +95,26 @@ async fn tell(mut events: FaultEvents, log: Log) {
     }
 }
 
-/// What every part is wired to.
-struct Wiring<'a> {
-    order: &'a Order,
-    stage: &'a Stage,
-    taps: Taps,
-    faults: &'a FaultControl,
-    places: Vec<(String, String)>,
-}
-
-impl Wiring<'_> {
-    async fn cola(
-        &mut self,
-        rig: &mut Rig,
-        index: usize,
-        model: &'static Model,
-    ) -> Result<(Stream, String), Failure> {
-        let (device, view) = self.stage.scanner_on(&rig.tractor(), index, model)?;
-        let name = format!("scanner{index}");
-        let config = EmulatorConfig {
-            taps: self.taps.clone(),
-            time_scale: self.order.scale,
-            stream: Some(name.clone()),
-            faults: Some(self.stream(&name, Medium::Tcp, Language::Cola)),
-            ..EmulatorConfig::default()
+impl Order {
+    /// The scanner of this number.
+    fn scanner(&self, stage: &Stage, index: usize, named: Option<AnyModel>) -> Result<ScannerSpec, Failure> {
+        let mounted = || stage.rig.scanners.get(index).map_or("", |mount| mount.model.as_str());
+        let model = named.map_or_else(|| AnyModel::named(mounted()), Ok)?;
+        let spec = ScannerSpec::new(index, model);
+        let endpoints = match model {
+            AnyModel::Cola(_) => self.addresses(index).into_iter().map(Endpoint::Tcp).collect(),
+            AnyModel::Lms2xx(_) => vec![Endpoint::Pty(self.pty.clone().unwrap_or_else(own_link))],
         };
-        let mut emulator = rig.scanner(device, view, config);
-        let mut found = Vec::new();
-        for address in self.addresses(index) {
-            found.push(emulator.listen(address).await?.address.to_string());
-        }
-        let source = found.first().map(|address| format!("tcp://{address}")).unwrap_or_default();
-        let numbered = |number: usize| if number == 0 { name.clone() } else { format!("{name}:{number}") };
-        self.places.extend(found.into_iter().enumerate().map(|(number, place)| (numbered(number), place)));
-        let counts = Counting::from(&emulator);
-        Ok((Stream { name, model: model.into(), counts, _device: Device::Cola(emulator) }, source))
+        Ok(ScannerSpec { endpoints, stream: Some(spec.id.clone()), ..spec })
     }
 
     /// Where the scanner of this number listens: one scanner at all addresses, several at one each.
-    fn addresses(&self, index: usize) -> Vec<&str> {
-        let tcp = &self.order.tcp;
-        match (tcp.is_empty(), self.order.models.len()) {
-            (true, _) => vec![FREE_PORT],
-            (false, 1) => tcp.iter().map(String::as_str).collect(),
-            (false, _) => tcp.get(index).map(String::as_str).into_iter().collect(),
+    fn addresses(&self, index: usize) -> Vec<String> {
+        match (self.tcp.is_empty(), self.models.len()) {
+            (true, _) => vec![FREE_PORT.to_owned()],
+            (false, 1) => self.tcp.clone(),
+            (false, _) => self.tcp.get(index).cloned().into_iter().collect(),
         }
-    }
-
-    fn lms2xx(
-        &mut self,
-        rig: &mut Rig,
-        index: usize,
-        model: &'static lms2xx::model::Model,
-    ) -> Result<(Stream, String), Failure> {
-        let pause_slack = pause_slack(Profile::default(), self.order.scale);
-        let options = lms2xx::device::Options { pause_slack, ..Default::default() };
-        let (device, view) = self.stage.serial_scanner_on(&rig.tractor(), index, model, options)?;
-        let pty = Pty::open(&self.order.pty.clone().unwrap_or_else(own_link))?;
-        let name = format!("scanner{index}");
-        let place = pty.path().to_string_lossy().into_owned();
-        let source = format!("serial:{place}");
-        self.places.push((name.clone(), place));
-        let faults = self.stream(&name, Medium::Wire, Language::Lms2xx);
-        let tap = self.taps.open(&name, StreamKind::Lms2xx);
-        let wire = faulty_wire(Box::new(pty), &faults, tap);
-        let config = SerialConfig { stream: Some(name.clone()), ..SerialConfig::at(self.order.scale) };
-        let emulator = rig.lms2xx(device, view, wire, config);
-        let counts = Counting::from(&emulator);
-        Ok((Stream { name, model: model.into(), counts, _device: Device::Lms2xx(emulator) }, source))
-    }
-
-    fn stream(&self, name: &str, medium: Medium, language: Language) -> StreamFaults {
-        self.faults.stream(name, medium, language)
-    }
-
-    /// GNSS and CAN.
-    async fn tractor(&mut self, rig: &mut Rig) -> Result<(), Failure> {
-        let Self { order, stage, places, .. } = self;
-        let mut lines = Vec::new();
-        for (number, address) in order.nmea.iter().enumerate() {
-            let line = NmeaLine::open(address, stage.scene.gnss.rate_hz).await?;
-            places.push((format!("nmea{number}"), line.place().to_string()));
-            lines.push(line);
-        }
-        if !lines.is_empty() {
-            rig.gnss(GnssEpochs::new(rig.tractor(), stage.receiver()), lines, &Taps::default());
-        }
-        if order.can.is_empty() {
-            return Ok(());
-        }
-        let mut number = 0;
-        let mut found = |link: &Link| {
-            places.push((format!("can{number}"), link.found().to_string()));
-            number += 1;
-        };
-        let bus = Bus::open(&order.can, &mut found).await?;
-        rig.bus(TractorEcu::new(rig.tractor(), stage.receiver()), bus, None, &Taps::default());
-        Ok(())
     }
 }
 

@@ -10,7 +10,6 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rowscan_emulator::Counting;
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
 use tokio::runtime::{Builder, Runtime};
@@ -141,6 +140,7 @@ impl Scanner {
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
+        py: Python<'_>,
         model: Option<OneOrMore<String>>,
         scene: SceneOf,
         seed: Option<u64>,
@@ -159,7 +159,7 @@ impl Scanner {
         };
         let all = |given: Option<OneOrMore<String>>| given.map(OneOrMore::all).unwrap_or_default();
         let order = Order {
-            place: Place::of(scene, seed, optics)?,
+            place: Place::of(py, scene, seed, optics)?,
             models,
             scale: time_scale.unwrap_or(Pace::Times(1.0)).scale()?,
             start: start_when.map(str::parse).transpose().map_err(Failure::from)?,
@@ -267,24 +267,21 @@ impl Scanner {
             dict.set_item("began_s", time.began.map(|began| began.as_secs_f64()))?;
             dict.set_item("row_m", time.row_m)?;
             dict.set_item("tree", rowscan_faults::Row::tree(&*live.row, time.at.elapsed()))?;
-            for stream in &live.streams {
-                let counts = PyDict::new(py);
-                counts.set_item("model", stream.model.name())?;
-                match &stream.counts {
-                    Counting::Cola(counter) => {
-                        let found = counter.counts().unwrap_or_default();
-                        counts.set_item("clients", counter.clients())?;
-                        counts.set_item("scans_sent", found.scans_sent)?;
-                        counts.set_item("scans_dropped", found.scans_dropped)?;
-                        counts.set_item("scans_missed", found.scans_missed)?;
-                    }
-                    Counting::Lms2xx(of) => {
-                        let found = of();
-                        counts.set_item("scans_sent", found.scans_sent)?;
-                        counts.set_item("bytes_lost", found.bytes_lost)?;
-                    }
+            for scanner in live.scanners() {
+                let (counts, reader) = (PyDict::new(py), scanner.counts());
+                let found = reader.counts().unwrap_or_default();
+                counts.set_item("model", scanner.model.name())?;
+                counts.set_item("scans_sent", found.scans_sent)?;
+                let of_family = [
+                    ("clients", reader.clients().map(|clients| clients as u64)),
+                    ("scans_dropped", found.scans_dropped),
+                    ("scans_missed", found.scans_missed),
+                    ("bytes_lost", found.bytes_lost),
+                ];
+                for (key, value) in of_family.into_iter().filter(|(_, value)| value.is_some()) {
+                    counts.set_item(key, value)?;
                 }
-                dict.set_item(&stream.name, counts)?;
+                dict.set_item(&scanner.id, counts)?;
             }
             PyResult::Ok(())
         })??;

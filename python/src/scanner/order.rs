@@ -69,9 +69,16 @@ pub(super) enum Place {
 }
 
 impl Place {
-    pub(super) fn of(orchard: SceneOf, seed: Option<u64>, optics: Option<&str>) -> Result<Self, Failure> {
+    pub(super) fn of(
+        py: Python<'_>,
+        orchard: SceneOf,
+        seed: Option<u64>,
+        optics: Option<&str>,
+    ) -> PyResult<Self> {
         match orchard {
-            SceneOf::Named(name) => Ok(Self::Scene(Box::new(scene(&name.to_string_lossy(), seed, optics)?))),
+            SceneOf::Named(name) => {
+                Ok(Self::Scene(Box::new(scene(py, &name.to_string_lossy(), seed, optics)?)))
+            }
             SceneOf::Grown(_) if seed.is_some() || optics.is_some() => Err(Refusal::AlreadyGrown.into()),
             SceneOf::Grown(orchard) => Ok(Self::Grown(Arc::clone(&orchard.get().stage))),
         }

@@ -1,6 +1,6 @@
 //! A rig among its rows, drawn from above, from behind and from the row: where scanners sit, where their beams point, what is how far apart.
 
-use rowscan_protocol::rig::{Apart, Mount, Orientation, Rig, Roof, RowSide};
+use rowscan_protocol::rig::{Apart, Mount, Orientation, Rig, RowSide};
 
 use super::pen::{BEAM, FAINT, INK, Pen, SCANNER, TREE};
 
@@ -14,6 +14,8 @@ const TREE_M: f64 = 3.0;
 const LONGEST_M: f64 = 8.0;
 /// Length of a drawn beam, metres.
 const BEAM_M: f64 = 0.9;
+/// Length of the arrow that shows which way a roof looks, metres.
+const ROOF_M: f64 = 0.35;
 /// What stands for a row spacing that is unknown, beside the scanner that is farthest from its row.
 const MIDDLE_M: f64 = 0.4;
 
@@ -36,21 +38,24 @@ fn shown(metres: f64) -> f64 {
 
 /// One scanner in words: model, mount, place and pose.
 pub fn mount_words(mount: &Mount) -> String {
-    let looks = match (mount.orientation, mount.roof) {
-        (Orientation::Side, Roof::Forward) => {
-            "side (90° looks at the row), roof forward (angles grow upwards)"
-        }
-        (Orientation::Side, Roof::Backward) => {
-            "side (90° looks at the row), roof backward (angles grow downwards)"
-        }
-        (Orientation::Up, _) => "up (90° looks at the sky, 0° to the device's right)",
+    let looks = match mount.orientation {
+        Orientation::Side => "side (90° looks at the row)",
+        Orientation::Up => "up (90° looks at the sky)",
+    };
+    let roof = mount.roof_in_force().name();
+    let (sense, _) = mount.angle_map();
+    let zero = match mount.orientation {
+        Orientation::Side if sense > 0.0 => "down, angles grow upwards",
+        Orientation::Side => "up, angles grow downwards",
+        Orientation::Up if sense * mount.side() > 0.0 => "to the tractor's right",
+        Orientation::Up => "to the tractor's left",
     };
     let row = match mount.row {
         RowSide::Right => "right",
         RowSide::Left => "left",
     };
     format!(
-        "{}, {looks}, row on the {row}; {} m high, {} m from the row axis, {} m ahead of the reference point; yaw {}°, pitch {}°, roll {}°",
+        "{}, {looks}, roof {roof} (0° points {zero}), row on the {row}; {} m high, {} m from the row axis, {} m ahead of the reference point; yaw {}°, pitch {}°, roll {}°",
         mount.model,
         shown(mount.height_m),
         shown(mount.distance_m),
@@ -116,6 +121,17 @@ pub fn draw_rig(rig: &Rig, rows: Rows) -> String {
 
 fn title([x, y]: [f64; 2], words: &str) -> String {
     format!("<text x=\"{x:.0}\" y=\"{y:.0}\">{}</text>\n", words.replace('&', "&amp;").replace('<', "&lt;"))
+}
+
+/// The way that the roof looks, in the axes of its row: to it, along the drive, up.
+fn roof(mount: &Mount) -> [f64; 3] {
+    mount.attitude().axes().ahead.map(|part| mount.roof_sense() * part)
+}
+
+fn mark_roof(pen: &mut Pen, at: [f64; 2], way: [f64; 2]) {
+    let to = [at[0] + ROOF_M * way[0], at[1] + ROOF_M * way[1]];
+    pen.arrow(at, to, SCANNER);
+    pen.words(to, [12.0 * way[0].signum(), -5.0], SCANNER, "roof");
 }
 
 /// What is drawn, in metres: to the right of the middle between the rows, ahead of the reference point at the start, up.
@@ -211,6 +227,8 @@ impl<'a> Sheet<'a> {
             // The scan plane seen from above: the way to the row, turned by yaw.
             let [to_row, ahead, _] = axes.to_row;
             pen.arrow(at, [at[0] + ahead * BEAM_M, at[1] + mount.side() * to_row * BEAM_M], BEAM);
+            let [to_row, ahead, _] = roof(mount);
+            mark_roof(&mut pen, at, [ahead, mount.side() * to_row]);
             let axis = [at[0] + 0.12, mount.side() * self.half_m];
             let share = if number % 2 == 0 { 0.45 } else { 0.6 };
             pen.length_at(
@@ -289,6 +307,8 @@ impl<'a> Sheet<'a> {
                 BEAM,
                 true,
             );
+            let [_, ahead, up] = roof(mount);
+            mark_roof(&mut pen, at, [ahead, up]);
             self.mark(&mut pen, at, number);
             if mount.offset_y_m.abs() > 0.01 {
                 let up_m = 0.55 + 0.3 * number as f64;
@@ -320,7 +340,7 @@ impl<'a> Sheet<'a> {
     fn legend(&self) -> Vec<String> {
         let mut lines = vec![
             "X points to the right of the drive and is 0 on the axis of row 0, Y along the drive, Z up. Tree i owns Y from i to i + 1 tree spacings.".to_owned(),
-            "Orange: beams at device angles 0°, 90° and 180°, with the mount's yaw, pitch and roll; broken: the scan plane. Violet: lengths.".to_owned(),
+            "Orange: beams at device angles 0°, 90° and 180°, with the mount's yaw, pitch and roll; broken: the scan plane. Arrow `roof`: the way that the roof looks. Violet: lengths.".to_owned(),
         ];
         if self.rig.row_spacing_m.is_none() {
             lines.push(
@@ -350,6 +370,7 @@ impl<'a> Sheet<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rowscan_protocol::rig::Roof;
 
     fn rig() -> Rig {
         let front = Mount { offset_y_m: 0.4, ..Mount::default() };
@@ -397,6 +418,48 @@ mod tests {
         };
         assert_eq!(place(&behind(&up))[1], -258.6);
         assert_eq!(place(&behind(&side))[1], -156.0);
+    }
+
+    #[test]
+    fn a_roof_s_arrow_points_where_it_looks_and_words_say_where_0_is() {
+        for (orientation, row, roof, zero) in [
+            (
+                Orientation::Side,
+                RowSide::Right,
+                Roof::Forward,
+                "roof forward (0° points up, angles grow downwards)",
+            ),
+            (
+                Orientation::Side,
+                RowSide::Left,
+                Roof::Forward,
+                "roof forward (0° points down, angles grow upwards)",
+            ),
+            (
+                Orientation::Up,
+                RowSide::Right,
+                Roof::Forward,
+                "roof forward (0° points to the tractor's left)",
+            ),
+            (
+                Orientation::Up,
+                RowSide::Left,
+                Roof::Backward,
+                "roof backward (0° points to the tractor's right)",
+            ),
+        ] {
+            let mount = Mount { orientation, row, roof: Some(roof), ..Mount::default() };
+            assert!(mount_words(&mount).contains(zero), "{}", mount_words(&mount));
+            let rig = Rig { scanners: vec![mount], ..Rig::default() };
+            let sheet = Sheet::of(&rig, Rows::default());
+            let pen = || Pen::new([0.0; 2], 100.0, false);
+            for view in [sheet.plan(pen()), sheet.beside(pen())] {
+                let tip = view.lines().find(|line| line.contains(">roof<")).expect("drawn");
+                let x_px: f64 = tip.split('"').nth(1).and_then(|x| x.parse().ok()).expect("a place");
+                let from_scanner_px = x_px - 100.0 * sheet.start_m();
+                assert_eq!(from_scanner_px > 0.0, roof == Roof::Forward, "{tip}");
+            }
+        }
     }
 
     #[test]

@@ -3,18 +3,23 @@
 //! This is the only part of the crate that reads files. It needs the feature `files`.
 //!
 //! ```
-//! let scene = rowscan_scenes::files::load_scene("spindle")?;
+//! use rowscan_scenes::files::load_scene;
+//! let scene = load_scene("spindle", |warning| eprintln!("{warning}"))?;
 //! assert_eq!(scene.name, "spindle");
-//! let error = rowscan_scenes::files::load_scene("spindel").unwrap_err();
+//! let error = load_scene("spindel", |_| {}).unwrap_err();
 //! assert!(error.to_string().ends_with("did you mean `spindle`?"));
 //! # Ok::<(), rowscan_scenes::files::LoadError>(())
 //! ```
 
 mod error;
+mod rig;
 mod scene;
 mod source_text;
+mod warning;
 
 pub use error::{LoadError, nearest};
+pub use rig::{load_rig, rig_from_text, rig_schema, rig_text};
 pub use rowscan_strict_toml::{TomlError, from_toml};
-pub use scene::{fill, load_rig, load_scene, rig_from_text, rig_schema, scene_from_text};
+pub use scene::{fill, load_scene, scene_from_text};
 pub use source_text::SourceText;
+pub use warning::Warning;

@@ -2,6 +2,7 @@
 
 use pulp::Arch;
 use rowscan_protocol::optics::{DAZZLED, FogFilter, Optics};
+use rowscan_protocol::rig::Mount;
 use rowscan_protocol::scan::Pose;
 
 use super::air::{self, AirStage, Moment, Shot};
@@ -42,6 +43,8 @@ pub struct Eye {
     rules: Rules,
     seed: u64,
     unit: u64,
+    /// Which way along the row its roof looks.
+    roof_sense: f64,
     /// For the fan in force.
     sight: Option<Sight>,
     air: Option<AirStage>,
@@ -101,6 +104,7 @@ impl Eye {
             limits: model.limits,
             seed,
             unit: settings.unit.map_or(seed, |unit| unit ^ (scanner as u64).rotate_left(32)),
+            roof_sense: Mount::default().roof_sense(),
             air: settings.stages.has(Stage::Air).then(|| AirStage::new(&settings.air, model.optics)),
             settings: settings.clone(),
             sight: None,
@@ -109,6 +113,12 @@ impl Eye {
             echoes: Vec::new(),
             found: Vec::new(),
         }
+    }
+
+    /// The same on a mount whose roof looks this way along the row, [`Mount::roof_sense`]; the default mount's until then.
+    #[must_use]
+    pub fn under_roof(self, roof_sense: f64) -> Self {
+        Self { roof_sense, ..self }
     }
 
     /// Other beams from now on; of a scanner that has its row at greater X, or at smaller.
@@ -228,12 +238,13 @@ impl Eye {
         }
     }
 
-    /// How far every beam of this unit leaves the plane that the mirror turns in, radians; ahead where positive. 0 unless the settings ask for a bent
-    /// plane and the model's is.
+    /// How far every beam of this unit leaves the plane that the mirror turns in, radians; ahead where positive. A unit's cone opens towards its
+    /// roof or its floor, by an angle of its own. 0 unless the settings ask for a bent plane and the model's is.
     pub fn bend_rad(&self) -> f64 {
         let bends = self.settings.bent_plane && self.settings.stages.has(Stage::Spot);
         let part = 2.0 * Draws::of(self.unit, Use::Bend, 0).unit() - 1.0;
-        if bends { (part * self.optics.bend_deg.value).to_radians() } else { 0.0 }
+        let to_floor = -self.roof_sense;
+        if bends { to_floor * (part * self.optics.bend_deg.value).to_radians() } else { 0.0 }
     }
 
     /// Planes of a line, and rays cast in each; 0 before the first [`turn_to`](Self::turn_to).

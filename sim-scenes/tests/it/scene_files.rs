@@ -29,6 +29,28 @@ fn every_built_in_scene_is_valid_and_survives_a_round_trip() {
 }
 
 #[test]
+fn a_scene_of_version_1_is_read_as_one_of_version_2_that_means_the_same() {
+    let scanners = |roofs: [&str; 2]| {
+        let [right, left] = roofs;
+        format!(
+            "[[rig.scanner]]\nroof = '{right}'\n[[rig.scanner]]\nrow = 'left'\nroof = '{left}'\n[[rig.scanner]]\n"
+        )
+    };
+    let old = read(&format!("version = 1\n{}", scanners(["forward", "backward"])));
+    assert_eq!(old, read(&format!("version = 2\n{}", scanners(["backward", "backward"]))));
+    assert_eq!(read(&toml::to_string(&old).unwrap()), old);
+    assert_eq!(read("version = 1"), read("version = 2"));
+    // Within another document, as studies hold them.
+    let within: std::collections::BTreeMap<String, Scene> = toml::from_str(&format!(
+        "[base]\nversion = 1\n{}",
+        scanners(["forward", "backward"]).replace("[[rig", "[[base.rig")
+    ))
+    .unwrap();
+    assert_eq!(within["base"], old);
+    assert!(!toml::to_string(&read("version = 1")).unwrap().contains("roof"));
+}
+
+#[test]
 fn the_default_scene_is_the_one_that_the_documents_describe() {
     let scene = read(builtin::text(builtin::DEFAULT).unwrap());
     let rig = scene.resolved_rig();
@@ -79,7 +101,7 @@ fn unknown_keys_are_refused_everywhere() {
 
 #[test]
 fn values_without_meaning_are_refused_by_key_expected_and_found() {
-    assert_eq!(refusal("version = 2"), "version must be 1, found 2");
+    assert_eq!(refusal("version = 3"), "version must be 1 or 2, found 3");
     let in_orchard = |line: &str| refusal(&format!("version = 1\n[orchard]\n{line}"));
     let in_tree = |line: &str| refusal(&format!("version = 1\n[orchard.tree]\n{line}"));
     assert_eq!(in_orchard("trees = 0"), "orchard.trees must be 1 to 100000, found 0");

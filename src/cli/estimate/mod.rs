@@ -322,9 +322,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         progress::bar("scanning", "scans", args.scans.unwrap_or(0).saturating_mul(scanners.len() as u64));
     let (stop, stopped) = watch::channel(false);
     let mut following = JoinSet::new();
-    let row_spacing_m = rig.as_ref().and_then(|rig| rig.row_spacing_m);
     for (place, reading) in readings.into_iter().enumerate() {
-        let sensor = sensors.of(place, row_spacing_m);
+        let sensor = sensors.of(place);
         if let Some(follower) = args.follower(place, &scanners, reading, &taping, sensor, (&bar, &page)) {
             following.spawn(task(follower.follow(stopped.clone())));
         }

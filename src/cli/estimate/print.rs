@@ -140,21 +140,20 @@ fn facts(estimate: &Estimate) -> String {
     let by = estimate.advance_source.map_or_else(String::new, |source| format!(" by {}", source.name()));
     line("advance", known(estimate.advance_m, 3, "m") + &by);
     line("impacted area I_T", known(estimate.impacted_total_area_m2, 3, "m²"));
-    line("leaf area", known(estimate.leaf_area_m2, 2, "m²"));
-    for (name, ends) in [
-        ("  95 %", estimate.leaf_area_interval_m2),
-        ("  sampling error", estimate.leaf_area_sampling_error_m2),
-    ] {
+    line("leaf area", known(estimate.leaf.areas.best_m2().ok(), 2, "m²"));
+    for (name, ends) in
+        [("  95 %", estimate.leaf.interval_m2), ("  sampling error", estimate.leaf.sampling_error_m2)]
+    {
         if let Some([low_m2, high_m2]) = ends {
             line(name, format!("{low_m2:.2} to {high_m2:.2} m²"));
         }
     }
-    line("  by contact", known(estimate.leaf_area_contact_m2, 2, "m²"));
-    if let Some(share_m2) = estimate.leaf_area_share_m2 {
+    line("  by contact", known(estimate.leaf.areas.contact_m2().ok(), 2, "m²"));
+    if let Ok(share_m2) = estimate.leaf.areas.share_m2() {
         line("  by shares of spots", known(Some(share_m2), 2, "m²"));
     }
-    line("  by I_T", known(estimate.leaf_area_regression_m2, 2, "m²"));
-    line("LAI", known(estimate.lai, 2, ""));
+    line("  by I_T", known(estimate.leaf.areas.regression_m2().ok(), 2, "m²"));
+    line("LAI", known(estimate.leaf.areas.lai().ok(), 2, ""));
     text
 }
 
@@ -169,9 +168,9 @@ fn trees(estimate: &Estimate) -> String {
             number(Some(tree.tree.into()), 0),
             number(Some(tree.y_m), 2),
             number(Some(tree.impacted_total_area_m2), 3),
-            number(tree.leaf_area_regression_m2, 2),
-            number(tree.leaf_area_contact_m2, 2),
-            number(tree.lai, 2),
+            number(tree.leaf.regression_m2().ok(), 2),
+            number(tree.leaf.contact_m2().ok(), 2),
+            number(tree.leaf.lai().ok(), 2),
             number(tree.height_m, 2),
             number(Some(tree.volume_m3), 2),
         ]);
@@ -190,7 +189,7 @@ fn trees_found(found: &TreesFound) -> String {
             number(Some(tree.y_from_m), 2),
             number(Some(tree.y_to_m), 2),
             number(Some(tree.impacted_total_area_m2), 3),
-            number(Some(tree.leaf_area_contact_raw_m2), 2),
+            number(tree.leaf_area_contact_raw_m2, 2),
         ]);
     }
     format!("{} trees found by {}\n{table}\n", found.trees.len(), found.method.name())

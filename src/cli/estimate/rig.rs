@@ -7,6 +7,7 @@ use rowscan_scenes::Scene;
 use rowscan_scenes::files;
 use rowscan_study::reading::fitted_rig;
 
+use super::super::output::say;
 use super::super::{Failure, models};
 
 /// The rig called `name`, these scanners being of `model` and sending this echo, and the scene it stands in, if it names one.
@@ -16,7 +17,7 @@ pub(super) fn load(
     scanners: &[usize],
     echo: Option<EchoChoice>,
 ) -> Result<(Rig, Option<Scene>), Failure> {
-    let (rig, scene) = files::load_rig(name)?;
+    let (rig, scene) = files::load_rig(name, say)?;
     let model = model.map(models::find).transpose()?;
     Ok((fitted_rig(rig, scanners, model, echo), scene))
 }

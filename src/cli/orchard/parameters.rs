@@ -5,7 +5,8 @@ use rowscan_scenes::files;
 use rowscan_scenes::parameters::ParameterDoc;
 use serde::Serialize;
 
-use crate::cli::{Failure, Format, Outcome, output};
+use crate::cli::output::{self, say};
+use crate::cli::{Failure, Format, Outcome};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -30,7 +31,7 @@ struct Row {
 }
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let scene = files::load_scene(&args.scene)?;
+    let scene = files::load_scene(&args.scene, say)?;
     let tables = tables(&scene);
     if args.markdown {
         output::print(&markdown(&args.scene, &tables))?;

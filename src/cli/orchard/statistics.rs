@@ -6,8 +6,9 @@ use rowscan_scenes::{CanopyForm, FoliageShares, GrowError, Orchard, Scene, TreeT
 use serde::Serialize;
 
 use crate::cli::blocking::off_runtime;
+use crate::cli::output::{self, say};
 use crate::cli::study::rows::Seeds;
-use crate::cli::{Failure, Format, Outcome, output, progress};
+use crate::cli::{Failure, Format, Outcome, progress};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -68,7 +69,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         true => builtin::names().map(str::to_owned).collect(),
         false => args.scenes,
     };
-    let scenes = names.into_iter().map(|name| Ok((files::load_scene(&name)?, name)));
+    let scenes = names.into_iter().map(|name| Ok((files::load_scene(&name, say)?, name)));
     let scenes = scenes.collect::<Result<Vec<(Scene, String)>, Failure>>()?;
     let seeds = args.seeds.0;
     let bar = progress::bar("growing", "orchards", (scenes.len() * seeds.len()) as u64);

@@ -3,7 +3,6 @@
 mod orders;
 mod places;
 mod seats;
-mod stand;
 mod watched;
 
 use std::path::PathBuf;
@@ -11,7 +10,8 @@ use std::sync::Arc;
 
 use super::client_limits::ClientLimitArgs;
 use super::control::{ControlArgs, Controlled};
-use super::events;
+use super::endpoint::announce_all;
+use super::events::{self, End};
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
 use super::output::say;
@@ -21,13 +21,13 @@ use super::web::WebArgs;
 use super::{Failure, Format, Outcome, event_format, models};
 use orders::{Asked, ReplayTime};
 use places::{Places, Seek};
+use rowscan_bench::replay::{ReplayBench, ReplaySpec, ReplayedStream};
 use rowscan_control::{Bench, Log, Refused};
-use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
+use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
 use rowscan_emulator::{Player, RefusedSetting};
 use rowscan_recording::Taps;
-use seats::{PlaceArgs, Sort};
-use stand::{Live, Stand};
+use seats::{PlaceArgs, Seat, Sort};
 use watched::{Watched, Watching};
 
 #[derive(Debug, clap::Args)]
@@ -98,56 +98,55 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let played = args.played(&places, &parts)?;
     let start_ns = played.from_ns.max(places.begins_ns);
     let round = played.every_ns.map(|every_ns| (start_ns, every_ns));
-    let clock = Arc::new(SimClock::start(args.time_scale));
+    let mut spec = ReplaySpec::new(&survey, args.time_scale);
+    let clock = spec.clock();
     let playhead = Arc::new(Playhead::new(start_ns));
     let taping = args.record.start(survey.about.clone(), args.time_scale.delivery().is_patient())?;
     let tape = Playback::open(survey.path.clone(), &parts, played)?;
     let (script, log) = (args.faults.read()?, Log::default());
-    let seed = survey.about.seed.unwrap_or(1);
-    let faulting = (script.is_some() || args.control.is_given() || args.web.is_given()).then(|| {
-        let clock: Arc<SimClock> = Arc::clone(&clock);
-        Faulting::start(seed, clock, None, (args.format, &log))
-    });
     let watching = args.web.is_given().then(|| Watching::new(&parts, Arc::clone(&clock)));
-    let stand = Stand {
-        args: &args,
-        survey: &survey,
-        asked,
-        clock: Arc::clone(&clock),
-        taps: watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps()),
-        faulting: faulting.as_ref(),
-    };
-    let (mut lives, mut outlets) = (Vec::new(), Vec::new());
-    for seat in &seats {
-        let (live, outlet) = stand.open(seat, seats.len() > 1).await?;
-        lives.push(live);
-        outlets.push(outlet);
+    spec.streams = seats.iter().map(Seat::spec).collect();
+    (spec.model, spec.verbatim) = (asked, args.verbatim);
+    (spec.max_clients, spec.idle_limit) = args.clients.limits();
+    spec.taps = watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps());
+    spec.faults = script.is_some() || args.control.is_given() || args.web.is_given();
+    let mut bench = ReplayBench::open(spec).await?;
+    announce_all(args.format, bench.places(), |part| (seats.len() > 1).then_some(part))?;
+    for stream in bench.streams() {
+        if let Some(title) = stream.taken_for {
+            let name = &stream.name;
+            say(format_args!(
+                "{name}: by its beams and answers taken for the model {title}; --model says otherwise"
+            ));
+        }
     }
+    let faulting = bench.faults().cloned().zip(bench.take_fault_events());
+    let faulting = faulting.map(|handles| Faulting::tell(handles, (args.format, &log)));
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
     let (time, mut seeks) = ReplayTime::new(Arc::clone(&clock), Arc::clone(&playhead), round);
-    let bench = faulting.as_ref().map(|faulting| {
-        let streams = lives.iter().zip(&parts);
-        let streams = streams.filter_map(|(live, part)| Some((part.name.clone(), live.counts()?)));
+    let in_hand = faulting.as_ref().map(|faulting| {
+        let streams = bench.streams().iter();
+        let streams = streams.filter_map(|stream| Some((stream.name.clone(), stream.counts()?)));
         let states = vec![("streams".to_owned(), state_of(streams))];
         Bench::new(faulting.control().clone(), Arc::new(time), log, states)
     });
-    let _controlled = match &bench {
-        Some(bench) => args.control.open(bench.clone(), args.format).await?,
+    let _controlled = match &in_hand {
+        Some(in_hand) => args.control.open(in_hand.clone(), args.format).await?,
         None => Controlled::default(),
     };
     let model = survey.about.model.as_deref();
-    let _watched = match watching.zip(bench) {
-        Some((watching, bench)) => {
+    let _watched = match watching.zip(in_hand) {
+        Some((watching, in_hand)) => {
             let rig = places.rig()?;
-            watching.open(&args, model, rig.as_ref(), (&parts, &lives), bench).await?
+            watching.open(&args, model, rig.as_ref(), (&parts, bench.streams()), in_hand).await?
         }
         None => Watched::default(),
     };
     tell_streams(&survey, &parts);
     events::ready(args.format)?;
-    let player = Player::start(tape, outlets, Arc::clone(&playhead), Arc::clone(&clock), &Timer::system());
+    let player = bench.play(tape, Arc::clone(&playhead), &Timer::system());
     loop {
         tokio::select! {
             () = player.ended() => break,
@@ -163,8 +162,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(faulting) = faulting {
         faulting.finish().await?;
     }
-    tell_end(&player, &lives, &parts, args.format)?;
-    drop((player, lives));
+    tell_end(&player, bench.streams(), args.format)?;
+    drop((player, bench));
     Ok(taping.finish())
 }
 
@@ -197,16 +196,21 @@ impl Args {
 }
 
 /// Says what was sent on each stream, and which settings were refused.
-fn tell_end(player: &Player, lives: &[Live], parts: &[&Part], format: Format) -> Result<(), Failure> {
-    for (number, (live, part)) in lives.iter().zip(parts).enumerate() {
+fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Result<(), Failure> {
+    for (number, stream) in streams.iter().enumerate() {
         let late = |fraction| player.lateness(number, fraction).unwrap_or_default();
-        let sent = live.told(player.played(number));
-        say(format_args!("{}: {sent}; late by {:?} (p50), {:?} (p99)", part.name, late(0.5), late(0.99)));
-        let stream = (parts.len() > 1).then_some(part.name.as_str());
-        live.announce(format, stream)?;
-        for refused in live.refused_settings() {
+        let (name, counts) = (&stream.name, stream.counts().and_then(|reader| reader.counts()));
+        let sent = match &counts {
+            Some(counts) => events::told(counts),
+            None => format!("{} packets sent", player.played(number)),
+        };
+        say(format_args!("{name}: {sent}; late by {:?} (p50), {:?} (p99)", late(0.5), late(0.99)));
+        if let Some(counts) = counts {
+            End::of((streams.len() > 1).then_some(name.as_str()), counts).tell(format)?;
+        }
+        for refused in stream.refused_settings() {
             let RefusedSetting { client, setting, times } = refused;
-            say(format_args!("{}: refused {setting} to {client}, {times} times", part.name));
+            say(format_args!("{name}: refused {setting} to {client}, {times} times"));
         }
     }
     Ok(())

@@ -1,11 +1,14 @@
 //! Places in a recording: by time, by scan, by metre of the row.
 
+use std::fmt::Display;
 use std::str::FromStr;
+use std::sync::OnceLock;
 
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
 
 use super::super::Failure;
+use super::super::output::say;
 use rowscan_emulator::replay::{Part, ReplayError, Survey};
 
 /// A place in a recording.
@@ -36,6 +39,8 @@ impl FromStr for Seek {
 pub(super) struct Places<'a> {
     /// The rig to go by, instead of the recorded one.
     rig: Option<&'a str>,
+    /// That rig, or the recorded one, once it was asked for.
+    found: OnceLock<Option<Rig>>,
     survey: &'a Survey,
     /// The stream whose scans are counted.
     part: Option<&'a Part>,
@@ -52,6 +57,7 @@ impl<'a> Places<'a> {
         let begins_ns = begins_ns.or(parts.iter().filter_map(|part| part.begins_ns).min());
         Self {
             rig,
+            found: OnceLock::new(),
             survey,
             part: scanners().next().or(parts.first()).copied(),
             begins_ns: begins_ns.unwrap_or_default(),
@@ -84,10 +90,21 @@ impl<'a> Places<'a> {
 
     /// The rig that was asked for, else the recorded one.
     pub(super) fn rig(&self) -> Result<Option<Rig>, Failure> {
-        if let Some(name) = self.rig {
-            return Ok(Some(files::load_rig(name)?.0));
+        if let Some(found) = self.found.get() {
+            return Ok(found.clone());
         }
-        Ok(self.survey.about.rig.as_deref().and_then(|text| files::rig_from_text(text).ok()))
+        let found = match self.rig {
+            Some(name) => Some(files::load_rig(name, say)?.0),
+            None => self.recorded(),
+        };
+        Ok(self.found.get_or_init(|| found).clone())
+    }
+
+    fn recorded(&self) -> Option<Rig> {
+        let text = self.survey.about.rig.as_deref()?;
+        let tell = |what: &dyn Display| say(format_args!("{}: its rig: {what}", self.survey.path.display()));
+        let rig = files::rig_from_text(text, |old| tell(&old));
+        rig.inspect_err(|why| tell(&format_args!("{why}; say --rig"))).ok()
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use rowscan_bench::Endpoint;
+use rowscan_bench::replay::{StreamPlaces, StreamSpec};
 use rowscan_recording::StreamKind;
 
 use super::super::Failure;
@@ -58,7 +60,36 @@ pub(super) struct Seat<'a> {
     pub(super) places: Vec<Place<'a>>,
 }
 
+impl<'a> Seat<'a> {
+    /// The same as a bench has it.
+    pub(super) fn spec(&self) -> StreamSpec<'a> {
+        let places = self.places.iter();
+        let places = match self.sort {
+            Sort::Line => StreamPlaces::Lines(places.filter_map(|place| place.endpoint()).collect()),
+            Sort::Nmea => StreamPlaces::Nmea(
+                places
+                    .filter_map(|place| if let Place::Nmea(at) = place { Some((*at).clone()) } else { None })
+                    .collect(),
+            ),
+            Sort::Can => StreamPlaces::Can(
+                places
+                    .filter_map(|place| if let Place::Can(at) = place { Some((*at).clone()) } else { None })
+                    .collect(),
+            ),
+        };
+        StreamSpec { part: self.part, places }
+    }
+}
+
 impl Place<'_> {
+    fn endpoint(&self) -> Option<Endpoint> {
+        match self {
+            Self::Tcp(address) => Some(Endpoint::Tcp((*address).to_owned())),
+            Self::Pty(link) => Some(Endpoint::Pty(link.to_path_buf())),
+            Self::Nmea(_) | Self::Can(_) => None,
+        }
+    }
+
     fn sort(&self) -> Sort {
         match self {
             Self::Tcp(_) | Self::Pty(_) => Sort::Line,

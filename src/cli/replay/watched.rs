@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rowscan_bench::replay::ReplayedStream;
 use rowscan_control::Bench;
 use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::replay::Part;
@@ -13,9 +14,8 @@ use rowscan_web::{About, Gauges, ScannerAbout, ScannerGauge, Show};
 use tokio::task::JoinSet;
 
 use super::super::Failure;
-use super::super::web::{GaugeOf, Meter, Opened, Scans, Talk};
+use super::super::web::{GaugeOf, Meter, Opened, Scans, Talk, gauge_of};
 use super::Args;
-use super::stand::Live;
 
 /// What the page is to hear, before there is one.
 pub(super) struct Watching {
@@ -62,7 +62,7 @@ impl Watching {
         args: &Args,
         model: Option<&str>,
         rig: Option<&Rig>,
-        lives: (&[&Part], &[Live]),
+        (parts, streams): (&[&Part], &[ReplayedStream]),
         bench: Bench,
     ) -> Result<Watched, Failure> {
         let scanner =
@@ -72,9 +72,8 @@ impl Watching {
             title: format!("rowscan replay {}", name.display()),
             scanners: self.names.iter().map(scanner).collect(),
         };
-        let (parts, lives) = lives;
-        let gauges =
-            parts.iter().zip(lives).filter(|(part, _)| part.is_scanner()).map(|(_, live)| live.gauge());
+        let scanners = parts.iter().zip(streams).filter(|(part, _)| part.is_scanner());
+        let gauges = scanners.filter_map(|(_, stream)| stream.counts().map(gauge_of));
         let show = Show::new(about, None, Box::new(Told(gauges.collect())));
         let mut tasks = JoinSet::new();
         tasks.spawn(task(self.talk.tell(show.log())));

@@ -54,12 +54,12 @@ impl From<&Trial> for AccuracyRow {
             leaf_area_m2: truth,
             lai: trial.truth.lai,
             impacted_total_area_m2: estimate.impacted_total_area_m2,
-            leaf_area_regression_m2: estimate.leaf_area_regression_m2,
-            regression_error: error(estimate.leaf_area_regression_m2),
-            leaf_area_contact_m2: estimate.leaf_area_contact_m2,
-            contact_error: error(estimate.leaf_area_contact_m2),
-            contact_raw_error: error(estimate.leaf_area_contact_raw_m2),
-            null_error: error(estimate.leaf_area_null_m2),
+            leaf_area_regression_m2: estimate.leaf.areas.regression_m2().ok(),
+            regression_error: error(estimate.leaf.areas.regression_m2().ok()),
+            leaf_area_contact_m2: estimate.leaf.areas.contact_m2().ok(),
+            contact_error: error(estimate.leaf.areas.contact_m2().ok()),
+            contact_raw_error: error(estimate.leaf.areas.contact_raw_m2().ok()),
+            null_error: error(estimate.leaf.null_m2),
         }
     }
 }
@@ -132,8 +132,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         AccuracySummary::new("contact frequency", rows.iter().map(|row| row.contact_error)),
         AccuracySummary::new("contact frequency, raw", rows.iter().map(|row| row.contact_raw_error)),
         AccuracySummary::new("null (training mean)", rows.iter().map(|row| row.null_error)),
-        AccuracySummary::new("single trees: regression on I_T", trees(|tree| tree.leaf_area_regression_m2)),
-        AccuracySummary::new("single trees: contact frequency", trees(|tree| tree.leaf_area_contact_m2)),
+        AccuracySummary::new("single trees: regression on I_T", trees(|tree| tree.leaf.regression_m2().ok())),
+        AccuracySummary::new("single trees: contact frequency", trees(|tree| tree.leaf.contact_m2().ok())),
     ];
     match args.format {
         Format::Json | Format::Jsonl => {

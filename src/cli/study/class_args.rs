@@ -6,6 +6,7 @@ use rowscan_study::StudyFileError;
 use rowscan_study::classes::{self, Classes};
 
 use crate::cli::Failure;
+use crate::cli::output::say;
 
 /// Which classes, how many rows of each.
 #[derive(Debug, clap::Args)]
@@ -24,7 +25,7 @@ pub(super) struct ClassArgs {
 impl ClassArgs {
     /// The classes.
     pub(super) fn classes(&self) -> Result<Classes, Failure> {
-        let read = |path: &PathBuf| -> Result<Classes, StudyFileError> { classes::read(path) };
+        let read = |path: &PathBuf| -> Result<Classes, StudyFileError> { classes::read(path, say) };
         let mut classes = self.classes.as_ref().map_or_else(classes::built_in, read)?;
         if let Some(unknown) = self.axes.iter().find(|axis| !classes.axes().contains(&axis.as_str())) {
             return Err(Failure::Usage(format!(

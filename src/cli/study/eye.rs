@@ -6,7 +6,7 @@ use rowscan_scenes::{Scene, files};
 
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
-use crate::cli::output::{self, number, percent};
+use crate::cli::output::{self, number, percent, say};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::eye::{Seen, ThroughTheEye, Way, through_the_eye};
 
@@ -35,7 +35,7 @@ pub(in crate::cli) struct Args {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let distances_m = distances_m(&args.distance)?;
     let scenes: Vec<Scene> =
-        args.scene.iter().map(|name| files::load_scene(name)).collect::<Result<_, _>>()?;
+        args.scene.iter().map(|name| files::load_scene(name, say)).collect::<Result<_, _>>()?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
     let seeds = args.seeds.0.clone();
     let passes = scenes.len() * seeds.len() * models.len() * distances_m.len();

@@ -4,6 +4,7 @@ use rowscan_scenes::Scene;
 use rowscan_scenes::files;
 
 use crate::cli::Failure;
+use crate::cli::output::say;
 
 /// Which scene, which seed, how many trees.
 #[derive(Debug, clap::Args)]
@@ -25,7 +26,7 @@ pub(super) struct OrchardArgs {
 impl OrchardArgs {
     /// The scene all orchards of the study are made from.
     pub(super) fn scene(&self) -> Result<Scene, Failure> {
-        let mut scene = files::load_scene(&self.scene)?;
+        let mut scene = files::load_scene(&self.scene, say)?;
         scene.seed = self.seed.unwrap_or(scene.seed);
         scene.orchard.trees = self.trees.or(scene.orchard.trees);
         Ok(scene)

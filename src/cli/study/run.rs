@@ -6,7 +6,7 @@ use comfy_table::Cell;
 
 use super::shards::ShardArgs;
 use super::tell::TellArgs;
-use crate::cli::output::{self, number};
+use crate::cli::output::{self, number, say};
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::sweep::{self, SweepReport, SweepStudy};
 use rowscan_study::{Whole, figure};
@@ -29,7 +29,7 @@ pub(in crate::cli) struct Args {
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let study = sweep::read(&args.file, args.seed, args.repeats)?;
+    let study = sweep::read(&args.file, args.seed, args.repeats, say)?;
     match args.shards.run(study).await? {
         Some(whole) => tell(&args.tell, whole),
         None => Ok(Outcome::Done),

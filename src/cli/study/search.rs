@@ -11,7 +11,7 @@ use super::points::{gates, range, words};
 use super::rows::Seeds;
 use super::shards::{ShardArgs, whole};
 use super::tell::TellArgs;
-use crate::cli::output::{self, number};
+use crate::cli::output::{self, number, say};
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::Whole;
 use rowscan_study::search::{self, ConfirmStudy, PointReport, SearchReport, SearchStudy};
@@ -52,7 +52,7 @@ pub(in crate::cli) struct Args {
 pub(super) const BEST: usize = 10;
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let study = search::read(&args.file)?;
+    let study = search::read(&args.file, say)?;
     if let Some(Seeds(seeds)) = args.confirm {
         let points = match (args.selected.as_slice(), args.points) {
             ([], points) if points.is_empty() => (0..study.points()).collect(),

@@ -6,7 +6,7 @@ use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files;
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
-use crate::cli::output::print;
+use crate::cli::output::{print, say};
 use crate::cli::{Failure, Outcome, models};
 use crate::reference::Document;
 
@@ -20,9 +20,9 @@ pub(crate) struct Args {
 pub(super) fn run(document: Document, args: &Args) -> Result<Outcome, Failure> {
     for name in &args.files {
         let told = match document {
-            Document::Rig => sound_rig(name, &files::load_rig(name)?.0)?,
+            Document::Rig => sound_rig(name, &files::load_rig(name, say)?.0)?,
             _ => {
-                let scene = files::load_scene(name)?;
+                let scene = files::load_scene(name, say)?;
                 let layout = scene.orchard.layout();
                 let preset = scene.orchard.preset;
                 let rig = sound_rig(name, &scene.resolved_rig())?;

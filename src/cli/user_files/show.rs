@@ -37,9 +37,9 @@ struct Row {
 
 pub(super) fn run(document: Document, args: &Args) -> Result<Outcome, Failure> {
     let (rig, scene) = match document {
-        Document::Rig => files::load_rig(&args.name)?,
+        Document::Rig => files::load_rig(&args.name, say)?,
         _ => {
-            let scene = files::load_scene(&args.name)?;
+            let scene = files::load_scene(&args.name, say)?;
             (scene.resolved_rig(), Some(scene))
         }
     };

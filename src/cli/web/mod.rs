@@ -16,7 +16,7 @@ use rowscan_web::{Show, Web};
 
 use self::foxglove::FoxgloveServer;
 use super::control::{guard_at, token};
-use super::endpoint::{Place, announce_stream};
+use super::endpoint::announce_stream;
 use super::output::say;
 use super::{Failure, Format};
 use crate::feature::Feature;
@@ -110,7 +110,7 @@ impl WebArgs {
     async fn open_foxglove(&self, show: &Show, format: Format) -> Result<Option<FoxgloveServer>, Failure> {
         let Some(place) = self.foxglove else { return Ok(None) };
         let server = FoxgloveServer::open(place, show).await?;
-        announce_stream(format, None, "foxglove", Place::Address(&server.address()))?;
+        announce_stream(format, None, "foxglove", &server.address())?;
         Ok(Some(server))
     }
 
@@ -124,7 +124,7 @@ impl WebArgs {
         let mut made_up = None;
         let guard = |address: &SocketAddr| guard_at(address, self.web_token.as_ref(), &mut made_up);
         let web = Web::open(place, show, bench, guard).await?;
-        announce_stream(format, None, "web", Place::Address(&web.address()))?;
+        announce_stream(format, None, "web", &web.address())?;
         if let Some(token) = made_up {
             say(format_args!("the page needs the token {token}: http://{}/#token={token}", web.address()));
         } else if matches!(format, Format::Table | Format::Csv) {

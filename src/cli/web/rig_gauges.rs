@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rowscan_emulator::Counting;
+use rowscan_emulator::CountReader;
 use rowscan_emulator::clock::SimClock;
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
@@ -15,25 +15,18 @@ use rowscan_web::{FixGauge, Gauges, ScannerGauge, Speeds, TractorGauge};
 pub(in super::super) type GaugeOf = Box<dyn Fn() -> ScannerGauge + Send + Sync>;
 
 /// The gauge of a virtual scanner.
-pub(in super::super) fn gauge_of(counting: Counting) -> GaugeOf {
-    match counting {
-        Counting::Cola(counter) => Box::new(move || {
-            let Some(counts) = counter.counts() else { return ScannerGauge::default() };
-            ScannerGauge {
-                scans: Some(counts.scans_sent),
-                lost: Some(counts.scans_dropped),
-                missed: Some(counts.scans_missed),
-                refused: Some(
-                    counts.connections_refused + counts.connections_silent + counts.connections_idle,
-                ),
-                clients: counter.clients().map(|clients| clients as u64),
-                ..ScannerGauge::default()
-            }
-        }),
-        Counting::Lms2xx(counts) => {
-            Box::new(move || ScannerGauge { scans: Some(counts().scans_sent), ..ScannerGauge::default() })
+pub(in super::super) fn gauge_of(reader: CountReader) -> GaugeOf {
+    Box::new(move || {
+        let Some(counts) = reader.counts() else { return ScannerGauge::default() };
+        ScannerGauge {
+            scans: Some(counts.scans_sent),
+            lost: counts.scans_dropped,
+            missed: counts.scans_missed,
+            refused: counts.connections.map(|of| of.refused + of.silent + of.idle),
+            clients: reader.clients().map(|clients| clients as u64),
+            ..ScannerGauge::default()
         }
-    }
+    })
 }
 
 /// How long ticks are counted for a speed.

@@ -55,7 +55,7 @@ impl Watching {
             tractor: tractor.clone(),
             encoder: stage.scene.encoder,
             receiver: stage.receiver(),
-            scanners: scanners.into_iter().map(|scanner| gauge_of(scanner.counting)).collect(),
+            scanners: scanners.into_iter().map(|scanner| gauge_of(scanner.counts)).collect(),
         };
         let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
         if let Some((truth, period_m)) = truth(stage, &tractor) {

@@ -144,7 +144,7 @@ mod tests {
     use rowscan_scenes::files::load_scene;
 
     fn small(scene: &str) -> Scene {
-        let mut scene = load_scene(scene).expect("built in");
+        let mut scene = load_scene(scene, |_| {}).expect("built in");
         scene.orchard.trees = Some(2);
         scene.orchard.tree.iterations = Some(7);
         scene

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rowscan_scenes::Scene;
-use rowscan_scenes::files;
+use rowscan_scenes::files::Warning;
 use serde::Deserialize;
 use toml::Table;
 
@@ -82,12 +82,12 @@ pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
     generator.subschema_for::<ClassesFile>()
 }
 
-/// Reads a file of classes. Scenes that are files are looked for beside it.
+/// Reads a file of classes. Scenes that are files are looked for beside it; `tell` hears what the user should know of them.
 ///
 /// # Errors
 /// A file that cannot be read, names no classes, or keys or values that a scene does not have.
-pub fn read(path: &Path) -> Result<Classes, StudyFileError> {
-    of_document(&Document::open(path)?)
+pub fn read(path: &Path, tell: impl FnMut(Warning)) -> Result<Classes, StudyFileError> {
+    of_document(&Document::open(path)?, tell)
 }
 
 /// The classes that ship with the program.
@@ -95,16 +95,16 @@ pub fn read(path: &Path) -> Result<Classes, StudyFileError> {
 /// # Errors
 /// None, which a test holds.
 pub fn built_in() -> Result<Classes, StudyFileError> {
-    of_document(&Document::built_in("classes.toml", BUILT_IN))
+    of_document(&Document::built_in("classes.toml", BUILT_IN), |_| {})
 }
 
-fn of_document(document: &Document<'_>) -> Result<Classes, StudyFileError> {
+fn of_document(document: &Document<'_>, mut tell: impl FnMut(Warning)) -> Result<Classes, StudyFileError> {
     let file: ClassesFile = document.parse()?;
     if file.version != VERSION {
         let message = format!("version must be {VERSION}, found {}", file.version);
         return Err(document.refuse(Complaint::new("version", message)));
     }
-    let (base, mut shelf) = document.scene(&file.scene)?;
+    let (base, mut shelf) = document.scene(&file.scene, &mut tell)?;
     shelf.stock(&mut base.clone())?;
     let mut classes = Vec::new();
     for axis in file.axis {
@@ -114,7 +114,7 @@ fn of_document(document: &Document<'_>) -> Result<Classes, StudyFileError> {
             return Err(document.refuse(Complaint::new(axis.name, message)));
         }
         for class in axis.class {
-            let own = class.scene.as_deref().map(|name| document.scene(name)).transpose()?;
+            let own = class.scene.as_deref().map(|name| document.scene(name, &mut tell)).transpose()?;
             let from = own.map_or_else(|| base.clone(), |(scene, _)| scene);
             let mut class = class
                 .checked(&axis.name, Scene { seed: base.seed, ..from })
@@ -132,7 +132,7 @@ impl ClassFile {
         let with = |scene: &Scene, keys: &Table| {
             let settings: Vec<Setting<'_>> =
                 keys.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
-            settings::set(scene, &settings, files::scene_from_text)
+            settings::set_in_scene(scene, &settings)
         };
         let scene = with(&base, &self.set).map_err(|why| refuse(&self.name, why))?;
         let told = with(&scene, &self.told).map_err(|why| refuse(&self.name, why))?;
@@ -174,7 +174,7 @@ mod tests {
         let text = format!(
             "version = 1\nscene = \"spindle\"\n[[axis]]\nname = \"a\"\n[[axis.class]]\nname = \"one\"\n[[axis.class]]\nname = \"two\"\n{class}\n"
         );
-        of_document(&Document::built_in("c.toml", &text)).expect_err(class).to_string()
+        of_document(&Document::built_in("c.toml", &text), |_| {}).expect_err(class).to_string()
     }
 
     #[test]
@@ -189,7 +189,7 @@ mod tests {
         assert!(turned.contains("tilt_deg: expected from 0 to 90, found 200"), "{turned}");
         let lone =
             "version = 1\nscene = \"spindle\"\n[[axis]]\nname = \"a\"\n[[axis.class]]\nname = \"one\"\n";
-        let why = of_document(&Document::built_in("c.toml", lone)).expect_err("one").to_string();
+        let why = of_document(&Document::built_in("c.toml", lone), |_| {}).expect_err("one").to_string();
         assert!(why.contains("two classes or more, found 1"), "{why}");
     }
 }

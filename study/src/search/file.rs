@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use rowscan_scenes::files::Warning;
 use serde::Deserialize;
 use toml::{Table, Value};
 
@@ -76,14 +77,14 @@ pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
     generator.subschema_for::<SearchFile>()
 }
 
-/// Reads a search. A scene that is a file is looked for beside it.
+/// Reads a search. A scene that is a file is looked for beside it; `tell` hears what the user should know of it.
 ///
 /// # Errors
 /// A file that cannot be read, is no search, or names keys or values that an areas study does not have.
-pub fn read(path: &Path) -> Result<SearchStudy, StudyFileError> {
+pub fn read(path: &Path, tell: impl FnMut(Warning)) -> Result<SearchStudy, StudyFileError> {
     let document = Document::open(path)?;
     let file: SearchFile = document.parse()?;
-    let (scene, mut files) = document.scene(&file.scene)?;
+    let (scene, mut files) = document.scene(&file.scene, tell)?;
     files.stock(&mut scene.clone())?;
     let mut search = file.search(AreasStudy::new(scene)).map_err(|complaint| document.refuse(complaint))?;
     // Every value of every knob must be one, tried alone; what does not go together shows in the search.

@@ -208,7 +208,7 @@ mod tests {
     use super::*;
 
     fn search() -> SearchStudy {
-        let scene = files::load_scene("paper").expect("built in");
+        let scene = files::load_scene("paper", |_| {}).expect("built in");
         let knob = |key: &str, values: &[Value]| Knob {
             keys: vec![key.to_owned()],
             values: values.iter().map(|value| vec![value.clone()]).collect(),

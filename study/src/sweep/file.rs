@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rowscan_scenes::Scene;
-use rowscan_scenes::files::{self, LoadError};
+use rowscan_scenes::files::{LoadError, Warning};
 use serde::Deserialize;
 use toml::Value;
 
@@ -102,14 +102,20 @@ pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
     generator.subschema_for::<StudyFile>()
 }
 
-/// Reads a study. A scene that is a file is looked for beside it. `seed` and `repeats`, if given, are taken instead of the file's.
+/// Reads a study. A scene that is a file is looked for beside it; `tell` hears what the user should know of it. `seed` and `repeats`, if given, are
+/// taken instead of the file's.
 ///
 /// # Errors
 /// A file that cannot be read, is no study, or names keys or values that its scene does not have.
-pub fn read(path: &Path, seed: Option<u64>, repeats: Option<usize>) -> Result<SweepStudy, StudyFileError> {
+pub fn read(
+    path: &Path,
+    seed: Option<u64>,
+    repeats: Option<usize>,
+    tell: impl FnMut(Warning),
+) -> Result<SweepStudy, StudyFileError> {
     let document = Document::open(path)?;
     let file: StudyFile = document.parse()?;
-    let (scene, files) = document.scene(&file.scene)?;
+    let (scene, files) = document.scene(&file.scene, tell)?;
     let mut study = study(file, scene, seed, repeats).map_err(|complaint| document.refuse(complaint))?;
     study.files = study.stocked(files)?;
     Ok(study)
@@ -170,7 +176,7 @@ impl SweepStudy {
     /// The scene with one axis at one of its values.
     fn scene_with(&self, axis: &Axis, value: usize) -> Result<Scene, String> {
         let settings = Design::Grid.settings(std::slice::from_ref(axis), value, 0);
-        settings::set(&self.scene, &settings, files::scene_from_text)
+        settings::set_in_scene(&self.scene, &settings)
     }
 
     /// The shelf with every file that the scene, or a value of an axis, names.

@@ -11,7 +11,6 @@ mod report;
 use rowscan_canopy::Calibration;
 use rowscan_protocol::model;
 use rowscan_scenes::Scene;
-use rowscan_scenes::files;
 use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 
@@ -79,7 +78,7 @@ impl SweepStudy {
     /// The scene at a point.
     fn scene_at(&self, point: usize, repeat: usize) -> Result<Scene, String> {
         let settings = self.settings(point);
-        let mut scene = settings::set(&self.scene, &settings, files::scene_from_text)?;
+        let mut scene = settings::set_in_scene(&self.scene, &settings)?;
         self.files.serve(&mut scene)?;
         if settings.iter().any(|(key, _)| *key == "seed") {
             return Ok(scene);

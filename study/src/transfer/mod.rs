@@ -93,7 +93,7 @@ impl Study for TransferStudy {
 /// What a density says without calibration.
 fn raw(estimate: &Estimate, name: &str) -> Option<f64> {
     if name == "contact" {
-        return estimate.leaf_area_contact_raw_m2;
+        return estimate.leaf.areas.contact_raw_m2().ok();
     }
     let of = |m: &&rowscan_canopy::Measure| {
         m.estimator == name && m.quantity == Quantity::LeafArea && m.band_m().is_none()

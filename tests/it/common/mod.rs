@@ -26,7 +26,7 @@ use tokio::io::DuplexStream;
 
 /// A row of three small trees: quick to grow in a test.
 pub fn small_scene() -> Scene {
-    let mut scene = load_scene("spindle").expect("built in");
+    let mut scene = load_scene("spindle", |_| {}).expect("built in");
     scene.orchard.trees = Some(3);
     scene.orchard.tree.iterations = Some(7);
     scene

@@ -9,7 +9,7 @@ use super::binary::{Ended, run};
 
 /// The paper's study with coarse scans: it takes a second instead of ten.
 pub fn quick_areas(seed: u64) -> AreasStudy {
-    let mut scene = load_scene("paper").expect("built in");
+    let mut scene = load_scene("paper", |_| {}).expect("built in");
     scene.seed = seed;
     let study = AreasStudy::new(scene);
     let coarse =

@@ -40,7 +40,7 @@ const BUDGET: &str = "a thousandth of a core at 50 Hz";
 pub fn run(report: &mut Report, arguments: &[String]) {
     raise_descriptor_limit();
     let stage = |speed_m_s| {
-        let mut scene = rowscan_scenes::files::load_scene("spindle").expect("a built-in scene");
+        let mut scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("a built-in scene");
         scene.rig.speed_m_s = speed_m_s;
         Stage::grow(scene, &|_, _| {}).expect("the built-in scene grows")
     };

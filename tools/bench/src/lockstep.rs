@@ -36,7 +36,7 @@ const LEVELS: [&str; 6] = ["", "sent", "read", "idle", "reply:127.0.0.1:0", "out
 pub fn run(report: &mut Report, arguments: &[String]) {
     let asked = |what: &str| Some(arguments.windows(2).find(|pair| pair[0] == what)?[1].clone());
     let way_m = asked("metres").and_then(|metres| metres.parse().ok()).unwrap_or(WAY_M);
-    let mut scene = rowscan_scenes::files::load_scene("spindle").expect("a built-in scene");
+    let mut scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("a built-in scene");
     scene.orchard.trees = Some((way_m / scene.orchard.layout().tree_spacing_m).ceil() as u32);
     let stage = Stage::grow(scene, &|_, _| {}).expect("the built-in scene grows");
     let chosen = asked("level");

@@ -1,9 +1,9 @@
-//! `rowscan-bench NAME [--format json]`: one bench, one line a case.
+//! `rowscan-benches NAME [--format json]`: one bench, one line a case.
 
 use std::process::ExitCode;
 
-use rowscan_bench::measure::Report;
-use rowscan_bench::{
+use rowscan_benches::measure::Report;
+use rowscan_benches::{
     caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, web,
 };
 
@@ -32,7 +32,7 @@ fn main() -> ExitCode {
     }
     let Some((_, run)) = BENCHES.iter().find(|(name, _)| Some(*name) == wanted) else {
         let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();
-        eprintln!("usage: rowscan-bench NAME [--format json]; benches: {}", names.join(", "));
+        eprintln!("usage: rowscan-benches NAME [--format json]; benches: {}", names.join(", "));
         return ExitCode::from(2);
     };
     let json = arguments.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json");

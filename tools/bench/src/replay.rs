@@ -34,7 +34,7 @@ const EPOCH_OF_NMEA: &[u8] =
 
 /// Runs all cases.
 pub fn run(report: &mut Report, _: &[String]) {
-    let folder = std::env::temp_dir().join(format!("rowscan-bench-replay-{}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("rowscan-benches-replay-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     for (name, streams) in
         [("LMS111 at 50 Hz", &STREAMS[..1]), ("LMS111 and LMS511 with GNSS and CAN in step", &STREAMS[..])]
@@ -62,7 +62,7 @@ const STREAMS: [Stream; 4] = [
 
 /// Writes the recording; when the first stream spoke, since its beginning.
 fn record(path: &Path, streams: &[Stream]) -> Vec<Duration> {
-    let scene = rowscan_scenes::files::load_scene("spindle").expect("a built-in scene");
+    let scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("a built-in scene");
     let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
     let mut packets = Vec::new();
     for (number, stream) in streams.iter().enumerate() {

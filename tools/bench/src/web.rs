@@ -37,7 +37,7 @@ const TICKS_A_SECOND: f64 = 100.0;
 /// Runs all cases, or with `browsers N` one.
 pub fn run(report: &mut Report, arguments: &[String]) {
     let asked = arguments.windows(2).find(|pair| pair[0] == "browsers").and_then(|pair| pair[1].parse().ok());
-    let scene = rowscan_scenes::files::load_scene("spindle").expect("a built-in scene");
+    let scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("a built-in scene");
     let stage = Stage::grow(scene, &|_, _| {}).expect("the built-in scene grows");
     for browsers in asked.map_or(BROWSERS.to_vec(), |browsers| vec![browsers]) {
         let figures = measure(&stage, browsers);

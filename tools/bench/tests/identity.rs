@@ -2,8 +2,8 @@
 
 #![allow(missing_docs)]
 
-use rowscan_bench::peer::{FARTHEST_M, Peer};
-use rowscan_bench::row::Planting;
+use rowscan_benches::peer::{FARTHEST_M, Peer};
+use rowscan_benches::row::Planting;
 use rowscan_protocol::scan::Pose;
 use rowscan_scenes::{BeamFan, Beams, Caster, Class, Layers, Scratch};
 

@@ -28,7 +28,7 @@ const BENCHES: &[Bench] = &[
 
 /// Builds and runs a bench of `tools/bench`.
 fn beside_peers(workspace: &Workspace, name: &str, arguments: &[String]) -> ExitCode {
-    let mut cargo = workspace.cargo(&["run", "--release", "--quiet", "-p", "rowscan-bench", "--", name]);
+    let mut cargo = workspace.cargo(&["run", "--release", "--quiet", "-p", "rowscan-benches", "--", name]);
     match cargo.args(arguments).status() {
         Ok(status) if status.success() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::FAILURE,

@@ -181,6 +181,21 @@ const RULES: &[Rule] = &[
         why: "the bus knows no orchard and no emulator",
     },
     Rule {
+        package: "rowscan-bench",
+        features: Features::All,
+        forbidden: &[
+            "clap",
+            "comfy-table",
+            "parquet",
+            "plotters",
+            "rowscan-driver",
+            "rowscan-canopy",
+            "rowscan-check",
+            "rowscan",
+        ],
+        why: "a bench runs rigs and knows no driver and no command line",
+    },
+    Rule {
         package: "rowscan-emulator",
         features: Features::All,
         forbidden: &["clap", "comfy-table", "parquet", "las", "rowscan-driver", "rowscan-study", "rowscan"],

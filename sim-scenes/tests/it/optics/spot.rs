@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use rowscan_protocol::optics::{Fact, Optics, Spot};
+use rowscan_protocol::rig::{Mount, Roof};
 use rowscan_protocol::scan::Pose;
 use rowscan_scenes::caster::brute::Oracle;
 use rowscan_scenes::optics::{Eye, EyeModel, OpticsSettings};
@@ -145,6 +146,15 @@ fn only_a_tim_is_bent_each_unit_by_an_angle_of_its_own_and_only_where_asked_for(
     assert_eq!([bend("tim781s", 1, false), bend("lms511", 1, true)], [0.0, 0.0]);
     // A unit of this seed is the same one tomorrow.
     assert_eq!(bend("tim781s", 7, true), units[7]);
+    // Its cone opens to its roof or to its floor, whichever way that looks.
+    let bent = OpticsSettings { unit: Some(7), bent_plane: true, ..settings("spot,echoes") };
+    let mounted = |roof: Option<Roof>| {
+        let mount = Mount { roof, ..Mount::default() };
+        let eye = Bench::new(&optics("tim781s"), 1, &bent, vec![], &fan(0.33, 3)).eye;
+        eye.under_roof(mount.roof_sense()).bend_rad().to_degrees()
+    };
+    assert_eq!(mounted(None), units[7]);
+    assert_eq!([mounted(Some(Roof::Backward)), mounted(Some(Roof::Forward))], [units[7], -units[7]]);
 }
 
 /// Every share of a spot on a cloud of leaves against rays of a cone; the scanner's plane may be bent by so much.

@@ -1,4 +1,4 @@
-//! `cargo xtask foreign`: programs nobody here wrote, from Debian packages, against the release binary.
+//! `cargo xtask foreign`: programs nobody here wrote, from Debian packages, against the binary of the tests.
 //!
 //! A part that cannot run here (no root, no network, no Debian) is skipped visibly; a part that runs and fails is a failure.
 
@@ -13,12 +13,12 @@ pub use browser::page_script;
 
 use std::process::ExitCode;
 
-use crate::steps::{self, Outcome, RELEASE_BUILD, Step};
-use crate::workspace::Workspace;
+use crate::steps::{self, Outcome, Step};
+use crate::workspace::{Profile, Workspace};
 
 /// Every part, after the binary they talk to. A new one is a file beside this one and a line here.
 const PARTS: &[Step] = &[
-    RELEASE_BUILD,
+    BUILD,
     Step::new("socat", socat::run).taking(2),
     Step::new("mrpt", mrpt::run).taking(4),
     Step::new("capture", capture::run).taking(2),
@@ -26,17 +26,20 @@ const PARTS: &[Step] = &[
     VCAN,
 ];
 
+/// The binary, as the tests are built with it: after `ci` it is there.
+const BUILD: Step = Step::new("build", |workspace| Outcome::from_result(workspace.build_binary()));
+
 /// SocketCAN in a virtual machine.
 const VCAN: Step = Step::new("vcan", vcan::run).taking(8);
 
 /// `cargo xtask vcan`: that part alone, with the binary as it stands.
 pub fn vcan(workspace: &Workspace, _: &[String]) -> ExitCode {
-    command(workspace, &["release-build", "vcan"].map(str::to_owned))
+    command(workspace, &["build", "vcan"].map(str::to_owned))
 }
 
 /// Runs every part, or those named in `arguments`.
 pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
-    steps::run(workspace, PARTS, arguments)
+    steps::run(&Workspace { profile: Profile::Dev, ..workspace.clone() }, PARTS, arguments)
 }
 
 /// Runs `part` once its programs are there, which come in Debian `packages`; skips it where they cannot be had.

@@ -2,7 +2,7 @@
 
 use crate::calibration::{Calibration, ContactScale};
 use crate::class::ClassKey;
-use crate::row::Row;
+use crate::row::{Row, Totals};
 
 /// Of so many hits at least, remission must be known.
 const READ: f64 = 0.95;
@@ -32,8 +32,8 @@ pub(crate) struct Counted<'a> {
     pub(crate) count: Count,
     pub(crate) raw_m2: f64,
     pub(crate) scale: Option<&'a ContactScale>,
-    /// What raw leaf areas are multiplied by: the row's own factor, for its trees and metres too. So they add up to the row, and the exponent does not enlarge
-    /// their scatter.
+    /// What raw leaf areas are multiplied by: the row's own factor, for its trees, metres and windows too. So they add up to the row, and the exponent does not
+    /// enlarge their scatter.
     pub(crate) factor: f64,
 }
 
@@ -43,28 +43,26 @@ impl<'a> Counted<'a> {
     }
 
     /// By hits.
-    pub(crate) fn by_hits(row: &Row, calibration: Option<&'a Calibration>) -> Self {
-        let totals = row.totals();
+    pub(super) fn by_hits(totals: &Totals, calibration: Option<&'a Calibration>) -> Self {
         Self::new(Count::Hits, totals.contact_m2, totals.canopy_m, calibration.map(|c| &c.contact))
     }
 
     /// By shares of spots, where the remission of nearly all hits is read and the calibration knows what to make of it from there: leaves share a wider
     /// spot otherwise.
-    pub(crate) fn by_shares(row: &Row, calibration: Option<&'a Calibration>) -> Option<Self> {
-        let totals = row.totals();
+    pub(super) fn by_shares(
+        row: &Row,
+        totals: &Totals,
+        calibration: Option<&'a Calibration>,
+    ) -> Option<Self> {
         let fitted_m = calibration?.class.distance_m?;
-        let holds = reads_remission(row) && ClassKey::Distance.is_same(fitted_m, row.frame().distance_m);
+        let holds =
+            reads_remission(row, totals) && ClassKey::Distance.is_same(fitted_m, row.frame().distance_m);
         let scale = calibration?.share.as_ref().filter(|_| holds)?;
         Some(Self::new(Count::Shares, totals.share_m2, totals.canopy_m, Some(scale)))
-    }
-
-    /// What the leaf area is made of.
-    pub(crate) fn best(row: &Row, calibration: Option<&'a Calibration>) -> Self {
-        Self::by_shares(row, calibration).unwrap_or_else(|| Self::by_hits(row, calibration))
     }
 }
 
 /// Whether remission is read, and nearly all hits have it.
-pub(crate) fn reads_remission(row: &Row) -> bool {
-    row.remission().is_some() && row.totals().shares as f64 >= READ * row.contact_report().hits as f64
+pub(crate) fn reads_remission(row: &Row, totals: &Totals) -> bool {
+    row.remission().is_some() && totals.shares as f64 >= READ * totals.hits as f64
 }

@@ -1,18 +1,17 @@
 //! `rowscan emulate`
 
-mod fitted;
-mod running;
-mod stand;
-
 use std::path::Path;
 use std::sync::Arc;
 
-use rowscan_control::{Bench, Log, StateOf};
+use rowscan_bench::{Bench, BenchScanner, BenchSpec, Endpoint, ScannerSpec, TimeSpec};
+use rowscan_bus::link::candump::LogCut;
+use rowscan_control::Log;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::stage::{Stage, StageError};
-use rowscan_emulator::{LineWatch, Rig, SeenRig, StageRow, StartWhen, ViewError};
+use rowscan_emulator::{StartWhen, ViewError};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::model::AnyModel;
 use rowscan_recording::{About, Taps};
 use tokio::runtime::Handle;
 use tokio::task::JoinSet;
@@ -21,8 +20,9 @@ use super::client_limits::ClientLimitArgs;
 use super::control::{ControlArgs, Controlled};
 use super::device::DeviceArgs;
 use super::ending::EndArgs;
+use super::endpoint::{DEFAULT_PORTS, announce_all};
 use super::event_format;
-use super::events::{self};
+use super::events::{self, End};
 use super::faulting::{FaultArgs, Faulting};
 use super::files_apart::FilesApart;
 use super::interrupt::Interrupt;
@@ -36,9 +36,16 @@ use super::tractor_outputs::TractorOutputArgs;
 use super::truth_file::TruthArgs;
 use super::web::{Opened, Watching, WebArgs};
 use super::{Failure, Format, Outcome};
-use fitted::{Fitted, which};
-use running::Running;
-use stand::Stand;
+
+/// How far apart the ports of several scanners are.
+const PORTS_APART: u16 = 10;
+
+/// A scanner of the rig that is asked for, with its model.
+struct Fitted {
+    /// Number in the rig, from 0.
+    index: usize,
+    model: AnyModel,
+}
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -124,85 +131,66 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
     args.files().check()?;
     let models: Vec<&str> = fitted.iter().map(|fitted| fitted.model.name()).collect();
     let taping = args.tape(&stage, &models.join(", "))?;
-    let tractor = stage.tractor();
-    let mut rig = Rig::new(tractor.clone(), args.scale()).with_timer(Timer::system());
-    let ways = Ways { bus: args.tractor_outputs.has_bus(), control: args.is_handled() };
-    rig = args.lockstep.apply(rig, &ways, args.format).await?;
-    if let Some(end) = args.end.end(&stage) {
-        rig = rig.until(end);
-    }
-    if let Some(start) = args.start_when {
-        rig = rig.with_start(start);
-    }
-    let first = fitted.first().map(|fitted| fitted.index);
-    let (mut rig, truth) = args.truth.start(&stage, first, rig)?;
     let (script, log) = (args.faults.read()?, Log::default());
-    let row = Arc::new(StageRow::new(tractor.clone(), &stage.orchard));
-    let faulting = (script.is_some() || args.is_handled())
-        .then(|| Faulting::start(stage.scene.seed, rig.clock(), Some(row), (args.format, &log)));
-    if let Some(faulting) = &faulting {
-        rig.set_faults(faulting.control());
-    }
-    let watching = args.web.is_given().then(|| Watching::new(rig.clock()));
-    let lines: Vec<LineWatch> = watching.iter().flat_map(|_| &fitted).map(|_| LineWatch::default()).collect();
-    let outputs = args.tractor_outputs.open(&stage, &tractor, &mut rig, &taping.taps(), args.format).await?;
-    let (mut running, mut sources) = (Vec::new(), Vec::new());
-    let stand = Stand {
-        args: &args,
-        stage: &stage,
-        tractor: &tractor,
-        fitted: &fitted,
-        taps: watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps()),
-        faulting: faulting.as_ref(),
-        lines: &lines,
+    let (moments, truth) = args.truth.start(&stage, fitted.first().map(|fitted| fitted.index))?;
+    let mut spec = BenchSpec::new(&stage, args.scale());
+    let watching = args.web.is_given().then(|| Watching::new(spec.clock()));
+    let ways = Ways { bus: args.tractor_outputs.has_bus(), control: args.is_handled() };
+    spec.time = TimeSpec {
+        timer: Timer::system(),
+        start: args.start_when,
+        end: args.end.end(&stage),
+        step: args.lockstep.step(),
+        lockstep: args.lockstep.open(&ways, args.format).await?,
+        held: false,
     };
-    for (place, scanner) in fitted.iter().enumerate() {
-        let standing = stand.open(place, scanner, &mut rig).await?;
-        running.push(standing.running);
-        sources.extend(standing.source.map(|source| format!(" {source}")));
-        rig.read_by(standing.untaken);
-    }
+    spec.faults = script.is_some() || args.is_handled();
+    spec.taps = watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps());
+    spec.watched = watching.is_some();
+    spec.moments = moments;
+    spec.scanners = args.scanners(&fitted)?;
+    let mut telling = JoinSet::new();
+    args.tractor_outputs.add_to(&mut spec, &taping.taps(), &mut telling);
+    let mut bench = Bench::open(spec).await?;
+    let several = fitted.len() > 1;
+    let is_scanner = |part: &str| bench.scanners().iter().any(|scanner| scanner.id == part);
+    announce_all(args.format, bench.places(), |part| Some(part).filter(|part| several && is_scanner(part)))?;
+    let faulting = bench.faults().cloned().zip(bench.take_fault_events());
+    let faulting = faulting.map(|handles| Faulting::tell(handles, (args.format, &log)));
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
-    let streams = running.iter().zip(&fitted).map(|(running, fitted)| (fitted.name(), running.counts()));
-    let bench = faulting.as_ref().map(|faulting| bench_of(faulting, &rig, log, state_of(streams)));
-    let _controlled = match &bench {
-        Some(bench) => args.hand_over(bench.clone(), &rig).await?,
+    let in_hand = faulting.as_ref().map(|faulting| in_hand(faulting, &bench, log));
+    let _controlled = match &in_hand {
+        Some(in_hand) => args.hand_over(in_hand.clone(), &bench).await?,
         None => Controlled::default(),
     };
     let mut watched = JoinSet::new();
-    let _opened = match watching.zip(bench) {
-        Some((watching, bench)) => {
-            let scanners = fitted.iter().zip(&running).zip(lines);
-            let shown = SeenRig {
-                title: format!("rowscan emulate {}", args.scene.name),
-                stage: &stage,
-                tractor: rig.tractor(),
-                clock: rig.clock(),
-                scanners: scanners.map(|((fitted, running), lines)| fitted.seen(running, lines)).collect(),
-            };
+    let _opened = match watching.zip(in_hand) {
+        Some((watching, in_hand)) => {
+            let shown = bench.seen(format!("rowscan emulate {}", args.scene.name), &stage);
             let show = watching.show(shown, &mut watched, &Handle::current());
-            let opened = args.web.open(show, Some(bench), args.format).await?;
-            opened.addresses().for_each(|address| rig.control().exclude(address));
+            let opened = args.web.open(show, Some(in_hand), args.format).await?;
+            opened.addresses().for_each(|address| bench.control().exclude(address));
             opened
         }
         None => Opened::default(),
     };
-    args.tell(&stage, &fitted, &sources);
+    args.tell(&stage, &fitted, &bench);
     events::ready(args.format)?;
-    let mut timeline = rig.run();
+    bench.run();
     let failed = tokio::select! {
         () = interrupt.wait() => None,
         () = parent.gone() => None,
-        ended = timeline.ended() => ended.err(),
+        ended = bench.ended() => ended.err(),
     };
     if let Some(faulting) = faulting {
         faulting.finish().await?;
     }
-    let missed = args.tell_end(&running, &fitted)?;
-    drop((running, timeline));
-    let outcome = if taping.finish() == Outcome::Done { outputs.outcome() } else { Outcome::Finding };
+    let missed = args.tell_end(bench.scanners())?;
+    let logs = bench.logs().to_vec();
+    drop(bench);
+    let is_whole = taping.finish() == Outcome::Done && !logs.iter().any(LogCut::is_cut);
     truth.finish().await?;
     match failed {
         Some(error) => Err(error.into()),
@@ -210,14 +198,16 @@ pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
             say(format_args!("--strict-time: {missed} scans were missed because the host was too slow"));
             Ok(Outcome::Finding)
         }
-        None => Ok(outcome),
+        None if is_whole => Ok(Outcome::Done),
+        None => Ok(Outcome::Finding),
     }
 }
 
 /// The rig in others' hands.
-fn bench_of(faulting: &Faulting, rig: &Rig, log: Log, streams: StateOf) -> Bench {
-    let parts = vec![("streams".to_owned(), streams)];
-    Bench::new(faulting.control().clone(), Arc::new(rig.control()), log, parts)
+fn in_hand(faulting: &Faulting, bench: &Bench, log: Log) -> rowscan_control::Bench {
+    let streams = bench.scanners().iter().map(|scanner| (scanner.id.clone(), scanner.counts()));
+    let parts = vec![("streams".to_owned(), state_of(streams))];
+    rowscan_control::Bench::new(faulting.control().clone(), Arc::new(bench.control().clone()), log, parts)
 }
 
 impl Args {
@@ -244,6 +234,54 @@ impl Args {
         Ok(fitted)
     }
 
+    /// The same as a bench has them.
+    fn scanners(&self, fitted: &[Fitted]) -> Result<Vec<ScannerSpec>, Failure> {
+        let several = fitted.len() > 1;
+        let (max_clients, idle_limit) = self.clients.limits();
+        let spec = |(place, scanner): (usize, &Fitted)| {
+            let (mut device, spec) =
+                (self.device.spec(scanner.model)?, ScannerSpec::new(scanner.index, scanner.model));
+            let is_serial = scanner.model.lms2xx().is_some();
+            if is_serial {
+                device = self.line.over(device)?;
+            }
+            let before = fitted.iter().take(place).filter(|other| other.model.lms2xx().is_none()).count();
+            Ok(ScannerSpec {
+                endpoints: if is_serial { self.one_line() } else { self.endpoints(before, several) },
+                stream: several.then(|| spec.id.clone()),
+                device,
+                dialects: self.dialect.into(),
+                max_clients,
+                idle_limit,
+                ..spec
+            })
+        };
+        fitted.iter().enumerate().map(spec).collect()
+    }
+
+    /// Where a network scanner is found that has so many others before it.
+    fn endpoints(&self, before: usize, several: bool) -> Vec<Endpoint> {
+        let lines = self.line.endpoints().filter(|_| !several);
+        let addresses = match self.tcp.get(before) {
+            Some(address) if several => vec![address.clone()],
+            Some(_) => self.tcp.clone(),
+            None if !several && self.line.count() > 0 => Vec::new(),
+            None => {
+                let further = PORTS_APART.saturating_mul(u16::try_from(before).unwrap_or(u16::MAX));
+                DEFAULT_PORTS.map(|port| format!("127.0.0.1:{}", port.saturating_add(further))).to_vec()
+            }
+        };
+        addresses.into_iter().map(Endpoint::Tcp).chain(lines).collect()
+    }
+
+    /// The line of an LMS2xx: a serial one, or its bare bytes over TCP.
+    fn one_line(&self) -> Vec<Endpoint> {
+        match self.line.endpoints().next() {
+            Some(line) => vec![line],
+            None => self.tcp.first().cloned().map(Endpoint::Tcp).into_iter().collect(),
+        }
+    }
+
     /// The files that it reads and writes.
     fn files(&self) -> FilesApart<'_> {
         let written = self.record.file().into_iter().chain(self.truth.file());
@@ -267,7 +305,9 @@ impl Args {
     }
 
     /// Says what runs where, and how to read it.
-    fn tell(&self, stage: &Stage, fitted: &[Fitted], sources: &[String]) {
+    fn tell(&self, stage: &Stage, fitted: &[Fitted], bench: &Bench) {
+        let sources: Vec<String> =
+            bench.scanners().iter().filter_map(|scanner| bench.source_of(&scanner.id)).collect();
         let titles: Vec<&str> = fitted.iter().map(|fitted| fitted.model.title()).collect();
         let titles = if titles.is_empty() { "no scanner".to_owned() } else { titles.join(" and ") };
         let (scene, seed) = (&self.scene.name, stage.scene.seed);
@@ -280,8 +320,8 @@ impl Args {
         };
         say(format_args!("{titles} on {scene}, seed {seed}; {starts}"));
         if !sources.is_empty() && sources.len() == fitted.len() {
-            let sources = sources.concat();
-            say(format_args!("estimate with: rowscan estimate{sources} --rig {scene}{}", which(fitted)));
+            let sources = sources.join(" ");
+            say(format_args!("estimate with: rowscan estimate {sources} --rig {scene}{}", which(fitted)));
         }
     }
 
@@ -291,19 +331,24 @@ impl Args {
     }
 
     /// Gives scripts a handle to the rig.
-    async fn hand_over(&self, bench: Bench, rig: &Rig) -> Result<Controlled, Failure> {
-        let controlled = self.control.open(bench, self.format).await?;
-        controlled.addresses().for_each(|address| rig.control().exclude(address));
+    async fn hand_over(&self, in_hand: rowscan_control::Bench, bench: &Bench) -> Result<Controlled, Failure> {
+        let controlled = self.control.open(in_hand, self.format).await?;
+        controlled.addresses().for_each(|address| bench.control().exclude(address));
         Ok(controlled)
     }
 
     /// Says what the scanners have done; how many scans the host was too slow for.
-    fn tell_end(&self, running: &[Running], fitted: &[Fitted]) -> Result<u64, Failure> {
-        for (scanner, fitted) in running.iter().zip(fitted) {
-            say(scanner.summary());
-            scanner.end(fitted.stream(running.len()).as_deref()).tell(self.format)?;
+    fn tell_end(&self, scanners: &[BenchScanner]) -> Result<u64, Failure> {
+        let mut missed = 0;
+        for scanner in scanners {
+            let counts = scanner.counts().counts().unwrap_or_default();
+            say(events::told(&counts));
+            let stream = (scanners.len() > 1).then_some(scanner.id.as_str());
+            End::of(stream, counts).tell(self.format)?;
+            // An LMS2xx sends what it has, late.
+            missed += counts.scans_missed.unwrap_or(0);
         }
-        Ok(running.iter().map(Running::missed).sum())
+        Ok(missed)
     }
 
     /// Refuses what the scanners cannot share.
@@ -340,4 +385,18 @@ impl Args {
             _ => Ok(()),
         }
     }
+}
+
+/// The flags that tell an estimate which scanners these are; models that differ are the rig's own.
+fn which(scanners: &[Fitted]) -> String {
+    let mut flags = String::new();
+    if let Some(first) = scanners.first()
+        && scanners.iter().all(|fitted| fitted.model.name() == first.model.name())
+    {
+        flags += &format!(" --model {}", first.model.name());
+    }
+    if scanners.iter().enumerate().any(|(place, fitted)| fitted.index != place) {
+        scanners.iter().for_each(|fitted| flags += &format!(" --scanner {}", fitted.index));
+    }
+    flags
 }

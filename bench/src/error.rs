@@ -1,0 +1,81 @@
+//! Why a bench cannot be.
+
+use rowscan_bus::BusError;
+use rowscan_bus::nmea::NmeaError;
+use rowscan_emulator::replay::ReplayError;
+use rowscan_emulator::stage::StageError;
+use rowscan_emulator::{ListenError, StateFileError};
+use rowscan_ports::PortError;
+use rowscan_protocol::device::{DigitalLineError, FieldError};
+use rowscan_recording::StreamKind;
+
+/// Why a bench cannot be.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BenchError {
+    /// The scanner does not fit the rig.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// An address is not to be had.
+    #[error(transparent)]
+    Listen(#[from] ListenError),
+    /// A line is not to be had.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// A port of a bus is not to be had.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// A place for sentences is not to be had.
+    #[error(transparent)]
+    Nmea(#[from] NmeaError),
+    /// A file of settings cannot be used.
+    #[error(transparent)]
+    State(#[from] StateFileError),
+    /// The scanner has no such digital line.
+    #[error(transparent)]
+    DigitalLine(#[from] DigitalLineError),
+    /// The scanner has no such evaluation fields.
+    #[error(transparent)]
+    Fields(#[from] FieldError),
+    /// An LMS2xx has three fields.
+    #[error("an LMS2xx has 3 fields, A, B and C; found {found}")]
+    TooManyFields {
+        /// How many were asked for.
+        found: usize,
+    },
+    /// The state is one of the other family.
+    #[error("{model} has no such state to be found in")]
+    ForeignStart {
+        /// The model.
+        model: &'static str,
+    },
+    /// An LMS2xx has one line.
+    #[error(
+        "{model} has one serial line: give it one of --pty LINK, --serial DEV, --rfc2217 ADDR, or --tcp ADDR for its bare bytes; found {found}"
+    )]
+    NotOneLine {
+        /// The model.
+        model: &'static str,
+        /// How many were asked for.
+        found: usize,
+    },
+    /// A recording that cannot be played.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The model speaks another language than the recorded stream.
+    #[error("stream `{stream}` is {kind}, which {model} does not speak; `rowscan models` lists who does")]
+    ForeignLanguage {
+        /// The stream.
+        stream: String,
+        /// Its language.
+        kind: StreamKind,
+        /// The model.
+        model: &'static str,
+    },
+    /// Two parts of one name.
+    #[error("two parts are called `{id}`: faults and places could not tell them apart")]
+    SameName {
+        /// The name.
+        id: String,
+    },
+}

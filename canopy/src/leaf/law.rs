@@ -1,0 +1,243 @@
+//! From sums to leaf areas, by one calibration and with one verdict.
+
+use super::areas::{Known, LeafAreas};
+use super::counted::{Count, Counted, reads_remission};
+use super::estimator::LeafAreaEstimator;
+use super::withheld::Withheld;
+use crate::calibration::{Calibration, FittedRange, Optics};
+use crate::row::Totals;
+use crate::row_pass::RowPass;
+use crate::trees::Cell;
+
+/// Share of the hits that may be denser than foliage: trunks and posts are.
+const NO_FOLIAGE: f64 = 0.25;
+
+/// What was measured of a stretch of row.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sums {
+    /// Metres that regressions count.
+    pub(crate) length_m: f64,
+    pub(crate) impacted_m2: f64,
+    pub(crate) contact_m2: f64,
+    /// By the shares of spots.
+    pub(crate) share_m2: f64,
+    /// Canopy returns.
+    pub(crate) returns: u64,
+}
+
+impl From<&Cell> for Sums {
+    fn from(cell: &Cell) -> Self {
+        Self {
+            length_m: cell.scanned_m,
+            impacted_m2: cell.impacted_m2,
+            contact_m2: cell.contact_m2,
+            share_m2: cell.share_m2,
+            returns: cell.returns,
+        }
+    }
+}
+
+impl From<&Totals> for Sums {
+    fn from(totals: &Totals) -> Self {
+        Self {
+            length_m: totals.canopy_m,
+            impacted_m2: totals.impacted_m2,
+            contact_m2: totals.contact_m2,
+            share_m2: totals.share_m2,
+            returns: totals.returns.canopy,
+        }
+    }
+}
+
+/// How the sums of a row, up to its latest line, become leaf areas of any stretch of it. Made without allocation.
+#[derive(Clone, Debug)]
+pub(crate) struct Law<'a> {
+    calibration: Option<&'a Calibration>,
+    /// Why no leaf area of this row is told, whichever way it is made.
+    withheld: Option<Withheld>,
+    /// The calibration is one of rays and the scans are not: what it says of impacted areas does not hold.
+    of_rays: bool,
+    contact: Counted<'a>,
+    /// Where remission is read and the calibration knows what to make of it.
+    share: Option<Counted<'a>>,
+    reads_remission: bool,
+    /// Densities are those of rays although the beams have a width.
+    spot_corrected: bool,
+    row: Sums,
+    row_spacing_m: Option<f64>,
+    tree_spacing_m: Option<f64>,
+    scanned_m: f64,
+}
+
+/// A value, and where its regressor stands against the fitted range.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ranged {
+    leaf_m2: f64,
+    pub(crate) per_metre: f64,
+    pub(crate) fitted: FittedRange,
+}
+
+impl Ranged {
+    pub(crate) fn known(self) -> Known {
+        if self.refused() { Err(Withheld::Refused) } else { Ok(self.leaf_m2) }
+    }
+
+    pub(crate) fn refused(self) -> bool {
+        self.fitted == FittedRange::FarOutside
+    }
+}
+
+/// The leaf areas of a stretch, each against its fitted range.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RangedAreas {
+    pub(crate) contact: Ranged,
+    pub(crate) share: Option<Ranged>,
+    pub(crate) regression: Option<Ranged>,
+}
+
+impl RangedAreas {
+    /// What the leaf area is.
+    pub(crate) fn best(&self) -> Ranged {
+        self.share.unwrap_or(self.contact)
+    }
+}
+
+impl<'a> Law<'a> {
+    pub(crate) fn of(pass: &RowPass, calibration: Option<&'a Calibration>) -> Self {
+        let (row, totals) = (&pass.row, pass.row.so_far());
+        let withheld = if row.lacks_the_echo() {
+            Some(Withheld::EchoUnknown)
+        } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
+            Some(Withheld::NoFoliage)
+        } else {
+            None
+        };
+        let spot_corrected = row.takes_out_the_spot();
+        Self {
+            calibration,
+            withheld,
+            spot_corrected,
+            of_rays: spot_corrected && calibration.is_some_and(|c| c.class.optics == Optics::Ideal),
+            contact: Counted::by_hits(&totals, calibration),
+            share: Counted::by_shares(row, &totals, calibration),
+            reads_remission: reads_remission(row, &totals),
+            row: Sums::from(&totals),
+            row_spacing_m: pass.rig.row_spacing_m,
+            tree_spacing_m: pass.rig.tree_spacing_m,
+            scanned_m: pass.advance.scanned_m(),
+        }
+    }
+
+    /// Why no leaf area of this row is told, whichever way it is made.
+    pub(crate) fn told(&self) -> Result<(), Withheld> {
+        self.withheld.map_or(Ok(()), Err)
+    }
+
+    /// Where the leaf area comes from.
+    pub(crate) fn estimator(&self) -> LeafAreaEstimator {
+        match (self.calibration.is_some(), self.spot_corrected) {
+            _ if self.share.is_some() => LeafAreaEstimator::ShareCalibrated,
+            (true, true) => LeafAreaEstimator::ContactCalibratedSpotCorrected,
+            (true, false) => LeafAreaEstimator::ContactCalibrated,
+            (false, true) => LeafAreaEstimator::ContactRawSpotCorrected,
+            (false, false) => LeafAreaEstimator::ContactRaw,
+        }
+    }
+
+    /// What the leaf area is counted by.
+    pub(crate) fn counted(&self) -> &Counted<'a> {
+        self.share.as_ref().unwrap_or(&self.contact)
+    }
+
+    /// Whether remission is read, and nearly all hits have it.
+    pub(crate) fn reads_remission(&self) -> bool {
+        self.reads_remission
+    }
+
+    /// Whether it goes by the shares of spots.
+    pub(crate) fn goes_by_shares(&self) -> bool {
+        self.share.is_some()
+    }
+
+    /// The row's leaf areas.
+    pub(crate) fn row(&self) -> LeafAreas {
+        self.areas(&self.row, self.scanned_m)
+    }
+
+    /// The row's sums against the fitted ranges.
+    pub(crate) fn row_ranged(&self) -> RangedAreas {
+        self.ranged(&self.row)
+    }
+
+    /// The leaf areas of a stretch that stands on `ground_length_m` of its row.
+    pub(crate) fn areas(&self, of: &Sums, ground_length_m: f64) -> LeafAreas {
+        if let Some(why) = self.withheld {
+            return LeafAreas::withheld(why);
+        }
+        let ranged = self.ranged(of);
+        let regression = match (self.calibration, ranged.regression) {
+            (_, Some(regression)) => regression.known(),
+            (Some(_), None) => Err(Withheld::CalibratedOnRays),
+            (None, None) => Err(Withheld::Uncalibrated),
+        };
+        LeafAreas {
+            best: ranged.best().known(),
+            contact: ranged.contact.known(),
+            contact_raw: Ok(of.contact_m2),
+            share: ranged.share.map_or(Err(Withheld::NoShares), Ranged::known),
+            share_raw: if self.reads_remission { Ok(of.share_m2) } else { Err(Withheld::NoShares) },
+            regression,
+            ground: self.ground_width_m().map(|width_m| width_m * ground_length_m),
+        }
+    }
+
+    /// Ground beside a metre of row, m.
+    pub(crate) fn ground_width_m(&self) -> Known {
+        // Without a tree spacing nobody says how the row is planted: an index needs both.
+        self.row_spacing_m.filter(|_| self.tree_spacing_m.is_some()).ok_or(Withheld::NoSpacing)
+    }
+
+    /// What raw leaf areas of parts of the row are multiplied by, for parts too short to be held against a fitted range by themselves: withheld where the
+    /// row's own leaf area is.
+    pub(crate) fn factor(&self) -> Known {
+        self.told()?;
+        self.row_ranged().best().known().map(|_| self.counted().factor)
+    }
+
+    /// Against the fitted ranges. Without a canopy return a stretch is a gap: 0, never the line's intercept.
+    pub(crate) fn ranged(&self, of: &Sums) -> RangedAreas {
+        let length_m = of.length_m;
+        let gap = of.returns == 0 || length_m <= 0.0;
+        let ranged = |leaf_m2, value_m2: f64, range: &dyn Fn(f64) -> FittedRange| {
+            if gap {
+                return Ranged { leaf_m2: 0.0, per_metre: 0.0, fitted: FittedRange::Inside };
+            }
+            let per_metre = value_m2 / length_m;
+            Ranged { leaf_m2, per_metre, fitted: range(per_metre) }
+        };
+        let scaled = |counted: &Counted<'_>| {
+            let raw_m2 = match counted.count {
+                Count::Hits => of.contact_m2,
+                Count::Shares => of.share_m2,
+            };
+            ranged(
+                counted.factor * raw_m2,
+                raw_m2,
+                &|value| match counted.scale.map(|scale| &scale.quality) {
+                    None => FittedRange::Inside,
+                    Some(quality) => match quality.range(value) {
+                        // Below the range it is a proportion, which holds down to nothing: thin trees are outside the range, but never far outside.
+                        FittedRange::FarOutside if value < quality.low_m2_per_m => FittedRange::Outside,
+                        fitted => fitted,
+                    },
+                },
+            )
+        };
+        let regression = self.calibration.filter(|_| !self.of_rays).map(|calibration| {
+            let kind = calibration.best_regression();
+            let leaf_m2 = calibration.regression_m2(kind, length_m, of.impacted_m2);
+            ranged(leaf_m2, of.impacted_m2, &|value| calibration.quality(kind).range(value))
+        });
+        RangedAreas { contact: scaled(&self.contact), share: self.share.as_ref().map(scaled), regression }
+    }
+}

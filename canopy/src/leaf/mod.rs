@@ -1,0 +1,25 @@
+//! Leaf area: made in one place, for a row, a tree, a metre and a window on the bus alike, or withheld with its reason.
+//!
+//! ```text
+//! sums of the row so far + calibration -> Law -> LeafAreas of any stretch of it
+//! ```
+//!
+//! A [`LeafAreas`] holds each number as a `Result`: who prints it cannot reach one that is withheld.
+
+mod areas;
+mod counted;
+mod estimator;
+mod law;
+mod row_leaf;
+mod slices;
+mod window;
+mod withheld;
+
+pub use areas::{Known, LeafAreas};
+pub(crate) use counted::Count;
+pub use estimator::LeafAreaEstimator;
+pub(crate) use law::{Law, RangedAreas, Sums};
+pub use row_leaf::RowLeaf;
+pub(crate) use slices::{SliceLeaf, Slices, by_band};
+pub use window::{LeafSlice, LeafWindow};
+pub use withheld::Withheld;

@@ -1,0 +1,86 @@
+//! Why a number is not told.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+/// Declares the reasons once: variant, number on the bus, code, words.
+macro_rules! reasons {
+    ($( $variant:ident = $number:literal, $code:literal, $words:literal; )+) => {
+        /// Why a number is not told. Serialises as its code.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[non_exhaustive]
+        pub enum Withheld {
+            $( #[doc = $words] $variant, )+
+        }
+
+        impl Withheld {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$( Self::$variant, )+];
+
+            /// What a CAN signal may say of a number: 0 where it is told, else the reason's number with its name.
+            pub const CHOICES: &'static [(u64, &'static str)] =
+                &[(0, "Told"), $( ($number, stringify!($variant)), )+ (255, "NotAvailable")];
+
+            /// One word to branch on. Where a warning has the same cause, it has the same code.
+            pub fn code(self) -> &'static str {
+                match self { $( Self::$variant => $code, )+ }
+            }
+
+            /// Its number in CAN frames; never 0.
+            pub fn number(self) -> u8 {
+                match self { $( Self::$variant => $number, )+ }
+            }
+
+            fn words(self) -> &'static str {
+                match self { $( Self::$variant => $words, )+ }
+            }
+        }
+    };
+}
+
+reasons! {
+    NoRig = 1, "no_rig", "no rig says where the scanner sits";
+    NothingValid = 2, "nothing_valid", "no valid scan came";
+    NoTime = 3, "no_time", "neither clock nor frequency tells how long scans took";
+    NoEncoder = 4, "no_encoder", "the advance is the encoder's alone, and scans had no reading of it";
+    TooMuchExcluded = 5, "too_much_excluded", "more of the row than the rig allows has no valid scan";
+    NoFoliage = 6, "no_foliage", "much of what was hit is denser than any foliage";
+    EchoUnknown = 7, "echo_unknown", "nobody knows which echo the scans hold";
+    Refused = 8, "refused", "far outside the range that the calibration was fitted on";
+    CalibratedOnRays = 9, "calibrated_on_rays", "the calibration's regression is of rays, and the beams have a width";
+    Uncalibrated = 10, "uncalibrated", "only a calibration gives it";
+    NoShares = 11, "no_shares", "remission is not read, or the calibration has no scale for it at this distance";
+    NoSpacing = 12, "no_spacing", "the rig knows no row spacing or no tree spacing";
+    NotScanned = 13, "not_scanned", "no metre of row was scanned";
+    Stale = 14, "stale", "no valid scan has come lately";
+}
+
+impl fmt::Display for Withheld {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.words())
+    }
+}
+
+impl std::error::Error for Withheld {}
+
+impl Serialize for Withheld {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.code())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_codes_tell_reasons_apart() {
+        let numbers: Vec<u8> = Withheld::ALL.iter().map(|why| why.number()).collect();
+        assert!(numbers.windows(2).all(|pair| pair[0] < pair[1]) && numbers[0] > 0, "{numbers:?}");
+        let mut codes: Vec<&str> = Withheld::ALL.iter().map(|why| why.code()).collect();
+        codes.sort_unstable();
+        codes.dedup();
+        assert_eq!(codes.len(), Withheld::ALL.len());
+    }
+}
