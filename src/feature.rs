@@ -7,19 +7,22 @@ pub enum Feature {
     Figures,
     /// A server for Foxglove and Lichtblick.
     Foxglove,
+    /// Completions for shells, and the manual.
+    Manual,
     /// Tables as LAS and Parquet.
     Tables,
 }
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Figures, Self::Foxglove, Self::Tables];
+    pub const ALL: [Self; 4] = [Self::Figures, Self::Foxglove, Self::Manual, Self::Tables];
 
     /// Its name for cargo.
     pub fn name(self) -> &'static str {
         match self {
             Self::Figures => "figures",
             Self::Foxglove => "foxglove",
+            Self::Manual => "manual",
             Self::Tables => "tables",
         }
     }
@@ -29,6 +32,7 @@ impl Feature {
         match self {
             Self::Figures => cfg!(feature = "figures"),
             Self::Foxglove => cfg!(feature = "foxglove"),
+            Self::Manual => cfg!(feature = "manual"),
             Self::Tables => cfg!(feature = "tables"),
         }
     }

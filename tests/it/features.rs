@@ -6,11 +6,13 @@ use common::binary::{assert_says, refused, run};
 use rowscan::feature::Feature;
 
 /// A use of each feature, and where the help names it.
-const USES: [(Feature, &[&str], &[&str], &str); 6] = [
+const USES: [(Feature, &[&str], &[&str], &str); 8] = [
     (Feature::Foxglove, &["emulate", "--foxglove", "127.0.0.1:0"], &["emulate", "--help"], "--foxglove"),
     (Feature::Tables, &["export", "x.bin", "--to", "las", "-o", "x.las"], &["export", "--help"], "las"),
     (Feature::Tables, &["export", "x.bin", "--to", "parquet", "-o", "x"], &["export", "--help"], "parquet"),
     (Feature::Tables, &["scan", "--output", "x", "--write", "las"], &["scan", "--help"], "las"),
+    (Feature::Manual, &["completions", "bash"], &["completions", "--help"], "powershell"),
+    (Feature::Manual, &["man", "x"], &["--help"], "man"),
     (Feature::Figures, &["study", "areas", "--figure", "x.pdf"], &["study", "areas", "--help"], "PDF"),
     (Feature::Figures, &["demo", "--picture", "x.png"], &["demo", "--help"], "PNG"),
 ];

@@ -37,6 +37,7 @@ mod frozen_clock;
 mod hostile;
 mod interrupted;
 mod links;
+#[cfg(feature = "manual")]
 mod manual_pages;
 mod mount_pose;
 mod nmea;
@@ -45,7 +46,6 @@ mod online_offline;
 mod optics;
 mod orchards;
 mod outputs;
-
 mod part_faults;
 mod proxy;
 mod pty;
