@@ -89,7 +89,7 @@ async fn drive(stage: &Stage, level: &str, way_m: f64) -> (f64, Duration) {
     };
     let bus = Bus::open(&[address], &mut tell).await.expect("a free port");
     streams.extend(can);
-    rig.bus(TractorEcu::new(tractor.clone(), stage.receiver()), bus, None, &Taps::default());
+    rig.bus("can0", TractorEcu::new(tractor.clone(), stage.receiver()), bus, None, &Taps::default());
     let address = "tcp:127.0.0.1:0".parse().expect("an address");
     let line = NmeaLine::open(&address, stage.scene.gnss.rate_hz).await.expect("a free port");
     if let NmeaPlace::Address(address) = line.place() {

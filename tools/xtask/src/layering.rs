@@ -189,7 +189,6 @@ const RULES: &[Rule] = &[
             "parquet",
             "plotters",
             "rowscan-driver",
-            "rowscan-canopy",
             "rowscan-check",
             "rowscan",
         ],
