@@ -63,7 +63,7 @@ fn a_scan_costs_no_allocation_from_its_bytes_to_its_can_frames() {
                     let scan = client.scan();
                     pipeline.push(scan);
                     let at = SimTime((clock.seconds(scan.scan_time_us) * 1e9) as u64);
-                    ecu.tell(at, &pipeline, stage.rig.row_spacing_m, &mut frames);
+                    ecu.tell(at, &pipeline, &mut frames);
                     sent += frames.len();
                     wire.clear();
                     for frame in frames.drain(..) {

@@ -6,8 +6,8 @@ use resvg::{tiny_skia, usvg};
 use rowscan_render::Picture;
 use svg2pdf::{ConversionOptions, PageOptions};
 
-use super::figure::{FigureError, SCALE};
-use super::plate::{Behind, COLOURS};
+use super::figure_error::FigureError;
+use super::raster::{Behind, COLOURS, SCALE};
 
 /// Fonts taken for `sans-serif`, the first that the machine has.
 const FONTS: [&str; 5] = ["DejaVu Sans", "Liberation Sans", "Noto Sans", "Helvetica", "Arial"];

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::converter;
-use crate::feature::MissingFeature;
+use super::figure_error::FigureError;
 
 /// How a figure is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,37 +15,6 @@ pub enum FigureFormat {
     /// 192 pixels an inch.
     Png,
 }
-
-/// Why a figure cannot be written.
-#[derive(Debug, thiserror::Error)]
-pub enum FigureError {
-    /// An ending that is none.
-    #[error("expected a figure's name to end in .svg, .pdf or .png, found `{found}`")]
-    Ending {
-        /// The name.
-        found: String,
-    },
-    /// A picture that is no vectors, in a format for vectors.
-    #[error("expected a picture's name to end in .png or .svg, found `{found}`")]
-    PictureEnding {
-        /// The name.
-        found: String,
-    },
-    /// PDF and PNG hold letters as outlines.
-    #[error(
-        "expected a sans-serif font on this machine for PDF and PNG, found none: install one (Debian: fonts-dejavu-core), or write .svg"
-    )]
-    NoFont,
-    /// The drawing is not understood.
-    #[error("the figure cannot be converted: {0}")]
-    Convert(String),
-    /// A build that writes SVG alone.
-    #[error("{0}; or write .svg")]
-    Feature(#[from] MissingFeature),
-}
-
-/// Pixels of a file for each of its drawing's: the picture in a sheet's window must be so many times as large.
-pub const SCALE: u32 = 2;
 
 impl FigureFormat {
     /// By the ending of a file's name.

@@ -7,6 +7,7 @@
 mod converter;
 mod csv;
 mod figure;
+mod figure_error;
 #[cfg(feature = "tables")]
 mod las;
 pub(crate) mod npy;
@@ -15,13 +16,16 @@ mod parquet;
 mod plate;
 mod ply;
 mod points;
+mod raster;
 mod scans;
 
 use std::io::{Seek, Write};
 
-pub use figure::{FigureError, FigureFormat, SCALE};
+pub use figure::FigureFormat;
+pub use figure_error::FigureError;
 pub use plate::plate;
 pub use points::PointRows;
+pub use raster::SCALE;
 pub use scans::{OtherBeams, OtherLayer, ScanRows};
 
 use rowscan_protocol::scan::Scan;

@@ -1,7 +1,7 @@
 //! No PDF and PNG of drawings: a build without the feature `figures`.
 
-use super::figure::FigureError;
-use super::plate::Behind;
+use super::figure_error::FigureError;
+use super::raster::Behind;
 use crate::feature::Feature;
 
 pub(super) fn check() -> Result<(), FigureError> {

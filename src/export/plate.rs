@@ -4,13 +4,9 @@ use rowscan_render::Picture;
 use rowscan_study::figure::Sheet;
 
 use super::converter;
-use super::figure::{FigureError, FigureFormat, SCALE};
-
-/// A picture below a drawing, and where it begins: pixels of the file to the right and down.
-pub(super) type Behind<'a> = (&'a Picture, (u32, u32));
-
-/// Colours of a file with a picture: enough for trees, and a small file.
-pub(super) const COLOURS: u16 = 256;
+use super::figure::FigureFormat;
+use super::figure_error::FigureError;
+use super::raster::{COLOURS, SCALE};
 
 /// Lays a sheet over its picture.
 ///

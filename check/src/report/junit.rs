@@ -2,7 +2,7 @@
 //! text as well.
 
 use std::fmt::Write;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use rowscan_protocol::calendar::{Date, SECONDS_PER_DAY};
 
@@ -18,7 +18,7 @@ pub fn junit(all: &[Tried]) -> String {
         [&[("name", "rowscan check".to_owned())], &counts(&cases)[..], &[("time", time)]].concat();
     let mut document =
         format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<{}>\n", tag("testsuites", &attributes));
-    let date = timestamp(clock::date());
+    let date = timestamp(clock::since_1970());
     all.iter().for_each(|tried| suite(tried, &date, &mut document));
     document + "</testsuites>\n"
 }
@@ -98,23 +98,21 @@ fn seconds(seconds: f64) -> String {
 }
 
 /// A date and time as ISO 8601 has them, to the millisecond.
-fn timestamp(date: SystemTime) -> String {
-    let since = date.duration_since(UNIX_EPOCH).unwrap_or_default();
-    let (days, of_day) = (since.as_secs() / SECONDS_PER_DAY, since.as_secs() % SECONDS_PER_DAY);
+fn timestamp(since_1970: Duration) -> String {
+    let (days, of_day) = (since_1970.as_secs() / SECONDS_PER_DAY, since_1970.as_secs() % SECONDS_PER_DAY);
     let Date { year, month, day } = Date::of_day(i64::try_from(days).unwrap_or_default());
     let (hours, minutes, seconds) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
-    let millis = since.subsec_millis();
+    let millis = since_1970.subsec_millis();
     format!("{year:04}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{seconds:02}.{millis:03}+00:00")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     #[test]
     fn a_leap_day_has_its_date() {
-        let leap_day = UNIX_EPOCH + Duration::from_millis(1_709_164_799_987 + 1_000);
+        let leap_day = Duration::from_millis(1_709_164_799_987 + 1_000);
         assert_eq!(timestamp(leap_day), "2024-02-29T00:00:00.987+00:00");
     }
 }
