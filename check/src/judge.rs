@@ -9,6 +9,9 @@ use crate::verdict::Verdict;
 use crate::what::{Count, Kind, Measure};
 use crate::witness::Stream;
 
+/// Longest file of a run that is compared.
+const MOST_BYTES: u64 = 512 * 1024 * 1024;
+
 /// An expectation that has been judged.
 #[derive(Debug)]
 pub(crate) struct Judged {
@@ -308,9 +311,9 @@ fn bytes_of(scenario: &Scenario, expect: &Expect, run: &RunRecord, without: Opti
         (None, Some(other)) => (scenario.folder().join(other), other),
         (None, None) => return Err("`equals`: expected the name of a file".to_owned()),
     };
-    let expected =
-        std::fs::read(&path).map_err(|cause| format!("cannot read {}: {cause}", path.display()))?;
-    let Ok(found) = std::fs::read(run.folder.join(file)) else {
+    let expected = rowscan_files::read(&path, MOST_BYTES)
+        .map_err(|cause| format!("cannot read {}: {cause}", path.display()))?;
+    let Ok(found) = rowscan_files::read(&run.folder.join(file), MOST_BYTES) else {
         return Ok(Judged::holds(false, format!("{file}: the run left no such file")));
     };
     Ok(match difference(&found, &expected) {
@@ -327,7 +330,7 @@ fn same_bytes(expect: &Expect, runs: &[RunRecord]) -> Result {
     }
     let mut contents = Vec::new();
     for run in &runs[..wanted] {
-        match std::fs::read(run.folder.join(file)) {
+        match rowscan_files::read(&run.folder.join(file), MOST_BYTES) {
             Ok(content) => contents.push(content),
             Err(_) => return Ok(Judged::holds(false, format!("{file}: a run left no such file"))),
         }

@@ -1,25 +1,29 @@
 //! Where mEEwriteall keeps the settings of a virtual scanner: a file that is replaced whole or not at all.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use rowscan_files::{NameLock, OutputFile, read_own};
 use rowscan_protocol::device::SavedSettingsError;
 use rowscan_protocol::lms2xx;
-use rowscan_recording::OutputFile;
 
 /// No settings are longer.
 const MAX_BYTES: u64 = 64 * 1024;
 
-/// A file of saved settings.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A file of saved settings, of one scanner at a time.
+#[derive(Clone, Debug)]
 pub struct StateFile {
     path: PathBuf,
+    _lock: Arc<NameLock>,
 }
 
 /// Why a file of settings cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum StateFileError {
+    /// Another scanner keeps its settings there.
+    #[error("the settings in {} are another running scanner's; name another file, or end that program", .0.display())]
+    InUse(PathBuf),
     /// It cannot be read.
     #[error("cannot read the settings in {}: {cause}", path.display())]
     Read {
@@ -56,13 +60,22 @@ impl StateFile {
         restore: impl FnOnce(&str) -> Result<(), E>,
     ) -> Result<Self, StateFileError> {
         let path = path.to_owned();
+        let lock = match NameLock::take(&path) {
+            Ok(lock) => Arc::new(lock),
+            Err(cause) if cause.kind() == io::ErrorKind::AddrInUse => {
+                return Err(StateFileError::InUse(path));
+            }
+            Err(cause) => return Err(StateFileError::Read { path, cause }),
+        };
         match read(&path) {
             Ok(text) => match restore(&text) {
-                Ok(()) => Ok(Self { path }),
+                Ok(()) => Ok(Self { path, _lock: lock }),
                 Err(cause) => Err(StateFileError::Settings { path, cause: cause.into() }),
             },
-            Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(Self { path }),
-            Err(cause) if cause.kind() == io::ErrorKind::InvalidData => {
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(Self { path, _lock: lock }),
+            Err(cause)
+                if matches!(cause.kind(), io::ErrorKind::InvalidData | io::ErrorKind::FileTooLarge) =>
+            {
                 Err(StateFileError::Settings { path, cause: SavedSettingsError::Foreign.into() })
             }
             Err(cause) => Err(StateFileError::Read { path, cause }),
@@ -80,15 +93,12 @@ impl StateFile {
 
 /// A file that is too large is as foreign as one that is no text.
 fn read(path: &Path) -> io::Result<String> {
-    if fs::metadata(path)?.len() > MAX_BYTES {
-        return Err(io::ErrorKind::InvalidData.into());
-    }
-    fs::read_to_string(path)
+    String::from_utf8(read_own(path, MAX_BYTES)?).map_err(|_| io::ErrorKind::InvalidData.into())
 }
 
 /// Whoever reads sees the old settings or the new ones.
 fn replace(path: &Path, settings: &str) -> io::Result<()> {
-    let mut out = OutputFile::create(path)?;
+    let mut out = OutputFile::create_anew(path)?;
     out.write_all(settings.as_bytes())?;
     out.commit()
 }

@@ -6,7 +6,6 @@ pub mod in_flight;
 mod keepalive;
 pub mod latency;
 mod link;
-mod name_lock;
 mod net;
 #[cfg(target_os = "linux")]
 mod occupancy;

@@ -5,7 +5,7 @@ use std::io;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-use crate::name_lock::NameLock;
+use rowscan_files::{Leftover, NameLock};
 
 /// Where the system keeps pseudo-terminals.
 const PSEUDO_TERMINALS: &str = "/dev/pts";
@@ -34,8 +34,7 @@ pub enum LinkError {
 /// A symbolic link that goes away with its owner.
 #[derive(Debug)]
 pub(super) struct Link {
-    path: PathBuf,
-    target: PathBuf,
+    link: Leftover,
     _claim: NameLock,
 }
 
@@ -66,20 +65,11 @@ impl Link {
                 let _ = fs::remove_file(&beside);
             })
             .map_err(|cause| LinkError::System { path: path.to_owned(), cause })?;
-        Ok(Self { path: path.to_owned(), target: target.to_owned(), _claim: claim })
+        Ok(Self { link: Leftover::link(path.to_owned(), target.to_owned()), _claim: claim })
     }
 
     pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-}
-
-impl Drop for Link {
-    fn drop(&mut self) {
-        // Another program may have taken the name over meanwhile.
-        if fs::read_link(&self.path).is_ok_and(|target| target == self.target) {
-            let _ = fs::remove_file(&self.path);
-        }
+        self.link.path()
     }
 }
 

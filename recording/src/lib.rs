@@ -40,7 +40,6 @@ pub mod foxglove;
 mod frames;
 #[cfg(feature = "files")]
 mod info;
-mod output_file;
 mod packet;
 #[cfg(feature = "files")]
 mod queue;
@@ -71,7 +70,6 @@ pub use error::RecordError;
 pub use frames::{FrameReader, RecordedFrame};
 #[cfg(feature = "files")]
 pub use info::{StreamReport, account};
-pub use output_file::{NewFile, OutputFile, STANDARD_OUTPUT, is_standard_output, remove_temporary_files};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
 pub use read::{BrokenArchive, Format, ReadError, Recording, StreamInfo, Torn};

@@ -8,7 +8,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use crate::output_file::{NewFile, OutputFile};
+use rowscan_files::{NewFile, OutputFile};
+
 use crate::queue::{Item, Queue};
 use crate::tap::Taps;
 use crate::wall_clock::WallClock;

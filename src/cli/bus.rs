@@ -12,6 +12,9 @@ use rowscan_bus::pgn::MESSAGES;
 use rowscan_bus::{CanFrame, J1939Id, dbc, markdown};
 use rowscan_protocol::time::SimTime;
 
+/// Longest log that is read: days of a busy bus.
+const MOST_BYTES: u64 = 256 * 1024 * 1024;
+
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Command {
     /// The DBC file of every message; docs/rowscan.dbc is what this prints
@@ -52,8 +55,9 @@ pub(super) fn run(command: Command) -> Result<Outcome, Failure> {
 
 fn decode(args: &Decode) -> Result<Outcome, Failure> {
     let what = args.file.display().to_string();
-    let text =
-        std::fs::read_to_string(&args.file).map_err(|cause| Failure::Read { what: what.clone(), cause })?;
+    let text = rowscan_files::read(&args.file, MOST_BYTES)
+        .map_err(|cause| Failure::Read { what: what.clone(), cause })?;
+    let text = String::from_utf8_lossy(&text);
     let (mut rows, mut strange) = (Vec::new(), Vec::new());
     for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()) {
         match read_line(line) {

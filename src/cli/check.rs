@@ -9,7 +9,6 @@ use tokio::sync::watch;
 
 use super::check_jobs::Jobs;
 use super::check_page::CheckPage;
-use super::files_apart::place;
 use super::interrupt::Interrupt;
 use super::output::{can_be_written, print, printable, say, write_file};
 use super::web::WebArgs;
@@ -63,14 +62,13 @@ enum CheckFormat {
     Record,
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     if args.markdown {
         print(&rowscan_check::what::markdown())?;
         return Ok(Outcome::Done);
     }
     args.check_junit()?;
     let onlooker = args.onlooker().await?;
-    let mut interrupt = Interrupt::watch()?;
     let (cancel, cancelled) = watch::channel(false);
     if args.format == CheckFormat::Record {
         // Who asked for it has gone: it ends, its children with it.
@@ -113,18 +111,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 impl Args {
-    /// Refuses a file of verdicts that could not be written, or that would take the place of a scenario.
+    /// Refuses a file of verdicts that could not be written, or that would take the place of a scenario, which other processes may read.
     fn check_junit(&self) -> Result<(), Failure> {
         let Some(path) = &self.junit else { return Ok(()) };
-        let written = place(path);
-        let is_written = |scenario: &&PathBuf| written.is_some() && place(scenario) == written;
-        if let Some(scenario) = self.scenarios.iter().find(is_written) {
-            return Err(Failure::Usage(format!(
-                "--junit would overwrite the scenario {}: expected a file of its own, such as verdicts.xml, found {}",
-                scenario.display(),
-                path.display()
-            )));
-        }
+        self.scenarios.iter().for_each(|scenario| rowscan_files::will_be_read(scenario));
         can_be_written(path)
     }
 

@@ -174,8 +174,7 @@ struct Outcomes {
     wall_clock_s: f64,
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     args.picture.as_deref().map(pictured::check).transpose()?;
     let watch = Stopwatch::start();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };

@@ -1,6 +1,5 @@
 //! `rowscan emulate`
 
-use std::path::Path;
 use std::sync::Arc;
 
 use rowscan_bench::{Bench, BenchScanner, BenchSpec, Endpoint, ScannerSpec, TimeSpec};
@@ -24,7 +23,6 @@ use super::endpoint::{DEFAULT_PORTS, announce_all};
 use super::event_format;
 use super::events::{self, End};
 use super::faulting::{FaultArgs, Faulting};
-use super::files_apart::FilesApart;
 use super::interrupt::Interrupt;
 use super::line::LineArgs;
 use super::lockstep::{LockstepArgs, Ways};
@@ -122,16 +120,15 @@ impl From<DialectArg> for DialectPolicy {
     }
 }
 
-pub(super) async fn run(mut args: Args) -> Result<Outcome, Failure> {
+pub(super) async fn run(mut args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     args.time_scale = Some(args.lockstep.time_scale(args.time_scale)?);
-    let mut interrupt = Interrupt::watch()?;
     let parent = args.end.parent();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     let fitted = args.fitted(&stage)?;
-    args.files().check()?;
     let models: Vec<&str> = fitted.iter().map(|fitted| fitted.model.name()).collect();
-    let taping = args.tape(&stage, &models.join(", "))?;
+    // What is read is read first: nothing that is written may take its place.
     let (script, log) = (args.faults.read()?, Log::default());
+    let taping = args.tape(&stage, &models.join(", "))?;
     let (moments, truth) = args.truth.start(&stage, fitted.first().map(|fitted| fitted.index))?;
     let mut spec = BenchSpec::new(&stage, args.scale());
     let watching = args.web.is_given().then(|| Watching::new(spec.clock()));
@@ -279,15 +276,6 @@ impl Args {
         match self.line.endpoints().next() {
             Some(line) => vec![line],
             None => self.tcp.first().cloned().map(Endpoint::Tcp).into_iter().collect(),
-        }
-    }
-
-    /// The files that it reads and writes.
-    fn files(&self) -> FilesApart<'_> {
-        let written = self.record.file().into_iter().chain(self.truth.file());
-        FilesApart {
-            read: [Path::new(&self.scene.name)].into_iter().chain(self.faults.file()).collect(),
-            written: written.chain(self.tractor_outputs.files()).collect(),
         }
     }
 

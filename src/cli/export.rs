@@ -70,7 +70,7 @@ impl From<To> for TableFormat {
     }
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     if args.what == What::Scans && matches!(args.to, To::Ply | To::Las) {
         return Err(Failure::Usage(
             "PLY and LAS hold points: expected `--what points`, or another format for scans".to_owned(),
@@ -80,7 +80,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         return Err(Failure::Usage(format!("{} is live: `rowscan record` it first", args.file)));
     }
     TableFormat::from(args.to).check()?;
-    Interrupt::watch()?.finite(export(&args)).await
+    interrupt.finite(export(&args)).await
 }
 
 /// Writes scan after scan, as they are read.

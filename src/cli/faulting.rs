@@ -1,6 +1,6 @@
 //! `--faults FILE`: the flag, and the faults at work beside a command, told as they come.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use rowscan_control::Log;
@@ -37,17 +37,12 @@ pub(super) struct FaultFile {
 }
 
 impl FaultArgs {
-    /// The file, if one is given.
-    pub(super) fn file(&self) -> Option<&Path> {
-        self.fault_file.as_deref()
-    }
-
     /// Reads the file, if one is given.
     pub(super) fn read(&self) -> Result<Option<FaultFile>, Failure> {
         let Some(path) = &self.fault_file else { return Ok(None) };
         let name = path.display().to_string();
         let text =
-            std::fs::read_to_string(path).map_err(|cause| LoadError::Read { path: path.clone(), cause })?;
+            rowscan_files::read_text(path).map_err(|cause| LoadError::Read { path: path.clone(), cause })?;
         let specs = read(&text).map_err(|error| LoadError::Content { place: name.clone(), error })?;
         Ok(Some(FaultFile { name, specs }))
     }

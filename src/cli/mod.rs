@@ -21,7 +21,6 @@ mod events;
 mod export;
 mod faulting;
 mod faults;
-mod files_apart;
 mod interrupt;
 mod line;
 mod link_events;
@@ -62,10 +61,12 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
 use rowscan_driver::DriverError;
+use rowscan_files::{KeptApart, remove_leftovers};
 use rowscan_recording::ReadError;
 use rowscan_study::calibrations::ConfigError;
 
 use crate::reference::Document;
+use interrupt::Interrupt;
 use output::printable;
 
 /// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
@@ -344,27 +345,30 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> 
 /// Not generic: it would be compiled with all that it calls wherever it is called.
 fn run_command(command: Command) -> Result<Outcome, Failure> {
     warnings::tell();
+    let _files = KeptApart::begin();
+    let interrupt = Interrupt::watch()?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .map_err(|cause| Failure::System { what: "start the runtime", cause })?;
     let outcome = runtime.block_on(async {
         let _file_size = interrupt::FileSizeLimit::watch();
+        // Commands that do not take the interrupt are ended by a signal at once.
         match command {
-            Command::Demo(args) => demo::run(args).await,
-            Command::Emulate(args) => emulate::run(*args).await,
-            Command::Check(args) => check::run(args).await,
-            Command::Estimate(args) => estimate::run(args).await,
-            Command::Watch(args) => estimate::watch(args).await,
-            Command::Orchard(command) => orchard::run(command).await,
-            Command::Scan(args) => scan::run(args).await,
-            Command::Study(command) => study::run(command).await,
-            Command::Record(args) => record::run(args).await,
-            Command::Replay(args) => replay::run(args).await,
-            Command::Export(args) => export::run(args).await,
+            Command::Demo(args) => demo::run(args, interrupt).await,
+            Command::Emulate(args) => emulate::run(*args, interrupt).await,
+            Command::Check(args) => check::run(args, interrupt).await,
+            Command::Estimate(args) => estimate::run(args, interrupt).await,
+            Command::Watch(args) => estimate::watch(args, interrupt).await,
+            Command::Orchard(command) => orchard::run(command, interrupt).await,
+            Command::Scan(args) => scan::run(args, interrupt).await,
+            Command::Study(command) => study::run(command, interrupt).await,
+            Command::Record(args) => record::run(args, interrupt).await,
+            Command::Replay(args) => replay::run(args, interrupt).await,
+            Command::Export(args) => export::run(args, interrupt).await,
             Command::Decode(args) => decode::run(args),
             Command::Bus(command) => bus::run(command),
-            Command::Proxy(args) => proxy::run(args).await,
+            Command::Proxy(args) => proxy::run(args, interrupt).await,
             Command::Faults(args) => faults::run(args),
             Command::Scene(command) => user_files::run(Document::Scene, command),
             Command::Rig(command) => user_files::run(Document::Rig, command),
@@ -376,8 +380,8 @@ fn run_command(command: Command) -> Result<Outcome, Failure> {
     });
     // Tasks take their links and files with them; an interrupted command does not wait for the orchard that was growing.
     runtime.shutdown_timeout(SHUTDOWN_TIMEOUT);
-    // Of an interrupted command; whoever finished has none.
-    rowscan_recording::remove_temporary_files();
+    // Of an interrupted command, whose tasks may not have ended; one that finished has none.
+    remove_leftovers();
     outcome
 }
 

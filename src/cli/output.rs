@@ -9,7 +9,7 @@ use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, Table, TableComponent};
 use erased_serde::Serialize;
 use rowscan_canopy::Calibration;
-use rowscan_recording::{OutputFile, is_standard_output};
+use rowscan_files::{OutputFile, is_standard_output};
 use serde_json::Value;
 
 use super::{Failure, Format};

@@ -107,8 +107,7 @@ struct Line {
     reason: Option<String>,
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let Named { name, it: source } = args.source.clone();
     if let Source::Recording { .. } = source {
         return Err(Failure::Usage(format!(

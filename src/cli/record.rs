@@ -76,7 +76,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("expected a number of seconds above 0, found `{text}`"))
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     match &args.info {
         Some(Source::Recording { path, stream }) => return info(path, stream.as_deref(), args.format),
         Some(live) => return Err(Failure::Usage(format!("{live} is live: `rowscan record` it first"))),
@@ -99,25 +99,29 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     if let Some(file) = args.repair.clone() {
         let work = move || repair::run(&file, args.output.as_deref(), about, args.decoded);
-        return Interrupt::watch()?.finite(off_runtime("repair the recording", work)).await;
+        return interrupt.finite(off_runtime("repair the recording", work)).await;
     }
     let Some(output) = &args.output else { return Ok(Outcome::Done) };
     if let [Named { it: Source::Recording { path, stream }, .. }] = args.sources.as_slice() {
         let (path, stream, output, decoded) = (path.clone(), stream.clone(), output.clone(), args.decoded);
         let work = move || repair::convert(&path, stream.as_deref(), &output, about, decoded);
-        return Interrupt::watch()?.finite(off_runtime("convert the recording", work)).await;
+        return interrupt.finite(off_runtime("convert the recording", work)).await;
     }
     if let Some(Named { it: source, .. }) =
         args.sources.iter().find(|named| matches!(named.it, Source::Recording { .. }))
     {
         return Err(Failure::Usage(format!("{source} is a recording: convert recordings one at a time")));
     }
-    live(&args, output, about).await
+    live(&args, output, about, interrupt).await
 }
 
 /// Records live scanners and what is beside them until the user, or every scanner's count, ends it.
-async fn live(args: &Args, output: &Path, about: About) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+async fn live(
+    args: &Args,
+    output: &Path,
+    about: About,
+    mut interrupt: Interrupt,
+) -> Result<Outcome, Failure> {
     let beside = interrupt.or(Beside::open(args)).await.transpose()?;
     let Some(beside) = beside else { return Ok(Outcome::Done) };
     let sources = args.sources.iter().map(|named| named.it.to_string()).collect::<Vec<_>>();

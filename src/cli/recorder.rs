@@ -82,11 +82,6 @@ struct Running {
 }
 
 impl RecordArgs {
-    /// The file, if it is asked for.
-    pub(super) fn file(&self) -> Option<&Path> {
-        self.record.as_deref()
-    }
-
     /// Starts recording, if it was asked for. `waits`: for the disk, instead of losing packets.
     pub(super) fn start(&self, about: About, waits: bool) -> Result<Taping, Failure> {
         self.record

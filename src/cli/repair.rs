@@ -1,10 +1,11 @@
 //! Recordings written anew: `record --repair`, and `record RECORDING -o FILE`.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
-use rowscan_recording::{About, CopyError, Format, OutputFile, Recorded, copy, is_standard_output, repair};
+use rowscan_files::{OutputFile, is_standard_output};
+use rowscan_recording::{About, CopyError, Format, Recorded, copy, repair};
 
 use super::output::{name_of, say};
 use super::recorder::{self, DecodedArgs};
@@ -70,7 +71,7 @@ fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
             original.display()
         )));
     }
-    let mut out = BufWriter::new(OutputFile::create(file).map_err(|cause| unwritable(file, cause))?);
+    let mut out = BufWriter::new(OutputFile::create_anew(file).map_err(|cause| unwritable(file, cause))?);
     let (recorded, is_torn) = rewrite(file, file, &mut out, decoded)?;
     if !is_torn {
         say(format_args!("{} is whole: nothing to repair", file.display()));
@@ -106,7 +107,7 @@ fn rewrite(
         )));
     }
     let unread = |cause: io::Error| unreadable(file, cause.into());
-    let mut input = File::open(file).map_err(unread)?;
+    let mut input = rowscan_files::open(file).map_err(unread)?;
     let length = input.metadata().map_err(unread)?.len();
     let repaired = repair(&mut input, length, out).map_err(|error| failure(file, output, error))?;
     if repaired.messages == 0 {
@@ -134,7 +135,7 @@ fn keep_original(file: &Path, original: &Path) -> io::Result<()> {
         return Ok(());
     }
     let mut copy = fs::OpenOptions::new().write(true).create_new(true).open(original)?;
-    io::copy(&mut File::open(file)?, &mut copy)?;
+    io::copy(&mut rowscan_files::open(file)?, &mut copy)?;
     copy.sync_all()
 }
 

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter};
 use std::path::Path;
 
-use rowscan_recording::OutputFile;
+use rowscan_files::OutputFile;
 
 use super::Failure;
 use super::output::name_of;

@@ -1,6 +1,5 @@
 //! Flags for what else on the tractor speaks, and for the canopy sensor's own bus.
 
-use std::path::Path;
 
 use rowscan_bench::{BenchSpec, BusSpec, NmeaSpec};
 use rowscan_bus::nmea::NmeaAddress;
@@ -97,13 +96,5 @@ impl TractorOutputArgs {
             let bus = BusSpec::new("can0", self.bus.can.iter().cloned());
             spec.buses.push(BusSpec { taps: taps.clone(), news: Some(tell_news(telling)), ..bus });
         }
-    }
-
-    /// The files that are written.
-    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
-        self.bus.can.iter().filter_map(|port| match port {
-            BusAddress::Candump(path) => Some(path.as_path()),
-            _ => None,
-        })
     }
 }

@@ -7,9 +7,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use rowscan_emulator::ScanMoment;
 use rowscan_emulator::stage::Stage;
+use rowscan_files::OutputFile;
 use rowscan_protocol::rig::RowSide;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::OutputFile;
 use rowscan_scenes::{CellColumn, CellGrid, RowCells};
 use rowscan_vehicle::trajectory::{Alley, Motion};
 use serde::Serialize;
@@ -38,11 +38,6 @@ struct Writing {
 }
 
 impl TruthArgs {
-    /// The file, if it is asked for.
-    pub(super) fn file(&self) -> Option<&Path> {
-        self.truth.as_deref()
-    }
-
     /// Begins the file, if it was asked for, and gives the way to it; the scans are those of the rig's first scanner, number `scanner` of the stage.
     pub(super) fn start(
         &self,

@@ -41,7 +41,7 @@ pub(super) struct Document<'a> {
 
 impl<'a> Document<'a> {
     pub(super) fn open(path: &'a Path) -> Result<Self, StudyFileError> {
-        let text = std::fs::read_to_string(path)
+        let text = rowscan_files::read_text(path)
             .map_err(|cause| StudyFileError::Read { path: path.display().to_string(), cause })?;
         Ok(Self { path, text })
     }

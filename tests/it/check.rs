@@ -59,14 +59,11 @@ fn verdicts_that_could_not_be_written_are_refused_before_anything_runs() {
         ended.stderr
     };
     assert_says(&refused(&folder.path().join("nodir/x.xml")), &["nodir/x.xml", "No such file"]);
-    assert_says(
-        &refused(&path),
-        &["--junit would overwrite the scenario", "it.toml", "such as verdicts.xml"],
-    );
+    assert_says(&refused(&path), &["it.toml", "it is read by this command: name another file"]);
     // By another name.
     let other = folder.path().join("kept-not/../it.toml");
     std::fs::create_dir(folder.path().join("kept-not")).expect("made");
-    assert_says(&refused(&other), &["--junit would overwrite the scenario"]);
+    assert_says(&refused(&other), &["it is read by this command"]);
     assert_eq!(std::fs::read_to_string(&path).expect("still there"), written);
 }
 

@@ -36,6 +36,7 @@ mod features;
 mod frozen_clock;
 mod hostile;
 mod interrupted;
+mod interrupted_reading;
 mod links;
 #[cfg(feature = "manual")]
 mod manual_pages;
@@ -46,6 +47,7 @@ mod online_offline;
 mod optics;
 mod orchards;
 mod outputs;
+mod overwriting;
 mod part_faults;
 mod proxy;
 mod pty;

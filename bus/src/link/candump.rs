@@ -1,12 +1,13 @@
 //! A log in candump's format (`candump -L`): `(1436509052.249713) can0 18FE4980#0011223344556677`.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use rowscan_files::OutputFile;
 use rowscan_protocol::can::CandumpLine;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::mpsc;
@@ -49,7 +50,7 @@ impl LogCut {
 /// A log being written.
 #[derive(Debug)]
 pub struct CandumpLink {
-    file: BufWriter<File>,
+    file: BufWriter<OutputFile>,
     path: PathBuf,
     cut: LogCut,
 }
@@ -63,7 +64,7 @@ impl CandumpLink {
             let why = format!("it holds {bytes} bytes already; name a new file");
             return Err(refused(io::Error::new(io::ErrorKind::AlreadyExists, why)));
         }
-        let file = File::create(path).map_err(refused)?;
+        let (file, _) = OutputFile::append_to_new(path).map_err(refused)?;
         Ok(Self { file: BufWriter::new(file), path: path.to_owned(), cut: LogCut::default() })
     }
 

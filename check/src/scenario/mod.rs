@@ -245,7 +245,7 @@ pub fn schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
 }
 
 fn read(path: &Path) -> Result<ScenarioFile, ScenarioError> {
-    let text = std::fs::read_to_string(path)
+    let text = rowscan_files::read_text(path)
         .map_err(|cause| ScenarioError::Read { path: path.to_owned(), cause })?;
     let content = |error: TomlError| ScenarioError::Content {
         path: path.to_owned(),

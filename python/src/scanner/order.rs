@@ -116,7 +116,7 @@ pub(super) fn faults(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<FaultSpec
         return given.try_iter()?.map(|fault| fault_of(&fault?)).collect();
     }
     let path: PathBuf = given.extract()?;
-    let text = std::fs::read_to_string(&path);
+    let text = rowscan_files::read_text(&path);
     let text = text.map_err(|cause| Failure::from(LoadError::Read { path: path.clone(), cause }))?;
     let place = path.display().to_string();
     let read = rowscan_faults::read(&text);

@@ -14,7 +14,6 @@ mod tcp;
 mod torn;
 mod words;
 
-use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
@@ -175,11 +174,7 @@ impl Recording {
     /// The same; of a capture, the connections of these names (see [`StreamInfo::connections`]) are streams of their own, and no part of
     /// the streams they belong to. Other names are passed over.
     pub fn open_apart(path: &Path, connections: &[&str]) -> Result<Self, ReadError> {
-        let file = File::open(path)?;
-        if file.metadata()?.is_dir() {
-            return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory").into());
-        }
-        Self::read_apart(Box::new(file), connections)
+        Self::read_apart(Box::new(rowscan_files::open(path)?), connections)
     }
 
     /// Reads a recording from any bytes; never panics, whatever they are.

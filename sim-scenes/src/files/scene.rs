@@ -26,13 +26,18 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
     Ok(scene)
 }
 
+/// A mesh of millions of triangles, as text.
+const MOST_BYTES_OF_A_MESH: u64 = 1024 * 1024 * 1024;
+
 /// Reads a file that a scene in this folder names.
 ///
 /// # Errors
 /// The file cannot be read.
 pub fn fill(file: &mut SceneFile, folder: &Path) -> Result<(), LoadError> {
     let path = folder.join(file.path());
-    file.fill(std::fs::read(&path).map_err(|cause| LoadError::Read { path, cause })?);
+    file.fill(
+        rowscan_files::read(&path, MOST_BYTES_OF_A_MESH).map_err(|cause| LoadError::Read { path, cause })?,
+    );
     Ok(())
 }
 

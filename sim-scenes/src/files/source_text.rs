@@ -30,7 +30,7 @@ impl SourceText {
         if let Some(text) = built_in(name).filter(|_| !path.is_file()) {
             return Ok(Self { place: format!("built-in {what} {name}"), text: text.to_owned() });
         }
-        match std::fs::read_to_string(path) {
+        match rowscan_files::read_text(path) {
             Ok(text) => Ok(Self { place: name.to_owned(), text }),
             Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => {
                 Err(LoadError::Missing { what, name: name.to_owned(), built_in: names })

@@ -286,13 +286,12 @@ impl Page {
 }
 
 /// `rowscan watch`: the same with a page, waiting for the scanner, and recordings as slow as they were.
-pub(super) async fn watch(args: Args) -> Result<Outcome, Failure> {
+pub(super) async fn watch(args: Args, interrupt: Interrupt) -> Result<Outcome, Failure> {
     let web = args.web.clone().at_least(PAGE);
-    run(Args { web, wait: true, paced: true, ..args }).await
+    run(Args { web, wait: true, paced: true, ..args }, interrupt).await
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let scanners = args.scanners()?;
     let (rig, scene) = match &args.rig {
         Some(name) => {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use rowscan_recording::is_standard_output;
+use rowscan_files::is_standard_output;
 use rowscan_scenes::Orchard;
 use rowscan_scenes::exchange::text::{self, TreeColumn};
 use rowscan_scenes::exchange::{gltf, obj, ply};

@@ -151,7 +151,7 @@ fn read(args: &Args) -> Result<Orchard, Failure> {
 }
 
 fn open(path: &Path) -> Result<SceneFile, Failure> {
-    let what = path.display().to_string();
-    let content = std::fs::read(path).map_err(|cause| Failure::Read { what: what.clone(), cause })?;
-    Ok(SceneFile::with_content(what, content))
+    let mut file = SceneFile::named(path.display().to_string());
+    rowscan_scenes::files::fill(&mut file, Path::new(""))?;
+    Ok(file)
 }

@@ -31,8 +31,7 @@ pub(super) enum Command {
     Parameters(parameters::Args),
 }
 
-pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let work = async {
         match command {
             Command::Grow(args) => grow::run(args).await,

@@ -85,8 +85,7 @@ enum StampsArg {
     Now,
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let asked = args.model.as_deref().map(models::find).transpose()?;
     let survey = Survey::read_apart(&args.file, &args.places.names())?;
     if let Some(torn) = &survey.torn {

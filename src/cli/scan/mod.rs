@@ -125,8 +125,7 @@ struct Task {
     settings: ScanSettings,
 }
 
-pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     interrupt.finite(off_runtime("scan", move || scan(&args))).await
 }
 

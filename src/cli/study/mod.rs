@@ -59,8 +59,7 @@ pub(super) enum Command {
     Recording(recording::Args),
 }
 
-pub(super) async fn run(command: Command) -> Result<Outcome, Failure> {
-    let mut interrupt = Interrupt::watch()?;
+pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let journal = match &command {
         Command::Areas(args) => args.shards.journal(),
         Command::Resolution(args) => args.shards.journal(),

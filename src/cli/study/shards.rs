@@ -10,9 +10,12 @@ use serde::de::DeserializeOwned;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, progress};
-use rowscan_recording::is_standard_output;
+use rowscan_files::is_standard_output;
 use rowscan_study::journal::{self, Journal};
 use rowscan_study::{Header, Shard, ShardFile, Study, Unit, Whole, merge};
+
+/// Longest file of a study that is read.
+const MOST_BYTES: u64 = 1024 * 1024 * 1024;
 
 /// The flags of every study that can be cut in parts.
 #[derive(Clone, Debug, clap::Args)]
@@ -42,6 +45,8 @@ impl ShardArgs {
                     .to_owned(),
             ));
         }
+        // Before hours of work, not behind them.
+        self.output.as_deref().map_or(Ok(()), output::can_be_written)?;
         let args = self.clone();
         let work = move || args.work(&study).map(|units| (study, units));
         let (study, units) = off_runtime("run the study", work).await?;
@@ -117,7 +122,7 @@ impl ShardArgs {
                 "holds an unfinished run: go on with --resume, or remove it to begin anew".to_owned(),
             ));
         }
-        let bytes = match std::fs::read(path) {
+        let bytes = match rowscan_files::read_own(path, MOST_BYTES) {
             Ok(bytes) => bytes,
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Vec::new(),
             Err(cause) => return Err(trouble(format!("cannot be read: {cause}"))),
@@ -192,7 +197,8 @@ pub(super) fn read_shard<S: Study>(path: &Path) -> Result<(String, ShardFile<S, 
 /// Any file a study writes.
 pub(super) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {
     let trouble = |cause: String| Failure::StudyFile { path: path.display().to_string(), cause };
-    let bytes = std::fs::read(path).map_err(|cause| trouble(format!("cannot be read: {cause}")))?;
+    let bytes =
+        rowscan_files::read(path, MOST_BYTES).map_err(|cause| trouble(format!("cannot be read: {cause}")))?;
     serde_json::from_slice(&bytes).map_err(|cause| trouble(format!("is no shard of a study: {cause}")))
 }
 

@@ -6,15 +6,18 @@ use std::path::Path;
 /// Held by one program of the machine at a time. On Linux it is a socket in the abstract namespace, which the system removes when its
 /// owner dies: no file is left behind. Elsewhere it locks nothing.
 #[derive(Debug)]
-pub(super) struct NameLock {
+pub struct NameLock {
     #[cfg(target_os = "linux")]
     _socket: std::os::unix::net::UnixDatagram,
 }
 
 impl NameLock {
-    /// Takes the lock of `path`, whatever stands there; [`io::ErrorKind::AddrInUse`] if another has it.
+    /// Takes the lock of `path`, whatever stands there.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::AddrInUse`] if another has it; the system's if its folder cannot be read.
     #[cfg(target_os = "linux")]
-    pub(super) fn take(path: &Path) -> io::Result<Self> {
+    pub fn take(path: &Path) -> io::Result<Self> {
         use std::os::linux::net::SocketAddrExt as _;
         use std::os::unix::ffi::OsStrExt as _;
         use std::os::unix::fs::MetadataExt as _;
@@ -33,7 +36,11 @@ impl NameLock {
     }
 
     #[cfg(not(target_os = "linux"))]
-    pub(super) fn take(_: &Path) -> io::Result<Self> {
+    /// Locks nothing here.
+    ///
+    /// # Errors
+    /// None.
+    pub fn take(_: &Path) -> io::Result<Self> {
         Ok(Self {})
     }
 }

@@ -1,5 +1,7 @@
 //! Files that are written: the one place that decides what happens to what stands at a path already.
 //!
+//! A file that is an input, or another output, of the same program is refused while a [`KeptApart`](crate::KeptApart) lives.
+//!
 //! | at the path | what [`OutputFile`] does |
 //! |---|---|
 //! | nothing | writes a temporary file in the same folder, renames it on [`commit`](OutputFile::commit) |
@@ -14,8 +16,10 @@
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::apart::{Claim, check_no_input};
+use crate::leftovers::Leftover;
 
 /// Symbolic links that are followed one after another; the system's own limit.
 const MAX_LINKS: usize = 40;
@@ -27,6 +31,10 @@ pub const STANDARD_OUTPUT: &str = "-";
 #[derive(Debug)]
 pub struct OutputFile {
     target: Target,
+    /// Keeps other outputs away from its name.
+    _claim: Option<Claim>,
+    /// It may be an input: what is repaired or kept is read first.
+    is_anew: bool,
     /// Where the next byte goes, for what cannot be rewound.
     written: u64,
 }
@@ -46,14 +54,14 @@ enum Target {
     Direct(File),
     Stdout(io::Stdout),
     /// To be copied to what cannot be rewound.
-    Spooled(File, Temporary, Box<Target>),
+    Spooled(File, Leftover, Box<Target>),
 }
 
 /// A temporary file, and what becomes of it.
 #[derive(Debug)]
 struct Replaced {
     file: File,
-    temporary: Temporary,
+    temporary: Leftover,
     target: PathBuf,
     /// The file that stands there already.
     old: Option<File>,
@@ -61,60 +69,55 @@ struct Replaced {
     in_place: bool,
 }
 
-/// Removes its file when dropped.
-#[derive(Debug)]
-struct Temporary(PathBuf);
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // It may have been renamed; nobody waits for an answer.
-        let _ = fs::remove_file(&self.0);
-        if let Ok(mut names) = TEMPORARY_FILES.lock() {
-            names.retain(|name| *name != self.0);
-        }
-    }
-}
-
-/// Temporary files of this process.
-static TEMPORARY_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-/// Removes the temporary files of all [`OutputFile`]s. For a program that ends while a thread of its own still writes.
-pub fn remove_temporary_files() {
-    let Ok(names) = TEMPORARY_FILES.lock() else { return };
-    for name in names.iter() {
-        let _ = fs::remove_file(name);
-    }
-}
-
 impl OutputFile {
     /// Opens `path` for a content that appears as a whole.
+    ///
+    /// # Errors
+    /// The system's; [`io::ErrorKind::InvalidInput`] of an input or another output of this program.
     pub fn create(path: &Path) -> io::Result<Self> {
         if is_standard_output(path) {
             return Ok(Self::of(Target::Stdout(io::stdout())));
         }
         let target = follow_links(path)?;
-        let found = match fs::metadata(&target) {
+        check_no_input(&target)?;
+        Self::open(&target)
+    }
+
+    /// The same of a file that this program has read and writes anew: what it repairs, and what it keeps for itself.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_anew(path: &Path) -> io::Result<Self> {
+        Ok(Self { is_anew: true, ..Self::open(&follow_links(path)?)? })
+    }
+
+    fn open(target: &Path) -> io::Result<Self> {
+        let found = match fs::metadata(target) {
             Ok(found) => Some(found),
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
             Err(cause) => return Err(cause),
         };
-        match found {
-            Some(found) if found.is_dir() => Err(is_a_directory()),
-            Some(found) if !found.is_file() => Ok(Self::of(Target::Direct(open_existing(&target)?))),
+        match &found {
+            Some(found) if found.is_dir() => return Err(is_a_directory()),
+            Some(found) if !found.is_file() => return Ok(Self::of(Target::Direct(open_existing(target)?))),
+            _ => {}
+        }
+        let claim = Some(Claim::take(target)?);
+        let opened = match found {
             Some(found) => {
                 // Fails where the file may not be written to, as it would without a temporary file.
-                let old = open_existing(&target)?;
-                match replace(&target, Some((old, &found))) {
+                let old = open_existing(target)?;
+                match replace(target, Some((old, &found))) {
                     // The file may be written to, but not its folder.
                     Err(cause) if cause.kind() == io::ErrorKind::PermissionDenied => {
-                        let file = OpenOptions::new().write(true).truncate(true).open(&target)?;
-                        Ok(Self::of(Target::Direct(file)))
+                        Target::Direct(OpenOptions::new().write(true).truncate(true).open(target)?)
                     }
-                    other => other,
+                    other => other?,
                 }
             }
-            None => replace(&target, None),
-        }
+            None => replace(target, None)?,
+        };
+        Ok(Self { _claim: claim, ..Self::of(opened) })
     }
 
     /// The same of a content whose beginning is written again at its end. Where that cannot be (a device, a FIFO, standard output), it is
@@ -144,14 +147,16 @@ impl OutputFile {
             }
             _ => {}
         }
-        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&target)?;
         let is_file = found.as_ref().is_none_or(Metadata::is_file);
+        let claim =
+            is_file.then(|| check_no_input(&target).and_then(|()| Claim::take(&target))).transpose()?;
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&target)?;
         let new = NewFile { path: is_file.then_some(target), was_there: found.is_some() };
-        Ok((Self::of(Target::Direct(file)), new))
+        Ok((Self { _claim: claim, ..Self::of(Target::Direct(file)) }, new))
     }
 
     fn of(target: Target) -> Self {
-        Self { target, written: 0 }
+        Self { target, _claim: None, is_anew: false, written: 0 }
     }
 
     /// True if the bytes leave as they are written and cannot be taken back: to a device, a FIFO or standard output.
@@ -172,6 +177,9 @@ impl OutputFile {
             Target::Direct(mut file) => return file.flush(),
             Target::Stdout(mut out) => return out.flush(),
         };
+        if !self.is_anew {
+            check_no_input(&target.target)?;
+        }
         if let (true, Some(old)) = (target.in_place, &mut target.old) {
             target.file.seek(SeekFrom::Start(0))?;
             old.set_len(0)?;
@@ -180,7 +188,7 @@ impl OutputFile {
         }
         // On the disk before it has the name: whoever looks after a power cut finds the old content or the new.
         target.file.sync_all()?;
-        fs::rename(&target.temporary.0, &target.target)
+        fs::rename(target.temporary.path(), &target.target)
     }
 }
 
@@ -260,21 +268,15 @@ fn is_a_directory() -> io::Error {
 }
 
 /// Begins a temporary file in the folder of `target`, like the old file where there is one.
-fn replace(target: &Path, old: Option<(File, &Metadata)>) -> io::Result<OutputFile> {
+fn replace(target: &Path, old: Option<(File, &Metadata)>) -> io::Result<Target> {
     let (file, temporary) = create_temporary(target, old.is_some())?;
     let in_place = old.as_ref().is_some_and(|(_, found)| has_other_names(found) || !take_after(&file, found));
     let old = old.map(|(old, _)| old);
-    Ok(OutputFile::of(Target::Replaced(Replaced {
-        file,
-        temporary,
-        target: target.to_owned(),
-        old,
-        in_place,
-    })))
+    Ok(Target::Replaced(Replaced { file, temporary, target: target.to_owned(), old, in_place }))
 }
 
 /// Makes a file of a name that nothing else has. `private`: only its owner reads it until it gets another file's mode.
-fn create_temporary(target: &Path, private: bool) -> io::Result<(File, Temporary)> {
+fn create_temporary(target: &Path, private: bool) -> io::Result<(File, Leftover)> {
     /// Tells apart the files of one process.
     static NUMBER: AtomicU64 = AtomicU64::new(0);
     let mut options = OpenOptions::new();
@@ -290,10 +292,7 @@ fn create_temporary(target: &Path, private: bool) -> io::Result<(File, Temporary
         let path = target.with_file_name(format!(".rowscan-{}-{number}.part", std::process::id()));
         match options.open(&path) {
             Ok(file) => {
-                if let Ok(mut names) = TEMPORARY_FILES.lock() {
-                    names.push(path.clone());
-                }
-                return Ok((file, Temporary(path)));
+                return Ok((file, Leftover::file(path)));
             }
             Err(cause) if cause.kind() == io::ErrorKind::AlreadyExists => {}
             Err(cause) => return Err(cause),

@@ -1,0 +1,139 @@
+//! SIGTERM ends every command, whatever it reads: a FIFO that nobody writes to, zeros without an end.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::common::binary::{finish, rowscan, text};
+
+/// What each command reads: `F` is the file. A command that is not here and reads a file fails the test below.
+const CASES: &[&[&str]] = &[
+    &["demo", "F"],
+    &["emulate", "F", "--tcp", "127.0.0.1:0"],
+    &["emulate", "post", "--tcp", "127.0.0.1:0", "--faults", "F"],
+    &["check", "F"],
+    &["estimate", "F"],
+    &["estimate", "F", "--rig", "post"],
+    &["watch", "F", "--web", "127.0.0.1:0"],
+    &["orchard", "grow", "F"],
+    &["orchard", "truth", "F"],
+    &["orchard", "import", "--leaves", "F"],
+    &["orchard", "export", "F"],
+    &["orchard", "render", "F", "-o", "/dev/null"],
+    &["orchard", "statistics", "F"],
+    &["orchard", "parameters", "F"],
+    &["scan", "F"],
+    &["study", "areas", "F"],
+    &["study", "resolution", "F"],
+    &["study", "run", "F"],
+    &["study", "search", "F"],
+    &["study", "merge", "F"],
+    &["study", "calibration", "F"],
+    &["study", "accuracy", "F"],
+    &["study", "budget", "F"],
+    &["study", "transfer", "--classes", "F"],
+    &["study", "coverage", "--classes", "F"],
+    &["study", "estimators", "F"],
+    &["study", "eye", "F"],
+    &["study", "physics", "F"],
+    &["study", "recording", "F"],
+    &["record", "F", "-o", "/dev/null"],
+    &["record", "F", "--info"],
+    &["record", "--repair", "F"],
+    &["replay", "F", "--tcp", "127.0.0.1:0"],
+    &["export", "F", "--to", "csv", "-o", "/dev/null"],
+    &["decode", "F"],
+    &["bus", "decode", "F"],
+    &["proxy", "127.0.0.1:9", "--tcp", "127.0.0.1:0", "--faults", "F"],
+    &["scene", "check", "F"],
+    &["scene", "show", "F"],
+    &["rig", "check", "F"],
+    &["rig", "show", "F"],
+];
+
+/// Commands that read nothing.
+const READ_NOTHING: &[&str] =
+    &["bus dbc", "bus markdown", "completions", "faults", "man", "models", "rig new", "scene new", "schema"];
+
+#[test]
+fn every_command_is_known_here() {
+    let mut unknown = Vec::new();
+    visit(&rowscan::cli::command(), &[], &mut unknown);
+    assert!(unknown.is_empty(), "say above what they read: {unknown:?}");
+}
+
+fn visit<'a>(command: &'a clap::Command, above: &[&'a str], unknown: &mut Vec<String>) {
+    for sub in command.get_subcommands() {
+        let name = [above, &[sub.get_name()]].concat();
+        if sub.has_subcommands() {
+            visit(sub, &name, unknown);
+        } else if !READ_NOTHING.contains(&name.join(" ").as_str())
+            && !CASES.iter().any(|case| case.starts_with(&name))
+        {
+            unknown.push(name.join(" "));
+        }
+    }
+}
+
+/// Runs all commands at once on `file`, and ends them once each of them reads.
+fn ended_by_a_signal(file: &str, cases: &[&[&str]]) -> Vec<String> {
+    let started = cases.iter().map(|case| {
+        let line: Vec<&str> = case.iter().map(|word| if *word == "F" { file } else { word }).collect();
+        let mut command = rowscan();
+        command.args(&line).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        (line.join(" "), command.spawn().expect("the binary runs"))
+    });
+    let mut wrong = Vec::new();
+    for (line, mut child) in started.collect::<Vec<_>>() {
+        // It reads on, or has refused the file.
+        std::thread::sleep(Duration::from_millis(100));
+        let had_ended = child.try_wait().expect("it can be waited for").is_some();
+        let sent =
+            Command::new("kill").args(["-TERM", &child.id().to_string()]).stderr(Stdio::null()).status();
+        assert!(had_ended || sent.expect("kill runs").success());
+        let ended = finish(child);
+        // Commands that serve end in order with 0; 2 and 1: it was refused before.
+        let expected = if had_ended { ended.code.is_some() } else { matches!(ended.code, Some(143 | 0)) };
+        if !expected {
+            wrong.push(format!("{line}: exit {:?}: {}", ended.code, ended.stderr));
+        }
+    }
+    wrong
+}
+
+#[test]
+fn a_signal_ends_what_waits_for_a_pipe() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let fifo = folder.path().join("fifo");
+    assert!(Command::new("mkfifo").arg(&fifo).status().expect("mkfifo runs").success());
+    let wrong = ended_by_a_signal(text(&fifo), CASES);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_signal_ends_what_reads_without_an_end() {
+    // Readers of recordings go on for ever; what is read whole is refused at its bound.
+    let wrong = ended_by_a_signal("/dev/zero", CASES);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_file_that_never_ends_is_refused_at_its_bound() {
+    for case in CASES
+        .iter()
+        .filter(|case| !READS_RECORDINGS.contains(&case[0]) && case[..2] != ["study", "recording"])
+    {
+        let line: Vec<&str> = case.iter().map(|word| if *word == "F" { "/dev/zero" } else { word }).collect();
+        let child = rowscan()
+            .args(&line)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary runs");
+        let ended = finish(child);
+        assert_eq!(ended.code, Some(2), "{line:?}: {}", ended.stderr);
+        assert!(ended.stderr.contains("expected at most"), "{line:?}: {}", ended.stderr);
+    }
+}
+
+/// These take what they read piece by piece.
+const READS_RECORDINGS: &[&str] = &["estimate", "watch", "record", "replay", "export", "decode"];
