@@ -204,6 +204,15 @@ impl ScannerSpec {
         }
     }
 
+    /// The same as the next of so many on one mount, called `scanner0-2` and so on, so that faults and places tell them apart.
+    #[must_use]
+    pub fn after(mut self, on_this_mount: usize) -> Self {
+        if on_this_mount > 0 {
+            self.id = format!("scanner{}-{}", self.mount, on_this_mount + 1);
+        }
+        self
+    }
+
     /// The same, to be found there as well.
     #[must_use]
     pub fn at(mut self, endpoint: Endpoint) -> Self {

@@ -15,6 +15,7 @@ pub(super) struct CompletionArgs {
 
 /// Shells with completions.
 #[derive(Clone, Copy, Debug, ValueEnum)]
+#[allow(clippy::enum_variant_names, reason = "its makers call one of them PowerShell")]
 enum Shell {
     Bash,
     Elvish,

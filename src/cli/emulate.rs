@@ -236,8 +236,10 @@ impl Args {
         let several = fitted.len() > 1;
         let (max_clients, idle_limit) = self.clients.limits();
         let spec = |(place, scanner): (usize, &Fitted)| {
-            let (mut device, spec) =
-                (self.device.spec(scanner.model)?, ScannerSpec::new(scanner.index, scanner.model));
+            let mut device = self.device.spec(scanner.model)?;
+            let on_this_mount =
+                fitted.iter().take(place).filter(|other| other.index == scanner.index).count();
+            let spec = ScannerSpec::new(scanner.index, scanner.model).after(on_this_mount);
             let is_serial = scanner.model.lms2xx().is_some();
             if is_serial {
                 device = self.line.over(device)?;

@@ -12,7 +12,7 @@ use crate::common;
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
-use common::binary::{Emulator, assert_says, refused, rowscan, run};
+use common::binary::{Emulator, assert_says, listening, refused, rowscan, run};
 use serde_json::Value;
 
 const SCENE: &str = r#"
@@ -154,4 +154,14 @@ fn what_several_scanners_cannot_share_is_refused() {
         assert_eq!(ended.code, Some(2), "{flags:?}");
         assert!(ended.stderr.contains(remedy), "{flags:?}: {}", ended.stderr);
     }
+}
+
+#[test]
+fn two_scanners_of_one_mount_have_names_of_their_own() {
+    let args = ["post", "--scanner", "0", "--scanner", "0", "--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0"];
+    let (mut child, places) = listening("emulate", &args, 2);
+    child.kill().expect("it serves");
+    child.wait().expect("it has ended");
+    let streams: Vec<_> = places.iter().map(|place| place["stream"].as_str()).collect();
+    assert_eq!(streams, [Some("scanner0"), Some("scanner0-2")]);
 }

@@ -13,22 +13,30 @@ const STEPS: &[Step] = &[
     Step::new("licences", |workspace| Outcome::from_result(licences::check(workspace))),
     Step::new("advisories", advisories::check),
     Step::new("format", |workspace| cargo(workspace, &["fmt", "--all", "--check"])),
+    Step::new("build", rust_tests::build),
+    // These compile, while those below mostly wait.
     Step::new("clippy", |workspace| {
         let before = ["clippy", "--workspace", "--all-targets"];
         cargo(workspace, &[&before[..], &FULL, &["--", "-D", "warnings"]].concat())
-    }),
+    })
+    .beside(),
     Step::new("documentation", |workspace| {
         cargo(workspace, &[&["doc", "--workspace", "--no-deps"], &FULL[..]].concat())
-    }),
+    })
+    .beside(),
+    Step::new("examples", rust_tests::run_examples).beside(),
     // What README builds; `full` builds and runs it.
-    Step::new("default-features", |workspace| cargo(workspace, &["check", "-p", "rowscan"])),
+    Step::new("default-features", |workspace| cargo(workspace, &["check", "-p", "rowscan"])).beside(),
     // Delete sim-scenes: driver and canopy still build. Nor does the base of the protocol need the telegrams.
     Step::new("without-scenes", |workspace| {
         cargo(workspace, &["check", "-p", "rowscan-driver", "-p", "rowscan-canopy"])
-    }),
+    })
+    .beside(),
     Step::new("bare-protocol", |workspace| {
         cargo(workspace, &["check", "-p", "rowscan-protocol", "--no-default-features"])
-    }),
+    })
+    .beside(),
+    Step::new("wheel-build", wheel::build_only).beside(),
     Step::new("tests", rust_tests::run),
     Step::new("readme", readme::run),
     Step::new("python", python::run),

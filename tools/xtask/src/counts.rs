@@ -27,6 +27,12 @@ impl Counts {
         Some(Self::from_words(counts))
     }
 
+    /// Reads a closing line of ours (`3 passed, 0 failed, 1 skipped`).
+    pub fn from_total(line: &str) -> Option<Self> {
+        let counts = Self::from_words(line);
+        (counts.to_string() == line.trim()).then_some(counts)
+    }
+
     /// Sums `N word` pairs; words nobody knows (`measured`, `deselected`, `warnings`) count nowhere.
     fn from_words(text: &str) -> Self {
         let mut counts = Self::default();

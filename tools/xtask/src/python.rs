@@ -38,7 +38,9 @@ pub fn run_only(workspace: &Workspace, files: &[&str], environment: &[(&str, &st
     let mut counts = Counts::default();
     let mut command = python.command();
     command
-        .args(["-m", "pytest", "-p", "no:cacheprovider", "--color=no", "-ra"])
+        .args(["-m", "pytest", "-p", "no:cacheprovider", "--color=no", "-ra", "--durations=10"])
+        // They mostly wait: for peers, and for time to pass.
+        .args(["-n", "3", "--dist", "worksteal"])
         .args(files)
         .envs(environment.iter().copied())
         .current_dir(workspace.root.join("tools/python"))

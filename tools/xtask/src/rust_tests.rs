@@ -1,6 +1,12 @@
-//! `cargo test` for the whole workspace, doc tests included, with honest counts: a test that says `SKIPPED:` did not pass.
+//! The tests of the whole workspace, with honest counts: a test that says `SKIPPED:` did not pass.
+//!
+//! Cargo builds them, and they are run from here: while they run, cargo is free for the steps beside them.
 
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
+
+use serde_json::Value;
 
 use crate::counts::Counts;
 use crate::shell::{self, Limit};
@@ -11,13 +17,52 @@ use crate::workspace::{FULL, Workspace};
 /// idle machine, and a loaded one may take ten times as long.
 const SILENCE: Limit = Limit::Silent(Duration::from_secs(5 * 60));
 
-/// Builds every test of the workspace and the binary, then runs the tests. A build takes as long as it takes.
+/// Tests of one program at a time, for each processor: most of their time they wait for peers, clocks and processes.
+const TESTS_A_PROCESSOR: usize = 2;
+
+/// A program of tests, and the folder of its package, where it runs.
+struct Program {
+    path: PathBuf,
+    folder: PathBuf,
+}
+
+/// Builds every test of the workspace, and the binary with them.
+pub fn build(workspace: &Workspace) -> Outcome {
+    Outcome::from_result(workspace.build_binary().and_then(|()| programs(workspace).map(drop)))
+}
+
+/// Runs what [`build`] built, one program after the other.
 pub fn run(workspace: &Workspace) -> Outcome {
-    if let Err(why) = workspace.build_binary() {
-        return Outcome::failed(why);
+    let programs = match programs(workspace) {
+        Ok(programs) => programs,
+        Err(why) => return Outcome::failed(why),
+    };
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = (TESTS_A_PROCESSOR * processors).to_string();
+    let (mut counts, mut failures) = (Counts::default(), Vec::new());
+    for program in &programs {
+        let mut output = TestOutput::default();
+        let mut command = Command::new(&program.path);
+        command.args(["--show-output", "--test-threads", &threads]).current_dir(&program.folder);
+        println!(
+            "     Running {}",
+            program.path.strip_prefix(&workspace.target).unwrap_or(&program.path).display()
+        );
+        let exit = shell::run_lines(&mut command, SILENCE, |line| {
+            if output.read(line) {
+                println!("{line}");
+            }
+        });
+        counts += output.counts;
+        failures.extend(exit.err());
     }
+    Outcome::from_tests(counts, if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) })
+}
+
+/// Examples in the documentation of libraries, which cargo compiles and runs.
+pub fn run_examples(workspace: &Workspace) -> Outcome {
     let mut output = TestOutput::default();
-    let mut command = workspace.cargo(&["test", "--workspace", "--no-fail-fast"]);
+    let mut command = workspace.cargo(&["test", "--workspace", "--doc", "--no-fail-fast", "--quiet"]);
     command.args(FULL).args(["--", "--show-output"]);
     let exit = shell::run_lines(&mut command, SILENCE, |line| {
         if output.read(line) {
@@ -25,6 +70,24 @@ pub fn run(workspace: &Workspace) -> Outcome {
         }
     });
     Outcome::from_tests(output.counts, exit)
+}
+
+/// Every program of tests, as cargo tells of it; built, if it is not.
+fn programs(workspace: &Workspace) -> Result<Vec<Program>, String> {
+    let mut command = workspace.cargo(&["test", "--workspace", "--no-run", "--quiet"]);
+    command.args(FULL).arg("--message-format=json-render-diagnostics");
+    let told = shell::capture(&mut command)?;
+    let programs: Vec<Program> = told.lines().filter_map(program).collect();
+    if programs.is_empty() { Err("cargo built no test".to_owned()) } else { Ok(programs) }
+}
+
+/// The program of tests that a message of cargo is about.
+fn program(message: &str) -> Option<Program> {
+    let message: Value = serde_json::from_str(message).ok()?;
+    let is_test = message["profile"]["test"].as_bool()?;
+    let path = message["executable"].as_str().filter(|_| is_test)?;
+    let folder = Path::new(message["manifest_path"].as_str()?).parent()?;
+    Some(Program { path: path.into(), folder: folder.into() })
 }
 
 /// What libtest prints, read line by line.
@@ -76,6 +139,23 @@ impl TestOutput {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn programs_of_tests_are_those_that_cargo_built_as_tests() {
+        let message = |test: bool, executable: &str| {
+            format!(
+                r#"{{"reason":"compiler-artifact","manifest_path":"/w/bus/Cargo.toml","profile":{{"test":{test}}},"executable":{executable}}}"#
+            )
+        };
+        let found = program(&message(true, r#""/w/target/debug/deps/bus-1""#)).expect("a program of tests");
+        assert_eq!(
+            (found.path.to_str(), found.folder.to_str()),
+            (Some("/w/target/debug/deps/bus-1"), Some("/w/bus"))
+        );
+        assert!(program(&message(false, r#""/w/target/debug/rowscan""#)).is_none());
+        assert!(program(&message(true, "null")).is_none());
+        assert!(program(r#"{"reason":"build-finished","success":true}"#).is_none());
+    }
 
     fn read(text: &str) -> Counts {
         let mut output = TestOutput::default();

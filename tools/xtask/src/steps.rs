@@ -1,6 +1,9 @@
 //! A list of steps, each named and timed, all run even if one fails; the last line says how many tests passed.
 
-use std::process::ExitCode;
+use std::env;
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::counts::Counts;
@@ -50,17 +53,24 @@ pub struct Step {
     takes: Duration,
     /// Whether most of it is done already: then it takes a minute.
     begun: fn(&Workspace) -> bool,
+    /// It runs beside the steps that are not so.
+    is_beside: bool,
 }
 
 impl Step {
     /// A step called `name`.
     pub const fn new(name: &'static str, run: fn(&Workspace) -> Outcome) -> Self {
-        Self { name, run, takes: Duration::ZERO, begun: |_| false }
+        Self { name, run, takes: Duration::ZERO, begun: |_| false, is_beside: false }
     }
 
     /// The same, taking so many minutes.
     pub const fn taking(self, minutes: u64) -> Self {
         Self { takes: Duration::from_secs(60 * minutes), ..self }
+    }
+
+    /// The same, run in a process of its own beside the steps behind it, with the others that are so, one after the other. It gives way to them.
+    pub const fn beside(self) -> Self {
+        Self { is_beside: true, ..self }
     }
 
     /// The same, taking a minute where most of it is done already.
@@ -102,7 +112,15 @@ pub fn run(workspace: &Workspace, steps: &[Step], arguments: &[String]) -> ExitC
         return ExitCode::from(2);
     }
     let mut summary = Summary::default();
+    let mut beside = None;
     for step in steps.iter().filter(|step| names.is_empty() || names.iter().any(|name| *name == step.name)) {
+        // Asked for by name, each runs here.
+        if step.is_beside && names.is_empty() {
+            if beside.is_none() {
+                beside = Some(Beside::start(workspace, steps));
+            }
+            continue;
+        }
         println!("==> {}", step.name);
         let start = Instant::now();
         let left = within.saturating_sub(begun.elapsed());
@@ -118,7 +136,54 @@ pub fn run(workspace: &Workspace, steps: &[Step], arguments: &[String]) -> ExitC
         };
         println!("{}\n", summary.add(step.name, start.elapsed(), outcome));
     }
+    if let Some(beside) = beside {
+        let start = Instant::now();
+        let outcome = beside.and_then(Beside::end).unwrap_or_else(Outcome::failed);
+        println!("{}\n", summary.add("beside", start.elapsed(), outcome));
+    }
     summary.close()
+}
+
+/// Steps that run in a process of their own.
+struct Beside {
+    child: Child,
+    log: PathBuf,
+}
+
+impl Beside {
+    /// Starts this command again, for the steps that run beside others, at the lowest priority.
+    fn start(workspace: &Workspace, steps: &[Step]) -> Result<Self, String> {
+        let names: Vec<&str> = steps.iter().filter(|step| step.is_beside).map(|step| step.name).collect();
+        println!("==> beside: {}\n", names.join(", "));
+        let log = workspace.scratch("beside")?.join("log");
+        let tell = |error: std::io::Error| format!("cannot run steps beside others: {error}");
+        let file = File::create(&log).map_err(tell)?;
+        let child = Command::new("nice")
+            .args(["-n", "19"])
+            .arg(env::current_exe().map_err(tell)?)
+            .args(env::args().nth(1))
+            .args(names)
+            .stdin(Stdio::null())
+            .stderr(file.try_clone().map_err(tell)?)
+            .stdout(file)
+            .spawn()
+            .map_err(tell)?;
+        Ok(Self { child, log })
+    }
+
+    /// Waits for their end, and tells what they said.
+    fn end(mut self) -> Result<Outcome, String> {
+        println!("==> beside");
+        let status =
+            self.child.wait().map_err(|error| format!("cannot wait for the steps beside: {error}"))?;
+        let said = fs::read(&self.log).map_err(|error| format!("{}: {error}", self.log.display()))?;
+        let said = String::from_utf8_lossy(&said);
+        let (before, counts) = said.trim_end().rsplit_once('\n').unwrap_or_default();
+        println!("{before}");
+        let counts = Counts::from_total(counts).ok_or("the steps beside ended without their counts")?;
+        let exit = if status.success() { Ok(()) } else { Err("steps beside failed: see above".to_owned()) };
+        Ok(Outcome::from_tests(counts, exit))
+    }
 }
 
 /// What the steps so far came to.

@@ -21,6 +21,15 @@ pub fn run(workspace: &Workspace) -> Outcome {
     test(workspace, &[])
 }
 
+/// A development wheel, built: what takes long of [`run`].
+pub fn build_only(workspace: &Workspace) -> Outcome {
+    if !shell::has("python3") {
+        return Outcome::Skipped("python3 is not installed".to_owned());
+    }
+    let built = workspace.scratch("wheel").and_then(|folder| build(workspace, &folder.join("early")));
+    Outcome::from_result(built.map(drop))
+}
+
 /// Builds a wheel, installs it and runs the tests; those that need the packages in `further` are skipped where these cannot be had.
 pub fn test(workspace: &Workspace, further: &[&str]) -> Outcome {
     if !shell::has("python3") {
