@@ -1,21 +1,24 @@
-//! Serves routes at an address: so many connections, none that only waits.
+//! Serves routes at an address: so many connections, of which none keeps its seat by waiting.
 
+use std::collections::VecDeque;
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use axum::{Router, middleware};
 use hyper::server::conn::http1;
+use hyper::service::Service;
+use hyper::{Request, StatusCode};
 use hyper_util::rt::TokioIo;
 use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
-use tokio::task::JoinSet;
+use tokio::task::{AbortHandle, JoinSet};
 
 use crate::clock;
 use crate::guard::{self, Guard};
 use rowscan_ports::task;
 
-/// Connections at once, unless told otherwise; more wait to be taken.
+/// Connections at once, unless told otherwise.
 const MOST: usize = 32;
 /// What a request's head may hold.
 const HEAD_BYTES: usize = 16 * 1024;
@@ -42,7 +45,7 @@ pub struct Served {
     pub guarded: Router,
     /// What is no secret: a page that asks for the token, without what the token is for.
     pub public: Router,
-    /// Connections at once; more wait to be taken.
+    /// Connections at once.
     pub connections: usize,
 }
 
@@ -98,34 +101,98 @@ async fn bind(address: &str) -> Result<(TcpListener, SocketAddr), ServerError> {
     Ok((listener, address))
 }
 
-async fn accept(listener: TcpListener, routes: Router, connections: usize) {
-    let seats = Arc::new(Semaphore::new(connections));
+/// Takes connections; in a full house the one that has been without a request for longest makes room.
+async fn accept(listener: TcpListener, routes: Router, most: usize) {
     let mut serving = JoinSet::new();
+    let mut seats: VecDeque<Seat> = VecDeque::new();
     loop {
-        // It is never closed.
-        let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
         match listener.accept().await {
             Ok((stream, _)) => {
-                let routes = routes.clone();
-                serving.spawn(task(async move {
-                    serve(stream, routes).await;
-                    drop(seat);
-                }));
+                while serving.try_join_next().is_some() {}
+                seats.retain(|seat| !seat.serving.is_finished());
+                if seats.len() >= most {
+                    // Where all of them work, the oldest: an answer takes a second at most.
+                    let idle = seats.iter().position(|seat| !seat.requests.is_busy()).unwrap_or_default();
+                    if let Some(seat) = seats.remove(idle) {
+                        seat.serving.abort();
+                    }
+                }
+                let requests = Requests::default();
+                let work = serve(stream, routes.clone(), requests.clone());
+                seats.push_back(Seat { serving: serving.spawn(task(work)), requests });
             }
             Err(_) => rowscan_ports::clock::retry_pause().await,
         }
-        while serving.try_join_next().is_some() {}
     }
 }
 
-async fn serve(stream: TcpStream, routes: Router) {
+/// A connection.
+struct Seat {
+    serving: AbortHandle,
+    requests: Requests,
+}
+
+/// Requests of a connection that are being answered.
+#[derive(Clone, Debug, Default)]
+struct Requests(Arc<AtomicUsize>);
+
+impl Requests {
+    fn is_busy(&self) -> bool {
+        self.0.load(Ordering::Acquire) > 0
+    }
+}
+
+async fn serve(stream: TcpStream, routes: Router, requests: Requests) {
     let _ = stream.set_nodelay(true);
     let mut http = http1::Builder::new();
     http.timer(clock::hyper_timer())
         .header_read_timeout(clock::HEAD)
         .max_buf_size(HEAD_BYTES)
         .keep_alive(true);
-    let connection = http.serve_connection(TokioIo::new(stream), TowerToHyperService::new(routes));
+    let routes = TowerToHyperService::new(routes);
+    let counted = hyper::service::service_fn(move |request: Request<_>| {
+        let (answer, requests) = (routes.call(request), requests.clone());
+        requests.0.fetch_add(1, Ordering::AcqRel);
+        async move {
+            let answer = answer.await;
+            // A connection that has become a socket of its own is busy to its end.
+            if !answer.as_ref().is_ok_and(|answer| answer.status() == StatusCode::SWITCHING_PROTOCOLS) {
+                requests.0.fetch_sub(1, Ordering::AcqRel);
+            }
+            answer
+        }
+    });
+    let connection = http.serve_connection(TokioIo::new(stream), counted);
     // Upgrades, so that a WebSocket may be among the routes. A client that breaks off has its reasons.
     let _ = connection.with_upgrades().await;
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::routing::get;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::time::{Duration, timeout};
+
+    use super::*;
+
+    #[tokio::test]
+    async fn connections_that_say_nothing_make_room() {
+        let routes = Router::new().route("/here", get(|| async { "here" }));
+        let server = Server::open("127.0.0.1:0", routes, |_| Guard::open()).await.expect("a port");
+        let mut silent = Vec::new();
+        for _ in 0..MOST + 8 {
+            silent.push(TcpStream::connect(server.address()).await.expect("it is taken"));
+        }
+        let mut client = TcpStream::connect(server.address()).await.expect("it is taken");
+        let request = format!("GET /here HTTP/1.1\r\nHost: {}\r\n\r\n", server.address());
+        client.write_all(request.as_bytes()).await.expect("sent");
+        let mut answer = [0; 15];
+        // Less than a silent connection may take for its head.
+        let read = timeout(clock::HEAD / 2, client.read_exact(&mut answer)).await;
+        read.expect("it is answered at once").expect("whole");
+        assert_eq!(&answer, b"HTTP/1.1 200 OK");
+        // The first of those who said nothing have gone.
+        let gone = timeout(Duration::from_secs(4), silent[0].read(&mut answer)).await;
+        assert!(matches!(gone, Ok(Ok(0) | Err(_))), "{gone:?}");
+    }
 }

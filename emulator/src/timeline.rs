@@ -239,6 +239,7 @@ impl Timeline {
                 continue;
             }
             if let Some(at) = due {
+                clock.expect(at);
                 if self.end.is_some_and(|end| end.is_before(at, &self.tractor, self.scan_instants)) {
                     self.drain().await;
                     return Ok(());

@@ -182,6 +182,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         let why = "expected a speed above 0, found `speed_m_s = 0` in the rig: the tractor would never pass the row";
         return Err(Failure::Usage(why.to_owned()));
     }
+    args.picture.as_deref().map_or(Ok(()), output::can_be_written)?;
     let (set_up, reading) = args.set_up(&stage).await?;
     let (model, scans) = (set_up.model(), set_up.scans());
     say(format_args!("a virtual {model} is at {}, seed {}", set_up.source, stage.scene.seed));

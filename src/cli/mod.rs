@@ -394,7 +394,7 @@ pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
         Ok(Outcome::Finding) => ExitCode::from(1),
         Ok(Outcome::Interrupted(signal)) => ExitCode::from(128 + signal),
         // A reader that has read enough (`| head`) is not a failure.
-        Err(Failure::Write { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(Failure::Write { cause, .. }) if is_closed_pipe(&cause) => ExitCode::SUCCESS,
         Err(Failure::Arguments(error)) => {
             // Help goes to standard output; nothing is left to be done if nobody takes it.
             let _ = error.print();
@@ -405,4 +405,16 @@ pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
             ExitCode::from(failure.exit_code())
         }
     }
+}
+
+/// True if nobody reads any more what is written, as the system said, or as a library did that was told so.
+fn is_closed_pipe(cause: &io::Error) -> bool {
+    let mut next = cause.get_ref().map(|inner| inner as &(dyn std::error::Error + 'static));
+    let below = std::iter::from_fn(|| {
+        let this = next?;
+        next = this.source();
+        Some(this)
+    });
+    let is_pipe = |cause: &io::Error| cause.kind() == io::ErrorKind::BrokenPipe;
+    is_pipe(cause) || below.into_iter().any(|cause| cause.downcast_ref().is_some_and(is_pipe))
 }

@@ -12,7 +12,7 @@ use rowscan_canopy::Calibration;
 use rowscan_files::{OutputFile, is_standard_output};
 use serde_json::Value;
 
-use super::{Failure, Format};
+use super::{Failure, Format, is_closed_pipe};
 
 /// Says something to the user, beside the data.
 #[allow(clippy::print_stderr, reason = "the command line's voice")]
@@ -63,7 +63,7 @@ pub(super) fn print_json(format: Format, document: &dyn Serialize) -> Result<(),
 /// Tells scripts of an event, on one line. A command that serves goes on if nobody reads its events any more.
 pub(super) fn print_event(event: &dyn Serialize) -> Result<(), Failure> {
     match print_json(Format::Jsonl, event) {
-        Err(Failure::Write { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        Err(Failure::Write { cause, .. }) if is_closed_pipe(&cause) => Ok(()),
         told => told,
     }
 }

@@ -1,6 +1,5 @@
 //! Flags for what else on the tractor speaks, and for the canopy sensor's own bus.
 
-
 use rowscan_bench::{BenchSpec, BusSpec, NmeaSpec};
 use rowscan_bus::nmea::NmeaAddress;
 use rowscan_bus::{Bus, BusAddress, BusNews, Inbox};

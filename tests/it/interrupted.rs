@@ -6,6 +6,8 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use common::binary::{Emulator, Ended, finish, rowscan, run};
+use rowscan::feature::Feature;
+use rowscan_protocol::frame::{Dialect, encode};
 
 fn interrupted(args: &[&str], after: Duration) -> Ended {
     signalled(args, "INT", after)
@@ -87,4 +89,57 @@ fn a_reader_that_has_read_enough_is_no_failure() {
     drop(child.stdout.take());
     assert_eq!(finish(child).code, Some(0));
     assert_eq!(run(&["models"]).code, Some(0));
+}
+
+#[test]
+fn a_closed_pipe_is_the_same_for_every_command_and_format() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scans.bin");
+    std::fs::write(&file, scans(400)).expect("written");
+    let file = file.to_str().expect("UTF-8");
+    let mut lines = vec![
+        vec!["decode", file],
+        vec!["decode", file, "--format", "jsonl"],
+        vec!["record", file, "-o", "-"],
+        vec!["orchard", "parameters", "spindle"],
+        vec!["orchard", "truth", "post", "--format", "csv"],
+        vec!["orchard", "export", "post", "--svg", "-"],
+        vec!["bus", "dbc"],
+        vec!["faults"],
+        vec!["schema", "scene"],
+        vec!["rig", "new"],
+        vec!["scene", "show", "post"],
+    ];
+    let mut formats = vec!["csv", "npy", "ply"];
+    if Feature::Tables.is_built() {
+        formats.extend(["las", "parquet"]);
+    }
+    for format in formats {
+        lines.push(vec!["export", file, "--what", "points", "--to", format, "-o", "-"]);
+    }
+    for line in lines {
+        let mut child = rowscan()
+            .args(&line)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary runs");
+        drop(child.stdout.take());
+        let ended = finish(child);
+        assert_eq!(ended.code, Some(0), "{line:?}: {}", ended.stderr);
+        assert!(!ended.stderr.contains("Broken pipe"), "{line:?}: {}", ended.stderr);
+    }
+}
+
+/// So many scans of a few beams.
+fn scans(count: u16) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for counter in 0..count {
+        let scan = format!(
+            "sSN LMDscandata 1 1 16F4C7A 0 0 {counter:X} {counter:X} {0:X} {0:X} 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0",
+            u32::from(counter) * 20_000,
+        );
+        encode(Dialect::A, scan.as_bytes(), &mut bytes);
+    }
+    bytes
 }

@@ -4,6 +4,8 @@ use std::any::TypeId;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use rowscan_protocol::frame::{Dialect, encode};
+
 use crate::common::binary::{assert_says, run, text};
 use crate::common::studies::small;
 
@@ -16,6 +18,7 @@ enum Holds {
     Classes,
     Leaves,
     Scans,
+    Recording,
     Faults,
     Scenario,
     Shard,
@@ -28,15 +31,49 @@ type Case = (&'static str, &'static str, Holds, &'static str, &'static [&'static
 /// Every option that names a file to be written. A new one without a case here fails the test below.
 const CASES: &[Case] = &[
     ("demo", "picture", Holds::Scene, "f.png", &["demo", "F", "--time-scale", "max", "--picture", "F"]),
-    ("emulate", "truth", Holds::Scene, "f.csv", &["emulate", "F", "--tcp", "127.0.0.1:0", "--truth", "F"]),
+    (
+        "emulate",
+        "truth",
+        Holds::Scene,
+        "f.csv",
+        &["emulate", "F", "--seconds", "1", "--time-scale", "max", "--tcp", "127.0.0.1:0", "--truth", "F"],
+    ),
     (
         "emulate",
         "truth",
         Holds::Faults,
         "f.csv",
-        &["emulate", "post", "--tcp", "127.0.0.1:0", "--faults", "F", "--truth", "F"],
+        &[
+            "emulate",
+            "post",
+            "--seconds",
+            "1",
+            "--time-scale",
+            "max",
+            "--tcp",
+            "127.0.0.1:0",
+            "--faults",
+            "F",
+            "--truth",
+            "F",
+        ],
     ),
-    ("emulate", "record", Holds::Scene, "f.mcap", &["emulate", "F", "--tcp", "127.0.0.1:0", "--record", "F"]),
+    (
+        "emulate",
+        "record",
+        Holds::Scene,
+        "f.mcap",
+        &["emulate", "F", "--seconds", "1", "--time-scale", "max", "--tcp", "127.0.0.1:0", "--record", "F"],
+    ),
+    ("estimate", "record", Holds::Scans, "f.mcap", &["estimate", "F", "--record", "F"]),
+    ("watch", "record", Holds::Scans, "f.mcap", &["watch", "F", "--web", "127.0.0.1:0", "--record", "F"]),
+    (
+        "replay",
+        "record",
+        Holds::Recording,
+        "f.mcap",
+        &["replay", "F", "--tcp", "127.0.0.1:0", "--record", "F"],
+    ),
     ("check", "junit", Holds::Scenario, "f.toml", &["check", "F", "--junit", "F"]),
     ("check", "junit", Holds::Scenario, "f.toml", &["check", "F", "-j", "2", "--junit", "F"]),
     ("orchard truth", "output", Holds::Scene, "f.csv", &["orchard", "truth", "F", "-o", "F"]),
@@ -258,6 +295,7 @@ fn content(holds: Holds) -> Vec<u8> {
         Holds::Classes => CLASSES.into(),
         Holds::Leaves => leaves(),
         Holds::Scans => b"\x02sRN DeviceIdent\x03".into(),
+        Holds::Recording => recording(),
         Holds::Faults => b"[[fault]]\nkind = \"silence\"\nat_s = 1\n".into(),
         Holds::Scenario => SCENARIO.into(),
         Holds::Shard => shard(),
@@ -300,6 +338,14 @@ command = ["true"]
 [[expect]]
 what = "exit_code"
 "#;
+
+/// A scan, on a loop of replays.
+fn recording() -> Vec<u8> {
+    let scan = b"sSN LMDscandata 1 1 16F4C7A 0 0 1 1 4E20 4E20 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0";
+    let mut bytes = Vec::new();
+    encode(Dialect::A, scan, &mut bytes);
+    bytes
+}
 
 /// A study of four quick orchards.
 fn shard() -> Vec<u8> {

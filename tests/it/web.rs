@@ -16,6 +16,7 @@ use rowscan_protocol::scan::Scan;
 use rowscan_scenes::Orchard;
 use rowscan_web::{About, Gauges, OrchardPicture, ScannerAbout, ScannerGauge, Show, Web};
 use serde_json::Value;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::task::JoinSet;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Bytes, Error, HandshakeError, Message, WebSocket};
@@ -302,6 +303,23 @@ async fn so_many_browsers_and_no_more() {
         });
         assert!(again.is_some(), "its place is free");
     });
+}
+
+/// In simulated time: pictures go on coming, and the browser says nothing to any of them.
+#[tokio::test(start_paused = true)]
+async fn a_browser_that_never_answers_loses_its_seat() {
+    let bench = watched(Guard::open()).await;
+    let address = bench.web.address();
+    let mut socket = tokio::net::TcpStream::connect(address).await.expect("it listens");
+    let request = format!(
+        "GET /watch/live HTTP/1.1\r\nHost: {address}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+    );
+    socket.write_all(request.as_bytes()).await.expect("sent");
+    let mut said = Vec::new();
+    let gone = tokio::time::timeout(Duration::from_secs(120), socket.read_to_end(&mut said)).await;
+    assert!(said.starts_with(b"HTTP/1.1 101"), "{}", String::from_utf8_lossy(&said));
+    assert!(gone.is_ok(), "it still has its seat after two minutes");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -26,7 +26,7 @@ pub(crate) async fn send<F: Future>(work: F) -> Option<F::Output> {
     rowscan_ports::clock::within(SEND, work).await
 }
 
-/// Waits for something to happen to a browser; none if nothing does for long.
-pub(crate) async fn quiet<F: Future>(work: F) -> Option<F::Output> {
-    rowscan_ports::clock::within(QUIET, work).await
+/// Waits as long as a browser may say nothing.
+pub(crate) async fn quiet() {
+    rowscan_ports::clock::rest(QUIET).await;
 }

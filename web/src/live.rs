@@ -55,29 +55,34 @@ enum Event {
     Said(Option<Message>),
     /// There is something new; false if there will not be.
     Exposed(bool),
+    /// It has said nothing for long.
+    Quiet,
 }
 
 impl Browser {
     async fn follow(&mut self, mut exposures: watch::Receiver<Exposure>) {
         let mut is_asked = false;
+        // Since the browser's last word: what it is sent says nothing about whether it still listens.
+        let mut quiet = Box::pin(clock::quiet());
         loop {
-            let event = clock::quiet(async {
-                tokio::select! {
-                    said = self.socket.next() => Event::Said(said.and_then(Result::ok)),
-                    changed = exposures.changed() => Event::Exposed(changed.is_ok()),
-                }
-            });
-            match event.await {
-                Some(Event::Said(Some(Message::Close(_)) | None) | Event::Exposed(false)) => return,
-                Some(Event::Said(Some(said))) => {
+            let event = tokio::select! {
+                said = self.socket.next() => Event::Said(said.and_then(Result::ok)),
+                changed = exposures.changed() => Event::Exposed(changed.is_ok()),
+                () = &mut quiet => Event::Quiet,
+            };
+            match event {
+                Event::Said(Some(Message::Close(_)) | None) | Event::Exposed(false) => return,
+                Event::Said(Some(said)) => {
                     is_asked = false;
+                    quiet.set(clock::quiet());
                     self.hear(&said);
                 }
-                Some(Event::Exposed(true)) => {}
+                Event::Exposed(true) => {}
                 // A page in the background draws nothing, and answers all the same.
-                None if is_asked => return,
-                None => {
+                Event::Quiet if is_asked => return,
+                Event::Quiet => {
                     is_asked = true;
+                    quiet.set(clock::quiet());
                     if !self.send(Message::Ping(Bytes::new())).await {
                         return;
                     }

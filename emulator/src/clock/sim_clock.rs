@@ -10,6 +10,9 @@ use tokio::time::{Instant, sleep_until};
 
 use super::time_scale::{TimeScale, TimeScaleError};
 
+/// How far the timeline may be behind when the pace changes: a minute of scans is passed over in an instant.
+const MOST_BEHIND: SimTime = SimTime(60_000_000_000);
+
 /// Simulated time as the host sees it.
 #[derive(Debug)]
 pub struct SimClock {
@@ -17,6 +20,8 @@ pub struct SimClock {
     pace: watch::Sender<Pace>,
     /// The latest instant the mirror reached, ns; what time it is while the clock waits for its clients.
     reached: AtomicU64,
+    /// When the timeline acts next, ns; the end of time where nobody has said.
+    expected: AtomicU64,
     /// Notified when it gets further.
     moved: Notify,
 }
@@ -66,7 +71,13 @@ impl SimClock {
     pub fn start(scale: TimeScale) -> Self {
         let pace = Pace { scale, from: Duration::ZERO, at: SimTime::ZERO, paused: false, gated: false };
         let epoch = Instant::now();
-        Self { epoch, pace: watch::Sender::new(pace), reached: AtomicU64::new(0), moved: Notify::new() }
+        Self {
+            epoch,
+            pace: watch::Sender::new(pace),
+            reached: AtomicU64::new(0),
+            expected: AtomicU64::new(u64::MAX),
+            moved: Notify::new(),
+        }
     }
 
     /// Host time since it was started.
@@ -149,9 +160,11 @@ impl SimClock {
         }
     }
 
+    /// Time goes on from where the host has come: what it had no time for by far is not lived, or all of it would be due at once.
     fn change(&self, change: impl FnOnce(&mut Pace)) {
         self.pace.send_modify(|pace| {
-            pace.at = self.now_at(pace);
+            let lived = SimTime(self.expected.load(Ordering::Relaxed).saturating_add(MOST_BEHIND.0));
+            pace.at = self.now_at(pace).min(lived.max(pace.at));
             pace.from = self.epoch.elapsed();
             change(pace);
         });
@@ -181,6 +194,11 @@ impl SimClock {
                 }
             }
         }
+    }
+
+    /// The timeline acts next at `at`.
+    pub(crate) fn expect(&self, at: SimTime) {
+        self.expected.store(at.0, Ordering::Relaxed);
     }
 
     /// Simulated time has come to `at`.
@@ -233,6 +251,23 @@ mod tests {
         // tokio's timer rounds up to its next millisecond
         assert!(watch.elapsed().abs_diff(Duration::from_secs(2)) <= Duration::from_millis(1));
         assert_eq!(clock.now().0 / 1_000_000_000, 20);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_the_host_had_no_time_for_is_not_due_at_once() {
+        let clock = SimClock::start(TimeScale::Paced(1.0));
+        clock.reach(SimTime(5_000_000_000)).await;
+        clock.expect(SimTime(5_020_000_000));
+        clock.set_scale(1e6).unwrap();
+        tokio::time::advance(Duration::from_millis(300)).await;
+        clock.set_scale(1.0).unwrap();
+        // 300 000 s have passed, and the scanner has come to second 5.
+        assert_eq!(clock.now(), SimTime(65_020_000_000));
+        // Nothing is due for an hour: that hour is lived.
+        clock.expect(SimTime(3_600_000_000_000));
+        tokio::time::advance(Duration::from_secs(1_000)).await;
+        clock.pause(true);
+        assert_eq!(clock.now().0 / 1_000_000_000, 1065);
     }
 
     #[tokio::test(start_paused = true)]

@@ -17,6 +17,7 @@ mod words;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
+use rowscan_files::Bounded;
 use rowscan_protocol::frame::{Accept, FrameDecoder};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::telegram::Telegram;
@@ -33,6 +34,9 @@ pub(crate) use mcap::read_some;
 
 /// Bytes a file is recognised by, and bytes taken from it at a time.
 const CHUNK: usize = 64 * 1024;
+
+/// Most bytes, unpacked, of a file that is read whole: a capture's packets come in any order, and a text is parsed at once.
+const MOST_BYTES_WHOLE: u64 = 512 * 1024 * 1024;
 
 /// What text in UTF-8 may begin with.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
@@ -65,6 +69,11 @@ pub enum ReadError {
     /// A gzip archive that cannot be unpacked to its end.
     #[error("{0}")]
     Archive(BrokenArchive),
+    /// More bytes than are read of a file that is read whole.
+    #[error(
+        "a file of this kind is read whole, {0}; cut it in parts (a capture: `editcap -c 1000000`), or record as MCAP, which has no bound"
+    )]
+    TooLarge(#[source] io::Error),
     /// No bytes at all.
     #[error("it is empty: expected recorded telegrams, found 0 bytes")]
     Empty,
@@ -138,7 +147,11 @@ fn compressed(found: &str) -> String {
 
 impl From<io::Error> for ReadError {
     fn from(error: io::Error) -> Self {
-        error.downcast::<BrokenArchive>().map_or_else(Self::Io, Self::Archive)
+        match error.downcast::<BrokenArchive>() {
+            Ok(broken) => Self::Archive(broken),
+            Err(error) if error.kind() == io::ErrorKind::FileTooLarge => Self::TooLarge(error),
+            Err(error) => Self::Io(error),
+        }
     }
 }
 
@@ -197,6 +210,9 @@ impl Recording {
         let format = Format::of(&head);
         let kind = language(&head);
         input = Box::new(Cursor::new(head).chain(input));
+        if !matches!(format, Format::Mcap | Format::Raw) {
+            input = Box::new(Bounded::new(input, MOST_BYTES_WHOLE));
+        }
         let scanner = |kind| StreamInfo::new("scanner", kind);
         let mut recording = Self {
             format,

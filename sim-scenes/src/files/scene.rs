@@ -27,7 +27,7 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
 }
 
 /// A mesh of millions of triangles, as text.
-const MOST_BYTES_OF_A_MESH: u64 = 1024 * 1024 * 1024;
+const MOST_BYTES_OF_A_MESH: u64 = 512 * 1024 * 1024;
 
 /// Reads a file that a scene in this folder names.
 ///

@@ -117,6 +117,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     check(&args)?;
     let mut scene = args.scene.scene()?;
     scene.orchard.season = args.season.unwrap_or(scene.orchard.season);
+    output::can_be_written(&args.output)?;
     let stage = grow(scene).await?;
     off_runtime("draw the orchard", move || draw(&args, &stage)).await
 }

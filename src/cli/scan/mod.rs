@@ -133,6 +133,7 @@ fn scan(args: &Args) -> Result<Outcome, Failure> {
     args.picture.as_deref().map(pictured::check).transpose()?;
     args.write.iter().filter_map(|file| file.points()).try_for_each(|(format, _)| format.check())?;
     let mut scene = files::load_scene(&args.scene, say)?;
+    args.picture.as_deref().map_or(Ok(()), output::can_be_written)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     args.optics.over(&mut scene);
     if args.two_rows {

@@ -61,13 +61,14 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         whole_orchard: args.whole_orchard,
         scene: whole.scene,
     };
+    let files = || args.tell.files().chain(args.calibration.as_deref());
     if let Some(Seeds(seeds)) = args.seeds {
-        return match args.shards.run(ConfirmStudy::of_areas(study, seeds)?).await? {
+        return match args.shards.run(ConfirmStudy::of_areas(study, seeds)?, files()).await? {
             Some(whole) => confirmed::tell(&args.tell, args.markdown, whole),
             None => Ok(Outcome::Done),
         };
     }
-    match args.shards.run(study).await? {
+    match args.shards.run(study, files()).await? {
         Some(whole) => tell(&args.tell, args.calibration.as_deref(), whole),
         None => Ok(Outcome::Done),
     }

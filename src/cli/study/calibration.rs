@@ -35,6 +35,7 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut scene = args.scene.scene()?;
+    args.output.as_deref().map_or(Ok(()), output::can_be_written)?;
     let model = args.scene.any_model(&scene.resolved_rig(), 0)?;
     let seeds = args.seeds.0;
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));

@@ -27,8 +27,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if args.rows == 0 {
         return Err(Failure::Usage("--rows: expected 1 or more, found 0".to_owned()));
     }
+    args.tell.no_figure("a coverage study")?;
     let study = CoverageStudy { classes: args.classes.classes()?, rows: args.rows };
-    match args.shards.run(study).await? {
+    match args.shards.run(study, []).await? {
         Some(whole) => tell(&args.tell, whole),
         None => Ok(Outcome::Done),
     }

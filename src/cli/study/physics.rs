@@ -40,6 +40,7 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scene = files::load_scene(&args.scene, say)?;
+    args.figure.as_deref().map_or(Ok(()), output::can_be_written)?;
     let distances_m = distances_m(&args.distance)?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
     let asked = Physics { scene, seeds: args.seeds.0.clone(), models, distances_m };

@@ -56,7 +56,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         clearance_m: args.orchards_of.clearance,
         scene: study.scene,
     };
-    match args.shards.run(study).await? {
+    match args.shards.run(study, args.tell.files()).await? {
         Some(whole) => tell(&args.tell, whole),
         None => Ok(Outcome::Done),
     }

@@ -30,7 +30,7 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let study = sweep::read(&args.file, args.seed, args.repeats, say)?;
-    match args.shards.run(study).await? {
+    match args.shards.run(study, args.tell.files()).await? {
         Some(whole) => tell(&args.tell, whole),
         None => Ok(Outcome::Done),
     }

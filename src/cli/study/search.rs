@@ -52,6 +52,7 @@ pub(in crate::cli) struct Args {
 pub(super) const BEST: usize = 10;
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
+    args.tell.no_figure("a search")?;
     let study = search::read(&args.file, say)?;
     if let Some(Seeds(seeds)) = args.confirm {
         let points = match (args.selected.as_slice(), args.points) {
@@ -63,12 +64,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             }
         };
         let study = ConfirmStudy::new(study, points, seeds)?;
-        return match args.shards.run(study).await? {
+        return match args.shards.run(study, []).await? {
             Some(whole) => confirmed::tell(&args.tell, args.markdown, whole),
             None => Ok(Outcome::Done),
         };
     }
-    match args.shards.run(study).await? {
+    match args.shards.run(study, []).await? {
         Some(whole) => tell(&args.tell, args.best, whole),
         None => Ok(Outcome::Done),
     }

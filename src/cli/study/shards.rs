@@ -15,7 +15,7 @@ use rowscan_study::journal::{self, Journal};
 use rowscan_study::{Header, Shard, ShardFile, Study, Unit, Whole, merge};
 
 /// Longest file of a study that is read.
-const MOST_BYTES: u64 = 1024 * 1024 * 1024;
+const MOST_BYTES: u64 = 512 * 1024 * 1024;
 
 /// The flags of every study that can be cut in parts.
 #[derive(Clone, Debug, clap::Args)]
@@ -38,7 +38,12 @@ impl ShardArgs {
     }
 
     /// Runs the study or its part. None if it was a part, or all that was asked for is the file.
-    pub(super) async fn run<S: Study + Send + 'static>(&self, study: S) -> Result<Option<Whole<S>>, Failure> {
+    /// `further`: files that its report is written to.
+    pub(super) async fn run<'a, S: Study + Send + 'static>(
+        &self,
+        study: S,
+        further: impl IntoIterator<Item = &'a Path>,
+    ) -> Result<Option<Whole<S>>, Failure> {
         if self.shard != Shard::WHOLE && self.output.is_none() {
             return Err(Failure::Usage(
                 "a shard needs a file to go to: add --output FILE, and join the files with `rowscan study merge`"
@@ -46,7 +51,7 @@ impl ShardArgs {
             ));
         }
         // Before hours of work, not behind them.
-        self.output.as_deref().map_or(Ok(()), output::can_be_written)?;
+        self.output.as_deref().into_iter().chain(further).try_for_each(output::can_be_written)?;
         let args = self.clone();
         let work = move || args.work(&study).map(|units| (study, units));
         let (study, units) = off_runtime("run the study", work).await?;

@@ -1,6 +1,6 @@
 //! How a whole study is told: the flags every study and `merge` have.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, Format};
@@ -31,6 +31,11 @@ impl TellArgs {
             Some(_) => Err(Failure::Usage(format!("{what} has no figure: leave out --figure"))),
             None => Ok(()),
         }
+    }
+
+    /// The file that is drawn to, if any.
+    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.figure.as_deref().into_iter()
     }
 
     /// Draws the figure, if one was asked for.

@@ -45,8 +45,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if args.rows < FEWEST {
         return Err(Failure::Usage(format!("--rows: expected {FEWEST} or more, found {}", args.rows)));
     }
+    args.tell.no_figure("a transfer study")?;
     let study = TransferStudy { classes: args.classes.classes()?, rows: args.rows };
-    match args.shards.run(study).await? {
+    match args.shards.run(study, args.told.between_class.as_deref()).await? {
         Some(whole) => tell(&args.tell, &args.told, whole),
         None => Ok(Outcome::Done),
     }

@@ -37,7 +37,7 @@ pub(super) struct WebArgs {
     /// Ask everyone for this token [default: on loopback none; elsewhere one that is made up and printed]
     #[arg(long, value_name = "TOKEN", requires = "web", value_parser = token)]
     web_token: Option<String>,
-    /// Show what happens in Foxglove or Lichtblick, which connect to this address, on loopback; port 0 takes a free one
+    /// Show what happens in Foxglove or Lichtblick, which connect to this address, on loopback; port 0 takes a free one. Its protocol has no token: any program of this machine may connect, as often as it likes
     #[arg(long, value_name = "ADDR", value_parser = address)]
     foxglove: Option<SocketAddr>,
 }
