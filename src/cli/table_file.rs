@@ -62,7 +62,11 @@ fn io_error(cause: ExportError) -> io::Error {
     match cause.downcast::<io::Error>() {
         Ok(cause) => *cause,
         Err(cause) => match cause.downcast::<csv::Error>() {
-            Ok(cause) => io::Error::from(*cause),
+            Ok(cause) if cause.is_io_error() => match cause.into_kind() {
+                csv::ErrorKind::Io(cause) => cause,
+                _ => io::ErrorKind::Other.into(),
+            },
+            Ok(cause) => io::Error::other(cause),
             Err(cause) => io::Error::other(cause),
         },
     }

@@ -170,7 +170,11 @@ async fn a_restart_drops_every_client_and_comes_back_with_what_was_saved() {
     assert_eq!(first.scan_counter, 4);
 
     let (mut other, _) = bench("lms111");
-    StateFile::open(&path, |text| other.restore(text)).expect("it is one");
+    // The emulator keeps it: another one may not.
+    let taken = StateFile::open(&path, |text| other.restore(text)).expect_err("it is in use");
+    assert!(taken.to_string().contains("another running scanner's"), "{taken}");
+    let saved = std::fs::read_to_string(&path).expect("saved");
+    other.restore(&saved).expect("settings");
     assert!(other.saved_settings().contains("sWN LocationName 5 saved\n"));
 }
 

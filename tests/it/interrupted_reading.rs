@@ -17,7 +17,7 @@ const CASES: &[&[&str]] = &[
     &["orchard", "grow", "F"],
     &["orchard", "truth", "F"],
     &["orchard", "import", "--leaves", "F"],
-    &["orchard", "export", "F"],
+    &["orchard", "export", "F", "--svg", "/dev/null"],
     &["orchard", "render", "F", "-o", "/dev/null"],
     &["orchard", "statistics", "F"],
     &["orchard", "parameters", "F"],
@@ -43,7 +43,7 @@ const CASES: &[&[&str]] = &[
     &["export", "F", "--to", "csv", "-o", "/dev/null"],
     &["decode", "F"],
     &["bus", "decode", "F"],
-    &["proxy", "127.0.0.1:9", "--tcp", "127.0.0.1:0", "--faults", "F"],
+    &["proxy", "tcp://127.0.0.1:9", "--tcp", "127.0.0.1:0", "--faults", "F"],
     &["scene", "check", "F"],
     &["scene", "show", "F"],
     &["rig", "check", "F"],
@@ -92,7 +92,8 @@ fn ended_by_a_signal(file: &str, cases: &[&[&str]]) -> Vec<String> {
         assert!(had_ended || sent.expect("kill runs").success());
         let ended = finish(child);
         // Commands that serve end in order with 0; none: the system ended what had hardly begun.
-        let expected = if had_ended { ended.code.is_some() } else { matches!(ended.code, Some(143 | 0) | None) };
+        let expected =
+            if had_ended { ended.code.is_some() } else { matches!(ended.code, Some(143 | 0) | None) };
         if !expected {
             wrong.push(format!("{line}: exit {:?}: {}", ended.code, ended.stderr));
         }

@@ -71,7 +71,7 @@ async fn a_row_driven_by_stop_and_go_is_estimated_as_one_driven_evenly_online_an
     let offline = Trial::run(stop_and_go(), model, None).expect("it runs").estimate;
     let online = online(stop_and_go(), model, Dialect::B).await;
     assert_eq!(bits(&online), bits(&offline));
-    let area = |estimate: &Estimate| estimate.leaf.areas.contact_raw_m2().ok().expect("the rig is known");
+    let area = |estimate: &Estimate| estimate.leaf.areas.contact_raw_m2().expect("the rig is known");
     let off = area(&offline) / area(&evenly) - 1.0;
     assert!(off.abs() < 0.03, "standing adds no leaf area: {:+.1} %", 100.0 * off);
     assert!(offline.scans > 2 * evenly.scans, "{} scans, {} when driven evenly", offline.scans, evenly.scans);

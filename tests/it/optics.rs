@@ -51,7 +51,7 @@ async fn a_rig_that_reads_remission_asks_the_scanner_for_it_and_counts_shares() 
     let scene = || reading(Some(RemissionReading::Model));
     let offline = Trial::run(scene(), model, None).expect("it runs").estimate;
     assert_eq!(bits(&online(scene(), model, Dialect::B).await), bits(&offline));
-    let shares_m2 = offline.leaf.areas.share_raw_m2().ok().expect("remission is read");
+    let shares_m2 = offline.leaf.areas.share_raw_m2().expect("remission is read");
     assert!(shares_m2 > 0.0 && offline.warnings.iter().any(|warning| warning.code() == "remission_assumed"));
     let silent = Trial::run(reading(None), model, None).expect("it runs").estimate;
     assert_eq!(silent.leaf.areas.share_raw_m2().ok(), None);
@@ -83,7 +83,7 @@ fn thin_and_dense_rows_read_right_by_shares_where_contact_makes_half_of_their_di
             load_calibration_for("spindle", "lms111", Some(BeamWidth::Device)).expect("shipped");
         let trial =
             Trial::run(scene, model::by_name("lms111").expect("known"), calibration).expect("it runs");
-        trial.estimate.leaf.areas.best_m2().ok().expect("an area") / trial.truth.leaf_area_m2 - 1.0
+        trial.estimate.leaf.areas.best_m2().expect("an area") / trial.truth.leaf_area_m2 - 1.0
     };
     let (by_shares, by_contact) = (
         [0.8, 2.0].map(|lai| error(lai, Some(RemissionReading::Model))),

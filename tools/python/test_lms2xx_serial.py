@@ -155,7 +155,7 @@ def test_close_and_reopen_and_killed_clients(line):
 def test_an_ordinary_user_reopens_what_a_killed_client_held_exclusively(rowscan, tmp_path):
     """Root opens exclusive ports anyway, so the whole test runs as nobody."""
     os.chmod(tmp_path, 0o777)
-    for folder in list(tmp_path.parents)[:2]:
+    for folder in list(tmp_path.parents)[:3]:
         os.chmod(folder, 0o755)
     can_run = subprocess.run([rowscan.binary(), "--version"], user=65534, group=65534, check=False,
                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd="/")

@@ -51,7 +51,8 @@ impl ShardArgs {
             ));
         }
         // Before hours of work, not behind them.
-        self.output.as_deref().into_iter().chain(further).try_for_each(output::can_be_written)?;
+        self.output.as_deref().map_or(Ok(()), output::can_be_written)?;
+        further.into_iter().try_for_each(output::can_be_written)?;
         let args = self.clone();
         let work = move || args.work(&study).map(|units| (study, units));
         let (study, units) = off_runtime("run the study", work).await?;

@@ -169,6 +169,12 @@ const RULES: &[Rule] = &[
         why: "faults know bytes and telegrams' boundaries, no device, no driver and no command line",
     },
     Rule {
+        package: "rowscan-files",
+        features: Features::All,
+        forbidden: &["tokio", "mio", "socket2", "serde", "rowscan-protocol", "rowscan"],
+        why: "who opens files knows nothing of what is in them",
+    },
+    Rule {
         package: "rowscan-strict-toml",
         features: Features::All,
         forbidden: &["tokio", "mio", "socket2", "rowscan-protocol", "rowscan"],
