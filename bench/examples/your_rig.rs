@@ -1,4 +1,5 @@
 //! A scanner and a CAN bus of one virtual tractor, for a controller of yours. `cargo run --example your_rig --features files`
+#![allow(clippy::print_stdout, reason = "an example prints")]
 
 use rowscan_bench::rowscan_emulator::{clock::TimeScale, stage::Stage};
 use rowscan_bench::rowscan_protocol::model::AnyModel;

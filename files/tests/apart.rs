@@ -1,4 +1,5 @@
 //! Inputs are not written over, by any of their names. One test in a process of its own: what is opened belongs to the process.
+#![allow(clippy::expect_used, reason = "helpers are not known as tests")]
 
 use std::fs;
 use std::io::{ErrorKind, Write};

@@ -21,9 +21,9 @@ const SILENCE: Limit = Limit::Silent(Duration::from_secs(5 * 60));
 const TESTS_A_PROCESSOR: usize = 2;
 
 /// A program of tests, and the folder of its package, where it runs.
-struct Program {
-    path: PathBuf,
-    folder: PathBuf,
+pub struct Program {
+    pub path: PathBuf,
+    pub folder: PathBuf,
 }
 
 /// Builds every test of the workspace, and the binary with them.
@@ -73,7 +73,7 @@ pub fn run_examples(workspace: &Workspace) -> Outcome {
 }
 
 /// Every program of tests, as cargo tells of it; built, if it is not.
-fn programs(workspace: &Workspace) -> Result<Vec<Program>, String> {
+pub fn programs(workspace: &Workspace) -> Result<Vec<Program>, String> {
     let mut command = workspace.cargo(&["test", "--workspace", "--no-run", "--quiet"]);
     command.args(FULL).arg("--message-format=json-render-diagnostics");
     let told = shell::capture(&mut command)?;

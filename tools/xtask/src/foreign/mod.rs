@@ -30,7 +30,7 @@ const PARTS: &[Step] = &[
 const BUILD: Step = Step::new("build", |workspace| Outcome::from_result(workspace.build_binary()));
 
 /// SocketCAN in a virtual machine.
-const VCAN: Step = Step::new("vcan", vcan::run).taking(8);
+const VCAN: Step = Step::new("vcan", vcan::run).taking(4);
 
 /// `cargo xtask vcan`: that part alone, with the binary as it stands.
 pub fn vcan(workspace: &Workspace, _: &[String]) -> ExitCode {

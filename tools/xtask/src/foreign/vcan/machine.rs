@@ -94,7 +94,7 @@ impl Machine {
             Command::new("qemu-system-x86_64")
         };
         command.args(["-nodefaults", "-no-user-config", "-accel", "tcg", "-cpu", "max", "-M", "q35"]);
-        command.args(["-m", "384", "-display", "none", "-net", "none", "-no-reboot", "-serial", "stdio"]);
+        command.args(["-m", "1024", "-display", "none", "-net", "none", "-no-reboot", "-serial", "stdio"]);
         command.arg("-chardev").arg(format!("serial,id=adapter,path={}", line.display()));
         command.args(["-serial", "chardev:adapter"]);
         command.arg("-kernel").arg(&self.kernel).arg("-initrd").arg(&self.initramfs);

@@ -11,6 +11,7 @@ use serde_json::Value;
 use self::machine::{Machine, last};
 use crate::counts::Counts;
 use crate::emulator::Emulator;
+use crate::rust_tests::{Program, programs};
 use crate::shell;
 use crate::steps::Outcome;
 use crate::workspace::Workspace;
@@ -119,16 +120,14 @@ fn judge(workspace: &Workspace, debian: PathBuf, binary: &Path, counts: &mut Cou
     Ok(())
 }
 
-/// The end-to-end tests, of which the machine runs those of SocketCAN, built like the binary.
+/// The end-to-end tests, of which the machine runs those of SocketCAN, as they are built for `ci`.
 fn test_binary(workspace: &Workspace) -> Result<PathBuf, String> {
-    let mut build = workspace.cargo(&["test", "--release", "-p", "rowscan", "--test", "it", "--no-run"]);
-    let messages = shell::capture(build.args(["--message-format", "json"]))?;
-    let executable = |line: &str| {
-        let message: Value = serde_json::from_str(line).ok()?;
-        let ours = message["target"]["name"] == "it";
-        ours.then(|| message["executable"].as_str().map(PathBuf::from)).flatten()
+    let is_end_to_end = |program: &Program| {
+        let name = program.path.file_name().unwrap_or_default().to_string_lossy();
+        program.folder == workspace.root && name.starts_with("it-")
     };
-    messages.lines().find_map(executable).ok_or_else(|| "cargo built no end-to-end tests".to_owned())
+    let found = programs(workspace)?.into_iter().find(is_end_to_end);
+    found.map(|program| program.path).ok_or_else(|| "cargo built no end-to-end tests".to_owned())
 }
 
 /// What the machine showed under a name.
