@@ -427,7 +427,8 @@ impl Device {
                     self.cut_off();
                     self.queue(now, alloc::vec![NAK], None);
                 }
-                Received::Ack | Received::Nak => {}
+                // A device hears no device.
+                Received::CutOff { .. } | Received::Ack | Received::Nak => {}
             }
         }
         self.decoder = decoder;

@@ -92,7 +92,7 @@ impl Line {
                 Some(Received::Ack) => return Some(Heard::Ack),
                 Some(Received::Nak) => return Some(Heard::Nak),
                 Some(Received::Frame(frame)) => return Some(Heard::Body(frame.body.to_vec())),
-                Some(Received::Broken) => {}
+                Some(Received::Broken | Received::CutOff { .. }) => {}
                 None if self.now >= end => return None,
                 None => drop(self.step(end)),
             }
