@@ -250,7 +250,7 @@ async fn follow(
     });
     let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };
     let mut scanner = Scanner::open(&named.it, config).await?;
-    let _telling = LinkTeller::start(&scanner, named.name.clone());
+    let _telling = LinkTeller::start(&scanner, named.name.clone(), None);
     let watch = Stopwatch::start();
     let mut scans = 0;
     while scanner.next().await?.is_some() {

@@ -188,7 +188,11 @@ fn a_damaged_lms2xx_log_is_decoded_in_its_own_language() {
     let [good, bad] = [serde_json::json!("telegram"), serde_json::json!("bad")];
     let length = serde_json::json!(scan.len());
     assert_eq!(told, [&good, &good, &bad, &good, &good].map(|is| (is, &length)), "{}", ended.stdout);
-    assert!(lines[2]["expected"].as_str().is_some_and(|expected| expected.starts_with("CRC ")), "{}", lines[2]);
+    assert!(
+        lines[2]["expected"].as_str().is_some_and(|expected| expected.starts_with("CRC ")),
+        "{}",
+        lines[2]
+    );
 }
 
 #[test]
@@ -340,10 +344,5 @@ fn a_raw_file_that_ends_inside_a_telegram_is_converted_and_told() {
     assert_eq!((decoded.code, decoded.stdout.matches("\"bad\"").count()), (Some(1), 1), "{}", decoded.stdout);
     std::fs::write(file("whole.bin"), &whole).expect("written");
     let ended = run(&["record", &file("whole.bin"), "-o", &file("whole.mcap")]);
-    assert_eq!(
-        (ended.code, ended.stderr.contains("broken off")),
-        (Some(0), false),
-        "{}",
-        ended.stderr
-    );
+    assert_eq!((ended.code, ended.stderr.contains("broken off")), (Some(0), false), "{}", ended.stderr);
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rowscan_protocol::device::DeviceEvent as Event;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
-use rowscan_protocol::model::{MODELS, Model};
+use rowscan_protocol::model::{AnyModel, MODELS, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
@@ -325,6 +325,13 @@ impl Part {
     /// All scans came at one instant: the recording's clock tells nothing of them.
     fn stands_still(&self) -> bool {
         self.is_scanner() && self.scans > 1 && self.first_scan_ns == self.last_scan_ns
+    }
+
+    /// The model that the device says it is, if it was asked.
+    pub fn told_model(&self) -> Option<AnyModel> {
+        let serial = self.lms2xx.type_text().map(|text| text.rsplit_once(';').unwrap_or((text, "")));
+        let (ident, firmware) = serial.or_else(|| Some((self.ident.as_deref()?, "")))?;
+        AnyModel::of_device(ident, firmware)
     }
 
     /// A scanner's telegrams, and not another instrument's bytes.

@@ -14,6 +14,7 @@ use super::endpoint::announce_all;
 use super::events::{self, End};
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
+use super::link_events::other_model;
 use super::output::say;
 use super::recorder::RecordArgs;
 use super::stream_states::state_of;
@@ -118,6 +119,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             say(format_args!(
                 "{name}: by its beams and answers taken for the model {title}; --model says otherwise"
             ));
+        }
+    }
+    if let Some(asked) = asked.filter(|_| !args.verbatim) {
+        for part in &parts {
+            if let Some(other) = part.told_model().and_then(|told| other_model(told, asked)) {
+                say(format_args!("{}: {other}", part.name));
+            }
         }
     }
     let faulting = bench.faults().cloned().zip(bench.take_fault_events());
