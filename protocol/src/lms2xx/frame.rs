@@ -211,6 +211,15 @@ impl FrameDecoder {
         self.ended = true;
     }
 
+    /// True if a good frame has come behind the beginning of another that is not whole: no more will come of that one.
+    pub fn holds_frame(&self) -> bool {
+        let pending = self.buffer.get(self.start..).unwrap_or_default();
+        (1..pending.len()).any(|at| {
+            let rest = pending.get(at..).unwrap_or_default();
+            rest.get(1).is_some_and(|address| self.hears(*address)) && whole(rest).is_some()
+        })
+    }
+
     /// What was seen so far.
     pub fn counts(&self) -> FrameCounts {
         self.counts
@@ -284,15 +293,18 @@ impl FrameDecoder {
         }
     }
 
-    fn probe(&self) -> Probe {
-        let bytes = self.buffer.get(self.start..).unwrap_or_default();
-        let Some(&address) = bytes.get(1) else { return Probe::Incomplete };
-        let heard = match self.listener {
+    fn hears(&self, address: u8) -> bool {
+        match self.listener {
             Listener::Device => address == 0,
             Listener::Host => address & FROM_DEVICE != 0,
             Listener::Either => true,
-        };
-        if !heard {
+        }
+    }
+
+    fn probe(&self) -> Probe {
+        let bytes = self.buffer.get(self.start..).unwrap_or_default();
+        let Some(&address) = bytes.get(1) else { return Probe::Incomplete };
+        if !self.hears(address) {
             return Probe::NotAFrame;
         }
         let Some(&[low, high]) = bytes.get(2..HEADER) else { return Probe::Incomplete };
