@@ -253,13 +253,13 @@ impl Opening<'_> {
     /// The device that answers what the recording does not, and the model that it was taken for where nothing says which.
     fn device(&self, part: &Part) -> Result<(Device, Option<&'static str>), BenchError> {
         let survey = self.spec.survey;
-        let asked = match self.spec.model {
-            Some(AnyModel::Cola(model)) => Some(model),
-            Some(AnyModel::Lms2xx(model)) => return Err(foreign(part, model.title)),
-            None => None,
-        };
         // Nobody is answered.
         let silent = part.is_verbatim(self.spec.verbatim);
+        let asked = match self.spec.model {
+            Some(AnyModel::Cola(model)) => Some(model),
+            Some(AnyModel::Lms2xx(model)) if !silent => return Err(foreign(part, model.title)),
+            Some(AnyModel::Lms2xx(_)) | None => None,
+        };
         let model = match (model_of(survey, part, asked), MODELS.first()) {
             (Err(ReplayError::UnknownModel { .. }), Some(any)) if silent => *any,
             (found, _) => found?,
@@ -294,7 +294,8 @@ impl Opening<'_> {
             ..SerialConfig::at(scale)
         };
         let emulator = SerialEmulator::replay(device, &part.name, line.wire, spec.clock(), config);
-        let outlet = Outlet::lms2xx(&emulator).ok_or_else(not_one)?.read_by(Vec::from_iter(line.untaken));
+        let outlet = Outlet::lms2xx(&emulator, part).ok_or_else(not_one)?;
+        let outlet = outlet.read_by(Vec::from_iter(line.untaken));
         let scanner: Option<Box<dyn VirtualScanner>> = Some(Box::new(emulator));
         Ok((ReplayedStream { name: part.name.clone(), taken_for: None, scanner }, outlet))
     }

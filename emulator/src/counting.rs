@@ -14,7 +14,7 @@ use crate::shared::EmulatorCounts;
 pub struct ScannerCounts {
     /// Scan telegrams handed to clients.
     pub scans_sent: u64,
-    /// Scan telegrams that clients were too slow to take.
+    /// Scan telegrams that clients, or a line, were too slow to take.
     pub scans_dropped: Option<u64>,
     /// Scans left out because the host was too slow.
     pub scans_missed: Option<u64>,
@@ -64,7 +64,8 @@ impl From<EmulatorCounts> for ScannerCounts {
 
 impl From<SerialCounts> for ScannerCounts {
     fn from(counts: SerialCounts) -> Self {
-        Self { scans_sent: counts.scans_sent, bytes_lost: Some(counts.bytes_lost), ..Self::default() }
+        let SerialCounts { scans_sent, scans_dropped, bytes_lost } = counts;
+        Self { scans_sent, scans_dropped, bytes_lost: Some(bytes_lost), ..Self::default() }
     }
 }
 

@@ -79,6 +79,8 @@ pub fn pause_slack(profile: Profile, scale: TimeScale) -> Duration {
 pub struct SerialCounts {
     /// Scan telegrams put on the line.
     pub scans_sent: u64,
+    /// Recorded scan telegrams that came faster than the line carries them; none where it measures by itself.
+    pub scans_dropped: Option<u64>,
     /// Bytes lost because the client did not take them.
     pub bytes_lost: u64,
 }
@@ -323,7 +325,6 @@ impl Lms2xxScanner {
         }
         let now = self.clock.now();
         if let Some(bytes) = self.device.poll_transmit(now) {
-            self.tap.record(Side::Device, &bytes);
             if let (Some(lines), Values::Seen(world), Some(scan)) =
                 (&mut self.lines, &self.values, self.last_scan)
             {
@@ -393,6 +394,8 @@ impl Lms2xxScanner {
             self.sending = Some(sending);
             return Ok(());
         }
+        // Only now is it known whether a request has cut it off.
+        self.tap.record(Side::Device, &sending.bytes);
         let rate = self.device.rate();
         self.device.transmitted(now);
         if self.device.rate() != rate {

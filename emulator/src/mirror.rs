@@ -123,7 +123,7 @@ impl MirrorSource {
 
     /// Whether somebody has subscribed to its scans, or has ever polled for them.
     pub(crate) fn has_taker(&self) -> bool {
-        self.shared.roster.has_audience() || self.shared.was_polled()
+        self.shared.roster.has_audience() || self.shared.polls_take_scans()
     }
 
     /// Time waits for others: polls are answered with the scan there is.

@@ -1,6 +1,7 @@
 //! Where a recorded stream goes: to a scanner's clients, out on GNSS lines, onto a bus.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use rowscan_protocol::device::DeviceEvent as Event;
 use rowscan_protocol::time::SimTime;
@@ -11,7 +12,7 @@ use tokio::task::JoinSet;
 use super::playback_queue::PlaybackQueue;
 use super::telegram::hand_over;
 use crate::clock::{SimClock, TimeScale};
-use crate::replay::PlaybackEvent;
+use crate::replay::{Part, PlaybackEvent};
 use crate::roster::{Member, Wants};
 use crate::shared::Shared;
 use crate::{Emulator, SerialEmulator};
@@ -72,9 +73,12 @@ impl Outlet {
         Self::of(Kind::Scanner(ScannerOutlet { shared, anyone, audience: Vec::new() }))
     }
 
-    /// The line of a replayed LMS2xx; none if it is not replayed.
-    pub fn lms2xx(emulator: &SerialEmulator) -> Option<Self> {
-        emulator.playback_queue().map(|queue| Self::of(Kind::Lms2xx(queue.clone())))
+    /// The line of a replayed LMS2xx; none if it is not replayed. Where the times of its scans are assumed, they are those of the line: it is
+    /// waited for.
+    pub fn lms2xx(emulator: &SerialEmulator, part: &Part) -> Option<Self> {
+        let queue = emulator.playback_queue()?.clone();
+        let queue = if part.assumed_hz.is_some() { queue.patient() } else { queue };
+        Some(Self::of(Kind::Lms2xx(queue)))
     }
 
     /// GNSS lines; the stream is recorded again as `name`.
@@ -118,7 +122,12 @@ impl Outlet {
         }
     }
 
-    /// Sends an event that is due; false if it goes unheard because a client has stopped the scanner.
+    /// True if recorded time waits for what is put.
+    pub(crate) fn sets_the_pace(&self) -> bool {
+        matches!(&self.kind, Kind::Lms2xx(queue) if queue.is_patient())
+    }
+
+    /// Sends an event that is due; false if it goes unheard because a client has stopped the scanner, or is lost.
     pub(crate) async fn put(&mut self, event: &PlaybackEvent, due: SimTime) -> bool {
         match &mut self.kind {
             Kind::Scanner(outlet) => return outlet.put(event).await,
@@ -140,6 +149,20 @@ impl Outlet {
             }
         }
         true
+    }
+
+    /// Waits until everything put has left, where that takes its time whether anybody reads or not.
+    pub(crate) async fn leave(&self) {
+        if let Kind::Lms2xx(queue) = &self.kind {
+            queue.flushed().await;
+        }
+    }
+
+    /// Counts what no client has taken as dropped.
+    pub(crate) fn give_up(&self) {
+        if let Kind::Scanner(ScannerOutlet { shared, .. }) = &self.kind {
+            shared.counts.dropped.fetch_add(shared.in_flight.pending(), Ordering::Relaxed);
+        }
     }
 
     /// Waits until everything put has gone, and has been read where that can be told.
@@ -183,16 +206,20 @@ impl ScannerOutlet {
         if is_scan && !shared.device().is_measuring() {
             return false;
         }
-        if is_scan
-            && shared.was_polled()
-            && let Some(scan) = event.scan()
-        {
-            shared.device().show_scan(scan);
-        }
         shared.roster.listeners(audience);
+        // A clock that waits for its clients plays one scan a poll.
+        let by_polls = shared.polls_take_scans() && !audience.iter().any(|(_, wants)| wants.takes_scans());
+        if is_scan && by_polls && shared.clock.delivery().is_patient() {
+            shared.next_poll().await;
+        }
+        let cut = is_scan.then(|| event.scan()).flatten().and_then(|scan| shared.show(scan));
         for (member, wants) in audience.iter() {
             let wanted = event.event.is_none_or(|event| wants.subscriptions.has(event));
-            if let Some(frame) = wanted.then(|| event.in_dialect(wants.dialect)).flatten() {
+            let frame = || match &cut {
+                Some(scan) => Some(event.with_scan(wants.dialect, scan)),
+                None => event.in_dialect(wants.dialect),
+            };
+            if let Some(frame) = wanted.then(frame).flatten() {
                 hand_over(shared, member, event.event, frame, shared.clock.delivery()).await;
             }
         }

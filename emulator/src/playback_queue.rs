@@ -1,5 +1,7 @@
 //! The way of recorded telegrams to a replayed LMS2xx: a short queue before its line, and whether anybody wants them.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll};
 
 use bytes::Bytes;
@@ -21,6 +23,8 @@ pub(crate) struct PlaybackQueue {
     /// Somebody wants values.
     wanted: watch::Receiver<bool>,
     delivery: Delivery,
+    /// Telegrams that came faster than the line carries them.
+    dropped: Arc<AtomicU64>,
 }
 
 /// A recorded telegram on its way to the client.
@@ -44,7 +48,8 @@ pub(crate) enum Values {
 pub(crate) fn queue(delivery: Delivery) -> (PlaybackQueue, Values) {
     let (telegrams, queued) = mpsc::channel(QUEUE);
     let (tell, wanted) = watch::channel(false);
-    let queue = PlaybackQueue { telegrams, in_flight: InFlight::default(), wanted, delivery };
+    let (in_flight, dropped) = (InFlight::default(), Arc::default());
+    let queue = PlaybackQueue { telegrams, in_flight, wanted, delivery, dropped };
     (queue, Values::Recorded(queued, tell))
 }
 
@@ -61,7 +66,26 @@ impl PlaybackQueue {
             return false;
         }
         let telegram = Recorded { bytes: event.bytes(), pending: self.in_flight.enter() };
-        self.delivery.put(&self.telegrams, telegram).await == Delivered::Taken
+        let delivered = self.delivery.put(&self.telegrams, telegram).await;
+        if delivered == Delivered::Lost {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+        delivered == Delivered::Taken
+    }
+
+    /// The same, of which the player waits for the line.
+    pub(crate) fn patient(self) -> Self {
+        Self { delivery: Delivery::Patient, ..self }
+    }
+
+    /// True if nothing is dropped.
+    pub(crate) fn is_patient(&self) -> bool {
+        self.delivery.is_patient()
+    }
+
+    /// Telegrams that came faster than the line carries them.
+    pub(crate) fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
     }
 
     /// Waits until everything handed over has left the line.

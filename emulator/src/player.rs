@@ -127,6 +127,9 @@ impl PlaybackLoop {
                 self.put(&event, due).await;
             }
         }
+        for outlet in &self.outlets {
+            outlet.leave().await;
+        }
         let drained = async {
             for outlet in &self.outlets {
                 outlet.drain().await;
@@ -136,7 +139,9 @@ impl PlaybackLoop {
         match self.clock.delivery() {
             Delivery::Patient => drained.await,
             Delivery::Paced => {
-                let _ = clock::within(FLUSH_TIMEOUT, drained).await;
+                if clock::within(FLUSH_TIMEOUT, drained).await.is_none() {
+                    self.outlets.iter().for_each(Outlet::give_up);
+                }
             }
         }
     }
@@ -155,6 +160,9 @@ impl PlaybackLoop {
         {
             track.lateness.note(late);
             track.played.fetch_add(1, Ordering::Relaxed);
+        }
+        if outlet.sets_the_pace() {
+            self.playhead.hold_up(self.clock.now().0.saturating_sub(due.0));
         }
     }
 }

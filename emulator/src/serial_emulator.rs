@@ -40,19 +40,21 @@ impl SerialEmulator {
 
     /// What it has done so far.
     pub fn counts(&self) -> SerialCounts {
-        counts(&self.counts)
+        counts(&self.counts, self.queue.as_ref())
     }
 
     /// Tells what it has done.
     pub fn counting(&self) -> impl Fn() -> SerialCounts + Send + Sync + use<> {
         let counted = Arc::clone(&self.counts);
-        move || counts(&counted)
+        let queue = self.queue.clone();
+        move || counts(&counted, queue.as_ref())
     }
 }
 
-fn counts(counts: &Counts) -> SerialCounts {
+fn counts(counts: &Counts, queue: Option<&PlaybackQueue>) -> SerialCounts {
     SerialCounts {
         scans_sent: counts.sent.load(Ordering::Relaxed),
+        scans_dropped: queue.map(PlaybackQueue::dropped),
         bytes_lost: counts.lost.load(Ordering::Relaxed),
     }
 }

@@ -10,7 +10,7 @@ use rowscan_ports::in_flight::InFlight;
 use rowscan_ports::latency::Latency;
 use rowscan_protocol::device::{Device, DialectPolicy, Reply, Session};
 use rowscan_protocol::frame::Frame;
-use rowscan_protocol::telegram::Telegram;
+use rowscan_protocol::telegram::{LmdScandata, Telegram};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
@@ -106,8 +106,6 @@ struct Polls {
     asked: u64,
     /// Of these, answered with the scan after the one they found.
     served: u64,
-    /// Somebody takes scans by polls: one was answered with a scan, or a client that was refused one asks again.
-    take_scans: bool,
 }
 
 /// Who answers.
@@ -224,24 +222,18 @@ impl Shared {
         let now = self.clock.now();
         self.obey(&mut device, now);
         let saves = device.saves();
-        let (mut polls, mut take_scans) = (0, false);
+        let mut polls = 0;
         let mut fixed = device.fixed_by_recording();
         session.handle_bytes_with(&mut device, now, bytes, replies, &mut |device, frame, reply| {
             let is_fixed = std::mem::replace(&mut fixed, device.fixed_by_recording()) != fixed;
-            let replaced = scripted.as_mut().is_some_and(|scripted| scripted.amend(frame, reply));
+            let replaced = scripted.as_mut().is_some_and(|scripted| scripted.amend(device, frame, reply));
             if is_fixed && !replaced {
                 self.note_refused(peer, frame);
             }
-            if replay::polls(frame) {
-                polls += 1;
-                take_scans |= scripted.as_mut().is_none_or(|scripted| scripted.takes_scan(frame, reply));
-            }
+            polls += u64::from(replay::polls(frame));
         });
         if polls > 0 {
-            self.polls.send_modify(|known| {
-                known.asked += polls;
-                known.take_scans |= take_scans;
-            });
+            self.polls.send_modify(|known| known.asked += polls);
         }
         self.spread(&device);
         (device.saves() != saves).then(|| device.saved_settings())
@@ -270,18 +262,42 @@ impl Shared {
         let name = Telegram::parse(frame.dialect, frame.payload).map_or("", |telegram| telegram.name);
         let mut refused = self.refused_settings.lock().unwrap_or_else(PoisonError::into_inner);
         if refused.note(peer, name) {
-            tracing::warn!("{name} of {peer} is refused: the recorded scans would have to be others");
+            tracing::warn!("{name} of {peer} is refused: the recorded scans do not have what it asks for");
         }
     }
 
-    /// Whether anybody has ever polled for scans.
-    pub(crate) fn was_polled(&self) -> bool {
-        self.polls.borrow().asked > 0
+    /// Shows a recorded scan to whoever polls; gives it as it is to be sent where less is asked for than was recorded.
+    pub(crate) fn show(&self, scan: LmdScandata) -> Option<LmdScandata> {
+        let mut device = self.device();
+        let cut = device.is_cut().then(|| {
+            let mut cut = scan.clone();
+            device.cut_to_measure(&mut cut);
+            cut
+        });
+        device.show_scan(scan);
+        cut
     }
 
-    /// Whether anybody takes scans by polls. A single poll that was refused is none of them.
+    /// Whether anybody takes scans by polls. Off a recording a single poll takes none, or a client that looks whether there is a scan, and then
+    /// subscribes, would lose what is played meanwhile.
     pub(crate) fn polls_take_scans(&self) -> bool {
-        self.polls.borrow().take_scans
+        self.polls.borrow().asked > u64::from(self.is_replayed())
+    }
+
+    /// Waits for a poll that no scan has been played for. Cancel safe.
+    pub(crate) async fn next_poll(&self) {
+        loop {
+            let interest = self.interest.notified();
+            let comes = |polls: &mut Polls| {
+                let comes = polls.served < polls.asked;
+                polls.served += u64::from(comes);
+                comes
+            };
+            if self.polls.send_if_modified(comes) {
+                return;
+            }
+            interest.await;
+        }
     }
 
     /// Whether polls wait for the mirror's next turn.

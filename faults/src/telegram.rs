@@ -180,7 +180,10 @@ impl Tracker {
                         let (offset, len) = (found.offset, found.len);
                         return Some(Mark { offset, len, kind: Kind::Lms2xx, is_scan });
                     }
-                    serial::Received::Broken | serial::Received::Ack | serial::Received::Nak => {}
+                    serial::Received::Broken
+                    | serial::Received::CutOff { .. }
+                    | serial::Received::Ack
+                    | serial::Received::Nak => {}
                 }
             },
         }

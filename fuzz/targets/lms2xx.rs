@@ -24,7 +24,7 @@ fuzz_target!(|data: &[u8]| {
             match heard {
                 Received::Frame(frame) => framed += frame.len as u64,
                 Received::Ack | Received::Nak => marks += 1,
-                Received::Broken => {}
+                Received::Broken | Received::CutOff { .. } => {}
             }
         }
         assert!(decoder.pending() <= MAX_BODY + OVERHEAD);
@@ -34,7 +34,7 @@ fuzz_target!(|data: &[u8]| {
         match heard {
             Received::Frame(frame) => framed += frame.len as u64,
             Received::Ack | Received::Nak => marks += 1,
-            Received::Broken => {}
+            Received::Broken | Received::CutOff { .. } => {}
         }
     }
     // Every byte is part of a good frame, an acknowledgement, or counted.

@@ -26,6 +26,11 @@ impl InFlight {
         Pending(self.clone())
     }
 
+    /// Items that are pending.
+    pub fn pending(&self) -> u64 {
+        self.0.pending.load(Ordering::Acquire)
+    }
+
     /// Waits until nothing is pending. Cancel safe.
     pub async fn flushed(&self) {
         self.below(1).await;
@@ -35,7 +40,7 @@ impl InFlight {
     pub async fn below(&self, limit: u64) {
         loop {
             let fewer = self.0.fewer.notified();
-            if self.0.pending.load(Ordering::Acquire) < limit {
+            if self.pending() < limit {
                 return;
             }
             fewer.await;

@@ -40,6 +40,7 @@ pub(crate) fn ask(request: &[u8]) -> Result<Vec<String>, Box<dyn Error>> {
                 Received::Ack => "ACK".to_owned(),
                 Received::Nak => "NAK".to_owned(),
                 Received::Broken => "a frame with a wrong checksum".to_owned(),
+                Received::CutOff { len, .. } => format!("{len} bytes of a frame that a request has cut off"),
                 Received::Frame(frame) => {
                     format!("{:02X}: {}", frame.body[0], frame.body[1..].escape_ascii())
                 }

@@ -4,7 +4,7 @@ use std::io;
 
 use crate::frames::FrameReader;
 use crate::writer::{Decoded, McapWriter, WriteSeek};
-use crate::{About, Joint, Packet, ReadError, Recorded, Recording, Side};
+use crate::{About, Joint, Packet, ReadError, Recorded, Recording, Side, Torn};
 
 /// Why a copy was not made.
 #[derive(Debug, thiserror::Error)]
@@ -33,15 +33,15 @@ enum From {
     Frames(FrameReader),
 }
 
-/// Writes all that can be read of `recording` to `out` as a whole, indexed MCAP file. What a log does not say of itself is taken from
-/// `about`; one without times gets the device's. `only`: one stream, by its name.
+/// Writes all that can be read of `recording` to `out` as a whole, indexed MCAP file; where it breaks off, if it does. What a log does not say of
+/// itself is taken from `about`; one without times gets the device's. `only`: one stream, by its name.
 pub fn copy(
     mut recording: Recording,
     only: Option<&str>,
     out: &mut dyn WriteSeek,
     about: About,
     decoded: Decoded,
-) -> Result<Recorded, CopyError> {
+) -> Result<(Recorded, Option<Torn>), CopyError> {
     let mut from = if recording.format().has_times() {
         let first = recording.next_packet()?;
         From::Packets(recording, first)
@@ -74,14 +74,11 @@ pub fn copy(
         }
     }
     writer.finish().map_err(CopyError::Write)?;
-    if let From::Frames(frames) = &from {
-        recorded.cut = frames.unfinished();
-    }
     if let (Some(only), false) = (only, streams.iter().any(Option::is_some)) {
         let found = from.recording().streams().iter().map(|stream| stream.name.clone()).collect();
         return Err(CopyError::NoStream { wanted: only.to_owned(), found });
     }
-    Ok(recorded)
+    Ok((recorded, from.recording().torn().cloned()))
 }
 
 impl From {

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder};
-use rowscan_protocol::lms2xx;
-use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram};
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::telegram::Telegram;
 use rowscan_protocol::time::DeviceClock;
 
+use crate::finder::Finder;
 use crate::scan_reader::{MAX_PAYLOAD, ScanReader};
 use crate::{Joint, Packet, ReadError, Recording, Side, StreamKind};
 
@@ -72,77 +72,6 @@ struct Flow {
     base: u64,
 }
 
-/// Finds frames in the language of the stream.
-#[derive(Debug)]
-enum Finder {
-    Cola(FrameDecoder),
-    Lms2xx(lms2xx::frame::FrameDecoder),
-}
-
-/// A frame that was found.
-struct Found {
-    offset: u64,
-    len: usize,
-    dialect: Option<Dialect>,
-    /// Who sends such telegrams.
-    from: Option<Side>,
-    /// When it was sent, by the device's clock, if it says so.
-    device_us: Option<u32>,
-}
-
-impl Finder {
-    fn new(kind: StreamKind, from: Option<Side>) -> Self {
-        use lms2xx::frame::Listener;
-        match (kind, from) {
-            (StreamKind::Lms2xx, Some(Side::Device)) => Self::lms2xx(Listener::Host),
-            (StreamKind::Lms2xx, Some(Side::Host)) => Self::lms2xx(Listener::Device),
-            (StreamKind::Lms2xx, None) => Self::lms2xx(Listener::Either),
-            _ => Self::Cola(FrameDecoder::new(Accept::Either, MAX_PAYLOAD)),
-        }
-    }
-
-    fn lms2xx(listener: lms2xx::frame::Listener) -> Self {
-        Self::Lms2xx(lms2xx::frame::FrameDecoder::new(listener))
-    }
-
-    fn push(&mut self, bytes: &[u8]) {
-        match self {
-            Self::Cola(decoder) => decoder.push(bytes),
-            Self::Lms2xx(decoder) => decoder.push(bytes),
-        }
-    }
-
-    fn pending(&self) -> usize {
-        match self {
-            Self::Cola(decoder) => decoder.pending(),
-            Self::Lms2xx(decoder) => decoder.pending(),
-        }
-    }
-
-    fn next(&mut self) -> Option<Found> {
-        match self {
-            Self::Cola(decoder) => {
-                let frame = decoder.next_frame()?;
-                let telegram = Telegram::parse(frame.dialect, frame.payload).ok();
-                Some(Found {
-                    offset: frame.offset,
-                    len: frame.len,
-                    dialect: Some(frame.dialect),
-                    from: telegram.map(|telegram| Side::of(telegram.kind)),
-                    device_us: telegram.and_then(transmit_time_us),
-                })
-            }
-            Self::Lms2xx(decoder) => loop {
-                if let lms2xx::frame::Received::Frame(frame) = decoder.next_received()? {
-                    let from = if frame.is_from_device() { Side::Device } else { Side::Host };
-                    let (offset, len) = (frame.offset, frame.len);
-                    return Some(Found { offset, len, dialect: None, from: Some(from), device_us: None });
-                }
-            },
-        }
-    }
-}
-
 impl FrameReader {
     /// Reads `recording` from where it is.
     pub fn new(recording: Recording) -> Self {
@@ -159,11 +88,6 @@ impl FrameReader {
     /// The recording itself.
     pub fn recording(&self) -> &Recording {
         &self.recording
-    }
-
-    /// Bytes behind the last frame of each stream: at the end of the recording, what is no whole telegram.
-    pub fn unfinished(&self) -> u64 {
-        self.flows.values().map(|flow| flow.pending.len() as u64).sum()
     }
 
     /// The next frame; none at the end.
@@ -244,14 +168,6 @@ impl FrameReader {
 fn counted_us(turns: &mut ScanReader, frame: &[u8]) -> Option<u32> {
     turns.push_bytes(Duration::ZERO, frame);
     turns.next_scan().map(|scan| scan.scan_time_us)
-}
-
-/// When a scan was sent, by the device's clock.
-fn transmit_time_us(telegram: Telegram<'_>) -> Option<u32> {
-    if telegram.kind != Kind::Sn || !telegram.name.starts_with("LMDscandata") {
-        return None;
-    }
-    telegram.args.decode::<LmdScandata>().ok().map(|scan| scan.transmit_time_us)
 }
 
 #[cfg(test)]

@@ -33,6 +33,8 @@ mod copy;
 #[cfg(feature = "files")]
 mod error;
 #[cfg(feature = "files")]
+mod finder;
+#[cfg(feature = "files")]
 mod fix;
 #[cfg(feature = "files")]
 pub mod foxglove;
@@ -51,6 +53,8 @@ mod recorder;
 mod repair;
 #[cfg(feature = "files")]
 mod ros2;
+#[cfg(feature = "files")]
+mod ros2_names;
 #[cfg(feature = "files")]
 mod scan_reader;
 #[cfg(feature = "files")]

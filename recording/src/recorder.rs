@@ -41,8 +41,6 @@ pub struct Recorded {
     pub lost: u64,
     /// Packets from a device: of a scanner, a GNSS receiver or a bus.
     pub from_device: u64,
-    /// Bytes at the end of what was copied that are no whole telegram, and are not kept.
-    pub cut: u64,
 }
 
 /// A recording being written. Dropping it lets the file end without its index, as a crash would; it still opens.

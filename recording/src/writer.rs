@@ -9,7 +9,8 @@
 //! | `/NAME/frame` | `rowscan.CanFrame` in JSON, of a CAN bus, both directions |
 //!
 //! As a ROS 2 bag ([`Language::Ros2`]) every message is in CDR, for ROS 2 reads no file with two encodings: raw bytes are `std_msgs/msg/UInt8MultiArray`, scans
-//! `sensor_msgs/msg/LaserScan`, positions `sensor_msgs/msg/NavSatFix`.
+//! `sensor_msgs/msg/LaserScan`, positions `sensor_msgs/msg/NavSatFix`. Its topics are names that ROS 2 takes (`ros2_names.rs`), and every layer of a scanner with
+//! several has one of its own, for a `LaserScan` says nothing of how its plane lies.
 //!
 //! Log time is the host's; in the file of a recorder it never goes back. A channel's sequence numbers count packets, lost ones too. Records are not chunked: whatever was handed to
 //! the system before a crash is whole records and at most one torn one, and every MCAP reader can read up to there.
@@ -22,11 +23,12 @@ use std::time::Duration;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
 use rowscan_protocol::can::CanFrame;
+use rowscan_protocol::scan::Scan;
 
 use crate::fix::FixReader;
 use crate::scan_reader::{MAX_PAYLOAD, ScanReader};
 use crate::schema::{Language, Schema};
-use crate::{Side, StreamKind, foxglove, ros2};
+use crate::{Side, StreamKind, foxglove, ros2, ros2_names};
 
 /// Message encoding of raw bytes.
 pub(crate) const BYTES: &str = "bytes";
@@ -128,12 +130,35 @@ pub struct McapWriter<W: Write + Seek> {
 
 struct Stream {
     name: String,
+    /// The same in its topics.
+    topics: String,
     from_device: Channel,
     to_device: Channel,
     /// Decodes what is sent; `None` if nothing is decoded.
     watch: Option<Watch>,
     /// Decoded channels by the last word of their topic, once they are needed.
-    decoded: BTreeMap<&'static str, Channel>,
+    decoded: BTreeMap<String, Channel>,
+}
+
+/// A decoded message.
+struct Message {
+    schema: Schema,
+    /// The last word of its topic.
+    topic: String,
+    data: Vec<u8>,
+}
+
+impl Message {
+    fn new(schema: Schema, data: Vec<u8>) -> Self {
+        Self { schema, topic: schema.topic.to_owned(), data }
+    }
+
+    /// A scan in a topic and a frame of its layer.
+    fn ros2_scan(at_ns: u64, name: &str, scan: &Scan) -> Self {
+        let of_layer = |name: &str| ros2_names::of_layer(name, scan.layer_centideg);
+        let data = ros2::laser_scan(at_ns, &of_layer(name), scan);
+        Self { schema: ros2::LASER_SCAN, topic: of_layer(ros2::LASER_SCAN.topic), data }
+    }
 }
 
 /// Decodes a stream for programs that do not know its protocol.
@@ -156,14 +181,7 @@ impl Watch {
     }
 
     /// The messages that `bytes` complete.
-    fn read(
-        &mut self,
-        name: &str,
-        from: Side,
-        at_ns: u64,
-        bytes: &[u8],
-        wanted: Decoded,
-    ) -> Vec<(Schema, Vec<u8>)> {
+    fn read(&mut self, name: &str, from: Side, at_ns: u64, bytes: &[u8], wanted: Decoded) -> Vec<Message> {
         let mut messages = Vec::new();
         match self {
             Self::Scans(reader) if from == Side::Device => {
@@ -171,12 +189,15 @@ impl Watch {
                 while let Some(scan) = reader.next_scan() {
                     if wanted.scans {
                         messages.push(match wanted.language {
-                            Language::Json => (foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan)),
-                            Language::Ros2 => (ros2::LASER_SCAN, ros2::laser_scan(at_ns, name, scan)),
+                            Language::Json => {
+                                Message::new(foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan))
+                            }
+                            Language::Ros2 => Message::ros2_scan(at_ns, name, scan),
                         });
                     }
                     if wanted.points && wanted.language == Language::Json {
-                        messages.push((foxglove::POINT_CLOUD, foxglove::point_cloud(at_ns, name, scan)));
+                        let points = foxglove::point_cloud(at_ns, name, scan);
+                        messages.push(Message::new(foxglove::POINT_CLOUD, points));
                     }
                 }
             }
@@ -184,14 +205,17 @@ impl Watch {
                 reader.push(bytes);
                 let fixes = std::iter::from_fn(|| reader.next_fix());
                 messages.extend(fixes.map(|fix| match wanted.language {
-                    Language::Json => (foxglove::LOCATION_FIX, foxglove::location_fix(at_ns, name, &fix)),
-                    Language::Ros2 => (ros2::NAV_SAT_FIX, ros2::nav_sat_fix(at_ns, name, &fix)),
+                    Language::Json => {
+                        Message::new(foxglove::LOCATION_FIX, foxglove::location_fix(at_ns, name, &fix))
+                    }
+                    Language::Ros2 => Message::new(ros2::NAV_SAT_FIX, ros2::nav_sat_fix(at_ns, name, &fix)),
                 }));
             }
             // A bus has no sides.
             Self::Frames => {
                 let frame = std::str::from_utf8(bytes).ok().and_then(CanFrame::from_text);
-                messages.extend(frame.map(|frame| (foxglove::CAN_FRAME, foxglove::can_frame(at_ns, &frame))));
+                let told = |frame| Message::new(foxglove::CAN_FRAME, foxglove::can_frame(at_ns, &frame));
+                messages.extend(frame.map(told));
             }
             Self::Scans(_) | Self::Fixes(_) => {}
         }
@@ -246,10 +270,18 @@ impl<W: Write + Seek> McapWriter<W> {
 
     /// Adds a stream; its channels stand in the file from here on.
     pub fn add_stream(&mut self, name: &str, kind: StreamKind) -> io::Result<StreamId> {
-        let from_device = self.raw_channel(name, kind, Side::Device)?;
-        let to_device = self.raw_channel(name, kind, Side::Host)?;
+        let topics = match self.decoded.language {
+            Language::Json => name.to_owned(),
+            Language::Ros2 => {
+                let is_free = |topics: &str| self.streams.iter().all(|stream| stream.topics != topics);
+                ros2_names::of_stream(name, is_free)
+            }
+        };
+        let from_device = self.raw_channel((name, &topics), kind, Side::Device)?;
+        let to_device = self.raw_channel((name, &topics), kind, Side::Host)?;
         self.streams.push(Stream {
             name: name.to_owned(),
+            topics,
             from_device,
             to_device,
             watch: Watch::new(kind, self.decoded),
@@ -258,10 +290,15 @@ impl<W: Write + Seek> McapWriter<W> {
         Ok(StreamId(self.streams.len() - 1))
     }
 
-    fn raw_channel(&mut self, name: &str, kind: StreamKind, from: Side) -> io::Result<Channel> {
+    fn raw_channel(
+        &mut self,
+        (name, topics): (&str, &str),
+        kind: StreamKind,
+        from: Side,
+    ) -> io::Result<Channel> {
         let (topic, from) = match from {
-            Side::Device => (format!("/{name}/from_device"), "device"),
-            Side::Host => (format!("/{name}/to_device"), "host"),
+            Side::Device => (format!("/{topics}/from_device"), "device"),
+            Side::Host => (format!("/{topics}/to_device"), "host"),
         };
         let about = [(STREAM_KEY, name), (SIDE_KEY, from), (KIND_KEY, &kind.to_string())];
         let about = about.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
@@ -296,19 +333,19 @@ impl<W: Write + Seek> McapWriter<W> {
             Language::Ros2 => message(writer, channel, at_ns, &ros2::bytes(bytes))?,
         }
         let Some(watch) = &mut found.watch else { return Ok(()) };
-        for (schema, text) in watch.read(&found.name, from, at_ns, bytes, *decoded) {
+        for Message { schema, topic, data } in watch.read(&found.name, from, at_ns, bytes, *decoded) {
             let schema_id = schema_id(writer, schemas, schema)?;
-            let channel = match found.decoded.entry(schema.topic) {
+            let channel = match found.decoded.entry(topic) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(free) => {
-                    let topic = format!("/{}/{}", found.name, schema.topic);
+                    let topic = format!("/{}/{}", found.topics, free.key());
                     let id = writer
                         .add_channel(schema_id, &topic, schema.language.of_messages(), &BTreeMap::new())
                         .map_err(plain)?;
                     free.insert(Channel { id, sequence: 0 })
                 }
             };
-            message(writer, channel, at_ns, &text)?;
+            message(writer, channel, at_ns, &data)?;
         }
         Ok(())
     }

@@ -134,7 +134,8 @@ fn a_repaired_file_is_whole_and_holds_what_was_left() {
     assert!(torn && left.len() > 10);
     let mut out = Cursor::new(Vec::new());
     let recording = Recording::read(Box::new(Cursor::new(cut.to_vec()))).unwrap();
-    let recorded = copy(recording, None, &mut out, About::default(), Decoded::default()).unwrap();
+    let (recorded, tear) = copy(recording, None, &mut out, About::default(), Decoded::default()).unwrap();
+    assert!(tear.is_some(), "a copy tells what is missing");
     assert_eq!(recorded.packets, left.len() as u64);
     let (again, torn) = read(out.get_ref());
     assert_eq!((again, torn), (left, false));

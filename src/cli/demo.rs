@@ -195,7 +195,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let Some(mut scanner) = interrupt.or(Scanner::open(&set_up.source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };
-    let telling = LinkTeller::start(&scanner, None);
+    let telling = LinkTeller::start(&scanner, None, None);
     let bar = progress::bar("driving", "scans", scans);
     let mut seen = args.picture.is_some().then(|| PictureScans {
         placing: Placing::new(Some(stage.rig.clone()), 0, stage.scene.drive.alley),

@@ -3,6 +3,7 @@
 use rowscan_driver::{LinkEvent, LinkEvents, Scanner};
 use rowscan_ports::task;
 use rowscan_protocol::host::DeviceInfo;
+use rowscan_protocol::model::AnyModel;
 use tokio::task::JoinSet;
 
 use super::output::say;
@@ -13,26 +14,29 @@ pub(super) struct LinkTeller {
     events: LinkEvents,
     /// Stands before what is told, where there are several links.
     name: Option<String>,
+    /// The model that the scanner is taken for, if any.
+    taken_for: Option<AnyModel>,
     _task: JoinSet<()>,
 }
 
 impl LinkTeller {
-    pub(super) fn start(scanner: &Scanner, name: Option<String>) -> Self {
+    /// Of a scanner that is called so, and taken for this model.
+    pub(super) fn start(scanner: &Scanner, name: Option<String>, taken_for: Option<AnyModel>) -> Self {
         let (events, mut tasks) = (scanner.link_events(), JoinSet::new());
         let (told, by) = (events.clone(), name.clone());
         tasks.spawn(task(async move {
             loop {
-                tell(by.as_deref(), &told.next().await);
+                tell(by.as_deref(), taken_for, &told.next().await);
             }
         }));
-        Self { events, name, _task: tasks }
+        Self { events, name, taken_for, _task: tasks }
     }
 }
 
 impl Drop for LinkTeller {
     fn drop(&mut self) {
         while let Some(event) = self.events.take() {
-            tell(self.name.as_deref(), &event);
+            tell(self.name.as_deref(), self.taken_for, &event);
         }
     }
 }
@@ -45,7 +49,18 @@ fn with_version(ident: &str, firmware: &str) -> String {
     }
 }
 
-fn tell(name: Option<&str>, event: &LinkEvent) {
+/// What is said where a scanner is called another model than it is taken for.
+pub(super) fn other_model(found: AnyModel, taken_for: AnyModel) -> Option<String> {
+    let (title, name) = (found.title(), found.name());
+    (name != taken_for.name()).then(|| {
+        format!(
+            "the scanner is called {title}, and is taken for the model {}, of which other things are known; expected --model {name}",
+            taken_for.title()
+        )
+    })
+}
+
+fn tell(name: Option<&str>, taken_for: Option<AnyModel>, event: &LinkEvent) {
     let say = |what: std::fmt::Arguments<'_>| match name {
         Some(name) => say(format_args!("{name}: {what}")),
         None => say(what),
@@ -53,6 +68,10 @@ fn tell(name: Option<&str>, event: &LinkEvent) {
     match event {
         LinkEvent::Ready(DeviceInfo { ident, firmware, language }) => {
             say(format_args!("connected: {}, {language}", with_version(ident.trim(), firmware.trim())));
+            let found = AnyModel::of_device(ident, firmware).zip(taken_for);
+            if let Some(other) = found.and_then(|(found, taken_for)| other_model(found, taken_for)) {
+                say(format_args!("{other}"));
+            }
         }
         LinkEvent::Refused { command, error: None } => {
             say(format_args!("the scanner refused: {command}; it keeps its own setting"));

@@ -43,23 +43,20 @@ pub(super) fn convert(
     refuse_to_overwrite(output)?;
     let about = About { source: Some(file.display().to_string()), ..about };
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
-    let recorded = copy(recording, stream, &mut out, about, decoded.into())
+    let (recorded, torn) = copy(recording, stream, &mut out, about, decoded.into())
         .map_err(|error| failure(file, output, error))?;
     if recorded.packets == 0 {
         return Err(nothing_in(file));
     }
     commit(out, output)?;
     recorder::tell(output, &recorded);
-    if recorded.cut > 0 {
-        say(format_args!(
-            "{}: the last {} bytes are no whole telegram, and are not in {}",
-            file.display(),
-            recorded.cut,
-            name_of(output)
-        ));
-        return Ok(Outcome::Finding);
-    }
-    Ok(Outcome::Done)
+    Ok(match torn {
+        Some(torn) => {
+            say(format_args!("{}: {torn}; {} holds what comes before", file.display(), name_of(output)));
+            Outcome::Finding
+        }
+        None => Outcome::Done,
+    })
 }
 
 fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {

@@ -34,8 +34,10 @@ impl Input {
                 continue;
             }
             if connections.len() <= packet.stream {
-                let pair =
-                    || [Side::Host, Side::Device].map(|_| Stream { connection, ..Stream::default() }).into();
+                let pair = || {
+                    let stream = |_| Stream { connection, kind, ..Stream::default() };
+                    [Side::Host, Side::Device].map(stream).into()
+                };
                 connections.resize_with(packet.stream + 1, pair);
             }
             let side = usize::from(packet.from == Some(Side::Device));
@@ -43,13 +45,15 @@ impl Input {
                 stream.push(packet, began_ns);
             }
         }
-        let torn = recording.torn().map(|torn| Entry {
-            words: Some("the file is broken here".to_owned()),
-            error_offset: Some(torn.offset),
-            expected: Some(torn.expected.to_owned()),
-            found: Some(torn.found.clone()),
-            ..Entry::new(&Stream::default(), torn.offset, bytes.saturating_sub(torn.offset), Verdict::Bad)
-        });
+        // Of bytes as they are, the last line says it.
+        let torn =
+            recording.torn().filter(|_| !matches!(format, Format::Raw | Format::Hex)).map(|torn| Entry {
+                words: Some("the file is broken here".to_owned()),
+                error_offset: Some(torn.offset),
+                expected: Some(torn.expected.to_owned()),
+                found: Some(torn.found.clone()),
+                ..Entry::new(&Stream::default(), torn.offset, bytes.saturating_sub(torn.offset), Verdict::Bad)
+            });
         Ok(Self { format, connections, others, torn })
     }
 

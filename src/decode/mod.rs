@@ -14,7 +14,7 @@ use std::ops::Range;
 use rowscan_protocol::device::command;
 use rowscan_protocol::frame::{Accept, Dialect, Frame, FrameDecoder, fault};
 use rowscan_protocol::telegram::Telegram;
-use rowscan_recording::Side;
+use rowscan_recording::{Side, StreamKind};
 use serde::Serialize;
 
 use description::Description;
@@ -111,6 +111,8 @@ impl Entry {
 pub struct Stream {
     /// Which TCP connection of a capture.
     connection: Option<u32>,
+    /// The language of its bytes.
+    kind: StreamKind,
     pieces: Vec<Piece>,
     /// Offset behind the last byte of a packet, and when it came, in order.
     times: Vec<(u64, f64)>,
@@ -153,7 +155,10 @@ impl Stream {
                     "none in the recording".to_owned(),
                 ));
             }
-            self.piece_lines(piece, options, &mut lines);
+            match self.kind {
+                StreamKind::Lms2xx => lms2xx::lines(self, piece, options, &mut lines),
+                _ => self.piece_lines(piece, options, &mut lines),
+            }
         }
         if self.connection.is_some() {
             // One direction of a connection has one sender.

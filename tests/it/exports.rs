@@ -5,6 +5,7 @@ use crate::common;
 use std::fs::File;
 
 use common::binary::{Emulator, run};
+use parquet::basic::Compression;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use rowscan_protocol::host::HostEvent;
@@ -52,4 +53,11 @@ fn parquet_holds_every_return_of_a_run() {
         found.push((whole("scan"), whole("beam"), range));
     }
     assert_eq!(found, sent);
+    // Plain columns take 68 bytes a point. A scan's time and number, and what there is few of, are entries of dictionaries.
+    let bytes = std::fs::metadata(&exported).expect("there").len();
+    assert!(bytes < 40 * sent.len() as u64, "{bytes} bytes of {} points", sent.len());
+    let group = reader.metadata().row_group(0);
+    for column in group.columns() {
+        assert_eq!(column.compression(), Compression::SNAPPY, "{}", column.column_path());
+    }
 }

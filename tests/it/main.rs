@@ -57,6 +57,7 @@ mod recordings;
 mod reference;
 mod replay;
 mod replay_lines;
+mod replayed_polls;
 mod replayed_requests;
 mod roofs;
 #[cfg(feature = "tables")]
@@ -69,6 +70,7 @@ mod streams;
 mod studies;
 mod study_parts;
 mod sweeps;
+mod timeless_replays;
 mod timeline;
 mod together;
 mod tractor;

@@ -161,6 +161,41 @@ fn a_file_without_a_scan_is_named_by_what_it_holds() {
 }
 
 #[test]
+fn bytes_without_a_telegram_are_no_recording() {
+    let (_folder, file) = folder();
+    std::fs::write(file("zeros.bin"), vec![0; 300_000]).expect("written");
+    for command in [&["record", "--info"][..], &["estimate"], &["decode"], &["replay"]] {
+        let ended = run(&[command, &[&file("zeros.bin")]].concat());
+        assert_eq!((ended.code, ended.stdout.lines().count() < 3), (Some(2), true), "{}", ended.stderr);
+    }
+    let told = run(&["record", "--info", &file("zeros.bin")]).stderr;
+    assert_says(&told, &["holds no SICK telegram in its 300000 bytes"]);
+}
+
+/// A bit of an LMS2xx log is flipped: the log stays one of an LMS2xx.
+#[test]
+fn a_damaged_lms2xx_log_is_decoded_in_its_own_language() {
+    let (_folder, file) = folder();
+    let scan = b"\x02\x80\x0c\x00\xb0\x04\x40\xe8\x03\x10\x02\x73\x03\xe8\x03\x10\x08\xb1";
+    let mut log = scan.repeat(5);
+    log[2 * scan.len() + 7] ^= 0x10;
+    std::fs::write(file("log.bin"), log).expect("written");
+    let ended = run(&["decode", &file("log.bin"), "--format", "jsonl"]);
+    assert_eq!(ended.code, Some(1), "{}", ended.stdout);
+    let lines: Vec<serde_json::Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).expect("json")).collect();
+    let told: Vec<_> = lines.iter().map(|line| (&line["is"], &line["length"])).collect();
+    let [good, bad] = [serde_json::json!("telegram"), serde_json::json!("bad")];
+    let length = serde_json::json!(scan.len());
+    assert_eq!(told, [&good, &good, &bad, &good, &good].map(|is| (is, &length)), "{}", ended.stdout);
+    assert!(
+        lines[2]["expected"].as_str().is_some_and(|expected| expected.starts_with("CRC ")),
+        "{}",
+        lines[2]
+    );
+}
+
+#[test]
 fn two_bytes_of_an_lms2xx_scan_are_no_cola_telegram() {
     let (_folder, file) = folder();
     // A scan of four ranges, among them 371 and 1000 mm: `02 73 03`.
@@ -295,14 +330,19 @@ fn a_raw_file_that_ends_inside_a_telegram_is_converted_and_told() {
     std::fs::write(file("cut.bin"), &whole[..whole.len() - 7]).expect("written");
     let ended = run(&["record", &file("cut.bin"), "-o", &file("cut.mcap")]);
     assert_eq!(ended.code, Some(1), "{}", ended.stderr);
-    let rest = scan(4).len() - 7;
-    assert_says(&ended.stderr, &["4 packets", &format!("the last {rest} bytes are no whole telegram")]);
+    let (begins, rest) = (whole.len() - scan(4).len(), scan(4).len() - 7);
+    let torn = format!(
+        "broken off at byte {begins}: expected the rest of a telegram, found the end of the file, {rest} bytes into it"
+    );
+    assert_says(&ended.stderr, &["4 packets", &torn]);
+    let info = run(&["record", "--info", &file("cut.bin"), "--format", "json"]);
+    let told: serde_json::Value = serde_json::from_str(&info.stdout).expect("json");
+    assert_eq!((info.code, told["torn"].as_str()), (Some(1), Some(&*torn)), "{}", info.stderr);
+    assert_says(&run(&["estimate", &file("cut.bin")]).stderr, &[&torn]);
+    // What the file says by itself is said once.
+    let decoded = run(&["decode", &file("cut.bin"), "--format", "jsonl"]);
+    assert_eq!((decoded.code, decoded.stdout.matches("\"bad\"").count()), (Some(1), 1), "{}", decoded.stdout);
     std::fs::write(file("whole.bin"), &whole).expect("written");
     let ended = run(&["record", &file("whole.bin"), "-o", &file("whole.mcap")]);
-    assert_eq!(
-        (ended.code, ended.stderr.contains("no whole telegram")),
-        (Some(0), false),
-        "{}",
-        ended.stderr
-    );
+    assert_eq!((ended.code, ended.stderr.contains("broken off")), (Some(0), false), "{}", ended.stderr);
 }

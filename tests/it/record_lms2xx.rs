@@ -5,9 +5,10 @@
 use crate::common;
 
 use std::io::{Read, Write};
+use std::process::Stdio;
 use std::time::Duration;
 
-use common::binary::{Emulator, assert_says, refused, run};
+use common::binary::{Emulator, assert_says, finish, interrupt, refused, rowscan, run};
 use common::recorded::{estimate, folder};
 use serde_json::Value;
 
@@ -76,4 +77,34 @@ fn every_byte_reaches_a_client_that_reads_late(recorded: &str, link: &str) {
     }
     let found = bytes.windows(5).filter(|head| matches!(head, [0x02, 0x80, _, 0x02, 0xB0])).count();
     assert_eq!(found, scans, "{} bytes", bytes.len());
+}
+
+/// A model that the scanner is not, by its own name: told where it is read, and where it is replayed.
+#[test]
+fn a_scanner_of_another_model_than_it_is_taken_for_is_told() {
+    let (_folder, file) = folder();
+    let (rig, link, recorded) = (file("row.toml"), file("lms"), file("run.mcap"));
+    let args = [&rig, "--model", "lms200", "--pty", &link, "--time-scale", "max"];
+    let emulator = Emulator::on_a_line("emulate", &args);
+    let read = |model: &str, more: &[&str]| {
+        let source = format!("serial:{link}");
+        run(&[&["estimate", &source, "--rig", &rig, "--model", model, "--scans", "5"], more].concat())
+    };
+    let told = read("lms291", &["--record", &recorded]).stderr;
+    assert_says(
+        &told,
+        &["the scanner is called LMS200, and is taken for the model LMS291-S05", "--model lms200"],
+    );
+    let told = read("lms200", &[]).stderr;
+    assert!(!told.contains("is taken for"), "{told}");
+    emulator.end();
+    let mut command = rowscan();
+    command.args(["replay", &recorded, "--pty", &file("again"), "--model", "lms291", "--format", "jsonl"]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs");
+    let mut line = [0; 1];
+    child.stdout.as_mut().expect("piped").read_exact(&mut line).expect("it listens");
+    std::thread::sleep(Duration::from_millis(300));
+    interrupt(&child);
+    let told = finish(child).stderr;
+    assert_says(&told, &["the scanner is called LMS200, and is taken for the model LMS291-S05"]);
 }

@@ -207,7 +207,7 @@ async fn every_lms2xx_on_a_bare_line_and_on_a_pseudo_terminal() {
             let (wire, place) = open(line, &folder.path().join("second")).await;
             let device = lms2xx_device_of(parts[0], found, options);
             let emulator = SerialEmulator::replay(device, &parts[0].name, wire, Arc::clone(&clock), config);
-            let outlets = vec![Outlet::lms2xx(&emulator).expect("replayed")];
+            let outlets = vec![Outlet::lms2xx(&emulator, parts[0]).expect("replayed")];
             let player = Player::start(tape, outlets, playhead, clock, &Timer::default());
             take_lms2xx(line, &place).await;
             drop((player, emulator));

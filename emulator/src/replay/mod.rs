@@ -1,7 +1,8 @@
 //! A recording as live devices again: what it answers, what it sends and when.
 //!
 //! [`Survey`] reads the recording once and finds its streams, what was asked and answered ([`Script`]) and where the scans are. A [`Playback`] reads
-//! it again while it plays, so that hours of it take no memory. It follows a [`Playhead`], which is told where to be.
+//! it again while it plays, so that hours of it take no memory. It follows a [`Playhead`], which is told where to be. Both read it in one time
+//! (`timed_frames.rs`): the file's, or where that stands still, that of the scans' own rate.
 
 mod lms2xx_device;
 mod playback;
@@ -10,6 +11,7 @@ mod script;
 mod serial;
 mod stamps;
 mod survey;
+mod timed_frames;
 mod traces;
 
 use std::path::{Path, PathBuf};
@@ -110,6 +112,10 @@ pub fn device_of(part: &Part, model: &'static Model) -> Device {
     let mut device = Device::new(model, Identity::default());
     let values = part.script.values();
     device.play_back(part.first_scan.as_ref().unwrap_or(&Default::default()), values);
+    // Whoever polls before it is played has a scan, as from a device that measures.
+    if let Some(scan) = &part.first_scan {
+        device.show_scan(scan.clone());
+    }
     // Where nobody knows what its client logged in with, that may be the password of any model that it may be.
     let alike = part.models_by_scan();
     if part.passwords.is_empty() && part.ident.is_none() && alike.iter().any(|other| other.name == model.name)

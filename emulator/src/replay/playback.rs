@@ -8,10 +8,12 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::telegram::{Kind, LmdScandata};
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Side, StreamKind};
+use rowscan_recording::{ReadError, RecordedFrame, Side, StreamKind};
 
 use super::stamps::{Restamp, Stamps};
-use super::{Part, ReplayError, survey, unreadable};
+use super::survey::{polled_scan, still_streams};
+use super::timed_frames::TimedFrames;
+use super::{Part, ReplayError, unreadable};
 
 /// What is played, and how.
 #[derive(Clone, Copy, Debug)]
@@ -33,9 +35,11 @@ pub struct Playback {
     path: PathBuf,
     /// Streams of a capture that are single connections have to be asked for.
     names: Vec<String>,
+    /// Streams whose clock stands still.
+    still: Vec<usize>,
     tracks: Vec<Track>,
     played: Played,
-    frames: FrameReader,
+    frames: TimedFrames,
     /// How often it has begun anew.
     rounds: u64,
     /// Frames before this recorded instant are passed over.
@@ -49,6 +53,8 @@ pub struct Playback {
 struct Track {
     stream: usize,
     verbatim: bool,
+    /// Its scans are replies to polls.
+    polled: bool,
     /// The next scan does not follow the one before it.
     jumped: bool,
     restamp: Restamp,
@@ -78,10 +84,12 @@ impl Playback {
     /// These parts of the recording at `path`.
     pub fn open(path: PathBuf, parts: &[&Part], played: Played) -> Result<Self, ReplayError> {
         let names: Vec<String> = parts.iter().map(|part| part.name.clone()).collect();
-        let frames = open(&path, &names).map_err(unreadable(&path))?;
+        let still = still_streams(parts.iter().copied());
+        let frames = open(&path, &names, &still).map_err(unreadable(&path))?;
         let track = |part: &&Part| Track {
             stream: part.stream,
             verbatim: part.is_verbatim(played.verbatim),
+            polled: part.polled,
             jumped: false,
             restamp: Restamp::default(),
         };
@@ -90,6 +98,7 @@ impl Playback {
             skip_until_ns: played.from_ns,
             path,
             names,
+            still,
             played,
             frames,
             rounds: 0,
@@ -104,7 +113,7 @@ impl Playback {
     }
 
     fn begin(&mut self, from_ns: u64) -> Result<(), ReadError> {
-        self.frames = open(&self.path, &self.names)?;
+        self.frames = open(&self.path, &self.names, &self.still)?;
         self.skip_until_ns = from_ns;
         self.tracks.iter_mut().for_each(|track| track.jumped = true);
         self.found = 0;
@@ -139,12 +148,22 @@ impl Playback {
     fn event(&self, track: usize, frame: RecordedFrame) -> Option<PlaybackEvent> {
         let at_ns = frame.at_ns + self.rounds * self.played.every_ns.unwrap_or_default();
         let (mut event, mut scan) = (None, None);
-        let (kind, verbatim) = (frame.kind, self.tracks.get(track)?.verbatim);
+        let Track { verbatim, polled, .. } = *self.tracks.get(track)?;
+        let kind = frame.kind;
         if kind == StreamKind::Lms2xx && !verbatim {
             // What else it said the device says by itself.
             let recorded = has_values(frame.payload()).then(|| frame.bytes.get(frame.frame_at..))??;
             let recorded = Bytes::copy_from_slice(recorded);
             return Some(PlaybackEvent { track, at_ns, event, dialect: None, scan, recorded });
+        }
+        if !verbatim
+            && polled
+            && let Some(polled) = frame.telegram().as_ref().and_then(polled_scan)
+        {
+            let (dialect, event) = (frame.dialect?, Some(Event::ScanData));
+            let recorded = encode(event, dialect, &polled).into();
+            let dialect = Some(dialect);
+            return Some(PlaybackEvent { track, at_ns, event, dialect, scan: Some(polled), recorded });
         }
         if !verbatim {
             let telegram = frame.telegram().filter(|telegram| telegram.kind == Kind::Sn)?;
@@ -189,6 +208,11 @@ impl PlaybackEvent {
         Some(encode(self.event, wanted, &self.scan()?).into())
     }
 
+    /// The same event with another scan.
+    pub(crate) fn with_scan(&self, dialect: Dialect, scan: &LmdScandata) -> Bytes {
+        encode(self.event, dialect, scan).into()
+    }
+
     /// The scan it tells, if it is one.
     pub(crate) fn scan(&self) -> Option<LmdScandata> {
         self.scan.clone().or_else(|| self.decoded())
@@ -217,7 +241,7 @@ fn encode(event: Option<Event>, dialect: Dialect, scan: &LmdScandata) -> Vec<u8>
     bytes
 }
 
-fn open(path: &Path, names: &[String]) -> Result<FrameReader, ReadError> {
+fn open(path: &Path, names: &[String], still: &[usize]) -> Result<TimedFrames, ReadError> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    survey::open(path, &names)
+    TimedFrames::open(path, &names, still)
 }

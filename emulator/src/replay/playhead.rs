@@ -56,6 +56,17 @@ impl Playhead {
         });
     }
 
+    /// What is still to come comes so much later, ns of simulated time: whoever takes it sets the pace.
+    pub(crate) fn hold_up(&self, by_ns: u64) {
+        self.state.send_if_modified(|state| {
+            if let Some((since, _)) = &mut state.running {
+                since.0 = since.0.saturating_add(by_ns);
+            }
+            // The tape, which holds it up, need not look.
+            false
+        });
+    }
+
     /// The recorded instant that it stands at or plays, and whether somebody has paused it.
     pub fn place(&self, now: SimTime) -> (u64, bool) {
         let state = self.state.borrow();

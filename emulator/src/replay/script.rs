@@ -3,13 +3,19 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use rowscan_protocol::device::{Reply, command};
+use rowscan_protocol::device::{Device, Reply, command};
 use rowscan_protocol::frame::{Dialect, Frame, encode};
+use rowscan_protocol::telegram::fr_echo_filter::EchoFilter;
+use rowscan_protocol::telegram::lmd_scandatacfg::ScanDataConfig;
+use rowscan_protocol::telegram::lmp_output_range::OutputRange;
 use rowscan_protocol::telegram::{Kind, LmdScandata, SopasError, Telegram, Variable};
 use rowscan_recording::{RecordedFrame, Side};
 
 /// Requests that are kept; no start-up has more.
 const MOST: usize = 4096;
+
+/// Scans, and the settings that shape them.
+const SHAPED: [&str; 4] = [LmdScandata::NAME, ScanDataConfig::NAME, OutputRange::NAME, EchoFilter::NAME];
 
 /// A request's payload and how it was framed.
 type Request = (Dialect, Vec<u8>);
@@ -91,25 +97,26 @@ pub(crate) struct ScriptedReplies {
     script: Arc<Script>,
     /// How often each request has been answered on this connection.
     said: HashMap<Request, usize>,
-    /// A poll of this client was refused.
-    polled_in_vain: bool,
 }
 
 impl ScriptedReplies {
     pub(crate) fn new(script: Arc<Script>) -> Self {
-        Self { script, said: HashMap::new(), polled_in_vain: false }
+        Self { script, said: HashMap::new() }
     }
 
     /// Puts the recorded answer in the place of the device's own, and tells whether it did. What the device refuses for want of a login
-    /// stays refused.
-    pub(crate) fn amend(&mut self, request: &Frame<'_>, reply: &mut Reply) -> bool {
+    /// stays refused, and scans that are cut to measure are not the recorded ones.
+    pub(crate) fn amend(&mut self, device: &Device, request: &Frame<'_>, reply: &mut Reply) -> bool {
+        let name = Telegram::parse(request.dialect, request.payload).map_or("", |telegram| telegram.name);
+        if SHAPED.contains(&name) && device.is_cut() {
+            return false;
+        }
         let key = (request.dialect, request.payload.to_vec());
         let Some(answers) = self.script.answers.get(&key) else { return false };
         let denied = [SopasError::MethodAccessDenied, SopasError::WriteAccessDenied];
         if refusal(request.dialect, &reply.bytes).is_some_and(|error| denied.contains(&error)) {
             return false;
         }
-        let name = Telegram::parse(request.dialect, request.payload).map_or("", |telegram| telegram.name);
         // Once the recorded answers are used up, the device's own state is the truth of what changes by itself.
         let is_live = command::by_name(name).is_some_and(|command| command.is_live);
         let said = self.said.entry(key).or_default();
@@ -123,14 +130,6 @@ impl ScriptedReplies {
             reply.bytes.clone_from(answer);
         }
         answer.is_some()
-    }
-
-    /// Whether a poll takes scans off the recording. A refused one does not, or a client that looks whether there is a scan, and then
-    /// subscribes, would lose what is played meanwhile. One that asks again has no other way to its scans.
-    pub(crate) fn takes_scan(&mut self, poll: &Frame<'_>, reply: &Reply) -> bool {
-        let is_refused = refusal(poll.dialect, &reply.bytes).is_some();
-        let asks_again = std::mem::replace(&mut self.polled_in_vain, is_refused);
-        !is_refused || asks_again
     }
 }
 

@@ -5,15 +5,14 @@ use std::sync::Arc;
 
 use rowscan_protocol::device::DeviceEvent as Event;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
-use rowscan_protocol::model::{MODELS, Model};
+use rowscan_protocol::model::{AnyModel, MODELS, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
-use rowscan_recording::{
-    About, FrameReader, ReadError, RecordedFrame, Recording, Side, StreamInfo, StreamKind,
-};
+use rowscan_recording::{About, RecordedFrame, Side, StreamInfo, StreamKind};
 
+use super::timed_frames::TimedFrames;
 use super::traces::Traces;
 use super::{Lms2xxPart, ReplayError, Script, unreadable};
 
@@ -55,18 +54,50 @@ pub struct Part {
     pub first_scan_ns: Option<u64>,
     /// Time of the last event.
     pub ends_ns: u64,
+    /// Its scans are replies to polls: it sent none by itself.
+    pub polled: bool,
+    /// Scans a second that it is played at, where its own clock stands still.
+    pub assumed_hz: Option<f64>,
     /// What is known of a scanner that speaks no CoLa.
     pub lms2xx: Lms2xxPart,
+    last_scan_ns: Option<u64>,
     subscribed_ns: Option<u64>,
     /// Passwords the host logged in with.
     pub(super) passwords: Vec<u32>,
     traces: Traces,
+    polls: Option<Polls>,
 }
 
-/// True for the scans' names.
-fn is_scan(telegram: &Telegram<'_>) -> bool {
-    telegram.kind == Kind::Sn
-        && matches!(Event::by_name(telegram.name), Some(Event::ScanData | Event::Monitor))
+/// Streams that are played at an assumed rate.
+pub(super) fn still_streams<'a>(parts: impl IntoIterator<Item = &'a Part>) -> Vec<usize> {
+    let still = parts.into_iter().filter(|part| part.assumed_hz.is_some());
+    still.map(|part| part.stream).collect()
+}
+
+/// Scans that were polled.
+#[derive(Debug)]
+struct Polls {
+    first_ns: u64,
+    last_ns: u64,
+    scans: u64,
+    /// The first one.
+    scan: LmdScandata,
+}
+
+/// The scan that the device sent: by itself, or where it sent none by itself, as the reply to a poll.
+pub(super) fn is_scan(telegram: &Telegram<'_>, polled: bool) -> bool {
+    match telegram.kind {
+        Kind::Sn => matches!(Event::by_name(telegram.name), Some(Event::ScanData | Event::Monitor)),
+        Kind::Ra => polled && polled_scan(telegram).is_some(),
+        _ => false,
+    }
+}
+
+/// The scan in the reply to a poll; none before the first one was made.
+pub(super) fn polled_scan(telegram: &Telegram<'_>) -> Option<LmdScandata> {
+    let is_reply = telegram.kind == Kind::Ra && telegram.name == LmdScandata::NAME;
+    let scan = is_reply.then(|| telegram.args.decode::<LmdScandata>().ok()).flatten();
+    scan.filter(|scan| !scan.channels16.is_empty())
 }
 
 impl Survey {
@@ -77,8 +108,16 @@ impl Survey {
 
     /// The same; of a capture, connections of these names are streams of their own ([`Recording::open_apart`]).
     pub fn read_apart(path: &Path, connections: &[&str]) -> Result<Self, ReplayError> {
+        let survey = Self::read_once(path, connections, &[])?;
+        let still: Vec<usize> =
+            survey.parts.iter().filter(|part| part.stands_still()).map(|part| part.stream).collect();
+        // Times that tell nothing are found out at the end.
+        if still.is_empty() { Ok(survey) } else { Self::read_once(path, connections, &still) }
+    }
+
+    fn read_once(path: &Path, connections: &[&str], still: &[usize]) -> Result<Self, ReplayError> {
         let fail = unreadable(path);
-        let mut frames = FrameReader::new(Recording::open_apart(path, connections).map_err(&fail)?);
+        let mut frames = TimedFrames::open(path, connections, still).map_err(&fail)?;
         let mut parts: Vec<Part> = Vec::new();
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             for (stream, info) in frames.recording().streams().iter().enumerate().skip(parts.len()) {
@@ -94,6 +133,9 @@ impl Survey {
                     part.event(frame.at_ns, &telegram);
                 }
                 Some(telegram) => {
+                    if frame.from == Side::Device {
+                        part.reply(frame.at_ns, &telegram);
+                    }
                     let subscribes = is_subscription(&telegram) && frame.from == Side::Device;
                     if subscribes && part.first_scan_ns.is_none() {
                         part.subscribed_ns = Some(frame.at_ns);
@@ -126,6 +168,10 @@ impl Survey {
         for (stream, info) in recording.streams().iter().enumerate().skip(parts.len()) {
             parts.push(Part::new(stream, info));
         }
+        for part in &mut parts {
+            part.assumed_hz = frames.hertz(part.stream);
+            part.take_polls();
+        }
         let torn = recording.torn().map(ToString::to_string);
         Ok(Self { path: path.to_owned(), about: recording.about().clone(), parts, torn })
     }
@@ -133,12 +179,13 @@ impl Survey {
     /// Time of a part's scan number `number`, from 0; none if it has fewer.
     pub fn scan_at(&self, part: &Part, number: u64) -> Result<Option<u64>, ReplayError> {
         let fail = unreadable(&self.path);
-        let mut frames = open(&self.path, &self.names()).map_err(&fail)?;
+        let names: Vec<&str> = self.parts.iter().map(|part| part.name.as_str()).collect();
+        let mut frames = TimedFrames::open(&self.path, &names, &still_streams(&self.parts)).map_err(&fail)?;
         let mut scans = 0;
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             let is_scan = match frame.kind {
                 StreamKind::Lms2xx => has_values(frame.payload()),
-                _ => frame.telegram().is_some_and(|telegram| is_scan(&telegram)),
+                _ => frame.telegram().is_some_and(|telegram| is_scan(&telegram, part.polled)),
             };
             if frame.stream != part.stream || frame.from != Side::Device || !is_scan {
                 continue;
@@ -177,11 +224,6 @@ impl Survey {
         Some(scanners(true)).filter(|chosen| !chosen.is_empty()).unwrap_or_else(|| scanners(false))
     }
 
-    /// Its streams' names.
-    fn names(&self) -> Vec<&str> {
-        self.parts.iter().map(|part| part.name.as_str()).collect()
-    }
-
     /// There is nothing to play.
     pub fn nothing(&self) -> ReplayError {
         ReplayError::Nothing { path: self.path.clone(), found: self.found() }
@@ -199,11 +241,6 @@ impl Survey {
         let names: Vec<String> = self.parts.iter().map(told).collect();
         if names.is_empty() { "no stream".to_owned() } else { names.join(", ") }
     }
-}
-
-/// Reads a recording anew, with the streams of a survey.
-pub(super) fn open(path: &Path, names: &[&str]) -> Result<FrameReader, ReadError> {
-    Recording::open_apart(path, names).map(FrameReader::new)
 }
 
 /// `sEA LMDscandata 1`, or the monitor's.
@@ -227,10 +264,14 @@ impl Part {
             begins_ns: None,
             first_scan_ns: None,
             ends_ns: 0,
+            polled: false,
+            assumed_hz: None,
+            last_scan_ns: None,
             lms2xx: Lms2xxPart::default(),
             subscribed_ns: None,
             passwords: Vec::new(),
             traces: Traces::default(),
+            polls: None,
         }
     }
 
@@ -239,6 +280,7 @@ impl Part {
             self.begins_ns.get_or_insert(frame.at_ns);
             self.first_scan_ns.get_or_insert(frame.at_ns);
             self.ends_ns = self.ends_ns.max(frame.at_ns);
+            self.last_scan_ns = self.last_scan_ns.max(Some(frame.at_ns));
             self.scans += 1;
         }
     }
@@ -246,14 +288,50 @@ impl Part {
     fn event(&mut self, at_ns: u64, telegram: &Telegram<'_>) {
         self.begins_ns.get_or_insert(self.subscribed_ns.map_or(at_ns, |subscribed| subscribed.min(at_ns)));
         self.ends_ns = self.ends_ns.max(at_ns);
-        if !is_scan(telegram) {
+        if !is_scan(telegram, false) {
             return;
         }
         self.scans += 1;
         self.first_scan_ns.get_or_insert(at_ns);
+        self.last_scan_ns = self.last_scan_ns.max(Some(at_ns));
         if self.first_scan.is_none() {
             self.first_scan = telegram.args.decode().ok();
         }
+    }
+
+    /// Takes note of a scan that was polled.
+    fn reply(&mut self, at_ns: u64, telegram: &Telegram<'_>) {
+        let Some(scan) = polled_scan(telegram) else { return };
+        let polls =
+            self.polls.get_or_insert_with(|| Polls { first_ns: at_ns, last_ns: at_ns, scans: 0, scan });
+        polls.last_ns = polls.last_ns.max(at_ns);
+        polls.scans += 1;
+    }
+
+    /// Without a scan that the device sent by itself, the polled ones are what is played. Beside others they would be the same scans again.
+    fn take_polls(&mut self) {
+        let Some(Polls { first_ns, last_ns, scans, scan }) = self.polls.take().filter(|_| self.scans == 0)
+        else {
+            return;
+        };
+        self.polled = true;
+        self.scans = scans;
+        self.first_scan = Some(scan);
+        (self.first_scan_ns, self.last_scan_ns) = (Some(first_ns), Some(last_ns));
+        self.begins_ns = self.begins_ns.map_or(Some(first_ns), |begins| Some(begins.min(first_ns)));
+        self.ends_ns = self.ends_ns.max(last_ns);
+    }
+
+    /// All scans came at one instant: the recording's clock tells nothing of them.
+    fn stands_still(&self) -> bool {
+        self.is_scanner() && self.scans > 1 && self.first_scan_ns == self.last_scan_ns
+    }
+
+    /// The model that the device says it is, if it was asked.
+    pub fn told_model(&self) -> Option<AnyModel> {
+        let serial = self.lms2xx.type_text().map(|text| text.rsplit_once(';').unwrap_or((text, "")));
+        let (ident, firmware) = serial.or_else(|| Some((self.ident.as_deref()?, "")))?;
+        AnyModel::of_device(ident, firmware)
     }
 
     /// A scanner's telegrams, and not another instrument's bytes.

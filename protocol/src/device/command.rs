@@ -11,7 +11,7 @@ use super::context::{Callable, Context, Readable, Writable};
 use super::event::DeviceEvent;
 use super::refusal::Fault;
 use crate::telegram::wire::{Fields, WireError, Writer};
-use crate::telegram::{Args, Kind, Method, SopasError, Telegram, Variable};
+use crate::telegram::{Args, Kind, LmdScandata, Method, SopasError, Telegram, Variable};
 use crate::telegram::{
     device_ident, ee_writeall, ei_address, eihst_cola, field_nnn, firmware_version, fr_echo_filter,
     lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata,
@@ -259,7 +259,16 @@ fn visit_reply<M: Method>(args: Args<'_>, visitor: &mut dyn Visitor) -> Result<(
 }
 
 fn read_last_scan(context: &Context<'_>, writer: &mut Writer<'_>) -> Result<(), SopasError> {
-    let scan = context.device.last_scan().ok_or(Fault::NoScanYet)?;
-    scan.write(writer);
+    let device = &*context.device;
+    match device.last_scan() {
+        Some(scan) if device.is_cut() => {
+            let mut scan = scan.clone();
+            device.cut_to_measure(&mut scan);
+            scan.write(writer);
+        }
+        Some(scan) => scan.write(writer),
+        None if device.model().zeros_before_first_scan => LmdScandata::default().write(writer),
+        None => return Err(Fault::NoScanYet.into()),
+    }
     Ok(())
 }

@@ -131,14 +131,8 @@ impl Device {
 
     /// Echoes that get a channel, counted from 0. A filter that picks one echo leaves only the first channel.
     fn delivered_echoes(&self) -> impl Iterator<Item = u8> + use<> {
-        // Where an empty mask is taken, one echo is sent.
-        let mask = self.settings.scan_data.channels.0.max(1);
-        let (echoes, mask) = match self.settings.echo_filter {
-            fr_echo_filter::ALL => (self.model.echoes, mask),
-            // The one echo that is left is sent whatever the mask says: no scan is without a channel.
-            _ => (1, 1),
-        };
-        (0..echoes).filter(move |echo| mask >> echo & 1 == 1)
+        let mask = self.settings.delivered_echoes(self.model);
+        (0..self.model.echoes).filter(move |echo| mask >> echo & 1 == 1)
     }
 
     /// The channel of `echo`: what `raw` makes of the values of `beams`, of 0 where there was no echo. `first` is the mirror's beam that

@@ -1,10 +1,12 @@
 //! A device whose scans come from a recording: it is set as the recorded one was, and stays so.
 
+use crate::angle::BeamGrid;
 use crate::frame::Dialect;
-use crate::model::ScanMode;
+use crate::model::{Model, ScanMode};
+use crate::telegram::fr_echo_filter;
 use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
 use crate::telegram::wire::LowHigh;
-use crate::telegram::{Kind, LmdScandata, SopasError, Telegram};
+use crate::telegram::{Channel, Kind, LmdScandata, SopasError, Telegram};
 use crate::time::SimTime;
 
 use super::access::Access;
@@ -19,10 +21,10 @@ impl Device {
     /// Becomes the device that sent `scan`: serial number, scan mode, range and contents are the scan's, other settings those of the recorded
     /// replies `values` (`sRA`), as far as this model takes them.
     ///
-    /// Afterwards its scans and events come from the recording. A setting that would change them is refused
-    /// ([`Fault::FixedByRecording`]), and it sends no events of its own.
+    /// Afterwards its scans and events come from the recording. A setting that wants what the recorded scans do not have is refused
+    /// ([`Fault::FixedByRecording`]); one that wants less is taken, and scans are [cut to measure](Self::cut_to_measure). It sends no events of its own.
     pub fn play_back<'a>(&mut self, scan: &LmdScandata, values: impl IntoIterator<Item = Telegram<'a>>) {
-        self.plays_back = false;
+        self.recorded = None;
         for Telegram { kind, name, args } in values {
             if kind == Kind::Ra && by_name(name).is_some_and(|command| command.is_replayed) {
                 let mut access = Access::new(Dialect::B);
@@ -44,7 +46,7 @@ impl Device {
             }
         }
         self.saved = self.settings.clone();
-        self.plays_back = true;
+        self.recorded = Some(self.settings.clone());
     }
 
     /// Sets the scan that a poll (`sRN LMDscandata`) returns.
@@ -55,13 +57,67 @@ impl Device {
 
     /// Undoes a change of settings that the recording cannot honour.
     pub(super) fn keep_scans(&mut self, before: Settings) -> Result<(), SopasError> {
-        let same = self.settings.shapes_scans_like(&before, self.model, self.mirror().beams);
-        if self.plays_back && !same {
+        let honoured = self
+            .recorded
+            .as_ref()
+            .is_none_or(|recorded| self.settings.are_within(recorded, self.model, self.mirror().beams));
+        if !honoured {
             self.settings = before;
             self.fixed += 1;
             return Err(Fault::FixedByRecording.into());
         }
         Ok(())
+    }
+
+    /// True if less was asked for than the recorded scans have.
+    pub fn is_cut(&self) -> bool {
+        let full = self.mirror().beams;
+        let same = |recorded: &Settings| recorded.are_within(&self.settings, self.model, full);
+        self.recorded.as_ref().is_some_and(|recorded| !same(recorded))
+    }
+
+    /// Leaves out of a recorded scan what was not asked for: channels, beams, blocks.
+    pub fn cut_to_measure(&self, scan: &mut LmdScandata) {
+        let wanted = &self.settings.scan_data;
+        let echoes = self.settings.delivered_echoes(self.model);
+        let has = |name: [u8; 5]| match name {
+            [b'D', b'I', b'S', b'T', digit] => is_in(echoes, digit),
+            [b'R', b'S', b'S', b'I', digit] => wanted.remission & 1 == 1 && is_in(echoes, digit),
+            _ => true,
+        };
+        scan.channels16.retain(|channel| has(channel.name.0));
+        scan.channels8.retain(|channel| has(channel.name.0));
+        if !self.settings.output_range.is_full(self.model) {
+            scan.channels16.iter_mut().for_each(|channel| self.settings.output_range.cut(channel));
+            scan.channels8.iter_mut().for_each(|channel| self.settings.output_range.cut(channel));
+        }
+        let mut encoder = 0;
+        scan.encoders.retain(|_| {
+            encoder += 1;
+            wanted.encoders.0 >> (encoder - 1) & 1 == 1
+        });
+        scan.position = scan.position.filter(|_| wanted.position);
+        scan.name = scan.name.take().filter(|_| wanted.device_name);
+        scan.comment = scan.comment.take().filter(|_| wanted.comment);
+        scan.time = scan.time.filter(|_| wanted.time);
+    }
+}
+
+/// Whether the echo of this digit is in the mask.
+fn is_in(echoes: u16, digit: u8) -> bool {
+    let echo = u32::from(digit.wrapping_sub(b'1'));
+    echoes.checked_shr(echo).is_some_and(|echoes| echoes & 1 == 1)
+}
+
+impl OutputCut {
+    /// Leaves out of a channel the beams outside the cut.
+    fn cut<T>(self, channel: &mut Channel<T>) {
+        let count = u16::try_from(channel.values.len()).unwrap_or(u16::MAX);
+        let sent = BeamGrid { start: channel.start_angle, step: channel.step, count };
+        let (first, kept) = self.beams(sent);
+        channel.values.truncate(first + kept.len());
+        channel.values.drain(..first.min(channel.values.len()));
+        channel.start_angle = kept.start;
     }
 }
 
@@ -93,24 +149,32 @@ fn contents(scan: &LmdScandata, known: &ScanDataConfig) -> ScanDataConfig {
 }
 
 impl Settings {
-    /// True if scans made with either are the same: what is off may be set to anything.
-    fn shapes_scans_like(
-        &self,
-        other: &Self,
-        model: &crate::model::Model,
-        full: crate::angle::BeamGrid,
-    ) -> bool {
-        let contents = |settings: &Self| {
-            let contents = settings.scan_data.clone();
-            match contents.remission {
-                0 => ScanDataConfig { resolution: REMISSION_8_BIT, ..contents },
-                _ => contents,
-            }
+    /// True if scans made with `other` have all that these ask for: what is off may be set to anything.
+    fn are_within(&self, other: &Self, model: &Model, full: BeamGrid) -> bool {
+        let (asked, sent) = (&self.scan_data, &other.scan_data);
+        let echoes = self.delivered_echoes(model) & !other.delivered_echoes(model) == 0;
+        // Of all echoes, the first one is among them.
+        let filter = model.echoes == 1
+            || self.echo_filter == other.echo_filter
+            || (other.echo_filter, self.echo_filter) == (fr_echo_filter::ALL, fr_echo_filter::FIRST);
+        let remission =
+            asked.remission == 0 || (asked.remission, asked.resolution) == (sent.remission, sent.resolution);
+        let encoders = asked.encoders.0 & !sent.encoders.0 == 0
+            && (asked.encoders.0 == 0 || self.encoder == other.encoder);
+        let blocks = [
+            (asked.position, sent.position),
+            (asked.device_name, sent.device_name),
+            (asked.comment, sent.comment),
+            (asked.time, sent.time),
+        ];
+        let beams = |settings: &Self| {
+            let (first, beams) = match settings.output_range.is_full(model) {
+                true => (0, full),
+                false => settings.output_range.beams(full),
+            };
+            first..first + beams.len()
         };
-        let range = |settings: &Self| match settings.output_range.is_full(model) {
-            true => None,
-            false => Some(settings.output_range.beams(full)),
-        };
+        let (wanted, there) = (beams(self), beams(other));
         let filters = |settings: &Self| {
             let filters = settings.filters;
             (
@@ -120,12 +184,16 @@ impl Settings {
             )
         };
         self.mode == other.mode
-            && contents(self) == contents(other)
-            && range(self) == range(other)
+            && echoes
+            && filter
+            && remission
+            && encoders
+            && blocks.iter().all(|(asked, sent)| !asked || *sent)
+            && (asked.unit, asked.output_rate) == (sent.unit, sent.output_rate)
+            && wanted.start >= there.start
+            && wanted.end <= there.end
             && filters(self) == filters(other)
             && self.suppression == other.suppression
-            && (model.echoes == 1 || self.echo_filter == other.echo_filter)
-            && (self.scan_data.encoders.0 == 0 || self.encoder == other.encoder)
             && self.applications.ranging == other.applications.ranging
     }
 }

@@ -48,7 +48,7 @@ pub enum Fault {
     ImpossibleFilter,
     /// An application the device does not have.
     NoSuchApplication,
-    /// The scans come from a recording, which the setting would contradict.
+    /// The scans come from a recording, which does not have what the setting asks for.
     FixedByRecording,
     /// The variable exists, but this virtual device cannot change it.
     FixedHere,
@@ -117,7 +117,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("any", Fault::NoFlag, "neither 0 nor 1 for a flag", SopasError::InvalidData, Assumed, "sEN LMDscandata 2"),
     line("sMN LSPsetdatetime", Fault::NoDate, "a date that does not exist", SopasError::InvalidData, Assumed, "sMN LSPsetdatetime +2023 +2 +29 0 0 0 0"),
     line("sWN LocationName", Fault::TextTooLong, "more than 16 characters", SopasError::FlexOutOfBounds, Assumed, "sWN LocationName 11 seventeen letters"),
-    line("sRN LMDscandata", Fault::NoScanYet, "no scan has been made since power-up", SopasError::LocalConditionFailed, Assumed, "sRN LMDscandata"),
+    line("sRN LMDscandata", Fault::NoScanYet, "no scan has been made since power-up (a TiM answers with a scan of zeros)", SopasError::LocalConditionFailed, Assumed, "sRN LMDscandata"),
     line("sWN LMPoutputRange", Fault::OutsideOutputRange, "not one sector, or angles beyond the model's", SopasError::LocalConditionFailed, Recorded("MRS1104"), "sWN LMPoutputRange 1 1388 -500000 +2250000"),
     line("sWN LMPoutputRange", Fault::OutsideOutputRange, "a range without a beam: it lies between two", SopasError::LocalConditionFailed, Assumed, "sWN LMPoutputRange 1 1388 +12345 +13000"),
     line("sWN LMDscandatacfg", Fault::ImpossibleContents, "echoes or encoders the model does not have, no echo at all (LMS5xx takes that), unit not 0, rate not 1 to 50000", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 04 00 0 0 0 00 00 0 0 0 0 +1"),
@@ -125,7 +125,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sWN LICencres", Fault::NoSuchCode, "not between 0.001 and 2000", SopasError::LocalConditionFailed, Assumed, "sWN LICencres 00000000"),
     line("sWN LFPmeanfilter, LFPmedianfilter, LFPparticle", Fault::ImpossibleFilter, "a mean of other than 2 to 100 scans, a median of other than 3 beams", SopasError::LocalConditionFailed, Assumed, "sWN LFPmeanfilter 1 +101 0"),
     line("sWN SetActiveApplications", Fault::NoSuchApplication, "neither RANG nor FEVL", SopasError::LocalConditionFailed, Assumed, "sWN SetActiveApplications 1 NONE 1"),
-    line("sWN LMDscandatacfg, LMPoutputRange, FREchoFilter, MSsuppmode, LFP…, LIC…", Fault::FixedByRecording, "`rowscan replay` only: the recorded scans would have to be others", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"),
+    line("sWN LMDscandatacfg, LMPoutputRange, FREchoFilter, MSsuppmode, LFP…, LIC…", Fault::FixedByRecording, "`rowscan replay` only: the recorded scans do not have what is asked for", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"),
     line("sWN TSC…, EIIpAddr, EImask, EIgate", Fault::FixedHere, "another value than the one in force: not emulated", SopasError::LocalConditionFailed, Assumed, "sWN TSCRole 1"),
 ];
 

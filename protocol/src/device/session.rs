@@ -128,7 +128,7 @@ impl Session {
             (DeviceEvent::OutputState, &mut told.outputs, changes.outputs.count),
             (DeviceEvent::FieldResult, &mut told.field, changes.field.count),
         ] {
-            if device.plays_back
+            if device.recorded.is_some()
                 || !access.subscriptions.has(event)
                 || core::mem::replace(told, count) == count
             {

@@ -104,6 +104,19 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// Echoes that get a channel, bit 0 for the first.
+    pub(super) fn delivered_echoes(&self, model: &Model) -> u16 {
+        let all = (1_u16 << model.echoes) - 1;
+        match self.echo_filter {
+            // Where an empty mask is taken, one echo is sent.
+            fr_echo_filter::ALL => self.scan_data.channels.0.max(1) & all,
+            // The one echo that is left is sent whatever the mask says: no scan is without a channel.
+            _ => 1,
+        }
+    }
+}
+
 impl OutputCut {
     /// True if it lies within the model's range, give or take the rounding of clients.
     pub(super) fn is_within(&self, model: &Model) -> bool {

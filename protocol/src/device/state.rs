@@ -95,8 +95,8 @@ pub struct Device {
     pub(super) counters: Counters,
     pub(super) last_scan: LmdScandata,
     pub(super) has_scan: bool,
-    /// Scans and events come from a recording.
-    pub(super) plays_back: bool,
+    /// Of one whose scans and events come from a recording: what the recorded one was set to.
+    pub(super) recorded: Option<Settings>,
     /// Settings refused because of that.
     pub(super) fixed: u32,
     /// Logins it takes besides its model's.
@@ -141,7 +141,7 @@ impl Device {
             counters,
             last_scan: LmdScandata::default(),
             has_scan: false,
-            plays_back: false,
+            recorded: None,
             fixed: 0,
             more_logins: Vec::new(),
             troubles: Troubles::default(),
@@ -225,7 +225,7 @@ impl Device {
 
     /// The modes it can be set to: of a recorded scanner, the recorded one.
     pub(super) fn legal_modes(&self) -> &[ScanMode] {
-        if self.plays_back { core::slice::from_ref(&self.settings.mode) } else { self.model.modes }
+        if self.recorded.is_some() { core::slice::from_ref(&self.settings.mode) } else { self.model.modes }
     }
 
     /// How many settings were refused because the recorded scans would have to be others.
@@ -257,7 +257,7 @@ impl Device {
             host_dialect: self.host_dialect,
             clock: self.clock.restarted(now),
             ticks: self.ticks,
-            plays_back: self.plays_back,
+            recorded: self.recorded.take(),
             fixed: self.fixed,
             more_logins: core::mem::take(&mut self.more_logins),
             troubles: self.troubles.after_restart(),

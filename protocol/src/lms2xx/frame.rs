@@ -9,6 +9,9 @@
 //! | 2 | [`checksum`] of all before it, low byte first |
 //!
 //! `06` alone acknowledges a command, `15` alone reports a broken frame.
+//!
+//! A request ends what the device is sending ([`cut_off`]): behind a few bytes of a telegram comes the `06`, and the reply. Whoever reads as many bytes
+//! as the head says takes them for the rest of it.
 
 use alloc::vec::Vec;
 
@@ -65,6 +68,40 @@ pub fn encode(address: u8, body: &[u8], out: &mut Vec<u8>) {
     encode_with(address, out, |out| out.extend_from_slice(body));
 }
 
+/// The length of the good frame that `bytes` begin with.
+pub fn whole(bytes: &[u8]) -> Option<usize> {
+    let [STX, _, low, high, ..] = *bytes else { return None };
+    let body = usize::from(word([low, high]));
+    let (summed, crc) = bytes.get(..body + OVERHEAD)?.split_last_chunk::<2>()?;
+    ((1..=MAX_BODY).contains(&body) && word(*crc) == checksum(summed)).then_some(body + OVERHEAD)
+}
+
+/// How many bytes of the telegram that `bytes` begin with a device has sent, where a request has cut it off; none where it is damaged, or not whole
+/// yet. What comes next is whole: an acknowledgement with a telegram behind it, or in a log of both sides the request.
+///
+/// ```
+/// use rowscan_protocol::lms2xx::frame::{ACK, FROM_DEVICE, cut_off, encode};
+/// let mut bytes = b"\x02\x80\xD6\x02\xB0\x69\x41".to_vec(); // 7 bytes of a scan of 732
+/// bytes.push(ACK);
+/// encode(FROM_DEVICE, &[0xA0, 0, 0x10], &mut bytes);
+/// assert_eq!(cut_off(&bytes), Some(7));
+/// ```
+pub fn cut_off(bytes: &[u8]) -> Option<usize> {
+    let [STX, address, low, high, ..] = *bytes else { return None };
+    let body = usize::from(word([low, high]));
+    if address & FROM_DEVICE == 0 || !(1..=MAX_BODY).contains(&body) {
+        return None;
+    }
+    let extent = bytes.len().min(body + OVERHEAD);
+    // Of the head two bytes are known to have come.
+    let next = (3..extent).find(|at| bytes.get(*at..).and_then(whole).is_some())?;
+    match (bytes.get(next + 1)? & FROM_DEVICE, bytes.get(next - 1)?) {
+        (0, _) => Some(next),
+        (_, &ACK | &NAK) => Some(next - 1),
+        _ => None,
+    }
+}
+
 /// Whose frames are decoded: the two sides' frames differ in their address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Listener {
@@ -83,6 +120,13 @@ pub enum Received<'a> {
     Frame(Frame<'a>),
     /// A whole frame with a wrong checksum.
     Broken,
+    /// The beginning of a device's frame, the rest of which a request has cut off.
+    CutOff {
+        /// Place of its first byte in the stream.
+        offset: u64,
+        /// Bytes that were sent of it.
+        len: usize,
+    },
     /// `06` between frames.
     Ack,
     /// `15` between frames.
@@ -167,6 +211,15 @@ impl FrameDecoder {
         self.ended = true;
     }
 
+    /// True if a good frame has come behind the beginning of another that is not whole: no more will come of that one.
+    pub fn holds_frame(&self) -> bool {
+        let pending = self.buffer.get(self.start..).unwrap_or_default();
+        (1..pending.len()).any(|at| {
+            let rest = pending.get(at..).unwrap_or_default();
+            rest.get(1).is_some_and(|address| self.hears(*address)) && whole(rest).is_some()
+        })
+    }
+
     /// What was seen so far.
     pub fn counts(&self) -> FrameCounts {
         self.counts
@@ -219,28 +272,39 @@ impl FrameDecoder {
                     }));
                 }
                 Probe::Broken(extent) => {
+                    if let Some(len) = self.cut_off() {
+                        return Some(Received::CutOff { offset: self.base + from as u64, len });
+                    }
                     if self.reject(extent) {
                         return Some(Received::Broken);
                     }
                 }
                 Probe::NotAFrame => self.skip(),
-                Probe::Incomplete if self.ended => {
-                    self.reject(self.buffer.len() - from);
-                }
+                Probe::Incomplete if self.ended => match self.cut_off() {
+                    Some(len) => {
+                        return Some(Received::CutOff { offset: self.base + from as u64, len });
+                    }
+                    None => {
+                        self.reject(self.buffer.len() - from);
+                    }
+                },
                 Probe::Incomplete => return None,
             }
+        }
+    }
+
+    fn hears(&self, address: u8) -> bool {
+        match self.listener {
+            Listener::Device => address == 0,
+            Listener::Host => address & FROM_DEVICE != 0,
+            Listener::Either => true,
         }
     }
 
     fn probe(&self) -> Probe {
         let bytes = self.buffer.get(self.start..).unwrap_or_default();
         let Some(&address) = bytes.get(1) else { return Probe::Incomplete };
-        let heard = match self.listener {
-            Listener::Device => address == 0,
-            Listener::Host => address & FROM_DEVICE != 0,
-            Listener::Either => true,
-        };
-        if !heard {
+        if !self.hears(address) {
             return Probe::NotAFrame;
         }
         let Some(&[low, high]) = bytes.get(2..HEADER) else { return Probe::Incomplete };
@@ -256,6 +320,15 @@ impl FrameDecoder {
         } else {
             Probe::Broken(body + OVERHEAD)
         }
+    }
+
+    /// Skips the telegram that a request has cut off here, if one has.
+    fn cut_off(&mut self) -> Option<usize> {
+        let len = cut_off(self.buffer.get(self.start..)?)?;
+        self.start += len;
+        self.suspect_until = 0;
+        self.counts.skipped_bytes += len as u64;
+        Some(len)
     }
 
     fn skip(&mut self) {

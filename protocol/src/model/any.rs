@@ -68,6 +68,19 @@ impl AnyModel {
         })
     }
 
+    /// The model that a scanner says it is: by its DeviceIdent or its type text, and its firmware. None where no model here is called so.
+    ///
+    /// ```
+    /// use rowscan_protocol::model::AnyModel;
+    /// assert_eq!(AnyModel::of_device("LMS200;S18063", "V02.19").unwrap().name(), "lms200");
+    /// assert_eq!(AnyModel::of_device("TiM781S", "V3.13").unwrap().name(), "tim781s");
+    /// assert!(AnyModel::of_device("LMS10x_FieldEval", "V1.36").is_none());
+    /// ```
+    pub fn of_device(ident: &str, firmware: &str) -> Option<Self> {
+        let serial = lms2xx::model::by_type_text(&alloc::format!("{};{firmware}", ident.trim()));
+        serial.map(Self::Lms2xx).or_else(|| super::by_ident(ident).map(Self::Cola))
+    }
+
     /// Name on the command line and in rig files.
     pub fn name(self) -> &'static str {
         match self {

@@ -32,6 +32,7 @@ pub(super) const LMS1XX: Model = Model {
     encoders: 1,
     remission: RemissionWidth::Bits8,
     scandata_version: 1,
+    zeros_before_first_scan: false,
     scan_counter_restart: Some(4),
     transmit_delay_us: 3_100,
     period_ppm: 6_575,
@@ -150,6 +151,7 @@ pub(super) const TIM: Model = Model {
     takes_empty_echo_mask: false,
     encoders: 0,
     remission: RemissionWidth::Bits16,
+    zeros_before_first_scan: true,
     scan_counter_restart: None,
     transmit_delay_us: 7_000,
     period_ppm: -13,
@@ -182,6 +184,7 @@ pub(super) const TIM: Model = Model {
         "16-bit remission: as a client left it; the recorded read followed its client's write, and the width out of the box is not known",
         "LFErec of a TiM7xx carries three fields: all recorded events do, each field with the time of its own last change; a read was not recorded. Fields that are not set read 0 (assumed)",
         "STlms stays 7 over LMCstartmeas on a measuring scanner: inferred from public clients of the LMS1xx",
+        "a poll before the first scan is answered with a scan of 24 zeros: a public program's test accepts it as normal from a TiM551 and a TiM571; of the others assumed",
         "outputs, boot, spin-up and save times: not verified",
     ],
     ..LMS1XX

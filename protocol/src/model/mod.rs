@@ -120,6 +120,8 @@ pub struct Model {
     pub remission: RemissionWidth,
     /// Version of the LMDscandata telegram.
     pub scandata_version: u16,
+    /// A poll before the first scan is answered with a scan of zeros, and not refused.
+    pub zeros_before_first_scan: bool,
     /// Value of the scan counter in the first scan after LMCstartmeas; none where it keeps counting.
     pub scan_counter_restart: Option<u16>,
     /// Device time from the mirror's zero index to the transmission, µs (`bench` profile).

@@ -21,6 +21,7 @@ mod last_tells;
 mod listening;
 mod lms2xx;
 mod lms2xx_host;
+mod lms2xx_line;
 mod lms2xx_listing;
 mod lms2xx_start_ups;
 mod mutated_frames;

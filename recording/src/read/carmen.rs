@@ -6,7 +6,8 @@
 //! | `FLASER`, `RLASER`, `LASER3`, `LASER4` | count, ranges, … |
 //! | `RAWLASER1` to `4`, `ROBOTLASER1`, `2` | type, first angle, field, step (radians), farthest range, accuracy, remission mode, count, ranges, count, remissions, … |
 //!
-//! Every line ends in the clock of who sent it, the host's name and the logger's clock, seconds. The older messages name no angles: 180 or 181 ranges
+//! Every line ends in the clock of who sent it, the host's name and the logger's clock, seconds. A clock may begin below 0: times then count from its
+//! least reading. The older messages name no angles: 180 or 181 ranges
 //! are a degree apart, 360 or 361 half of one, 201 and 401 those of a field of 100°; the first looks right, as an LMS2xx counts.
 
 use rowscan_protocol::frame::Dialect;
@@ -79,6 +80,8 @@ pub(super) fn packets(text: &str) -> Result<(Vec<Packet>, Vec<StreamInfo>), Read
             (farthest_mm.round() / f64::from(u16::MAX)).ceil().clamp(1.0, MOST_SCALE)
         })
         .collect();
+    let begins_s = scans.iter().map(|scan| scan.time_s).fold(0.0, f64::min);
+    scans.iter_mut().for_each(|scan| scan.time_s -= begins_s);
     let mut counters = vec![0_u16; streams.len()];
     let mut packets = Vec::new();
     for scan in &scans {
@@ -132,7 +135,7 @@ impl Words<'_> {
                 &rest.join(" "),
             ));
         };
-        let time_s = last.parse::<f64>().ok().filter(|time_s| (0.0..1e10).contains(time_s));
+        let time_s = last.parse::<f64>().ok().filter(|time_s| time_s.abs() < 1e10);
         time_s.ok_or_else(|| self.wrong("the logger's clock in seconds at the end", last))
     }
 
@@ -251,6 +254,15 @@ mod tests {
         assert_eq!(scan.echoes[0].range_m, [1.0, 29.999, f64::INFINITY]);
         assert_eq!(scan.echoes[0].remission, [7, 8, 9]);
         assert_eq!((scan.beams.angle_deg(0), scan.beams.angle_deg(2)), (45.0, 47.0));
+    }
+
+    #[test]
+    fn a_clock_that_begins_below_zero_counts_from_its_least_reading() {
+        let log = [flaser("-3.5 h -3.5"), flaser("-3.25 h -3.25"), flaser("0.5 h 0.5")].join("\n");
+        let (packets, _) = packets(&log).expect("sound");
+        let times: Vec<_> = packets.iter().map(|packet| packet.at_ns).collect();
+        assert_eq!(times, [Some(0), Some(250_000_000), Some(4_000_000_000)]);
+        assert_eq!(read(&packets[1]).scan_time_us, 250_000);
     }
 
     #[test]

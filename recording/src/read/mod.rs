@@ -10,6 +10,7 @@ mod mcap;
 mod ranges;
 mod segment;
 mod sides;
+mod tail;
 mod tcp;
 mod torn;
 mod words;
@@ -31,6 +32,7 @@ use crate::scan_reader::MAX_PAYLOAD;
 use crate::{About, Packet, StreamKind};
 use mcap::McapReader;
 pub(crate) use mcap::read_some;
+use tail::Tail;
 
 /// Bytes a file is recognised by, and bytes taken from it at a time.
 const CHUNK: usize = 64 * 1024;
@@ -169,7 +171,8 @@ enum Packets {
     Mcap(Box<McapReader>),
     /// Read as a whole when the file was opened.
     Listed(std::vec::IntoIter<Packet>),
-    Raw(Box<dyn Read + Send>),
+    /// With the bytes read last.
+    Raw(Box<dyn Read + Send>, Tail),
 }
 
 impl std::fmt::Debug for Recording {
@@ -226,7 +229,7 @@ impl Recording {
             Format::Mcap => recording.packets = Packets::Mcap(Box::new(McapReader::new(input))),
             Format::Raw => {
                 recording.streams.push(scanner(kind));
-                recording.packets = Packets::Raw(input);
+                recording.packets = Packets::Raw(input, Tail::new(kind));
             }
             Format::Capture => {
                 let mut bytes = Vec::new();
@@ -239,32 +242,40 @@ impl Recording {
                 recording.packets = Packets::Listed(packets.into_iter());
             }
             Format::Hex => {
-                let packets = hex::packets(&text(input)?)?;
+                let text = text(input)?;
+                let (packets, torn) = lines(&text, hex::packets)?;
                 if packets.is_empty() {
                     return Err(ReadError::Empty);
                 }
                 let bytes: Vec<u8> = packets.iter().flat_map(|packet| packet.bytes.iter().copied()).collect();
-                recording.streams.push(scanner(language(&bytes)));
+                let kind = language(&bytes);
+                recording.torn = torn.or_else(|| last_line_torn(&text, kind, packets.last()));
+                recording.streams.push(scanner(kind));
                 recording.packets = Packets::Listed(packets.into_iter());
             }
             Format::Telegrams => {
                 recording.streams.push(scanner(StreamKind::Cola));
-                recording.packets = Packets::Listed(words::packets(&text(input)?)?.into_iter());
+                let (packets, torn) = lines(&text(input)?, words::packets)?;
+                recording.packets = Packets::Listed(packets.into_iter());
+                recording.torn = torn;
             }
             Format::Carmen => {
-                let (packets, streams) = carmen::packets(&text(input)?)?;
+                let ((packets, streams), torn) = lines(&text(input)?, carmen::packets)?;
                 recording.streams = streams;
                 recording.packets = Packets::Listed(packets.into_iter());
+                recording.torn = torn;
             }
             Format::Candump => {
-                let (packets, interfaces) = candump::packets(&text(input)?)?;
+                let ((packets, interfaces), torn) = lines(&text(input)?, candump::packets)?;
+                recording.torn = torn;
                 recording.streams =
                     interfaces.into_iter().map(|name| StreamInfo::new(name, StreamKind::Can)).collect();
                 recording.packets = Packets::Listed(packets.into_iter());
             }
             Format::Ranges => {
-                let (packets, about) = ranges::packets(&text(input)?)?;
+                let ((packets, about), torn) = lines(&text(input)?, ranges::packets)?;
                 recording.about = about;
+                recording.torn = torn;
                 recording.streams.push(scanner(StreamKind::Cola));
                 recording.packets = Packets::Listed(packets.into_iter());
             }
@@ -311,9 +322,13 @@ impl Recording {
         let packet = match &mut self.packets {
             Packets::Mcap(reader) => reader.next()?,
             Packets::Listed(packets) => packets.next(),
-            Packets::Raw(input) => {
+            Packets::Raw(input, tail) => {
                 let mut bytes = Vec::new();
                 input.by_ref().take(CHUNK as u64).read_to_end(&mut bytes)?;
+                tail.push(&bytes);
+                if bytes.is_empty() {
+                    self.torn = tail.torn();
+                }
                 (!bytes.is_empty()).then(|| Packet { bytes, ..Packet::default() })
             }
         };
@@ -346,6 +361,29 @@ fn language(bytes: &[u8]) -> StreamKind {
     if lms2xx > cola { StreamKind::Lms2xx } else { StreamKind::Cola }
 }
 
+/// What `read` makes of a text. A last line without its end, which cannot be read, is where the text breaks off.
+fn lines<T>(text: &str, read: impl Fn(&str) -> Result<T, ReadError>) -> Result<(T, Option<Torn>), ReadError> {
+    let why = match read(text) {
+        Ok(found) => return Ok((found, None)),
+        Err(why) => why,
+    };
+    let whole = text.rfind('\n').and_then(|end| text.split_at_checked(end + 1));
+    let Some((whole, rest)) = whole.filter(|(_, rest)| !rest.is_empty()) else { return Err(why) };
+    // Where a line before it is wrong as well, that is what is to be told.
+    let found = read(whole).map_err(|_| why)?;
+    let begins: String = rest.chars().take(40).collect();
+    let torn = Torn { offset: whole.len() as u64, expected: "a whole line", found: format!("`{begins}`") };
+    Ok((found, Some(torn)))
+}
+
+/// A text of bytes whose last line has no end and ends inside a telegram.
+fn last_line_torn(text: &str, kind: StreamKind, last: Option<&Packet>) -> Option<Torn> {
+    let mut tail = Tail::new(kind);
+    tail.push(&last?.bytes);
+    let torn = tail.torn().filter(|_| !text.ends_with('\n'))?;
+    Some(Torn { offset: text.rfind('\n').map_or(0, |end| end + 1) as u64, ..torn })
+}
+
 fn text(mut input: Box<dyn Read + Send>) -> Result<String, ReadError> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
@@ -364,6 +402,29 @@ mod tests {
         let table = "\u{feff}# rowscan ranges 1; frequency_hz 50; start_deg 0; step_deg 1; unit mm\ntime_s,telegram_counter,scan_time_us,range_0\n0,1,2,3\n";
         let recording = Recording::read(Box::new(table.as_bytes())).expect("it opens");
         assert_eq!(recording.format(), Format::Ranges);
+    }
+
+    #[test]
+    fn a_text_that_ends_inside_a_line_is_read_up_to_there() {
+        let flaser = format!("FLASER 181{} 0 0 0 0 0 0 1 host 1", " 1.0".repeat(181));
+        for (text, cut, packets) in [
+            ("02 73 03\n02 73 03\n".to_owned(), 1, 1),
+            ("(1.0) can0 123#00\n(2.0) can0 123#00\n".to_owned(), 3, 1),
+            ("# rowscan ranges 1; frequency_hz 50; start_deg 0; step_deg 1; unit mm\ntime_s,telegram_counter,scan_time_us,range_0\n0,1,2,3\n0,1,2,3\n".to_owned(), 3, 1),
+            (format!("# CARMEN Logfile\n{flaser}\n{flaser}\n"), 40, 1),
+            ("sRN DeviceIdent\nsRN STlms\n".to_owned(), 6, 1),
+        ] {
+            // The last line loses its end, and a part of itself.
+            let mut text = text;
+            text.truncate(text.trim_end().len() - cut);
+            let mut recording = Recording::read(Box::new(Cursor::new(text.clone()))).expect(&text);
+            let found = std::iter::from_fn(|| recording.next_packet().expect("it reads")).count();
+            let begins = text.rfind('\n').expect("a line before") as u64 + 1;
+            let torn = recording.torn().map(|torn| torn.offset);
+            assert_eq!((found, torn), (packets, Some(begins)), "{text}");
+        }
+        let wrong = Recording::read(Box::new(&b"02 73 03\nhello\n02 7"[..])).expect_err("no hex");
+        assert!(wrong.to_string().starts_with("line 2: "), "{wrong}");
     }
 
     #[test]

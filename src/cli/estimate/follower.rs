@@ -6,6 +6,7 @@ use indicatif::ProgressBar;
 use rowscan_canopy::{Enough, Estimate, Pipeline, Reached, UNREADABLE};
 use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
 use rowscan_ports::clock;
+use rowscan_protocol::model::AnyModel;
 use tokio::sync::watch;
 
 use super::super::Failure;
@@ -25,6 +26,8 @@ pub(super) struct Follower {
     pub(super) source: Source,
     /// What it is called, if there are several.
     pub(super) name: Option<String>,
+    /// The model that it is taken for, if any.
+    pub(super) taken_for: Option<AnyModel>,
     pub(super) config: DriverConfig,
     pub(super) pipeline: Pipeline,
     pub(super) sensor: Sensor,
@@ -54,7 +57,7 @@ impl Follower {
             Ok(scanner) => scanner,
             Err(cause) => return self.ended(None, Err(cause.into())),
         };
-        let telling = LinkTeller::start(&scanner, self.name.take());
+        let telling = LinkTeller::start(&scanner, self.name.take(), self.taken_for);
         let ended = tokio::select! {
             ended = self.take(&mut scanner) => ended,
             _ = stopped.wait_for(|stopped| *stopped) => Ok(()),

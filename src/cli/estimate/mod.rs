@@ -12,6 +12,7 @@ use rowscan_driver::{DriverConfig, Source};
 use rowscan_ports::Delivery;
 use rowscan_ports::clock::Stopwatch;
 use rowscan_ports::task;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_recording::Taps;
 use rowscan_scenes::{Orchard, Scene};
@@ -204,7 +205,7 @@ impl Args {
     fn follower(
         &self,
         place: usize,
-        scanners: &[usize],
+        (scanners, rig): (&[usize], Option<&Rig>),
         reading: Reading,
         taping: &Taping,
         sensor: Sensor,
@@ -222,6 +223,7 @@ impl Args {
             place,
             source: source.clone(),
             name,
+            taken_for: rig.and_then(|rig| AnyModel::by_name(&rig.scanners.get(*scanner)?.model)),
             config,
             pipeline,
             sensor,
@@ -323,7 +325,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let mut following = JoinSet::new();
     for (place, reading) in readings.into_iter().enumerate() {
         let sensor = sensors.of(place);
-        if let Some(follower) = args.follower(place, &scanners, reading, &taping, sensor, (&bar, &page)) {
+        if let Some(follower) =
+            args.follower(place, (&scanners, rig.as_ref()), reading, &taping, sensor, (&bar, &page))
+        {
             following.spawn(task(follower.follow(stopped.clone())));
         }
     }

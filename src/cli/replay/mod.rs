@@ -14,6 +14,7 @@ use super::endpoint::announce_all;
 use super::events::{self, End};
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
+use super::link_events::other_model;
 use super::output::say;
 use super::recorder::RecordArgs;
 use super::stream_states::state_of;
@@ -26,7 +27,7 @@ use rowscan_control::{Bench, Log, Refused};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
 use rowscan_emulator::{Player, RefusedSetting};
-use rowscan_recording::Taps;
+use rowscan_recording::{StreamKind, Taps};
 use seats::{PlaceArgs, Seat, Sort};
 use watched::{Watched, Watching};
 
@@ -119,6 +120,13 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             ));
         }
     }
+    if let Some(asked) = asked.filter(|_| !args.verbatim) {
+        for part in &parts {
+            if let Some(other) = part.told_model().and_then(|told| other_model(told, asked)) {
+                say(format_args!("{}: {other}", part.name));
+            }
+        }
+    }
     let faulting = bench.faults().cloned().zip(bench.take_fault_events());
     let faulting = faulting.map(|handles| Faulting::tell(handles, (args.format, &log)));
     if let Some(faulting) = &faulting {
@@ -161,9 +169,12 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     if let Some(faulting) = faulting {
         faulting.finish().await?;
     }
-    tell_end(&player, bench.streams(), args.format)?;
+    let dropped = tell_end(&player, bench.streams(), args.format)?;
     drop((player, bench));
-    Ok(taping.finish())
+    Ok(match taping.finish() {
+        Outcome::Done if dropped > 0 => Outcome::Finding,
+        outcome => outcome,
+    })
 }
 
 impl Args {
@@ -194,8 +205,9 @@ impl Args {
     }
 }
 
-/// Says what was sent on each stream, and which settings were refused.
-fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Result<(), Failure> {
+/// Says what was sent on each stream, and which settings were refused; how many scans were dropped.
+fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Result<u64, Failure> {
+    let mut all_dropped = 0;
     for (number, stream) in streams.iter().enumerate() {
         let late = |fraction| player.lateness(number, fraction).unwrap_or_default();
         let (name, counts) = (&stream.name, stream.counts().and_then(|reader| reader.counts()));
@@ -204,6 +216,12 @@ fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Resu
             None => format!("{} packets sent", player.played(number)),
         };
         say(format_args!("{name}: {sent}; late by {:?} (p50), {:?} (p99)", late(0.5), late(0.99)));
+        if let Some(dropped) = counts.and_then(|counts| counts.scans_dropped).filter(|dropped| *dropped > 0) {
+            say(format_args!(
+                "{name}: {dropped} recorded scans did not reach their clients: these, or their line, were too slow; `--time-scale max` waits for them"
+            ));
+            all_dropped += dropped;
+        }
         if let Some(counts) = counts {
             End::of((streams.len() > 1).then_some(name.as_str()), counts).tell(format)?;
         }
@@ -212,7 +230,7 @@ fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Resu
             say(format_args!("{name}: refused {setting} to {client}, {times} times"));
         }
     }
-    Ok(())
+    Ok(all_dropped)
 }
 
 /// Says what is played, and what is not.
@@ -221,8 +239,19 @@ fn tell_streams(survey: &Survey, played: &[&Part]) {
         let is_played = played.iter().any(|playing| playing.stream == part.stream);
         match (is_played, part.is_scanner()) {
             (true, true) => {
-                let answers = part.script.len();
-                say(format_args!("{}: {} scans, {answers} recorded answers", part.name, part.scans));
+                let (answers, polled) = (part.script.len(), if part.polled { " by polls" } else { "" });
+                say(format_args!("{}: {} scans{polled}, {answers} recorded answers", part.name, part.scans));
+                if let Some(hertz) = part.assumed_hz {
+                    say(format_args!(
+                        "{}: nothing in the file tells when its scans were made; they are played at the rate of their mode, {hertz:.2} scans a second{}",
+                        part.name,
+                        if part.kind == StreamKind::Lms2xx {
+                            ", or as fast as the line carries them"
+                        } else {
+                            ""
+                        }
+                    ));
+                }
                 if let [first, .., last] = part.connections.as_slice() {
                     say(format_args!(
                         "{}: {} connections one after the other; --stream plays one of {first} to {last}",

@@ -15,6 +15,8 @@ const WAITING: usize = 1024;
 const FOLLOWED: usize = 64;
 /// Letters of a telegram's contents that are shown.
 const WORDS: usize = 400;
+/// Telegrams of an LMS2xx that carry values.
+const SCANS: [&str; 6] = ["B0", "B6", "B7", "BF", "C4", "F5"];
 /// Where a frame has its telegram's name, at the latest.
 const NAME_WITHIN: usize = 32;
 
@@ -22,6 +24,7 @@ const NAME_WITHIN: usize = 32;
 struct Said {
     stream: Arc<str>,
     connection: u64,
+    kind: StreamKind,
     by: Side,
     at_s: f64,
     bytes: Vec<u8>,
@@ -41,9 +44,9 @@ impl Talk {
         let (sender, said) = mpsc::channel(WAITING);
         let connections = AtomicU64::new(0);
         let taps = Taps::new(move |name, kind| match kind {
-            StreamKind::Cola => {
+            StreamKind::Cola | StreamKind::Lms2xx => {
                 let connection = connections.fetch_add(1, Ordering::Relaxed);
-                tap(name, connection, sender.clone(), Arc::clone(&now_s))
+                tap(name, (connection, kind), sender.clone(), Arc::clone(&now_s))
             }
             _ => Tap::default(),
         });
@@ -52,8 +55,8 @@ impl Talk {
 
     /// Puts it into words until nobody speaks any more.
     pub(in super::super) async fn tell(mut self, log: TelegramLog) {
-        let mut followed: HashMap<(u64, bool), Follow> = HashMap::new();
-        while let Some(Said { stream, connection, by, at_s, bytes }) = self.said.recv().await {
+        let mut followed: HashMap<(u64, bool), (Follow, bool)> = HashMap::new();
+        while let Some(Said { stream, connection, kind, by, at_s, bytes }) = self.said.recv().await {
             // The oldest have ended, or are as good as ended.
             while followed.len() > 2 * FOLLOWED
                 && let Some(oldest) = followed.keys().min().copied()
@@ -61,24 +64,30 @@ impl Talk {
                 followed.remove(&oldest);
             }
             let by_device = by == Side::Device;
-            for entry in followed.entry((connection, by_device)).or_default().read(&bytes) {
-                log.keep(spoken(entry, &stream, by_device, at_s));
+            let (follow, was_scan) =
+                followed.entry((connection, by_device)).or_insert_with(|| (Follow::of(kind), false));
+            for entry in follow.read(&bytes) {
+                // A line's scans come in pieces, so that its tap cannot leave them out.
+                let is_scan = kind == StreamKind::Lms2xx && is_lms2xx_scan(&entry);
+                if !std::mem::replace(was_scan, is_scan) || !is_scan {
+                    log.keep(spoken(entry, &stream, by_device, at_s));
+                }
             }
         }
     }
 }
 
 /// A tap that leaves out all scans but the first of a row.
-fn tap(name: &str, connection: u64, sender: mpsc::Sender<Said>, now_s: NowOf) -> Tap {
+fn tap(name: &str, (connection, kind): (u64, StreamKind), sender: mpsc::Sender<Said>, now_s: NowOf) -> Tap {
     let (stream, scans): (Arc<str>, _) = (Arc::from(name), AtomicBool::new(false));
     Tap::new(move |by, bytes| {
-        let is_scan = by == Side::Device && is_scan(bytes);
+        let is_scan = kind == StreamKind::Cola && by == Side::Device && is_scan(bytes);
         let was_scan = scans.swap(is_scan, Ordering::Relaxed);
         if is_scan && was_scan {
             return;
         }
         let at_s = now_s();
-        let said = Said { stream: Arc::clone(&stream), connection, by, at_s, bytes: bytes.to_vec() };
+        let said = Said { stream: Arc::clone(&stream), connection, kind, by, at_s, bytes: bytes.to_vec() };
         let _ = sender.try_send(said);
     })
 }
@@ -86,6 +95,11 @@ fn tap(name: &str, connection: u64, sender: mpsc::Sender<Said>, now_s: NowOf) ->
 fn is_scan(bytes: &[u8]) -> bool {
     let head = bytes.get(..NAME_WITHIN).unwrap_or(bytes);
     head.windows(7).any(|letters| letters == b"sSN LMD")
+}
+
+/// A whole telegram of values.
+fn is_lms2xx_scan(entry: &Entry) -> bool {
+    entry.is == Verdict::Telegram && entry.name.as_deref().is_some_and(|name| SCANS.contains(&name))
 }
 
 fn spoken(entry: Entry, stream: &str, by_device: bool, at_s: f64) -> Spoken {

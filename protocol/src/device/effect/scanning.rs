@@ -75,7 +75,7 @@ pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u
         }
         return OK;
     }
-    device.fixed += u32::from(device.plays_back && device.model.modes.contains(&mode));
+    device.fixed += u32::from(device.recorded.is_some() && device.model.modes.contains(&mode));
     let known = |matches: fn(&ScanMode, &ScanMode) -> bool| {
         device.legal_modes().iter().any(|other| matches(other, &mode))
     };

@@ -192,7 +192,7 @@ impl Machine {
                 let patience = MODE_CHANGE.saturating_add(self.line_time());
                 self.deadline = self.now.map(|now| now.saturating_add(patience)).max(self.deadline);
             }
-            Received::Nak | Received::Ack | Received::Broken => {}
+            Received::Nak | Received::Ack | Received::Broken | Received::CutOff { .. } => {}
         }
     }
 

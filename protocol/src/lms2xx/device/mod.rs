@@ -313,6 +313,11 @@ impl Device {
         let last = u32::try_from(bytes.len().saturating_sub(1)).unwrap_or(u32::MAX);
         self.last_byte = Some(at + spacing.saturating_mul(last));
         self.listen(at);
+        // A request that was cut short, or noise, must not swallow the one behind it.
+        if self.decoder.holds_frame() {
+            self.decoder.finish();
+            self.listen(at);
+        }
     }
 
     /// It is `now`.
@@ -427,7 +432,8 @@ impl Device {
                     self.cut_off();
                     self.queue(now, alloc::vec![NAK], None);
                 }
-                Received::Ack | Received::Nak => {}
+                // A device hears no device.
+                Received::CutOff { .. } | Received::Ack | Received::Nak => {}
             }
         }
         self.decoder = decoder;

@@ -75,12 +75,27 @@ pub struct Times {
 
 /// The mirror turns 75 times a second in every model.
 pub const TURNS_PER_SECOND: u32 = 75;
+
 /// The model that a type text names, as it is or with a dash in place of its first semicolon; its software may be another, and its key
-/// shorter.
+/// shorter. Of a key that is not known here, the first model of its name: an `LMS200;S18063` is an LMS200.
 pub fn by_type_text(text: &str) -> Option<&'static Model> {
     let ident = text.rsplit_once(';').map_or(text, |(ident, _)| ident);
     let ident = ident.replacen('-', ";", 1);
-    MODELS.iter().copied().find(|model| !ident.is_empty() && model.type_text.starts_with(&ident))
+    let name = ident.split_inclusive(';').next().filter(|name| name.len() > 1)?;
+    let begins_so = |start: &str| MODELS.iter().copied().find(|model| model.type_text.starts_with(start));
+    begins_so(&ident).or_else(|| begins_so(name))
+}
+
+/// Scans a second that the mirror makes of this variant, whatever the line carries; of the first model that has it.
+pub fn scans_per_second(variant: Variant) -> f64 {
+    let model = MODELS.iter().find(|model| model.variants.contains(&variant));
+    let turns = model.map_or_else(|| default_turns(variant), |model| model.turns(variant));
+    f64::from(TURNS_PER_SECOND) / f64::from(turns)
+}
+
+/// Mirror turns that make one scan of this variant where the model is not known.
+pub(crate) fn default_turns(variant: Variant) -> u32 {
+    family::OUTDOOR.turns(variant)
 }
 
 /// The longest silence inside a telegram.

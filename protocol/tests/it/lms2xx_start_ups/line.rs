@@ -13,6 +13,8 @@ pub struct Line {
     /// The host's rate.
     pub tty: Rate,
     pub first_scan: Option<SimTime>,
+    /// Nobody is there to hear.
+    pub closed: bool,
     sending: Option<Sending>,
     free: SimTime,
     host: FrameDecoder,
@@ -46,6 +48,7 @@ impl Line {
             device,
             now: SimTime::ZERO,
             first_scan: None,
+            closed: false,
             sending: None,
             free: SimTime::ZERO,
             host: FrameDecoder::new(Listener::Host),
@@ -92,7 +95,7 @@ impl Line {
                 Some(Received::Ack) => return Some(Heard::Ack),
                 Some(Received::Nak) => return Some(Heard::Nak),
                 Some(Received::Frame(frame)) => return Some(Heard::Body(frame.body.to_vec())),
-                Some(Received::Broken) => {}
+                Some(Received::Broken | Received::CutOff { .. }) => {}
                 None if self.now >= end => return None,
                 None => drop(self.step(end)),
             }
@@ -148,7 +151,9 @@ impl Line {
             true => sending.bytes[sending.forgotten..].to_vec(),
             false => vec![0x80; sending.bytes.len() / 3],
         };
-        self.host.push(&heard);
+        if !self.closed {
+            self.host.push(&heard);
+        }
         self.device.transmitted(self.now);
         heard
     }

@@ -1,7 +1,7 @@
 //! The start-ups of public LMS2xx clients, byte for byte, in simulated time: warm and from power-on, on the bench and in the field. The table of
 //! how long each takes to its first scan is in docs/device.md.
 
-mod line;
+pub(crate) mod line;
 mod script;
 
 use std::path::Path;
@@ -121,6 +121,18 @@ fn every_client_gets_its_scans_and_the_page_says_when() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/device.md");
     let kept = std::fs::read_to_string(page).unwrap();
     assert!(kept.contains(&table), "put this table into docs/device.md, under LMS2xx:\n{table}");
+}
+
+/// ARIA's ArLMS2xx as it is published: its increment of 0 is no variant, so it reads that it is refused, and gives up.
+#[test]
+fn the_published_aria_is_refused_and_the_variant_stays() {
+    for model in ["lms200", "lms291"] {
+        let mut line = line(model, Profile::Bench, Start::Idle);
+        line.send(&[0x3B, 0xB4, 0x00, 0x00, 0x00]);
+        assert!(matches!(line.hear(Duration::from_secs(1)), Some(line::Heard::Ack)));
+        let Some(line::Heard::Body(reply)) = line.hear(Duration::from_secs(1)) else { panic!("no reply") };
+        assert_eq!(reply[..6], [0xBB, 0x00, 0xB4, 0x00, 0x32, 0x00], "{model}");
+    }
 }
 
 /// A device that a client has left at a higher rate, or streaming: what searches for the rate still finds it.

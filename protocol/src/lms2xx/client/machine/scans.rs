@@ -62,7 +62,7 @@ impl Machine {
         let turns = match (self.values.output, self.known.model) {
             (Output::Partial, _) => 1,
             (_, Some(model)) => model.turns(variant),
-            (_, None) => u32::from((100 / variant.step_centideg.max(1)).max(1)),
+            (_, None) => model::default_turns(variant),
         };
         let by_rate = period(self.rate, frame, turns);
         let number = self.clock.count(self.values.real_time_index, again);
