@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use rowscan_recording::{ReadError, Recording, Side};
 
 use super::{Failure, Format, Outcome, output};
-use crate::decode::{Entry, Filter, Input, Options, Transcript, Verdict};
+use crate::decode::{Entry, Filter, Input, InputError, Options, Transcript, Verdict};
+
+/// Most bytes that are decoded at once.
+const MOST_BYTES: u64 = 256 * 1024 * 1024;
 
 /// What stands for standard input.
 const STDIN: &str = "-";
@@ -39,11 +42,16 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
         args.file.display().to_string()
     };
     let refused = |why: String| Failure::Usage(format!("{name}: {why}"));
-    let input = open(&args.file).and_then(Input::read).map_err(|error| match error {
-        ReadError::Io(cause) => Failure::Read { what: name.clone(), cause },
+    // A scan's fields take fifty times the memory of its bytes.
+    let fields = args.format != Format::Table;
+    let most_bytes = if fields { MOST_BYTES / 4 } else { MOST_BYTES };
+    let read = open(&args.file).map_err(InputError::from).and_then(|found| Input::read(found, most_bytes));
+    let input = read.map_err(|error| match error {
+        InputError::Read(ReadError::Io(cause)) => Failure::Read { what: name.clone(), cause },
         other => refused(other.to_string()),
     })?;
-    let transcript = Transcript::of(&input, Options { values: args.values });
+    let options = Options { values: args.values, fields };
+    let transcript = Transcript::of(&input, options).map_err(|error| refused(error.to_string()))?;
     let filter = Filter { only: args.only, not: args.not, events: args.events };
     let shown: Vec<&Entry> = transcript.lines.iter().filter(|entry| filter.shows(entry)).collect();
     match args.format {

@@ -2,7 +2,18 @@
 
 use rowscan_recording::{Format, Joint, Packet, ReadError, Recording, Side, StreamKind};
 
-use super::{Entry, Piece, Stream, Verdict};
+use super::{Entry, MOST_LINES, Piece, Stream, TooLong, Verdict};
+
+/// Why there is nothing to decode.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// There is too much of it.
+    #[error(transparent)]
+    TooLong(#[from] TooLong),
+}
 
 /// Bytes to decode.
 #[derive(Debug)]
@@ -17,7 +28,10 @@ pub struct Input {
 
 impl Input {
     /// Reads a recording to its end.
-    pub fn read(mut recording: Recording) -> Result<Self, ReadError> {
+    ///
+    /// # Errors
+    /// It cannot be read, or holds more than can be decoded at once: so many bytes, or [`MOST_LINES`](super::MOST_LINES) packets of other streams.
+    pub fn read(mut recording: Recording, most_bytes: u64) -> Result<Self, InputError> {
         let format = recording.format();
         let numbered = matches!(format, Format::Capture | Format::Mcap);
         let mut connections: Vec<Vec<Stream>> = Vec::new();
@@ -25,6 +39,9 @@ impl Input {
         let mut bytes = 0;
         while let Some(packet) = recording.next_packet()? {
             bytes += packet.bytes.len() as u64;
+            if bytes > most_bytes || others.len() > MOST_LINES {
+                return Err(TooLong.into());
+            }
             let number = u32::try_from(packet.stream + 1).unwrap_or(u32::MAX);
             let connection = numbered.then_some(number);
             let began_ns = recording.began_ns();

@@ -12,7 +12,7 @@ use rowscan_protocol::lms2xx::telegram::Request;
 use rowscan_protocol::lms2xx::values::Values;
 
 use super::description::{Description, opaque};
-use super::{Entry, Options, Piece, Stream, Verdict};
+use super::{Entry, MOST_LINES, Options, Piece, Stream, Verdict};
 
 /// How the language is called.
 const LANGUAGE: &str = "LMS2xx";
@@ -70,7 +70,7 @@ pub(super) fn lines(stream: &Stream, piece: &Piece, options: Options, lines: &mu
     decoder.push(&piece.bytes);
     decoder.finish();
     let mut reader = Reader { stream, piece, lines, done: 0 };
-    while let Some(received) = decoder.next_received() {
+    while let Some(received) = decoder.next_received().filter(|_| reader.lines.len() <= MOST_LINES) {
         let (at, len) = match received {
             Received::Frame(frame) => (frame.offset as usize, frame.len),
             Received::CutOff { offset, len } => (offset as usize, len),
@@ -115,7 +115,7 @@ impl Reader<'_> {
             let words = "the recording begins inside a telegram".to_owned();
             self.put(0..end, Entry { words: Some(words), ..Entry::opaque(self.stream, 0, 0, String::new()) });
         }
-        while self.done < end {
+        while self.done < end && self.lines.len() <= MOST_LINES {
             let start = self.done;
             let rest = self.piece.bytes.get(start..end).unwrap_or_default();
             match *rest {
@@ -174,7 +174,8 @@ fn described(from: Side, body: &[u8], options: Options) -> (Verdict, String, Opt
         (Side::Device, _) => return whole(),
     }
     let is = if description.is_opaque { Verdict::Opaque } else { Verdict::Telegram };
-    (is, std::mem::take(&mut description.words), Some(description.into_json()))
+    let words = std::mem::take(&mut description.words);
+    (is, words, options.fields.then(|| description.into_json()))
 }
 
 #[cfg(test)]

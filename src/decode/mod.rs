@@ -20,10 +20,13 @@ use serde::Serialize;
 use description::Description;
 pub use filter::Filter;
 pub use follow::Follow;
-pub use input::Input;
+pub use input::{Input, InputError};
 
 /// The largest payload that is taken for one: twice that of the largest scan telegram in text.
 const MAX_PAYLOAD: usize = 64 * 1024;
+
+/// Most lines of one transcript: all of them are held at once, to be put in order.
+pub const MOST_LINES: usize = 2_000_000;
 
 /// What a stretch of bytes turned out to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -173,7 +176,7 @@ impl Stream {
         decoder.push(&piece.bytes);
         decoder.finish();
         let mut done = 0;
-        while let Some(frame) = decoder.next_frame() {
+        while let Some(frame) = decoder.next_frame().filter(|_| lines.len() <= MOST_LINES) {
             let start = frame.offset as usize;
             if lies_in_lms2xx(&piece.bytes, done, &frame) {
                 continue;
@@ -188,7 +191,7 @@ impl Stream {
     /// What no frame was found in.
     fn skipped(&self, piece: &Piece, mut skipped: Range<usize>, options: Options, lines: &mut Vec<Entry>) {
         let place = |range: &Range<usize>| (piece.offset + range.start as u64, range.len() as u64);
-        while !skipped.is_empty() {
+        while !skipped.is_empty() && lines.len() <= MOST_LINES {
             let bytes = piece.bytes.get(skipped.clone()).unwrap_or_default();
             let fill = bytes.iter().take_while(|&&b| b == 0).count();
             let inside = piece.begins_inside && skipped.start == 0;
@@ -252,7 +255,7 @@ impl Stream {
             Some(Ok(())) => {
                 let is = if description.is_opaque { Verdict::Opaque } else { Verdict::Telegram };
                 let words = Some(std::mem::take(&mut description.words));
-                Entry { is, words, fields: Some(description.into_json()), ..line }
+                Entry { is, words, fields: options.fields.then(|| description.into_json()), ..line }
             }
             Some(Err(error)) => {
                 let at = payload_at + (frame.payload.len() - args + error.at) as u64;
@@ -282,7 +285,17 @@ fn lies_in_lms2xx(bytes: &[u8], from: usize, frame: &Frame<'_>) -> bool {
 pub struct Options {
     /// Long lists of values are written out in words.
     pub values: bool,
+    /// Every field and value as JSON.
+    pub fields: bool,
 }
+
+/// More is recorded than can be put in order at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "it holds more than is decoded at once: 256 MB and {MOST_LINES} lines, and 64 MB where every field is written out; take a part of it, such as \
+     `head -c 64M FILE | rowscan decode -`, of a capture `editcap -c 100000 FILE PART`"
+)]
+pub struct TooLong;
 
 /// What was found.
 #[derive(Clone, Debug, Default)]
@@ -295,7 +308,10 @@ pub struct Transcript {
 
 impl Transcript {
     /// All lines of an input.
-    pub fn of(input: &Input, options: Options) -> Self {
+    ///
+    /// # Errors
+    /// There are more than [`MOST_LINES`].
+    pub fn of(input: &Input, options: Options) -> Result<Self, TooLong> {
         let mut transcript = Self::default();
         for streams in input.connections() {
             let lines: Vec<Entry> = streams.iter().flat_map(|stream| stream.lines(options)).collect();
@@ -304,6 +320,9 @@ impl Transcript {
                 continue;
             }
             transcript.lines.extend(lines);
+            if transcript.lines.len() > MOST_LINES {
+                return Err(TooLong);
+            }
         }
         transcript.lines.extend_from_slice(input.others());
         // Stable: without times the file's order stays.
@@ -312,7 +331,7 @@ impl Transcript {
             time(a).total_cmp(&time(b))
         });
         transcript.lines.extend(input.torn());
-        transcript
+        Ok(transcript)
     }
 
     /// How many lines are of a kind.

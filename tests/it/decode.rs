@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Stdio;
 
-use common::binary::{Ended, finish, rowscan, run};
+use common::binary::{Ended, finish, rowscan, run, text};
 use common::facts;
 use rowscan_protocol::frame::{Dialect, encode};
 use serde_json::Value;
@@ -333,5 +333,34 @@ fn a_pcapng_counts_time_as_its_interface_says() {
             file.extend(block(6, &body));
         }
         assert_is_the_conversation(&file);
+    }
+}
+
+/// Archives of a few hundred kilobytes that unpack to more than any memory: one clear message, and never an abort.
+#[test]
+fn what_is_larger_than_can_be_decoded_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("large.gz");
+    let pack = |piece: &[u8], times: usize| {
+        let mut archive = flate2::write::GzEncoder::new(
+            std::fs::File::create(&file).expect("made"),
+            flate2::Compression::fast(),
+        );
+        let block = piece.repeat(1 << 12);
+        for _ in 0..times >> 12 {
+            archive.write_all(&block).expect("packed");
+        }
+        archive.finish().expect("packed");
+    };
+    // Bytes of no telegram; telegrams of three bytes; lines of text.
+    for (piece, times, says) in [
+        (&[0xFF; 64][..], 5 << 20, "more than is decoded at once"),
+        (b"\x02s\x03", 1 << 22, "more than is decoded at once"),
+        (b"02 73 03\n", 6 << 20, "expected at most 5000000 lines"),
+    ] {
+        pack(piece, times);
+        let ended = run(&["decode", text(&file)]);
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains(says), "{}", ended.stderr);
     }
 }

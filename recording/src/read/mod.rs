@@ -40,6 +40,9 @@ const CHUNK: usize = 64 * 1024;
 /// Most bytes, unpacked, of a file that is read whole: a capture's packets come in any order, and a text is parsed at once.
 const MOST_BYTES_WHOLE: u64 = 512 * 1024 * 1024;
 
+/// Most lines of a text: each is a packet of its own, and takes more memory than its bytes.
+const MOST_LINES: usize = 5_000_000;
+
 /// What text in UTF-8 may begin with.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
@@ -235,6 +238,7 @@ impl Recording {
                 let mut bytes = Vec::new();
                 input.read_to_end(&mut bytes)?;
                 let capture = capture::read(&bytes).unwrap_or_default();
+                drop(bytes);
                 recording.began_ns = capture.began_ns;
                 recording.torn = capture.torn;
                 let (packets, streams) = sides::packets(capture.connections, connections);
@@ -387,7 +391,13 @@ fn last_line_torn(text: &str, kind: StreamKind, last: Option<&Packet>) -> Option
 fn text(mut input: Box<dyn Read + Send>) -> Result<String, ReadError> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    if bytes.iter().filter(|byte| **byte == b'\n').count() > MOST_LINES {
+        let why = format!("expected at most {MOST_LINES} lines, found more");
+        return Err(ReadError::TooLarge(io::Error::new(io::ErrorKind::FileTooLarge, why)));
+    }
+    // What is UTF-8 is not copied.
+    Ok(String::from_utf8(bytes)
+        .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
 }
 
 #[cfg(test)]
