@@ -73,10 +73,12 @@ mod tests {
         let cola = b"\x02sRN DeviceIdent\x03\x02sMN Run\x03".to_vec();
         let reply = [0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A];
         // A scan that a request has cut off behind six bytes; what would be the rest of it comes as replies.
-        let begun = [&[0x02, 0x80, 0x12, 0x00, 0xB0, 0x69, 0x06][..], &reply, &reply].concat();
+        let begun = |claimed| [&[0x02, 0x80, claimed, 0x00, 0xB0, 0x69, 0x06][..], &reply, &reply].concat();
         for (kind, bytes, expected) in [
             (StreamKind::Cola, cola, &["DeviceIdent", "Run"][..]),
-            (StreamKind::Lms2xx, begun, &["B0", "A0", "A0"]),
+            (StreamKind::Lms2xx, begun(18), &["B0", "A0", "A0"]),
+            // The rest of it would end inside the first reply.
+            (StreamKind::Lms2xx, begun(6), &["B0", "A0", "A0"]),
         ] {
             for cut in 0..bytes.len() {
                 let mut follow = Follow::of(kind);

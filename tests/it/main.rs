@@ -63,6 +63,7 @@ mod roofs;
 #[cfg(feature = "tables")]
 mod scans;
 mod searches;
+mod serial_lines;
 mod services;
 mod several_scanners;
 mod socketcan;

@@ -87,19 +87,56 @@ pub fn whole(bytes: &[u8]) -> Option<usize> {
 /// assert_eq!(cut_off(&bytes), Some(7));
 /// ```
 pub fn cut_off(bytes: &[u8]) -> Option<usize> {
-    let [STX, address, low, high, ..] = *bytes else { return None };
+    match Cut::of(bytes, Listener::Either, true) {
+        Cut::At(sent) => Some(sent),
+        Cut::No | Cut::Perhaps => None,
+    }
+}
+
+/// Whether a request has cut off the device's telegram that some bytes begin with.
+enum Cut {
+    /// Behind so many bytes.
+    At(usize),
+    No,
+    /// What would show it is not whole yet.
+    Perhaps,
+}
+
+impl Cut {
+    fn of(bytes: &[u8], listener: Listener, ended: bool) -> Self {
+        let [STX, address, low, high, ..] = *bytes else { return Self::No };
+        let body = usize::from(word([low, high]));
+        if address & FROM_DEVICE == 0 || !(1..=MAX_BODY).contains(&body) || listener == Listener::Device {
+            return Self::No;
+        }
+        // Of the head two bytes are known to have come.
+        for at in 3..bytes.len().min(body + OVERHEAD) {
+            let next = bytes.get(at..).unwrap_or_default();
+            let acknowledged = bytes.get(at - 1).is_some_and(|byte| matches!(*byte, ACK | NAK));
+            let asked = listener == Listener::Either && next.get(1).is_some_and(|to| to & FROM_DEVICE == 0);
+            match next {
+                [STX, ..] if whole(next).is_some() => {
+                    return match (asked, acknowledged) {
+                        (true, _) => Self::At(at),
+                        (false, true) => Self::At(at - 1),
+                        (false, false) => Self::No,
+                    };
+                }
+                [STX, ..] if !ended && (asked || acknowledged) && may_become_whole(next) => {
+                    return Self::Perhaps;
+                }
+                _ => {}
+            }
+        }
+        Self::No
+    }
+}
+
+/// Whether the rest of a frame may still come.
+fn may_become_whole(bytes: &[u8]) -> bool {
+    let Some(&[low, high]) = bytes.get(2..HEADER) else { return true };
     let body = usize::from(word([low, high]));
-    if address & FROM_DEVICE == 0 || !(1..=MAX_BODY).contains(&body) {
-        return None;
-    }
-    let extent = bytes.len().min(body + OVERHEAD);
-    // Of the head two bytes are known to have come.
-    let next = (3..extent).find(|at| bytes.get(*at..).and_then(whole).is_some())?;
-    match (bytes.get(next + 1)? & FROM_DEVICE, bytes.get(next - 1)?) {
-        (0, _) => Some(next),
-        (_, &ACK | &NAK) => Some(next - 1),
-        _ => None,
-    }
+    (1..=MAX_BODY).contains(&body) && bytes.len() < body + OVERHEAD
 }
 
 /// Whose frames are decoded: the two sides' frames differ in their address.
@@ -156,7 +193,7 @@ impl Frame<'_> {
 /// Finds frames in a byte stream that comes in pieces.
 ///
 /// After a rejected start the search goes on one byte further, so that a good frame inside the bytes a broken one claimed is found. A
-/// start claims at most 1646 bytes, which bounds what hostile input costs, and what is kept of it.
+/// start claims at most 1646 bytes, and so does what may follow one that was cut off, which bounds what hostile input costs, and what is kept of it.
 #[derive(Clone, Debug)]
 pub struct FrameDecoder {
     listener: Listener,
@@ -271,20 +308,16 @@ impl FrameDecoder {
                         len,
                     }));
                 }
-                Probe::Broken(extent) => {
-                    if let Some(len) = self.cut_off() {
-                        return Some(Received::CutOff { offset: self.base + from as u64, len });
-                    }
-                    if self.reject(extent) {
-                        return Some(Received::Broken);
-                    }
-                }
+                Probe::Broken(extent) => match self.cut() {
+                    Cut::At(len) => return Some(self.skip_cut_off(len)),
+                    Cut::Perhaps => return None,
+                    Cut::No if self.reject(extent) => return Some(Received::Broken),
+                    Cut::No => {}
+                },
                 Probe::NotAFrame => self.skip(),
-                Probe::Incomplete if self.ended => match self.cut_off() {
-                    Some(len) => {
-                        return Some(Received::CutOff { offset: self.base + from as u64, len });
-                    }
-                    None => {
+                Probe::Incomplete if self.ended => match self.cut() {
+                    Cut::At(len) => return Some(self.skip_cut_off(len)),
+                    Cut::No | Cut::Perhaps => {
                         self.reject(self.buffer.len() - from);
                     }
                 },
@@ -322,13 +355,17 @@ impl FrameDecoder {
         }
     }
 
-    /// Skips the telegram that a request has cut off here, if one has.
-    fn cut_off(&mut self) -> Option<usize> {
-        let len = cut_off(self.buffer.get(self.start..)?)?;
+    /// Whether a request has cut off the telegram that begins here.
+    fn cut(&self) -> Cut {
+        Cut::of(self.buffer.get(self.start..).unwrap_or_default(), self.listener, self.ended)
+    }
+
+    fn skip_cut_off(&mut self, len: usize) -> Received<'static> {
+        let offset = self.base + self.start as u64;
         self.start += len;
         self.suspect_until = 0;
         self.counts.skipped_bytes += len as u64;
-        Some(len)
+        Received::CutOff { offset, len }
     }
 
     fn skip(&mut self) {
