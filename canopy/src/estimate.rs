@@ -41,7 +41,7 @@ pub struct Estimate {
     pub scanned_m: Option<f64>,
     /// Metres scanned of those metres of row that hold canopy: the length that regressions count.
     pub canopy_m: Option<f64>,
-    /// I_T, the impacted area of all canopy returns, leaf and wood (paper eq. 3), m².
+    /// I_T, the impacted area of all canopy returns, leaf and wood (paper eq. 4), m².
     pub impacted_total_area_m2: Option<f64>,
     /// The leaf area, one-sided: `leaf_area_m2`, `lai` and what belongs to them.
     #[serde(flatten)]

@@ -180,7 +180,7 @@ impl Row {
         self.estimators.enter_tree(keys.tree);
         self.estimators.line(&SightedLine { weight_m, sightings: &self.sightings });
 
-        // I_T of the line: its weight × Σ 2 l sin(Δθ/2) cos θ over canopy returns, leaf and wood alike (paper eq. 3).
+        // I_T of the line: its weight × Σ 2 l sin(Δθ/2) cos θ over canopy returns, leaf and wood alike (paper eq. 4 over eq. 3).
         let impacted_m2 = weight_m * area_m;
         self.totals.impacted_m2 += impacted_m2;
         self.totals.returns.canopy += returns;

@@ -11,7 +11,7 @@ use crate::parameters::Parameters;
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {
     name: "impacted",
     title: "impacted area I_T as a beam without width would find it",
-    source: "Méndez et al. 2013, eq. 3; gap probability of a Boolean model (Steiner), derived",
+    source: "Méndez et al. 2013, eq. 4; gap probability of a Boolean model (Steiner), derived",
     quantities: &[Quantity::ImpactedArea],
     make: |setting| Box::new(ImpactedArea::new(setting)),
 };

@@ -8,7 +8,7 @@ pub const LAYERS: usize = 3;
 /// |beam · leaf normal| below which a leaf's visible area is counted as if it were this: a leaf seen edge-on would count without bound.
 pub const LEAST_INCIDENCE: f64 = 0.02;
 
-/// What a scan adds up to, m². I_T, I_L and I_3L are projections (paper eq. 3 and its counterparts): on the YZ plane for lateral scans,
+/// What a scan adds up to, m². I_T, I_L and I_3L are sums (paper eq. 4) of projections (eq. 3 and its counterparts): on the YZ plane for lateral scans,
 /// on the ground for zenith scans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScanAreas {
