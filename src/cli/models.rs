@@ -11,11 +11,18 @@ use super::{Failure, Format, Outcome, output};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
+    /// These models alone, such as `lms111`; all where none is named
+    #[arg(value_name = "MODEL", value_parser = known, conflicts_with = "refusals")]
+    models: Vec<AnyModel>,
     /// What the scanners refuse instead, and with which code
     #[arg(long)]
     refusals: bool,
     #[command(flatten)]
     page: PageArgs,
+}
+
+fn known(name: &str) -> Result<AnyModel, String> {
+    AnyModel::named(name).map_err(|why| why.to_string())
 }
 
 /// One model, as it is listed.
@@ -148,13 +155,21 @@ pub(super) fn find(name: &str) -> Result<AnyModel, Failure> {
 }
 
 pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
-    let models = || AnyModel::all().map(Row::from).collect::<Vec<_>>();
+    let is_asked = |model: &AnyModel| {
+        args.models.is_empty() || args.models.iter().any(|asked| asked.name() == model.name())
+    };
+    let models = || AnyModel::all().filter(is_asked).map(Row::from).collect::<Vec<_>>();
     let refusals = || REFUSALS.iter().map(RefusalRow::from).collect::<Vec<_>>();
     match (args.refusals, args.page.markdown) {
         (false, true) => output::print(&models_page(&models()))?,
         (true, true) => output::print(&refusals_page(&refusals()))?,
         (true, false) => output::print_rows(args.page.format, &refusals())?,
-        (false, false) if args.page.format == Format::Table => output::print(&listing(&models()))?,
+        (false, false) if args.page.format == Format::Table => {
+            output::print(&listing(&models()))?;
+            if args.models.is_empty() {
+                output::print(&not_modelled())?;
+            }
+        }
         (false, false) => output::print_rows(args.page.format, &models())?,
     }
     Ok(Outcome::Done)
@@ -180,7 +195,11 @@ fn listing(rows: &[Row]) -> String {
         row.optics.iter().for_each(|line| text += &format!("    {line}\n"));
         text += &format!("  scan modes\n    {}\n\n", row.modes.join("\n    "));
     }
-    text += "not modelled\n";
+    text
+}
+
+fn not_modelled() -> String {
+    let mut text = "not modelled\n".to_owned();
     for (name, why) in model::NOT_MODELLED {
         text += &format!("  {name}: {why}\n");
     }

@@ -14,7 +14,7 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{TomlError, suggestion};
+use crate::error::{TomlError, shown, suggestion};
 use crate::table::WITH_LINE;
 
 /// Reads a document strictly: unknown keys are refused where `T` denies them.
@@ -38,6 +38,9 @@ fn line_of(text: &str, span: &Range<usize>) -> usize {
     text.as_bytes().iter().take(span.start).filter(|byte| **byte == b'\n').count() + 1
 }
 
+/// Nothing that a document measures is smaller and not 0: quotients of such numbers have no bound.
+const LEAST: f64 = 1e-12;
+
 /// An error of serde's, kept as data.
 #[derive(Debug)]
 struct DocumentError {
@@ -58,13 +61,13 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownKey { found, valid } => {
-                write!(f, "unknown key `{found}`{}", suggestion(found, valid))
+                write!(f, "unknown key `{}`{}", shown(found), suggestion(found, valid))
             }
             Self::UnknownChoice { found, valid } => {
-                write!(f, "unknown value `{found}`{}", suggestion(found, valid))
+                write!(f, "unknown value `{}`{}", shown(found), suggestion(found, valid))
             }
             Self::MissingKey(key) => write!(f, "the key `{key}` is missing; add it"),
-            Self::Mismatch { found, expected } => write!(f, "expected {expected}, found {found}"),
+            Self::Mismatch { found, expected } => write!(f, "expected {expected}, found {}", shown(found)),
             Self::Other(message) => f.write_str(message),
         }
     }
@@ -125,8 +128,14 @@ impl serde::de::Error for DocumentError {
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn serde::de::Expected) -> Self {
         let expected = expected.to_string();
-        // A user's document holds tables; that they become structs here is our affair.
-        let expected = if expected.starts_with("struct ") { "a table".to_owned() } else { expected };
+        // A user's document holds tables and numbers; what they become here is our affair.
+        let expected = match expected.as_str() {
+            "f32" | "f64" => "a number".to_owned(),
+            "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more".to_owned(),
+            "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".to_owned(),
+            own if own.starts_with("struct ") => "a table".to_owned(),
+            _ => expected,
+        };
         Self::new(Problem::Mismatch { found: found.to_string(), expected })
     }
 
@@ -153,7 +162,10 @@ impl<'de> Deserializer<'de> for Value<'_> {
                     Err(_) => Err(DocumentError::custom(format_args!("`{integer}` does not fit 64 bits"))),
                 },
             },
-            DeValue::Float(float) => match float.as_str().parse() {
+            DeValue::Float(float) => match float.as_str().parse::<f64>() {
+                Ok(float) if float != 0.0 && float.abs() < LEAST => Err(DocumentError::custom(format_args!(
+                    "expected 0, or a number of {LEAST:e} or more in size, found {float:e}"
+                ))),
                 Ok(float) => visitor.visit_f64(float),
                 Err(_) => Err(DocumentError::custom(format_args!("`{}` is not a number", float.as_str()))),
             },
@@ -390,7 +402,7 @@ mod tests {
     #[test]
     fn wrong_types_and_choices_name_what_was_found_and_expected() {
         let found = refusal("trees = 1\ntree_spacing_m = \"wide\"\n");
-        assert_eq!((found.line, found.message.as_str()), (2, "expected f64, found string \"wide\""));
+        assert_eq!((found.line, found.message.as_str()), (2, "expected a number, found string \"wide\""));
         let found =
             from_toml::<std::collections::BTreeMap<String, Orchard>>("orchard = 3\n").expect_err("a number");
         assert_eq!((found.line, found.message.as_str()), (1, "expected a table, found integer `3`"));
@@ -402,7 +414,10 @@ mod tests {
         let found = refusal("trees = 1\nshape = { cylinder = 0.1 }\n");
         assert_eq!((found.line, found.message.as_str()), (2, "expected a table, found floating point `0.1`"));
         let found = refusal("trees = -1\n");
-        assert_eq!((found.line, found.message.as_str()), (1, "expected u32, found integer `-1`"));
+        assert_eq!(
+            (found.line, found.message.as_str()),
+            (1, "expected a whole number of 0 or more, found integer `-1`")
+        );
         let found = refusal("shape = \"spindel\"\n");
         assert_eq!(
             (found.line, found.message.as_str()),

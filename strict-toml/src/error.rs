@@ -25,13 +25,44 @@ const ALIKE: f64 = 0.7;
 
 /// `; did you mean X?` where one of the valid keys resembles this one, else the list of them.
 pub fn suggestion(found: &str, valid: &[&str]) -> String {
-    let nearest = valid
-        .iter()
-        .map(|key| (strsim::jaro_winkler(found, key), *key))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(likeness, _)| *likeness >= ALIKE);
-    match nearest {
-        Some((_, key)) => format!("; did you mean `{key}`?"),
+    // Fewest slips of the finger; among those, one letter for another before one too many.
+    let slips = |key: &str| (strsim::osa_distance(found, key), key.len().abs_diff(found.len()));
+    let alike = valid.iter().filter(|key| strsim::jaro_winkler(found, key) >= ALIKE);
+    match alike.min_by_key(|key| slips(key)) {
+        Some(key) => format!("; did you mean `{key}`?"),
         None => format!("; valid here: {}", valid.join(", ")),
+    }
+}
+
+/// Characters of a document that a message repeats of one key or value.
+const SHOWN: usize = 200;
+
+/// As much of a text as a message repeats.
+pub(crate) fn shown(text: &str) -> String {
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", text.get(..end).unwrap_or_default()),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_key_with_the_fewest_slips_is_offered() {
+        let valid = ["tree", "trees", "tree_spacing_m"];
+        for (found, meant) in
+            [("treez", "trees"), ("tre", "tree"), ("treees", "trees"), ("tree_spacing", "tree_spacing_m")]
+        {
+            assert_eq!(suggestion(found, &valid), format!("; did you mean `{meant}`?"));
+        }
+        assert_eq!(suggestion("zzz", &valid), "; valid here: tree, trees, tree_spacing_m");
+    }
+
+    #[test]
+    fn a_message_repeats_no_more_than_can_be_read() {
+        assert_eq!(shown("short"), "short");
+        assert_eq!(shown(&"ä".repeat(5000)).chars().count(), SHOWN + 1);
     }
 }

@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::binary::run;
+use common::binary::{assert_says, refused, run};
 
 #[test]
 fn the_pages_of_models_and_refusals_are_up_to_date() {
@@ -47,4 +47,20 @@ fn a_line_the_model_does_not_have_is_told_at_once() {
     let ended = run(&["emulate", "--output", "9=on", "--tcp", "127.0.0.1:0"]);
     assert_eq!(ended.code, Some(2));
     assert!(ended.stderr.contains("LMS111 has 3 digital outputs; there is no number 9"), "{}", ended.stderr);
+}
+
+#[test]
+fn one_model_is_told_alone() {
+    let told = run(&["models", "lms111"]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    assert!(
+        told.stdout.contains("lms111")
+            && !told.stdout.contains("tim561")
+            && told.stdout.lines().count() < 100
+    );
+    let rows: Vec<serde_json::Value> =
+        serde_json::from_str(&run(&["models", "tim561", "lms291", "--format", "json"]).stdout).expect("json");
+    let names: Vec<_> = rows.iter().map(|row| row["name"].as_str()).collect();
+    assert_eq!(names, [Some("tim561"), Some("lms291")]);
+    assert_says(&refused(&["models", "lms112"]), &["lms112", "lms111"]);
 }

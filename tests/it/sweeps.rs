@@ -60,7 +60,7 @@ fn shards_give_the_rows_of_a_single_run_and_each_row_says_where_it_comes_from() 
     let scans = |row: usize| rows[row][column("estimate.scans")].parse::<f64>().expect("a number");
     assert_eq!(scans(0), 2.0 * scans(4));
     let drawn = std::fs::read_to_string(&figure).expect("a figure");
-    assert!(drawn.contains("<svg") && drawn.contains("speed_m_s"));
+    assert!(drawn.contains("<svg") && drawn.contains("speed, m/s"));
 
     // A shard of another study, and of this study with another seed.
     let other = folder.path().join("other.json");
@@ -220,5 +220,71 @@ fn estimators_stand_side_by_side_with_the_truth_of_a_known_scene() {
         unknown.stderr.contains("no estimator `voxl`") && unknown.stderr.contains("`voxel`?"),
         "{}",
         unknown.stderr
+    );
+}
+
+/// Where an axis' effects are told: as text and as a number.
+fn places(report: &serde_json::Value, axis: &str) -> Vec<(String, f64)> {
+    let effects = report["effects"].as_array().expect("effects").iter();
+    let mut places: Vec<(String, f64)> = effects
+        .filter(|effect| effect["axis"] == axis)
+        .map(|effect| {
+            (effect["at"].as_str().expect("text").to_owned(), effect["x"].as_f64().expect("a number"))
+        })
+        .collect();
+    places.dedup();
+    places.truncate(
+        places.iter().skip(1).position(|place| *place == places[0]).map_or(places.len(), |at| at + 1),
+    );
+    places
+}
+
+#[test]
+fn a_grid_is_told_at_the_values_that_were_computed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("study.toml");
+    let sweep = |of: &str| {
+        let text = format!(
+            "version = 1\nscene = \"post\"\nseed = 1\nrepeats = 1\nkeep = [\"estimate.scans\"]\n{of}\n"
+        );
+        std::fs::write(&path, text).expect("written");
+        let ended = study(&path, &["--format", "json"]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        serde_json::from_str::<serde_json::Value>(&ended.stdout).expect("json")
+    };
+    let report = sweep("[[sweep]]\nkey = \"rig.speed_m_s\"\nfrom = 1.0\nto = 2.0\nsteps = 3\n");
+    let at = |text: &str, x: f64| (text.to_owned(), x);
+    assert_eq!(places(&report, "speed_m_s"), [at("1", 1.0), at("1.5", 1.5), at("2", 2.0)]);
+    // A key of whole numbers takes a range, too.
+    let report = sweep("[[sweep]]\nkey = \"orchard.trees\"\nfrom = 2\nto = 6\nsteps = 3\n");
+    assert_eq!(places(&report, "trees"), [at("2", 2.0), at("4", 4.0), at("6", 6.0)]);
+    assert_eq!(report["rows"][1]["orchard.trees"], 4);
+    // A design of random points has a value a point, and is told by parts: those that hold one.
+    let random = "design = \"latin_hypercube\"\npoints = 3\n[[sweep]]\nkey = \"rig.speed_m_s\"\nfrom = 1.0\nto = 2.0\n";
+    // A part that holds no point is not told.
+    for bins in [3, 30] {
+        assert_eq!(places(&sweep(&format!("{random}bins = {bins}\n")), "speed_m_s").len(), 3, "{bins}");
+    }
+    assert_eq!(places(&sweep(&format!("{random}bins = 1\n")), "speed_m_s"), [at("1.000 to 2.000", 1.5)]);
+    let whole =
+        "design = \"latin_hypercube\"\npoints = 4\n[[sweep]]\nkey = \"orchard.trees\"\nfrom = 2\nto = 5\n";
+    let mut trees: Vec<u64> = sweep(whole)["rows"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .map(|row| row["orchard.trees"].as_u64().expect("whole"))
+        .collect();
+    trees.sort_unstable();
+    assert_eq!(trees, [2, 3, 4, 5]);
+    std::fs::write(
+        &path,
+        "version = 1\nscene = \"post\"\nkeep = [\"estimate.scans\"]\n[[sweep]]\nkey = \"orchard.trees\"\nfrom = 2\nto = 5\nsteps = 3\n",
+    )
+    .expect("written");
+    let refused = study(&path, &[]);
+    assert!(
+        refused.code == Some(2) && refused.stderr.contains("a whole number of 0 or more, found"),
+        "{}",
+        refused.stderr
     );
 }

@@ -13,6 +13,7 @@ mod sheet;
 mod style;
 mod sweep;
 mod symbols;
+mod words;
 
 pub use areas::areas;
 pub use metres::{Metre, Metres, metres};

@@ -4,6 +4,7 @@ use super::axis::Axis;
 use super::canvas::{Area, Canvas, Ink};
 use super::chart::Chart;
 use super::style::{INKS, Key, Mark, legend, legend_height};
+use super::words;
 use crate::sweep::{Effect, SweepReport};
 
 /// Panels side by side.
@@ -22,7 +23,7 @@ pub fn sweep(report: &SweepReport) -> String {
         .drawn
         .iter()
         .zip(INKS.into_iter().cycle())
-        .map(|(output, ink)| Key::new(Mark::Disc, ink, output.strip_prefix("error.").unwrap_or(output)))
+        .map(|(output, ink)| Key::new(Mark::Disc, ink, words::of_output(output)))
         .collect();
     keys.push(Key::new(Mark::Band, Ink::BLACK, "band or bar: twice the standard error of the mean"));
     let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
@@ -32,7 +33,13 @@ pub fn sweep(report: &SweepReport) -> String {
     for (area, axis) in charts.grid(rows, columns).into_iter().zip(&study.sweep) {
         let name = axis.name();
         let of_axis = |effect: &&Effect| effect.axis == name && scale.shows(effect);
-        panel(&mut canvas, area, &name, &scale, &report.effects.iter().filter(of_axis).collect::<Vec<_>>());
+        panel(
+            &mut canvas,
+            area,
+            &words::of_axis(&name),
+            &scale,
+            &report.effects.iter().filter(of_axis).collect::<Vec<_>>(),
+        );
     }
     canvas.svg()
 }

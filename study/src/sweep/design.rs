@@ -40,8 +40,11 @@ pub enum Span {
         from: f64,
         /// Greatest.
         to: f64,
-        /// Values in a grid, both ends among them.
+        /// Values in a grid, both ends among them; parts that a report cuts the range of another design in.
         steps: usize,
+        /// The keys take whole numbers alone.
+        #[serde(default)]
+        whole: bool,
     },
 }
 
@@ -67,16 +70,36 @@ impl Axis {
                 let index = ((place * values.len() as f64) as usize).min(values.len().saturating_sub(1));
                 values.get(index).cloned().unwrap_or_default()
             }
+            Span::Range { from, to, whole: true, .. } => {
+                vec![
+                    Value::Integer((from + (place * (to - from + 1.0)).floor()).min(*to) as i64);
+                    self.keys.len()
+                ]
+            }
             Span::Range { from, to, .. } => vec![Value::Float(from + place * (to - from)); self.keys.len()],
         }
     }
 
     /// The value at a step of a grid.
-    fn step(&self, step: usize) -> Vec<Value> {
+    pub(super) fn step(&self, step: usize) -> Vec<Value> {
         match &self.span {
             Span::Values(values) => values.get(step).cloned().unwrap_or_default(),
-            Span::Range { steps, .. } => self.at(step as f64 / (steps.saturating_sub(1)).max(1) as f64),
+            Span::Range { from, to, steps, whole } => {
+                let value = from + (to - from) * step as f64 / (steps.saturating_sub(1)).max(1) as f64;
+                let value = if *whole { Value::Integer(value.round() as i64) } else { Value::Float(value) };
+                vec![value; self.keys.len()]
+            }
         }
+    }
+
+    /// The same axis of whole numbers, where its ends and, in a grid, its steps are such.
+    pub(super) fn whole(&self, design: Design) -> Option<Self> {
+        let Span::Range { from, to, steps, .. } = self.span else { return None };
+        let between =
+            if design == Design::Grid { (to - from) / (steps.saturating_sub(1)).max(1) as f64 } else { 1.0 };
+        let are_whole = [from, to, between].iter().all(|number| number.fract() == 0.0);
+        are_whole
+            .then(|| Self { keys: self.keys.clone(), span: Span::Range { from, to, steps, whole: true } })
     }
 }
 
@@ -125,7 +148,10 @@ mod tests {
         let value = |v: f64| vec![Value::Float(v)];
         vec![
             Axis { keys: vec!["rig.a".into()], span: Span::Values(vec![value(1.0), value(2.0), value(3.0)]) },
-            Axis { keys: vec!["rig.b".into()], span: Span::Range { from: 0.0, to: 1.0, steps: 2 } },
+            Axis {
+                keys: vec!["rig.b".into()],
+                span: Span::Range { from: 0.0, to: 1.0, steps: 2, whole: false },
+            },
         ]
     }
 

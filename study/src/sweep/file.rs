@@ -16,6 +16,10 @@ use crate::settings::{self, Shelf};
 
 /// Format of the file.
 const VERSION: u32 = 1;
+/// Parts a range is cut in for its effect, where no grid has its values.
+const BINS: usize = 5;
+/// More of them are no longer told apart.
+const MOST_BINS: usize = 100;
 /// Units one study may hold.
 const MOST_UNITS: usize = 1_000_000;
 
@@ -91,6 +95,10 @@ struct AxisFile {
     #[serde(default)]
     #[schemars(range(min = 2), example = 4)]
     steps: Option<usize>,
+    /// Parts that the range is cut in for tables and figures, where the design is no grid [5].
+    #[serde(default)]
+    #[schemars(range(min = 1), example = 8)]
+    bins: Option<usize>,
 }
 
 fn one() -> usize {
@@ -149,6 +157,8 @@ fn study(
     if sweep.is_empty() || file.keep.is_empty() {
         return refuse("keep", "a study needs a [[sweep]] and something to `keep`".to_owned());
     }
+    // A key that takes whole numbers alone refuses 2.0.
+    let sweep: Vec<Axis> = sweep.into_iter().map(|axis| as_it_takes(axis, &scene, design)).collect();
     let keep: Vec<Output> = file
         .keep
         .into_iter()
@@ -170,6 +180,18 @@ fn study(
         study.scene_with(axis, 0).map_err(|why| Complaint::new(about, format!("sweep {why}")))?;
     }
     Ok(study)
+}
+
+/// The axis in whole numbers if its keys take no others.
+fn as_it_takes(axis: Axis, scene: &Scene, design: Design) -> Axis {
+    let is_taken = |axis: &Axis| {
+        let settings = Design::Grid.settings(std::slice::from_ref(axis), 0, 0);
+        settings::set_in_scene(scene, &settings).is_ok()
+    };
+    match axis.whole(design).filter(|whole| !is_taken(&axis) && is_taken(whole)) {
+        Some(whole) => whole,
+        None => axis,
+    }
 }
 
 impl SweepStudy {
@@ -208,14 +230,24 @@ impl AxisFile {
                 if !(from.is_finite() && to.is_finite() && from < to) {
                     return refuse("expected `from` below `to`, both finite");
                 }
-                match (design, self.steps) {
-                    (Design::Grid, Some(steps)) if steps >= 2 => Span::Range { from, to, steps },
-                    (Design::Grid, _) => return refuse("a range in a grid needs `steps`, 2 or more"),
-                    (Design::LatinHypercube { .. }, None) => Span::Range { from, to, steps: 2 },
-                    (Design::LatinHypercube { .. }, Some(_)) => {
+                let steps = match (design, self.steps, self.bins) {
+                    (Design::Grid, _, Some(_)) => {
+                        return refuse("a grid is told at its own values; leave out `bins`");
+                    }
+                    (Design::Grid, Some(steps), None) if steps >= 2 => steps,
+                    (Design::Grid, ..) => return refuse("a range in a grid needs `steps`, 2 or more"),
+                    (Design::LatinHypercube { .. }, None, None) => BINS,
+                    (Design::LatinHypercube { .. }, None, Some(bins)) if (1..=MOST_BINS).contains(&bins) => {
+                        bins
+                    }
+                    (Design::LatinHypercube { .. }, None, Some(_)) => {
+                        return refuse("expected `bins` from 1 to 100");
+                    }
+                    (Design::LatinHypercube { .. }, Some(_), _) => {
                         return refuse("a Latin hypercube cuts ranges itself; leave out `steps`");
                     }
-                }
+                };
+                Span::Range { from, to, steps, whole: false }
             }
             _ => return refuse("expected either `values`, or `from` and `to`"),
         };

@@ -4,12 +4,9 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use toml::Value;
 
-use super::design::{Axis, Span};
+use super::design::{Axis, Design, Span};
 use super::{SweepStudy, Tried};
 use crate::{Header, Unit};
-
-/// Parts a range is cut in for its effect.
-const PARTS: usize = 5;
 
 /// What the study found.
 #[derive(Clone, Debug, Serialize)]
@@ -61,13 +58,15 @@ pub fn report(provenance: Header<SweepStudy>, units: &[Unit<Tried>]) -> SweepRep
             of(unit).iter().skip(first).take(axis.keys.len()).map(|(_, value)| value).collect()
         };
         for (column, output) in study.keep.iter().enumerate() {
-            for part in &parts(axis) {
+            for part in &parts(axis, study.design) {
                 let values: Vec<f64> = units
                     .iter()
                     .filter(|unit| part.holds(&own(unit)))
                     .filter_map(|unit| unit.result.kept.get(column).copied().flatten())
                     .collect();
-                effects.push(Effect::of(axis, part, output.name(), &values));
+                if !values.is_empty() {
+                    effects.push(Effect::of(axis, part, output.name(), &values));
+                }
             }
         }
         first += axis.keys.len();
@@ -105,12 +104,18 @@ enum Part {
     Range { from: f64, to: f64, last: bool },
 }
 
-fn parts(axis: &Axis) -> Vec<Part> {
-    match &axis.span {
-        Span::Values(values) => values.iter().cloned().map(Part::Value).collect(),
-        Span::Range { from, to, .. } => {
-            let edge = |k: usize| from + (to - from) * k as f64 / PARTS as f64;
-            (0..PARTS).map(|k| Part::Range { from: edge(k), to: edge(k + 1), last: k + 1 == PARTS }).collect()
+/// What an axis is told at: the values that were computed, or where each point has its own, parts of the range.
+fn parts(axis: &Axis, design: Design) -> Vec<Part> {
+    match (&axis.span, design) {
+        (Span::Values(values), _) => values.iter().cloned().map(Part::Value).collect(),
+        (Span::Range { steps, .. }, Design::Grid) => {
+            (0..*steps).map(|step| Part::Value(axis.step(step))).collect()
+        }
+        (Span::Range { from, to, steps, .. }, Design::LatinHypercube { .. }) => {
+            let edge = |k: usize| from + (to - from) * k as f64 / *steps as f64;
+            (0..*steps)
+                .map(|k| Part::Range { from: edge(k), to: edge(k + 1), last: k + 1 == *steps })
+                .collect()
         }
     }
 }
@@ -121,7 +126,7 @@ impl Part {
             Self::Value(values) => values.iter().eq(own.iter().copied()),
             Self::Range { from, to, last } => own
                 .first()
-                .and_then(|value| value.as_float())
+                .and_then(|value| value.as_float().or_else(|| value.as_integer().map(|value| value as f64)))
                 .is_some_and(|value| value >= *from && (value < *to || (*last && value <= *to))),
         }
     }
@@ -131,9 +136,16 @@ impl Part {
             Self::Value(values) => {
                 let text = |value: &Value| match value {
                     Value::String(text) => text.clone(),
+                    // A step between two numbers has rounding errors that nobody set.
+                    Value::Float(value) => format!("{}", (value * 1e9).round() / 1e9),
                     other => other.to_string(),
                 };
-                values.iter().map(text).collect::<Vec<_>>().join(" ")
+                // Keys that go together by one range have one value.
+                let mut texts: Vec<String> = values.iter().map(text).collect();
+                if values.windows(2).all(|two| two[0] == two[1]) {
+                    texts.truncate(1);
+                }
+                texts.join(" ")
             }
             Self::Range { from, to, .. } => format!("{from:.3} to {to:.3}"),
         }
@@ -142,8 +154,9 @@ impl Part {
     fn x(&self) -> Option<f64> {
         match self {
             Self::Value(values) => match values.as_slice() {
-                [Value::Float(value)] => Some(*value),
-                [Value::Integer(value)] => Some(*value as f64),
+                [first, rest @ ..] if rest.iter().all(|value| value == first) => {
+                    first.as_float().or_else(|| first.as_integer().map(|value| value as f64))
+                }
                 _ => None,
             },
             Self::Range { from, to, .. } => Some((from + to) / 2.0),
