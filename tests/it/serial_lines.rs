@@ -190,7 +190,7 @@ async fn is_answered(at: &At, client: Option<Client>) -> bool {
 }
 
 async fn play(stage: Arc<Stage>, folder: PathBuf, over_tcp: bool, number: u64) {
-    let start = if number % 2 == 0 { Start::Idle } else { Start::Streaming };
+    let start = if number.is_multiple_of(2) { Start::Idle } else { Start::Streaming };
     let mut keys = number;
     let mut draw = |of: u64| {
         keys = mix(keys.wrapping_add(over_tcp.into()));

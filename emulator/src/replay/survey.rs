@@ -302,8 +302,7 @@ impl Part {
     /// Takes note of a scan that was polled.
     fn reply(&mut self, at_ns: u64, telegram: &Telegram<'_>) {
         let Some(scan) = polled_scan(telegram) else { return };
-        let polls =
-            self.polls.get_or_insert_with(|| Polls { first_ns: at_ns, last_ns: at_ns, scans: 0, scan });
+        let polls = self.polls.get_or_insert(Polls { first_ns: at_ns, last_ns: at_ns, scans: 0, scan });
         polls.last_ns = polls.last_ns.max(at_ns);
         polls.scans += 1;
     }
