@@ -178,14 +178,49 @@ impl AsyncWrite for NetLine {
     }
 
     fn poll_flush(self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        match &mut self.get_mut().client {
-            Some(client) => client.poll_out(cx),
-            None => Poll::Ready(Ok(())),
+        let this = self.get_mut();
+        let Some(client) = &mut this.client else { return Poll::Ready(Ok(())) };
+        if ready!(client.poll_out(cx)).is_err() {
+            // Gone, in order or not: the line waits for the next one.
+            this.client = None;
         }
+        Poll::Ready(Ok(()))
     }
 
     fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
         self.get_mut().client = None;
         Poll::Ready(Ok(()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use socket2::SockRef;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::time::{sleep, timeout};
+
+    use super::*;
+
+    /// What a client leaves behind when it is killed with bytes unread.
+    #[tokio::test]
+    async fn a_client_that_resets_its_connection_does_not_end_the_line() {
+        let mut line = NetLine::bare("127.0.0.1:0").await.expect("a free port");
+        for round in 0..2 {
+            let mut client = TcpStream::connect(line.address()).await.expect("it listens");
+            client.write_all(b"ask").await.expect("taken");
+            let mut heard = [0; 3];
+            let heard_in_time = timeout(Duration::from_secs(5), line.read_exact(&mut heard)).await;
+            heard_in_time.expect("heard").expect("the line holds");
+            assert_eq!(&heard, b"ask", "round {round}");
+            SockRef::from(&client).set_linger(Some(Duration::ZERO)).expect("set");
+            drop(client);
+            sleep(Duration::from_millis(20)).await;
+            // Nothing looks whether the client is there but this.
+            line.client.as_mut().expect("not noticed yet").out.extend_from_slice(&[0; 64]);
+            line.flush().await.expect("a line without a client is one");
+            line.write_all(&[0; 64]).await.expect("a line without a client is one");
+        }
     }
 }

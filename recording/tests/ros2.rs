@@ -1,5 +1,5 @@
 //! Bags of ROS 2: every topic is a name that ROS 2 takes, every layer of a scanner has its own.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 #![cfg(feature = "files")]
 
 use std::collections::BTreeSet;
@@ -11,7 +11,7 @@ use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::telegram::lmd_scandata::Channel;
 use rowscan_protocol::telegram::wire::FixedText;
 use rowscan_recording::foxglove::Language;
-use rowscan_recording::{About, Decoded, McapWriter, Recording, Side, StreamKind};
+use rowscan_recording::{About, Decoded, McapWriter, Recording, Side, StreamKind, account};
 
 fn scan(layer_angle: i16) -> Vec<u8> {
     let (name, values) = (FixedText(*b"DIST1"), vec![1000, 2000, 3000]);
@@ -58,6 +58,27 @@ fn every_layer_has_a_topic_of_its_own() {
         ("/mrs/scan_layer_minus_500", 2),
     ];
     assert_eq!(found, expected.map(|(topic, count)| (topic.to_owned(), count)));
+}
+
+/// A bag of somebody else's recorder: scans alone, its messages numbered 0, as rosbag2 may do.
+#[test]
+fn scans_of_a_foreign_bag_are_a_recording() {
+    let ours = bag(&["lms"], &[0; 6]);
+    let mut writer = mcap::WriteOptions::new().profile("ros2").create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("sensor_msgs/msg/LaserScan", "ros2msg", b"float32[] ranges").unwrap();
+    let front = writer.add_channel(schema, "/front/scan", "cdr", &Default::default()).unwrap();
+    let camera = writer.add_channel(0, "/camera", "cdr", &Default::default()).unwrap();
+    for message in mcap::MessageStream::new(&ours).unwrap().map(Result::unwrap) {
+        let channel_id = if message.channel.topic == "/lms/scan" { front } else { camera };
+        let (log_time, publish_time) = (message.log_time, message.publish_time);
+        let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time, publish_time };
+        writer.write_to_known_channel(&header, &message.data).unwrap();
+    }
+    writer.finish().unwrap();
+    let mut recording = Recording::read(Box::new(Cursor::new(writer.into_inner().into_inner()))).unwrap();
+    let [report] = &account(&mut recording).unwrap()[..] else { panic!("one stream") };
+    assert_eq!((report.stream.as_str(), report.scans, report.scans_lost), ("front/scan", 6, 0));
+    assert_eq!((report.packets_lost, report.telegrams_bad), (0, 0));
 }
 
 /// <https://design.ros2.org/articles/topic_and_service_names.html>

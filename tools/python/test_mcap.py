@@ -149,14 +149,14 @@ def test_somebody_elses_compressed_file_names_its_channels(rowscan, tmp_path):
         # As rosbag2 writes it.
         writer = writers.Writer(stream)
         writer.start(profile="ros2", library="rosbag2")
-        schema = writer.register_schema("sensor_msgs/msg/LaserScan", "ros2msg", b"float32[] ranges")
-        channel = writer.register_channel("/scan", "cdr", schema)
+        schema = writer.register_schema("sensor_msgs/msg/Image", "ros2msg", b"uint8[] data")
+        channel = writer.register_channel("/camera", "cdr", schema)
         for number in range(1000):
             writer.add_message(channel, number, b"\0" * 100, number)
         writer.finish()
     for command in ("estimate", "replay", "decode"):
         code, _, said = run(command, str(path))
-        assert code == 2 and "without a recorded stream" in said and "/scan" in said, said
+        assert code == 2 and "without a recorded stream" in said and "/camera" in said, said
 
 
 def info(path):

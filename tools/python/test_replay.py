@@ -36,10 +36,10 @@ def test_a_recorded_scanner_answers_and_streams(replayed, dialect):
         ident = b"sRN DeviceIdent"
         assert model.upper().encode() in client.exchange(ident)
         assert client.login().startswith(b"sAN SetAccessMode ")
-        # What the recording cannot honour is refused: other beams than the recorded ones.
-        cut = {"A": b"sWN LMPoutputRange 1 1388 +450000 +900000",
-               "B": b"sWN LMPoutputRange \x00\x01\x00\x00\x13\x88" + (450000).to_bytes(4, "big") + (900000).to_bytes(4, "big")}
-        assert client.exchange(cut[dialect]) == {"A": b"sFA 4", "B": b"sFA\x00\x04"}[dialect]
+        # What the recording cannot honour is refused: every second scan.
+        every_second = {"A": b"sWN LMDscandatacfg 01 00 0 0 0 00 00 0 0 0 0 +2",
+                        "B": b"sWN LMDscandatacfg \x01\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x02"}
+        assert client.exchange(every_second[dialect]) == {"A": b"sFA 4", "B": b"sFA\x00\x04"}[dialect]
         assert client.subscribe().startswith(b"sEA LMDscandata ")
         scans = client.scans(40)
         if dialect == "B":
@@ -51,11 +51,23 @@ def test_a_recorded_scanner_answers_and_streams(replayed, dialect):
         assert all(len(scan.channel("DIST1").values) == points for scan in scans)
 
 
+def test_a_client_that_asks_for_less_gets_it(replayed):
+    emulator, _, _ = replayed
+    with Client(emulator.address, "A") as client:
+        client.login()
+        assert client.exchange(b"sWN LMDscandatacfg 01 00 0 0 0 00 00 0 0 0 0 +1") == b"sWA LMDscandatacfg"
+        assert client.exchange(b"sWN LMPoutputRange 1 1388 +450000 +900000") == b"sWA LMPoutputRange"
+        client.subscribe()
+        for scan in client.scans(10):
+            assert [channel.name for channel in scan.channels16 + scan.channels8] == ["DIST1"]
+            assert scan.channel("DIST1").start == 450000
+
+
 def test_a_client_that_only_polls_gets_the_recorded_scans(replayed):
     emulator, _, recorded = replayed
     known = set(recorded_counters(recorded))
     with Client(emulator.address, "B") as client:
-        # The second request sets the recording going; until its first scan there is none to read.
+        # The second request sets the recording going.
         counters, end = set(), time.monotonic() + 10.0
         while len(counters) < 5 and time.monotonic() < end:
             reply = client.exchange(b"sRN LMDscandata")

@@ -1,13 +1,15 @@
 //! MCAP files: ours, whole or cut off anywhere.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::{self, Read};
 
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::torn::Torn;
-use super::{ReadError, StreamInfo};
+use super::{ReadError, StreamInfo, ros2_scan};
 use crate::ros2;
 use crate::schema::Language;
 use crate::writer::{ABOUT, BYTES, KIND_KEY, SIDE_KEY, STREAM_KEY};
@@ -21,6 +23,8 @@ pub(super) struct McapReader {
     input: Box<dyn Read + Send>,
     reader: LinearReader,
     channels: BTreeMap<u16, Channel>,
+    /// The names of schemas, by their numbers.
+    schemas: BTreeMap<u16, String>,
     pub(super) streams: Vec<StreamInfo>,
     pub(super) about: About,
     pub(super) torn: Option<Torn>,
@@ -48,6 +52,8 @@ enum Wrapping {
     None,
     /// Of a ROS 2 bag.
     Ros2,
+    /// No packet's bytes: a scan of a ROS 2 bag that somebody else wrote.
+    Ros2Scan,
 }
 
 impl Wrapping {
@@ -58,11 +64,12 @@ impl Wrapping {
         (encoding == Language::Ros2.of_messages()).then_some(Self::Ros2)
     }
 
-    /// The bytes of the packet; none if the message is another one.
-    fn bytes(self, message: &[u8]) -> Option<&[u8]> {
+    /// The bytes of the packet; none if the message is another one. Scans are counted from `counter` on.
+    fn bytes(self, message: &[u8], counter: u32) -> Option<Cow<'_, [u8]>> {
         match self {
-            Self::None => Some(message),
-            Self::Ros2 => ros2::packet(message),
+            Self::None => Some(message.into()),
+            Self::Ros2 => ros2::packet(message).map(Cow::from),
+            Self::Ros2Scan => ros2_scan::telegram(message, counter as u16).map(Cow::from),
         }
     }
 }
@@ -78,6 +85,7 @@ impl McapReader {
             input,
             reader: LinearReader::new_with_options(options),
             channels: BTreeMap::new(),
+            schemas: BTreeMap::new(),
             streams: Vec::new(),
             about: About::default(),
             torn: None,
@@ -107,15 +115,35 @@ impl McapReader {
                         Ok(Record::Message { header, data }) => {
                             let known = self.channels.get_mut(&header.channel_id);
                             let packet = known.and_then(|channel| {
-                                let bytes = channel.wrapping.bytes(&data)?;
-                                Some(channel.packet(header.sequence, header.log_time, bytes))
+                                let counter = channel.next.unwrap_or_default();
+                                let bytes = channel.wrapping.bytes(&data, counter)?;
+                                // Their own numbers, which many recorders leave at 0, tell nothing.
+                                let is_scan = matches!(channel.wrapping, Wrapping::Ros2Scan);
+                                let sequence = if is_scan { counter } else { header.sequence };
+                                Some(channel.packet(sequence, header.log_time, &bytes))
                             });
                             if packet.is_some() {
                                 return Ok(packet);
                             }
                         }
+                        Ok(Record::Schema { header, .. }) => {
+                            self.schemas.insert(header.id, header.name);
+                        }
                         Ok(Record::Channel(channel)) => {
-                            add(&mut self.channels, &mut self.streams, &mut self.foreign, channel)
+                            let schema = self.schemas.get(&channel.schema_id).map(String::as_str);
+                            match scan_topic(&self.channels, &channel, schema) {
+                                Some(name) => {
+                                    let stream = self.streams.len();
+                                    let found = Channel::new(stream, Side::Device, Wrapping::Ros2Scan);
+                                    if let Entry::Vacant(free) = self.channels.entry(channel.id) {
+                                        self.streams.push(StreamInfo::new(name, StreamKind::Cola));
+                                        free.insert(found);
+                                    }
+                                }
+                                None => {
+                                    add(&mut self.channels, &mut self.streams, &mut self.foreign, channel)
+                                }
+                            }
                         }
                         Ok(Record::Metadata(found)) if found.name == ABOUT => {
                             self.about = About::from_entries(&found.metadata);
@@ -156,6 +184,17 @@ pub(crate) fn read_some(input: &mut dyn Read, room: &mut [u8]) -> Result<usize, 
     }
 }
 
+/// The name of a channel of scans in a ROS 2 bag of somebody else: one of ours has the scanner's bytes, which say more.
+fn scan_topic(
+    known: &BTreeMap<u16, Channel>,
+    found: &mcap::records::Channel,
+    schema: Option<&str>,
+) -> Option<String> {
+    let is_scan = schema == Some(ros2_scan::TYPE) && found.message_encoding == Language::Ros2.of_messages();
+    let are_ours = known.values().any(|channel| !matches!(channel.wrapping, Wrapping::Ros2Scan));
+    (is_scan && !are_ours).then(|| found.topic.trim_start_matches('/').to_owned())
+}
+
 /// Notes a channel; one that holds no raw bytes of ours is only remembered by name.
 fn add(
     channels: &mut BTreeMap<u16, Channel>,
@@ -182,10 +221,14 @@ fn add(
         streams.push(StreamInfo::new(name, kind));
         streams.len() - 1
     });
-    channels.entry(found.id).or_insert(Channel { stream, from, wrapping, next: None });
+    channels.entry(found.id).or_insert(Channel::new(stream, from, wrapping));
 }
 
 impl Channel {
+    fn new(stream: usize, from: Side, wrapping: Wrapping) -> Self {
+        Self { stream, from, wrapping, next: None }
+    }
+
     fn packet(&mut self, sequence: u32, at_ns: u64, bytes: &[u8]) -> Packet {
         let joint = match self.next {
             Some(next) if next == sequence => Joint::Seamless,

@@ -8,6 +8,7 @@ mod gzip;
 mod hex;
 mod mcap;
 mod ranges;
+mod ros2_scan;
 mod segment;
 mod sides;
 mod tail;
@@ -122,7 +123,7 @@ pub enum ReadError {
     },
     /// An MCAP file of somebody else.
     #[error(
-        "an MCAP file without a recorded stream: expected channels such as `/lms111/from_device` with message encoding `bytes`, found {}",
+        "an MCAP file without a recorded stream: expected channels such as `/lms111/from_device` with message encoding `bytes`, or `sensor_msgs/msg/LaserScan` of a ROS 2 bag, found {}",
         if found.is_empty() { "none".to_owned() } else { found.join(", ") }
     )]
     NoStreams {
