@@ -65,11 +65,14 @@ pub struct FrameReader {
 /// One direction.
 #[derive(Debug)]
 struct Flow {
+    kind: StreamKind,
     finder: Finder,
     /// Bytes since the last frame.
     pending: Vec<u8>,
     /// Place in the decoder's stream of `pending[0]`.
     base: u64,
+    /// When the last bytes came.
+    at_ns: Option<u64>,
 }
 
 impl FrameReader {
@@ -96,7 +99,12 @@ impl FrameReader {
             if let Some(frame) = self.ready.pop_front() {
                 return Ok(Some(frame));
             }
-            let Some(packet) = self.recording.next_packet()? else { return Ok(None) };
+            let Some(packet) = self.recording.next_packet()? else {
+                for (way, mut flow) in std::mem::take(&mut self.flows) {
+                    self.end(&mut flow, way);
+                }
+                return Ok(self.ready.pop_front());
+            };
             let kind =
                 self.recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
             match kind {
@@ -117,25 +125,42 @@ impl FrameReader {
     }
 
     fn take(&mut self, kind: StreamKind, packet: Packet) {
-        let flow = self.flows.entry((packet.stream, packet.from)).or_insert_with(|| Flow {
-            finder: Finder::new(kind, packet.from),
-            pending: Vec::new(),
-            base: 0,
-        });
+        let way = (packet.stream, packet.from);
+        let mut flow = self.flows.remove(&way).unwrap_or_else(|| Flow::new(kind, packet.from));
         if packet.joint != Joint::Seamless && !flow.pending.is_empty() {
             // What was unfinished stays so: a new beginning.
-            *flow = Flow { finder: Finder::new(kind, packet.from), pending: Vec::new(), base: 0 };
+            self.end(&mut flow, way);
+            flow = Flow::new(kind, packet.from);
         }
+        flow.at_ns = packet.at_ns;
         flow.finder.push(&packet.bytes);
         flow.pending.extend_from_slice(&packet.bytes);
+        self.drain(&mut flow, way);
+        // Bytes that are no telegram must not pile up.
+        if flow.pending.len() > 2 * MAX_PAYLOAD {
+            let done = flow.pending.len() - flow.finder.pending();
+            flow.base += done as u64;
+            flow.pending.drain(..done);
+        }
+        self.flows.insert(way, flow);
+    }
+
+    /// No more bytes come this way: frames behind one that claims more than there was are frames all the same.
+    fn end(&mut self, flow: &mut Flow, way: (usize, Option<Side>)) {
+        flow.finder.finish();
+        self.drain(flow, way);
+    }
+
+    /// Takes the frames that are whole.
+    fn drain(&mut self, flow: &mut Flow, (stream, from): (usize, Option<Side>)) {
         while let Some(found) = flow.finder.next() {
             let frame_at = (found.offset - flow.base) as usize;
             let end = frame_at + found.len;
             let rest = flow.pending.split_off(end.min(flow.pending.len()));
             let bytes = std::mem::replace(&mut flow.pending, rest);
             flow.base += end as u64;
-            if packet.at_ns.is_none() {
-                let device_us = match kind {
+            if flow.at_ns.is_none() {
+                let device_us = match flow.kind {
                     StreamKind::Lms2xx => {
                         counted_us(self.turns.get_or_insert_with(ScanReader::lms2xx), &bytes)
                     }
@@ -146,21 +171,21 @@ impl FrameReader {
                 }
             }
             self.ready.push_back(RecordedFrame {
-                stream: packet.stream,
-                kind,
-                from: packet.from.or(found.from).unwrap_or(Side::Device),
-                at_ns: packet.at_ns.unwrap_or(self.device_ns),
+                stream,
+                kind: flow.kind,
+                from: from.or(found.from).unwrap_or(Side::Device),
+                at_ns: flow.at_ns.unwrap_or(self.device_ns),
                 bytes,
                 frame_at,
                 dialect: found.dialect,
             });
         }
-        // Bytes that are no telegram must not pile up.
-        if flow.pending.len() > 2 * MAX_PAYLOAD {
-            let done = flow.pending.len() - flow.finder.pending();
-            flow.base += done as u64;
-            flow.pending.drain(..done);
-        }
+    }
+}
+
+impl Flow {
+    fn new(kind: StreamKind, from: Option<Side>) -> Self {
+        Self { kind, finder: Finder::new(kind, from), pending: Vec::new(), base: 0, at_ns: None }
     }
 }
 
@@ -201,5 +226,23 @@ mod tests {
             times.push((frame.at_ns as f64 * 1e-6).round());
         }
         assert_eq!(times, [0.0, 213.0, 427.0, 853.0]);
+    }
+
+    #[test]
+    fn frames_behind_one_that_claims_more_than_there_is_are_found() {
+        let scan = b"sSN LMDscandata 1 1 16F4C7A 0 0 1 1 4E20 4E20 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0";
+        let mut whole = Vec::new();
+        rowscan_protocol::frame::encode(Dialect::A, scan, &mut whole);
+        // A frame of CoLa B of 60 000 bytes, by its head.
+        let damaged = [&[2, 2, 2, 2, 0, 0, 0xEA, 0x60][..], b"sSN LMDscandata "].concat();
+        let bytes = [&whole, &damaged, &whole, &whole].map(|piece| &piece[..]).concat();
+        let recording = || Recording::read(Box::new(std::io::Cursor::new(bytes.clone()))).expect("it opens");
+        let mut frames = FrameReader::new(recording());
+        let mut found = 0;
+        while frames.next_frame().expect("it reads").is_some() {
+            found += 1;
+        }
+        let counted = crate::account(&mut recording()).expect("it reads").remove(0).scans;
+        assert_eq!((found, counted), (3, 3));
     }
 }

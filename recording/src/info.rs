@@ -120,11 +120,18 @@ impl StreamAccount {
         if let Joint::Gap { packets, .. } = packet.joint {
             self.packets_lost += packets.max(1);
         }
+        self.read(packet.at_ns, |reader| {
+            reader.push(Duration::from_nanos(packet.at_ns.unwrap_or_default()), packet);
+        });
+    }
+
+    /// Counts what a reader has found after `change`.
+    fn read(&mut self, at_ns: Option<u64>, change: impl FnOnce(&mut ScanReader)) {
         let Some(mut reader) = self.reader.take() else { return };
-        reader.push(Duration::from_nanos(packet.at_ns.unwrap_or_default()), packet);
+        change(&mut reader);
         while let Some(event) = reader.next_event() {
             match event {
-                HostEvent::Scan => self.scan(reader.scan(), packet.at_ns),
+                HostEvent::Scan => self.scan(reader.scan(), at_ns),
                 HostEvent::Malformed { .. } => self.malformed += 1,
                 _ => {}
             }
@@ -150,7 +157,9 @@ impl StreamAccount {
         self.line.add(at_ns.saturating_sub(first_ns) as f64 * 1e-9, travel_s);
     }
 
-    fn report(self, stream: &StreamInfo, began_ns: Option<u64>) -> StreamReport {
+    fn report(mut self, stream: &StreamInfo, began_ns: Option<u64>) -> StreamReport {
+        // Telegrams behind one that claims more bytes than there are.
+        self.read(self.last_ns, ScanReader::finish);
         let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
         let Counting { scans, repeated, lost, restarts, .. } = self.counting;
         let intervals = scans.saturating_sub(repeated + 1) as f64;
