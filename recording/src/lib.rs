@@ -42,6 +42,8 @@ pub mod foxglove;
 mod frames;
 #[cfg(feature = "files")]
 mod info;
+#[cfg(feature = "files")]
+mod mcap_record;
 mod packet;
 #[cfg(feature = "files")]
 mod queue;

@@ -7,6 +7,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use mcap::{Attachment, McapError, WriteOptions, Writer};
 
 use crate::copy::CopyError;
+use crate::mcap_record;
 use crate::read::{ReadError, Torn, read_some};
 use crate::writer::{WriteSeek, plain};
 
@@ -46,11 +47,11 @@ pub fn repair(
                 read_bytes += read as u64;
                 reader.notify_read(read);
             }
-            Some(Ok(LinearReadEvent::Record { data, opcode })) => match mcap::parse_record(opcode, data) {
+            Some(Ok(LinearReadEvent::Record { data, opcode })) => match mcap_record::parse(opcode, data) {
                 // Behind the data; what follows repeats what was read.
                 Ok(Record::DataEnd(_)) => break None,
                 Ok(record) => copier.write(record)?,
-                Err(error) => break Some(error.to_string()),
+                Err(why) => break Some(why),
             },
             Some(Err(McapError::UnsupportedCompression(found))) => {
                 return Err(ReadError::Compressed { found }.into());

@@ -10,6 +10,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 
 use super::torn::Torn;
 use super::{ReadError, StreamInfo, ros2_scan};
+use crate::mcap_record;
 use crate::ros2;
 use crate::schema::Language;
 use crate::writer::{ABOUT, BYTES, KIND_KEY, SIDE_KEY, STREAM_KEY};
@@ -108,7 +109,7 @@ impl McapReader {
                     self.reader.notify_read(read);
                 }
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    match mcap::parse_record(opcode, data) {
+                    match mcap_record::parse(opcode, data) {
                         Ok(Record::Footer(_)) => self.complete = true,
                         // It repeats what was read; it must be there and whole.
                         Ok(_) if self.in_summary => {}
@@ -150,7 +151,7 @@ impl McapReader {
                         }
                         Ok(Record::DataEnd(_)) => self.in_summary = true,
                         Ok(_) => {}
-                        Err(error) => self.tear(error.to_string()),
+                        Err(why) => self.tear(why),
                     }
                 }
                 Some(Err(mcap::McapError::UnsupportedCompression(found))) => {
