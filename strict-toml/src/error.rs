@@ -25,11 +25,17 @@ const ALIKE: f64 = 0.7;
 
 /// `; did you mean X?` where one of the valid keys resembles this one, else the list of them.
 pub fn suggestion(found: &str, valid: &[&str]) -> String {
-    // Fewest slips of the finger; among those, one letter for another before one too many.
-    let slips = |key: &str| (strsim::osa_distance(found, key), key.len().abs_diff(found.len()));
-    let alike = valid.iter().filter(|key| strsim::jaro_winkler(found, key) >= ALIKE);
-    match alike.min_by_key(|key| slips(key)) {
-        Some(key) => format!("; did you mean `{key}`?"),
+    // One slip of the finger or two: the fewest, and one letter for another before one too many. Else what is most alike.
+    let slips = |key: &str| match strsim::osa_distance(found, key) {
+        few @ ..=2 => (few, key.len().abs_diff(found.len())),
+        _ => (usize::MAX, 0),
+    };
+    let alike = valid.iter().map(|key| (slips(key), strsim::jaro_winkler(found, key), *key));
+    let nearest = alike
+        .filter(|(_, likeness, _)| *likeness >= ALIKE)
+        .min_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    match nearest {
+        Some((.., key)) => format!("; did you mean `{key}`?"),
         None => format!("; valid here: {}", valid.join(", ")),
     }
 }
@@ -57,6 +63,7 @@ mod tests {
         {
             assert_eq!(suggestion(found, &valid), format!("; did you mean `{meant}`?"));
         }
+        assert_eq!(suggestion("split.nosuch", &["split.act", "split"]), "; did you mean `split`?");
         assert_eq!(suggestion("zzz", &valid), "; valid here: tree, trees, tree_spacing_m");
     }
 
