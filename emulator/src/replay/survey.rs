@@ -106,7 +106,7 @@ impl Survey {
         Self::read_apart(path, &[])
     }
 
-    /// The same; of a capture, connections of these names are streams of their own ([`Recording::open_apart`]).
+    /// The same; of a capture, connections of these names are streams of their own ([`Recording::open_apart`](rowscan_recording::Recording::open_apart)).
     pub fn read_apart(path: &Path, connections: &[&str]) -> Result<Self, ReplayError> {
         let survey = Self::read_once(path, connections, &[])?;
         let still: Vec<usize> =
