@@ -49,6 +49,8 @@ fn judge(workspace: &Workspace, debian: PathBuf, binary: &Path, counts: &mut Cou
     let machine = Machine::assemble(workspace, debian, &[("rowscan", binary), ("socketcan", &tests)])?;
     let folder = workspace.scratch("vcan")?;
     let (link, sent) = (folder.join("adapter"), folder.join("sent.log"));
+    // Of a run before.
+    let _ = std::fs::remove_file(&sent);
     let ports = ["slcan", "candump"].map(|kind| {
         let place = if kind == "slcan" { &link } else { &sent };
         format!("{kind}:{}", place.display())
