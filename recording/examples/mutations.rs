@@ -30,8 +30,11 @@ fn scan(counter: u32) -> Vec<u8> {
     bytes
 }
 
+/// A file's format, and what it holds.
+type File = (&'static str, Vec<u8>);
+
 /// A small file of each format.
-fn files() -> Result<Vec<(&'static str, Vec<u8>)>, Box<dyn std::error::Error>> {
+fn files() -> Result<Vec<File>, Box<dyn std::error::Error>> {
     let raw: Vec<u8> = (0..20).flat_map(scan).collect();
     let mut writer = McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default())?;
     let stream = writer.add_stream("scanner", StreamKind::Cola)?;
