@@ -10,10 +10,7 @@
 //! least reading. The older messages name no angles: 180 or 181 ranges
 //! are a degree apart, 360 or 361 half of one, 201 and 401 those of a field of 100°; the first looks right, as an LMS2xx counts.
 
-use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::telegram::wire::FixedText;
-use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame};
-
+use super::told_scan::ToldScan;
 use super::{ReadError, StreamInfo};
 use crate::{Joint, Packet, Side, StreamKind};
 
@@ -178,40 +175,31 @@ impl Words<'_> {
 impl Scan {
     /// Its telegram, as an event of CoLa B. How often the mirror turns the log does not say: 0.
     fn packet(&self, counter: u16, scale: f64) -> Packet {
-        let channel = |name: &[u8; 5], scale: f64, values: Vec<u16>| Channel {
-            name: FixedText(*name),
-            scale: scale as f32,
-            offset: 0.0,
-            start_angle: (self.start_deg * 10_000.0).round() as i32,
-            step: (self.step_deg * 10_000.0).round() as u16,
-            values,
-        };
         let ranges = self.ranges_m.iter().map(|range_m| match range_m {
             // Too far, or nothing: no echo.
             range_m if *range_m <= 0.0 || *range_m >= self.farthest_m => 0,
             range_m => (range_m * 1000.0 / scale).round().clamp(1.0, f64::from(u16::MAX)) as u16,
         });
-        let mut channels16 = vec![channel(b"DIST1", scale, ranges.collect())];
-        if !self.remissions.is_empty() {
-            let remissions =
-                self.remissions.iter().map(|value| value.round().clamp(0.0, f64::from(u16::MAX)) as u16);
-            channels16.push(channel(b"RSSI1", 1.0, remissions.collect()));
-        }
-        let time_us = (self.time_s * 1e6).round() as u64 as u32;
-        let scan = LmdScandata {
-            version: 1,
-            device_number: 1,
-            telegram_counter: counter,
-            scan_counter: counter,
-            scan_time_us: time_us,
-            transmit_time_us: time_us,
-            channels16,
-            ..LmdScandata::default()
+        let remissions =
+            self.remissions.iter().map(|value| value.round().clamp(0.0, f64::from(u16::MAX)) as u16);
+        let told = ToldScan {
+            counter,
+            time_us: (self.time_s * 1e6).round() as u64 as u32,
+            frequency_centihz: 0,
+            start_deg: self.start_deg,
+            step: (self.step_deg * 10_000.0).round() as u16,
+            scale,
+            distances: ranges.collect(),
+            remissions: remissions.collect(),
         };
-        let mut bytes = Vec::new();
-        encode_frame(Dialect::B, Kind::Sn, LmdScandata::NAME, &scan, &mut bytes);
         let at_ns = Some((self.time_s * 1e9).round() as u64);
-        Packet { stream: self.stream, from: Some(Side::Device), at_ns, joint: Joint::Anew, bytes }
+        Packet {
+            stream: self.stream,
+            from: Some(Side::Device),
+            at_ns,
+            joint: Joint::Anew,
+            bytes: told.event(),
+        }
     }
 }
 

@@ -13,6 +13,7 @@ mod segment;
 mod sides;
 mod tail;
 mod tcp;
+mod told_scan;
 mod torn;
 mod words;
 

@@ -3,9 +3,7 @@
 //! Ranges in metres, one that is not between `range_min` and `range_max` is no echo. The angle of a `LaserScan` is 0 straight ahead (REP 103), where a
 //! scanner counts 90°. Of a scanner that looks from left to right the beams are turned round.
 
-use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::telegram::wire::FixedText;
-use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame};
+use super::told_scan::ToldScan;
 
 /// The type's name.
 pub(super) const TYPE: &str = "sensor_msgs/msg/LaserScan";
@@ -40,41 +38,25 @@ pub(super) fn telegram(message: &[u8], counter: u16) -> Option<Vec<u8>> {
     let met_mm = |range: f32| if is_met(range) { f64::from(range) * 1000.0 } else { 0.0 };
     let farthest_mm = ranges.iter().map(|range| met_mm(*range)).fold(0.0, f64::max);
     let scale = (farthest_mm.round() / f64::from(u16::MAX)).ceil().clamp(1.0, MOST_SCALE);
-    let channel = |name: &[u8; 5], scale: f64, values: Vec<u16>| Channel {
-        name: FixedText(*name),
-        scale: scale as f32,
-        offset: 0.0,
-        start_angle: (start_deg * 10_000.0).round() as i32,
-        step: step as u16,
-        values,
-    };
     let raw = |range: &f32| match met_mm(*range) {
         0.0 => 0,
         // Lower numbers are codes.
         mm => (mm / scale).round().clamp(16.0, f64::from(u16::MAX)) as u16,
     };
-    let mut channels16 = vec![channel(b"DIST1", scale, ranges.iter().map(raw).collect())];
-    if !remissions.is_empty() {
-        // A number that is none becomes 0.
-        let grey = |value: &f32| value.round().clamp(0.0, f32::from(u16::MAX)) as u16;
-        channels16.push(channel(b"RSSI1", 1.0, remissions.iter().map(grey).collect()));
-    }
+    // A number that is none becomes 0.
+    let grey = |value: &f32| value.round().clamp(0.0, f32::from(u16::MAX)) as u16;
     let hertz = Some(1.0 / scan_time_s).filter(|hertz| (0.01..=10_000.0).contains(hertz)).unwrap_or(0.0);
-    let time_us = (u64::from(seconds) * 1_000_000 + u64::from(nanoseconds / 1000)) as u32;
-    let scan = LmdScandata {
-        version: 1,
-        device_number: 1,
-        telegram_counter: counter,
-        scan_counter: counter,
-        scan_time_us: time_us,
-        transmit_time_us: time_us,
-        scan_frequency: (hertz * 100.0).round() as u32,
-        channels16,
-        ..LmdScandata::default()
+    let told = ToldScan {
+        counter,
+        time_us: (u64::from(seconds) * 1_000_000 + u64::from(nanoseconds / 1000)) as u32,
+        frequency_centihz: (hertz * 100.0).round() as u32,
+        start_deg,
+        step: step as u16,
+        scale,
+        distances: ranges.iter().map(raw).collect(),
+        remissions: remissions.iter().map(grey).collect(),
     };
-    let mut bytes = Vec::new();
-    encode_frame(Dialect::B, Kind::Sn, LmdScandata::NAME, &scan, &mut bytes);
-    Some(bytes)
+    Some(told.event())
 }
 
 /// Reads CDR (OMG, XCDR1): four bytes that say the byte order, then every field at a multiple of its own size, counted from behind those.
