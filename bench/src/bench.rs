@@ -137,6 +137,13 @@ impl Bench {
         }
     }
 
+    /// Ends it, and returns once its timeline does nothing any more: what is recorded and logged of it is then all that was sent.
+    pub async fn close(mut self) {
+        if let Some(running) = self.running.take() {
+            running.stop().await;
+        }
+    }
+
     /// Lets the drive start, where it was held.
     pub fn release(&self) {
         if let Some(hold) = &self.hold {

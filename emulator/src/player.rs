@@ -24,7 +24,7 @@ const FLUSH_TIMEOUT: Duration = Duration::from_secs(2);
 pub struct Player {
     tracks: Arc<Vec<Track>>,
     ended: watch::Receiver<bool>,
-    _tasks: JoinSet<()>,
+    tasks: JoinSet<()>,
 }
 
 /// What became of one stream.
@@ -56,7 +56,7 @@ impl Player {
             reel.play().await;
             end.send_replace(true);
         }));
-        Self { tracks, ended, _tasks: tasks }
+        Self { tracks, ended, tasks }
     }
 
     /// Resolves when the tape has been played to its end and every client has all of it. Cancel safe.
@@ -64,6 +64,11 @@ impl Player {
         let mut ended = self.ended.clone();
         // An end that is dropped is one, too.
         let _ = ended.wait_for(|ended| *ended).await;
+    }
+
+    /// Stops the tape, and returns once it does nothing any more.
+    pub async fn stop(mut self) {
+        self.tasks.shutdown().await;
     }
 
     /// How much of stream number `track` has been played: telegrams, sentences, frames.

@@ -18,6 +18,11 @@ impl Running {
         Self { timeline: tasks }
     }
 
+    /// Ends its timeline, and returns once that does nothing any more. Dropping it does not wait: a burst that is under way goes on beside it.
+    pub async fn stop(mut self) {
+        self.timeline.shutdown().await;
+    }
+
     /// Waits until a clock in lockstep fails. Cancel safe.
     pub async fn failed(&mut self) -> LockstepError {
         match self.ended().await {

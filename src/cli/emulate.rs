@@ -186,7 +186,8 @@ pub(super) async fn run(mut args: Args, mut interrupt: Interrupt) -> Result<Outc
     }
     let missed = args.tell_end(bench.scanners())?;
     let logs = bench.logs().to_vec();
-    drop(bench);
+    // A recording ends after all that it records.
+    bench.close().await;
     let is_whole = taping.finish() == Outcome::Done && !logs.iter().any(LogCut::is_cut);
     truth.finish().await?;
     match failed {

@@ -170,7 +170,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         faulting.finish().await?;
     }
     let dropped = tell_end(&player, bench.streams(), args.format)?;
-    drop((player, bench));
+    // A recording ends after all that it records.
+    player.stop().await;
+    drop(bench);
     Ok(match taping.finish() {
         Outcome::Done if dropped > 0 => Outcome::Finding,
         outcome => outcome,
