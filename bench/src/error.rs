@@ -7,6 +7,7 @@ use rowscan_emulator::stage::StageError;
 use rowscan_emulator::{ListenError, StateFileError};
 use rowscan_ports::PortError;
 use rowscan_protocol::device::{DigitalLineError, FieldError};
+use rowscan_protocol::lms2xx::firmware::FirmwareError;
 use rowscan_recording::StreamKind;
 
 /// Why a bench cannot be.
@@ -37,6 +38,17 @@ pub enum BenchError {
     /// The scanner has no such evaluation fields.
     #[error(transparent)]
     Fields(#[from] FieldError),
+    /// An LMS2xx has no such firmware.
+    #[error(transparent)]
+    Firmware(#[from] FirmwareError),
+    /// An LMS2xx has no DeviceIdent, and no search finds it.
+    #[error(
+        "{model} has no DeviceIdent, and no search finds it on its line; its firmware says what it answers (--firmware)"
+    )]
+    NoIdent {
+        /// The model.
+        model: &'static str,
+    },
     /// An LMS2xx has three fields.
     #[error("an LMS2xx has 3 fields, A, B and C; found {found}")]
     TooManyFields {

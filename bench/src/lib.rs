@@ -22,5 +22,5 @@ pub use bench::Bench;
 pub use endpoint::{At, Endpoint, Place};
 pub use error::BenchError;
 pub use scanner::BenchScanner;
-pub use spec::{BenchSpec, BusSpec, DeviceSpec, NmeaSpec, ScannerSpec, StartState, TimeSpec};
+pub use spec::{BenchSpec, BusSpec, DeviceSpec, Ident, NmeaSpec, ScannerSpec, StartState, TimeSpec};
 pub use {rowscan_emulator, rowscan_emulator::rowscan_protocol, rowscan_emulator::rowscan_scenes};

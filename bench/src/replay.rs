@@ -264,7 +264,8 @@ impl Opening<'_> {
             (Err(ReplayError::UnknownModel { .. }), Some(any)) if silent => *any,
             (found, _) => found?,
         };
-        let guessed = !silent && part.ident.is_none() && asked.is_none() && survey.about.model.is_none();
+        let is_told = part.told_models().len() == 1 || asked.is_some() || survey.about.model.is_some();
+        let guessed = !silent && !is_told;
         Ok((device_of(part, model), guessed.then_some(model.title)))
     }
 

@@ -1,5 +1,6 @@
 //! A scanner of a bench: the one place where the two families differ.
 
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use rowscan_emulator::clock::TimeScale;
@@ -17,7 +18,7 @@ use rowscan_recording::Taps;
 
 use crate::endpoint::{At, Line};
 use crate::spec::{DeviceSpec, ScannerSpec, StartState};
-use crate::{BenchError, Endpoint, Place};
+use crate::{BenchError, Endpoint, Ident, Place};
 
 /// Rate of a CoLa scanner's serial line out of the box, bits a second.
 pub(crate) const COLA_RATE: u32 = 57_600;
@@ -123,6 +124,14 @@ impl Wiring<'_> {
                 }
             }
         }
+        if let Some(address) = &spec.search {
+            let tcp = self.places.iter().filter(|place| place.part == spec.id);
+            let tcp =
+                tcp.filter_map(|place| if let At::Address(at) = place.at { Some(at) } else { None }).next();
+            let found_at = tcp.unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 0)));
+            let Bound { address } = emulator.answer_searches(address, found_at).await?;
+            self.place(spec, "search", At::Address(address));
+        }
         Ok((Box::new(emulator), scans_per_row))
     }
 
@@ -201,6 +210,12 @@ fn cola_device(
         device.set_contamination(level);
     }
     device.set_comment(&of.comment);
+    if let Some(Ident { name, version }) = &of.ident {
+        device.set_ident(name, version);
+    }
+    if let Some(text) = &of.firmware {
+        device.set_firmware(text);
+    }
     device.watch_fields(&of.fields_mm)?;
     // A line the model does not have is told now, not when its time comes.
     let mut trial = device.clone();
@@ -221,13 +236,17 @@ fn lms2xx_options(
         Some(StartState::Cola(_)) => return Err(BenchError::ForeignStart { model: model.title }),
         None => lms2xx::device::Start::default_of(of.profile),
     };
+    if of.ident.is_some() || spec.search.is_some() {
+        return Err(BenchError::NoIdent { model: model.title });
+    }
+    let firmware = of.firmware.as_deref().map(str::parse).transpose()?;
     let slack: Duration = of.pause_slack.unwrap_or_else(|| pause_slack(of.profile, scale));
     Ok(lms2xx::device::Options {
         profile: of.profile,
         start,
         stored_rate: of.rate,
         pause_slack: slack,
-        firmware: of.firmware,
+        firmware,
         boot: of.boot,
         save: of.save,
         contamination: of.contamination.unwrap_or_else(|| stage.scene.optics.contamination()),

@@ -14,7 +14,6 @@ use rowscan_emulator::{EndWhen, IDLE_LIMIT, LineChange, MAX_CLIENTS, ScanMoment,
 use rowscan_ports::latency::Latency;
 use rowscan_protocol::device::{DialectPolicy, Profile, Start};
 use rowscan_protocol::lms2xx;
-use rowscan_protocol::lms2xx::firmware::Firmware;
 use rowscan_protocol::model::AnyModel;
 use rowscan_recording::Taps;
 use rowscan_vehicle::Tractor;
@@ -77,6 +76,8 @@ pub struct ScannerSpec {
     pub model: AnyModel,
     /// Where clients find it. An LMS2xx has one line.
     pub endpoints: Vec<Endpoint>,
+    /// CoLa: where SICK's device search finds it, over UDP.
+    pub search: Option<String>,
     /// What its recorded stream is called; as the model is, where absent.
     pub stream: Option<String>,
     /// In which state it is, and how it behaves.
@@ -98,6 +99,15 @@ pub enum StartState {
     Cola(Start),
     /// Of an LMS2xx.
     Lms2xx(lms2xx::device::Start),
+}
+
+/// What a scanner says that it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ident {
+    /// Its name, such as `LMS10x_FieldEval`.
+    pub name: String,
+    /// Its version.
+    pub version: String,
 }
 
 /// In which state a scanner is, and how it behaves. What a family does not have is refused or has no effect, as its field says.
@@ -129,8 +139,10 @@ pub struct DeviceSpec {
     pub comment: String,
     /// LMS2xx: the rate it was left at.
     pub rate: lms2xx::Rate,
-    /// LMS2xx: another firmware than the model's own.
-    pub firmware: Option<Firmware>,
+    /// CoLa: what DeviceIdent says; the model's own where absent.
+    pub ident: Option<Ident>,
+    /// What FirmwareVersion says, the model's own where absent; of an LMS2xx, which of its firmwares it has.
+    pub firmware: Option<String>,
     /// LMS2xx: how long a client may pause inside a telegram, more than a real device allows; by profile and time scale where absent.
     pub pause_slack: Option<Duration>,
 }
@@ -195,6 +207,7 @@ impl ScannerSpec {
             mount,
             model: model.into(),
             endpoints: Vec::new(),
+            search: None,
             stream: None,
             device: DeviceSpec::default(),
             dialects: DialectPolicy::Auto,

@@ -77,6 +77,7 @@ mod roster;
 mod running;
 mod scan_moment;
 mod scanner;
+mod search;
 mod seen_rig;
 mod sent_lines;
 mod serial_emulator;

@@ -8,7 +8,7 @@ use rowscan_faults::{GatedListener, reset_on_drop};
 use rowscan_ports::clock::retry_pause;
 use rowscan_ports::task;
 use rowscan_ports::{keep_alive, keep_near};
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, UdpSocket};
 use tokio::task::JoinSet;
 
 use crate::connection;
@@ -43,13 +43,23 @@ pub enum ListenError {
 }
 
 pub(crate) async fn bind(address: &str) -> Result<(TcpListener, Bound), ListenError> {
-    let fail = |cause: io::Error| match cause.kind() {
+    let listener = TcpListener::bind(address).await.map_err(|cause| refused(address, cause))?;
+    let bound = Bound { address: listener.local_addr().map_err(|cause| refused(address, cause))? };
+    Ok((listener, bound))
+}
+
+/// The same for datagrams.
+pub(crate) async fn bind_datagrams(address: &str) -> Result<(UdpSocket, Bound), ListenError> {
+    let socket = UdpSocket::bind(address).await.map_err(|cause| refused(address, cause))?;
+    let bound = Bound { address: socket.local_addr().map_err(|cause| refused(address, cause))? };
+    Ok((socket, bound))
+}
+
+fn refused(address: &str, cause: io::Error) -> ListenError {
+    match cause.kind() {
         io::ErrorKind::AddrInUse => ListenError::Busy { address: address.to_owned() },
         _ => ListenError::Other { address: address.to_owned(), cause },
-    };
-    let listener = TcpListener::bind(address).await.map_err(fail)?;
-    let bound = Bound { address: listener.local_addr().map_err(fail)? };
-    Ok((listener, bound))
+    }
 }
 
 /// Takes clients in for as long as the scanner runs.

@@ -3,6 +3,7 @@
 //! One task serves each client (`connection`); the mirror turns on the rig's timeline (`mirror`). They share the device behind a lock
 //! (`shared`) and meet in bounded queues. The byte path to a client is one place, `connection::serve`.
 
+use std::net::SocketAddr;
 use std::sync::{Arc, PoisonError, Weak};
 
 use rowscan_ports::task;
@@ -16,6 +17,7 @@ use crate::listener::{self, Bound, ListenError};
 use crate::refused_settings::RefusedSetting;
 use crate::replay::Part;
 use crate::running::Running;
+use crate::search;
 use crate::shared::{EmulatorConfig, EmulatorCounts, Program, Shared};
 
 /// Tells what a virtual scanner has done.
@@ -75,6 +77,17 @@ impl Emulator {
     pub async fn listen(&mut self, address: &str) -> Result<Bound, ListenError> {
         let (listener, bound) = listener::bind(address).await?;
         self.tasks.spawn(task(listener::accept(Arc::clone(&self.shared), listener)));
+        Ok(bound)
+    }
+
+    /// Answers SICK's device search at `socket`'s address, as a scanner that is found at `found_at`.
+    pub async fn answer_searches(
+        &mut self,
+        address: &str,
+        found_at: SocketAddr,
+    ) -> Result<Bound, ListenError> {
+        let (socket, bound) = listener::bind_datagrams(address).await?;
+        self.tasks.spawn(task(search::answer(Arc::clone(&self.shared), socket, found_at)));
         Ok(bound)
     }
 

@@ -86,8 +86,7 @@ impl Stage {
                 .with_encoder(self.scene.encoder)
                 .with_wind(self.scene.wind, self.scene.seed)
                 .with_eye(self.eye(index, model.into()));
-        let serial_number = 26_110_001 + u32::try_from(index).unwrap_or(u32::MAX - 26_110_001);
-        let mut device = Device::new(model, Identity { serial_number, ..Identity::default() });
+        let mut device = Device::new(model, Identity::of(model, index));
         if self.scene.optics.stages.has(optics::Stage::Echoes) {
             device.set_factory_echo(model.optics.factory_echo);
         }

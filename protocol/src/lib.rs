@@ -83,6 +83,8 @@ pub mod nmea;
 #[cfg(feature = "telegrams")]
 pub mod rfc2217;
 #[cfg(feature = "telegrams")]
+pub mod search;
+#[cfg(feature = "telegrams")]
 pub mod telegram;
 #[cfg(feature = "telegrams")]
 pub mod visit;

@@ -10,7 +10,7 @@ from cola import Client
 def test_fixtures_are_there_without_an_import(lms111, lms291_serial):
     assert lms111.model == "lms111" and lms291_serial.model == "lms291"
     with Client(lms111.address) as client:
-        assert b"LMS111" in client.ask(b"sRN DeviceIdent")
+        assert b"LMS10x_FieldEval" in client.ask(b"sRN DeviceIdent")
 
 
 def test_start_and_stop_take_little_of_a_test(rowscan, orchard):
@@ -60,7 +60,7 @@ def test_a_failure_shows_what_was_said(pytester):
     result = pytester.runpytest_subprocess()
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
-        ["*- rowscan scanner 0 -*", "<rowscan.Scanner on spindle: *", "*'scanner0'*", "*< .sRN DeviceIdent.", "*> .sRA DeviceIdent*LMS111*"]
+        ["*- rowscan scanner 0 -*", "<rowscan.Scanner on spindle: *", "*'scanner0'*", "*< .sRN DeviceIdent.", "*> .sRA DeviceIdent*LMS10x_FieldEval*"]
     )
 
 

@@ -26,7 +26,7 @@ def test_a_client_finds_it(scanner):
     assert scanner.addresses == {"scanner0": scanner.address}
     assert scanner.source == "tcp://" + scanner.address
     with Client(scanner.address) as client:
-        assert b"LMS111" in client.ask(b"sRN DeviceIdent")
+        assert b"LMS10x_FieldEval" in client.ask(b"sRN DeviceIdent")
         assert client.ask(LOGIN) == b"sAN SetAccessMode 1"
         assert scanner.state["scanner0"]["clients"] == 1
 
@@ -249,7 +249,7 @@ def test_several_scanners_of_one_tractor(tmp_path):
         assert list(scanner.addresses) == ["scanner0", "scanner1"]
         for name, model in [("scanner0", b"LMS111"), ("scanner1", b"LMS151")]:
             with Client(scanner.addresses[name]) as client:
-                assert model in client.ask(b"sRN DeviceIdent")
+                assert model in client.ask(b"sRN DItype")
 
 
 def test_one_scanner_listens_at_several_addresses(orchard):
@@ -257,4 +257,4 @@ def test_one_scanner_listens_at_several_addresses(orchard):
         assert list(scanner.addresses) == ["scanner0", "scanner0:1"]
         for address in scanner.addresses.values():
             with Client(address) as client:
-                assert b"LMS111" in client.ask(b"sRN DeviceIdent")
+                assert b"LMS10x_FieldEval" in client.ask(b"sRN DeviceIdent")

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use rowscan_bench::{DeviceSpec, StartState};
+use rowscan_bench::{DeviceSpec, Ident, StartState};
 use rowscan_emulator::LineChange;
 use rowscan_protocol::device::{Profile, Start};
 use rowscan_protocol::lms2xx;
@@ -13,6 +13,9 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::time::SimTime;
 
 use super::Failure;
+
+/// The longest text that a scanner says of itself here: all that are known have 21 characters or fewer.
+const LONGEST_TOLD: usize = 40;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Device")]
@@ -54,6 +57,12 @@ pub(super) struct DeviceArgs {
     /// Dirt on the front screen: 0 clean, 1 warning, 2 error, 3 serious error [default: the scene's]
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=3))]
     contamination: Option<u8>,
+    /// What FirmwareVersion says, in place of the model's own; of an LMS2xx, whose firmware it is: V02.10, V02.30 or X01.27
+    #[arg(long, value_name = "VERSION", value_parser = told)]
+    firmware: Option<String>,
+    /// What DeviceIdent says, in place of the model's own: name and version, such as `LMS10x_FieldEval V1.80-01.02.2012`
+    #[arg(long, value_name = "NAME VERSION", value_parser = ident)]
+    ident: Option<Ident>,
     /// The comment in its scan telegrams, where a client asks for it
     #[arg(long, value_name = "TEXT", default_value = "")]
     comment: String,
@@ -115,6 +124,26 @@ fn duration(text: &str) -> Result<Duration, String> {
     seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("expected 0 to 3600 seconds, found `{text}`"))
 }
 
+/// A text that a scanner says of itself.
+fn told(text: &str) -> Result<String, String> {
+    let is_told = |text: &str| text.bytes().all(|byte| matches!(byte, b' '..=b'~'));
+    match text.len() {
+        1..=LONGEST_TOLD if is_told(text) => Ok(text.to_owned()),
+        length => Err(format!(
+            "expected 1 to {LONGEST_TOLD} letters, digits and signs of ASCII, found {length} bytes"
+        )),
+    }
+}
+
+/// `LMS10x_FieldEval V1.80-01.02.2012`
+fn ident(text: &str) -> Result<Ident, String> {
+    let told = told(text)?;
+    let (name, version) = told.trim().rsplit_once(' ').ok_or_else(|| {
+        format!("expected a name and a version, such as `LMS10x_FieldEval V1.80-01.02.2012`, found `{text}`")
+    })?;
+    Ok(Ident { name: name.trim_end().to_owned(), version: version.to_owned() })
+}
+
 fn field_mm(text: &str) -> Result<u16, String> {
     let millimetres = text.parse::<f64>().map(|metres| (metres * 1000.0).round());
     match millimetres {
@@ -149,6 +178,8 @@ impl DeviceArgs {
             save: self.save_s,
             contamination: self.contamination,
             comment: self.comment.clone(),
+            ident: self.ident.clone(),
+            firmware: self.firmware.clone(),
             ..DeviceSpec::default()
         })
     }

@@ -52,6 +52,9 @@ pub(super) struct Args {
     /// Listen on this address; repeatable; port 0 takes a free one [default: 127.0.0.1:2111 and 127.0.0.1:2112; of a second scanner 2121 and 2122, and so on]
     #[arg(long, value_name = "ADDR")]
     tcp: Vec<String>,
+    /// Answer SICK's device search at this UDP address, such as 127.0.0.1:30718; repeatable, in the order of the scanners. The form is not verified (docs/device.md)
+    #[arg(long, value_name = "ADDR")]
+    search: Vec<String>,
     /// Simulated seconds a second, or `max`: as fast as the clients take it; at most 64 KiB and two telegrams a client wait to be sent, and what the
     /// client's own system buffers comes on top [default: 1]
     #[arg(long, value_name = "K")]
@@ -228,6 +231,13 @@ impl Args {
             }
             fitted.push(Fitted { index, model: self.scene.any_model(&stage.rig, index)? });
         }
+        if self.search.len() > fitted.len() {
+            return Err(Failure::Usage(format!(
+                "expected one --search for a scanner at most, found {} for {}",
+                self.search.len(),
+                fitted.len()
+            )));
+        }
         self.check(&fitted)?;
         Ok(fitted)
     }
@@ -248,6 +258,7 @@ impl Args {
             let before = fitted.iter().take(place).filter(|other| other.model.lms2xx().is_none()).count();
             Ok(ScannerSpec {
                 endpoints: if is_serial { self.one_line() } else { self.endpoints(before, several) },
+                search: self.search.get(place).cloned(),
                 stream: several.then(|| spec.id.clone()),
                 device,
                 dialects: self.dialect.into(),

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use rowscan_bench::{DeviceSpec, Endpoint};
-use rowscan_protocol::lms2xx::firmware::Firmware;
 use rowscan_protocol::lms2xx::{Rate, model::Model};
 
 use super::Failure;
@@ -23,9 +22,6 @@ pub(super) struct LineArgs {
     /// Rate the scanner was left at, bits a second [default: 9600; CoLa on a real port: 57600]
     #[arg(long, value_name = "RATE")]
     rate: Option<u32>,
-    /// LMS2xx: an older or other firmware, V02.10, V02.30 or X01.27, in place of the model's own
-    #[arg(long, value_name = "VERSION")]
-    firmware: Option<Firmware>,
 }
 
 impl LineArgs {
@@ -63,6 +59,6 @@ impl LineArgs {
                 ))
             })?,
         };
-        Ok(DeviceSpec { rate, firmware: self.firmware, ..device })
+        Ok(DeviceSpec { rate, ..device })
     }
 }

@@ -49,13 +49,18 @@ fn with_version(ident: &str, firmware: &str) -> String {
     }
 }
 
-/// What is said where a scanner is called another model than it is taken for.
-pub(super) fn other_model(found: AnyModel, taken_for: AnyModel) -> Option<String> {
-    let (title, name) = (found.title(), found.name());
-    (name != taken_for.name()).then(|| {
+/// What is said where a scanner that can be any of the models `found` is taken for another; nothing where none of them is modelled.
+pub(super) fn other_model(found: &[AnyModel], taken_for: AnyModel) -> Option<String> {
+    let is_another = !found.is_empty() && found.iter().all(|model| model.name() != taken_for.name());
+    is_another.then(|| {
+        let listed = |name: fn(AnyModel) -> &'static str| {
+            found.iter().copied().map(name).collect::<Vec<_>>().join(" or ")
+        };
         format!(
-            "the scanner is called {title}, and is taken for the model {}, of which other things are known; expected --model {name}",
-            taken_for.title()
+            "the scanner is called {}, and is taken for the model {}, of which other things are known; expected --model {}",
+            listed(AnyModel::title),
+            taken_for.title(),
+            listed(AnyModel::name)
         )
     })
 }
@@ -68,8 +73,8 @@ fn tell(name: Option<&str>, taken_for: Option<AnyModel>, event: &LinkEvent) {
     match event {
         LinkEvent::Ready(DeviceInfo { ident, firmware, language }) => {
             say(format_args!("connected: {}, {language}", with_version(ident.trim(), firmware.trim())));
-            let found = AnyModel::of_device(ident, firmware).zip(taken_for);
-            if let Some(other) = found.and_then(|(found, taken_for)| other_model(found, taken_for)) {
+            let found = AnyModel::of_device(ident, firmware);
+            if let Some(other) = taken_for.and_then(|taken_for| other_model(&found, taken_for)) {
                 say(format_args!("{other}"));
             }
         }

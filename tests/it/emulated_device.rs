@@ -145,7 +145,7 @@ async fn a_restart_drops_every_client_and_comes_back_with_what_was_saved() {
     let config = EmulatorConfig { state: Some(state), ..EmulatorConfig::default() };
     let mut emulator = Emulator::start(device, world, config);
     let mut bystander = attach(&mut emulator);
-    bystander.ask("sRN DeviceIdent", "sRA DeviceIdent 6 LMS111").await;
+    bystander.ask("sRN DeviceIdent", "sRA DeviceIdent 10 LMS10x_FieldEval").await;
     let mut client = attach(&mut emulator);
     client.log_in().await;
     client.ask("sWN LocationName 5 saved", "sWA").await;

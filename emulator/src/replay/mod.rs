@@ -91,7 +91,11 @@ pub fn model_of(
     }
     match &part.ident {
         Some(ident) => {
-            model::by_ident(ident).ok_or_else(|| ReplayError::UnknownModel { found: format!("`{ident}`") })
+            let called = model::by_ident(ident);
+            let beams = part.models_by_scan();
+            let fits = |model: &&'static Model| beams.iter().any(|other| other.name == model.name);
+            let model = called.clone().find(fits).or_else(|| called.clone().next());
+            model.ok_or_else(|| ReplayError::UnknownModel { found: format!("`{ident}`") })
         }
         None => part.model_by_scan().ok_or_else(|| ReplayError::UnknownModel {
             found: part.first_scan.as_ref().map_or_else(
@@ -109,7 +113,7 @@ pub fn model_of(
 
 /// The device that answers what was not recorded, set as the recorded one was.
 pub fn device_of(part: &Part, model: &'static Model) -> Device {
-    let mut device = Device::new(model, Identity::default());
+    let mut device = Device::new(model, Identity::of(model, 0));
     let values = part.script.values();
     device.play_back(part.first_scan.as_ref().unwrap_or(&Default::default()), values);
     // Whoever polls before it is played has a scan, as from a device that measures.

@@ -326,11 +326,11 @@ impl Part {
         self.is_scanner() && self.scans > 1 && self.first_scan_ns == self.last_scan_ns
     }
 
-    /// The model that the device says it is, if it was asked.
-    pub fn told_model(&self) -> Option<AnyModel> {
+    /// The models that the device can be by what it says it is, if it was asked; none where no model here is called so.
+    pub fn told_models(&self) -> Vec<AnyModel> {
         let serial = self.lms2xx.type_text().map(|text| text.rsplit_once(';').unwrap_or((text, "")));
-        let (ident, firmware) = serial.or_else(|| Some((self.ident.as_deref()?, "")))?;
-        AnyModel::of_device(ident, firmware)
+        let told = serial.or_else(|| Some((self.ident.as_deref()?, "")));
+        told.map_or_else(Vec::new, |(ident, firmware)| AnyModel::of_device(ident, firmware))
     }
 
     /// A scanner's telegrams, and not another instrument's bytes.

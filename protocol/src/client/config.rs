@@ -66,7 +66,8 @@ impl Login {
 
     /// Authorised client of the model that a DeviceIdent names; [`Login::CLIENT`] for one that is not modelled.
     pub(crate) fn for_ident(ident: &str) -> Self {
-        let logins = model::by_ident(ident).map_or(&[][..], |model| model.logins);
+        // Models that share a name share their passwords.
+        let logins = model::by_ident(ident).next().map_or(&[][..], |model| model.logins);
         logins.iter().find(|login| login.level == model::CLIENT.level).copied().map_or(Self::CLIENT, Self::of)
     }
 
@@ -83,7 +84,7 @@ mod tests {
     fn the_password_follows_the_ident() {
         assert_eq!(Login::for_ident("TiM781S V3.13").password, 0x6FD6_2C05);
         assert_eq!(Login::for_ident("TiM781 V3.13"), Login::CLIENT);
-        assert_eq!(Login::for_ident("LMS111 V1.80"), Login::CLIENT);
+        assert_eq!(Login::for_ident("LMS10x_FieldEval V1.36-21.10.2010"), Login::CLIENT);
         assert_eq!(Login::for_ident("somebody else"), Login::CLIENT);
     }
 }

@@ -192,7 +192,10 @@ fn echo_code(config: &ColaConfig) -> Option<u8> {
 
 /// True of a model that would send another echo by itself. Where all are sent, the first channel holds the first.
 fn wants_echo_filter(plan: &Plan) -> bool {
-    let Some(model) = model::by_ident(&plan.ident) else { return plan.config.echo == Some(EchoChoice::Last) };
+    // Models that share a name are alike in this.
+    let Some(model) = model::by_ident(&plan.ident).next() else {
+        return plan.config.echo == Some(EchoChoice::Last);
+    };
     let by_itself = match model.optics.factory_echo {
         FactoryEcho::First => fr_echo_filter::FIRST,
         FactoryEcho::All => fr_echo_filter::ALL,

@@ -105,7 +105,7 @@ pub(super) fn write_event(event: DeviceEvent, context: &Context<'_>, out: &mut V
     }
 }
 
-/// Every evaluation field is unused.
+/// Every evaluation field is one that nobody has set.
 fn read_field(
     context: &Context<'_>,
     name: &str,
@@ -116,6 +116,10 @@ fn read_field(
     if slot >= context.device.model.fields {
         return Err(Fault::NoVariable.into());
     }
-    encode(args.dialect, Kind::Ra, name, &field_nnn::Field::unused(args.dialect), out);
+    let device = &*context.device;
+    match field_nnn::Shape::of_slot(slot, device.model) {
+        Some(empty) => encode(args.dialect, Kind::Ra, name, &empty, out),
+        None => encode(args.dialect, Kind::Ra, name, &field_nnn::Field::unused(args.dialect), out),
+    }
     Ok(())
 }

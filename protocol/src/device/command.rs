@@ -15,9 +15,9 @@ use crate::telegram::{Args, Kind, LmdScandata, Method, SopasError, Telegram, Var
 use crate::telegram::{
     device_ident, ee_writeall, ei_address, eihst_cola, field_nnn, firmware_version, fr_echo_filter,
     lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata,
-    lmd_scandatacfg, lmp_output_range, lmp_scancfg, location_name, lsp_datetime, ms_suppmode, od_oprh,
-    od_pwrc, ord_num, run, sc_reboot, scdevicestate, serial_number, set_access_mode, set_active_applications,
-    stlms, tsc_time_client,
+    lmd_scandatacfg, lmp_autostartmeas, lmp_output_range, lmp_scancfg, location_name, lsp_datetime,
+    ms_suppmode, od_oprh, od_pwrc, ord_num, run, sc_reboot, scdevicestate, serial_number, set_access_mode,
+    set_active_applications, stlms, tsc_time_client,
 };
 use crate::visit::{Group, Value, Visitor, one_field};
 
@@ -51,6 +51,7 @@ pub static COMMANDS: &[Command] = &[
     read_only::<lid_outputstate::OutputStates>().subscribable(DeviceEvent::OutputState),
     read_only::<lsp_datetime::CurrentDateTime>().live(),
     read_only::<od_oprh::OperatingHours>(),
+    read_only::<od_oprh::HoursSincePowerUp>(),
     read_only::<od_pwrc::PowerOnCount>(),
     read_only::<ord_num::OrderNumber>(),
     read_only::<ord_num::TypeCode>(),
@@ -60,10 +61,14 @@ pub static COMMANDS: &[Command] = &[
     fixed::<ei_address::Gateway>(),
     fixed::<ei_address::IpAddress>(),
     fixed::<ei_address::NetworkMask>(),
+    fixed::<lmp_autostartmeas::StartsByItself>(),
+    read_only::<tsc_time_client::TimeDelay>(),
+    read_only::<tsc_time_client::TimeOffset>(),
     fixed::<tsc_time_client::TimeInterface>(),
     fixed::<tsc_time_client::TimeRole>(),
     fixed::<tsc_time_client::TimeServer>(),
     fixed::<tsc_time_client::TimeUpdate>(),
+    fixed::<tsc_time_client::TimeZone>(),
     method::<ee_writeall::WriteAll>(CLIENT),
     method::<lmc_meas::Standby>(CLIENT),
     method::<lmc_meas::StartMeasurement>(CLIENT),

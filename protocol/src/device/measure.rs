@@ -95,7 +95,8 @@ impl Device {
         scan.encoders.clear();
         scan.encoders.extend((0..settings.scan_data.encoders.0.count_ones()).map(|_| self.encoder_reading()));
         scan.position = settings.scan_data.position.then(Position::default);
-        set_text(&mut scan.name, settings.scan_data.device_name, &settings.location_name);
+        let is_named = settings.scan_data.device_name || self.model.names_itself;
+        set_text(&mut scan.name, is_named, &settings.location_name);
         set_text(&mut scan.comment, settings.scan_data.comment, &identity.comment);
         let us = self.uptime_us(at).saturating_add_signed(self.clock.jitter_us(turn));
         // The device's clock is 32 bits wide and wraps.

@@ -97,7 +97,7 @@ impl Device {
             wanted.encoders.0 >> (encoder - 1) & 1 == 1
         });
         scan.position = scan.position.filter(|_| wanted.position);
-        scan.name = scan.name.take().filter(|_| wanted.device_name);
+        scan.name = scan.name.take().filter(|_| wanted.device_name || self.model.names_itself);
         scan.comment = scan.comment.take().filter(|_| wanted.comment);
         scan.time = scan.time.filter(|_| wanted.time);
     }

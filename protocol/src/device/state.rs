@@ -13,10 +13,19 @@ use super::ticks::TickCounter;
 use super::troubles::Troubles;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
-use crate::model::{Model, Password, ScanMode};
+use crate::model::{MODELS, Model, Password, ScanMode};
 use crate::optics::FactoryEcho;
 use crate::telegram::{DateTime, LmdScandata, fr_echo_filter, ms_suppmode};
 use crate::time::SimTime;
+
+/// Serial number of the first LMS111 of a bench.
+const FIRST_SERIAL_NUMBER: u32 = 26_110_001;
+/// How far apart the serial numbers of two models begin.
+const SERIAL_NUMBERS_A_MODEL: u32 = 100;
+/// By what the operating hours of two scanners of a bench differ, tenths of an hour.
+const HOURS_APART: u32 = 137;
+/// By what the counts of power-ons do.
+const POWER_ONS_APART: u32 = 5;
 
 /// What differs between two scanners of one model.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,6 +40,10 @@ pub struct Identity {
     pub power_on_count: u32,
     /// Comment in scan telegrams, where LMDscandatacfg asks for it.
     pub comment: String,
+    /// Name and version in DeviceIdent; the model's where absent.
+    pub ident: Option<(String, String)>,
+    /// FirmwareVersion; the model's where absent.
+    pub firmware: Option<String>,
 }
 
 impl Default for Identity {
@@ -41,6 +54,25 @@ impl Default for Identity {
             operating_hours: 1234,
             power_on_count: 56,
             comment: String::new(),
+            ident: None,
+            firmware: None,
+        }
+    }
+}
+
+impl Identity {
+    /// Of scanner number `index` of a bench, from 0: no two scanners of one bench, and no two models, have all in common.
+    pub fn of(model: &Model, index: usize) -> Self {
+        let place = MODELS.iter().position(|other| other.name == model.name).unwrap_or_default();
+        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        let (place, index) = (number(place), number(index));
+        Self {
+            serial_number: FIRST_SERIAL_NUMBER
+                .wrapping_add(index)
+                .wrapping_add(place.wrapping_mul(SERIAL_NUMBERS_A_MODEL)),
+            operating_hours: model.operating_hours.wrapping_add(index.wrapping_mul(HOURS_APART)),
+            power_on_count: model.power_on_count.wrapping_add(index.wrapping_mul(POWER_ONS_APART)),
+            ..Self::default()
         }
     }
 }
@@ -174,11 +206,26 @@ impl Device {
         self.identity.comment = comment.into();
     }
 
+    /// Sets what DeviceIdent says: name and version.
+    pub fn set_ident(&mut self, name: &str, version: &str) {
+        self.identity.ident = Some((name.into(), version.into()));
+    }
+
+    /// Sets what FirmwareVersion says.
+    pub fn set_firmware(&mut self, text: &str) {
+        self.identity.firmware = Some(text.into());
+    }
+
     /// Takes this login, too: of a recorded scanner it may not be known which of several models it is.
     pub fn take_login(&mut self, login: Password) {
         if !self.model.logins.contains(&login) && !self.more_logins.contains(&login) {
             self.more_logins.push(login);
         }
+    }
+
+    /// Its serial number.
+    pub fn serial_number(&self) -> u32 {
+        self.identity.serial_number
     }
 
     /// What it is.

@@ -68,17 +68,21 @@ impl AnyModel {
         })
     }
 
-    /// The model that a scanner says it is: by its DeviceIdent or its type text, and its firmware. None where no model here is called so.
+    /// The models that a scanner can be by what it says it is: its DeviceIdent or its type text, and its firmware. Several where it names a family;
+    /// none where no model here is called so.
     ///
     /// ```
     /// use rowscan_protocol::model::AnyModel;
-    /// assert_eq!(AnyModel::of_device("LMS200;S18063", "V02.19").unwrap().name(), "lms200");
-    /// assert_eq!(AnyModel::of_device("TiM781S", "V3.13").unwrap().name(), "tim781s");
-    /// assert!(AnyModel::of_device("LMS10x_FieldEval", "V1.36").is_none());
+    /// let names = |ident, firmware| AnyModel::of_device(ident, firmware).into_iter().map(AnyModel::name).collect::<Vec<_>>();
+    /// assert_eq!(names("LMS200;S18063", "V02.19"), ["lms200"]);
+    /// assert_eq!(names("LMS5xx_FieldEval_PRO", "S1.60-24.06.2015"), ["lms511", "lms500"]);
+    /// assert!(names("MRS1xxxx", "1.0.0.0R").is_empty());
     /// ```
-    pub fn of_device(ident: &str, firmware: &str) -> Option<Self> {
-        let serial = lms2xx::model::by_type_text(&alloc::format!("{};{firmware}", ident.trim()));
-        serial.map(Self::Lms2xx).or_else(|| super::by_ident(ident).map(Self::Cola))
+    pub fn of_device(ident: &str, firmware: &str) -> Vec<Self> {
+        match lms2xx::model::by_type_text(&alloc::format!("{};{firmware}", ident.trim())) {
+            Some(serial) => alloc::vec![Self::Lms2xx(serial)],
+            None => super::by_ident(ident).map(Self::Cola).collect(),
+        }
     }
 
     /// Name on the command line and in rig files.

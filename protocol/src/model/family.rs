@@ -3,8 +3,8 @@
 use core::time::Duration;
 
 use super::{
-    CLIENT, DigitalLines, Evaluations, MAINTENANCE, Model, RemissionWidth, StartUp, Times, mode, optics,
-    scatters,
+    CLIENT, DigitalLines, Evaluations, MAINTENANCE, Model, RemissionWidth, Slots, StartUp, Times, mode,
+    optics, scatters,
 };
 
 const fn ms(milliseconds: u64) -> Duration {
@@ -17,7 +17,8 @@ pub(super) const LMS1XX: Model = Model {
     title: "",
     type_code: "",
     order_number: "",
-    ident_version: "V1.80",
+    ident_name: "LMS10x_FieldEval",
+    ident_version: "V1.36-21.10.2010",
     firmware: "V1.80.2  ",
     start_angle: -450_000,
     stop_angle: 2_250_000,
@@ -38,15 +39,20 @@ pub(super) const LMS1XX: Model = Model {
     period_ppm: 6_575,
     scatter: scatters::LMS1XX,
     start_up: StartUp { scans: 7, status: 1, outputs: 0x01 },
+    names_itself: false,
+    operating_hours: 0x456,
+    power_on_count: 0x3F,
     outputs: 0x04,
     lines: DigitalLines {
         version: 1,
         inputs: [2, 2, 2, 2],
         inputs_timed: false,
+        inputs_read_us: 0,
         outputs: &[0, 0, 1, 2, 2, 2, 2, 2, 2, 2, 2],
         outputs_told_at_once: false,
     },
     fields: 30,
+    slots: Slots { shaped: 10, scale: 1.0, step: 5000, named: false },
     evaluations: Evaluations { always: 0, most: 4 },
     logins: &[MAINTENANCE, CLIENT],
     replies_without_blank: &["FREchoFilter", "SetActiveApplications"],
@@ -71,6 +77,8 @@ pub(super) const LMS1XX: Model = Model {
         "50 Hz/0.25° interlaced: mLMPsetscancfg answers 2; how telegrams of the two turns differ is in no public source",
     ],
     evidence: &[
+        "DeviceIdent: as many public programs quote an LMS1xx's; the recorded LMS111 with V1.80.2 was not asked",
+        "fields that nobody has set: 32 bytes of an empty shape in field003 to field009, one byte from field010 on, as recorded; field000 to field002 of that device were set",
         "recorded LMS111, V1.80.2: firmware text, version, counters, times, status and output bytes, digital lines, period 20132 µs with a standard deviation of 25 (83 periods; the last 38 of them 20112 and 20)",
         "LMPoutputRange: as delivered, by several public sources (FFF92230 to 225510); the recorded read (FFF92233, 22550D) came before its client's write of the same, so it is as a client left it",
         "STlms stays 7 over LMCstartmeas on a measuring scanner: inferred from two public clients that ask once",
@@ -81,7 +89,8 @@ pub(super) const LMS1XX: Model = Model {
 
 /// LMS500, LMS511 PRO and Lite: 190°, five echoes.
 pub(super) const LMS5XX: Model = Model {
-    ident_version: "V1.80",
+    ident_name: "LMS5xx_FieldEval_PRO",
+    ident_version: "S1.60-24.06.2015",
     firmware: "V1.80    ",
     start_angle: -50_000,
     stop_angle: 1_850_000,
@@ -108,14 +117,18 @@ pub(super) const LMS5XX: Model = Model {
     period_ppm: 70,
     scatter: scatters::LMS5XX,
     start_up: StartUp { scans: 1, status: 1, outputs: 0x00 },
+    operating_hours: 0x4AB,
+    power_on_count: 0x63,
     outputs: 0x38,
     lines: DigitalLines {
         version: 0,
         inputs: [0, 0, 0, 0],
         inputs_timed: true,
+        inputs_read_us: 2_716_717,
         outputs: &[0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2],
         outputs_told_at_once: true,
     },
+    slots: Slots { scale: 2.0, ..LMS1XX.slots },
     lacks: &[],
     times: Times { first_scan: ms(220), start_reply: ms(1), ..LMS1XX.times },
     emulates: &[
@@ -128,6 +141,9 @@ pub(super) const LMS5XX: Model = Model {
         "scale factor 2 for ranges over 65.5 m: such ranges read as no echo; the telegram that switches to it is in no public source (LMDscandatascalefactor is another family's)",
     ],
     evidence: &[
+        "DeviceIdent: as a log of an LMS511 in SICK's issue tracker has it; the recorded LMS511 with V1.80 was not asked",
+        "fields that nobody has set: as recorded in field004 to field029; field000 to field003 of that device were set, and another recorded one has twelve fields",
+        "LIDinputstate: stamped 2.717 s after power-up, as recorded",
         "recorded LMS511, V1.80: firmware text, output range, version, times, status and output bytes, digital lines, period 40003 µs with a standard deviation of 128 (89 periods)",
         "pairs of frequency and resolution: the values are the manual's, the pairs are not verified",
         "LMPoutputRange: the recorded read came before any write and is the manual's range; whether as delivered or as a client left it cannot be told",
@@ -138,8 +154,9 @@ pub(super) const LMS5XX: Model = Model {
     ..LMS1XX
 };
 
-/// TiM5xx, TiM781, TiM781S: 270°, 15 Hz, one echo, 16-bit remission.
+/// TiM781, TiM781S, and what they share with a [TiM5xx](TIM5XX): 270°, 15 Hz, one echo, 16-bit remission.
 pub(super) const TIM: Model = Model {
+    ident_name: "TiM",
     ident_version: "V3.13",
     firmware: "V3.13",
     modes: &[mode(15, 3333)],
@@ -156,18 +173,30 @@ pub(super) const TIM: Model = Model {
     transmit_delay_us: 7_000,
     period_ppm: -13,
     scatter: scatters::TIM,
+    operating_hours: 0x418,
+    power_on_count: 0x20,
     start_up: StartUp { scans: 0, status: 0, outputs: 0x00 },
     outputs: 0x00,
     lines: DigitalLines {
         version: 0,
         inputs: [0, 0, 0, 0],
         inputs_timed: false,
+        inputs_read_us: 0,
         outputs: &[0, 0, 0, 0],
         outputs_told_at_once: false,
     },
     fields: 48,
+    slots: Slots { shaped: 48, step: 3333, named: true, ..LMS1XX.slots },
     evaluations: Evaluations { always: 3, most: 3 },
-    lacks: &["DO3And4Fnc", "LICsrc", "LICencset", "LICencres", "FREchoFilter", "MSsuppmode"],
+    lacks: &[
+        "DO3And4Fnc",
+        "LICsrc",
+        "LICencset",
+        "LICencres",
+        "FREchoFilter",
+        "MSsuppmode",
+        "LMPautostartmeas",
+    ],
     times: Times { first_scan: ms(280), start_reply: ms(1), ..LMS1XX.times },
     emulates: &[
         "15 Hz/0.3333°; LMPoutputRange cuts the full grid",
@@ -181,6 +210,7 @@ pub(super) const TIM: Model = Model {
     evidence: &[
         "recorded TiM781S, V3.13: firmware text, version, times, status bytes, inputs, code 2 for no echo, period 66666 µs with a standard deviation of 15 (59 periods)",
         "LMPoutputRange: the recorded read came before any write and is the full range; whether as delivered or as a client left it cannot be told",
+        "fields that nobody has set: numbered and named, as recorded in field000 and field006 to field047; field001 to field005 of that device were set",
         "16-bit remission: as a client left it; the recorded read followed its client's write, and the width out of the box is not known",
         "LFErec of a TiM7xx carries three fields: all recorded events do, each field with the time of its own last change; a read was not recorded. Fields that are not set read 0 (assumed)",
         "STlms stays 7 over LMCstartmeas on a measuring scanner: inferred from public clients of the LMS1xx",
@@ -188,4 +218,27 @@ pub(super) const TIM: Model = Model {
         "outputs, boot, spin-up and save times: not verified",
     ],
     ..LMS1XX
+};
+
+/// TiM551, TiM561, TiM571.
+pub(super) const TIM5XX: Model = Model {
+    ident_version: "V2.51-21.08.15",
+    firmware: "V2.51",
+    names_itself: true,
+    fields: 0,
+    evaluations: Evaluations { always: 0, most: 1 },
+    emulates: &[
+        "15 Hz/0.3333°; LMPoutputRange cuts the full grid",
+        "a beam without an echo reads 2 with remission 0, as the recorded TiM781S has it; 16-bit remission out of the box",
+        "scans carry the device's name, `not defined` out of the box, whether LMDscandatacfg asks for it or not",
+        "the scan counter keeps counting over LMCstartmeas",
+    ],
+    evidence: &[
+        "angles, scan mode and number of points: public clients and the telegram reference",
+        "DeviceIdent: as a TiM561's log in a public issue tracker has it; FirmwareVersion by that, not verified",
+        "scans with the device's name: a frame recorded by a public program (TiM571, 1663 tokens with remission), and a public parser that says `always`",
+        "everything else is the recorded TiM781S's; no TiM5xx's start-up was recorded",
+        "farthest range: not verified",
+    ],
+    ..TIM
 };

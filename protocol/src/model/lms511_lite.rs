@@ -6,6 +6,7 @@ use super::{Model, mode, optics};
 pub(super) static LMS511_LITE: Model = Model {
     name: "lms511-lite",
     title: "LMS511-Lite",
+    ident_name: "LMS5xx_FieldEval_LITE",
     type_code: "LMS511-22100 Lite",
     order_number: "1054155",
     modes: &[mode(25, 2500), mode(50, 5000), mode(75, 10_000)],
@@ -19,7 +20,7 @@ pub(super) static LMS511_LITE: Model = Model {
     ],
     evidence: &[
         "angles, frequencies and resolutions are the manual's; their pairs are not verified",
-        "two echoes: not verified",
+        "two echoes, and LITE in DeviceIdent: not verified",
         "everything else is the recorded LMS511 PRO's; no Lite was recorded",
     ],
     ..LMS5XX

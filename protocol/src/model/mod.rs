@@ -51,8 +51,8 @@ pub const ALL_EMULATE: &[&str] = &[
 
 /// What none emulates, and what is answered then.
 pub const NONE_EMULATE: &[&str] = &[
-    "evaluation fields other than those circles: fieldNNN reads as unused",
-    "network and time server variables (EIIpAddr, EImask, EIgate, TSC…): read, and sFA 4 for any other value",
+    "evaluation fields other than those circles: fieldNNN reads as one that nobody has set",
+    "network and time server variables (EIIpAddr, EImask, EIgate, TSC…) and LMPautostartmeas: read, and sFA 4 for any other value",
     "the angles of mLMPsetscancfg: ignored, as the manual has it for LMS1xx and LMS5xx; code 4 is answered where LMPoutputRange would hold no beam of the new mode",
     "the device's own limit of connections, which is not known: 32 in either profile",
     "user levels 2 and 4 have no rights of their own; the service password is not known",
@@ -62,7 +62,9 @@ pub const NONE_EMULATE: &[&str] = &[
 /// What is not certain of any.
 pub const ALL_EVIDENCE: &[&str] = &[
     "FREchoFilter and SetActiveApplications replies without a trailing blank: recorded on an MRS1104 only",
-    "DeviceIdent: shape as recorded on other models; DItype and OrdNum: not verified",
+    "DeviceIdent: shape as recorded on other models; --ident and --firmware say otherwise; DItype and OrdNum: not verified",
+    "operating hours and power-on count of the first LMS1xx, LMS5xx and TiM7xx are the recorded ones; further scanners' and models' differ from them by a rule of ours",
+    "TSCTCtimezone, TSCTCmaxoffset, TSCTCdelay: types and the hour + 12 by public clients, values assumed; ODopdaily in tenths of an hour since power-up, LMPautostartmeas (LMS1xx, LMS5xx): assumed",
     "rules of the filters: not verified; MSsuppmode by its name and codes in a public driver, 0 out of the box assumed",
     "LMDscandatacfg out of the box (first echo, no remission, no time, every scan): not known; all recorded reads followed a client's write",
     "FREchoFilter out of the box (all echoes; with --optics device the last one of an LMS5xx, docs/optics.md), encoder and filter settings: assumed; no recording reads one before its client wrote it",
@@ -84,8 +86,10 @@ pub const NOT_MODELLED: &[(&str, &str)] = &[
 pub struct Model {
     /// Name on the command line and in rig files.
     pub name: &'static str,
-    /// Name in print, and in DeviceIdent.
+    /// Name in print.
     pub title: &'static str,
+    /// Name in DeviceIdent: of the device's family and application rather than of the model.
+    pub ident_name: &'static str,
     /// Type code, in DItype.
     pub type_code: &'static str,
     /// Order number, in OrdNum.
@@ -132,12 +136,20 @@ pub struct Model {
     pub scatter: Scatter,
     /// What the first scans after LMCstartmeas are marked with.
     pub start_up: StartUp,
+    /// Scans carry the device's name whatever LMDscandatacfg says.
+    pub names_itself: bool,
+    /// Operating hours of the first scanner of a bench, tenths of an hour.
+    pub operating_hours: u32,
+    /// How often it was switched on.
+    pub power_on_count: u32,
     /// First byte of the digital outputs in a scan, once running.
     pub outputs: u8,
     /// Digital lines.
     pub lines: DigitalLines,
     /// Number of evaluation fields, `field000` on.
     pub fields: u16,
+    /// How those read that nobody has set.
+    pub slots: Slots,
     /// Evaluation fields with a result in LFErec.
     pub evaluations: Evaluations,
     /// User levels with their passwords.
@@ -194,10 +206,25 @@ pub struct DigitalLines {
     pub inputs: [u8; 4],
     /// LIDinputstate carries the time of day, and a time since power-up that is not 0.
     pub inputs_timed: bool,
+    /// Time since power-up at which the inputs are first read, µs.
+    pub inputs_read_us: u32,
     /// Each output: 0 off, 1 on, 2 unused.
     pub outputs: &'static [u8],
     /// A subscription to LIDoutputstate is followed by the outputs as they are.
     pub outputs_told_at_once: bool,
+}
+
+/// How evaluation fields read that nobody has set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slots {
+    /// How many, from `field000` on, read as an empty shape; the others as one byte of zero.
+    pub shaped: u16,
+    /// Scale of their ranges.
+    pub scale: f32,
+    /// Angle between their beams, 1/10000°.
+    pub step: u32,
+    /// They have numbers and names, `Field001` on.
+    pub named: bool,
 }
 
 /// Evaluation fields that LFErec reports on.
@@ -256,12 +283,33 @@ const fn mode(frequency_hz: u32, step: u16) -> ScanMode {
     ScanMode { frequency_centihz: frequency_hz * 100, step }
 }
 
-/// The model whose title a DeviceIdent begins with; the longest title where several do (TiM781 and TiM781S).
-pub fn by_ident(ident: &str) -> Option<&'static Model> {
-    let named = |model: &&Model| {
-        ident.get(..model.title.len()).is_some_and(|start| start.eq_ignore_ascii_case(model.title))
+/// The models that a DeviceIdent may be of, in the order of [`MODELS`]: several where it names a family, as `LMS10x_FieldEval` does. Those whose
+/// name stands at its beginning in most letters (TiM781S before TiM781); the name is the model's title, what its DeviceIdent says, or the family alone.
+///
+/// ```
+/// use rowscan_protocol::model::by_ident;
+/// let names = |ident| by_ident(ident).map(|model| model.name).collect::<Vec<_>>();
+/// assert_eq!(names("LMS10x_FieldEval V1.36-21.10.2010"), ["lms111", "lms100", "lms151"]);
+/// assert_eq!(names("TiM781S V3.13"), ["tim781s"]);
+/// assert!(names("MRS1xxxx 1.0.0.0R").is_empty());
+/// ```
+pub fn by_ident(ident: &str) -> impl Iterator<Item = &'static Model> + Clone {
+    let ident = ident.trim();
+    let common = move |model: &Model| {
+        let family = model.ident_name.split('_').next().unwrap_or_default();
+        let begins = |name: &&str| {
+            let (start, rest) = ident.split_at_checked(name.len()).unwrap_or_default();
+            // An LMS1000 is no LMS100.
+            start.eq_ignore_ascii_case(name) && !rest.starts_with(char::is_alphanumeric)
+        };
+        [model.title, model.ident_name, family]
+            .iter()
+            .filter(|name| begins(name))
+            .map(|name| name.len())
+            .max()
     };
-    MODELS.iter().copied().filter(named).max_by_key(|model| model.title.len())
+    let most = MODELS.iter().filter_map(|model| common(model)).max();
+    MODELS.iter().copied().filter(move |model| most.is_some() && common(model) == most)
 }
 
 impl Model {

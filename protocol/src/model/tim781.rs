@@ -6,6 +6,7 @@ use super::family::TIM;
 pub(super) static TIM781: Model = Model {
     name: "tim781",
     title: "TiM781",
+    ident_name: "TiM781",
     type_code: "TiM781-2174101",
     order_number: "1096807",
 

@@ -24,6 +24,7 @@ pub mod lid_outputstate;
 pub mod lmc_meas;
 pub mod lmd_scandata;
 pub mod lmd_scandatacfg;
+pub mod lmp_autostartmeas;
 pub mod lmp_output_range;
 pub mod lmp_scancfg;
 pub mod location_name;

@@ -1,4 +1,5 @@
-//! `TSCRole`, `TSCTCInterface`, `TSCTCSrvAddr`, `TSCTCupdatetime`: the device as a client of a time server.
+//! `TSCRole`, `TSCTCInterface`, `TSCTCSrvAddr`, `TSCTCtimezone`, `TSCTCupdatetime`, `TSCTCmaxoffset`, `TSCTCdelay`: the device as a client of a time
+//! server.
 
 use super::Variable;
 use super::wire::fields;
@@ -31,6 +32,39 @@ fields! {
         /// Seconds.
         pub seconds: u32 ["s"],
     }
+
+    /// Where its time is valid.
+    #[derive(Copy)]
+    pub struct TimeZone {
+        /// Hours east of Greenwich, and 12: 0 to 24.
+        pub hours_plus_12: u8 ["h"],
+    }
+
+    /// The largest difference from the server's time.
+    #[derive(Copy)]
+    pub struct TimeOffset {
+        /// Seconds.
+        pub seconds: f32 ["s"],
+    }
+
+    /// How long the server's answer took.
+    #[derive(Copy)]
+    pub struct TimeDelay {
+        /// Seconds.
+        pub seconds: f32 ["s"],
+    }
+}
+
+impl Variable for TimeZone {
+    const NAME: &'static str = "TSCTCtimezone";
+}
+
+impl Variable for TimeOffset {
+    const NAME: &'static str = "TSCTCmaxoffset";
+}
+
+impl Variable for TimeDelay {
+    const NAME: &'static str = "TSCTCdelay";
 }
 
 impl Variable for TimeRole {

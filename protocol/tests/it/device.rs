@@ -11,8 +11,8 @@ use rowscan_protocol::time::SimTime;
 #[test]
 fn a_warm_lms111_tells_who_it_is() {
     Bench::new("lms111").table(&[
-        ("sRN DeviceIdent", "sRA DeviceIdent 6 LMS111 5 V1.80"),
-        ("sRI 0", "sRA 0 6 LMS111 5 V1.80"),
+        ("sRN DeviceIdent", "sRA DeviceIdent 10 LMS10x_FieldEval 10 V1.36-21.10.2010"),
+        ("sRI 0", "sRA 0 10 LMS10x_FieldEval 10 V1.36-21.10.2010"),
         ("sRN FirmwareVersion", "sRA FirmwareVersion 9 V1.80.2  "),
         ("sRN SerialNumber", "sRA SerialNumber 8 24070042"),
         ("sRN LocationName", "sRA LocationName B not defined"),
@@ -20,7 +20,12 @@ fn a_warm_lms111_tells_who_it_is() {
         ("sRN STlms", "sRA STlms 7 0 8 00:00:00 8 01.01.70 0 0 0"),
         ("sRN LCMstate", "sRA LCMstate 0"),
         ("sRN ODoprh", "sRA ODoprh 4D2"),
+        ("sRN ODopdaily", "sRA ODopdaily 0"),
         ("sRN ODpwrc", "sRA ODpwrc 38"),
+        ("sRN TSCTCtimezone", "sRA TSCTCtimezone C"),
+        ("sRN TSCTCmaxoffset", "sRA TSCTCmaxoffset 00000000"),
+        ("sRN TSCTCdelay", "sRA TSCTCdelay 00000000"),
+        ("sRN LMPautostartmeas", "sRA LMPautostartmeas 1"),
         ("sRN LMPoutputRange", "sRA LMPoutputRange 1 1388 FFF92230 225510"),
         ("sRN LMPscancfg", "sRA LMPscancfg 1388 1 1388 FFF92230 225510"),
         ("sRN field010", "sRA field010 0"),

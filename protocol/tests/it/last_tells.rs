@@ -90,7 +90,10 @@ fn an_index_is_read_with_and_without_the_blank() {
     for model in MODELS {
         let mut bench = Bench::new(model.name);
         let reply = bench.ask("sRI 0");
-        assert!(reply.starts_with(&format!("sRA 0 {:X} {}", model.title.len(), model.title)), "{reply}");
+        assert!(
+            reply.starts_with(&format!("sRA 0 {:X} {} ", model.ident_name.len(), model.ident_name)),
+            "{reply}"
+        );
         assert_eq!(bench.ask("sRI0"), reply);
     }
     let mut bench = Bench::new("tim571");

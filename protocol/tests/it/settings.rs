@@ -200,6 +200,8 @@ const EFFECTS: &[(&str, &[&str], &str)] = &[
     ("TSCRole", &[], "1"),
     ("TSCTCSrvAddr", &[], "C0 A8 00 63"),
     ("TSCTCupdatetime", &[], "63"),
+    ("TSCTCtimezone", &[], "D"),
+    ("LMPautostartmeas", &[], "0"),
 ];
 
 const ENCODER: &[&str] = &[
@@ -250,7 +252,7 @@ fn every_models_output_range_reads_its_own_grid() {
         let reply = bench.ask("sRN LMPoutputRange");
         let (start, stop) = (model.start_angle, model.stop_angle);
         assert_eq!(reply, format!("sRA LMPoutputRange 1 {:X} {start:X} {stop:X}", model.default_mode.step));
-        assert!(bench.ask("sRN DeviceIdent").contains(model.title));
+        assert!(bench.ask("sRN DeviceIdent").contains(model.ident_name));
     }
 }
 

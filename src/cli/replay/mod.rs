@@ -122,7 +122,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     if let Some(asked) = asked.filter(|_| !args.verbatim) {
         for part in &parts {
-            if let Some(other) = part.told_model().and_then(|told| other_model(told, asked)) {
+            if let Some(other) = other_model(&part.told_models(), asked) {
                 say(format_args!("{}: {other}", part.name));
             }
         }

@@ -8,7 +8,7 @@ use crate::telegram::device_ident::DeviceIdent;
 use crate::telegram::firmware_version::FirmwareVersion;
 use crate::telegram::lcm_state::Contamination;
 use crate::telegram::location_name::LocationName;
-use crate::telegram::od_oprh::OperatingHours;
+use crate::telegram::od_oprh::{HoursSincePowerUp, OperatingHours};
 use crate::telegram::od_pwrc::PowerOnCount;
 use crate::telegram::ord_num::{OrderNumber, TypeCode};
 use crate::telegram::scdevicestate::DeviceState;
@@ -24,14 +24,18 @@ const MAX_LOCATION_NAME: usize = 16;
 
 impl Readable for DeviceIdent {
     fn get(context: &Context<'_>) -> Self {
-        let model = context.device.model;
-        Self { name: model.title.into(), version: model.ident_version.into() }
+        let (model, identity) = (context.device.model, &context.device.identity);
+        let own = (model.ident_name, model.ident_version);
+        let (name, version) =
+            identity.ident.as_ref().map_or(own, |(name, version)| (name.as_str(), version.as_str()));
+        Self { name: name.into(), version: version.into() }
     }
 }
 
 impl Readable for FirmwareVersion {
     fn get(context: &Context<'_>) -> Self {
-        Self { text: context.device.model.firmware.into() }
+        let own = context.device.model.firmware;
+        Self { text: context.device.identity.firmware.as_deref().unwrap_or(own).into() }
     }
 }
 
@@ -41,10 +45,20 @@ impl Readable for SerialNumber {
     }
 }
 
+/// Tenths of an hour since power-up.
+fn on_for(context: &Context<'_>) -> u32 {
+    (context.device.uptime_us(context.now) / US_PER_TENTH_HOUR) as u32
+}
+
 impl Readable for OperatingHours {
     fn get(context: &Context<'_>) -> Self {
-        let on_for = context.device.uptime_us(context.now) / US_PER_TENTH_HOUR;
-        Self { tenths: context.device.identity.operating_hours.wrapping_add(on_for as u32) }
+        Self { tenths: context.device.identity.operating_hours.wrapping_add(on_for(context)) }
+    }
+}
+
+impl Readable for HoursSincePowerUp {
+    fn get(context: &Context<'_>) -> Self {
+        Self { tenths: on_for(context) }
     }
 }
 

@@ -3,7 +3,7 @@
 use alloc::vec;
 
 use crate::device::context::{Context, Readable, Writable};
-use crate::device::lines::Field;
+use crate::device::lines::{Change, Field};
 use crate::device::refusal::Fault;
 use crate::telegram::SopasError;
 use crate::telegram::lfe_rec::{FieldResult, FieldResults};
@@ -18,10 +18,15 @@ const RANGING: FixedText<4> = FixedText(*b"RANG");
 const EVALUATION: FixedText<4> = FixedText(*b"FEVL");
 
 impl Readable for InputState {
-    /// Timed models report when an input last changed.
+    /// Timed models report when an input last changed; until then, when the inputs were first read.
     fn get(context: &Context<'_>) -> Self {
         let device = &context.device;
-        let at_us = device.lines.changes.inputs.at_us;
+        let at_us = match device.lines.changes.inputs {
+            Change { count: 0, .. } => {
+                device.uptime_us(context.now).min(device.model.lines.inputs_read_us.into())
+            }
+            Change { at_us, .. } => at_us,
+        };
         let timed = device.model.lines.inputs_timed;
         Self {
             version: device.model.lines.version,
