@@ -193,6 +193,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let Reading { cola, lms2xx, pipeline } = reading;
     let mut pipeline = pipeline.of_class(row_class(&stage.scene, &truth));
     let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };
+    let config = if args.line == Line::Tcp { config.patient() } else { config };
     let Some(mut scanner) = interrupt.or(Scanner::open(&set_up.source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };

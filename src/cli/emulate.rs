@@ -339,6 +339,11 @@ impl Args {
             // An LMS2xx sends what it has, late.
             missed += counts.scans_missed.unwrap_or(0);
         }
+        if missed > 0 && matches!(self.scale(), TimeScale::Paced(_)) {
+            say(
+                "this machine is too slow for real time: let it run slower (--time-scale 0.5), or as fast as it can (--time-scale max)",
+            );
+        }
         events::tell_ends(self.format, &ends)?;
         Ok(missed)
     }

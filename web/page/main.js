@@ -129,6 +129,8 @@ class Page {
     state.scanners.forEach((of, number) => this.fans[number]?.tell(of, isPaused, now));
     if (state.faults) this.faults?.show(state.faults);
     byId("place-told").textContent = placeOf(state.tractor);
+    byId("slow").textContent = slowness(state.scanners);
+    byId("slow").hidden = !byId("slow").textContent;
     if (state.log_last > this.log.last || state.log_last < this.log.last) this.readLog(state.log_last < this.log.last);
     if (state.strip_version !== this.strip.version) this.readStrip();
   }
@@ -228,6 +230,13 @@ class Page {
 /** Time is paused, or has taken all the steps that it was granted. */
 function stands(clock) {
   return Boolean(clock && (clock.paused || (clock.granted !== undefined && clock.steps >= clock.granted)));
+}
+
+/** What to do where scans were missed: areas by metre stay away with too many of them. */
+function slowness(scanners) {
+  const sum = (key) => scanners.reduce((all, of) => all + (of[key] ?? 0), 0), missed = sum("missed"), all = sum("scans") + missed;
+  if (missed <= 0.01 * all) return "";
+  return `The emulator's machine is too slow for real time: ${missed} of ${all} scans missed, and areas are withheld above the rig's limit. Run it slower (--time-scale 0.5), or as fast as it can (--time-scale max).`;
 }
 
 function placeOf(tractor) {

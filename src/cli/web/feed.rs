@@ -86,6 +86,7 @@ impl Feed {
                 scans: Some(progress.scans),
                 lost: Some(progress.scans_lost),
                 repeated: Some(progress.scans_repeated),
+                missed: Some(progress.turns_left_out),
                 bad: Some(telegrams_bad),
                 ..ScannerGauge::default()
             };
