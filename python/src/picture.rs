@@ -33,7 +33,7 @@ impl<'py> FromPyObject<'_, 'py> for View {
 /// Front, side and top view.
 pub(crate) fn svg(stage: &Stage, trees: Option<usize>, outlines: bool) -> String {
     let settings = Drawing { trees: trees.unwrap_or(usize::MAX), outlines, ..Drawing::default() };
-    drawing::draw(&stage.orchard, &[], &settings)
+    drawing::draw(&stage.orchard, &[], &settings, None)
 }
 
 /// A shaded picture.

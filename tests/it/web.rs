@@ -430,6 +430,18 @@ pub(super) async fn state_when(address: SocketAddr, is_wanted: impl Fn(&Value) -
     panic!("it never is: {}", json(address, "/watch/state").await);
 }
 
+/// Origin, first angle and step of the newest line's sight, as docs of the picture's bytes have it (`web/src/picture.rs`).
+async fn sight_of_first_line(page: SocketAddr) -> Vec<f64> {
+    let (status, _, body) = http(page, "GET /watch/scan HTTP/1.1", "").await;
+    assert_eq!(status, 200);
+    // Behind the picture's own 44 bytes.
+    let line = &body[44..];
+    let flags = u32::from_le_bytes(line[12..16].try_into().expect("four bytes"));
+    assert_eq!(flags & 4, 4, "a sight is told");
+    let at = |place: usize| f32::from_le_bytes(line[32 + 4 * place..][..4].try_into().expect("four bytes"));
+    (0..5).map(|place| (f64::from(at(place)) * 1e6).round() / 1e6).collect()
+}
+
 /// The page's address among what a command tells before `until`.
 pub(super) fn page_of(telling: &mut Telling) -> SocketAddr {
     let web = std::iter::from_fn(|| telling.next()).find(|line| line["endpoint"] == "web").expect("told");
@@ -454,6 +466,13 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         let state = state_when(page, |state| state["scanners"][0]["scans"].as_u64() >= Some(150)).await;
         assert_eq!((&state["scanners"][0]["lost"], &state["scanners"][0]["bad"]), (&0.into(), &0.into()));
         assert!(state["scanners"][0]["clients"].is_null(), "nobody knows");
+        let state = state_when(page, |state| state["scanners"][0]["ended"] == true).await;
+        assert!(state["scanners"][0]["scans"].as_u64() >= Some(150), "it has ended and not before: {state}");
+        // The rig says where the scanner sits: its fan is drawn as it stands, the row to the right.
+        let sight = sight_of_first_line(page).await;
+        assert_eq!(sight[..3], [-1.9, 0.0, 1.6], "{sight:?}");
+        let (first, step) = ((-135_f64).to_radians(), 0.5_f64.to_radians());
+        assert!((sight[3] - first).abs() < 1e-5 && (sight[4] - step).abs() < 1e-5, "0 is level: {sight:?}");
         let strip = json(page, "/watch/strip").await;
         let metres = strip["strip"]["measured"][0].as_array().expect("measured").clone();
         assert!(metres.iter().any(|metre| metre["impacted_m2"].as_f64() > Some(0.0)), "{strip}");

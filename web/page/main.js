@@ -91,9 +91,9 @@ class Page {
   }
 
   tellLink(word) {
-    const words = { live: "live", lost: "no connection", polling: "no socket, polling", token: "token needed" };
-    this.wasLost ||= word !== "live";
-    byId("link").dataset.state = word === "polling" ? "connecting" : word;
+    const words = { live: "live", ended: "ended", lost: "no connection", polling: "no socket, polling", token: "token needed" };
+    this.wasLost ||= word !== "live" && word !== "ended";
+    byId("link").dataset.state = { polling: "connecting", ended: "connecting" }[word] ?? word;
     byId("link").textContent = words[word];
     if (word === "token") askToken();
   }
@@ -127,6 +127,7 @@ class Page {
     }
     const now = performance.now();
     state.scanners.forEach((of, number) => this.fans[number]?.tell(of, isPaused, now));
+    if (state.scanners.length && state.scanners.every(({ ended }) => ended)) this.tellLink("ended");
     if (state.faults) this.faults?.show(state.faults);
     byId("place-told").textContent = placeOf(state.tractor);
     byId("slow").textContent = slowness(state.scanners);
@@ -210,6 +211,12 @@ class Page {
     };
     byId("follow").onclick = () => this.camera?.setFollow(!this.camera.follows);
     byId("reset").onclick = () => this.camera?.reset();
+    byId("legend").onclick = () => {
+      this.colouring.fit();
+      this.world?.forgetReturns();
+      this.redraw();
+    };
+    byId("legend").title = "New limits from what comes next";
     byId("colours").onchange = ({ target }) => {
       this.colouring.by = target.value;
       this.world?.forgetReturns();

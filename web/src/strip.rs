@@ -9,6 +9,8 @@ pub struct Strip {
     pub truth: Vec<TruthColumn>,
     /// The row repeats after so many metres; none where it does not.
     pub period_m: Option<f64>,
+    /// Height of a band of [`TruthColumn::leaf_area_m2`], metres, from the ground up.
+    pub band_m: f64,
     /// What was measured, by scanner: metre by metre.
     pub measured: Vec<Vec<Metre>>,
 }

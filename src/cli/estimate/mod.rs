@@ -229,7 +229,14 @@ impl Args {
             sensor,
             enough: Enough::new(self.scans, self.length),
             bar: bar.clone(),
-            feed: page.feeds.as_ref().map(|feeds| feeds.of(place)),
+            feed: page.feeds.as_ref().map(|feeds| {
+                let feed = feeds.of(place);
+                rig.and_then(|rig| rig.scanners.get(*scanner))
+                    .cloned()
+                    .into_iter()
+                    .for_each(|mount| feed.sits(mount));
+                feed
+            }),
         })
     }
 

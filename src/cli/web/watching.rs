@@ -59,7 +59,7 @@ impl Watching {
         };
         let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
         if let Some((truth, period_m)) = truth(stage, &tractor) {
-            show.truth(truth, Some(period_m));
+            show.truth(truth, CELLS.band_m, Some(period_m));
         }
         tasks.spawn_on(self.talk.tell(show.log()), on);
         for (number, (lines, reading)) in watchers.into_iter().zip(meters).enumerate() {
