@@ -142,7 +142,7 @@ fn leave_out(shared: &Shared, at: SimTime, encoder_ticks: f64) -> Mirror {
     // At each doubling: a host that is too slow must not be made slower.
     if missed > 0 && so_far.is_power_of_two() {
         tracing::warn!(
-            "this machine is too slow for real time: {so_far} scans missed so far; a time scale of 0.5, or max, gives it time"
+            "this machine is too slow for this pace: {so_far} scans missed so far; half the time scale, or max, gives it time"
         );
     }
     shared.clock.reached(at);

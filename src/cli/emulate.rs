@@ -339,10 +339,11 @@ impl Args {
             // An LMS2xx sends what it has, late.
             missed += counts.scans_missed.unwrap_or(0);
         }
-        if missed > 0 && matches!(self.scale(), TimeScale::Paced(_)) {
-            say(
-                "this machine is too slow for real time: let it run slower (--time-scale 0.5), or as fast as it can (--time-scale max)",
-            );
+        if let (1.., TimeScale::Paced(scale)) = (missed, self.scale()) {
+            say(format_args!(
+                "this machine is too slow for this pace: let it run slower (--time-scale {}), or as fast as it can (--time-scale max)",
+                scale / 2.0
+            ));
         }
         events::tell_ends(self.format, &ends)?;
         Ok(missed)

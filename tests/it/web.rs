@@ -411,6 +411,17 @@ fn emulate_tells_where_its_page_is_and_what_it_needs() {
         assert!(state["tractor"]["speeds"]["ground_m_s"].as_f64() > Some(0.5), "{state}");
         let strip = json(address, "/watch/strip").await;
         assert!(strip["strip"]["truth"].as_array().is_some_and(|columns| columns.len() > 20));
+        // The axis of heights: bands end where the row does.
+        let number = |key: &str| strip["strip"][key].as_f64().expect("known");
+        let bands = strip["strip"]["truth"][0]["leaf_area_m2"].as_array().expect("bands").len();
+        let top_m = number("z_from_m") + bands as f64 * number("band_m");
+        let truth: Value =
+            serde_json::from_str(&run(&["orchard", "truth", "spindle", "--format", "json"]).stdout)
+                .expect("json");
+        let heights =
+            truth["trees"].as_array().expect("trees").iter().filter_map(|tree| tree["height_m"].as_f64());
+        let highest_m = heights.fold(0.0, f64::max);
+        assert!((highest_m..highest_m + number("band_m")).contains(&top_m), "{top_m} beside {highest_m}");
     });
     telling.end();
     assert!(

@@ -130,7 +130,7 @@ class Page {
     if (state.scanners.length && state.scanners.every(({ ended }) => ended)) this.tellLink("ended");
     if (state.faults) this.faults?.show(state.faults);
     byId("place-told").textContent = placeOf(state.tractor);
-    byId("slow").textContent = slowness(state.scanners);
+    byId("slow").textContent = slowness(state.scanners, state.clock);
     byId("slow").hidden = !byId("slow").textContent;
     if (state.log_last > this.log.last || state.log_last < this.log.last) this.readLog(state.log_last < this.log.last);
     if (state.strip_version !== this.strip.version) this.readStrip();
@@ -162,7 +162,7 @@ class Page {
     this.wanted = false;
     this.drew = now;
     const style = getComputedStyle(document.documentElement);
-    const ink = { line: style.getPropertyValue("--line"), soft: style.getPropertyValue("--soft"), accent: style.getPropertyValue("--accent") };
+    const ink = { line: style.getPropertyValue("--line"), soft: style.getPropertyValue("--soft"), accent: style.getPropertyValue("--accent"), paper: style.getPropertyValue("--card") };
     const begun = performance.now();
     this.colouring.scheme = dark.matches ? "dark" : "light";
     this.world?.draw(this.picture?.tractor, this.colouring.scheme, this.picture?.at);
@@ -240,10 +240,10 @@ function stands(clock) {
 }
 
 /** What to do where scans were missed: areas by metre stay away with too many of them. */
-function slowness(scanners) {
+function slowness(scanners, clock) {
   const sum = (key) => scanners.reduce((all, of) => all + (of[key] ?? 0), 0), missed = sum("missed"), all = sum("scans") + missed;
   if (missed <= 0.01 * all) return "";
-  return `The emulator's machine is too slow for real time: ${missed} of ${all} scans missed, and areas are withheld above the rig's limit. Run it slower (--time-scale 0.5), or as fast as it can (--time-scale max).`;
+  return `The emulator's machine is too slow for this pace: ${missed} of ${all} scans missed. Areas are withheld where more is missed than the rig allows. Run it slower (--time-scale ${(clock?.scale ?? 1) / 2}), or as fast as it can (--time-scale max).`;
 }
 
 function placeOf(tractor) {

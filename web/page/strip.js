@@ -96,18 +96,24 @@ export class StripView {
 
   /** Heights above the ground, every metre, beside the upper half. */
   upAxis({ context, split, ratio, ink }) {
-    const metre = split / (this.bands * this.strip.band_m);
+    const { z_from_m: lowest, band_m: tall } = this.strip, metre = split / (this.bands * tall);
     context.fillStyle = ink.soft;
     context.strokeStyle = ink.line;
     context.lineWidth = ratio;
     context.font = `${10 * ratio}px system-ui, sans-serif`;
-    for (let z = 0; z * metre <= split; z++) {
-      const y = split - z * metre;
+    for (let z = Math.ceil(lowest); (z - lowest) * metre <= split; z++) {
+      const y = split - (z - lowest) * metre;
       context.beginPath();
       context.moveTo(0, y + 0.5);
       context.lineTo(6 * ratio, y + 0.5);
       context.stroke();
-      if (y > 9 * ratio) context.fillText(z === 0 ? "ground" : `${z} m high`, 8 * ratio, y - 2 * ratio);
+      if (y <= 9 * ratio) continue;
+      // Over the colours a label needs paper of its own.
+      const words = z === 0 ? "ground" : `${z} m high`, wide = context.measureText(words).width;
+      context.fillStyle = ink.paper;
+      context.fillRect(6 * ratio, y - 11 * ratio, wide + 4 * ratio, 12 * ratio);
+      context.fillStyle = ink.soft;
+      context.fillText(words, 8 * ratio, y - 2 * ratio);
     }
   }
 

@@ -143,11 +143,11 @@ impl Show {
         self.0.log.clone()
     }
 
-    /// What stands along the row by bands of `band_m`; the row repeats after `period_m` if it does.
-    pub fn truth(&self, truth: Vec<TruthColumn>, band_m: f64, period_m: Option<f64>) {
+    /// What stands along the row by bands from `z_from_m` on, `band_m` high each; the row repeats after `period_m` if it does.
+    pub fn truth(&self, truth: Vec<TruthColumn>, (z_from_m, band_m): (f64, f64), period_m: Option<f64>) {
         let mut kept = lock(&self.0.strip);
         let measured = std::mem::take(&mut kept.1.measured);
-        *kept = (kept.0 + 1, Strip { truth, period_m, band_m, measured });
+        *kept = (kept.0 + 1, Strip { truth, period_m, z_from_m, band_m, measured });
     }
 
     /// What scanner number `scanner` has measured, metre by metre.
