@@ -20,6 +20,8 @@ pub struct Estimate {
     pub scans_repeated: u64,
     /// Telegrams missing between the first and the last seen, by the telegram counter; a restart is not a gap.
     pub scans_lost: u64,
+    /// Turns of the mirror of which the scanner made no telegram, beyond its output interval: a virtual scanner's host was too slow.
+    pub turns_left_out: u64,
     /// Scan telegrams left out: the device reports an error or a window too dirty to measure through, or its beams point where they cannot. By
     /// cause in the warnings.
     pub scans_excluded: u64,
@@ -205,6 +207,8 @@ pub struct Progress {
     pub scans_repeated: u64,
     /// Telegrams missing.
     pub scans_lost: u64,
+    /// Turns of the mirror of which the scanner made no telegram.
+    pub turns_left_out: u64,
     /// Way from the first line to the last, metres; `None` without a rig.
     pub advance_m: Option<f64>,
     /// Y of the last line, metres; `None` without a rig.

@@ -25,6 +25,9 @@ const BY_POWER: f64 = 1.5;
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;
 
+/// Share of turns left out above which it is told: fewer are filled from their neighbours.
+const TURNS_TOLD: f64 = 0.01;
+
 pub(crate) fn estimate(
     counting: &Counting,
     gate: &Gate,
@@ -38,6 +41,7 @@ pub(crate) fn estimate(
         scans: counting.scans,
         scans_repeated: counting.repeated,
         scans_lost: counting.lost,
+        turns_left_out: counting.turns_left_out(),
         scans_excluded: gate.excluded(),
         points_per_scan: latest.map(|latest| u32::from(latest.beams.count)),
         scan_frequency_hz: counting.frequency_hz(),
@@ -54,6 +58,10 @@ pub(crate) fn estimate(
         estimate.warnings.push(Warning::NoTime { scans: counting.timeless });
     } else if counting.untimed > 0 {
         estimate.warnings.push(Warning::NoDeviceClock { scans: counting.untimed });
+    }
+    let (turns, of) = (counting.turns_left_out(), counting.scans + counting.turns_left_out());
+    if turns as f64 > TURNS_TOLD * of as f64 {
+        estimate.warnings.push(Warning::TurnsLeftOut { turns, of });
     }
     warn_of_excluded(&mut estimate, gate);
     if gate.behind_m() > 0.0 {

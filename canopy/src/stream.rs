@@ -237,6 +237,7 @@ impl Pipeline {
             scans: self.counting.scans,
             scans_repeated: self.counting.repeated,
             scans_lost: self.counting.lost,
+            turns_left_out: self.counting.turns_left_out(),
             advance_m: self.pass.as_ref().map(|pass| pass.advance.advance_m().unwrap_or(0.0)),
             y_m: self.pass.as_ref().and_then(|pass| pass.advance.y_m()),
             impacted_total_area_m2: self.pass.as_ref().map(|pass| pass.row.totals().impacted_m2),

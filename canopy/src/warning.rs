@@ -108,6 +108,13 @@ pub enum Warning {
         /// Turns so timed.
         scans: u64,
     },
+    /// The scanner made no telegram of turns of its mirror, as a virtual one does whose host is too slow.
+    TurnsLeftOut {
+        /// How many.
+        turns: u64,
+        /// Of so many.
+        of: u64,
+    },
     /// Scan telegrams that passed their checksum and gave no scan.
     Unreadable {
         /// The first one's fault.
@@ -185,6 +192,7 @@ impl Warning {
             Self::GapsNotFilled { .. } => "gaps_not_filled",
             Self::Restarts { .. } => "restarts",
             Self::NoDeviceClock { .. } => "no_device_clock",
+            Self::TurnsLeftOut { .. } => "turns_left_out",
             Self::Unreadable { .. } => "unreadable",
             Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
             Self::Excluded { .. } => "excluded",
@@ -276,6 +284,11 @@ impl fmt::Display for Warning {
                 write!(f, "{scans} scans are of inclined layers and were not used: the estimate is of the horizontal one")
             }
             Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}, {}", why.code(), why.reason()),
+            Self::TurnsLeftOut { turns, of } => write!(
+                f,
+                "the scanner left out {turns} of {of} turns of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
+                 slower (--time-scale 0.5), or as fast as it can (--time-scale max)"
+            ),
             Self::ContaminationWarning { scans } => {
                 write!(f, "the device warns of a dirty window in {scans} scans; they were used: clean the window")
             }

@@ -3,9 +3,9 @@
 mod common;
 
 use common::*;
-use rowscan_canopy::{AreaForm, Parameters, Pipeline};
+use rowscan_canopy::{AreaForm, Estimate, Parameters, Pipeline};
 use rowscan_protocol::rig::{Mount, Orientation, Rig, Roof, RowSide};
-use rowscan_protocol::scan::NO_ECHO;
+use rowscan_protocol::scan::{NO_ECHO, Scan};
 
 /// Walls whose beams keep inside what a range may be: θ within ±60°.
 fn banded_wall(x0_m: f64) -> impl Fn(f64, f64) -> f64 {
@@ -118,6 +118,34 @@ fn lost_lines_neither_lose_nor_add_area() {
         assert!((found.scan_frequency_hz.unwrap() - 50.0).abs() < 1e-9);
         assert!(!found.warnings.iter().any(|w| w.code() == "gaps_not_filled"));
     }
+}
+
+#[test]
+fn turns_without_a_telegram_say_that_the_machine_is_too_slow() {
+    let rig = orchard_rig();
+    let scans = drive(&rig, lms111(), 50, 301, banded_wall(1.9));
+    let after = |every: usize| {
+        let kept = scans.iter().enumerate().filter(move |(turn, _)| every == 0 || turn % every != 1);
+        // A virtual scanner numbers the telegrams that it sends, and every turn.
+        let renumbered: Vec<Scan> = kept
+            .enumerate()
+            .map(|(telegram, (turn, scan))| Scan {
+                telegram_counter: telegram as u16,
+                scan_counter: turn as u16,
+                ..scan.clone()
+            })
+            .collect();
+        estimate(&rig, renumbered.iter())
+    };
+    let said = |found: &Estimate| {
+        found.warnings.iter().find(|w| w.code() == "turns_left_out").map(ToString::to_string)
+    };
+    let (all, most, few) = (after(0), after(4), after(200));
+    assert_eq!((all.turns_left_out, said(&all)), (0, None));
+    assert_eq!((few.turns_left_out, said(&few)), (2, None), "so few are filled from their neighbours");
+    assert_eq!((most.turns_left_out, most.scans_lost), (75, 0));
+    let said = said(&most).expect("told");
+    assert!(said.contains("75 of 301 turns") && said.contains("--time-scale 0.5"), "{said}");
 }
 
 #[test]

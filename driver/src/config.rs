@@ -46,6 +46,24 @@ impl Default for DriverConfig {
     }
 }
 
+/// How long is waited for a device whose time is ours.
+const PATIENCE: Duration = Duration::from_secs(3600);
+
+impl DriverConfig {
+    /// The same for a virtual scanner of this process: it is there and answers when the host lets it, however long that takes, so silence is no loss.
+    /// An LMS2xx's rate is found by its silence at others: its replies are waited for as before.
+    #[must_use]
+    pub fn patient(self) -> Self {
+        Self {
+            cola: ColaConfig { reply_timeout: PATIENCE, ..self.cola },
+            connect_timeout: PATIENCE,
+            stall_timeout: PATIENCE,
+            first_scan_timeout: PATIENCE,
+            ..self
+        }
+    }
+}
+
 /// Doubling pauses between connection attempts, and when to give up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Backoff {

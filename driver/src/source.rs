@@ -61,6 +61,15 @@ fn with_rate(text: &str) -> Result<(&str, Rate), String> {
     Ok((text, rate.ok_or_else(refuse)?))
 }
 
+/// Whether it is HOST:PORT and no path.
+fn is_address(text: &str) -> bool {
+    let is_host = |host: &str| {
+        // One letter is a drive.
+        host.len() > 1 && host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._[]:".contains(&byte))
+    };
+    text.rsplit_once(':').is_some_and(|(host, port)| is_host(host) && port.parse::<u16>().is_ok())
+}
+
 impl FromStr for Source {
     type Err = DriverError;
 
@@ -76,7 +85,13 @@ impl FromStr for Source {
             };
         }
         let Some((scheme, rest)) = text.split_once("://") else {
-            return if text.is_empty() { Err(refuse("it is empty")) } else { Ok(Self::recording(text)) };
+            return match text {
+                "" => Err(refuse("it is empty")),
+                text if is_address(text) => Err(refuse(&format!(
+                    "it looks like an address: write tcp://{text}, or ./{text} for a file"
+                ))),
+                text => Ok(Self::recording(text)),
+            };
         };
         match scheme {
             "tcp" => parse_address(rest, DEFAULT_PORT)
@@ -182,6 +197,14 @@ mod tests {
     }
 
     #[test]
+    fn files_with_colons_are_files() {
+        for path in ["./127.0.0.1:29111", "run:1.mcap", "C:2112", "logs/a:12", "a:b", "12:00:70000"] {
+            let source = path.parse::<Source>().expect(path);
+            assert_eq!(source, Source::Recording { path: path.into(), stream: None }, "{path}");
+        }
+    }
+
+    #[test]
     fn nonsense_is_refused_with_its_reason() {
         for (text, reason) in [
             ("", "empty"),
@@ -194,6 +217,9 @@ mod tests {
             ("rfc2217://h?rate=9600", "`?rate=9600` is not"),
             ("rfc2217://", "host is missing"),
             ("gopher://h", "scheme `gopher://`"),
+            ("127.0.0.1:29111", "write tcp://127.0.0.1:29111"),
+            ("scanner.local:2112", "write tcp://scanner.local:2112"),
+            ("[::1]:2112", "write tcp://[::1]:2112"),
         ] {
             let message = text.parse::<Source>().expect_err(text).to_string();
             assert!(message.contains(reason), "{text}: {message}");

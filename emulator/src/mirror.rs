@@ -141,7 +141,9 @@ fn leave_out(shared: &Shared, at: SimTime, encoder_ticks: f64) -> Mirror {
     let so_far = shared.counts.missed.fetch_add(missed, Ordering::Relaxed) + missed;
     // At each doubling: a host that is too slow must not be made slower.
     if missed > 0 && so_far.is_power_of_two() {
-        tracing::warn!("the host is too slow: {so_far} scans missed so far");
+        tracing::warn!(
+            "this machine is too slow for this pace: {so_far} scans missed so far; half the time scale, or max, gives it time"
+        );
     }
     shared.clock.reached(at);
     device.mirror()

@@ -12,6 +12,8 @@ const MAX_OUTPUT_INTERVAL: f64 = 32.0;
 const MAX_JITTER: f64 = 4.0;
 /// The longest pause of the measurement, seconds, through which the device clock is still believed to time the tractor.
 const MAX_PAUSE_S: f64 = 60.0;
+/// The most turns between two telegrams that follow on each other, above which the turn counter is not believed.
+const MAX_TURNS: u16 = 10_000;
 /// The period assumed where the telegram states no frequency, seconds.
 const FALLBACK_PERIOD_S: f64 = 0.02;
 
@@ -40,11 +42,22 @@ pub struct Counting {
     /// Periods and their time, summed over links that neither stopped nor restarted.
     periods: u64,
     periods_s: f64,
+    turns: Turns,
+}
+
+/// Mirror turns between telegrams that follow on each other.
+#[derive(Clone, Copy, Debug, Default)]
+struct Turns {
+    telegrams: u64,
+    turns: u64,
+    /// The fewest between two telegrams: the output interval.
+    least: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Reading {
     counter: u16,
+    turn: u16,
     time_us: u32,
     travel_s: f64,
 }
@@ -93,9 +106,10 @@ impl Counting {
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
         let Some(last) = self.last else {
             self.clock.seconds(time_us);
-            return self.line(counter, time_us, 0.0, Link::First);
+            return self.line(scan, 0.0, Link::First);
         };
         let steps = counter.wrapping_sub(last.counter);
+        self.turns.add(steps, scan.scan_counter.wrapping_sub(last.turn));
         let clock_us = time_us.wrapping_sub(last.time_us) as i32;
         if steps == 0 && clock_us >= 0 {
             self.repeated += 1;
@@ -104,7 +118,7 @@ impl Counting {
         let frequency_hz = self.nominal_hz(scan);
         let nominal_s = nominal_period_s(frequency_hz);
         if steps == 0 || steps > u16::MAX / 2 || clock_us < 0 {
-            return self.restart(counter, time_us, last.travel_s + self.period_s.unwrap_or(nominal_s));
+            return self.restart(scan, last.travel_s + self.period_s.unwrap_or(nominal_s));
         }
         if clock_us == 0 {
             self.untimed += 1;
@@ -112,7 +126,7 @@ impl Counting {
             self.lost += u64::from(steps - 1);
             let travel_s = last.travel_s + f64::from(steps) * nominal_s;
             self.rebase(time_us, travel_s);
-            return self.line(counter, time_us, travel_s, Link::Steps(u32::from(steps)));
+            return self.line(scan, travel_s, Link::Steps(u32::from(steps)));
         }
         let travel_s = self.clock_base_s + self.clock.seconds(time_us);
         let passed_s = travel_s - last.travel_s;
@@ -121,12 +135,12 @@ impl Counting {
             self.periods += u64::from(steps);
             self.periods_s += passed_s;
             self.period_s = Some(passed_s / f64::from(steps));
-            return self.line(counter, time_us, travel_s, Link::Steps(u32::from(steps)));
+            return self.line(scan, travel_s, Link::Steps(u32::from(steps)));
         }
         if passed_s <= MAX_PAUSE_S && steps == 1 {
-            return self.line(counter, time_us, travel_s, Link::Broken);
+            return self.line(scan, travel_s, Link::Broken);
         }
-        self.restart(counter, time_us, last.travel_s + self.period_s.unwrap_or(nominal_s))
+        self.restart(scan, last.travel_s + self.period_s.unwrap_or(nominal_s))
     }
 
     /// Takes this frequency, telegrams a second, where a telegram states none.
@@ -144,6 +158,13 @@ impl Counting {
         (self.periods_s > 0.0).then(|| self.periods as f64 / self.periods_s)
     }
 
+    /// Turns of the mirror of which the scanner made no telegram, beyond its output interval. A virtual scanner leaves turns out where its host is too
+    /// slow; its telegrams follow on each other all the same.
+    pub fn turns_left_out(&self) -> u64 {
+        let Turns { telegrams, turns, least } = self.turns;
+        least.map_or(0, |least| (turns / u64::from(least)).saturating_sub(telegrams))
+    }
+
     /// True if counter and clock tell the same story: `steps` telegrams in `passed_s`.
     fn follows(&self, steps: u16, passed_s: f64, nominal_s: f64) -> bool {
         let each_s = passed_s / f64::from(steps);
@@ -157,11 +178,11 @@ impl Counting {
         each_s >= low_s && each_s <= high_s
     }
 
-    fn restart(&mut self, counter: u16, time_us: u32, travel_s: f64) -> Turn {
+    fn restart(&mut self, scan: &Scan, travel_s: f64) -> Turn {
         self.restarts += 1;
         self.period_s = None;
-        self.rebase(time_us, travel_s);
-        self.line(counter, time_us, travel_s, Link::Broken)
+        self.rebase(scan.scan_time_us, travel_s);
+        self.line(scan, travel_s, Link::Broken)
     }
 
     /// Restarts the clock: `time_us` is `travel_s`.
@@ -171,9 +192,22 @@ impl Counting {
         self.clock_base_s = travel_s;
     }
 
-    fn line(&mut self, counter: u16, time_us: u32, travel_s: f64, link: Link) -> Turn {
-        self.last = Some(Reading { counter, time_us, travel_s });
+    fn line(&mut self, scan: &Scan, travel_s: f64, link: Link) -> Turn {
+        let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
+        self.last = Some(Reading { counter, turn: scan.scan_counter, time_us, travel_s });
         Turn::Line { travel_s, link }
+    }
+}
+
+impl Turns {
+    /// So many telegrams and so many turns later.
+    fn add(&mut self, telegrams: u16, turns: u16) {
+        // Where telegrams are missing, nobody knows which turns they stood for; a counter that stands counts nothing.
+        if telegrams == 1 && (1..=MAX_TURNS).contains(&turns) {
+            self.telegrams += 1;
+            self.turns += u64::from(turns);
+            self.least = Some(self.least.map_or(turns, |least| least.min(turns)));
+        }
     }
 }
 
@@ -194,6 +228,26 @@ mod tests {
 
     fn scan(counter: u16, time_us: u32) -> Scan {
         Scan { telegram_counter: counter, scan_time_us: time_us, scan_frequency_hz: 50.0, ..Scan::default() }
+    }
+
+    /// Counters of telegrams and of turns.
+    fn left_out(readings: &[(u16, u16)]) -> u64 {
+        let mut counting = Counting::default();
+        for (place, (counter, turn)) in readings.iter().enumerate() {
+            counting.observe(&Scan { scan_counter: *turn, ..scan(*counter, 20_000 * place as u32) });
+        }
+        counting.turns_left_out()
+    }
+
+    #[test]
+    fn turns_without_a_telegram_are_told_from_lost_telegrams_and_from_output_intervals() {
+        assert_eq!(left_out(&[(0, 0), (1, 1), (2, 2), (3, 3)]), 0, "every turn");
+        assert_eq!(left_out(&[(0, 7), (1, 8), (2, 11), (3, 12)]), 2, "two turns left out");
+        assert_eq!(left_out(&[(0, 0), (1, 3), (2, 6), (3, 9)]), 0, "every third turn is sent");
+        assert_eq!(left_out(&[(0, 0), (1, 3), (2, 9), (3, 12)]), 1, "one third turn left out");
+        assert_eq!(left_out(&[(0, 0), (1, 1), (4, 4), (5, 5)]), 0, "lost telegrams are another thing");
+        assert_eq!(left_out(&[(0, 65_534), (1, 65_535), (2, 1), (3, 2)]), 1, "through the wrap");
+        assert_eq!(left_out(&[(0, 0), (1, 0), (2, 0)]), 0, "a device without a turn counter");
     }
 
     fn count(readings: impl IntoIterator<Item = (u16, u32)>) -> (Counting, Vec<Turn>) {

@@ -9,6 +9,7 @@ use serde::Serialize;
 use tokio::sync::watch;
 
 use crate::one_or_more::OneOrMore;
+use crate::seed::Seed;
 use crate::{document, wait, warning};
 
 /// A scenario with one seed: its verdict, what the command line writes of it, and everything behind.
@@ -26,12 +27,13 @@ struct VerdictDocument<'a> {
 pub(crate) fn check(
     py: Python<'_>,
     scenarios: OneOrMore<PathBuf>,
-    seed: Option<u64>,
+    seed: Option<Seed>,
     fail_fast: bool,
     keep: Option<PathBuf>,
     program: Option<PathBuf>,
 ) -> PyResult<Py<PyAny>> {
     let paths = scenarios.all();
+    let seed = seed.map(|seed| seed.0);
     let options = Options { seed, fail_fast, keep, program, ..Options::default() };
     let (cancel, cancelled) = watch::channel(false);
     let tried = wait::for_work(py, "run the scenarios", move || {

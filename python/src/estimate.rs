@@ -11,6 +11,7 @@ use rowscan_emulator::stage::Stage;
 use rowscan_ports::clock;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
+use rowscan_protocol::scan::Scan;
 use rowscan_scenes::files::load_rig;
 use rowscan_study::reading::{CalibrationChoice, Reading, fitted_rig};
 use rowscan_study::side_by_side::{Beside, beside_truth, estimators_named};
@@ -19,6 +20,7 @@ use serde::Serialize;
 use crate::failure::{Failure, Refusal};
 use crate::one_or_more::OneOrMore;
 use crate::orchard::{SceneOf, grown};
+use crate::scans::ScanArrays;
 use crate::{document, wait, warning};
 
 /// How often it is asked whether that is enough while nothing arrives.
@@ -39,7 +41,7 @@ struct EstimateDocument {
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn estimate(
     py: Python<'_>,
-    source: PathBuf,
+    source: SourceOf,
     rig: Option<SceneOf>,
     scanner: usize,
     model: Option<&str>,
@@ -51,27 +53,35 @@ pub(crate) fn estimate(
     estimators: Option<OneOrMore<String>>,
     trees: Option<OneOrMore<String>>,
 ) -> PyResult<Py<PyAny>> {
-    let source: Source = source.to_string_lossy().parse().map_err(Failure::from)?;
     let model = model.map(AnyModel::named).transpose().map_err(Failure::from)?;
     let echo = echo.map(echo_named).transpose()?;
     let all = |given: Option<OneOrMore<String>>| given.map(OneOrMore::all).unwrap_or_default();
     let asked = estimators_named(&all(estimators)).map_err(Failure::from)?;
     let cuts: Result<Vec<CutMethod>, _> = all(trees).iter().map(|name| CutMethod::named(name)).collect();
     let cuts = cuts.map_err(Failure::from)?;
-    let (rig, stage) = match rig {
-        None => (None, None),
-        Some(rig) => {
-            let (rig, stage) = rig_of(py, rig, !asked.is_empty())?;
-            (Some(fitted_rig(rig, &[scanner], model, echo)), stage)
+    let (rig, stage) = match (rig, &source) {
+        (None, SourceOf::Scans(scans)) => {
+            let scans = scans.get();
+            let rig = scans.rig().map(|rig| fitted_rig(rig, &[scanner], model, echo));
+            (rig, scans.stage())
         }
+        (rig, _) => rig_given(py, rig, (scanner, model, echo), !asked.is_empty())?,
     };
-    let reading = reading(&source, rig.as_ref(), scanner, calibration)?;
+    let from = source.from(py)?;
+    let reading = reading(&from, rig.as_ref(), scanner, calibration)?;
     let pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
     let pipeline = hertz.into_iter().fold(pipeline, Pipeline::at_frequency);
     let config = DriverConfig { cola: reading.cola, lms2xx: reading.lms2xx, ..DriverConfig::default() };
     let enough = Enough::new(scans, length_m);
-    let (estimate, reached) =
-        wait::for_future(py, "follow the scanner", move || follow(source, config, pipeline, enough))?;
+    let (estimate, reached) = match from {
+        From::Scans(all) => {
+            let work = move || Ok((of_scans(&all, pipeline, enough), None));
+            wait::for_work(py, "estimate from scans", work)?
+        }
+        From::Source(source) => {
+            wait::for_future(py, "follow the scanner", move || follow(source, config, pipeline, enough))?
+        }
+    };
     if reached == Some(Reached::NothingValid) {
         warning::warn(py, format_args!("telegrams came for {UNREADABLE:?}, and none held a valid scan"))?;
     }
@@ -83,6 +93,53 @@ pub(crate) fn estimate(
         Ok(EstimateDocument { side_by_side: beside_truth(&estimate, scanner, truth), estimate })
     })?;
     document::of(py, &told)
+}
+
+/// What is estimated from.
+#[derive(FromPyObject)]
+pub(crate) enum SourceOf {
+    /// Scans that were driven or read.
+    Scans(Py<ScanArrays>),
+    /// A live scanner or a recording.
+    Named(PathBuf),
+}
+
+/// The same, out of Python's hands.
+enum From {
+    Scans(Vec<Scan>),
+    Source(Source),
+}
+
+impl SourceOf {
+    fn from(self, py: Python<'_>) -> PyResult<From> {
+        Ok(match self {
+            Self::Scans(scans) => From::Scans(scans.get().scans(py)?),
+            Self::Named(source) => From::Source(source.to_string_lossy().parse().map_err(Failure::from)?),
+        })
+    }
+}
+
+/// What an estimator makes of scans until there are enough.
+fn of_scans(scans: &[Scan], mut pipeline: Pipeline, mut enough: Enough) -> Estimate {
+    for scan in scans {
+        pipeline.push(scan);
+        if enough.reached(&pipeline, 0, Duration::ZERO).is_some() {
+            break;
+        }
+    }
+    pipeline.finish()
+}
+
+/// The rig that was given, with what stands there if that is asked for.
+fn rig_given(
+    py: Python<'_>,
+    rig: Option<SceneOf>,
+    (scanner, model, echo): (usize, Option<AnyModel>, Option<EchoChoice>),
+    with_truth: bool,
+) -> PyResult<(Option<Rig>, Option<Arc<Stage>>)> {
+    let Some(rig) = rig else { return Ok((None, None)) };
+    let (rig, stage) = rig_of(py, rig, with_truth)?;
+    Ok((Some(fitted_rig(rig, &[scanner], model, echo)), stage))
 }
 
 fn echo_named(name: &str) -> Result<EchoChoice, Failure> {
@@ -108,15 +165,15 @@ fn rig_of(py: Python<'_>, rig: SceneOf, with_truth: bool) -> PyResult<(Rig, Opti
 }
 
 fn reading(
-    source: &Source,
+    from: &From,
     rig: Option<&Rig>,
     scanner: usize,
     calibration: Option<PathBuf>,
 ) -> Result<Reading, Failure> {
     let name = calibration.map(|path| path.to_string_lossy().into_owned());
     let calibration = name.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
-    Ok(match source {
-        Source::Recording { .. } => Reading::of_recording(rig, scanner, true, calibration),
+    Ok(match from {
+        From::Source(Source::Recording { .. }) => Reading::of_recording(rig, scanner, true, calibration),
         _ => Reading::of(rig, scanner, true, calibration),
     }?)
 }

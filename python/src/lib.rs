@@ -10,9 +10,12 @@ mod estimate;
 mod failure;
 mod one_or_more;
 mod orchard;
-mod scan;
+mod picture;
+mod row_scan;
 mod scanner;
 mod scans;
+mod seed;
+mod study;
 mod wait;
 mod warning;
 
@@ -25,13 +28,17 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("Error", module.py().get_type::<failure::Error>())?;
     module.add_class::<orchard::Orchard>()?;
     module.add_class::<orchard::Leaves>()?;
-    module.add_class::<scans::Scans>()?;
-    module.add_class::<scan::Scan>()?;
+    module.add_class::<scans::ScanArrays>()?;
+    module.add_class::<row_scan::RowScan>()?;
     module.add_class::<scanner::Scanner>()?;
     module.add_function(wrap_pyfunction!(scans::drive, module)?)?;
-    module.add_function(wrap_pyfunction!(scan::scan, module)?)?;
+    module.add_function(wrap_pyfunction!(row_scan::scan_row, module)?)?;
     module.add_function(wrap_pyfunction!(scans::read, module)?)?;
     module.add_function(wrap_pyfunction!(estimate::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(study::study, module)?)?;
     module.add_function(wrap_pyfunction!(check::check, module)?)?;
+    // What pickles name.
+    module.add_function(wrap_pyfunction!(orchard::_orchard, module)?)?;
+    module.add_function(wrap_pyfunction!(scans::_scans, module)?)?;
     Ok(())
 }

@@ -5,12 +5,15 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use rowscan_emulator::stage::Stage;
-use rowscan_scenes::files::load_scene;
+use rowscan_scenes::files::{load_scene, scene_from_text};
 use rowscan_scenes::{Cell, CellGrid, RowCells, Scene, Truth};
+use rowscan_study::scene_with;
 
 use crate::failure::{Failure, Refusal};
+use crate::picture::{self, View};
+use crate::seed::Seed;
 use crate::{arrays, document, wait, warning};
 
 /// A grown orchard, and what is really there. It never changes.
@@ -34,7 +37,7 @@ impl SceneOf {
     pub(crate) fn stage(
         self,
         py: Python<'_>,
-        seed: Option<u64>,
+        seed: Option<Seed>,
         optics: Option<&str>,
     ) -> PyResult<Arc<Stage>> {
         match self {
@@ -46,9 +49,9 @@ impl SceneOf {
 }
 
 /// The scene of this name with its seed and optics.
-pub(crate) fn scene(py: Python<'_>, name: &str, seed: Option<u64>, optics: Option<&str>) -> PyResult<Scene> {
+pub(crate) fn scene(py: Python<'_>, name: &str, seed: Option<Seed>, optics: Option<&str>) -> PyResult<Scene> {
     let mut scene = warning::of_file(py, |tell| load_scene(name, tell))?;
-    scene.seed = seed.unwrap_or(scene.seed);
+    scene.seed = seed.map_or(scene.seed, |seed| seed.0);
     if let Some(optics) = optics {
         scene.optics.stages = optics.parse().map_err(Failure::from)?;
     }
@@ -62,10 +65,34 @@ pub(crate) fn grown(py: Python<'_>, scene: Scene) -> PyResult<Arc<Stage>> {
     })
 }
 
+/// The scene with keys set by name: `trees` is `orchard.trees`, and names with dots are what they say.
+fn with_keys(scene: Scene, keys: &Bound<'_, PyDict>) -> PyResult<Scene> {
+    if keys.is_empty() {
+        return Ok(scene);
+    }
+    let mut settings = Vec::new();
+    for (key, value) in keys {
+        let key: String = key.extract()?;
+        let key = if key.contains('.') { key } else { format!("orchard.{key}") };
+        settings.push((key, document::value(&value)?));
+    }
+    Ok(scene_with(&scene, settings).map_err(Failure::from)?)
+}
+
 /// A column of cells, and its number for a cell.
 type Column = (&'static str, fn(&Cell) -> f64);
 
+/// An orchard from the text of its scene: what pickles hold.
+#[pyfunction]
+pub(crate) fn _orchard(py: Python<'_>, text: &str) -> PyResult<Orchard> {
+    Orchard::of_scene(py, scene_from_text(text, |_| {}).map_err(Refusal::Usage)?)
+}
+
 impl Orchard {
+    fn of_scene(py: Python<'_>, scene: Scene) -> PyResult<Self> {
+        Ok(Self { stage: grown(py, scene)?, truth: OnceLock::new() })
+    }
+
     fn truth(&self) -> &Truth {
         self.truth.get_or_init(|| self.stage.orchard.truth())
     }
@@ -74,10 +101,57 @@ impl Orchard {
 #[pymethods]
 impl Orchard {
     #[new]
-    #[pyo3(signature = (scene = PathBuf::from("spindle"), *, seed = None, optics = None))]
-    fn new(py: Python<'_>, scene: PathBuf, seed: Option<u64>, optics: Option<&str>) -> PyResult<Self> {
+    #[pyo3(signature = (scene = PathBuf::from("spindle"), *, seed = None, optics = None, **keys))]
+    fn new(
+        py: Python<'_>,
+        scene: PathBuf,
+        seed: Option<Seed>,
+        optics: Option<&str>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let scene = self::scene(py, &scene.to_string_lossy(), seed, optics)?;
-        Ok(Self { stage: grown(py, scene)?, truth: OnceLock::new() })
+        let scene = keys.map_or(Ok(scene.clone()), |keys| with_keys(scene, keys))?;
+        Self::of_scene(py, scene)
+    }
+
+    /// The same orchard, grown again where it is unpickled: its scene is all that it follows from.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let mut scene = self.stage.scene.clone();
+        if let Some(file) = scene.files_mut().first() {
+            let why = format!(
+                "an orchard whose scene names a file ({}) cannot be pickled: pickle the scene's name",
+                file.path()
+            );
+            return Err(Refusal::Usage(why).into());
+        }
+        let text = toml::to_string(&scene).map_err(Failure::from)?;
+        Ok((py.import("rowscan._native")?.getattr("_orchard")?, (text,)))
+    }
+
+    /// Front, side and top view as SVG.
+    #[pyo3(signature = (*, trees = None, outlines = false))]
+    fn svg(&self, py: Python<'_>, trees: Option<usize>, outlines: bool) -> PyResult<String> {
+        let stage = Arc::clone(&self.stage);
+        wait::for_work(py, "draw the orchard", move || Ok(picture::svg(&stage, trees, outlines)))
+    }
+
+    /// A shaded picture as PNG.
+    #[pyo3(signature = (view = View::default(), *, size = (1600, 900), trees = None))]
+    fn png<'py>(
+        &self,
+        py: Python<'py>,
+        view: View,
+        size: (u32, u32),
+        trees: Option<usize>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let stage = Arc::clone(&self.stage);
+        let drawn = wait::for_work(py, "draw the orchard", move || picture::png(&stage, view, size, trees))?;
+        Ok(PyBytes::new(py, &drawn))
+    }
+
+    /// What a notebook shows of it.
+    fn _repr_svg_(&self, py: Python<'_>) -> PyResult<String> {
+        self.svg(py, None, false)
     }
 
     /// Name of the scene.
@@ -237,6 +311,33 @@ pub(crate) struct Leaves {
 
 #[pymethods]
 impl Leaves {
+    #[new]
+    /// The arrays, in their order: what pickles hold.
+    fn new(
+        row: Py<PyArray1<u32>>,
+        tree: Py<PyArray1<u32>>,
+        area_m2: Py<PyArray1<f64>>,
+        normal: Py<PyArray2<f64>>,
+        centre_m: Py<PyArray2<f64>>,
+        vertices_m: Py<PyArray2<f64>>,
+        first: Py<PyArray1<u64>>,
+    ) -> Self {
+        Self { row, tree, area_m2, normal, centre_m, vertices_m, first }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let arrays = [
+            self.row.bind(py).as_any(),
+            self.tree.bind(py).as_any(),
+            self.area_m2.bind(py).as_any(),
+            self.normal.bind(py).as_any(),
+            self.centre_m.bind(py).as_any(),
+            self.vertices_m.bind(py).as_any(),
+            self.first.bind(py).as_any(),
+        ];
+        Ok((py.get_type::<Self>().into_any(), PyTuple::new(py, arrays)?))
+    }
+
     fn __len__(&self, py: Python<'_>) -> usize {
         self.area_m2.bind(py).len()
     }

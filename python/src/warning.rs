@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
-use rowscan_scenes::files::{LoadError, Warning};
+use rowscan_scenes::files::Warning;
 
 use crate::failure::Failure;
 
@@ -15,12 +15,12 @@ pub(crate) fn warn(py: Python<'_>, what: impl Display) -> PyResult<()> {
 }
 
 /// What `load` reads; warns of what it tells.
-pub(crate) fn of_file<T>(
+pub(crate) fn of_file<T, E: Into<Failure>>(
     py: Python<'_>,
-    load: impl FnOnce(&mut dyn FnMut(Warning)) -> Result<T, LoadError>,
+    load: impl FnOnce(&mut dyn FnMut(Warning)) -> Result<T, E>,
 ) -> PyResult<T> {
     let mut told = Vec::new();
-    let loaded = load(&mut |warning| told.push(warning)).map_err(Failure::from)?;
+    let loaded = load(&mut |warning| told.push(warning)).map_err(Into::into)?;
     told.iter().try_for_each(|warning| warn(py, warning))?;
     Ok(loaded)
 }

@@ -13,7 +13,7 @@ KINDS = ["lateral", "opposite", "zenith", "lateral-orthogonal", "opposite-orthog
 @pytest.mark.parametrize("kind", KINDS)
 def test_areas_are_the_command_line_s_to_the_last_bit(command_line, orchard, kind):
     expected = command_line.json("scan", "spindle", "--seed", 7, "--type", kind, "--dy", 0.1)
-    scan = rowscan.scan(orchard, kind, dy_m=0.1)
+    scan = rowscan.scan_row(orchard, kind, dy_m=0.1)
     assert [scan.areas] == expected
     assert scan.ranges_m.shape == (scan.areas["lines"], scan.areas["beams"]) == (len(scan.y_m), len(scan.swept))
     assert np.isnan(scan.ranges_m).sum() == scan.areas["escapes"]
@@ -25,7 +25,7 @@ def test_points_are_the_command_line_s_to_the_last_bit(command_line, orchard, tm
     flags = ["--seed", 7, "--dy", 0.2, "-o", tmp_path / "row", "--write", "csv,npy"]
     done = command_line.run("scan", "spindle", *flags)
     assert done.returncode == 0, done.stderr
-    scan = rowscan.scan(orchard, dy_m=0.2, points=True)
+    scan = rowscan.scan_row(orchard, dy_m=0.2, points=True)
     with open(tmp_path / "row_points.csv", newline="") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     points = scan.points
@@ -44,7 +44,7 @@ def test_points_are_the_command_line_s_to_the_last_bit(command_line, orchard, tm
 
 def test_words_are_the_command_line_s(command_line, orchard):
     with pytest.raises(rowscan.Error) as error:
-        rowscan.scan(orchard, distance_m=0.1)
+        rowscan.scan_row(orchard, distance_m=0.1)
     assert str(error.value) == command_line.complaint("scan", "spindle", "--distance", 0.1, "--seed", 7)
     with pytest.raises(rowscan.Error, match="expected one of lateral, .* found `sideways`"):
-        rowscan.scan(orchard, "sideways")
+        rowscan.scan_row(orchard, "sideways")

@@ -88,10 +88,10 @@ impl Model {
         [self.low.to_array(), self.high.to_array()]
     }
 
-    /// The corners of the box around all that stands there.
-    pub(crate) fn corners(&self) -> Vec<DVec3> {
-        let ends = [self.low, self.high];
-        (0..8).map(|k| DVec3::new(ends[k & 1].x, ends[k >> 1 & 1].y, ends[k >> 2].z)).collect()
+    /// All corners of what stands there: what a picture is framed by. A box around them would leave room that nothing fills.
+    pub(crate) fn points(&self) -> Vec<DVec3> {
+        let standing = self.mesh.corners.iter().map(|corner| corner.at.as_dvec3());
+        standing.filter(|at| (at.cmpge(self.low) & at.cmple(self.high)).all()).collect()
     }
 
     /// Distance between rows, or of an alley where it is unknown.

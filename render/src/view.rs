@@ -78,7 +78,7 @@ impl View {
         let [low, high] = model.extent();
         let nowhere = || RenderError::Direction { from: low, look: high };
         let camera = Camera::facing(self.towards(), size)?.ok_or_else(nowhere)?.with_angle(fov_deg);
-        let corners = model.corners();
+        let corners = model.points();
         let fitted = camera.fitted(&corners, MARGIN);
         if self != Self::Alley {
             return Ok(fitted);
@@ -120,7 +120,7 @@ mod tests {
             assert!(least[0] >= 0.0 && least[1] >= 0.0, "{view:?} {least:?}");
             assert!(most[0] <= width && most[1] <= height, "{view:?} {most:?}");
             let filled = ((most[0] - least[0]) / width).max((most[1] - least[1]) / height);
-            assert!(filled > if view == View::Alley { 0.3 } else { 0.7 }, "{view:?} fills {filled}");
+            assert!(filled > if view == View::Alley { 0.3 } else { 0.89 }, "{view:?} fills {filled}");
         }
     }
 }

@@ -120,7 +120,7 @@ async fn listen(asked: Lines, format: Format) {
         let answer = asked.ask(&written_out).await;
         let is_good = answer.status < 300;
         let told = match format {
-            Format::Json | Format::Jsonl => print_event(&answer),
+            Format::Json | Format::Jsonl => print_event(format, &answer),
             Format::Csv | Format::Table if is_good && is_short => Ok(()),
             Format::Csv | Format::Table => {
                 let body = answer.body.map(|body| body.to_string()).unwrap_or_default();

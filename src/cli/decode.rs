@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rowscan_recording::{ReadError, Recording, Side};
 
-use super::{Failure, Format, Outcome, output};
+use super::{Failure, Format, Outcome, grid, output};
 use crate::decode::{Entry, Filter, Input, InputError, Options, Transcript, Verdict};
 
 /// Most bytes that are decoded at once.
@@ -56,7 +56,7 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     let shown: Vec<&Entry> = transcript.lines.iter().filter(|entry| filter.shows(entry)).collect();
     match args.format {
         Format::Table if shown.is_empty() => {}
-        Format::Table => output::print(&table(&shown, output::terminal_columns()))?,
+        Format::Table => output::print(&table(&shown, grid::columns()))?,
         format => output::print_rows(format, &shown)?,
     }
     let (bad, opaque) = (transcript.count(Verdict::Bad), transcript.count(Verdict::Opaque));

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use comfy_table::Cell;
 use indicatif::ProgressBar;
-use rowscan_canopy::{Estimate, Pipeline, Placing};
+use rowscan_canopy::{Estimate, Pipeline, Placing, TreeEstimate};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::AnyModel;
@@ -16,6 +16,7 @@ use serde::Serialize;
 use super::blocking::off_runtime;
 use super::emulate::DialectArg;
 use super::estimate;
+use super::grid::Grid;
 use super::interrupt::Interrupt;
 use super::link_events::LinkTeller;
 use super::link_options::{Prefer, STOP_TIMEOUT};
@@ -192,6 +193,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let Reading { cola, lms2xx, pipeline } = reading;
     let mut pipeline = pipeline.of_class(row_class(&stage.scene, &truth));
     let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };
+    let config = if args.line == Line::Tcp { config.patient() } else { config };
     let Some(mut scanner) = interrupt.or(Scanner::open(&set_up.source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };
@@ -273,7 +275,7 @@ async fn follow(
 fn print(format: Format, outcomes: &Outcomes) -> Result<(), Failure> {
     match format {
         Format::Json | Format::Jsonl => output::print_json(format, outcomes),
-        Format::Csv => output::print_rows(format, &outcomes.estimate.trees),
+        Format::Csv => output::print_rows(format, &beside_truth(outcomes)),
         Format::Table => {
             output::print(&format!("{}\n{}", trees(outcomes), facts(outcomes)))?;
             output::print(&estimate::warnings(&outcomes.estimate.warnings))
@@ -281,10 +283,42 @@ fn print(format: Format, outcomes: &Outcomes) -> Result<(), Failure> {
     }
 }
 
+/// A tree's estimate with the truth beside it.
+#[derive(Serialize)]
+struct TreeBesideTruth<'a> {
+    #[serde(flatten)]
+    estimate: &'a TreeEstimate,
+    /// Leaf area between the tree's borders, whoever's leaves they are: what the estimator can know.
+    truth_leaf_area_m2: Option<f64>,
+    truth_lai: Option<f64>,
+    truth_height_m: f64,
+    /// (estimate − truth) / truth of the leaf area.
+    leaf_area_error: Option<f64>,
+}
+
+/// Every tree that has an estimate and a truth.
+fn beside_truth(outcomes: &Outcomes) -> Vec<TreeBesideTruth<'_>> {
+    let pairs = outcomes.estimate.trees.iter().zip(&outcomes.truth.trees);
+    pairs
+        .map(|(estimate, truth)| {
+            let leaf_area_m2 = truth.cell_leaf_area_m2;
+            let error = |(found, real): (f64, f64)| (found - real) / real;
+            let known = estimate.leaf.best_m2().ok().zip(leaf_area_m2);
+            TreeBesideTruth {
+                estimate,
+                truth_leaf_area_m2: leaf_area_m2,
+                truth_lai: truth.cell_lai(),
+                truth_height_m: truth.height_m,
+                leaf_area_error: known.map(error).filter(|error| error.is_finite()),
+            }
+        })
+        .collect()
+}
+
 /// Estimate beside truth, tree by tree and for the row.
 fn trees(outcomes: &Outcomes) -> String {
     let Outcomes { estimate, truth, .. } = outcomes;
-    let mut table = output::grid();
+    let mut table = Grid::new();
     output::head(
         &mut table,
         [
@@ -301,22 +335,20 @@ fn trees(outcomes: &Outcomes) -> String {
             "truth",
         ],
     );
-    for (found, real) in estimate.trees.iter().zip(&truth.trees) {
-        // What the estimator can know is the leaf area between a tree's borders, whoever's leaves they are.
-        let leaf_area_m2 = real.cell_leaf_area_m2;
-        let error = found.leaf.best_m2().ok().zip(leaf_area_m2).map(|(found, real)| (found - real) / real);
+    for row in beside_truth(outcomes) {
+        let found = row.estimate;
         table.add_row([
             number(Some(found.tree.into()), 0),
             number(Some(found.y_m), 2),
             number(Some(found.impacted_total_area_m2), 3),
             number(found.leaf.regression_m2().ok(), 2),
             number(found.leaf.contact_m2().ok(), 2),
-            number(leaf_area_m2, 2),
-            percent(error),
+            number(row.truth_leaf_area_m2, 2),
+            percent(row.leaf_area_error),
             number(found.leaf.lai().ok(), 2),
-            number(real.cell_lai(), 2),
+            number(row.truth_lai, 2),
             number(found.height_m, 2),
-            number(Some(real.height_m), 2),
+            number(Some(row.truth_height_m), 2),
         ]);
     }
     table.add_row([

@@ -78,7 +78,7 @@ pub(super) struct Args {
     no_scanner: bool,
     #[command(flatten)]
     clients: ClientLimitArgs,
-    /// How to tell where it listens; jsonl writes one object an endpoint to standard output
+    /// How to tell where it listens and what happens; jsonl writes one object an event to standard output, json one document at the end
     #[arg(long, default_value = "table", value_parser = event_format::parser())]
     format: Format,
     #[command(flatten)]
@@ -341,15 +341,22 @@ impl Args {
 
     /// Says what the scanners have done; how many scans the host was too slow for.
     fn tell_end(&self, scanners: &[BenchScanner]) -> Result<u64, Failure> {
-        let mut missed = 0;
+        let (mut missed, mut ends) = (0, Vec::new());
         for scanner in scanners {
             let counts = scanner.counts().counts().unwrap_or_default();
             say(events::told(&counts));
             let stream = (scanners.len() > 1).then_some(scanner.id.as_str());
-            End::of(stream, counts).tell(self.format)?;
+            ends.push(End::of(stream, counts));
             // An LMS2xx sends what it has, late.
             missed += counts.scans_missed.unwrap_or(0);
         }
+        if let (1.., TimeScale::Paced(scale)) = (missed, self.scale()) {
+            say(format_args!(
+                "this machine is too slow for this pace: let it run slower (--time-scale {}), or as fast as it can (--time-scale max)",
+                scale / 2.0
+            ));
+        }
+        events::tell_ends(self.format, &ends)?;
         Ok(missed)
     }
 

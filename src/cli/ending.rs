@@ -19,8 +19,7 @@ pub(super) struct EndArgs {
     /// End where the first row ends
     #[arg(long, group = "end")]
     until_row_end: bool,
-    /// End when the process is gone that started this one, the one that waits for it: a script's own shell is gone at once where it starts this in the background
-    /// and ends
+    /// End when the parent process ends. In a script, start it from the process that stays: a shell that starts it in the background and exits ends it at once
     #[arg(long)]
     exit_with_parent: bool,
 }

@@ -89,7 +89,7 @@ pub(super) fn announce_stream(
     match format {
         Format::Json | Format::Jsonl => {
             let line = Listening { event: "listening", endpoint: name, stream, address, path };
-            output::print_event(&line)
+            output::print_event(format, &line)
         }
         Format::Csv | Format::Table => {
             let stream = stream.map(|stream| format!(" ({stream})")).unwrap_or_default();

@@ -6,6 +6,7 @@ use rowscan_canopy::{EstimatorInfo, Quantity};
 use rowscan_study::side_by_side::{Beside, estimators_named};
 
 use super::Failure;
+use super::grid::Grid;
 use super::output::{self, number, percent};
 
 /// Which estimators measure besides.
@@ -30,7 +31,7 @@ impl EstimatorArgs {
 
 /// The numbers as a table for people.
 pub(super) fn table(rows: &[Beside]) -> String {
-    let mut table = output::grid();
+    let mut table = Grid::new();
     output::head(
         &mut table,
         ["estimator", "quantity", "z m", "value", "sampling from", "to", "truth", "error"],

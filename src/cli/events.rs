@@ -3,7 +3,7 @@
 use rowscan_emulator::{ConnectionCounts, ScannerCounts};
 use serde::Serialize;
 
-use super::output::print_event;
+use super::output::{print_event, print_json};
 use super::{Failure, Format, service};
 
 #[derive(Serialize)]
@@ -14,10 +14,7 @@ struct Ready {
 /// Tells scripts, and the service manager, that every endpoint has been announced.
 pub(super) fn ready(format: Format) -> Result<(), Failure> {
     service::ready();
-    match format {
-        Format::Json | Format::Jsonl => print_event(&Ready { event: "ready" }),
-        Format::Csv | Format::Table => Ok(()),
-    }
+    print_event(format, &Ready { event: "ready" })
 }
 
 /// What one scanner had done by the end.
@@ -70,13 +67,19 @@ impl<'a> End<'a> {
     pub(super) fn of(stream: Option<&'a str>, counts: ScannerCounts) -> Self {
         Self { event: "end", stream, counted: counts.into() }
     }
+}
 
-    /// Tells scripts.
-    pub(super) fn tell(&self, format: Format) -> Result<(), Failure> {
-        match format {
-            Format::Json | Format::Jsonl => print_event(self),
-            Format::Csv | Format::Table => Ok(()),
-        }
+/// All that ended, where that is one document.
+#[derive(Serialize)]
+struct Ends<'a> {
+    streams: &'a [End<'a>],
+}
+
+/// Tells scripts what every stream has done: an event each for jsonl, the one document for json.
+pub(super) fn tell_ends(format: Format, streams: &[End<'_>]) -> Result<(), Failure> {
+    match format {
+        Format::Json => print_json(format, &Ends { streams }),
+        _ => streams.iter().try_for_each(|end| print_event(format, end)),
     }
 }
 

@@ -132,7 +132,7 @@ async fn tell(
 
 fn tell_one(event: &FaultEvent, format: Format) -> Result<(), Failure> {
     if matches!(format, Format::Json | Format::Jsonl) {
-        return output::print_event(&Line { event: "fault", fault: event });
+        return output::print_event(format, &Line { event: "fault", fault: event });
     }
     let what = match event.what {
         What::Begin => "begins",

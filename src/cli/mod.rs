@@ -18,9 +18,11 @@ mod estimate;
 mod estimators;
 mod event_format;
 mod events;
+pub mod examples;
 mod export;
 mod faulting;
 mod faults;
+mod grid;
 mod interrupt;
 mod line;
 mod link_events;
@@ -58,7 +60,7 @@ use std::ffi::OsString;
 use std::io;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use rowscan_driver::DriverError;
 use rowscan_files::{KeptApart, remove_leftovers};
@@ -331,7 +333,7 @@ const SHUTDOWN_TIMEOUT: std::time::Duration = std::time::Duration::from_millis(3
 
 /// The command line as its parser knows it. The types that it is parsed to are not for others: what nobody else can call is not compiled.
 pub fn command() -> clap::Command {
-    Cli::command()
+    examples::ended(Cli::command())
 }
 
 /// Runs one command line to its end; the first argument is the program's name.
@@ -339,7 +341,8 @@ pub fn command() -> clap::Command {
 /// # Errors
 /// The command line is none, or its command could not do its work.
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Outcome, Failure> {
-    run_command(Cli::try_parse_from(arguments)?.command)
+    let matches = command().try_get_matches_from(arguments)?;
+    run_command(Cli::from_arg_matches(&matches)?.command)
 }
 
 /// Not generic: it would be compiled with all that it calls wherever it is called.

@@ -1,5 +1,9 @@
 //! `rowscan models`
 
+use std::ffi::OsStr;
+
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::{Arg, Command};
 use rowscan_protocol::device::{Evidence, REFUSALS, Refusal};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{self, AnyModel, Model, Times};
@@ -12,7 +16,7 @@ use super::{Failure, Format, Outcome, output};
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// These models alone, such as `lms111`; all where none is named
-    #[arg(value_name = "MODEL", value_parser = known, conflicts_with = "refusals")]
+    #[arg(value_name = "MODEL", value_parser = known(), hide_possible_values = true, conflicts_with = "refusals")]
     models: Vec<AnyModel>,
     /// What the scanners refuse instead, and with which code
     #[arg(long)]
@@ -21,8 +25,30 @@ pub(super) struct Args {
     page: PageArgs,
 }
 
-fn known(name: &str) -> Result<AnyModel, String> {
-    AnyModel::named(name).map_err(|why| why.to_string())
+/// A name that shells complete as one of the models. Whether it is one is asked where it is used, which names the nearest.
+#[derive(Clone, Debug)]
+struct ModelName;
+
+impl TypedValueParser for ModelName {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(AnyModel::all().map(|model| PossibleValue::new(model.name()).help(model.title()))))
+    }
+}
+
+/// Takes the name of a model.
+pub(super) fn name() -> impl TypedValueParser<Value = String> {
+    ModelName
+}
+
+/// Takes the name of a model, and gives the model.
+fn known() -> impl TypedValueParser<Value = AnyModel> {
+    ModelName.try_map(|name| AnyModel::named(&name))
 }
 
 /// One model, as it is listed.

@@ -5,13 +5,13 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
 
-use comfy_table::presets::NOTHING;
-use comfy_table::{Cell, CellAlignment, Table, TableComponent};
+use comfy_table::{Cell, CellAlignment};
 use erased_serde::Serialize;
 use rowscan_canopy::Calibration;
 use rowscan_files::{OutputFile, is_standard_output};
 use serde_json::Value;
 
+use super::grid::{Grid, TIED};
 use super::{Failure, Format, is_closed_pipe};
 
 /// Says something to the user, beside the data.
@@ -39,17 +39,6 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(stdout_failure)
 }
 
-/// Characters a line of the terminal has that standard output goes to; none where it goes elsewhere.
-pub(super) fn terminal_columns() -> Option<usize> {
-    #[cfg(target_os = "linux")]
-    {
-        let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
-        (size.ws_col > 0).then(|| usize::from(size.ws_col))
-    }
-    #[cfg(not(target_os = "linux"))]
-    None
-}
-
 /// Writes one JSON document, on one line for jsonl. The document's type is erased, so that the code that writes it is compiled once, and not for each of
 /// serde_json's writers.
 pub(super) fn print_json(format: Format, document: &dyn Serialize) -> Result<(), Failure> {
@@ -60,11 +49,19 @@ pub(super) fn print_json(format: Format, document: &dyn Serialize) -> Result<(),
     print(&(text.map_err(json_failure)? + "\n"))
 }
 
-/// Tells scripts of an event, on one line. A command that serves goes on if nobody reads its events any more.
-pub(super) fn print_event(event: &dyn Serialize) -> Result<(), Failure> {
-    match print_json(Format::Jsonl, event) {
-        Err(Failure::Write { cause, .. }) if is_closed_pipe(&cause) => Ok(()),
-        told => told,
+/// Tells scripts of an event, on one line: on standard output for jsonl, on standard error for json, whose standard output is one document and nothing
+/// else. Other formats have words for it. A command that serves goes on if nobody reads its events any more.
+pub(super) fn print_event(format: Format, event: &dyn Serialize) -> Result<(), Failure> {
+    match format {
+        Format::Jsonl => match print_json(format, event) {
+            Err(Failure::Write { cause, .. }) if is_closed_pipe(&cause) => Ok(()),
+            told => told,
+        },
+        Format::Json => {
+            say(serde_json::to_string(event).map_err(json_failure)?);
+            Ok(())
+        }
+        Format::Csv | Format::Table => Ok(()),
     }
 }
 
@@ -105,7 +102,7 @@ fn print_all(format: Format, rows: &[&dyn Serialize]) -> Result<(), Failure> {
             print(&String::from_utf8_lossy(&bytes))
         }
         Format::Table => {
-            let mut table = grid();
+            let mut table = Grid::new();
             for (index, row) in rows.iter().enumerate() {
                 let fields = fields(*row)?;
                 if index == 0 {
@@ -118,18 +115,8 @@ fn print_all(format: Format, rows: &[&dyn Serialize]) -> Result<(), Failure> {
     }
 }
 
-/// An empty table in the house style.
-pub(super) fn grid() -> Table {
-    let mut table = Table::new();
-    table
-        .load_preset(NOTHING)
-        .set_style(TableComponent::HeaderLines, '─')
-        .set_style(TableComponent::MiddleHeaderIntersections, '─');
-    table
-}
-
 /// Gives `table` its column names.
-pub(super) fn head<'a>(table: &mut Table, names: impl IntoIterator<Item = &'a str>) {
+pub(super) fn head<'a>(table: &mut Grid, names: impl IntoIterator<Item = &'a str>) {
     table.set_header(names.into_iter().map(Cell::new));
 }
 
@@ -141,13 +128,13 @@ pub(super) fn number(value: Option<f64>, decimals: usize) -> Cell {
 
 /// A right-aligned signed percentage of a fraction; a dash where it is unknown.
 pub(super) fn percent(fraction: Option<f64>) -> Cell {
-    let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:+.1} %", 100.0 * fraction));
+    let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:+.1}{TIED}%", 100.0 * fraction));
     Cell::new(text).set_alignment(CellAlignment::Right)
 }
 
 /// A right-aligned percentage of a fraction that has no sign; a dash where it is unknown.
 pub(super) fn share(fraction: Option<f64>) -> Cell {
-    let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:.1} %", 100.0 * fraction));
+    let text = fraction.map_or_else(|| "–".to_owned(), |fraction| format!("{:.1}{TIED}%", 100.0 * fraction));
     Cell::new(text).set_alignment(CellAlignment::Right)
 }
 

@@ -54,7 +54,7 @@ pub(super) struct Args {
     /// Of what faults leave to chance
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// How to tell where it listens and what happens; jsonl writes one object a line to standard output
+    /// How to tell where it listens and what happens; jsonl writes one object an event to standard output, json one document at the end
     #[arg(long, default_value = "table", value_parser = event_format::parser())]
     format: Format,
     #[command(flatten)]
@@ -273,7 +273,7 @@ impl Proxy {
 
     fn tell(&self, line: Line) -> Result<(), Failure> {
         if matches!(self.format, Format::Json | Format::Jsonl) {
-            return output::print_event(&line);
+            return output::print_event(self.format, &line);
         }
         let Line { event, peer, to_client_bytes, to_device_bytes, reason, .. } = line;
         let peer = peer.map(|peer| format!(" {peer}")).unwrap_or_default();
@@ -287,7 +287,8 @@ impl Proxy {
         let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let Counts { connections, unreachable, refused, to_client, to_device } = &self.counts;
         if matches!(self.format, Format::Json | Format::Jsonl) {
-            return self.tell(Line {
+            // The end is what remains: an event for jsonl, the document for json.
+            let line = Line {
                 event: "end",
                 connections: Some(count(connections)),
                 unreachable: Some(count(unreachable)),
@@ -296,7 +297,8 @@ impl Proxy {
                 to_device_bytes: Some(count(to_device)),
                 faults_begun: Some(begun),
                 ..Line::default()
-            });
+            };
+            return output::print_json(self.format, &line);
         }
         say(format_args!(
             "{} connections, {} attempts without a scanner; {} bytes to clients, {} from them; {begun} faults",

@@ -80,10 +80,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     match &args.info {
         Some(Source::Recording { path, stream }) => return info(path, stream.as_deref(), args.format),
         Some(live) => return Err(Failure::Usage(format!("{live} is live: `rowscan record` it first"))),
-        None if args.format == Format::Csv => {
-            let why =
-                "--format csv is for --info: a command that records tells events, and events are no rows";
-            return Err(Failure::Usage(why.to_owned()));
+        None if matches!(args.format, Format::Csv | Format::Json) => {
+            let asked = if args.format == Format::Csv { "csv" } else { "json" };
+            return Err(Failure::Usage(format!(
+                "--format {asked} is for --info: a command that records tells events, and events are neither rows nor one document; expected table or jsonl"
+            )));
         }
         None => {}
     }

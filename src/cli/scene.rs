@@ -21,7 +21,7 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "N")]
     pub(super) seed: Option<u64>,
     /// Scanner model, instead of the rig's own; see `rowscan models`
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true)]
     model: Option<String>,
     #[command(flatten)]
     optics: OpticsArgs,

@@ -45,7 +45,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 pub use document::StudyFileError;
-pub use settings::Setting;
+pub use settings::{Setting, SettingError, scene_with};
 pub use shard::{Header, MergeError, Shard, ShardError, ShardFile, Whole, merge};
 
 /// A study: its settings are all that its results depend on.

@@ -41,6 +41,32 @@ pub(super) fn set_in_scene(scene: &Scene, settings: &[Setting<'_>]) -> Result<Sc
     set(scene, settings, |text| files::scene_from_text(text, |_| {}))
 }
 
+/// Why a key of a scene cannot be set.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct SettingError(String);
+
+/// A scene with these keys set by name, checked as strictly as a file: `orchard.trees`, `rig.scanner[0].height_m`. Files that it names stay with it.
+///
+/// # Errors
+/// A key that names nothing, with the nearest that does; a value that cannot be.
+pub fn scene_with(
+    scene: &Scene,
+    keys: impl IntoIterator<Item = (String, serde_json::Value)>,
+) -> Result<Scene, SettingError> {
+    let mut settings = Vec::new();
+    for (key, value) in keys {
+        let value = Value::try_from(value).map_err(|cause| SettingError(format!("key `{key}`: {cause}")))?;
+        settings.push((key, value));
+    }
+    let settings: Vec<Setting<'_>> =
+        settings.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
+    let shelf = Shelf::of_scene(scene);
+    let mut changed = set_in_scene(scene, &settings).map_err(SettingError)?;
+    shelf.serve(&mut changed).map_err(SettingError)?;
+    Ok(changed)
+}
+
 fn put(table: &mut Table, path: &[&str], value: &Value) -> Result<(), String> {
     let Some((first, rest)) = path.split_first() else { return Ok(()) };
     let (name, number) = match first.strip_suffix(']').and_then(|text| text.split_once('[')) {
@@ -176,6 +202,18 @@ mod tests {
         assert_eq!((mount.height_m, mount.model.as_str(), scene.rig.speed_m_s), (2.0, "lms511", 2.0));
         assert_eq!(scene.orchard.tree.iterations, Some(8));
         assert_eq!(set(&[]), Ok(spindle()));
+    }
+
+    #[test]
+    fn keys_are_set_by_json_values() {
+        use serde_json::json;
+        let with = |key: &str, value| scene_with(&spindle(), [(key.to_owned(), value)]);
+        assert_eq!(with("orchard.trees", json!(20)).expect("valid").orchard.trees, Some(20));
+        assert_eq!(with("orchard.missing", json!([3, 7])).expect("valid").orchard.layout().trees, 12);
+        let why = with("orchard.treez", json!(1)).expect_err("no key").to_string();
+        assert!(why.contains("did you mean `trees`?"), "{why}");
+        let why = with("orchard.trees", json!(null)).expect_err("no value").to_string();
+        assert!(why.contains("key `orchard.trees`"), "{why}");
     }
 
     #[test]

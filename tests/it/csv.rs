@@ -1,12 +1,16 @@
-//! `--format csv`: every command that takes it writes a header and rows; a command that has no rows does not take it, and says so.
+//! `--format csv` and `--format json`: every command that takes the one writes a header and rows, the other one document and nothing else; a command
+//! that has no rows does not take CSV, and says so.
 
 use crate::common;
 
 use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader, Lines, Read};
 use std::path::Path;
+use std::process::{Child, ChildStderr, Stdio};
 
 use clap::Command;
-use common::binary::{Emulator, Ended, assert_says, refused, run, text};
+use common::binary::{Emulator, Ended, assert_says, interrupt, refused, rowscan, run, text};
+use serde_json::Value;
 
 /// Every command whose `--format` is one of data, and arguments with which it has something to say. `{}` is a folder with the files below.
 const ROWS: &[(&str, &[&str])] = &[
@@ -94,39 +98,39 @@ fn prepare(folder: &Path) {
     assert_eq!(run(&study).code, Some(0));
 }
 
-/// Commands that have `--format` with CSV among its values, by their words.
-fn with_csv(command: &Command, words: &str, found: &mut BTreeSet<String>) {
-    let has_csv = |argument: &clap::Arg| {
+/// Commands that have `--format` with this among its values, by their words.
+fn taking(format: &str, command: &Command, words: &str, found: &mut BTreeSet<String>) {
+    let takes = |argument: &clap::Arg| {
         argument.get_long() == Some("format")
-            && argument.get_possible_values().iter().any(|value| value.get_name() == "csv")
+            && argument.get_possible_values().iter().any(|value| value.get_name() == format)
     };
-    if command.get_arguments().any(has_csv) {
+    if command.get_arguments().any(takes) {
         found.insert(words.to_owned());
     }
     for inner in command.get_subcommands() {
         let words = format!("{words} {}", inner.get_name());
-        with_csv(inner, words.trim(), found);
+        taking(format, inner, words.trim(), found);
     }
 }
 
-fn csv_of(words: &str, arguments: &[&str], folder: &Path) -> Ended {
+fn formatted(format: &str, words: &str, arguments: &[&str], folder: &Path) -> Ended {
     let folder = text(folder);
     let mut all: Vec<String> = words.split(' ').map(str::to_owned).collect();
     all.extend(arguments.iter().map(|argument| argument.replace("{}", folder)));
-    all.extend(["--format".to_owned(), "csv".to_owned()]);
+    all.extend(["--format".to_owned(), format.to_owned()]);
     run(&all.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 #[test]
 fn every_command_that_takes_csv_writes_a_header_and_rows() {
     let mut found = BTreeSet::new();
-    with_csv(&rowscan::cli::command(), "", &mut found);
+    taking("csv", &rowscan::cli::command(), "", &mut found);
     let listed: BTreeSet<String> = ROWS.iter().map(|(words, _)| (*words).to_owned()).collect();
     assert_eq!(found, listed, "a command that takes --format csv is tried here");
     let folder = tempfile::tempdir().expect("a folder");
     prepare(folder.path());
     for (words, arguments) in ROWS.iter().filter(|(words, _)| *words != "watch") {
-        let ended = csv_of(words, arguments, folder.path());
+        let ended = formatted("csv", words, arguments, folder.path());
         // 1: the work was done, and found something wrong, such as areas that stay unknown.
         assert!(
             matches!(ended.code, Some(0 | 1)),
@@ -140,6 +144,129 @@ fn every_command_that_takes_csv_writes_a_header_and_rows() {
         let rows: Result<Vec<_>, _> = reader.records().collect();
         let rows = rows.expect("as many fields as the header");
         assert!(!rows.is_empty(), "{words} {arguments:?} wrote no row: {}", ended.stderr);
+    }
+}
+
+/// Standard output of a command asked for JSON.
+fn one_document(what: &str, ended: &Ended) -> Value {
+    assert!(matches!(ended.code, Some(0 | 1)), "{what}: {:?} {}", ended.code, ended.stderr);
+    // Anything before or behind a document is not JSON.
+    serde_json::from_str(&ended.stdout).unwrap_or_else(|why| panic!("{what}: {why}: {}", ended.stdout))
+}
+
+#[test]
+fn every_command_that_takes_json_writes_one_document_and_nothing_else() {
+    let mut found = BTreeSet::new();
+    taking("json", &rowscan::cli::command(), "", &mut found);
+    let mut tried: BTreeSet<String> = ROWS.iter().map(|(words, _)| (*words).to_owned()).collect();
+    tried.extend(["emulate", "replay", "proxy"].map(str::to_owned));
+    assert_eq!(found, tried, "a command that takes --format json is tried here or below");
+    let folder = tempfile::tempdir().expect("a folder");
+    prepare(folder.path());
+    for (words, arguments) in ROWS.iter().filter(|(words, _)| *words != "watch") {
+        let ended = formatted("json", words, arguments, folder.path());
+        let told = one_document(words, &ended);
+        assert!(told.is_object() || told.is_array(), "{words}: {told}");
+    }
+}
+
+/// A command that serves, asked for JSON: it has told on standard error that it is ready, and where.
+struct Serving {
+    child: Child,
+    said: Lines<BufReader<ChildStderr>>,
+    address: String,
+}
+
+impl Serving {
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = rowscan();
+        command.args(arguments).args(["--format", "json"]).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("the binary runs");
+        let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
+        let mut address = String::new();
+        while address.is_empty() {
+            let line = said.next().expect("it listens").expect("text");
+            let event: Value = serde_json::from_str(&line).unwrap_or_default();
+            if event["event"] == "listening" && event["endpoint"] == "tcp" {
+                event["address"].as_str().expect("an address").clone_into(&mut address);
+            }
+        }
+        Self { child, said, address }
+    }
+
+    fn end(mut self, what: &str) -> (Value, Vec<Value>) {
+        interrupt(&self.child);
+        let events = self.said.map_while(Result::ok).filter_map(|line| serde_json::from_str(&line).ok());
+        let events: Vec<Value> = events.collect();
+        let mut stdout = String::new();
+        self.child.stdout.take().expect("piped").read_to_string(&mut stdout).expect("text");
+        let code = self.child.wait().expect("it ends").code();
+        (one_document(what, &Ended { code, stdout, stderr: String::new() }), events)
+    }
+}
+
+#[test]
+fn events_beside_a_document_go_to_standard_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| text(&folder.path().join(name)).to_owned();
+    prepare(folder.path());
+    let scanner = Serving::start(&[
+        "emulate",
+        &file("small.toml"),
+        "--tcp",
+        "127.0.0.1:0",
+        "--nmea",
+        "tcp:127.0.0.1:0",
+    ]);
+    let source = format!("tcp://{}", scanner.address);
+    let proxy = Serving::start(&["proxy", &source, "--tcp", "127.0.0.1:0"]);
+    let log = format!("candump:{}", file("sensor.log"));
+    let through = format!("tcp://{}", proxy.address);
+    let estimate = [
+        "estimate",
+        &through,
+        "--rig",
+        &file("small.toml"),
+        "--scans",
+        "20",
+        "--can",
+        &log,
+        "--format",
+        "json",
+    ];
+    let ended = run(&estimate);
+    assert_eq!(one_document("estimate", &ended)["scans"], 20);
+    let events = ended.stderr.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    assert!(events.clone().any(|event| event["event"] == "listening"), "{}", ended.stderr);
+    let (told, events) = proxy.end("proxy");
+    assert_eq!((told["event"].as_str(), told["connections"].as_u64()), (Some("end"), Some(1)), "{told}");
+    assert!(events.iter().any(|event| event["event"] == "connected"), "{events:?}");
+    let (told, events) = scanner.end("emulate");
+    assert!(told["streams"][0]["scans_sent"].as_u64() >= Some(20), "{told}");
+    assert!(events.iter().any(|event| event["event"] == "ready"), "{events:?}");
+    let replay = Serving::start(&["replay", &file("run.mcap"), "--tcp", "127.0.0.1:0"]);
+    let (told, _) = replay.end("replay");
+    assert_eq!(told["streams"][0]["scans_sent"], 0, "{told}");
+    let said = refused(&["record", "tcp://127.0.0.1:1", "-o", "x.mcap", "--format", "json"]);
+    assert_says(&said, &["--format json", "--info", "jsonl"]);
+}
+
+#[test]
+fn a_demo_in_rows_has_the_truth_beside_the_estimate() {
+    let ended = run(&["demo", "spindle", "--format", "csv"]);
+    let mut reader = csv::Reader::from_reader(ended.stdout.as_bytes());
+    let head = reader.headers().expect("a header").clone();
+    let column = |name: &str| {
+        head.iter().position(|found| found == name).unwrap_or_else(|| panic!("{name}: {head:?}"))
+    };
+    let (contact, truth, error) =
+        (column("leaf_area_contact_m2"), column("truth_leaf_area_m2"), column("leaf_area_error"));
+    let number = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().expect("a number");
+    let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 12);
+    for row in &rows {
+        let (found, real) = (number(row, contact), number(row, truth));
+        assert!((number(row, error) - (found - real) / real).abs() < 1e-9, "{row:?}");
     }
 }
 

@@ -34,6 +34,7 @@ mod fault_table;
 mod faults;
 mod features;
 mod frozen_clock;
+mod help;
 mod hostile;
 mod interrupted;
 mod interrupted_reading;

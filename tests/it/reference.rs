@@ -425,3 +425,18 @@ fn toml_in_the_documents_is_valid() {
     }
     assert!(count >= 9, "{count} blocks");
 }
+
+#[test]
+fn a_wrong_file_does_not_hide_the_next_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name);
+    std::fs::write(file("a.toml"), "version = 1\nname = \"a\"\n[orchard]\ntreez = 3\n").expect("written");
+    std::fs::write(file("b.toml"), "version = 1\nname = \"b\"\n[orchard]\ntrees = -3\n").expect("written");
+    for last in ["spindle", "none.toml"] {
+        let ended = run(&["scene", "check", text(&file("a.toml")), "spindle", text(&file("b.toml")), last]);
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stdout.contains("spindle: sound"), "{}", ended.stdout);
+        assert_says(&ended.stderr, &["a.toml", "trees", "b.toml", "1 or more"]);
+        assert_eq!(ended.stderr.contains("none.toml"), last == "none.toml", "{}", ended.stderr);
+    }
+}

@@ -79,9 +79,20 @@ fn the_unit_waits_for_what_the_program_sends() {
     assert!(unit.contains("\nType=notify\n"));
     let start =
         unit.lines().find_map(|line| line.strip_prefix("ExecStart=/usr/bin/rowscan ")).expect("there");
+    // What an instance has unless its own file says otherwise: that is read behind it.
+    let (defaults, own) = unit.split_once("\nEnvironmentFile=-/etc/rowscan/%i.env\n").expect("there");
+    assert!(own.contains("ExecStart="));
+    let defaults = defaults.lines().find_map(|line| line.strip_prefix("Environment=")).expect("there");
     // Its command line is one that the program takes: another scene shows that nothing else is wrong.
-    let arguments: Vec<&str> =
-        start.split(' ').map(|word| if word == "%I" { "no-such-scene" } else { word }).collect();
+    let mut start = start.to_owned();
+    for setting in defaults.split(' ') {
+        let (name, value) = setting.split_once('=').expect("a setting");
+        let value = if value == "%I" { "no-such-scene" } else { value };
+        assert!(start.contains(&format!("${{{name}}}")), "{name} is not used");
+        start = start.replace(&format!("${{{name}}}"), value);
+    }
+    assert!(start.contains("--tcp 127.0.0.1:2111 --tcp 127.0.0.1:2112"), "{start}");
+    let arguments: Vec<&str> = start.split(' ').collect();
     let ended = run(&arguments);
     assert_eq!(ended.code, Some(2));
     assert!(ended.stderr.contains("there is no scene `no-such-scene`"), "{}", ended.stderr);

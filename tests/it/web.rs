@@ -411,6 +411,17 @@ fn emulate_tells_where_its_page_is_and_what_it_needs() {
         assert!(state["tractor"]["speeds"]["ground_m_s"].as_f64() > Some(0.5), "{state}");
         let strip = json(address, "/watch/strip").await;
         assert!(strip["strip"]["truth"].as_array().is_some_and(|columns| columns.len() > 20));
+        // The axis of heights: bands end where the row does.
+        let number = |key: &str| strip["strip"][key].as_f64().expect("known");
+        let bands = strip["strip"]["truth"][0]["leaf_area_m2"].as_array().expect("bands").len();
+        let top_m = number("z_from_m") + bands as f64 * number("band_m");
+        let truth: Value =
+            serde_json::from_str(&run(&["orchard", "truth", "spindle", "--format", "json"]).stdout)
+                .expect("json");
+        let heights =
+            truth["trees"].as_array().expect("trees").iter().filter_map(|tree| tree["height_m"].as_f64());
+        let highest_m = heights.fold(0.0, f64::max);
+        assert!((highest_m..highest_m + number("band_m")).contains(&top_m), "{top_m} beside {highest_m}");
     });
     telling.end();
     assert!(
@@ -428,6 +439,18 @@ pub(super) async fn state_when(address: SocketAddr, is_wanted: impl Fn(&Value) -
         std::thread::sleep(Duration::from_millis(20));
     }
     panic!("it never is: {}", json(address, "/watch/state").await);
+}
+
+/// Origin, first angle and step of the newest line's sight, as docs of the picture's bytes have it (`web/src/picture.rs`).
+async fn sight_of_first_line(page: SocketAddr) -> Vec<f64> {
+    let (status, _, body) = http(page, "GET /watch/scan HTTP/1.1", "").await;
+    assert_eq!(status, 200);
+    // Behind the picture's own 44 bytes.
+    let line = &body[44..];
+    let flags = u32::from_le_bytes(line[12..16].try_into().expect("four bytes"));
+    assert_eq!(flags & 4, 4, "a sight is told");
+    let at = |place: usize| f32::from_le_bytes(line[32 + 4 * place..][..4].try_into().expect("four bytes"));
+    (0..5).map(|place| (f64::from(at(place)) * 1e6).round() / 1e6).collect()
 }
 
 /// The page's address among what a command tells before `until`.
@@ -454,6 +477,13 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         let state = state_when(page, |state| state["scanners"][0]["scans"].as_u64() >= Some(150)).await;
         assert_eq!((&state["scanners"][0]["lost"], &state["scanners"][0]["bad"]), (&0.into(), &0.into()));
         assert!(state["scanners"][0]["clients"].is_null(), "nobody knows");
+        let state = state_when(page, |state| state["scanners"][0]["ended"] == true).await;
+        assert!(state["scanners"][0]["scans"].as_u64() >= Some(150), "it has ended and not before: {state}");
+        // The rig says where the scanner sits: its fan is drawn as it stands, the row to the right.
+        let sight = sight_of_first_line(page).await;
+        assert_eq!(sight[..3], [-1.9, 0.0, 1.6], "{sight:?}");
+        let (first, step) = ((-135_f64).to_radians(), 0.5_f64.to_radians());
+        assert!((sight[3] - first).abs() < 1e-5 && (sight[4] - step).abs() < 1e-5, "0 is level: {sight:?}");
         let strip = json(page, "/watch/strip").await;
         let metres = strip["strip"]["measured"][0].as_array().expect("measured").clone();
         assert!(metres.iter().any(|metre| metre["impacted_m2"].as_f64() > Some(0.0)), "{strip}");

@@ -24,17 +24,21 @@ export function scale(part) {
   return CIVIDIS[low].map((c, i) => Math.round(c + f * (CIVIDIS[low + 1][i] - c)));
 }
 
+// More is always brighter, in either scheme: only the darkest end, which a dark page would swallow, is left out there.
 const TABLES = {
   light: Array.from({ length: 256 }, (_, i) => scale(i / 255)),
-  // What is near, or bright, must stand out from the ground in either scheme.
-  dark: Array.from({ length: 256 }, (_, i) => scale(1 - (i / 255) * 0.82)),
+  dark: Array.from({ length: 256 }, (_, i) => scale(0.2 + (i / 255) * 0.8)),
 };
 
 export function css([r, g, b], alpha = 1) {
   return `rgb(${r} ${g} ${b} / ${alpha})`;
 }
 
-/** How returns are coloured: by "range", "remission" or "class"; limits follow what comes. */
+/** Lines from which the limits of the scale are taken: about a second of one scanner. */
+const LEARNED = 50;
+
+/** How returns are coloured: by "range", "remission" or "class". The limits are taken from the first lines with returns, and then stay as they are: a
+    colour means one range for as long as the page is open, or until somebody asks for new limits. */
 export class Colouring {
   constructor() {
     this.by = "range";
@@ -42,37 +46,42 @@ export class Colouring {
     this.bright = 255;
     this.scheme = "light";
     this.hasRemission = false;
+    this.learned = 0;
   }
 
-  /** Takes note of how far and how bright the lines are. */
+  /** Takes the limits from the lines that come next. */
+  fit() {
+    this.learned = 0;
+    [this.far, this.bright] = [0, 0];
+  }
+
+  /** Takes note of how far and how bright the first lines are. */
   learn(lines) {
-    let far = 0, bright = 0;
     for (const line of lines) {
-      // Nine of ten: the few beams that find a gap and end far away would make all others one colour.
-      const ranges = line.range.filter(Number.isFinite).sort();
-      far = Math.max(far, 1.1 * (ranges[Math.floor(0.9 * ranges.length)] ?? 0));
-      if (line.remission) for (const r of line.remission) if (r > bright) bright = r;
       this.hasRemission ||= Boolean(line.remission);
+      const ranges = line.range.filter(Number.isFinite).sort();
+      if (this.learned >= LEARNED || !ranges.length) continue;
+      this.learned++;
+      // Nine of ten: the few beams that find a gap and end far away would make all others one colour.
+      this.far = Math.max(this.far, nextRound(1.1 * ranges[Math.floor(0.9 * ranges.length)]));
+      if (line.remission) for (const r of line.remission) this.bright = Math.max(this.bright, r > 255 ? 65535 : 255);
     }
-    // Up at once, down slowly, in steps, so that the scale stands still.
-    this.far = nextRound(Math.max(far, this.far * 0.995));
-    this.bright = Math.max(bright, Math.round(this.bright * 0.99), 1);
   }
 
   of(line, i) {
     if (this.by === "class" && line.classes) return CLASSES[line.classes[i]]?.rgb ?? CLASSES[0].rgb;
-    if (this.by === "remission" && line.remission) return this.shade(1 - line.remission[i] / this.bright);
-    return this.shade(line.range[i] / this.far);
+    if (this.by === "remission" && line.remission) return this.shade(line.remission[i] / Math.max(this.bright, 1));
+    return this.shade(line.range[i] / Math.max(this.far, 0.1));
   }
 
-  /** The colour of a part from 0, what is to stand out, to 1. */
+  /** The colour of a part from 0 to 1. */
   shade(part) {
     return TABLES[this.scheme][Math.min(255, Math.max(0, Math.floor(part * 255)))];
   }
 
   /** What the scale ends at, in words. */
   ends() {
-    return this.by === "remission" ? [String(this.bright), "0"] : ["0 m", `${this.far} m`];
+    return this.by === "remission" ? ["0", String(this.bright)] : ["0 m", `${this.far} m`];
   }
 }
 

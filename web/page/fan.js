@@ -1,4 +1,4 @@
-// The fan of one scanner: where its beams end, seen along the row. Row to the right and up is up where that is known; else as the device counts.
+// The fan of one scanner: where its beams end, seen along the row. Row to the right and up is up where a scene or a rig says so; else as the device counts.
 
 import { css } from "./colour.js";
 
@@ -34,7 +34,12 @@ export class Fan {
   }
 
   /** What the scanner says of itself, or that it says nothing. */
-  tell({ status, lines }, isPaused, now) {
+  tell({ status, lines, ended }, isPaused, now) {
+    if (ended) {
+      this.state.dataset.status = "stale";
+      this.state.textContent = "ended";
+      return;
+    }
     if (lines !== this.lines || isPaused) [this.lines, this.changed] = [lines, now];
     const stale = now - this.changed > NEVER;
     const words = { ok: "ok", contamination_warning: "window dirty", contamination_error: "window too dirty", error: "device error" };

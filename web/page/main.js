@@ -91,9 +91,9 @@ class Page {
   }
 
   tellLink(word) {
-    const words = { live: "live", lost: "no connection", polling: "no socket, polling", token: "token needed" };
-    this.wasLost ||= word !== "live";
-    byId("link").dataset.state = word === "polling" ? "connecting" : word;
+    const words = { live: "live", ended: "ended", lost: "no connection", polling: "no socket, polling", token: "token needed" };
+    this.wasLost ||= word !== "live" && word !== "ended";
+    byId("link").dataset.state = { polling: "connecting", ended: "connecting" }[word] ?? word;
     byId("link").textContent = words[word];
     if (word === "token") askToken();
   }
@@ -127,8 +127,11 @@ class Page {
     }
     const now = performance.now();
     state.scanners.forEach((of, number) => this.fans[number]?.tell(of, isPaused, now));
+    if (state.scanners.length && state.scanners.every(({ ended }) => ended)) this.tellLink("ended");
     if (state.faults) this.faults?.show(state.faults);
     byId("place-told").textContent = placeOf(state.tractor);
+    byId("slow").textContent = slowness(state.scanners, state.clock);
+    byId("slow").hidden = !byId("slow").textContent;
     if (state.log_last > this.log.last || state.log_last < this.log.last) this.readLog(state.log_last < this.log.last);
     if (state.strip_version !== this.strip.version) this.readStrip();
   }
@@ -159,7 +162,7 @@ class Page {
     this.wanted = false;
     this.drew = now;
     const style = getComputedStyle(document.documentElement);
-    const ink = { line: style.getPropertyValue("--line"), soft: style.getPropertyValue("--soft"), accent: style.getPropertyValue("--accent") };
+    const ink = { line: style.getPropertyValue("--line"), soft: style.getPropertyValue("--soft"), accent: style.getPropertyValue("--accent"), paper: style.getPropertyValue("--card") };
     const begun = performance.now();
     this.colouring.scheme = dark.matches ? "dark" : "light";
     this.world?.draw(this.picture?.tractor, this.colouring.scheme, this.picture?.at);
@@ -208,6 +211,12 @@ class Page {
     };
     byId("follow").onclick = () => this.camera?.setFollow(!this.camera.follows);
     byId("reset").onclick = () => this.camera?.reset();
+    byId("legend").onclick = () => {
+      this.colouring.fit();
+      this.world?.forgetReturns();
+      this.redraw();
+    };
+    byId("legend").title = "New limits from what comes next";
     byId("colours").onchange = ({ target }) => {
       this.colouring.by = target.value;
       this.world?.forgetReturns();
@@ -228,6 +237,13 @@ class Page {
 /** Time is paused, or has taken all the steps that it was granted. */
 function stands(clock) {
   return Boolean(clock && (clock.paused || (clock.granted !== undefined && clock.steps >= clock.granted)));
+}
+
+/** What to do where scans were missed: areas by metre stay away with too many of them. */
+function slowness(scanners, clock) {
+  const sum = (key) => scanners.reduce((all, of) => all + (of[key] ?? 0), 0), missed = sum("missed"), all = sum("scans") + missed;
+  if (missed <= 0.01 * all) return "";
+  return `The emulator's machine is too slow for this pace: ${missed} of ${all} scans missed. Areas are withheld where more is missed than the rig allows. Run it slower (--time-scale ${(clock?.scale ?? 1) / 2}), or as fast as it can (--time-scale max).`;
 }
 
 function placeOf(tractor) {

@@ -6,7 +6,7 @@ const ROWS = [
   ["lost", "Lost", whole],
   ["repeated", "Repeated", whole],
   ["bad", "Bad telegrams", whole],
-  ["missed", "Missed by the host", whole],
+  ["missed", "Missed by a slow host", whole],
   ["refused", "Refused", whole],
   ["clients", "Clients", whole],
   ["counter", "Telegram counter", whole],

@@ -5,6 +5,11 @@ import { css, scale } from "./colour.js";
 const WINDOW = 14;
 const AHEAD = 0.3;
 
+/** The colour of a share of the fullest cell: the root, so that thin parts of the canopy can be seen. */
+function shadeOf(share) {
+  return scale(0.12 + 0.88 * Math.sqrt(share));
+}
+
 export class StripView {
   constructor(canvas, keys) {
     this.canvas = canvas;
@@ -19,7 +24,7 @@ export class StripView {
     this.most = Math.max(1e-6, ...strip.truth.flatMap((column) => column.leaf_area_m2));
     this.bands = Math.max(1, ...strip.truth.map((column) => column.leaf_area_m2.length));
     const text = [];
-    if (strip.truth.length) text.push(["Leaf area that stands there, by height", css(scale(0.75))], ["the same by metre", css([138, 134, 120])]);
+    if (strip.truth.length) text.push(["leaf area that stands there, by metre", css([138, 134, 120])]);
     if (strip.measured.some((metres) => metres.length)) text.push(["leaf area measured", css([0, 158, 115])], ["impacted area", css([230, 159, 0])]);
     this.keys.replaceChildren(...text.map(([words, colour]) => {
       const chip = document.createElement("span"), dot = document.createElement("span");
@@ -28,7 +33,23 @@ export class StripView {
       dot.style.background = colour;
       chip.append(dot, words);
       return chip;
-    }));
+    }), ...(strip.truth.length ? [this.scaleOf()] : []));
+  }
+
+  /** What the colours of the upper half mean: leaf area a cell. */
+  scaleOf() {
+    const chip = document.createElement("span"), bar = document.createElement("canvas");
+    chip.className = "chip scale";
+    bar.width = 90;
+    bar.height = 8;
+    const context = bar.getContext("2d");
+    for (let x = 0; x < 90; x++) {
+      context.fillStyle = css(shadeOf(x / 89));
+      context.fillRect(x, 0, 1, 8);
+    }
+    const { y_from_m: from, y_to_m: to } = this.strip.truth[0];
+    chip.append("by height: 0", bar, `${this.most.toFixed(2)} m² in ${(to - from).toFixed(2)} × ${this.strip.band_m} m`);
+    return chip;
   }
 
   get isEmpty() {
@@ -48,6 +69,7 @@ export class StripView {
     if (strip.truth.length) this.heights(view);
     this.metres(view);
     this.axis(view, here);
+    if (strip.truth.length) this.upAxis(view);
   }
 
   /** Calls `each` with every truth column that is in sight, where it is. */
@@ -66,10 +88,33 @@ export class StripView {
       const x = view.x(column.y_from_m + shift), wide = view.x(column.y_to_m + shift) - x;
       column.leaf_area_m2.forEach((area, band) => {
         if (area <= 0) return;
-        context.fillStyle = css(scale(0.12 + 0.88 * Math.sqrt(area / this.most)));
+        context.fillStyle = css(shadeOf(area / this.most));
         context.fillRect(x, split - (band + 1) * tall, wide + 0.6, tall + 0.6);
       });
     });
+  }
+
+  /** Heights above the ground, every metre, beside the upper half. */
+  upAxis({ context, split, ratio, ink }) {
+    const { z_from_m: lowest, band_m: tall } = this.strip, metre = split / (this.bands * tall);
+    context.fillStyle = ink.soft;
+    context.strokeStyle = ink.line;
+    context.lineWidth = ratio;
+    context.font = `${10 * ratio}px system-ui, sans-serif`;
+    for (let z = Math.ceil(lowest); (z - lowest) * metre <= split; z++) {
+      const y = split - (z - lowest) * metre;
+      context.beginPath();
+      context.moveTo(0, y + 0.5);
+      context.lineTo(6 * ratio, y + 0.5);
+      context.stroke();
+      if (y <= 9 * ratio) continue;
+      // Over the colours a label needs paper of its own.
+      const words = z === 0 ? "ground" : `${z} m high`, wide = context.measureText(words).width;
+      context.fillStyle = ink.paper;
+      context.fillRect(6 * ratio, y - 11 * ratio, wide + 4 * ratio, 12 * ratio);
+      context.fillStyle = ink.soft;
+      context.fillText(words, 8 * ratio, y - 2 * ratio);
+    }
   }
 
   metres(view) {

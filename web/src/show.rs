@@ -4,9 +4,12 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 use rowscan_control::Bench;
-use rowscan_emulator::{LineWatcher, SeenLine};
-use rowscan_protocol::scan::Scan;
+use rowscan_emulator::{LineWatcher, SeenLine, Sight};
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::rig::{Axes, Mount};
+use rowscan_protocol::scan::{Pose, Scan};
 use rowscan_protocol::validity::DeviceStatus;
+use rowscan_scenes::BeamFan;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -53,6 +56,10 @@ struct Shown {
 /// The newest line of a scanner, and how often there is one.
 #[derive(Debug, Default)]
 struct Newest {
+    /// Where the scanner sits, if that is known: then its fan is drawn as it stands.
+    mount: Option<Mount>,
+    /// Its source has come to its end.
+    has_ended: bool,
     line: Option<Arc<Line>>,
     shown: u64,
     /// Of seconds a line, smoothed.
@@ -81,9 +88,26 @@ impl Show {
         self.0.onlookers.write().unwrap_or_else(PoisonError::into_inner).push(Box::new(onlooker));
     }
 
+    /// Scanner number `scanner` sits so: fans of scans are drawn by that, and not as the device counts its angles.
+    pub fn sits(&self, scanner: usize, mount: Mount) {
+        if let Some(newest) = self.0.lines.get(scanner) {
+            lock(newest).mount = Some(mount);
+        }
+    }
+
+    /// Scanner number `scanner` has no more scans: its recording is over.
+    pub fn ended(&self, scanner: usize) {
+        if let Some(newest) = self.0.lines.get(scanner) {
+            lock(newest).has_ended = true;
+        }
+    }
+
     /// A new scan of scanner number `scanner`, as its telegram has it; seconds since the source began.
     pub fn scan(&self, scanner: usize, at_s: f64, scan: &Scan) {
-        self.take(scanner, Line::of_scan(at_s, scan));
+        let mut line = Line::of_scan(at_s, scan);
+        let mount = self.0.lines.get(scanner).and_then(|newest| lock(newest).mount.clone());
+        line.sight = mount.map(|mount| sight_of(&mount, scan.beams));
+        self.take(scanner, line);
         self.tell(|onlooker| {
             onlooker.scan(&Seen { scanner, at_s, scan, sight: None, gauges: &*self.0.gauges });
         });
@@ -119,11 +143,11 @@ impl Show {
         self.0.log.clone()
     }
 
-    /// What stands along the row, which repeats after `period_m` if it does.
-    pub fn truth(&self, truth: Vec<TruthColumn>, period_m: Option<f64>) {
+    /// What stands along the row by bands from `z_from_m` on, `band_m` high each; the row repeats after `period_m` if it does.
+    pub fn truth(&self, truth: Vec<TruthColumn>, (z_from_m, band_m): (f64, f64), period_m: Option<f64>) {
         let mut kept = lock(&self.0.strip);
         let measured = std::mem::take(&mut kept.1.measured);
-        *kept = (kept.0 + 1, Strip { truth, period_m, measured });
+        *kept = (kept.0 + 1, Strip { truth, period_m, z_from_m, band_m, measured });
     }
 
     /// What scanner number `scanner` has measured, metre by metre.
@@ -191,6 +215,18 @@ impl Show {
     }
 }
 
+/// Where a scanner on this mount looks, the row to its right; the tractor is at the start of the row.
+fn sight_of(mount: &Mount, beams: BeamGrid) -> Sight {
+    let fan = BeamFan::tilted(mount, beams, true, 0.0);
+    Sight {
+        origin: Pose { x_m: -mount.distance_m, y_m: mount.offset_y_m, z_m: mount.height_m },
+        axes: Axes::LEVEL,
+        first_rad: fan.theta_rad(0),
+        step_rad: fan.step_rad(),
+        advance_m: 0.0,
+    }
+}
+
 impl Newest {
     fn take(&mut self, line: Line) {
         let before_s = self.line.as_ref().map(|line| line.at_s);
@@ -205,6 +241,7 @@ impl Newest {
     /// What the lines themselves tell.
     fn tell(&self, keys: &mut Map<String, Value>) {
         keys.insert("lines".to_owned(), json!(self.shown));
+        keys.insert("ended".to_owned(), json!(self.has_ended));
         keys.insert("rate_hz".to_owned(), json!(self.period_s.map(|period_s| 1.0 / period_s)));
         let Some(line) = &self.line else { return };
         let found = line.range_m.iter().copied().filter(|range| range.is_finite());

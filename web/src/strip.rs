@@ -9,6 +9,10 @@ pub struct Strip {
     pub truth: Vec<TruthColumn>,
     /// The row repeats after so many metres; none where it does not.
     pub period_m: Option<f64>,
+    /// Where the lowest band of [`TruthColumn::leaf_area_m2`] begins, above the ground: metres. Crowns begin above bare trunks.
+    pub z_from_m: f64,
+    /// Height of a band, metres.
+    pub band_m: f64,
     /// What was measured, by scanner: metre by metre.
     pub measured: Vec<Vec<Metre>>,
 }
@@ -20,7 +24,7 @@ pub struct TruthColumn {
     pub y_from_m: f64,
     /// To here.
     pub y_to_m: f64,
-    /// One-sided leaf area by height band, from the ground up.
+    /// One-sided leaf area by height band, the lowest first.
     pub leaf_area_m2: Vec<f64>,
 }
 

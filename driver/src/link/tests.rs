@@ -38,11 +38,14 @@ struct FakeEndpoint {
     peers: &'static [Peer],
     scans: usize,
     opened: Arc<AtomicUsize>,
+    cola: ColaConfig,
+    reply_delay: Duration,
 }
 
 impl FakeEndpoint {
     fn new(peers: &'static [Peer], scans: usize) -> Self {
-        Self { peers, scans, opened: Arc::default() }
+        let reply_delay = Duration::from_millis(40);
+        Self { peers, scans, opened: Arc::default(), cola: ColaConfig::default(), reply_delay }
     }
 }
 
@@ -57,7 +60,7 @@ impl Endpoint for FakeEndpoint {
     fn open(&self) -> Opening<DuplexStream> {
         let attempt = self.opened.fetch_add(1, Ordering::Relaxed);
         let peer = self.peers[attempt.min(self.peers.len() - 1)];
-        let reply_delay = Duration::from_millis(40);
+        let reply_delay = self.reply_delay;
         let behaviour = Behaviour { reply_delay, scan_period: Duration::from_millis(10), scans: self.scans };
         Box::pin(async move {
             sleep(Duration::from_millis(30)).await;
@@ -80,7 +83,7 @@ impl Endpoint for FakeEndpoint {
     }
 
     fn session(&self) -> ColaClient {
-        ColaClient::new(ColaConfig::default(), Dialect::A)
+        ColaClient::new(self.cola.clone(), Dialect::A)
     }
 
     fn ready(&mut self, _: &DeviceInfo) {}
@@ -189,4 +192,19 @@ async fn a_lost_link_is_given_up_although_every_tick_drops_the_future() {
         assert!(scanner.now().0 - began < Duration::from_secs(31), "{:?}", scanner.now());
         assert!(last.to_string().contains(said), "{last}");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_device_on_a_host_that_is_busy_is_waited_for_where_its_time_is_ours() {
+    // Every reply of the start-up takes as long as ten time-outs.
+    let open = |config: DriverConfig| {
+        let slow =
+            FakeEndpoint { reply_delay: Duration::from_secs(20), ..FakeEndpoint::new(&[Peer::Serves], 3) };
+        Scanner::open_endpoint(FakeEndpoint { cola: config.cola.clone(), ..slow }, config)
+    };
+    let error = open(config()).await.expect_err("2 s are over");
+    assert!(matches!(error, DriverError::NoDialect { .. }), "{error}");
+    let mut scanner = open(config().patient()).await.expect("it is waited for");
+    let record = scanner.next().await.expect("a link").expect("a scan");
+    assert_eq!((record.scan.telegram_counter, scanner.counts().connections), (0, 1));
 }

@@ -17,6 +17,7 @@ use tokio::runtime::{Builder, Runtime};
 use crate::failure::{Failure, Refusal};
 use crate::one_or_more::OneOrMore;
 use crate::orchard::{SceneOf, grown};
+use crate::seed::Seed;
 use crate::{document, wait};
 use live::{Goal, Live, Way};
 use log::Log;
@@ -143,7 +144,7 @@ impl Scanner {
         py: Python<'_>,
         model: Option<OneOrMore<String>>,
         scene: SceneOf,
-        seed: Option<u64>,
+        seed: Option<Seed>,
         optics: Option<&str>,
         time_scale: Option<Pace>,
         start_when: Option<&str>,

@@ -19,6 +19,7 @@ use rowscan_strict_toml::Table;
 use crate::document;
 use crate::failure::{Failure, Refusal};
 use crate::orchard::{SceneOf, scene};
+use crate::seed::Seed;
 
 /// What was asked for.
 pub(super) struct Order {
@@ -72,7 +73,7 @@ impl Place {
     pub(super) fn of(
         py: Python<'_>,
         orchard: SceneOf,
-        seed: Option<u64>,
+        seed: Option<Seed>,
         optics: Option<&str>,
     ) -> PyResult<Self> {
         match orchard {

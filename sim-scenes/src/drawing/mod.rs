@@ -10,6 +10,7 @@ mod rig;
 mod silhouette;
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use glam::{DVec2, DVec3};
 
@@ -105,11 +106,14 @@ const MOST_BARE_WOOD: usize = 1500;
 /// Space around a view, pixels.
 const MARGIN_PX: f64 = 24.0;
 
+/// Width of a letter of the legend, pixels, on average.
+const LEGEND_PX: f64 = 6.6;
+
 /// Room for a view's title, pixels.
 const LEAST_PX: f64 = 180.0;
 
-/// Draws the trees, posts and wires of an orchard, and dots over them.
-pub fn draw(orchard: &Orchard, dots: &[Dot], drawing: &Drawing) -> String {
+/// Draws the trees, posts and wires of an orchard, and dots over them, which `title` and a legend of what they met stand above.
+pub fn draw(orchard: &Orchard, dots: &[Dot], drawing: &Drawing, title: Option<&str>) -> String {
     let per_row = orchard.trees_per_row().max(1);
     let drawn =
         (0..).zip(orchard.trees()).filter(|(number, _): &(usize, _)| number % per_row < drawing.trees);
@@ -122,6 +126,9 @@ pub fn draw(orchard: &Orchard, dots: &[Dot], drawing: &Drawing) -> String {
     let [front, side, top] = VIEWS.map(|view| Some((view, paint(view, &shown, dots, drawing)?)));
     let mut body = String::new();
     let (mut width_px, mut height_px) = (320.0f64, MARGIN_PX);
+    if let Some(title) = title {
+        height_px = head(&mut body, title, dots);
+    }
     // Front and side stand on one ground; the view from above lies below the front.
     for line in [[front, side], [top, None]] {
         let (mut right_px, mut tall_px) = (MARGIN_PX, 0.0f64);
@@ -137,6 +144,29 @@ pub fn draw(orchard: &Orchard, dots: &[Dot], drawing: &Drawing) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_px:.0}\" height=\"{height_px:.0}\" font-family=\"sans-serif\" \
          font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{body}</svg>\n"
     )
+}
+
+/// Writes the title, and what the colours of returns mean; where the views begin, pixels from above.
+fn head(body: &mut String, title: &str, dots: &[Dot]) -> f64 {
+    // A scene may be called anything.
+    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    let _ = writeln!(body, "<text x=\"{MARGIN_PX}\" y=\"{MARGIN_PX}\" font-size=\"15\">{title}</text>");
+    let (mut x, y) = (MARGIN_PX, 2.0 * MARGIN_PX);
+    for class in Class::ALL.iter().copied().filter(|class| dots.iter().any(|dot| dot.class == *class)) {
+        let ([r, g, b], words) = (colour_of(class), format!("return of {}", class.name()));
+        let _ = writeln!(
+            body,
+            "<rect x=\"{x:.0}\" y=\"{:.0}\" width=\"9\" height=\"9\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>\n<text x=\"{:.0}\" y=\"{y:.0}\">{words}</text>",
+            y - 9.0,
+            x + 14.0
+        );
+        x += 14.0 + LEGEND_PX * words.len() as f64 + MARGIN_PX;
+    }
+    let _ = writeln!(
+        body,
+        "<text x=\"{x:.0}\" y=\"{y:.0}\">green: leaf area behind a cell, 0.05 to more than 4 times the cell</text>"
+    );
+    y + 2.0 * MARGIN_PX
 }
 
 /// What is drawn of an orchard.
@@ -266,13 +296,27 @@ mod tests {
         let parameters = OrchardParameters { trees: Some(3), ..OrchardParameters::of(Preset::FruitingWall) };
         let orchard = Orchard::grow(&parameters, 1, &|_, _| {}).unwrap();
         let hit = Dot { at: [-0.3, 1.0, 2.0], class: Class::Leaf };
-        let drawn = draw(&orchard, &[hit], &Drawing::default());
+        let drawn = draw(&orchard, &[hit], &Drawing::default(), None);
         assert_eq!(drawn.matches("<g ").count(), 3);
         assert!(drawn.contains("front") && drawn.contains("side") && drawn.contains("top"));
         assert!(drawn.contains("#005adc"), "the return is there");
         assert!(drawn.contains("#787878") && drawn.contains("#3c508c"), "posts and wires are there");
         assert!(drawn.len() < 90_000, "{} bytes", drawn.len());
-        assert_eq!(drawn, draw(&orchard, &[hit], &Drawing::default()));
+        assert_eq!(drawn, draw(&orchard, &[hit], &Drawing::default(), None));
+    }
+
+    #[test]
+    fn a_scan_has_a_title_and_a_legend_of_what_it_met() {
+        let parameters = OrchardParameters { trees: Some(1), ..OrchardParameters::of(Preset::FruitingWall) };
+        let orchard = Orchard::grow(&parameters, 1, &|_, _| {}).unwrap();
+        let hits = [Class::Leaf, Class::Wood].map(|class| Dot { at: [-0.3, 1.0, 2.0], class });
+        let drawn = draw(&orchard, &hits, &Drawing::default(), Some("spindle, seed 1: lateral scan"));
+        for words in
+            ["spindle, seed 1: lateral scan", "return of leaf", "return of wood", "leaf area behind a cell"]
+        {
+            assert!(drawn.contains(words), "{words}");
+        }
+        assert!(!drawn.contains("return of fruit"), "nothing was met that is not there");
     }
 
     #[test]
@@ -284,12 +328,12 @@ mod tests {
         let tree = Tree { leaves: vec![speck, leaf(0.0), leaf(0.05), leaf(0.5)], ..Tree::default() };
         let orchard = Orchard::from_trees(vec![tree], 1.0, None, None);
         let settings = Drawing { outlines: true, ..Drawing::default() };
-        let drawn = draw(&orchard, &[], &settings);
+        let drawn = draw(&orchard, &[], &settings, None);
         // Two of three overlap by half from the front, and none is seen from above.
         assert!(drawn.contains("leaves cover 0.03 m²") && drawn.contains("leaves cover 0.00 m²"), "{drawn}");
         assert!(drawn.contains("M0 100l0 100 150 0 0 -100 z"), "{drawn}");
         assert!(!drawn.contains("lz"), "a path without a step: {drawn}");
-        assert_eq!(drawn, draw(&orchard, &[], &settings));
+        assert_eq!(drawn, draw(&orchard, &[], &settings, None));
     }
 
     #[test]
@@ -318,7 +362,7 @@ mod tests {
     #[test]
     fn nothing_is_drawn_as_nothing() {
         let empty = Orchard::from_trees(vec![Tree::default()], 1.0, None, None);
-        let drawn = draw(&empty, &[], &Drawing::default());
+        let drawn = draw(&empty, &[], &Drawing::default(), None);
         assert!(drawn.starts_with("<svg") && !drawn.contains("<g "));
     }
 }

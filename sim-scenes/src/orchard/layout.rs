@@ -11,7 +11,7 @@ parameters! {
     /// Rows of different trees, one row spacing apart, from X = 0 away from the scanner.
     rows: u32 = 1, "rows", "the scanner sees one row; a second is the background";
     /// Places for trees in a row; after them the row repeats.
-    trees: u32 = 3, "trees", "three steady the regressions";
+    trees: u32 = 3, "trees", "three trees make the regressions steadier than one";
     /// Places at both ends of every row where nothing stands: the headland.
     row_ends: u32 = 0, "places", "rows repeat; with gaps at their ends they begin and end";
     /// Distance between trees in the row.

@@ -1,6 +1,7 @@
 //! What a scene file says about the orchard: a preset, and what departs from it.
 
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::by_row::ByRow;
 use super::layout::{Layout, LayoutOverrides};
@@ -21,6 +22,14 @@ use crate::trained::{TrainingOverrides, TrainingParameters};
 /// Trees that are all grown and kept: 32 GB of the built-in spindles.
 const MOST_DIFFERENT: u32 = 10_000;
 
+/// A count of which there is one at least. The range ends where the layout is checked, which knows more.
+fn one_or_more<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u32>, D::Error> {
+    let refused = |found| D::Error::invalid_value(Unexpected::Signed(found), &"a whole number of 1 or more");
+    let checked =
+        |count: i64| u32::try_from(count).ok().filter(|count| *count > 0).ok_or_else(|| refused(count));
+    Option::<i64>::deserialize(from)?.map(checked).transpose()
+}
+
 /// The `[orchard]` table of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -28,10 +37,10 @@ pub struct OrchardParameters {
     /// What everything else departs from.
     pub preset: Preset,
     /// Rows of different trees; the preset's where absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "one_or_more")]
     pub rows: Option<u32>,
     /// Places for trees in a row; the preset's where absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "one_or_more")]
     pub trees: Option<u32>,
     /// Distance between trees in the row, metres; the preset's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -62,6 +62,9 @@ impl Follower {
             ended = self.take(&mut scanner) => ended,
             _ = stopped.wait_for(|stopped| *stopped) => Ok(()),
         };
+        if let Some(feed) = self.feed.as_ref().filter(|_| ended.is_ok()) {
+            feed.ended();
+        }
         let mut estimate = self.pipeline.finish();
         estimate.telegrams_bad = scanner.stop(STOP_TIMEOUT).await.telegrams_bad;
         drop(telling);

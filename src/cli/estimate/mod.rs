@@ -29,7 +29,7 @@ use super::output::{self, say};
 use super::recorder::{self, RecordArgs, Taping};
 use super::sensor::{Sensor, SensorArgs};
 use super::web::{Feeds, Talk, WebArgs};
-use super::{Failure, Format, Outcome, progress, scene, service};
+use super::{Failure, Format, Outcome, models, progress, scene, service};
 use follower::{Followed, Follower};
 use print::ScannerReport;
 pub(super) use print::warnings;
@@ -47,7 +47,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     scanner: Vec<usize>,
     /// Model of the scanners, instead of the rig's own; chooses the calibration
-    #[arg(long, value_name = "NAME", requires = "rig")]
+    #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true, requires = "rig")]
     model: Option<String>,
     /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
     #[arg(long, value_enum, value_name = "WHICH", requires = "rig")]
@@ -229,7 +229,14 @@ impl Args {
             sensor,
             enough: Enough::new(self.scans, self.length),
             bar: bar.clone(),
-            feed: page.feeds.as_ref().map(|feeds| feeds.of(place)),
+            feed: page.feeds.as_ref().map(|feeds| {
+                let feed = feeds.of(place);
+                rig.and_then(|rig| rig.scanners.get(*scanner))
+                    .cloned()
+                    .into_iter()
+                    .for_each(|mount| feed.sits(mount));
+                feed
+            }),
         })
     }
 

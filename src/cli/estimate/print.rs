@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::super::estimators;
+use super::super::grid::Grid;
 use super::super::output::{self, number};
 use super::super::{Failure, Format};
 
@@ -158,7 +159,7 @@ fn facts(estimate: &Estimate) -> String {
 }
 
 fn trees(estimate: &Estimate) -> String {
-    let mut table = output::grid();
+    let mut table = Grid::new();
     output::head(
         &mut table,
         ["tree", "y m", "I_T m²", "leaf m² by I_T", "leaf m² by contact", "LAI", "height m", "volume m³"],
@@ -180,7 +181,7 @@ fn trees(estimate: &Estimate) -> String {
 
 /// The trees that one way of cutting the row finds.
 fn trees_found(found: &TreesFound) -> String {
-    let mut table = output::grid();
+    let mut table = Grid::new();
     output::head(&mut table, ["tree", "y m", "from m", "to m", "I_T m²", "leaf m² by contact, raw"]);
     for (number_of, tree) in found.trees.iter().enumerate() {
         table.add_row([

@@ -74,7 +74,11 @@ fn export(args: &Args, stage: &Stage) -> Result<Outcome, Failure> {
     let dots = args.scan.map_or_else(|| Ok(Vec::new()), |kind| scan(stage, kind))?;
     let trees = args.trees.unwrap_or(usize::MAX);
     let settings = Drawing { cell_m: args.cell, trees, outlines: args.outlines, ..Drawing::default() };
-    let drawn = drawing::draw(&stage.orchard, &dots, &settings);
+    let (name, seed) = (&stage.scene.name, stage.scene.seed);
+    let title = args.scan.map(|kind| {
+        format!("{name}, seed {seed}: {kind} scan from where the rig's first scanner is, every 0.05 m")
+    });
+    let drawn = drawing::draw(&stage.orchard, &dots, &settings, title.as_deref());
     if path.as_os_str() == "-" {
         output::print(&drawn)?;
     } else {

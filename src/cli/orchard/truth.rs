@@ -1,6 +1,7 @@
 //! `rowscan orchard truth`
 
 use super::truth_cells::{self, CellArgs};
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome};
@@ -38,7 +39,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Format::Json | Format::Jsonl => output::print_json(args.format, &truth)?,
         Format::Csv => output::print_rows(args.format, &truth.trees)?,
         Format::Table => {
-            let mut table = output::grid();
+            let mut table = Grid::new();
             output::head(
                 &mut table,
                 ["tree", "y m", "leaves", "leaf area m²", "wood area m²", "LAI", "height m"],

@@ -38,7 +38,7 @@ pub(super) struct Args {
     #[command(flatten)]
     places: PlaceArgs,
     /// Scanner model that answers what was not recorded [default: the recorded one]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true)]
     model: Option<String>,
     /// Send what was recorded, replies too, to whoever connects, and listen to nobody
     #[arg(long)]
@@ -65,7 +65,7 @@ pub(super) struct Args {
     control: ControlArgs,
     #[command(flatten)]
     clients: ClientLimitArgs,
-    /// How to tell where it listens; jsonl writes one object an endpoint to standard output
+    /// How to tell where it listens and what happens; jsonl writes one object an event to standard output, json one document at the end
     #[arg(long, default_value = "table", value_parser = event_format::parser())]
     format: Format,
     #[command(flatten)]
@@ -209,7 +209,7 @@ impl Args {
 
 /// Says what was sent on each stream, and which settings were refused; how many scans were dropped.
 fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Result<u64, Failure> {
-    let mut all_dropped = 0;
+    let (mut all_dropped, mut ends) = (0, Vec::new());
     for (number, stream) in streams.iter().enumerate() {
         let late = |fraction| player.lateness(number, fraction).unwrap_or_default();
         let (name, counts) = (&stream.name, stream.counts().and_then(|reader| reader.counts()));
@@ -225,13 +225,14 @@ fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Resu
             all_dropped += dropped;
         }
         if let Some(counts) = counts {
-            End::of((streams.len() > 1).then_some(name.as_str()), counts).tell(format)?;
+            ends.push(End::of((streams.len() > 1).then_some(name.as_str()), counts));
         }
         for refused in stream.refused_settings() {
             let RefusedSetting { client, setting, times } = refused;
             say(format_args!("{name}: refused {setting} to {client}, {times} times"));
         }
     }
+    events::tell_ends(format, &ends)?;
     Ok(all_dropped)
 }
 

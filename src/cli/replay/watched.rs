@@ -75,6 +75,10 @@ impl Watching {
         let scanners = parts.iter().zip(streams).filter(|(part, _)| part.is_scanner());
         let gauges = scanners.filter_map(|(_, stream)| stream.counts().map(gauge_of));
         let show = Show::new(about, None, Box::new(ReplayGauges(gauges.collect())));
+        // The recording's scanners are the rig's in their order, where it has as many.
+        for (number, mount) in rig.into_iter().flat_map(|rig| &rig.scanners).enumerate() {
+            show.sits(number, mount.clone());
+        }
         let mut tasks = JoinSet::new();
         tasks.spawn(task(self.talk.tell(show.log())));
         let meters =

@@ -5,6 +5,7 @@ use rowscan_canopy::TreeEstimate;
 use serde::Serialize;
 
 use super::rows::{Rows, Seeds, tries};
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say, share};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome};
@@ -145,7 +146,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Format::Csv => output::print_rows(args.format, &rows)?,
         Format::Table => {
             output::print(&table(&rows))?;
-            let mut grid = output::grid();
+            let mut grid = Grid::new();
             output::head(&mut grid, ["estimator", "n", "median |error|", "p90 |error|"]);
             for line in &summary {
                 grid.add_row([
@@ -162,7 +163,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 fn table(rows: &[AccuracyRow]) -> String {
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     output::head(
         &mut grid,
         [

@@ -12,6 +12,7 @@ use super::orchards::OrchardArgs;
 use super::rows::Seeds;
 use super::shards::ShardArgs;
 use super::tell::TellArgs;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, say};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
@@ -154,7 +155,7 @@ impl From<&Orchard> for Row {
 }
 
 fn table(report: &AreasReport) -> String {
-    let mut orchards = output::grid();
+    let mut orchards = Grid::new();
     output::head(
         &mut orchards,
         ["iterations", "shady %", "L_A m²", "lateral I_L", "I_T", "I_3L", "zenith I_L", "I_T", "I_3L"],
@@ -172,7 +173,7 @@ fn table(report: &AreasReport) -> String {
         orchards.add_row(row);
     }
     let of_paper = report.provenance.settings.is_of_paper();
-    let mut fits = output::grid();
+    let mut fits = Grid::new();
     let own = [
         "view",
         "area",
@@ -214,7 +215,7 @@ fn missed(report: &AreasReport) -> String {
     if missed.is_empty() { format!("{count}\n") } else { format!("{count}, not: {}\n", missed.join("; ")) }
 }
 
-fn fit_rows(table: &mut comfy_table::Table, name: &str, view: &View, of_paper: bool) {
+fn fit_rows(table: &mut Grid, name: &str, view: &View, of_paper: bool) {
     for (area, fit) in view.fits() {
         let Some(fit) = fit else { continue };
         let own = [

@@ -4,6 +4,7 @@ use comfy_table::Cell;
 
 use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, share};
 use crate::cli::scene::SceneArgs;
 use crate::cli::{Failure, Format, Outcome, progress};
@@ -45,7 +46,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 fn table(report: &BudgetReport) -> String {
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     output::head(&mut grid, ["estimator", "term", "n", "mean", "sd"]);
     for term in &report.terms {
         grid.add_row([

@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::confirmed_markdown;
 use super::points::{gates, view, words};
 use super::tell::TellArgs;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number};
 use crate::cli::{Failure, Format, Outcome};
 
@@ -153,8 +154,8 @@ fn about(point: &PointReport, of_paper: bool) -> String {
     format!("point {}: {settings}\n{off}{} seeds{refused}{marked}\n", point.point, point.seeds)
 }
 
-fn regressions(point: &PointReport, of_paper: bool) -> comfy_table::Table {
-    let mut table = output::grid();
+fn regressions(point: &PointReport, of_paper: bool) -> Grid {
+    let mut table = Grid::new();
     let own =
         ["view", "area", "slope", "95 %", "intercept m²", "95 %", "free intercept m²", "95 %", "R²", "95 %"];
     let paper = ["paper slope", "off %", "intercept m²", "R²"];

@@ -5,6 +5,7 @@ use comfy_table::Cell;
 use super::class_args::ClassArgs;
 use super::shards::ShardArgs;
 use super::tell::TellArgs;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, share};
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::Whole;
@@ -56,7 +57,7 @@ fn table(report: &CoverageReport) -> String {
             },
         ))
     };
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     output::head(
         &mut grid,
         ["axis", "class", "n", "bias", "RMSE", "sampling error holds", "interval holds", "half width"],

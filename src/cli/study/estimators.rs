@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say, share};
 use crate::cli::scene::OpticsArgs;
 use crate::cli::{Failure, Format, Outcome, models, progress};
@@ -21,7 +22,7 @@ pub(in crate::cli) struct Args {
     #[arg(long, value_name = "A..B", default_value = "1..20")]
     seeds: Seeds,
     /// Scanner model, instead of the rig's own
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true)]
     model: Option<String>,
     #[command(flatten)]
     optics: OpticsArgs,
@@ -79,7 +80,7 @@ fn scope(scope: Scope) -> &'static str {
 }
 
 fn tables(comparison: &Comparison) -> String {
-    let mut estimators = output::grid();
+    let mut estimators = Grid::new();
     output::head(
         &mut estimators,
         ["scene", "of", "estimator", "quantity", "n", "truth", "bias", "CV", "null CV", "sampling holds"],
@@ -98,7 +99,7 @@ fn tables(comparison: &Comparison) -> String {
             share(row.sampling_holds),
         ]);
     }
-    let mut cuts = output::grid();
+    let mut cuts = Grid::new();
     output::head(
         &mut cuts,
         ["scene", "trees by", "rows", "planted", "found − planted", "rows right", "border m"],

@@ -6,6 +6,7 @@ use rowscan_scenes::{Scene, files};
 
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::eye::{Seen, ThroughTheEye, Way, through_the_eye};
@@ -19,7 +20,7 @@ pub(in crate::cli) struct Args {
     #[arg(long, value_name = "A..B", default_value = "401..420")]
     seeds: Seeds,
     /// Scanner models
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "lms111,lms511,tim561,lms291")]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = models::name(), hide_possible_values = true, default_value = "lms111,lms511,tim561,lms291")]
     model: Vec<String>,
     /// Distances from the mirror to the row plane, metres
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4")]
@@ -57,7 +58,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 fn table(seen: &[Seen]) -> String {
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     let heads = ["scene", "model", "m", "estimator", "rows", "median", "mean", "sd", "holds", "± width"];
     output::head(&mut grid, heads.to_vec());
     for row in seen {

@@ -8,6 +8,7 @@ use rowscan_scenes::files;
 
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::figure;
@@ -22,7 +23,7 @@ pub(in crate::cli) struct Args {
     #[arg(long, value_name = "A..B", default_value = "201..202")]
     seeds: Seeds,
     /// Scanner models
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "lms111,lms511,tim561,lms291")]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = models::name(), hide_possible_values = true, default_value = "lms111,lms511,tim561,lms291")]
     model: Vec<String>,
     /// Distances from the mirror to the row plane, metres
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4")]
@@ -93,7 +94,7 @@ fn find<'a>(
 }
 
 fn table(effects: &[Effect]) -> String {
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     let heads = ["model", "m", "stages"].into_iter().chain(Output::ALL.into_iter().map(Output::name));
     output::head(&mut grid, heads.collect::<Vec<_>>());
     for place in places(effects) {

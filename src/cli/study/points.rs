@@ -1,16 +1,17 @@
 //! Points of a search in words.
 
-use comfy_table::{Cell, Table};
+use comfy_table::Cell;
 use rowscan_canopy::reference::{PaperRegression, View};
 use rowscan_study::areas::Rule;
 use rowscan_study::search::PointReport;
 use serde_json::Value;
 
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number};
 
 /// The share of seeds at which each gate holds.
-pub(super) fn gates(points: &[&PointReport]) -> Table {
-    let mut table = output::grid();
+pub(super) fn gates(points: &[&PointReport]) -> Grid {
+    let mut table = Grid::new();
     output::head(&mut table, ["gates held, % of seeds"].into_iter().chain(Rule::ALL.map(Rule::words)));
     for point in points {
         let mut row =

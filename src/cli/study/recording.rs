@@ -4,6 +4,7 @@ use comfy_table::Cell;
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_study::recorded::{Edge, Found, Series, SideBySide, compare};
 
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number};
 use crate::cli::{Failure, Format, Outcome, models};
 
@@ -12,7 +13,7 @@ pub(in crate::cli) struct Args {
     /// A recording of any kind of a scene that stands still, with `#STREAM` behind it where it holds several
     file: Source,
     /// The model it is compared with
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true)]
     model: String,
     /// Seed of the model's unit
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -92,12 +93,12 @@ fn lines(found: &SideBySide) -> Vec<Line> {
 }
 
 fn table(found: &SideBySide) -> String {
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     output::head(&mut grid, ["", "recorded", found.model]);
     for line in lines(found) {
         grid.add_row([Cell::new(&line.what), number(line.recorded, 3), number(line.modelled, 3)]);
     }
-    let mut edges = output::grid();
+    let mut edges = Grid::new();
     output::head(&mut edges, ["edges", "at °", "near mm", "far mm", "beams", "disc / nominal", "rms share"]);
     for (whose, found) in [("recorded", &found.recorded), (found.model, &found.modelled)] {
         for edge in &found.edges {

@@ -3,6 +3,7 @@
 use super::orchards::OrchardArgs;
 use super::shards::ShardArgs;
 use super::tell::TellArgs;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number};
 use crate::cli::scan::ScanArgs;
 use crate::cli::{Failure, Format, Outcome};
@@ -70,7 +71,7 @@ pub(super) fn tell(args: &TellArgs, (header, units): Whole<ResolutionStudy>) -> 
         Format::Json | Format::Jsonl => output::print_json(args.format, &report)?,
         Format::Csv => output::print_rows(args.format, &report.rows)?,
         Format::Table => {
-            let mut grid = output::grid();
+            let mut grid = Grid::new();
             output::head(
                 &mut grid,
                 [

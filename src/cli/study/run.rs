@@ -6,6 +6,7 @@ use comfy_table::Cell;
 
 use super::shards::ShardArgs;
 use super::tell::TellArgs;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, say};
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::sweep::{self, SweepReport, SweepStudy};
@@ -49,7 +50,7 @@ pub(super) fn tell(args: &TellArgs, (header, units): Whole<SweepStudy>) -> Resul
 }
 
 fn table(report: &SweepReport) -> String {
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     output::head(&mut grid, ["axis", "at", "output", "n", "mean", "sd", "mean |…|"]);
     for effect in &report.effects {
         let known = |value: f64| Some(value).filter(|value| value.is_finite());

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use comfy_table::{Cell, Table};
+use comfy_table::Cell;
 use rowscan_canopy::reference::PAPER;
 use serde_json::Value;
 
@@ -11,6 +11,7 @@ use super::points::{gates, range, words};
 use super::rows::Seeds;
 use super::shards::{ShardArgs, whole};
 use super::tell::TellArgs;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, say};
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::Whole;
@@ -142,8 +143,8 @@ fn table(report: &SearchReport, best: usize) -> String {
 }
 
 /// Points with their six slopes and R², the paper's first.
-fn points(points: &[&PointReport]) -> Table {
-    let mut table = output::grid();
+fn points(points: &[&PointReport]) -> Grid {
+    let mut table = Grid::new();
     let symbols = ["lateral I_L", "I_T", "I_3L", "zenith I_L", "I_T", "I_3L"];
     output::head(&mut table, ["point"].into_iter().chain(symbols).chain(["R²", "off", "L_A m²", "settings"]));
     let mut paper = vec![Cell::new("paper")];

@@ -7,6 +7,7 @@ use comfy_table::Cell;
 use super::class_args::ClassArgs;
 use super::shards::ShardArgs;
 use super::tell::TellArgs;
+use crate::cli::grid::Grid;
 use crate::cli::output::{self, percent, say};
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::Whole;
@@ -89,7 +90,7 @@ fn estimators(report: &TransferReport) -> Vec<&'static str> {
 /// Every class left out, with the bias of all estimators.
 fn table(report: &TransferReport) -> String {
     let names = estimators(report);
-    let mut grid = output::grid();
+    let mut grid = Grid::new();
     output::head(&mut grid, ["axis", "left out"].into_iter().chain(names.iter().copied()));
     for row in report.left_out.iter().filter(|row| Some(&row.estimator) == names.first()) {
         let bias = |estimator: &&str| {
@@ -98,7 +99,7 @@ fn table(report: &TransferReport) -> String {
         };
         grid.add_row([Cell::new(&row.axis), Cell::new(&row.test)].into_iter().chain(names.iter().map(bias)));
     }
-    let mut between = output::grid();
+    let mut between = Grid::new();
     output::head(&mut between, ["axis", "estimator", "from class to class"]);
     for row in &report.between_class {
         between.add_row([

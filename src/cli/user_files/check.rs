@@ -18,20 +18,29 @@ pub(crate) struct Args {
 }
 
 pub(super) fn run(document: Document, args: &Args) -> Result<Outcome, Failure> {
+    let mut wrong = Vec::new();
     for name in &args.files {
-        let told = match document {
-            Document::Rig => sound_rig(name, &files::load_rig(name, say)?.0)?,
-            _ => {
-                let scene = files::load_scene(name, say)?;
-                let layout = scene.orchard.layout();
-                let preset = scene.orchard.preset;
-                let rig = sound_rig(name, &scene.resolved_rig())?;
-                format!("{preset}, {} row(s) of {} trees; {rig}", layout.rows, layout.trees)
-            }
-        };
-        print(&format!("{name}: sound: {told}\n"))?;
+        match sound(document, name) {
+            Ok(told) => print(&format!("{name}: sound: {told}\n"))?,
+            Err(failure) => wrong.push(failure),
+        }
     }
-    Ok(Outcome::Done)
+    // The last one ends the command; those before it are told in the same words.
+    let last = wrong.pop();
+    wrong.iter().for_each(|failure| say(format_args!("rowscan: {failure}")));
+    last.map_or(Ok(Outcome::Done), Err)
+}
+
+/// What a file is, in words; refused where it is none.
+fn sound(document: Document, name: &str) -> Result<String, Failure> {
+    if document == Document::Rig {
+        return sound_rig(name, &files::load_rig(name, say)?.0);
+    }
+    let scene = files::load_scene(name, say)?;
+    let layout = scene.orchard.layout();
+    let preset = scene.orchard.preset;
+    let rig = sound_rig(name, &scene.resolved_rig())?;
+    Ok(format!("{preset}, {} row(s) of {} trees; {rig}", layout.rows, layout.trees))
 }
 
 /// What a rig is, in words; refused where a scanner, its mode or its calibration is none.

@@ -6,6 +6,7 @@ use std::time::Duration;
 use rowscan_canopy::Pipeline;
 use rowscan_ports::clock::{self, Stopwatch};
 use rowscan_ports::task;
+use rowscan_protocol::rig::Mount;
 use rowscan_protocol::scan::Scan;
 use rowscan_web::{About, Gauges, ScannerGauge, Show};
 use tokio::task::JoinSet;
@@ -72,6 +73,16 @@ pub(in super::super) struct Feed {
 }
 
 impl Feed {
+    /// The scanner sits so.
+    pub(in super::super) fn sits(&self, mount: Mount) {
+        self.show.sits(self.place, mount);
+    }
+
+    /// No more scans come.
+    pub(in super::super) fn ended(&self) {
+        self.show.ended(self.place);
+    }
+
     /// A scan has come.
     pub(in super::super) fn scan(&mut self, received: Duration, scan: &Scan) {
         let passed = received.saturating_sub(*self.began.get_or_insert(received));
@@ -86,6 +97,7 @@ impl Feed {
                 scans: Some(progress.scans),
                 lost: Some(progress.scans_lost),
                 repeated: Some(progress.scans_repeated),
+                missed: Some(progress.turns_left_out),
                 bad: Some(telegrams_bad),
                 ..ScannerGauge::default()
             };

@@ -58,8 +58,8 @@ impl Watching {
             scanners: scanners.into_iter().map(|scanner| gauge_of(scanner.counts)).collect(),
         };
         let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
-        if let Some((truth, period_m)) = truth(stage, &tractor) {
-            show.truth(truth, Some(period_m));
+        if let Some((truth, z_from_m, period_m)) = truth(stage, &tractor) {
+            show.truth(truth, (z_from_m, CELLS.band_m), Some(period_m));
         }
         tasks.spawn_on(self.talk.tell(show.log()), on);
         for (number, (lines, reading)) in watchers.into_iter().zip(meters).enumerate() {
@@ -93,8 +93,8 @@ fn reading(stage: &Stage, scanner: &SeenScanner) -> Option<Reading> {
     Reading::of(Some(&rig), scanner.number, false, CalibrationChoice::OfRig).ok()
 }
 
-/// What stands in the row that the tractor begins beside, and after how many metres the row repeats.
-fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64)> {
+/// What stands in the row that the tractor begins beside, at what height that begins, and after how many metres the row repeats.
+fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64, f64)> {
     let place = tractor.motion(SimTime::ZERO).place;
     let row = place.alley.and_then(|alley| usize::try_from(alley.row_beside(true).0).ok()).unwrap_or(0);
     let (length_m, cells) = (stage.orchard.length_m(), stage.orchard.cells_of_row(row, CELLS)?);
@@ -107,5 +107,6 @@ fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64)> {
         }
     };
     let count = (length_m / CELLS.cell_m).ceil().min(LONGEST) as u32;
-    length_m.is_finite().then(|| ((0..count).map(column).collect(), length_m))
+    let z_from_m = cells.column(0.0).bands.first().map_or(0.0, |band| band.z_from_m);
+    length_m.is_finite().then(|| ((0..count).map(column).collect(), z_from_m, length_m))
 }

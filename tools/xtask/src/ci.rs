@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use crate::steps::{self, Outcome, Step};
 use crate::workspace::{FULL, Profile, Workspace};
-use crate::{advisories, layering, licences, lint, python, readme, rust_tests, shell, wheel};
+use crate::{advisories, figures, layering, licences, lint, python, readme, rust_tests, shell, wheel};
 
 /// Every step, quick ones first.
 const STEPS: &[Step] = &[
@@ -39,6 +39,7 @@ const STEPS: &[Step] = &[
     Step::new("wheel-build", wheel::build_only).beside(),
     Step::new("tests", rust_tests::run),
     Step::new("readme", readme::run),
+    Step::new("figures", figures::check),
     Step::new("python", python::run),
     Step::new("wheel", wheel::run),
 ];

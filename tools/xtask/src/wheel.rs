@@ -57,26 +57,35 @@ fn installed(workspace: &Workspace) -> Result<Python, String> {
     Ok(python)
 }
 
-/// Builds the wheel with the pinned maturin; where it is.
+/// Builds the wheel as it ships, for this machine or another target, into `folder`; where it is.
+pub fn build_for(workspace: &Workspace, target: Option<&str>, folder: &Path) -> Result<PathBuf, String> {
+    let made = maturin(workspace, &workspace.scratch("wheel")?.join("ships"), target)?;
+    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let given = folder.join(made.file_name().unwrap_or_default());
+    fs::copy(&made, &given).map_err(|error| format!("{}: {error}", given.display()))?;
+    Ok(given)
+}
+
+/// Builds the wheel for this machine with the pinned maturin; where it is.
 fn build(workspace: &Workspace, out: &Path) -> Result<PathBuf, String> {
+    maturin(workspace, out, None)
+}
+
+fn maturin(workspace: &Workspace, out: &Path, target: Option<&str>) -> Result<PathBuf, String> {
     let _ = fs::remove_dir_all(out);
     let mut maturin = Python::prepare(workspace)?.command();
     maturin
-        .args([
-            "-m",
-            "maturin",
-            "build",
-            "--quiet",
-            "--locked",
-            "--compatibility",
-            "linux",
-            "--profile",
-            workspace.profile.name(),
-        ])
+        .args(["-m", "maturin", "build", "--quiet", "--locked", "--profile", workspace.profile.name()])
         .arg("--out")
         .arg(out)
         .env("CARGO_TARGET_DIR", &workspace.target)
         .current_dir(workspace.root.join("python"));
+    if let Some(target) = target {
+        maturin.args(["--target", target]);
+    }
+    if target.is_none_or(|target| target.contains("linux")) {
+        maturin.args(["--compatibility", "linux"]);
+    }
     shell::run(&mut maturin)?;
     let wheels = fs::read_dir(out).map_err(|error| format!("{}: {error}", out.display()))?;
     let mut wheels = wheels.filter_map(Result::ok).map(|entry| entry.path());
@@ -92,8 +101,8 @@ fn run_tests(workspace: &Workspace, python: &Python) -> Outcome {
     let mut command = python.command();
     command
         .args(["-m", "pytest", "-p", "no:cacheprovider", "--color=no", "-ra"])
-        // Not the folder above: the package's sources there are not the wheel.
-        .current_dir(workspace.root.join("python/tests"))
+        // As its users do: from the package's folder.
+        .current_dir(workspace.root.join("python"))
         .env("PYTHONDONTWRITEBYTECODE", "1");
     if let Ok(binary) = workspace.built_binary() {
         command.env("ROWSCAN_BIN", binary);

@@ -17,6 +17,9 @@ const FILES: &[&str] = &[
     "tools/dist/Containerfile",
 ];
 
+/// The file of checksums.
+pub(super) const SUMS: &str = "SHA256SUMS";
+
 /// The same content gives the same bytes: no times, no owners, sorted.
 const SAME_BYTES: &[&str] = &[
     "--sort=name",
@@ -31,7 +34,7 @@ const SAME_BYTES: &[&str] = &[
 pub(super) fn make(dist: &Dist<'_>, binary: &Path) -> Result<PathBuf, String> {
     let name = format!("rowscan-{}-{}", dist.version, dist.target);
     let stage = dist.folder.join(&name);
-    files::copy(binary, &stage.join("rowscan"))?;
+    files::copy(binary, &stage.join(binary.file_name().unwrap_or_default()))?;
     for file in FILES {
         let from = dist.workspace.root.join(file);
         files::copy(&from, &stage.join(from.file_name().unwrap_or_default()))?;
@@ -41,16 +44,21 @@ pub(super) fn make(dist: &Dist<'_>, binary: &Path) -> Result<PathBuf, String> {
         Command::new("cp").arg("-r").arg(manual.join("man")).arg(manual.join("completions")).arg(&stage),
     )?;
     let archive = dist.folder.join(format!("{name}.tar.gz"));
-    let mut tar = Command::new("tar");
+    // Of macOS it is another tar, and GNU's has this name.
+    let mut tar = Command::new(if shell::has("gtar") { "gtar" } else { "tar" });
     tar.args(SAME_BYTES).arg("-C").arg(&dist.folder).arg("-cf").arg(&archive).arg(&name);
     shell::run(&mut tar)?;
     fs::remove_dir_all(&stage).map_err(|error| format!("{}: {error}", stage.display()))?;
     Ok(archive)
 }
 
-/// SHA-256 of the release files, in `SHA256SUMS`.
-pub(super) fn write_checksums(dist: &Dist<'_>, given: &[PathBuf]) -> Result<(), String> {
-    let names = given.iter().filter_map(|file| file.file_name());
-    let sums = shell::capture(Command::new("sha256sum").args(names).current_dir(&dist.folder))?;
-    files::write(&dist.folder.join("SHA256SUMS"), &sums)
+/// SHA-256 of the release files, in a file of theirs.
+pub(super) fn write_checksums(folder: &Path, given: &[PathBuf]) -> Result<(), String> {
+    let mut names: Vec<_> = given.iter().filter_map(|file| file.file_name()).collect();
+    names.sort();
+    if names.is_empty() {
+        return Err(format!("{}: nothing to sum; `cargo xtask dist` makes it", folder.display()));
+    }
+    let sums = shell::capture(Command::new("sha256sum").args(names).current_dir(folder))?;
+    files::write(&folder.join(SUMS), &sums)
 }

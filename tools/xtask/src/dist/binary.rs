@@ -34,8 +34,9 @@ pub(super) fn build(dist: &Dist<'_>) -> Result<PathBuf, String> {
             dist.target
         )
     })?;
-    let binary = dist.folder.join("rowscan");
-    files::copy(&built_folder(dist).join("rowscan"), &binary)?;
+    let name = if dist.target.contains("windows") { "rowscan.exe" } else { "rowscan" };
+    let binary = dist.folder.join(name);
+    files::copy(&built_folder(dist).join(name), &binary)?;
     if files::size(&binary) > MOST {
         return Err(format!("the binary has {} bytes, more than {MOST}", files::size(&binary)));
     }
@@ -50,6 +51,10 @@ pub(super) fn built_folder(dist: &Dist<'_>) -> PathBuf {
 
 /// Flags of rustc for the target.
 fn flags(target: &str) -> String {
+    if target.contains("apple") {
+        // There the system's library is always a shared one.
+        return String::new();
+    }
     let mut flags = "-C target-feature=+crt-static".to_owned();
     // There rustc brings its own linker, which folds functions of the same code into one and packs relocations.
     if target == "x86_64-unknown-linux-gnu" {

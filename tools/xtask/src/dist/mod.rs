@@ -4,6 +4,7 @@
 
 mod archive;
 mod binary;
+mod container;
 mod debian;
 mod files;
 mod manual;
@@ -15,6 +16,7 @@ use std::process::ExitCode;
 
 use crate::counts::Counts;
 use crate::steps::{self, Outcome, Step};
+use crate::wheel;
 use crate::workspace::Workspace;
 
 /// The machine that is built for if none is named.
@@ -50,6 +52,41 @@ pub fn command(workspace: &Workspace, arguments: &[String]) -> ExitCode {
     }
 }
 
+/// The Python wheel as it ships, beside the other release files.
+pub fn wheel(workspace: &Workspace, arguments: &[String]) -> ExitCode {
+    let target = arguments.first().map(String::as_str);
+    ended("wheel", wheel::build_for(workspace, target, &folder(workspace)).map(drop))
+}
+
+/// The image of the binary that `dist` has made for this machine.
+pub fn container(workspace: &Workspace, _arguments: &[String]) -> ExitCode {
+    ended("container", container::make(workspace, &folder(workspace)))
+}
+
+/// SHA-256 of all release files there are, wherever they were made.
+pub fn checksums(workspace: &Workspace, _arguments: &[String]) -> ExitCode {
+    let folder = folder(workspace);
+    let is_given =
+        |path: &PathBuf| path.is_file() && !path.ends_with(archive::SUMS) && !path.ends_with("rowscan");
+    let given = files::all_in(&folder).map(|all| all.into_iter().filter(is_given).collect::<Vec<_>>());
+    ended("checksums", given.and_then(|given| archive::write_checksums(&folder, &given)))
+}
+
+fn ended(what: &str, result: Result<(), String>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("{what}: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Where the release files are.
+fn folder(workspace: &Workspace) -> PathBuf {
+    workspace.target.join("dist")
+}
+
 /// Makes everything and uses it as its users do; a step of `full`.
 pub fn run(workspace: &Workspace) -> Outcome {
     let made = match make(workspace, DEFAULT_TARGET) {
@@ -80,7 +117,7 @@ struct Made {
 }
 
 fn make(workspace: &Workspace, target: &str) -> Result<Made, String> {
-    let folder = workspace.target.join("dist");
+    let folder = folder(workspace);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let build = workspace.target.join("dist-build");
@@ -90,7 +127,7 @@ fn make(workspace: &Workspace, target: &str) -> Result<Made, String> {
     let archive = archive::make(&dist, &binary)?;
     let package = debian::make(&dist)?;
     let given: Vec<PathBuf> = [archive.clone()].into_iter().chain(package.clone()).collect();
-    archive::write_checksums(&dist, &given)?;
+    archive::write_checksums(&dist.folder, &given)?;
     for file in given.iter().chain([&binary]) {
         println!("    {:>12} bytes  {}", files::size(file), file.display());
     }

@@ -19,13 +19,13 @@ _scanners = pytest.StashKey()
 
 @pytest.fixture(scope="session")
 def rowscan_orchard():
-    """Orchards by scene and seed, grown once a session: `rowscan_orchard("spindle", seed=7)`."""
+    """Orchards by scene, seed and keys, grown once a session: `rowscan_orchard("spindle", seed=7, trees=3)`."""
     grown = {}
 
-    def orchard(scene="spindle", *, seed=None, optics=None):
-        key = (str(scene), seed, optics)
+    def orchard(scene="spindle", *, seed=None, optics=None, **keys):
+        key = (str(scene), seed, optics, repr(sorted(keys.items())))
         if key not in grown:
-            grown[key] = _rowscan.Orchard(scene, seed=seed, optics=optics)
+            grown[key] = _rowscan.Orchard(scene, seed=seed, optics=optics, **keys)
         return grown[key]
 
     return orchard

@@ -19,8 +19,12 @@ class Orchard:
     Places, rows and trees count from 0. Frame: X across the row (the first row's axis is 0), Y along the row, Z up; metres.
     """
 
-    def __new__(cls, scene: _Path = "spindle", *, seed: Optional[int] = None, optics: Optional[str] = None) -> Orchard:
-        """Grows a built-in scene by its name, or a scene file; `seed` and `optics` instead of the scene's own."""
+    def __new__(cls, scene: _Path = "spindle", *, seed: Optional[int] = None, optics: Optional[str] = None, **keys: Any) -> Orchard:
+        """Grows a built-in scene by its name, or a scene file; `seed` and `optics` instead of the scene's own.
+
+        Further keywords are keys of `[orchard]`, as in a scene file and checked as strictly: `trees=20, target_lai=1.2`. Keys of other tables have their
+        dots: `**{"orchard.tree.iterations": 8, "rig.speed_m_s": 0.5}`.
+        """
 
     @property
     def scene(self) -> str: ...
@@ -70,6 +74,12 @@ class Orchard:
     def leaves(self) -> Leaves:
         """Every leaf of every row."""
 
+    def svg(self, *, trees: Optional[int] = None, outlines: bool = False) -> str:
+        """Front, side and top view as SVG, as `rowscan orchard export --svg`; a notebook shows it. trees: only so many, from the first place."""
+
+    def png(self, view: str = "three-quarter", *, size: Tuple[int, int] = (1600, 900), trees: Optional[int] = None) -> bytes:
+        """A shaded picture, as `rowscan orchard render`. view: "three-quarter", "side", "alley" or "top"."""
+
 class Leaves:
     """Leaves as arrays, an entry a leaf."""
 
@@ -89,8 +99,8 @@ class Leaves:
     """Leaf i has the vertices `vertices_m[first[i]:first[i + 1]]`; (leaves + 1,)"""
     def __len__(self) -> int: ...
 
-class Scans:
-    """The scans of one scanner."""
+class ScanArrays:
+    """The scans of one scanner as arrays."""
 
     @property
     def time_s(self) -> NDArray[np.float64]:
@@ -124,6 +134,14 @@ class Scans:
     def scan_counter(self) -> NDArray[np.uint16]:
         """Wraps, (scans,)."""
 
+    @property
+    def row_m(self) -> Optional[NDArray[np.float64]]:
+        """Where the tractor is along its row, metres, (scans,). Of a drive; None of a recording, which does not know."""
+
+    @property
+    def speed_m_s(self) -> Optional[NDArray[np.float64]]:
+        """How fast it drives, (scans,). Of a drive."""
+
     def points(self, rig: Optional[_Path] = None, *, scanner: int = 0) -> Dict[str, NDArray[Any]]:
         """Every return as a point: `points_m` (returns, 3) float64, `scan` and `beam` (returns,) uint32.
 
@@ -131,12 +149,12 @@ class Scans:
         """
 
     def to_pandas(self) -> Any:
-        """A data frame with a row a beam of a scan, misses too: scan, time_s, beam, angle_deg, range_m, and remission and encoder_ticks
-        where they are known. Needs pandas."""
+        """A data frame with a row a beam of a scan, misses too: scan, time_s, beam, angle_deg, range_m, and remission, encoder_ticks,
+        row_m and speed_m_s where they are known. Needs pandas."""
 
     def __len__(self) -> int: ...
 
-class Scan:
+class RowScan:
     """One of the paper's scans of a row."""
 
     areas: Dict[str, Any]
@@ -266,11 +284,11 @@ def drive(
     remission: bool = True,
     seed: Optional[int] = None,
     optics: Optional[str] = None,
-) -> Scans:
+) -> ScanArrays:
     """Drives the rig's first scanner once past the first row, in memory, as fast as it goes: the scans that a client of the same `Scanner` receives,
     bit for bit. remission: ask for it, of a scanner that speaks CoLa."""
 
-def scan(
+def scan_row(
     orchard: Union[_Path, Orchard],
     kind: str = "lateral",
     *,
@@ -284,18 +302,18 @@ def scan(
     overhead_m: Optional[float] = None,
     range: Optional[Tuple[float, float]] = None,
     points: bool = False,
-) -> Scan:
+) -> RowScan:
     """Scans a row in one of the paper's six ways, with exact ranges and no device: "lateral", "opposite", "zenith", and each with "-orthogonal".
     Keywords as the flags of `rowscan scan`; what is left out is the command's own."""
 
-def read(path: _Path, *, echo: int = 0, scans: Optional[int] = None) -> Scans:
+def read(path: _Path, *, echo: int = 0, scans: Optional[int] = None) -> ScanArrays:
     """The scans of a recording: MCAP, pcap, pcapng, raw bytes, hex text, ranges as CSV; `FILE#STREAM` where it holds several.
 
     echo: which echo of each beam, from 0. scans: at most so many.
     """
 
 def estimate(
-    source: _Path,
+    source: Union[_Path, ScanArrays],
     rig: Union[None, _Path, Orchard] = None,
     *,
     scanner: int = 0,
@@ -310,10 +328,16 @@ def estimate(
 ) -> Dict[str, Any]:
     """What `rowscan estimate SOURCE --rig RIG --format json` writes: leaf area, impacted area, height, by row, tree and metre.
 
-    source: tcp://HOST:PORT, serial:/dev/ttyUSB0, rfc2217://HOST:PORT, or a recording. rig: a rig file, a scene, or an orchard; without it areas are
-    None. scanner: the rig's scanner this is, from 0. echo: "first" or "last". estimators: names, or "all"; then `side_by_side` has the row's
+    source: tcp://HOST:PORT, serial:/dev/ttyUSB0, rfc2217://HOST:PORT, a recording, or the scans of `drive` or `read`. rig: a rig file, a scene, or an
+    orchard; without it areas are None, but for a drive, which has its own. scanner: the rig's scanner this is, from 0. echo: "first" or "last". estimators: names, or "all"; then `side_by_side` has the row's
     numbers by each, beside the truth where `rig` is a scene or an orchard. trees: "trunk", "valley" or both, the ways to find trees in the data.
     A live scanner ends with `scans` or `length_m`, or with Ctrl-C; where telegrams come for 10 s without a valid scan, with a warning.
+    """
+
+def study(path: _Path, *, seed: Optional[int] = None, repeats: Optional[int] = None) -> Tuple[Dict[str, Any], str]:
+    """Runs a study (docs/studies.md) as `rowscan study run` does, on all cores: its report, and its figure as SVG.
+
+    seed, repeats: instead of the file's.
     """
 
 def check(

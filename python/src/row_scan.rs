@@ -1,14 +1,14 @@
-//! `scan`: the paper's scans of one row.
+//! `scan_row`: the paper's scans of one row.
 
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use rowscan_emulator::stage::Stage;
 use rowscan_scenes::caster::Return;
 use rowscan_scenes::scan::{Sampling, ScanKind, ScanPoint, ScanSettings};
-use rowscan_study::row_scan::{self, RowScan, Scanned};
+use rowscan_study::row_scan::{self, Scanned};
 
 use crate::failure::{Failure, Refusal};
 use crate::orchard::SceneOf;
@@ -16,7 +16,7 @@ use crate::{arrays, document, wait};
 
 /// One of the paper's scans of a row.
 #[pyclass(frozen, get_all, module = "rowscan")]
-pub(crate) struct Scan {
+pub(crate) struct RowScan {
     /// What `rowscan scan --format json` writes of it: areas I_L, I_T, I_3L, hits by class, the layout.
     areas: Py<PyAny>,
     /// Matrix L: ranges in metres, (lines, beams) float64; NaN where a beam escapes.
@@ -27,6 +27,33 @@ pub(crate) struct Scan {
     y_m: Py<PyArray1<f64>>,
     /// Every return with its truth, a column an array; None unless asked for.
     points: Option<Py<PyDict>>,
+}
+
+#[pymethods]
+impl RowScan {
+    #[new]
+    fn new(
+        areas: Py<PyAny>,
+        ranges_m: Py<PyArray2<f64>>,
+        swept: Py<PyArray1<f64>>,
+        y_m: Py<PyArray1<f64>>,
+        points: Option<Py<PyDict>>,
+    ) -> Self {
+        Self { areas, ranges_m, swept, y_m, points }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let none = py.None();
+        let points = self.points.as_ref().map_or(none.bind(py), |points| points.bind(py).as_any());
+        let parts = [
+            self.areas.bind(py),
+            self.ranges_m.bind(py).as_any(),
+            self.swept.bind(py).as_any(),
+            self.y_m.bind(py).as_any(),
+            points,
+        ];
+        Ok((py.get_type::<Self>().into_any(), PyTuple::new(py, parts)?))
+    }
 }
 
 /// The same before Python has it.
@@ -45,7 +72,7 @@ struct Found {
     overhead_m = None, range = None, points = false
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
-pub(crate) fn scan(
+pub(crate) fn scan_row(
     py: Python<'_>,
     orchard: SceneOf,
     kind: &str,
@@ -59,7 +86,7 @@ pub(crate) fn scan(
     overhead_m: Option<f64>,
     range: Option<(f64, f64)>,
     points: bool,
-) -> PyResult<Scan> {
+) -> PyResult<RowScan> {
     let kind = kind_named(kind)?;
     let sampling = sampling.map(sampling_named).transpose()?;
     let stage = orchard.stage(py, None, None)?;
@@ -77,7 +104,7 @@ pub(crate) fn scan(
     };
     let found = wait::for_work(py, "scan the row", move || found(&stage, row, &settings, points))?;
     let columns = found.swept.len();
-    Ok(Scan {
+    Ok(RowScan {
         areas: document::of(py, &found.scanned)?,
         ranges_m: arrays::rows(py, found.ranges_m, columns)?,
         swept: arrays::line(py, found.swept),
@@ -87,7 +114,7 @@ pub(crate) fn scan(
 }
 
 fn found(stage: &Arc<Stage>, row: usize, settings: &ScanSettings, points: bool) -> Result<Found, Failure> {
-    let scan = RowScan::new(stage, row, settings)?;
+    let scan = row_scan::RowScan::new(stage, row, settings)?;
     let plan = scan.plan();
     let (scanned, lines) = scan.lines(|line| {
         let or_nan = |met: &Return| if met.range_m.is_finite() { met.range_m } else { f64::NAN };
