@@ -130,6 +130,7 @@ async fn converse(
         let next = tokio::select! {
             read = reader.read(&mut chunk) => match read? {
                 0 => Next::End,
+                _ if member.is_out() => Next::End,
                 read => conversation.hears(&chunk[..read]).await?,
             },
             telegram = telegrams.recv() => match telegram {

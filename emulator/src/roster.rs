@@ -66,6 +66,8 @@ pub(crate) struct Member {
     passed_ms: AtomicU64,
     /// Something is being written to it.
     writing: AtomicBool,
+    /// It is turned out: what it still asks is not answered.
+    is_out: AtomicBool,
     /// Rung to turn this client out.
     leave: Notify,
 }
@@ -130,6 +132,7 @@ impl Roster {
         if members.len() >= self.limit {
             let (index, why) = self.dispensable(&members)?;
             let member = members.remove(index);
+            member.is_out.store(true, Ordering::Release);
             member.leave.notify_one();
             instead_of = Some((member, why));
         }
@@ -142,6 +145,7 @@ impl Roster {
             spoke: AtomicBool::new(false),
             passed_ms: AtomicU64::new(self.now_ms()),
             writing: AtomicBool::new(false),
+            is_out: AtomicBool::new(false),
             leave: Notify::new(),
         });
         members.push(Arc::clone(&member));
@@ -240,6 +244,11 @@ impl Member {
         self.spoke.store(true, Ordering::Relaxed);
     }
 
+    /// Whether this client is turned out. Its task may be in the middle of its work and not have heard the bell yet.
+    pub(crate) fn is_out(&self) -> bool {
+        self.is_out.load(Ordering::Acquire)
+    }
+
     /// Resolves when this client is turned out.
     pub(crate) async fn turned_out(&self) {
         self.leave.notified().await;
@@ -274,6 +283,7 @@ mod tests {
         let ids: Vec<u64> = roster.lock().iter().map(|member| member.id).collect();
         assert_eq!(ids, [speaker.member.id, newcomer.member.id]);
         assert!(!ids.contains(&silent.member.id));
+        assert!(silent.member.is_out() && !speaker.member.is_out() && !newcomer.member.is_out());
         newcomer.member.has_spoken();
         assert!(
             roster.join(String::new()).is_none(),
