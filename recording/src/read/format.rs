@@ -4,7 +4,7 @@ use std::fmt;
 
 use rowscan_protocol::can::CandumpLine;
 
-use super::{carmen, ranges, words};
+use super::{carmen, ranges, wireshark, words};
 
 /// Kinds of files that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub enum Format {
     Telegrams,
     /// A log of the CARMEN toolkit.
     Carmen,
+    /// Packets as Wireshark exports them.
+    WiresharkJson,
     /// Bytes in hex.
     Hex,
     /// Bytes as they went over the wire.
@@ -70,7 +72,12 @@ impl Format {
     /// True if such a file says when its packets came, and who sent them.
     pub fn has_times(self) -> bool {
         match self {
-            Self::Mcap | Self::Capture | Self::Candump | Self::Ranges | Self::Carmen => true,
+            Self::Mcap
+            | Self::Capture
+            | Self::Candump
+            | Self::Ranges
+            | Self::Carmen
+            | Self::WiresharkJson => true,
             Self::Telegrams | Self::Hex | Self::Raw => false,
         }
     }
@@ -96,6 +103,8 @@ impl Format {
             Self::Candump
         } else if carmen::is_log(first) || carmen::is_log(content) {
             Self::Carmen
+        } else if wireshark::is_export(&text) {
+            Self::WiresharkJson
         } else if words::is_telegram(content) {
             Self::Telegrams
         } else {
@@ -124,6 +133,7 @@ impl fmt::Display for Format {
             Self::Ranges => "CSV of ranges",
             Self::Telegrams => "telegrams as text",
             Self::Carmen => "CARMEN log",
+            Self::WiresharkJson => "Wireshark JSON",
             Self::Hex => "hex text",
             Self::Raw => "raw bytes",
         })

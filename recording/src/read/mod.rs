@@ -15,6 +15,7 @@ mod tail;
 mod tcp;
 mod told_scan;
 mod torn;
+mod wireshark;
 mod words;
 
 use std::io::{self, Cursor, Read};
@@ -86,7 +87,7 @@ pub enum ReadError {
     Empty,
     /// A file of another kind.
     #[error(
-        "it is {what}; expected a recording: MCAP, a network capture, raw bytes, hex text, telegrams as text or a CARMEN log"
+        "it is {what}; expected a recording: MCAP, a network capture, raw bytes, hex text, telegrams as text, packets in Wireshark's JSON or a CARMEN log"
     )]
     Foreign {
         /// What it is, and the remedy.
@@ -262,6 +263,12 @@ impl Recording {
             Format::Telegrams => {
                 recording.streams.push(scanner(StreamKind::Cola));
                 let (packets, torn) = lines(&text(input)?, words::packets)?;
+                recording.packets = Packets::Listed(packets.into_iter());
+                recording.torn = torn;
+            }
+            Format::WiresharkJson => {
+                recording.streams.push(scanner(StreamKind::Cola));
+                let (packets, torn) = wireshark::packets(&text(input)?)?;
                 recording.packets = Packets::Listed(packets.into_iter());
                 recording.torn = torn;
             }
