@@ -67,9 +67,8 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
     let flags = ["--scans", "60", "--format", "json", "--can", &bus];
     let ended = run(&[hint.split(' ').collect(), flags.to_vec()].concat());
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-    // Behind the line that says where the bus is.
-    let (_, document) = ended.stdout.split_once('\n').unwrap();
-    let found: Value = serde_json::from_str(document).unwrap();
+    // The line that says where the bus is stands on standard error.
+    let found: Value = serde_json::from_str(&ended.stdout).unwrap();
     let [right, left] = found["scanners"].as_array().unwrap().as_slice() else { panic!("{found}") };
     for (number, (estimate, source)) in [right, left].into_iter().zip(&sources).enumerate() {
         assert_eq!((&estimate["scanner"], &estimate["source"]), (&number.into(), &source.as_str().into()));

@@ -283,7 +283,7 @@ fn a_grid_is_told_at_the_values_that_were_computed() {
     .expect("written");
     let refused = study(&path, &[]);
     assert!(
-        refused.code == Some(2) && refused.stderr.contains("a whole number of 0 or more, found"),
+        refused.code == Some(2) && refused.stderr.contains("a whole number of 1 or more, found"),
         "{}",
         refused.stderr
     );

@@ -1,6 +1,8 @@
 //! What a scene file says about the orchard: a preset, and what departs from it.
 
-use serde::de::{Error, Unexpected};
+use std::fmt;
+
+use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::by_row::ByRow;
@@ -24,10 +26,35 @@ const MOST_DIFFERENT: u32 = 10_000;
 
 /// A count of which there is one at least. The range ends where the layout is checked, which knows more.
 fn one_or_more<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u32>, D::Error> {
-    let refused = |found| D::Error::invalid_value(Unexpected::Signed(found), &"a whole number of 1 or more");
-    let checked =
-        |count: i64| u32::try_from(count).ok().filter(|count| *count > 0).ok_or_else(|| refused(count));
-    Option::<i64>::deserialize(from)?.map(checked).transpose()
+    struct OneOrMore;
+
+    impl<'de> Visitor<'de> for OneOrMore {
+        type Value = Option<u32>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a whole number of 1 or more")
+        }
+
+        fn visit_i64<E: Error>(self, found: i64) -> Result<Self::Value, E> {
+            let count = u32::try_from(found).ok().filter(|count| *count > 0);
+            count.map(Some).ok_or_else(|| E::invalid_value(Unexpected::Signed(found), &self))
+        }
+
+        fn visit_u64<E: Error>(self, found: u64) -> Result<Self::Value, E> {
+            let count = u32::try_from(found).ok().filter(|count| *count > 0);
+            count.map(Some).ok_or_else(|| E::invalid_value(Unexpected::Unsigned(found), &self))
+        }
+
+        fn visit_none<E: Error>(self) -> Result<Self::Value, E> {
+            Ok(None)
+        }
+
+        fn visit_some<D: Deserializer<'de>>(self, from: D) -> Result<Self::Value, D::Error> {
+            from.deserialize_any(self)
+        }
+    }
+
+    from.deserialize_option(OneOrMore)
 }
 
 /// The `[orchard]` table of a scene file.
