@@ -16,6 +16,7 @@ mod fault_schema;
 mod frames;
 mod journal;
 mod judge;
+mod kin;
 mod onlooker;
 mod output;
 mod pause;

@@ -16,6 +16,7 @@ use crate::fault::{Pause, ScenarioFault};
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
 use crate::journal::{END, Event, Journal};
+use crate::kin::Kin;
 use crate::onlooker::Onlooker;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
@@ -118,6 +119,8 @@ async fn drive(
     let mut rig = ScenarioRig::start(scenario, stage, folder, (faults, beside.onlooker)).await?;
     let journal = rig.journal.clone();
     record.journal = Some(journal.clone());
+    // Dropped after the children: what they leave behind goes last.
+    let kin = Kin::new();
     let mut children = Vec::new();
     let program =
         beside.program.map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
@@ -128,7 +131,7 @@ async fn drive(
     let ended: Result<Option<String>, Failure> = tokio::select! {
         biased;
         ended = bench.ended() => ended.map(|()| None).map_err(Failure::from),
-        ended = accompany(scenario, (folder, record.seed), (places, &hold, desk, frames), (&journal, pauses), &mut children) => ended.map(Some),
+        ended = accompany(scenario, (folder, record.seed), (places, &hold, desk, frames), (&journal, pauses), (&kin, &mut children)) => ended.map(Some),
     };
     record.ended = journal.now();
     desk.note();
@@ -143,13 +146,22 @@ async fn drive(
     rig.desk.heal();
     record.fault_events_lost = rig.desk.events_lost();
     record.fault_acts = rig.desk.acts();
+    record.scans_missed = rig.scans_missed();
+    let ScenarioRig { stage, bench, .. } = rig;
+    // The children's streams end, as those of a machine that is switched off; then they may end by themselves.
+    bench.close().await;
     for child in &mut children {
         child.end().await;
         record.children.insert(child.id.clone(), record_of(scenario, child));
     }
+    let left = kin.end();
+    if !left.is_empty() {
+        record
+            .warnings
+            .push(format!("killed what the children left running outside their group: {}", left.join(", ")));
+    }
     record.events = journal.events();
-    record.scans_missed = rig.scans_missed();
-    record.truth = Some(truth::Trees::of(&rig.stage));
+    record.truth = Some(truth::Trees::of(&stage));
     record.left = ended?;
     if let Some(unfinished) = unfinished {
         return Err(unfinished.into());
@@ -198,11 +210,13 @@ async fn accompany(
     (folder, seed): (&Path, u64),
     (places, hold, desk, frames): (&BTreeMap<String, String>, &Hold, &FaultDesk, &Frames),
     (journal, pauses): (&Journal, Vec<(usize, Pause, Timing)>),
-    children: &mut Vec<Child>,
+    (kin, children): (&Kin, &mut Vec<Child>),
 ) -> Result<String, Failure> {
     let startup = Stopwatch::start();
     for spec in &scenario.runs {
-        let child = Child::start(start(scenario, spec, folder, seed, places)?, journal)?;
+        let mut start = start(scenario, spec, folder, seed, places)?;
+        start.env.extend([kin.mark()]);
+        let child = Child::start(start, journal)?;
         children.push(child);
         let Some(child) = children.last() else { continue };
         ready(scenario, spec, child, folder, (places, frames), startup).await?;

@@ -4,6 +4,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
+use rowscan_ports::clock;
 use rowscan_protocol::search::{Interface, Search};
 use tokio::net::UdpSocket;
 
@@ -24,7 +25,7 @@ pub(crate) async fn answer(shared: Arc<Shared>, socket: UdpSocket, address: Sock
     let mut bytes = [0; MAX_DATAGRAM];
     loop {
         let Ok((length, peer)) = socket.recv_from(&mut bytes).await else {
-            tokio::time::sleep(PAUSE).await;
+            clock::rest(PAUSE).await;
             continue;
         };
         let Some(search) = bytes.get(..length).and_then(Search::parse) else { continue };

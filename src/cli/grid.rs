@@ -193,7 +193,7 @@ mod tests {
     fn words_fold_before_rows_become_blocks() {
         let folded = grid(Some(50), &[DROP]).to_string();
         assert!(widest(&folded) <= 50 && folded.lines().count() > 3, "{folded}");
-        assert!(folded.starts_with(" name") && folded.contains("probability,"), "no word is cut: {folded}");
+        assert!(folded.starts_with("name") && folded.contains("probability,"), "no word is cut: {folded}");
         let blocks = grid(Some(24), &[DROP, ["cut", "", "the link is cut"]]).to_string();
         let expected = "name        drop\nparameters  bytes,\n            probability,\n            seed\n\
                         does        bytes on the\n            way to the\n            client are\n            lost\n\n\

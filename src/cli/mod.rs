@@ -331,9 +331,18 @@ impl Failure {
 /// What tasks get to end in, once a command has.
 const SHUTDOWN_TIMEOUT: std::time::Duration = std::time::Duration::from_millis(300);
 
+/// A number below zero is an option's value, and refused as such by name; it is no flag.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let command = command.mut_args(|arg| {
+        let takes_values = arg.get_action().takes_values();
+        if takes_values { arg.allow_negative_numbers(true) } else { arg }
+    });
+    command.mut_subcommands(with_negative_numbers)
+}
+
 /// The command line as its parser knows it. The types that it is parsed to are not for others: what nobody else can call is not compiled.
 pub fn command() -> clap::Command {
-    examples::ended(Cli::command())
+    with_negative_numbers(examples::ended(Cli::command()))
 }
 
 /// Runs one command line to its end; the first argument is the program's name.

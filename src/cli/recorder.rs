@@ -82,6 +82,11 @@ struct Running {
 }
 
 impl RecordArgs {
+    /// Whether it is asked for.
+    pub(super) fn is_given(&self) -> bool {
+        self.record.is_some()
+    }
+
     /// Starts recording, if it was asked for. `waits`: for the disk, instead of losing packets.
     pub(super) fn start(&self, about: About, waits: bool) -> Result<Taping, Failure> {
         self.record

@@ -2,7 +2,7 @@
 
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::rig::Rig;
-use rowscan_scenes::files;
+use rowscan_scenes::files::{self, Warning};
 use rowscan_scenes::optics::{self, Stages};
 use rowscan_scenes::{GrowError, Scene};
 
@@ -36,9 +36,16 @@ pub(super) struct OpticsArgs {
 }
 
 impl OpticsArgs {
-    /// The scene with these optics.
-    pub(super) fn over(&self, scene: &mut Scene) {
+    /// The scene of this name with these optics.
+    pub(super) fn load(&self, name: &str) -> Result<Scene, Failure> {
+        let tell = |warning| match (&warning, self.optics) {
+            // Which stages are on is the flag's to say, not the file's.
+            (Warning::AirIsOff { .. }, Some(stages)) if stages.has(optics::Stage::Air) => {}
+            _ => say(warning),
+        };
+        let mut scene = files::load_scene(name, tell)?;
         scene.optics.stages = self.optics.unwrap_or(scene.optics.stages);
+        Ok(scene)
     }
 }
 
@@ -47,9 +54,8 @@ impl SceneArgs {
     pub(super) fn scene(&self) -> Result<Scene, Failure> {
         // A model that does not exist is told before an orchard has been grown for it.
         self.model.as_deref().map(models::find).transpose()?;
-        let mut scene = files::load_scene(&self.name, say)?;
+        let mut scene = self.optics.load(&self.name)?;
         scene.seed = self.seed.unwrap_or(scene.seed);
-        self.optics.over(&mut scene);
         Ok(scene)
     }
 

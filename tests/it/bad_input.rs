@@ -164,3 +164,25 @@ fn lengths_speeds_and_models_that_cannot_be_are_refused() {
         assert!(ended.stderr.contains(says), "{arguments:?}: {}", ended.stderr);
     }
 }
+
+#[test]
+fn a_number_below_zero_is_an_options_value_and_refused_by_its_name() {
+    for (args, option) in [
+        (&["emulate", "--time-scale", "-1"][..], "--time-scale"),
+        (&["emulate", "--seconds", "-1"], "--seconds"),
+        (&["emulate", "--uptime", "-5"], "--uptime"),
+        (&["demo", "--seed", "-1"], "--seed"),
+        (&["replay", "x.mcap", "--time-scale", "-0.5"], "--time-scale"),
+    ] {
+        let said = refused(args);
+        assert!(said.contains(option) && !said.contains("unexpected argument"), "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn a_recording_is_not_recorded_again_by_an_estimate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let new = folder.path().join("new.mcap");
+    let said = refused(&["estimate", "run.mcap", "--record", crate::common::binary::text(&new)]);
+    assert!(said.contains("rowscan record FILE -o NEW") && !new.exists(), "{said}");
+}

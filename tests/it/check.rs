@@ -235,3 +235,54 @@ fn the_manuals_five_minutes_are_as_it_says() {
         assert!(folder.path().join("verdicts.xml").exists());
     }
 }
+
+/// What of a controller has left its process group ends with the run all the same, and is told; so does what is left when the run is interrupted.
+#[cfg(target_os = "linux")]
+#[test]
+fn nothing_that_a_controller_started_outlives_the_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("daemon.toml");
+    // No other program sleeps so long.
+    let seconds = 100_000 + u64::from(std::process::id());
+    let left = format!("setsid sleep {seconds} </dev/null >/dev/null 2>&1 &");
+    let estimate = "exec {rowscan} estimate tcp://{left.tcp} --format json";
+    let written = format!(
+        "version = 1\nscene = \"spindle\"\nend = {{ s = 1 }}\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n\
+         [[run]]\nid = \"sut\"\ncommand = [\"sh\", \"-c\", \"{left} {estimate}\"]\n\
+         [[expect]]\nwhat = \"scans_lost\"\nequals = 0\n"
+    );
+    std::fs::write(&path, written).expect("written");
+    let ended = run(&["check", text(&path)]);
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+    let said = [ended.stdout, ended.stderr].concat();
+    assert_says(&said, &["killed what the children left running outside their group: sleep"]);
+    let lines = std::fs::read_dir("/proc").expect("linux").flatten();
+    let lines = lines.filter_map(|process| std::fs::read_to_string(process.path().join("cmdline")).ok());
+    assert_eq!(lines.filter(|line| line.contains(&seconds.to_string())).count(), 0, "it runs on");
+}
+
+/// A controller without a handler of signals that leaves when its stream ends is let leave: SIGTERM comes only to one that stays.
+#[test]
+fn the_streams_end_before_a_controller_is_told_to() {
+    if !has_python() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let client = folder.path().join("client.py");
+    let program = "import socket, sys\nhost, port = sys.argv[1].split(':')\nlink = socket.create_connection((host, int(port)))\n\
+        link.sendall(b'\\x02sEN LMDscandata 1\\x03')\nwhile link.recv(65536):\n    pass\nprint('the stream has ended', flush=True)\n";
+    std::fs::write(&client, program).expect("written");
+    let written = |clock: &str| {
+        format!(
+            "version = 1\nscene = \"spindle\"\nend = {{ s = 1 }}\n{clock}[[device]]\nid = \"left\"\nmodel = \"lms111\"\n\
+             [[run]]\nid = \"sut\"\ncommand = [\"python3\", \"{{scenario}}/client.py\", \"{{left.tcp}}\"]\n\
+             [[expect]]\nwhat = \"exit_code\"\n[[expect]]\nwhat = \"log\"\nmatches = \"the stream has ended\"\n"
+        )
+    };
+    for clock in ["", "clock = { mode = \"lockstep\", ack = { sut = \"idle\" } }\n"] {
+        let path = folder.path().join("ends.toml");
+        std::fs::write(&path, written(clock)).expect("written");
+        let ended = run(&["check", text(&path)]);
+        assert_eq!(ended.code, Some(0), "{clock}{}{}", ended.stdout, ended.stderr);
+    }
+}

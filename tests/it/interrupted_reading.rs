@@ -1,7 +1,12 @@
 //! SIGTERM ends every command, whatever it reads: a FIFO that nobody writes to, zeros without an end.
 
+use std::io::Write;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
+
+use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::telegram::wire::FixedText;
+use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame};
 
 use crate::common::binary::{finish, rowscan, text};
 
@@ -143,3 +148,47 @@ fn a_file_that_never_ends_is_refused_at_its_bound() {
 
 /// These take what they read piece by piece.
 const READS_RECORDINGS: &[&str] = &["estimate", "watch", "record", "replay", "export", "decode"];
+
+#[test]
+fn a_part_of_a_file_is_no_estimate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let fifo = folder.path().join("scans");
+    assert!(Command::new("mkfifo").arg(&fifo).status().expect("it runs").success());
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let mut command = rowscan();
+        command.args(["estimate", text(&fifo), "--format", "json"]).stdin(Stdio::null());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = command.spawn().expect("the binary runs");
+        let path = fifo.clone();
+        // Scans without an end: whenever the signal comes, there are more.
+        let writing = std::thread::spawn(move || {
+            let channel = Channel {
+                name: FixedText(*b"DIST1"),
+                scale: 1.0,
+                step: 5000,
+                values: vec![1500; 541],
+                ..Channel::default()
+            };
+            let mut scan =
+                LmdScandata { scan_frequency: 5000, channels16: vec![channel], ..LmdScandata::default() };
+            let mut writer = std::fs::OpenOptions::new().write(true).open(path).expect("read by the command");
+            loop {
+                scan.telegram_counter = scan.telegram_counter.wrapping_add(1);
+                scan.scan_counter = scan.telegram_counter;
+                scan.scan_time_us = scan.scan_time_us.wrapping_add(20_000);
+                let mut bytes = Vec::new();
+                encode_frame(Dialect::B, Kind::Sn, LmdScandata::NAME, &scan, &mut bytes);
+                if writer.write_all(&bytes).is_err() {
+                    break;
+                }
+            }
+        });
+        std::thread::sleep(Duration::from_secs(1));
+        let told = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+        assert!(told.expect("it runs").success());
+        let ended = finish(child);
+        assert_eq!((ended.code, ended.stdout.as_str()), (Some(code), ""), "{signal}: {}", ended.stderr);
+        assert!(ended.stderr.contains("there is no estimate of the whole"), "{signal}: {}", ended.stderr);
+        writing.join().expect("nobody reads any more");
+    }
+}

@@ -305,3 +305,29 @@ fn the_fog_filter_that_a_client_sets_takes_fog_away_and_leaves_the_trees() {
         assert!(seen > 200, "{name}: {seen} of {met} echoes left");
     }
 }
+
+#[test]
+fn weather_that_no_beam_meets_is_told_unless_a_flag_brings_its_stage() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = |name: &str, stages: &str| {
+        let path = folder.path().join(name);
+        let text = format!(
+            "version = 2\n[orchard]\ntrees = 1\n[optics]\nstages = \"{stages}\"\n[optics.air]\nrain_mm_h = 20.0\n"
+        );
+        std::fs::write(&path, text).expect("written");
+        path.to_string_lossy().into_owned()
+    };
+    let told = "`[optics.air]` has no effect, for its stage is off";
+    let (off, on) = (scene("off.toml", "spot"), scene("on.toml", "device"));
+    for (args, expected) in [
+        (&["scene", "check", &off][..], true),
+        (&["scan", &off, "--type", "lateral"], true),
+        (&["scan", &off, "--type", "lateral", "--optics", "spot,energy"], true),
+        (&["scan", &off, "--type", "lateral", "--optics", "device"], false),
+        (&["scene", "check", &on], false),
+    ] {
+        let ended = run(args);
+        assert_eq!(ended.code, Some(0), "{args:?}: {}", ended.stderr);
+        assert_eq!(ended.stderr.matches(told).count(), usize::from(expected), "{args:?}: {}", ended.stderr);
+    }
+}

@@ -33,8 +33,7 @@ def recorded_counters(recorded):
 def test_a_recorded_scanner_answers_and_streams(replayed, dialect):
     emulator, model, recorded = replayed
     with Client(emulator.address, dialect) as client:
-        ident = b"sRN DeviceIdent"
-        assert model.upper().encode() in client.exchange(ident)
+        assert model.upper().encode() in client.exchange(b"sRN DItype")
         assert client.login().startswith(b"sAN SetAccessMode ")
         # What the recording cannot honour is refused: every second scan.
         every_second = {"A": b"sWN LMDscandatacfg 01 00 0 0 0 00 00 0 0 0 0 +2",

@@ -80,7 +80,7 @@ pub fn load_rig(name: &str, mut tell: impl FnMut(Warning)) -> Result<(Rig, Optio
     let place = source.place;
     match file.rig {
         Some(rig) if is_alone => {
-            let tell = |about| tell(Warning { place: place.clone(), about });
+            let tell = |about| tell(Warning::OldRoof { place: place.clone(), about });
             let rig = sound(file.version, rig, tell);
             Ok((rig.map_err(|cause| LoadError::Rig { place: place.clone(), cause })?, None))
         }

@@ -22,7 +22,10 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
         fill(file, source.folder())?;
     }
     scene.validate().map_err(|cause| LoadError::Scene { place: source.place.clone(), cause })?;
-    old_roofs.into_iter().for_each(|about| tell(Warning { place: source.place.clone(), about }));
+    old_roofs.into_iter().for_each(|about| tell(Warning::OldRoof { place: source.place.clone(), about }));
+    if scene.optics.air_is_off() {
+        tell(Warning::AirIsOff { place: source.place.clone() });
+    }
     Ok(scene)
 }
 

@@ -4,17 +4,34 @@ use std::fmt;
 
 use rowscan_protocol::rig::{OldRoof, VERSION};
 
-/// Something in a file of an older version that would mean something else in one of the present version.
+/// Something in a file that does other than it seems to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// File or built-in name.
-    pub place: String,
-    /// What it is; it was read with the meaning that it had.
-    pub about: OldRoof,
+#[non_exhaustive]
+pub enum Warning {
+    /// A mount of an older version that would mean something else in one of the present version.
+    OldRoof {
+        /// File or built-in name.
+        place: String,
+        /// What it is; it was read with the meaning that it had.
+        about: OldRoof,
+    },
+    /// Weather, spray or dirt that no beam meets: the stage `air` is off.
+    AirIsOff {
+        /// File or built-in name.
+        place: String,
+    },
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}; write that, and `version = {VERSION}`", self.place, self.about)
+        match self {
+            Self::OldRoof { place, about } => {
+                write!(f, "{place}: {about}; write that, and `version = {VERSION}`")
+            }
+            Self::AirIsOff { place } => write!(
+                f,
+                "{place}: `[optics.air]` has no effect, for its stage is off; write `[optics] stages = \"device\"`, or another list with `air`, or give --optics"
+            ),
+        }
     }
 }

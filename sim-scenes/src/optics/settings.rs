@@ -79,6 +79,11 @@ impl OpticsSettings {
         self.air.validate()
     }
 
+    /// Whether weather, spray or dirt is set that has no effect.
+    pub fn air_is_off(&self) -> bool {
+        self.air != Air::default() && !self.stages.has(Stage::Air)
+    }
+
     /// The contamination that scanners report, as LCMstate has it: 0 to 3.
     pub fn contamination(&self) -> u8 {
         if self.stages.has(Stage::Air) { self.air.contamination() } else { 0 }

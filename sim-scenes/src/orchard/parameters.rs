@@ -24,7 +24,7 @@ use crate::trained::{TrainingOverrides, TrainingParameters};
 /// Trees that are all grown and kept: 32 GB of the built-in spindles.
 const MOST_DIFFERENT: u32 = 10_000;
 
-/// A count of which there is one at least. The range ends where the layout is checked, which knows more.
+/// A count of which there is one at least, in the words of its complaint. The range is checked with the layout, which knows key and most.
 fn one_or_more<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u32>, D::Error> {
     struct OneOrMore;
 
@@ -36,13 +36,11 @@ fn one_or_more<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u32>, D::Err
         }
 
         fn visit_i64<E: Error>(self, found: i64) -> Result<Self::Value, E> {
-            let count = u32::try_from(found).ok().filter(|count| *count > 0);
-            count.map(Some).ok_or_else(|| E::invalid_value(Unexpected::Signed(found), &self))
+            u32::try_from(found).map(Some).map_err(|_| E::invalid_value(Unexpected::Signed(found), &self))
         }
 
         fn visit_u64<E: Error>(self, found: u64) -> Result<Self::Value, E> {
-            let count = u32::try_from(found).ok().filter(|count| *count > 0);
-            count.map(Some).ok_or_else(|| E::invalid_value(Unexpected::Unsigned(found), &self))
+            u32::try_from(found).map(Some).map_err(|_| E::invalid_value(Unexpected::Unsigned(found), &self))
         }
 
         fn visit_none<E: Error>(self) -> Result<Self::Value, E> {

@@ -184,10 +184,14 @@ impl Args {
         self.sources.iter().zip(scanners).map(read).collect()
     }
 
+    /// All of it is in files: there is an end, and no result before it.
+    fn is_recorded(&self) -> bool {
+        self.sources.iter().all(|source| matches!(source, Source::Recording { .. }))
+    }
+
     /// Recordings wait for who reads them.
     fn delivery(&self) -> Delivery {
-        let recorded = self.sources.iter().all(|source| matches!(source, Source::Recording { .. }));
-        if recorded { Delivery::Patient } else { Delivery::Paced }
+        if self.is_recorded() { Delivery::Patient } else { Delivery::Paced }
     }
 
     /// What a recording says of itself.
@@ -302,6 +306,10 @@ pub(super) async fn watch(args: Args, interrupt: Interrupt) -> Result<Outcome, F
 
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let scanners = args.scanners()?;
+    if args.record.is_given() && args.is_recorded() {
+        let why = "--record keeps what a scanner sends, and this is a recording already: leave it out, or write it anew with `rowscan record FILE -o NEW`";
+        return Err(Failure::Usage(why.to_owned()));
+    }
     let (rig, scene) = match &args.rig {
         Some(name) => {
             let echo = args.echo.map(EchoChoice::from);
@@ -338,9 +346,15 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             following.spawn(task(follower.follow(stopped.clone())));
         }
     }
-    let (mut all, is_interrupted) = follow_all(following, stop, &mut interrupt).await?;
+    let (mut all, interrupted) = follow_all(following, stop, &mut interrupt).await?;
     bar.finish_and_clear();
-    if args.paced && !is_interrupted && all.iter().all(|followed| followed.ended.is_ok()) {
+    if let Some(signal) = interrupted.filter(|_| args.is_recorded() && !args.paced) {
+        // A part of a file looks like the whole of another one.
+        let scans: u64 = all.iter().filter_map(|followed| Some(followed.estimate.as_ref()?.scans)).sum();
+        say(format_args!("interrupted after {scans} scans: there is no estimate of the whole"));
+        return Ok(Outcome::Interrupted(signal));
+    }
+    if args.paced && interrupted.is_none() && all.iter().all(|followed| followed.ended.is_ok()) {
         say("all has been shown; Ctrl-C closes the page");
         interrupt.wait().await;
     }
@@ -353,6 +367,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let nothing =
         |told: &ScannerReport| told.estimate.scans == 0 || rig.is_some() && told.estimate.is_withheld();
     let withheld = told.iter().any(nothing);
+    // Of a live scanner, what was seen before a failure is not lost by it; a file can be read again.
+    let failed = match failed {
+        Some(cause) if args.is_recorded() => return Err(cause),
+        failed => failed,
+    };
     if !told.is_empty() {
         if rig.is_none() {
             say("no rig given: areas stay unknown; say where the scanner sits with --rig");
@@ -375,13 +394,13 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     failed.map_or(Ok(outcome), Err)
 }
 
-/// Waits for all scanners, in the order of their sources, and whether the user ended them. One that fails ends the others, which would go on half blind; so does the user.
+/// Waits for all scanners, in the order of their sources, and by which signal the user ended them, if so. One that fails ends the others, which would go on half blind; so does the user.
 async fn follow_all(
     mut following: JoinSet<Followed>,
     stop: watch::Sender<bool>,
     interrupt: &mut Interrupt,
-) -> Result<(Vec<Followed>, bool), Failure> {
-    let (mut all, mut is_interrupted): (Vec<Followed>, bool) = (Vec::new(), false);
+) -> Result<(Vec<Followed>, Option<u8>), Failure> {
+    let (mut all, mut interrupted): (Vec<Followed>, Option<u8>) = (Vec::new(), None);
     loop {
         tokio::select! {
             followed = following.join_next() => match followed {
@@ -397,12 +416,12 @@ async fn follow_all(
                 }
                 None => break,
             },
-            () = interrupt.wait() => {
-                is_interrupted = true;
+            signal = interrupt.signal(), if interrupted.is_none() => {
+                interrupted = Some(signal);
                 stop.send_replace(true);
             }
         }
     }
     all.sort_by_key(|followed| followed.place);
-    Ok((all, is_interrupted))
+    Ok((all, interrupted))
 }

@@ -10,7 +10,6 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use rowscan_scenes::Scene;
 use rowscan_scenes::caster::Class;
-use rowscan_scenes::files;
 use rowscan_scenes::scan::{ScanKind, ScanPlan, ScanPoint, ScanSettings};
 use rowscan_study::row_scan::{self, RowScan, Scanned};
 
@@ -132,10 +131,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
 fn scan(args: &Args) -> Result<Outcome, Failure> {
     args.picture.as_deref().map(pictured::check).transpose()?;
     args.write.iter().filter_map(|file| file.points()).try_for_each(|(format, _)| format.check())?;
-    let mut scene = files::load_scene(&args.scene, say)?;
+    let mut scene = args.optics.load(&args.scene)?;
     args.picture.as_deref().map_or(Ok(()), output::can_be_written)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
-    args.optics.over(&mut scene);
     if args.two_rows {
         scene.orchard.rows = Some(scene.orchard.layout().rows.max(2));
     }

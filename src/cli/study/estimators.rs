@@ -1,13 +1,12 @@
 //! `rowscan study estimators`: every estimator against the truth, on rows of many seeds.
 
 use comfy_table::Cell;
-use rowscan_scenes::files;
 use serde::Serialize;
 
 use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
-use crate::cli::output::{self, number, percent, say, share};
+use crate::cli::output::{self, number, percent, share};
 use crate::cli::scene::OpticsArgs;
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::calibrations;
@@ -43,8 +42,7 @@ struct Comparison {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut comparison = Comparison::default();
     for name in &args.scenes {
-        let mut scene = files::load_scene(name, say)?;
-        args.optics.over(&mut scene);
+        let scene = args.optics.load(name)?;
         let rig = scene.resolved_rig();
         let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
         let model = models::find(args.model.as_deref().or(mounted).unwrap_or_default())?;

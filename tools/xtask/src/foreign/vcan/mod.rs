@@ -86,9 +86,7 @@ fn judge(workspace: &Workspace, debian: PathBuf, binary: &Path, counts: &mut Cou
         counts.passed += 1;
     }
     let said = section(&console, "said")?;
-    // Where it listens comes first, on a line of its own.
-    let document: Vec<&str> = section(&console, "estimate")?.iter().map(String::as_str).skip(1).collect();
-    let estimate: Value = serde_json::from_str(&document.join("\n"))
+    let estimate: Value = serde_json::from_str(&section(&console, "estimate")?.join("\n"))
         .map_err(|error| format!("no estimate: {error}:\n{}", last(said)))?;
     if estimate["advance_source"] != "can" || estimate["scans"] != 150 {
         return Err(format!("an estimate of other scans: {estimate}"));
