@@ -24,7 +24,7 @@ pub const EXAMPLES: &[Examples] = &[
         "device",
         [
             "rowscan emulate spindle --tcp 127.0.0.1:2111",
-            "rowscan emulate spindle --model tim561 --faults dirty.toml --web 127.0.0.1:8080",
+            "rowscan emulate mature --model tim561 --time-scale max --web 127.0.0.1:8080",
         ],
     ),
     of(

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use indicatif::ProgressBar;
 use rowscan_canopy::{CutMethod, Enough};
-use rowscan_driver::{DriverConfig, Source};
+use rowscan_driver::{DriverConfig, DriverError, Source};
 use rowscan_ports::Delivery;
 use rowscan_ports::clock::Stopwatch;
 use rowscan_ports::task;
@@ -367,11 +367,14 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let nothing =
         |told: &ScannerReport| told.estimate.scans == 0 || rig.is_some() && told.estimate.is_withheld();
     let withheld = told.iter().any(nothing);
-    // Of a live scanner, what was seen before a failure is not lost by it; a file can be read again.
-    let failed = match failed {
-        Some(cause) if args.is_recorded() => return Err(cause),
-        failed => failed,
-    };
+    // Of a live scanner, what was seen before a failure is not lost by it; a file can be read again. One without a scan is told as such.
+    let has_no_scan = matches!(failed, Some(Failure::Driver(DriverError::NoScan { .. })));
+    if args.is_recorded()
+        && !has_no_scan
+        && let Some(cause) = failed
+    {
+        return Err(cause);
+    }
     if !told.is_empty() {
         if rig.is_none() {
             say("no rig given: areas stay unknown; say where the scanner sits with --rig");
