@@ -55,17 +55,24 @@ pub struct Step {
     begun: fn(&Workspace) -> bool,
     /// It runs beside the steps that are not so.
     is_beside: bool,
+    /// It begins when the steps beside have ended.
+    is_behind: bool,
 }
 
 impl Step {
     /// A step called `name`.
     pub const fn new(name: &'static str, run: fn(&Workspace) -> Outcome) -> Self {
-        Self { name, run, takes: Duration::ZERO, begun: |_| false, is_beside: false }
+        Self { name, run, takes: Duration::ZERO, begun: |_| false, is_beside: false, is_behind: false }
     }
 
     /// The same, taking so many minutes.
     pub const fn taking(self, minutes: u64) -> Self {
         Self { takes: Duration::from_secs(60 * minutes), ..self }
+    }
+
+    /// The same, begun when all steps beside have ended: it works where one of them does.
+    pub const fn behind(self) -> Self {
+        Self { is_behind: true, ..self }
     }
 
     /// The same, run in a process of its own beside the steps behind it, with the others that are so, one after the other. It gives way to them.
@@ -121,6 +128,11 @@ pub fn run(workspace: &Workspace, steps: &[Step], arguments: &[String]) -> ExitC
             }
             continue;
         }
+        if step.is_behind
+            && let Some(beside) = beside.take()
+        {
+            Beside::close(beside, &mut summary);
+        }
         println!("==> {}", step.name);
         let start = Instant::now();
         let left = within.saturating_sub(begun.elapsed());
@@ -137,9 +149,7 @@ pub fn run(workspace: &Workspace, steps: &[Step], arguments: &[String]) -> ExitC
         println!("{}\n", summary.add(step.name, start.elapsed(), outcome));
     }
     if let Some(beside) = beside {
-        let start = Instant::now();
-        let outcome = beside.and_then(Beside::end).unwrap_or_else(Outcome::failed);
-        println!("{}\n", summary.add("beside", start.elapsed(), outcome));
+        Beside::close(beside, &mut summary);
     }
     summary.close()
 }
@@ -169,6 +179,13 @@ impl Beside {
             .spawn()
             .map_err(tell)?;
         Ok(Self { child, log })
+    }
+
+    /// Waits for their end, and adds what came of them.
+    fn close(beside: Result<Self, String>, summary: &mut Summary) {
+        let start = Instant::now();
+        let outcome = beside.and_then(Self::end).unwrap_or_else(Outcome::failed);
+        println!("{}\n", summary.add("beside", start.elapsed(), outcome));
     }
 
     /// Waits for their end, and tells what they said.
