@@ -125,9 +125,10 @@ impl Wiring<'_> {
             }
         }
         if let Some(address) = &spec.search {
-            let tcp = self.places.iter().filter(|place| place.part == spec.id);
-            let tcp =
-                tcp.filter_map(|place| if let At::Address(at) = place.at { Some(at) } else { None }).next();
+            let tcp = self.places.iter().find_map(|place| match place.at {
+                At::Address(at) if place.part == spec.id => Some(at),
+                _ => None,
+            });
             let found_at = tcp.unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 0)));
             let Bound { address } = emulator.answer_searches(address, found_at).await?;
             self.place(spec, "search", At::Address(address));

@@ -12,11 +12,11 @@ use rowscan_protocol::time::SimTime;
 use tokio::task::JoinSet;
 
 use crate::child::{Child, Start};
+use crate::descendants::Descendants;
 use crate::fault::{Pause, ScenarioFault};
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
 use crate::journal::{END, Event, Journal};
-use crate::kin::Kin;
 use crate::onlooker::Onlooker;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
@@ -119,8 +119,8 @@ async fn drive(
     let mut rig = ScenarioRig::start(scenario, stage, folder, (faults, beside.onlooker)).await?;
     let journal = rig.journal.clone();
     record.journal = Some(journal.clone());
-    // Dropped after the children: what they leave behind goes last.
-    let kin = Kin::new();
+    // Dropped after the children.
+    let descendants = Descendants::new();
     let mut children = Vec::new();
     let program =
         beside.program.map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
@@ -131,7 +131,7 @@ async fn drive(
     let ended: Result<Option<String>, Failure> = tokio::select! {
         biased;
         ended = bench.ended() => ended.map(|()| None).map_err(Failure::from),
-        ended = accompany(scenario, (folder, record.seed), (places, &hold, desk, frames), (&journal, pauses), (&kin, &mut children)) => ended.map(Some),
+        ended = accompany(scenario, (folder, record.seed), (places, &hold, desk, frames), (&journal, pauses), (&descendants, &mut children)) => ended.map(Some),
     };
     record.ended = journal.now();
     desk.note();
@@ -154,7 +154,7 @@ async fn drive(
         child.end().await;
         record.children.insert(child.id.clone(), record_of(scenario, child));
     }
-    let left = kin.end();
+    let left = descendants.end();
     if !left.is_empty() {
         record
             .warnings
@@ -210,12 +210,12 @@ async fn accompany(
     (folder, seed): (&Path, u64),
     (places, hold, desk, frames): (&BTreeMap<String, String>, &Hold, &FaultDesk, &Frames),
     (journal, pauses): (&Journal, Vec<(usize, Pause, Timing)>),
-    (kin, children): (&Kin, &mut Vec<Child>),
+    (descendants, children): (&Descendants, &mut Vec<Child>),
 ) -> Result<String, Failure> {
     let startup = Stopwatch::start();
     for spec in &scenario.runs {
         let mut start = start(scenario, spec, folder, seed, places)?;
-        start.env.extend([kin.mark()]);
+        start.env.extend([descendants.mark()]);
         let child = Child::start(start, journal)?;
         children.push(child);
         let Some(child) = children.last() else { continue };

@@ -68,7 +68,7 @@ pub(crate) struct Member {
     writing: AtomicBool,
     /// It is turned out: what it still asks is not answered.
     is_out: AtomicBool,
-    /// Rung to turn this client out.
+    /// Notified to turn this client out.
     leave: Notify,
 }
 
@@ -244,7 +244,7 @@ impl Member {
         self.spoke.store(true, Ordering::Relaxed);
     }
 
-    /// Whether this client is turned out. Its task may be in the middle of its work and not have heard the bell yet.
+    /// Whether this client is turned out. Its task may be busy, and not have been notified yet.
     pub(crate) fn is_out(&self) -> bool {
         self.is_out.load(Ordering::Acquire)
     }

@@ -2,9 +2,8 @@
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
-use std::time::Duration;
 
-use rowscan_ports::clock;
+use rowscan_ports::clock::retry_pause;
 use rowscan_protocol::search::{Interface, Search};
 use tokio::net::UdpSocket;
 
@@ -12,8 +11,6 @@ use crate::shared::Shared;
 
 /// Longer than any request.
 const MAX_DATAGRAM: usize = 64;
-/// After an error of the socket.
-const PAUSE: Duration = Duration::from_millis(100);
 
 /// Answers whoever asks at `socket`, as a scanner found at `address`. A scanner that is off or still starts up says nothing.
 pub(crate) async fn answer(shared: Arc<Shared>, socket: UdpSocket, address: SocketAddr) {
@@ -25,7 +22,7 @@ pub(crate) async fn answer(shared: Arc<Shared>, socket: UdpSocket, address: Sock
     let mut bytes = [0; MAX_DATAGRAM];
     loop {
         let Ok((length, peer)) = socket.recv_from(&mut bytes).await else {
-            clock::rest(PAUSE).await;
+            retry_pause().await;
             continue;
         };
         let Some(search) = bytes.get(..length).and_then(Search::parse) else { continue };

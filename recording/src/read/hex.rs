@@ -27,19 +27,20 @@ pub(super) fn packets(text: &str) -> Result<Vec<Packet>, ReadError> {
 fn hex_line(line: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     for word in line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()) {
-        let digits = word.strip_prefix("0x").unwrap_or(word).as_bytes();
-        let (pairs, rest) = digits.as_chunks::<2>();
-        let byte = |&[high, low]: &[u8; 2]| {
-            let digit = |c: u8| char::from(c).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
-            Some(digit(high)? << 4 | digit(low)?)
-        };
-        let decoded: Option<Vec<u8>> = pairs.iter().map(byte).collect();
-        match decoded {
-            Some(decoded) if rest.is_empty() => bytes.extend(decoded),
-            _ => return Err(word.chars().take(20).collect()),
-        }
+        let digits = word.strip_prefix("0x").unwrap_or(word);
+        bytes.extend(pairs(digits).ok_or_else(|| word.chars().take(20).collect::<String>())?);
     }
     Ok(bytes)
+}
+
+/// Bytes of two digits each, with nothing between them; none where one is no byte.
+pub(super) fn pairs(digits: &str) -> Option<Vec<u8>> {
+    let (pairs, rest) = digits.as_bytes().as_chunks::<2>();
+    let byte = |&[high, low]: &[u8; 2]| {
+        let digit = |c: u8| char::from(c).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
+        Some(digit(high)? << 4 | digit(low)?)
+    };
+    rest.is_empty().then(|| pairs.iter().map(byte).collect())?
 }
 
 #[cfg(test)]

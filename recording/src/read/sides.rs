@@ -115,13 +115,15 @@ fn first_sender(from_one: &[Piece], from_other: &[Piece]) -> Option<Side> {
         Side::Host => Side::Device,
         Side::Device => Side::Host,
     };
-    sender(from_one).or_else(|| sender(from_other).map(opposite))
+    let of = |pieces: &[Piece]| sender(pieces.iter().map(|piece| piece.bytes.as_slice()));
+    of(from_one).or_else(|| of(from_other).map(opposite))
 }
 
-fn sender(pieces: &[Piece]) -> Option<Side> {
+/// Who sends the first telegram of these bytes, which come in pieces; none where there is none.
+pub(super) fn sender<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> Option<Side> {
     let mut decoder = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
     for piece in pieces {
-        decoder.push(&piece.bytes);
+        decoder.push(piece);
         while let Some(frame) = decoder.next_frame() {
             if let Ok(telegram) = Telegram::parse(frame.dialect, frame.payload) {
                 return Some(Side::of(telegram.kind));

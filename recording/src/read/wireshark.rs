@@ -9,13 +9,10 @@
 
 use std::fmt;
 
-use rowscan_protocol::frame::{Accept, FrameDecoder};
-use rowscan_protocol::telegram::Telegram;
 use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
 
-use super::{ReadError, Torn};
-use crate::scan_reader::MAX_PAYLOAD;
+use super::{ReadError, Torn, hex, sides};
 use crate::{Joint, Packet, Side};
 
 /// Whether a text begins so.
@@ -124,39 +121,21 @@ impl<'de> Visitor<'de> for Packets<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
         while let Some(Exported { source: Source { layers } }) = list.next_element()? {
-            let Some(bytes) = layers.tcp.payload.as_deref().and_then(hex) else { continue };
+            let Some(bytes) = layers.tcp.payload.as_deref().and_then(payload) else { continue };
             let Frame { epoch, relative } = layers.frame;
             let at_ns = epoch.and_then(|time| time.ns()).or_else(|| relative.and_then(|time| time.ns()));
-            self.0.push(Packet {
-                from: sender(&bytes),
-                at_ns,
-                joint: Joint::Anew,
-                bytes,
-                ..Packet::default()
-            });
+            // A piece from the middle of a telegram is the device's: hosts send none so long.
+            let from = sides::sender([bytes.as_slice()]).unwrap_or(Side::Device);
+            self.0.push(Packet { from: Some(from), at_ns, joint: Joint::Anew, bytes, ..Packet::default() });
         }
         Ok(())
     }
 }
 
 /// `02:73:03`, with or without what stands between; none if it is no hex, or nothing.
-fn hex(text: &str) -> Option<Vec<u8>> {
-    let digits: Option<Vec<u8>> = text
-        .chars()
-        .filter(|c| !matches!(c, ':' | ' '))
-        .map(|c| c.to_digit(16).map(|digit| digit as u8))
-        .collect();
-    let digits = digits.filter(|digits| !digits.is_empty() && digits.len() % 2 == 0)?;
-    Some(digits.chunks_exact(2).map(|pair| pair.iter().fold(0, |byte, digit| byte << 4 | digit)).collect())
-}
-
-/// Who sends the first telegram of these bytes. A piece from the middle of one is the device's: hosts send none so long.
-fn sender(bytes: &[u8]) -> Option<Side> {
-    let mut decoder = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
-    decoder.push(bytes);
-    let frame = decoder.next_frame();
-    let telegram = frame.and_then(|frame| Telegram::parse(frame.dialect, frame.payload).ok());
-    Some(telegram.map_or(Side::Device, |telegram| Side::of(telegram.kind)))
+fn payload(text: &str) -> Option<Vec<u8>> {
+    let digits: String = text.chars().filter(|c| !matches!(c, ':' | ' ')).collect();
+    hex::pairs(&digits).filter(|bytes| !bytes.is_empty())
 }
 
 #[cfg(test)]

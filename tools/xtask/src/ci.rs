@@ -41,7 +41,7 @@ const STEPS: &[Step] = &[
     Step::new("readme", readme::run),
     Step::new("figures", figures::check),
     Step::new("python", python::run),
-    // maturin takes one place for what it builds.
+    // maturin writes both wheels to one folder.
     Step::new("wheel", wheel::run).behind(),
 ];
 

@@ -70,7 +70,7 @@ impl Step {
         Self { takes: Duration::from_secs(60 * minutes), ..self }
     }
 
-    /// The same, begun when all steps beside have ended: it works where one of them does.
+    /// The same, begun when all steps beside have ended: one of them writes to the same folder.
     pub const fn behind(self) -> Self {
         Self { is_behind: true, ..self }
     }

@@ -8,73 +8,33 @@ use crate::telegram::tsc_time_client::{
     TimeDelay, TimeInterface, TimeOffset, TimeRole, TimeServer, TimeUpdate, TimeZone,
 };
 
-impl Readable for IpAddress {
+/// Each variable with its one value.
+macro_rules! fixed {
+    ($($(#[doc = $why:literal])? $variable:ident { $field:ident: $value:expr })*) => {$(
+        impl Readable for $variable {
+            $(#[doc = $why])?
+            fn get(_: &Context<'_>) -> Self {
+                Self { $field: $value }
+            }
+        }
+    )*};
+}
+
+fixed! {
     /// As delivered.
-    fn get(_: &Context<'_>) -> Self {
-        Self { address: [192, 168, 0, 1] }
-    }
-}
-
-impl Readable for NetworkMask {
-    fn get(_: &Context<'_>) -> Self {
-        Self { mask: [255, 255, 255, 0] }
-    }
-}
-
-impl Readable for Gateway {
-    fn get(_: &Context<'_>) -> Self {
-        Self { address: [0, 0, 0, 0] }
-    }
-}
-
-impl Readable for TimeRole {
+    IpAddress { address: [192, 168, 0, 1] }
+    NetworkMask { mask: [255, 255, 255, 0] }
+    Gateway { address: [0, 0, 0, 0] }
     /// No time server.
-    fn get(_: &Context<'_>) -> Self {
-        Self { code: 0 }
-    }
-}
-
-impl Readable for TimeInterface {
-    fn get(_: &Context<'_>) -> Self {
-        Self { code: 0 }
-    }
-}
-
-impl Readable for TimeServer {
-    fn get(_: &Context<'_>) -> Self {
-        Self { address: [0, 0, 0, 0] }
-    }
-}
-
-impl Readable for TimeUpdate {
+    TimeRole { code: 0 }
+    TimeInterface { code: 0 }
+    TimeServer { address: [0, 0, 0, 0] }
     /// Not verified.
-    fn get(_: &Context<'_>) -> Self {
-        Self { seconds: 10 }
-    }
-}
-
-impl Readable for TimeZone {
+    TimeUpdate { seconds: 10 }
     /// Universal time.
-    fn get(_: &Context<'_>) -> Self {
-        Self { hours_plus_12: 12 }
-    }
-}
-
-impl Readable for TimeOffset {
+    TimeZone { hours_plus_12: 12 }
     /// No server was ever asked.
-    fn get(_: &Context<'_>) -> Self {
-        Self { seconds: 0.0 }
-    }
-}
-
-impl Readable for TimeDelay {
-    fn get(_: &Context<'_>) -> Self {
-        Self { seconds: 0.0 }
-    }
-}
-
-impl Readable for StartsByItself {
-    fn get(_: &Context<'_>) -> Self {
-        Self { on: true }
-    }
+    TimeOffset { seconds: 0.0 }
+    TimeDelay { seconds: 0.0 }
+    StartsByItself { on: true }
 }
