@@ -53,7 +53,7 @@ pub(crate) struct Odometry {
     choice: EncoderChoice,
     /// The encoder has counted.
     moved: bool,
-    /// Lines without a reading of the encoder that was asked for.
+    /// Lines without a reading of the rig's encoder, where one was to be taken.
     unread: u64,
 }
 
@@ -80,7 +80,7 @@ impl Odometry {
         self.source == Some(AdvanceSource::Encoder) && self.choice == EncoderChoice::IfThere && !self.moved
     }
 
-    /// Lines without a reading of the encoder that was asked for.
+    /// Lines without a reading of the rig's encoder, where one was to be taken.
     pub(crate) fn unread(&self) -> u64 {
         self.unread
     }
@@ -110,6 +110,10 @@ impl Odometry {
         self.travel_s = travel_s;
         match source {
             AdvanceSource::Constant => {
+                let is_missing = self.choice == EncoderChoice::IfThere && scan.encoders.is_empty();
+                if is_missing && speed.is_none() && rig.encoder_ticks_per_m.is_some() {
+                    self.unread += 1;
+                }
                 self.speed_m_s = rig.speed_m_s;
                 self.y_m = rig.y_m(travel_s);
             }

@@ -94,10 +94,11 @@ pub(crate) fn areas_told<'a>(
         return Err(Withheld::NothingValid);
     }
     let pass = pass.ok_or(Withheld::NoRig)?;
-    if counting.timeless > 0 && pass.odometry.source() != Some(AdvanceSource::Encoder) {
+    let by_encoder = pass.odometry.source() == Some(AdvanceSource::Encoder);
+    if counting.timeless > 0 && !by_encoder {
         // How far the tractor came meanwhile is unknown.
         Err(Withheld::NoTime)
-    } else if pass.odometry.unread() > 0 {
+    } else if by_encoder && pass.odometry.unread() > 0 {
         Err(Withheld::NoEncoder)
     } else if gate.blind_share() > pass.rig.max_excluded {
         Err(Withheld::TooMuchExcluded)
@@ -120,6 +121,16 @@ fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>
         _ => return,
     };
     estimate.warnings.push(warning);
+}
+
+/// Says that the tractor drove on behind the row that the rig describes, by a tree at least: how far a wheel slips is not known.
+fn warn_of_row_end(estimate: &mut Estimate, pass: &RowPass) {
+    let (Some(trees), Some(spacing_m)) = (pass.rig.trees, pass.rig.tree_spacing_m) else { return };
+    let row_m = f64::from(trees) * spacing_m;
+    let past_m = pass.advance.y_m().map_or(0.0, |y_m| y_m - row_m);
+    if past_m >= spacing_m {
+        estimate.warnings.push(Warning::PastRow { row_m, past_m });
+    }
 }
 
 /// Says what was left out of the estimate, by cause.
@@ -221,9 +232,15 @@ fn row(
     if gaps > 0 {
         estimate.warnings.push(Warning::GapsNotFilled { gaps, length_m });
     }
+    // Areas are told, so the encoder is not what the advance hangs on.
+    if pass.odometry.unread() > 0 {
+        let (scans, speed_m_s) = (pass.odometry.unread(), pass.rig.speed_m_s);
+        estimate.warnings.push(Warning::ConstantSpeed { scans, speed_m_s });
+    }
     if pass.odometry.held_s() > 0.0 {
         estimate.warnings.push(Warning::SpeedHeld { seconds: pass.odometry.held_s() });
     }
+    warn_of_row_end(estimate, pass);
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);
     }

@@ -148,6 +148,13 @@ pub enum Warning {
         /// Scans in which it stood.
         lines: u64,
     },
+    /// The rig has an encoder, and scans had no reading of it: the rig's speed was taken.
+    ConstantSpeed {
+        /// So many of them.
+        scans: u64,
+        /// The rig's speed, m/s.
+        speed_m_s: f64,
+    },
     /// The advance was to be taken from the encoder alone, and scans had no reading of it: areas are withheld.
     NoEncoder {
         /// So many of them.
@@ -162,6 +169,13 @@ pub enum Warning {
     SpeedHeld {
         /// For so long, seconds.
         seconds: f64,
+    },
+    /// Lines went on behind the row's last tree: what stands there counts in the totals.
+    PastRow {
+        /// Length of the row, metres.
+        row_m: f64,
+        /// Metres behind its end.
+        past_m: f64,
     },
     /// More trees or slices than are kept: the later ones count in the totals only.
     TooManyCells {
@@ -200,9 +214,11 @@ impl Warning {
             Self::TooMuchExcluded { .. } => "too_much_excluded",
             Self::NothingValid => "nothing_valid",
             Self::EncoderStood { .. } => "encoder_stood",
+            Self::ConstantSpeed { .. } => "constant_speed",
             Self::NoEncoder { .. } => "no_encoder",
             Self::NoTime { .. } => "no_time",
             Self::SpeedHeld { .. } => "speed_held",
+            Self::PastRow { .. } => "past_row",
             Self::TooManyCells { .. } => "too_many_cells",
         }
     }
@@ -302,6 +318,12 @@ impl fmt::Display for Warning {
                 f,
                 "the encoder stood still in all {lines} scans, so the rig's speed was taken; if the tractor stood, take --advance encoder"
             ),
+            Self::ConstantSpeed { scans, speed_m_s } => write!(
+                f,
+                "the rig has an encoder, and {scans} scans have no reading of it: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
+                 otherwise, take --advance gnss or can, or record with `rowscan estimate SCANNER --rig RIG --record FILE`, which sets the encoder; if its \
+                 speed was even, say so with --advance constant"
+            ),
             Self::NoEncoder { scans } => write!(
                 f,
                 "{scans} scans have no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld"
@@ -314,6 +336,11 @@ impl fmt::Display for Warning {
             Self::SpeedHeld { seconds } => {
                 write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
             }
+            Self::PastRow { row_m, past_m } => write!(
+                f,
+                "{past_m:.1} m behind the row's end at {row_m:.1} m were scanned and count in the totals; a virtual orchard repeats its row, so its first \
+                 trees are measured again: end with --length {row_m:.1}, or give the rig the trees that stand there"
+            ),
             Self::TooManyCells { kept } => {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{lms111, open_rig, wall};
-use rowscan_canopy::{AdvanceSource, Pipeline, Warning};
+use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline, Warning};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::validity::DeviceStatus;
@@ -52,6 +52,43 @@ fn an_encoder_that_was_asked_for_and_is_not_there_withholds_areas() {
     let estimate = pushed(Pipeline::new(Some(&rig()), 0, None).unwrap().by_encoder_only(), &scans);
     assert_eq!(estimate.impacted_total_area_m2, None);
     assert!(estimate.is_withheld() && estimate.warnings.contains(&Warning::NoEncoder { scans: 250 }));
+}
+
+#[test]
+fn scans_without_the_rigs_encoder_go_by_constant_speed_and_it_is_told() {
+    let mut bare = drive(|_| 0);
+    bare.iter_mut().for_each(|scan| scan.encoders.clear());
+    let told = |rig: &Rig, scans: &[Scan]| pushed(Pipeline::new(Some(rig), 0, None).unwrap(), scans);
+    let by_speed = |estimate: &rowscan_canopy::Estimate| {
+        estimate.warnings.iter().filter(|warning| warning.code() == "constant_speed").count()
+    };
+    let found = told(&rig(), &bare);
+    assert_eq!(found.advance_source, Some(AdvanceSource::Constant));
+    assert!(found.warnings.contains(&Warning::ConstantSpeed { scans: 250, speed_m_s: rig().speed_m_s }));
+    // It is a warning: the area is that of a rig without an encoder.
+    let without = Rig { encoder_ticks_per_m: None, ..rig() };
+    assert_eq!(found.impacted_total_area_m2, told(&without, &bare).impacted_total_area_m2);
+    // Neither a reading, nor a rig without an encoder, nor a speed that the user chose gives cause for it.
+    let mut chosen = Pipeline::new(Some(&rig()), 0, None).unwrap();
+    let constant = GroundSpeed { source: AdvanceSource::Constant, speed_m_s: None };
+    bare.iter().for_each(|scan| chosen.push_at_speed(scan, constant));
+    let silent = [told(&rig(), &drive(|turn| turn * 20)), told(&without, &bare), chosen.finish()];
+    assert_eq!((by_speed(&found), silent.each_ref().map(by_speed)), (1, [0; 3]));
+}
+
+#[test]
+fn a_drive_that_goes_on_behind_the_row_is_told() {
+    // To 4.98 m past a wall.
+    let past = |trees| {
+        let rig = Rig { trees, tree_spacing_m: Some(1.5), ..open_rig() };
+        let estimate = pushed(Pipeline::new(Some(&rig), 0, None).unwrap(), &drive(|_| 0));
+        let told =
+            estimate.warnings.iter().find(|warning| warning.code() == "past_row").map(Warning::to_string);
+        told.map(|told| told.split(" were scanned").next().unwrap().to_owned())
+    };
+    assert_eq!(past(Some(2)).as_deref(), Some("past_row: 2.0 m behind the row's end at 3.0 m"));
+    // Less than a tree, as a wheel slips; and a row of which nobody says where it ends.
+    assert_eq!((past(Some(3)), past(None)), (None, None));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{Packet, ScanReader, Side, StreamInfo};
+use rowscan_recording::{Packet, ScanReader, Side, StreamInfo, Tap};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
@@ -32,11 +32,17 @@ pub(crate) struct Recording {
     bytes: u64,
     ended: bool,
     received: HostTime,
+    tap: Tap,
 }
 
 impl Recording {
-    /// Opens `path`; the session only listens.
-    pub(crate) fn open(path: &Path, stream: Option<&str>, max_payload: usize) -> Result<Self, DriverError> {
+    /// Opens `path`; the session only listens. What is read passes `tap`.
+    pub(crate) fn open(
+        path: &Path,
+        stream: Option<&str>,
+        max_payload: usize,
+        tap: Tap,
+    ) -> Result<Self, DriverError> {
         let recording = rowscan_recording::Recording::open_apart(path, stream.as_slice())
             .map_err(|cause| DriverError::Recording { path: path.to_owned(), cause })?;
         Ok(Self {
@@ -51,6 +57,7 @@ impl Recording {
             bytes: 0,
             ended: false,
             received: HostTime::default(),
+            tap,
         })
     }
 
@@ -101,6 +108,7 @@ impl Recording {
             return;
         }
         self.bytes += packet.bytes.len() as u64;
+        self.tap.record(packet.from.unwrap_or(Side::Device), &packet.bytes);
         if packet.from == Some(Side::Host) {
             return;
         }
@@ -125,7 +133,8 @@ impl Recording {
             found.sort();
             return Err(DriverError::NoStream { path: self.path.clone(), wanted: wanted.clone(), found });
         }
-        if self.clients.values().all(|client| client.counts().frames == 0) {
+        let is_silent = self.clients.values().all(|client| client.counts().frames == 0);
+        if is_silent || self.recording.soundness().sound == 0 {
             let format = self.recording.format();
             return Err(DriverError::NotARecording { path: self.path.clone(), format, bytes: self.bytes });
         }
@@ -140,11 +149,15 @@ impl Recording {
         Ok(None)
     }
 
-    /// Tells once what the scans do not come from: the part behind a cut, and streams that were not asked for.
+    /// Tells once what the scans do not come from: telegrams that cannot be read, the part behind a cut, and streams that were not asked for.
     fn warn_of_missing(&self) {
         let path = self.path.display();
         if let Some(torn) = self.recording.torn() {
             tracing::warn!("{path}: {torn}; the scans up to there are read");
+        }
+        let soundness = self.recording.soundness();
+        if let Some(damage) = soundness.damage().filter(|_| soundness.sound > 0) {
+            tracing::warn!("{path}: {damage}");
         }
         let name = |stream: &usize| self.recording.streams().get(*stream).map(|stream| stream.name.clone());
         let others: Vec<String> = self.left_out.iter().filter_map(name).collect();

@@ -89,7 +89,7 @@ impl Scanner {
             }
             #[cfg(feature = "recordings")]
             Source::Recording { path, stream } => {
-                Box::new(Recording::open(path, stream.as_deref(), config.cola.max_payload)?)
+                Box::new(Recording::open(path, stream.as_deref(), config.cola.max_payload, config.tap)?)
             }
             #[cfg(not(all(feature = "tcp", feature = "serial", feature = "recordings")))]
             source => {

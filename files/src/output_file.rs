@@ -70,6 +70,15 @@ struct Replaced {
 }
 
 impl OutputFile {
+    /// Writes all of its content, and has it appear.
+    ///
+    /// # Errors
+    /// The system's; then nothing has appeared.
+    pub fn write_whole(mut self, content: &[u8]) -> io::Result<()> {
+        self.write_all(content)?;
+        self.commit()
+    }
+
     /// Opens `path` for a content that appears as a whole.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use std::io;
 
 use crate::frames::FrameReader;
 use crate::writer::{Decoded, McapWriter, WriteSeek};
-use crate::{About, Joint, Packet, ReadError, Recorded, Recording, Side, Torn};
+use crate::{About, Joint, Packet, ReadError, Recorded, Recording, Side, Soundness, Torn};
 
 /// Why a copy was not made.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +25,17 @@ pub enum CopyError {
     },
 }
 
+/// What became of a copy.
+#[derive(Clone, Debug)]
+pub struct Copied {
+    /// What was written.
+    pub recorded: Recorded,
+    /// Where what was read breaks off, if it does.
+    pub torn: Option<Torn>,
+    /// How much of it can be read.
+    pub soundness: Soundness,
+}
+
 /// Where packets come from.
 enum From {
     /// The file knows times and sides.
@@ -33,7 +44,7 @@ enum From {
     Frames(FrameReader),
 }
 
-/// Writes all that can be read of `recording` to `out` as a whole, indexed MCAP file; where it breaks off, if it does. What a log does not say of
+/// Writes all that can be read of `recording` to `out` as a whole, indexed MCAP file. What a log does not say of
 /// itself is taken from `about`; one without times gets the device's. `only`: one stream, by its name.
 pub fn copy(
     mut recording: Recording,
@@ -41,7 +52,7 @@ pub fn copy(
     out: &mut dyn WriteSeek,
     about: About,
     decoded: Decoded,
-) -> Result<(Recorded, Option<Torn>), CopyError> {
+) -> Result<Copied, CopyError> {
     let mut from = if recording.format().has_times() {
         let first = recording.next_packet()?;
         From::Packets(recording, first)
@@ -78,7 +89,8 @@ pub fn copy(
         let found = from.recording().streams().iter().map(|stream| stream.name.clone()).collect();
         return Err(CopyError::NoStream { wanted: only.to_owned(), found });
     }
-    Ok((recorded, from.recording().torn().cloned()))
+    let read = from.recording();
+    Ok(Copied { recorded, torn: read.torn().cloned(), soundness: read.soundness() })
 }
 
 impl From {

@@ -21,6 +21,8 @@ pub(crate) struct Found {
     pub(crate) dialect: Option<Dialect>,
     /// Who sends such telegrams.
     pub(crate) from: Option<Side>,
+    /// It holds a telegram: a frame of CoLa A may be two bytes of noise.
+    pub(crate) is_telegram: bool,
     /// When it was sent, by the device's clock, if it says so.
     pub(crate) device_us: Option<u32>,
 }
@@ -56,6 +58,14 @@ impl Finder {
         }
     }
 
+    /// Broken frames so far: wrong checksum, impossible length, text without end.
+    pub(crate) fn bad(&self) -> u64 {
+        match self {
+            Self::Cola(decoder) => decoder.counts().bad,
+            Self::Lms2xx(decoder) => decoder.counts().bad,
+        }
+    }
+
     /// No more bytes will come.
     pub(crate) fn finish(&mut self) {
         match self {
@@ -74,6 +84,7 @@ impl Finder {
                     offset: frame.offset,
                     len: frame.len,
                     dialect: Some(frame.dialect),
+                    is_telegram: telegram.is_some(),
                     from: telegram.map(|telegram| Side::of(telegram.kind)),
                     device_us: telegram.and_then(transmit_time_us),
                 })
@@ -82,7 +93,14 @@ impl Finder {
                 if let lms2xx::frame::Received::Frame(frame) = decoder.next_received()? {
                     let from = if frame.is_from_device() { Side::Device } else { Side::Host };
                     let (offset, len) = (frame.offset, frame.len);
-                    return Some(Found { offset, len, dialect: None, from: Some(from), device_us: None });
+                    return Some(Found {
+                        offset,
+                        len,
+                        dialect: None,
+                        is_telegram: true,
+                        from: Some(from),
+                        device_us: None,
+                    });
                 }
             },
         }

@@ -69,7 +69,7 @@ mod writer;
 #[cfg(feature = "files")]
 pub use contents::contents;
 #[cfg(feature = "files")]
-pub use copy::{CopyError, copy};
+pub use copy::{Copied, CopyError, copy};
 #[cfg(feature = "files")]
 pub use error::RecordError;
 #[cfg(feature = "files")]
@@ -78,7 +78,7 @@ pub use frames::{FrameReader, RecordedFrame};
 pub use info::{StreamReport, account};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
-pub use read::{BrokenArchive, Format, ReadError, Recording, StreamInfo, Torn};
+pub use read::{BrokenArchive, Format, ReadError, Recording, Soundness, StreamInfo, Torn};
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};
 #[cfg(feature = "files")]

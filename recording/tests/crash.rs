@@ -4,7 +4,7 @@
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 
 use rowscan_protocol::frame::{Dialect, encode};
-use rowscan_recording::{About, Decoded, McapWriter, Packet, Recording, Side, StreamKind, copy};
+use rowscan_recording::{About, Copied, Decoded, McapWriter, Packet, Recording, Side, StreamKind, copy};
 
 /// A file in memory that remembers where each write ended, and how many packets were in it by then.
 #[derive(Debug, Default)]
@@ -134,7 +134,8 @@ fn a_repaired_file_is_whole_and_holds_what_was_left() {
     assert!(torn && left.len() > 10);
     let mut out = Cursor::new(Vec::new());
     let recording = Recording::read(Box::new(Cursor::new(cut.to_vec()))).unwrap();
-    let (recorded, tear) = copy(recording, None, &mut out, About::default(), Decoded::default()).unwrap();
+    let Copied { recorded, torn: tear, .. } =
+        copy(recording, None, &mut out, About::default(), Decoded::default()).unwrap();
     assert!(tear.is_some(), "a copy tells what is missing");
     assert_eq!(recorded.packets, left.len() as u64);
     let (again, torn) = read(out.get_ref());

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rowscan_driver::{DriverConfig, DriverError, Scanner, Source};
+use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{About, Recording, Side, StreamKind, StreamReport, Taps, account, contents};
+use rowscan_recording::{About, Side, StreamKind, StreamReport, Taps, account};
 use rowscan_scenes::files;
 use serde::Serialize;
 use tokio::task::JoinSet;
@@ -17,7 +17,7 @@ use super::link_options::{Prefer, STOP_TIMEOUT, stream_kind};
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs};
-use super::recording_file::{no_stream, open, open_stream, unreadable};
+use super::recording_file::{no_stream, open_stream, tell_damage, unreadable};
 use super::repair;
 use super::tractor_outputs::open_bus;
 use super::{Failure, Format, Outcome};
@@ -284,31 +284,11 @@ struct Info {
     streams: Vec<StreamReport>,
 }
 
-/// Bytes that hold no telegram at all are no recording: any file has bytes.
-fn refuse_without_telegram(
-    file: &Path,
-    recording: &Recording,
-    streams: &[StreamReport],
-) -> Result<(), Failure> {
-    let format = recording.format();
-    if format.has_times() || streams.iter().any(|report| report.scans > 0) {
-        return Ok(());
-    }
-    let read = |cause| unreadable(file, cause);
-    match contents(open(file)?).map_err(read)? {
-        Some(_) => Ok(()),
-        None => {
-            let bytes = streams.iter().map(|report| report.bytes).sum();
-            Err(DriverError::NotARecording { path: file.to_owned(), format, bytes }.into())
-        }
-    }
-}
-
 /// Tells what is inside. A file that breaks off is a finding.
 fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Failure> {
     let mut recording = open_stream(file, stream)?;
     let mut streams = account(&mut recording).map_err(|cause| unreadable(file, cause))?;
-    refuse_without_telegram(file, &recording, &streams)?;
+    tell_damage(file, recording.format(), recording.soundness())?;
     if let Some(wanted) = stream {
         let found = streams.iter().map(|report| report.stream.clone()).collect();
         streams.retain(|report| report.stream == wanted);

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use rowscan_driver::DriverError;
-use rowscan_recording::Recording;
+use rowscan_recording::{Format, Recording, Soundness};
 
 use super::Failure;
+use super::output::say;
 
 /// Opens a recording.
 pub(super) fn open(file: &Path) -> Result<Recording, Failure> {
@@ -15,6 +16,21 @@ pub(super) fn open(file: &Path) -> Result<Recording, Failure> {
 /// Opens a recording of which a stream is wanted, which may be a single connection of a capture.
 pub(super) fn open_stream(file: &Path, stream: Option<&str>) -> Result<Recording, Failure> {
     Recording::open_apart(file, stream.as_slice()).map_err(|cause| unreadable(file, cause))
+}
+
+/// Tells how many telegrams of a recording that was read to its end cannot be read.
+///
+/// # Errors
+/// None can: any file has bytes.
+pub(super) fn tell_damage(file: &Path, format: Format, soundness: Soundness) -> Result<(), Failure> {
+    if soundness.sound == 0 {
+        let (path, bytes) = (file.to_owned(), soundness.bytes);
+        return Err(DriverError::NotARecording { path, format, bytes }.into());
+    }
+    if let Some(damage) = soundness.damage() {
+        say(format_args!("{}: {damage}", file.display()));
+    }
+    Ok(())
 }
 
 /// The message of a recording that has no such stream.

@@ -5,11 +5,11 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 use rowscan_files::{OutputFile, is_standard_output};
-use rowscan_recording::{About, CopyError, Format, Recorded, copy, repair};
+use rowscan_recording::{About, Copied, CopyError, Format, Recorded, copy, repair};
 
 use super::output::{name_of, say};
 use super::recorder::{self, DecodedArgs};
-use super::recording_file::{no_stream, open, open_stream, unreadable};
+use super::recording_file::{no_stream, open, open_stream, tell_damage, unreadable};
 use super::{Failure, Outcome};
 
 /// `record --repair FILE`: to `output`, or in its place if it is an MCAP file that breaks off.
@@ -40,11 +40,13 @@ pub(super) fn convert(
     decoded: DecodedArgs,
 ) -> Result<Outcome, Failure> {
     let recording = open_stream(file, stream)?;
+    let format = recording.format();
     refuse_to_overwrite(output)?;
     let about = About { source: Some(file.display().to_string()), ..about };
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
-    let (recorded, torn) = copy(recording, stream, &mut out, about, decoded.into())
+    let Copied { recorded, torn, soundness } = copy(recording, stream, &mut out, about, decoded.into())
         .map_err(|error| failure(file, output, error))?;
+    tell_damage(file, format, soundness)?;
     if recorded.packets == 0 {
         return Err(nothing_in(file));
     }

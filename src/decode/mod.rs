@@ -339,8 +339,9 @@ impl Transcript {
         self.lines.iter().filter(|line| line.is == is).count()
     }
 
-    /// Frames of any protocol that is known here.
+    /// Frames of any protocol that is known here. Noise may be framed as CoLa A is: only what holds a command counts.
     pub fn frames(&self) -> usize {
-        self.lines.iter().filter(|line| line.dialect.is_some()).count()
+        let is_noise = |line: &Entry| line.is == Verdict::Bad && line.kind.is_none();
+        self.lines.iter().filter(|line| line.dialect.is_some() && !is_noise(line)).count()
     }
 }

@@ -5,7 +5,7 @@ use crate::common;
 use std::io::Cursor;
 use std::path::Path;
 
-use common::binary::run;
+use common::binary::{Ended, run};
 use common::captured::Talk;
 use common::recorded::folder;
 use rowscan_protocol::frame::{Dialect, encode};
@@ -88,8 +88,68 @@ fn files(capture: &Path) -> Vec<(&'static str, Vec<u8>)> {
         ("ranges", ranges.as_bytes().to_vec()),
         ("radar", others),
         ("candump", b"(1700000000.000001) can0 18FEF100#0102\n".to_vec()),
+        ("noise", b"\x91\x02s\xA7\x03\x00\xFF\x02sz\x05\x03".repeat(40)),
         ("nothing", Vec::new()),
     ]
+}
+
+/// A file as it is, then cut, flipped, and with noise behind.
+fn damaged(whole: &[u8], round: usize, numbers: &mut Numbers) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    if round > 0 {
+        bytes.truncate(bytes.len() - numbers.below(bytes.len() / 2 + 1) * (round % 2));
+        for _ in 0..round {
+            let at = numbers.below(bytes.len());
+            if let Some(byte) = bytes.get_mut(at) {
+                *byte ^= 1 << numbers.below(8);
+            }
+        }
+        bytes.extend((0..numbers.below(300) * (round % 3)).map(|_| numbers.below(256) as u8));
+    }
+    bytes
+}
+
+#[test]
+fn every_command_that_reads_a_recording_tells_the_same_damage_and_refuses_what_holds_no_telegram() {
+    let (_folder, file) = folder();
+    let (path, table, copy) = (file("any"), file("any.csv"), file("copy.mcap"));
+    let mut numbers = Numbers(23);
+    let (mut damaged_files, mut sound, mut refused) = (0, 0, 0);
+    for (name, whole) in files(file("any.pcap").as_ref()) {
+        for round in 0..ROUNDS {
+            std::fs::write(&path, damaged(&whole, round, &mut numbers)).expect("written");
+            let told = [
+                run(&["record", "--info", &path]),
+                run(&["record", &path, "-o", &copy]),
+                run(&["estimate", &path]),
+                run(&["export", &path, "--to", "csv", "-o", &table]),
+            ];
+            let damage = |told: &Ended| {
+                let line = told.stderr.lines().find_map(|line| line.split_once(" telegrams cannot be read"));
+                line.and_then(|(head, _)| head.rsplit(": ").next().map(str::to_owned))
+            };
+            let context = told.each_ref().map(|told| (told.code, told.stderr.clone()));
+            let context = format!("{name}, round {round}: {context:?}");
+            let [info, ..] = &told;
+            // Whoever reads the file to its end says what is bad in it, and in the same numbers.
+            assert!(told.iter().all(|other| damage(other) == damage(info)), "{context}");
+            let is_refused = |told: &Ended| told.stderr.contains("holds no SICK telegram");
+            let _ = std::fs::remove_file(&copy);
+            match damage(info) {
+                Some(_) => damaged_files += 1,
+                None if is_refused(info) => {
+                    assert!(told.iter().all(|told| is_refused(told) && told.code == Some(2)), "{context}");
+                    assert_eq!(run(&["decode", &path]).code, Some(2), "{context}");
+                    refused += 1;
+                }
+                None => sound += 1,
+            }
+        }
+    }
+    assert!(
+        damaged_files > 20 && sound > 20 && refused > 10,
+        "{damaged_files} damaged, {sound} sound, {refused} refused"
+    );
 }
 
 #[test]
@@ -100,19 +160,7 @@ fn exit_0_means_that_a_scan_came_out_and_anything_else_has_a_reason() {
     let (mut with_scans, mut without) = (0, 0);
     for (name, whole) in files(file("any.pcap").as_ref()) {
         for round in 0..ROUNDS {
-            let mut bytes = whole.clone();
-            // The first as it is, then cut, flipped, and with noise behind.
-            if round > 0 {
-                bytes.truncate(bytes.len() - numbers.below(bytes.len() / 2 + 1) * (round % 2));
-                for _ in 0..round {
-                    let at = numbers.below(bytes.len());
-                    if let Some(byte) = bytes.get_mut(at) {
-                        *byte ^= 1 << numbers.below(8);
-                    }
-                }
-                bytes.extend((0..numbers.below(300) * (round % 3)).map(|_| numbers.below(256) as u8));
-            }
-            std::fs::write(&path, &bytes).expect("written");
+            std::fs::write(&path, damaged(&whole, round, &mut numbers)).expect("written");
             let context = |said: &str| format!("{name}, round {round}: {said}");
 
             let told = run(&["estimate", &path, "--format", "json"]);

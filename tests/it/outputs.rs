@@ -137,12 +137,8 @@ fn a_file_without_a_scan_is_named_by_what_it_holds() {
     for _ in 0..3 {
         encode(Dialect::B, b"sSN LMDradardata \0\x01\0\x01", &mut radar);
     }
-    // Two bytes between STX and ETX are a frame of CoLa A, and no telegram.
-    let noise = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8);
-    let noise: Vec<u8> = noise.filter(|byte| !matches!(byte, 2 | 3)).chain(*b"\x02s\x03").collect();
     for (name, bytes, says) in [
         ("radar.bin", &radar, "holds no scan; it holds 3 LMDradardata"),
-        ("noise.bin", &noise, "holds no scan; it holds"),
         ("run.bin.gz", &b"\x1F\x8B\x08\0packed".to_vec(), "a gzip archive that is damaged or breaks off"),
         ("run.bin.xz", &b"\xFD7zXZ\0packed".to_vec(), "it is an xz archive: unpack it"),
         ("drive.bag", &b"#ROSBAG V2.0\n\x45\0\0\0".to_vec(), "it is a ROS 1 bag"),
@@ -164,9 +160,26 @@ fn a_file_without_a_scan_is_named_by_what_it_holds() {
 fn bytes_without_a_telegram_are_no_recording() {
     let (_folder, file) = folder();
     std::fs::write(file("zeros.bin"), vec![0; 300_000]).expect("written");
-    for command in [&["record", "--info"][..], &["estimate"], &["decode"], &["replay"]] {
-        let ended = run(&[command, &[&file("zeros.bin")]].concat());
-        assert_eq!((ended.code, ended.stdout.lines().count() < 3), (Some(2), true), "{}", ended.stderr);
+    // Two bytes between STX and ETX are a frame of CoLa A, and no telegram.
+    let noise = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8);
+    let noise: Vec<u8> = noise.filter(|byte| !matches!(byte, 2 | 3)).chain(*b"\x02s\x03").collect();
+    std::fs::write(file("noise.bin"), noise).expect("written");
+    let (table, copy) = (file("out.csv"), file("out.mcap"));
+    for name in ["zeros.bin", "noise.bin"] {
+        for (command, more) in [
+            (&["record", "--info"][..], &[][..]),
+            (&["record"], &["-o", &copy]),
+            (&["estimate"], &[]),
+            (&["export"], &["--to", "csv", "-o", &table]),
+            (&["decode"], &[]),
+            (&["replay"], &[]),
+        ] {
+            let ended = run(&[command, &[&file(name)], more].concat());
+            assert_eq!(ended.code, Some(2), "{command:?}: {}", ended.stderr);
+            // `decode` shows what it found instead.
+            assert!(ended.stdout.is_empty() || command == ["decode"], "{command:?}: {}", ended.stdout);
+        }
+        assert!(!Path::new(&table).exists() && !Path::new(&copy).exists());
     }
     let told = run(&["record", "--info", &file("zeros.bin")]).stderr;
     assert_says(&told, &["holds no SICK telegram in its 300000 bytes"]);

@@ -10,7 +10,7 @@ use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
-use rowscan_recording::{About, RecordedFrame, Side, StreamInfo, StreamKind};
+use rowscan_recording::{About, RecordedFrame, Side, Soundness, StreamInfo, StreamKind};
 
 use super::timed_frames::TimedFrames;
 use super::traces::Traces;
@@ -27,6 +27,8 @@ pub struct Survey {
     pub parts: Vec<Part>,
     /// Where the file breaks off, in words.
     pub torn: Option<String>,
+    /// How much of it can be read.
+    pub soundness: Soundness,
 }
 
 /// One stream.
@@ -173,7 +175,8 @@ impl Survey {
             part.take_polls();
         }
         let torn = recording.torn().map(ToString::to_string);
-        Ok(Self { path: path.to_owned(), about: recording.about().clone(), parts, torn })
+        let (about, soundness) = (recording.about().clone(), recording.soundness());
+        Ok(Self { path: path.to_owned(), about, parts, torn, soundness })
     }
 
     /// Time of a part's scan number `number`, from 0; none if it has fewer.

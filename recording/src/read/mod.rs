@@ -11,6 +11,7 @@ mod ranges;
 mod ros2_scan;
 mod segment;
 mod sides;
+mod soundness;
 mod tail;
 mod tcp;
 mod told_scan;
@@ -29,6 +30,7 @@ use serde::Serialize;
 
 pub use format::Format;
 pub use gzip::BrokenArchive;
+pub use soundness::Soundness;
 pub use torn::Torn;
 
 use crate::scan_reader::MAX_PAYLOAD;
@@ -171,6 +173,7 @@ pub struct Recording {
     began_ns: Option<u64>,
     torn: Option<Torn>,
     packets: Packets,
+    watch: soundness::Watch,
 }
 
 enum Packets {
@@ -230,6 +233,7 @@ impl Recording {
             began_ns: None,
             torn: None,
             packets: Packets::Listed(Vec::new().into_iter()),
+            watch: soundness::Watch::default(),
         };
         match format {
             Format::Mcap => recording.packets = Packets::Mcap(Box::new(McapReader::new(input))),
@@ -330,6 +334,11 @@ impl Recording {
         }
     }
 
+    /// How much of what was read so far can be read as telegrams.
+    pub fn soundness(&self) -> Soundness {
+        self.watch.found()
+    }
+
     /// The next packet, in the order they came; none at the end.
     pub fn next_packet(&mut self) -> Result<Option<Packet>, ReadError> {
         let packet = match &mut self.packets {
@@ -347,6 +356,13 @@ impl Recording {
         };
         if let (None, Some(at_ns)) = (self.began_ns, packet.as_ref().and_then(|packet| packet.at_ns)) {
             self.began_ns = Some(at_ns);
+        }
+        match &packet {
+            Some(packet) => {
+                let kind = self.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
+                self.watch.see(kind, packet);
+            }
+            None => self.watch.end(),
         }
         Ok(packet)
     }

@@ -222,7 +222,10 @@ impl Args {
         let mut config = DriverConfig { cola, lms2xx, wait: self.wait, prefer, ..DriverConfig::default() };
         let stream = name.as_deref().unwrap_or("scanner");
         let (bar, page) = beside;
-        config.tap = page.taps.clone().and(taping.taps()).open(stream, stream_kind(source));
+        // Of a file, only the page has a use for what it is.
+        let kind = page.feeds.as_ref().and_then(|_| rig::recorded_kind(source));
+        let kind = kind.unwrap_or_else(|| stream_kind(source));
+        config.tap = page.taps.clone().and(taping.taps()).open(stream, kind);
         Some(Follower {
             place,
             source: source.clone(),

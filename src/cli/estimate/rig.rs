@@ -1,8 +1,10 @@
 //! The rig that an estimate is made by.
 
+use std::path::Path;
+
 use rowscan_driver::Source;
 use rowscan_protocol::rig::{EchoChoice, Rig};
-use rowscan_recording::{About, Recording};
+use rowscan_recording::{About, Recording, StreamKind};
 use rowscan_scenes::Scene;
 use rowscan_scenes::files;
 use rowscan_study::reading::fitted_rig;
@@ -22,16 +24,27 @@ pub(super) fn load(
     Ok((fitted_rig(rig, scanners, model, echo), scene))
 }
 
+/// What the first scanner's bytes are in a recording.
+pub(super) fn recorded_kind(source: &Source) -> Option<StreamKind> {
+    let Source::Recording { path, .. } = source else { return None };
+    let is_scanner = |kind: &StreamKind| matches!(kind, StreamKind::Cola | StreamKind::Lms2xx);
+    opened(path)?.streams().iter().map(|stream| stream.kind).find(is_scanner)
+}
+
+/// A recording with its first packet read, to see what it says of itself. Whatever is wrong with it is told by whoever reads its scans.
+fn opened(path: &Path) -> Option<Recording> {
+    // What is no file, as a pipe, is read only once.
+    let mut recording = path.is_file().then(|| Recording::open(path).ok()).flatten()?;
+    recording.next_packet().ok()?;
+    Some(recording)
+}
+
 /// The seed that the first recording among `sources` was made with, as far as it is of the scene called `name`.
 pub(super) fn recorded_seed(sources: &[Source], name: Option<&str>) -> Option<u64> {
-    let path = sources.iter().find_map(|source| match source {
-        // What is no file, as a pipe, is read only once.
-        Source::Recording { path, .. } => path.is_file().then_some(path),
+    let recording = sources.iter().find_map(|source| match source {
+        Source::Recording { path, .. } => opened(path),
         _ => None,
     })?;
-    // Whatever is wrong with the file is told by whoever reads its scans.
-    let mut recording = Recording::open(path).ok()?;
-    recording.next_packet().ok()?;
     let About { scene, seed, .. } = recording.about();
     seed.filter(|_| scene.is_none() || scene.as_deref() == name)
 }

@@ -92,6 +92,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     if let Some(torn) = &survey.torn {
         say(format_args!("{}: {torn}; what comes before is played", args.file.display()));
     }
+    if let Some(damage) = survey.soundness.damage() {
+        say(format_args!("{}: {damage}", args.file.display()));
+    }
     let seats = args.places.seats(&survey)?;
     let parts: Vec<&Part> = seats.iter().map(|seat| seat.part).collect();
     let places = Places::of(args.rig.as_deref(), &survey, &parts);

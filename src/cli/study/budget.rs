@@ -17,7 +17,7 @@ pub(in crate::cli) struct Args {
     /// Seeds of the rows, first..last
     #[arg(long, value_name = "A..B", default_value = "1..10")]
     seeds: Seeds,
-    /// Write the table as docs/accuracy.md holds it
+    /// Write the table as docs/measurements/accuracy.md holds it
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
     /// How to write the table; JSON holds the rows too

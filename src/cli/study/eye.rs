@@ -25,7 +25,7 @@ pub(in crate::cli) struct Args {
     /// Distances from the mirror to the row plane, metres
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4")]
     distance: Vec<f64>,
-    /// Write the table as docs/optics.md holds it
+    /// Write the table as docs/measurements/eye.md holds it
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
     /// How to write the table; CSV, JSON and JSON lines hold a row an estimator

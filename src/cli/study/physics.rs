@@ -31,7 +31,7 @@ pub(in crate::cli) struct Args {
     /// Draw the figure: an SVG file
     #[arg(long, value_name = "FILE.svg")]
     figure: Option<PathBuf>,
-    /// Write the tables as docs/optics.md holds them
+    /// Write the tables as docs/measurements/eye.md holds them
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
     /// How to write the table; CSV, JSON and JSON lines hold a row an output

@@ -18,7 +18,7 @@ pub(in crate::cli) struct Args {
     /// Seed of the model's unit
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Write the rows as docs/optics.md holds them
+    /// Write the rows as docs/measurements/recordings.md holds them
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
     /// How to write the comparison; CSV holds a number a row

@@ -31,7 +31,7 @@ pub(in crate::cli) struct Args {
 /// What of the report is written where.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ReportArgs {
-    /// Write the tables as docs/accuracy.md holds them
+    /// Write the tables as docs/measurements/accuracy.md holds them
     #[arg(long)]
     markdown: bool,
     /// Write how far apart classes are: what intervals take their between-class term from (canopy/between-class.csv)

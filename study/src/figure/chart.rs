@@ -104,6 +104,12 @@ impl<'a> Chart<'a> {
         self.canvas.rectangle(Area { left, top, width: right - left, height: bottom - top }, ink);
     }
 
+    /// Writes words to the right of a point.
+    pub(super) fn label(&mut self, point: (f64, f64), words: &str) {
+        let (x, y) = self.at(point);
+        self.canvas.text(words, (x + 4.0, y), LABEL, Anchor::Left);
+    }
+
     /// Draws marks at points.
     pub(super) fn marks(&mut self, points: &[(f64, f64)], mark: Mark, ink: Ink) {
         for place in self.all_at(points) {

@@ -5,6 +5,7 @@ mod axis;
 mod canvas;
 mod chart;
 pub mod colours;
+mod course;
 mod metres;
 mod physics;
 mod resolution;
@@ -16,6 +17,7 @@ mod symbols;
 mod words;
 
 pub use areas::areas;
+pub use course::{Course, course};
 pub use metres::{Metre, Metres, metres};
 pub use physics::physics;
 pub use resolution::resolution;
