@@ -488,6 +488,15 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         let metres = strip["strip"]["measured"][0].as_array().expect("measured").clone();
         assert!(metres.iter().any(|metre| metre["impacted_m2"].as_f64() > Some(0.0)), "{strip}");
         assert_eq!(http(page, "GET /clock HTTP/1.1", "").await.0, 404, "nothing to stop");
+        let log = json(page, "/watch/log").await;
+        let said: Vec<&Value> = log["telegrams"].as_array().expect("a list").iter().collect();
+        let has = |by_device: bool, name: &str| {
+            said.iter().any(|said| {
+                said["by_device"] == by_device
+                    && said["telegram"].as_str().is_some_and(|told| told.contains(name))
+            })
+        };
+        assert!(has(false, "DeviceIdent") && has(true, "DeviceIdent") && has(true, "LMDscandata"), "{log}");
         // It stays until it is told to go.
         watching.end();
 

@@ -1,6 +1,6 @@
 // Trees from afar: a few of a tree's leaves, larger, as triangles that lie ready, so that all trees alike are one call.
 
-const LEAVES = 28;
+const LEAVES = 100;
 const BYTES = 28;
 
 /** Corners of the first leaves of a tree, six numbers each: place and normal. `first` and `count` are its leaves among `blades`. */

@@ -226,6 +226,7 @@ class Page {
     dark.addEventListener("change", this.redraw);
     document.addEventListener("keydown", (event) => {
       if (/INPUT|SELECT|BUTTON|TEXTAREA/.test(document.activeElement?.tagName ?? "") || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (event.key === "i" || event.key === "I") byId("stats").hidden = !byId("stats").hidden;
       const button = { " ": "pause", ".": "step" }[event.key];
       if (!button || !this.about.has_control) return;
       event.preventDefault();

@@ -1,5 +1,5 @@
-// The orchard, the tractor, the beams and what they met, drawn by WebGL 2. A tree's leaves are one call, and a tree that is far is drawn with fewer and larger
-// leaves, so that all together stay within a budget. Leaves and wood lie in textures that the shaders read by the number of the corner: instances of so few
+// The orchard, the tractor, the beams and what they met, drawn by WebGL 2. A tree's leaves are one call. The nearest trees are drawn leaf by leaf, the next ones by a
+// sample of their leaves, the others as crowns, so that all together stay within a budget. Leaves and wood lie in textures that the shaders read by the number of the corner: instances of so few
 // corners would take a renderer without a graphics card several times as long.
 
 import { crown } from "./crowns.js";
@@ -8,8 +8,9 @@ import { dot, pose, sub, unit } from "./matrix.js";
 import { BLADE_CORNERS, programs, STICK_CORNERS } from "./shaders.js";
 import { mast, scanner, tractor } from "./solids.js";
 
-// A tree of which less than this much would be drawn is drawn as one of many alike.
-const FAR_PART = 0.045;
+// The part of a tree's leaves that a sample has, and the part of the budget that is for trees that are drawn whole.
+const SAMPLE = 0.18;
+const WHOLE_PART = 0.6;
 // A scanner that has told nothing for so many seconds has no beams to show.
 const OLD = 0.6;
 // Returns that are kept, and how many of them where every one costs.
@@ -238,14 +239,14 @@ export class World {
   /** What of the orchard may be seen, and how much of each tree is drawn. */
   standing() {
     const { head, trees } = this.orchard, { eye, ahead, far } = this.view, forward = unit(ahead);
-    const period = head.period_m, middle = this.camera.target[1], seen = [];
+    const period = head.period_m, { target } = this.camera, middle = target[1], seen = [];
     for (const [tree, x, y, z, cos, sin] of head.places) {
       const here = period ? Math.round((middle - y) / period) : 0;
       for (const copy of period ? [here - 1, here, here + 1] : [0]) {
         const foot = [x, y + copy * (period ?? 0), z];
         const away = sub([foot[0], foot[1], foot[2] + 1.5], eye), distance = Math.hypot(...away);
         if (distance > far * 0.9 || (dot(away, forward) < 0.35 * distance && distance > 5)) continue;
-        if (trees[tree]) seen.push({ tree: trees[tree], foot, cos, sin, distance });
+        if (trees[tree]) seen.push({ tree: trees[tree], foot, cos, sin, distance, aside: Math.hypot(x - target[0], foot[1] - target[1]) });
       }
     }
     return seen;
@@ -253,29 +254,26 @@ export class World {
 
   drawOrchard() {
     const { gl, stats } = this, standing = this.standing();
-    const share = shareOut(standing, this.budget);
-    const isFar = ({ distance }) => share / (distance * distance) < FAR_PART;
-    const seen = standing.filter((of) => !isFar(of));
-    this.drawCrowns(standing.filter(isFar));
+    shareOut(standing, this.budget);
+    const seen = standing.filter(({ part }) => part > 0);
+    this.drawCrowns(standing.filter(({ part }) => part === 0));
     let at = this.useTable("leaf", this.orchard.blades);
-    for (const { tree, foot, cos, sin, distance } of seen) {
-      const part = Math.min(1, share / (distance * distance));
+    gl.uniform1f(at.grow, 1);
+    for (const { tree, foot, cos, sin, distance, part } of seen) {
       const count = Math.ceil(tree.leaves.count * part);
       this.place(at, foot, cos, sin);
-      gl.uniform1f(at.grow, Math.sqrt(tree.leaves.count / Math.max(count, 1)));
       this.things(at, tree.leaves.first, count, BLADE_CORNERS);
       stats.leaves += count;
       if (tree.facets.count && distance < 25) {
-        gl.uniform1f(at.grow, 1);
         this.things(at, tree.facets.first, tree.facets.count, BLADE_CORNERS);
         stats.leaves += tree.facets.count;
       }
     }
     this.drawGrass(at);
     at = this.useTable("stick", this.orchard.sticks);
-    for (const { tree, foot, cos, sin, distance } of seen) {
+    for (const { tree, foot, cos, sin, part } of seen) {
       // Twigs come last: from afar a tree is its older wood.
-      const count = Math.ceil(tree.wood.count * Math.min(1, share / (distance * distance)));
+      const count = Math.ceil(tree.wood.count * part);
       this.place(at, foot, cos, sin);
       this.things(at, tree.wood.first, count, STICK_CORNERS);
       stats.sticks += count;
@@ -436,17 +434,17 @@ function stickWords(bytes) {
   return new Uint32Array(bytes.slice().buffer);
 }
 
-/** A part of a tree's leaves falls with the square of its distance; this much of them at one metre keeps all within the budget. */
-function shareOut(seen, budget) {
-  let [low, high] = [0, 1e6];
-  const drawn = (share) => seen.reduce((sum, { tree, distance }) => sum + tree.leaves.count * Math.min(1, share / (distance * distance)), 0);
-  if (drawn(high) <= budget) return high;
-  for (let i = 0; i < 24; i++) {
-    const middle = Math.sqrt(Math.max(low, 1e-3) * high);
-    if (drawn(middle) > budget) high = middle;
-    else low = middle;
+/** Gives each tree the part of its leaves that is drawn, from where the camera looks outwards: all, a sample, then none while the budget lasts. */
+function shareOut(standing, budget) {
+  standing.sort((a, b) => a.aside - b.aside);
+  let left = budget;
+  const fits = (leaves, kept) => leaves <= left - kept;
+  for (const of of standing) {
+    const { count } = of.tree.leaves, kept = budget * (1 - WHOLE_PART);
+    of.part = fits(count, kept) ? 1 : fits(SAMPLE * count, 0) ? SAMPLE : 0;
+    // No crown stands before a sample.
+    left = of.part ? left - of.part * count : 0;
   }
-  return low;
 }
 
 /** Triangles from the scanner to neighbouring returns; beams that met nothing leave a gap. */
