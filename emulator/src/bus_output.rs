@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
@@ -13,6 +14,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use tokio::sync::mpsc;
 
+use crate::compute::Compute;
 use crate::faulted::BusFaults;
 use crate::firing::Firing;
 use crate::lockstep::OutputCount;
@@ -28,6 +30,10 @@ pub(crate) struct BusOutput {
     inbox: Inbox,
     /// What the ports have heard and is not answered yet.
     heard: VecDeque<(Origin, PortEvent)>,
+    /// Of that, what takes effect only later.
+    later: VecDeque<(SimTime, Origin, PortEvent)>,
+    /// How much later that is.
+    compute: Compute,
     watch: BusWatch,
     /// Where news of the bus go; nobody is waited for.
     news: Option<mpsc::Sender<BusNews>>,
@@ -62,6 +68,8 @@ impl BusOutput {
             bus,
             inbox,
             heard: VecDeque::new(),
+            later: VecDeque::new(),
+            compute: Compute::default(),
             watch: BusWatch::default(),
             news,
             tap: taps.open(STREAM, StreamKind::Can),
@@ -73,6 +81,11 @@ impl BusOutput {
         }
     }
 
+    /// From now on what others say takes effect so much later.
+    pub(crate) fn set_compute(&mut self, compute: Compute) {
+        self.compute = compute;
+    }
+
     /// From now on these count the frames that others send.
     pub(crate) fn count_frames(&mut self, counts: Vec<OutputCount>) {
         self.counts = counts;
@@ -82,13 +95,20 @@ impl BusOutput {
         match (self.held, self.first.is_empty()) {
             (true, _) => None,
             (false, false) => Some(SimTime::ZERO),
-            (false, true) => [self.ecu.next(), self.faults.next()].into_iter().flatten().min(),
+            (false, true) => {
+                let later = self.later.front().map(|(at, ..)| *at);
+                [self.ecu.next(), self.faults.next(), later].into_iter().flatten().min()
+            }
         }
     }
 
     pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
         let changed = self.faults.act(firing.at, &mut self.ecu);
         self.put(firing.at, changed, firing.delivery).await;
+        while self.later.front().is_some_and(|(due, ..)| *due <= firing.at) {
+            let Some((_, origin, heard)) = self.later.pop_front() else { break };
+            self.take(firing.at, (origin, heard), firing.delivery).await;
+        }
         let mut frames = std::mem::take(&mut self.first);
         self.ecu.poll(firing.at, &mut frames);
         self.send(firing.at, frames, firing.delivery).await;
@@ -106,29 +126,51 @@ impl BusOutput {
     /// Answers what was heard, and passes frames on from port to port.
     pub(crate) async fn respond(&mut self, at: SimTime, delivery: Delivery) {
         while let Some((origin, heard)) = self.heard.pop_front() {
-            let mut replies = Vec::new();
-            match heard {
-                PortEvent::Opened => {
-                    self.open = true;
-                    if !self.held {
-                        self.ecu.open(at, &mut replies);
-                    }
+            if matches!(heard, PortEvent::Frame(_)) {
+                // It is an acknowledgement as soon as it is there.
+                self.count(&heard);
+                // Before the start time stands.
+                let delay = if self.held { Duration::ZERO } else { self.compute.delay() };
+                if !delay.is_zero() {
+                    // One behind the other: a later frame that took less time does not overtake.
+                    let due = self.later.back().map_or(SimTime::ZERO, |(due, ..)| *due).max(at + delay);
+                    self.later.push_back((due, origin, heard));
+                    continue;
                 }
-                PortEvent::Frame(frame) => {
-                    let said = vec![(Speaker::Port(origin), frame)];
-                    let carried = self.faults.carry(at, &mut self.ecu, said);
-                    self.put(at, carried, delivery).await;
-                    self.counts.iter().for_each(|count| count.frame(frame.id.bits()));
-                }
-                PortEvent::Lost(_) => {}
             }
-            if let (Some(news), Some(told)) =
-                (self.watch.news(origin.port, heard, self.ecu.address_state()), &self.news)
-            {
-                let _ = told.try_send(news);
-            }
-            self.send(at, replies, delivery).await;
+            self.take(at, (origin, heard), delivery).await;
         }
+    }
+
+    fn count(&self, heard: &PortEvent) {
+        if let PortEvent::Frame(frame) = heard {
+            self.counts.iter().for_each(|count| count.frame(frame.id.bits()));
+        }
+    }
+
+    /// What a port has heard takes effect.
+    async fn take(&mut self, at: SimTime, (origin, heard): (Origin, PortEvent), delivery: Delivery) {
+        let mut replies = Vec::new();
+        match heard {
+            PortEvent::Opened => {
+                self.open = true;
+                if !self.held {
+                    self.ecu.open(at, &mut replies);
+                }
+            }
+            PortEvent::Frame(frame) => {
+                let said = vec![(Speaker::Port(origin), frame)];
+                let carried = self.faults.carry(at, &mut self.ecu, said);
+                self.put(at, carried, delivery).await;
+            }
+            PortEvent::Lost(_) => {}
+        }
+        if let (Some(news), Some(told)) =
+            (self.watch.news(origin.port, heard, self.ecu.address_state()), &self.news)
+        {
+            let _ = told.try_send(news);
+        }
+        self.send(at, replies, delivery).await;
     }
 
     pub(crate) fn in_flight(&self) -> &InFlight {
@@ -139,9 +181,10 @@ impl BusOutput {
         self.open
     }
 
+    /// The drive has started. Where time stood until then, the tractor has stood long enough to have its address: speeds are told from the start on.
     pub(crate) fn begin(&mut self, at: SimTime) {
         if std::mem::take(&mut self.held) && self.open {
-            self.ecu.open(at, &mut self.first);
+            self.ecu.open_settled(at, &mut self.first);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::lms2xx::SerialCounts;
 use crate::refused_settings::RefusedSetting;
@@ -20,6 +21,12 @@ pub struct ScannerCounts {
     pub scans_missed: Option<u64>,
     /// Scans measured while nobody took them.
     pub scans_unheard: Option<u64>,
+    /// The number in the last scan telegram that was measured, taken or not.
+    pub last_counter: Option<u16>,
+    /// How long in the drive it measured and nobody took scans.
+    pub unheard: Option<Duration>,
+    /// The same since somebody last took a scan.
+    pub silence: Option<Duration>,
     /// What became of connections.
     pub connections: Option<ConnectionCounts>,
     /// Bytes lost because the client of a line did not take them.
@@ -52,6 +59,9 @@ impl From<EmulatorCounts> for ScannerCounts {
             scans_dropped: Some(counts.scans_dropped),
             scans_missed: Some(counts.scans_missed),
             scans_unheard: Some(counts.scans_unheard),
+            last_counter: counts.last_counter,
+            unheard: Some(counts.unheard),
+            silence: Some(counts.silence),
             connections: Some(ConnectionCounts {
                 refused: counts.connections_refused,
                 silent: counts.connections_silent,
@@ -74,6 +84,7 @@ impl From<SerialCounts> for ScannerCounts {
 pub struct CountReader {
     counts: Arc<dyn Fn() -> Option<ScannerCounts> + Send + Sync>,
     clients: Arc<dyn Fn() -> Option<usize> + Send + Sync>,
+    taken: Arc<dyn Fn() -> Option<bool> + Send + Sync>,
 }
 
 impl CountReader {
@@ -85,6 +96,11 @@ impl CountReader {
     /// How many clients are connected; none once it is gone, and of a line, which has one client at most.
     pub fn clients(&self) -> Option<usize> {
         (self.clients)()
+    }
+
+    /// Whether somebody takes its scans; none once it is gone, and of a line.
+    pub fn is_taken(&self) -> Option<bool> {
+        (self.taken)()
     }
 }
 
@@ -110,10 +126,11 @@ pub trait VirtualScanner: fmt::Debug + Send + Sync {
 
 impl VirtualScanner for Emulator {
     fn count_reader(&self) -> CountReader {
-        let (counter, clients) = (self.counter(), self.counter());
+        let (counter, clients, taken) = (self.counter(), self.counter(), self.counter());
         CountReader {
             counts: Arc::new(move || counter.counts().map(ScannerCounts::from)),
             clients: Arc::new(move || clients.clients()),
+            taken: Arc::new(move || taken.is_taken()),
         }
     }
 
@@ -128,6 +145,7 @@ impl VirtualScanner for SerialEmulator {
         CountReader {
             counts: Arc::new(move || Some(ScannerCounts::from(counted()))),
             clients: Arc::new(|| None),
+            taken: Arc::new(|| None),
         }
     }
 

@@ -20,5 +20,7 @@ pub(crate) struct Firing {
     pub(crate) at: SimTime,
     /// What is sent may be heard; else time has not started for the takers.
     pub(crate) heard: bool,
+    /// The drive has started before.
+    pub(crate) driving: bool,
     pub(crate) delivery: Delivery,
 }

@@ -94,11 +94,27 @@ impl MirrorSource {
         self.turns.advance(mirror);
         let Some(telegram) = telegram else { return false };
         self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
+        self.shared.counts.numbered.store(u32::from(telegram.counter()) + 1, Ordering::Relaxed);
         telegram.deliver(&self.shared, &self.audience, firing.delivery).await;
         let polled = heard && self.shared.answer_polls();
         let taken = polled || !self.audience.is_empty();
         self.shared.counts.unheard.fetch_add(u64::from(!taken), Ordering::Relaxed);
+        if firing.driving {
+            self.time_silence(taken, self.turns.next().elapsed().saturating_sub(at.elapsed()));
+        }
         taken
+    }
+
+    /// Adds a scan's time to that in which nobody listens; a client that polls listens between its polls.
+    fn time_silence(&self, taken: bool, time: Duration) {
+        let counts = &self.shared.counts;
+        if taken || (self.shared.polls_take_scans() && self.shared.roster.size() > 0) {
+            counts.silence_ns.store(0, Ordering::Relaxed);
+        } else {
+            let time_ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+            counts.silence_ns.fetch_add(time_ns, Ordering::Relaxed);
+            counts.unheard_ns.fetch_add(time_ns, Ordering::Relaxed);
+        }
     }
 
     /// The last scan it made.
@@ -119,6 +135,11 @@ impl MirrorSource {
         }
         let wanted = device.is_measuring() && (self.shared.roster.has_audience() || self.shared.polls_wait());
         if wanted { Claim::Taker } else { Claim::Idle }
+    }
+
+    /// It starts up, and a client is connected that waits for that.
+    pub(crate) fn is_waited_for(&self) -> bool {
+        self.claim() == Claim::Busy && self.shared.roster.size() > 0
     }
 
     /// Whether somebody has subscribed to its scans, or has ever polled for them.

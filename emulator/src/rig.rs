@@ -23,6 +23,7 @@ use crate::end::EndWhen;
 use crate::fault_source::FaultSource;
 use crate::faulted::{BusFaults, DeviceFaults, Receivers, VehiclePart};
 use crate::faulty_wire::faulty_wire;
+use crate::gap::GapPacer;
 use crate::gnss_output::GnssOutput;
 use crate::hold::Hold;
 use crate::line_changes::LineChanges;
@@ -36,10 +37,11 @@ use crate::scan_moment::{Moments, ScanMoment};
 use crate::scanner::Emulator;
 use crate::serial_emulator::SerialEmulator;
 use crate::shared::{EmulatorConfig, Program, Shared};
+use crate::source::Source;
 use crate::start::StartWhen;
 use crate::steps::Steps;
 use crate::stride::Stride;
-use crate::timeline::{Source, Timeline};
+use crate::timeline::Timeline;
 use crate::view::ScannerView;
 
 /// What rides on one tractor. Its parts are added one by one; [`Rig::run`] starts them together, from one origin of time.
@@ -82,6 +84,7 @@ impl Rig {
             begun: false,
             lockstep: None,
             end: None,
+            gap: GapPacer::default(),
             hold: None,
             scan_instants: 0,
             stride: None,
@@ -123,6 +126,7 @@ impl Rig {
         if lockstep.needs_grants() {
             self.timeline.steps.by_grant();
         }
+        self.timeline.gap = GapPacer::new(lockstep.gaps());
         self.timeline.lockstep = Some(lockstep);
         self
     }

@@ -30,6 +30,11 @@ impl Counter {
         self.0.upgrade().map(|shared| shared.counts.so_far())
     }
 
+    /// Whether somebody takes its scans; none once it is gone.
+    pub fn is_taken(&self) -> Option<bool> {
+        self.0.upgrade().map(|shared| shared.roster.has_audience() || shared.polls_take_scans())
+    }
+
     /// How many clients are connected; none once it is gone.
     pub fn clients(&self) -> Option<usize> {
         self.0.upgrade().map(|shared| shared.roster.size())

@@ -1,6 +1,6 @@
 //! What the tasks of one virtual CoLa scanner share: the device behind a lock, its clients, its configuration.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -125,6 +125,11 @@ pub(crate) struct Counts {
     pub(crate) dropped: AtomicU64,
     pub(crate) missed: AtomicU64,
     pub(crate) unheard: AtomicU64,
+    /// Nanoseconds of the drive in which it measured and nobody took scans; all, and since somebody last did.
+    pub(crate) unheard_ns: AtomicU64,
+    pub(crate) silence_ns: AtomicU64,
+    /// One more than the number in the last scan telegram; 0 before the first.
+    pub(crate) numbered: AtomicU32,
     pub(crate) refused: Tally,
     pub(crate) silent: Tally,
     pub(crate) idle: Tally,
@@ -141,6 +146,12 @@ pub struct EmulatorCounts {
     pub scans_missed: u64,
     /// Scans measured while nobody took them.
     pub scans_unheard: u64,
+    /// The number in the last scan telegram that was measured, taken or not.
+    pub last_counter: Option<u16>,
+    /// How long in the drive it measured and nobody took scans.
+    pub unheard: Duration,
+    /// The same since somebody last took a scan.
+    pub silence: Duration,
     /// Connections turned away because the house was full.
     pub connections_refused: u64,
     /// Connections closed in a full house because not one valid telegram had come.
@@ -156,6 +167,9 @@ impl Counts {
             scans_dropped: self.dropped.load(Ordering::Relaxed),
             scans_missed: self.missed.load(Ordering::Relaxed),
             scans_unheard: self.unheard.load(Ordering::Relaxed),
+            last_counter: self.numbered.load(Ordering::Relaxed).checked_sub(1).map(|counter| counter as u16),
+            unheard: Duration::from_nanos(self.unheard_ns.load(Ordering::Relaxed)),
+            silence: Duration::from_nanos(self.silence_ns.load(Ordering::Relaxed)),
             connections_refused: self.refused.total(),
             connections_silent: self.silent.total(),
             connections_idle: self.idle.total(),

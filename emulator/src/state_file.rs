@@ -1,6 +1,6 @@
 //! Where mEEwriteall keeps the settings of a virtual scanner: a file that is replaced whole or not at all.
 
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -98,7 +98,5 @@ fn read(path: &Path) -> io::Result<String> {
 
 /// Whoever reads sees the old settings or the new ones.
 fn replace(path: &Path, settings: &str) -> io::Result<()> {
-    let mut out = OutputFile::create_anew(path)?;
-    out.write_all(settings.as_bytes())?;
-    out.commit()
+    OutputFile::create_anew(path)?.write_whole(settings.as_bytes())
 }

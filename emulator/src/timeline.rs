@@ -4,179 +4,27 @@
 //! instant while the pacer still waits; [`Source::fire`] acts. [`Source::poll_input`] takes what its peers send and, once it is ready,
 //! [`Source::respond`] answers. Sources due at the same instant fire in the order of the rig: faults, line changes, scanners, CAN, GNSS.
 
-use std::io;
 use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use rowscan_ports::in_flight::InFlight;
 use rowscan_ports::{Delivery, Untaken};
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
 use tokio::sync::Notify;
 
-use crate::bus_output::BusOutput;
 use crate::clock::{Pacer, SimClock, Timer, yield_once};
 use crate::end::EndWhen;
-use crate::fault_source::FaultSource;
 use crate::firing::{Claim, Firing};
-use crate::gnss_output::GnssOutput;
+use crate::gap::GapPacer;
 use crate::hold::Hold;
-use crate::line_changes::LineChanges;
-use crate::lms2xx::Lms2xxScanner;
-use crate::lockstep::{Lockstep, LockstepError};
-use crate::mirror::MirrorSource;
-use crate::scan_moment::{LastScan, Moments};
+use crate::lockstep::{ChildClock, Lockstep, LockstepError};
+use crate::scan_moment::Moments;
+use crate::source::Source;
 use crate::start::StartWhen;
 use crate::steps::Steps;
 use crate::stride::Stride;
-
-/// One thing that acts in simulated time.
-#[derive(Debug)]
-pub(crate) enum Source {
-    /// A CoLa scanner's mirror.
-    Mirror(Box<MirrorSource>),
-    /// An LMS2xx with its serial line.
-    Lms2xx(Box<Lms2xxScanner>),
-    /// What goes wrong.
-    Faults(FaultSource),
-    /// A scanner's digital lines.
-    LineChanges(LineChanges),
-    /// The tractor's control function on its bus.
-    Bus(Box<BusOutput>),
-    /// The tractor's GNSS receiver.
-    Gnss(Box<GnssOutput>),
-}
-
-impl Source {
-    fn next(&mut self) -> Option<SimTime> {
-        match self {
-            Self::Mirror(mirror) => Some(mirror.next()),
-            Self::Lms2xx(scanner) => scanner.next(),
-            Self::Faults(faults) => faults.next(),
-            Self::LineChanges(changes) => changes.next(),
-            Self::Bus(bus) => bus.next(),
-            Self::Gnss(gnss) => gnss.next(),
-        }
-    }
-
-    fn prepare(&mut self, at: SimTime) {
-        if let Self::Mirror(mirror) = self {
-            mirror.prepare(at);
-        }
-    }
-
-    /// True if a scan, a sentence or a frame went to a taker.
-    async fn fire(&mut self, firing: Firing) -> io::Result<bool> {
-        match self {
-            Self::Mirror(mirror) => Ok(mirror.fire(firing).await),
-            Self::Lms2xx(scanner) => scanner.fire(firing).await,
-            Self::Faults(faults) => Ok(faults.fire(firing.at)),
-            Self::LineChanges(changes) => Ok(changes.fire(firing.at)),
-            Self::Bus(bus) => Ok(bus.fire(firing).await),
-            Self::Gnss(gnss) => Ok(gnss.fire(firing).await),
-        }
-    }
-
-    fn poll_input(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        match self {
-            Self::Lms2xx(scanner) => scanner.poll_input(cx),
-            Self::Bus(bus) => bus.poll_input(cx).map(Ok),
-            Self::Mirror(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Gnss(_) => Poll::Pending,
-        }
-    }
-
-    async fn respond(&mut self, now: SimTime, delivery: Delivery) {
-        if let Self::Bus(bus) = self {
-            bus.respond(now, delivery).await;
-        }
-    }
-
-    fn claim(&self) -> Claim {
-        match self {
-            Self::Mirror(mirror) => mirror.claim(),
-            Self::Lms2xx(scanner) => scanner.claim(),
-            Self::Faults(_) | Self::LineChanges(_) => Claim::Idle,
-            Self::Bus(bus) => {
-                if bus.has_taker() {
-                    Claim::Taker
-                } else {
-                    Claim::Idle
-                }
-            }
-            Self::Gnss(gnss) => {
-                if gnss.has_taker() {
-                    Claim::Taker
-                } else {
-                    Claim::Idle
-                }
-            }
-        }
-    }
-
-    /// Whether the drive may wait for somebody to take what it sends.
-    fn has_taker(&self) -> bool {
-        match self {
-            Self::Mirror(mirror) => mirror.has_taker(),
-            Self::Lms2xx(scanner) => scanner.has_taker(),
-            Self::Faults(_) | Self::LineChanges(_) => false,
-            Self::Bus(bus) => bus.has_taker(),
-            Self::Gnss(gnss) => gnss.has_taker(),
-        }
-    }
-
-    /// What it has handed over and is not written yet.
-    fn in_flight(&self, all: &mut Vec<InFlight>) {
-        match self {
-            Self::Mirror(mirror) => all.push(mirror.in_flight().clone()),
-            Self::Bus(bus) => all.push(bus.in_flight().clone()),
-            Self::Gnss(gnss) => all.extend(gnss.in_flight().cloned()),
-            // A line is written where it acts.
-            Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
-        }
-    }
-
-    /// Its place among those due at the same instant.
-    pub(crate) fn rank(&self) -> u8 {
-        match self {
-            Self::Faults(_) => 0,
-            Self::LineChanges(_) => 1,
-            Self::Mirror(_) | Self::Lms2xx(_) => 2,
-            Self::Bus(_) => 3,
-            Self::Gnss(_) => 4,
-        }
-    }
-
-    /// The last scan it made, if it is a scanner.
-    fn last_scan(&self) -> Option<LastScan> {
-        match self {
-            Self::Mirror(mirror) => mirror.last_scan(),
-            Self::Lms2xx(scanner) => scanner.last_scan(),
-            Self::Faults(_) | Self::LineChanges(_) | Self::Bus(_) | Self::Gnss(_) => None,
-        }
-    }
-
-    fn is_scanner(&self) -> bool {
-        matches!(self, Self::Mirror(_) | Self::Lms2xx(_))
-    }
-
-    /// The drive has started.
-    fn begin(&mut self, at: SimTime) {
-        match self {
-            Self::Bus(bus) => bus.begin(at),
-            Self::Gnss(gnss) => gnss.begin(at),
-            Self::Mirror(_) | Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
-        }
-    }
-
-    /// Time waits for others: whoever waits for this source's next act is answered without it.
-    fn release(&self) {
-        if let Self::Mirror(mirror) = self {
-            mirror.release_polls();
-        }
-    }
-}
 
 /// How long the end of a paced timeline waits for clients that have not taken everything, host time.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(2);
@@ -204,6 +52,8 @@ pub(crate) struct Timeline {
     pub(crate) begun: bool,
     /// Waits for acknowledgements, if the clock runs in lockstep.
     pub(crate) lockstep: Option<Lockstep>,
+    /// In lockstep: nobody takes scans any more.
+    pub(crate) gap: GapPacer,
     /// Holds the start of the drive, if anything does.
     pub(crate) hold: Option<Hold>,
     /// Where time stops, if anywhere.
@@ -226,6 +76,7 @@ impl Timeline {
         self.wire_lockstep();
         let (clock, changed) = (Arc::clone(&self.clock), Arc::clone(&self.changed));
         let joined = self.lockstep.as_ref().map(Lockstep::joined).unwrap_or_default();
+        let children = self.lockstep.as_ref().and_then(Lockstep::children).cloned();
         let mut pacer = Pacer::new(&clock, &self.timer);
         if self.start == StartWhen::Now {
             self.tractor.begin(SimTime::ZERO);
@@ -246,22 +97,36 @@ impl Timeline {
                 }
                 self.prepare(at);
             }
+            let held = due.map_or(Duration::ZERO, |at| self.gap.left(at));
+            let before_drive = children.as_ref().filter(|_| !self.begun);
             tokio::select! {
                 biased;
                 () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
                 () = changed.notified() => {}
                 () = joined.notified() => {}
-                () = reach(&clock, &mut pacer, due) => {
+                () = wait_by_host(before_drive) => {}
+                () = reach(&clock, &mut pacer, held, due) => {
                     let at = due.unwrap_or_default();
+                    self.gap.pass();
                     let ends = self.ends_step(at);
                     // From the first step that is heard.
                     let (heard, counts) = (self.is_heard(at), self.counts_step(at));
                     if let Some(lockstep) = self.lockstep.as_mut().filter(|_| heard) {
                         lockstep.arm();
                     }
+                    if let Some(children) = children.as_ref().filter(|_| heard) {
+                        if !self.begun {
+                            // What they heard before the drive is behind them when their clock starts.
+                            self.wait_for(at, Wait::Source).await?;
+                        }
+                        children.reach(at, self.begun);
+                    }
                     self.fire(at, ends && heard).await?;
                     if ends && heard {
                         self.wait_for(at, Wait::Step).await?;
+                    }
+                    if let Some(children) = &children {
+                        self.fire_children(at, children).await?;
                     }
                     if ends && counts {
                         self.steps.take(at, &clock);
@@ -271,12 +136,21 @@ impl Timeline {
         }
     }
 
+    /// The children's timers that are due, behind all sources of that instant; each is dealt with before the next.
+    async fn fire_children(&mut self, at: SimTime, children: &ChildClock) -> Result<(), LockstepError> {
+        while self.begun && children.fire(at) {
+            self.wait_for(at, Wait::Source).await?;
+        }
+        Ok(())
+    }
+
     /// Tells those sources of the lockstep that acknowledge for others.
     fn wire_lockstep(&mut self) {
         let Some(lockstep) = &self.lockstep else { return };
         for source in &mut self.sources {
             if let Source::Bus(bus) = source {
                 bus.count_frames(lockstep.bus_counts());
+                bus.set_compute(lockstep.compute());
             }
         }
     }
@@ -323,6 +197,9 @@ impl Timeline {
     /// Waits until all participants have acknowledged what was due until `at`, or have taken in what one source sent; takes in meanwhile what
     /// they send.
     async fn wait_for(&mut self, at: SimTime, wait: Wait) -> Result<(), LockstepError> {
+        if self.gap.is_open() {
+            return Ok(());
+        }
         let Some(mut lockstep) = self.lockstep.take() else { return Ok(()) };
         let mut pending = Vec::new();
         self.sources.iter().for_each(|source| source.in_flight(&mut pending));
@@ -394,17 +271,38 @@ impl Timeline {
         let began = self.tractor.began();
         let next =
             self.stride.as_mut().zip(began).map_or(next, |(stride, began)| stride.end(began).min(next));
-        if !self.clock.delivery().is_patient() || self.may_go_on(next) {
+        let children = self.lockstep.as_ref().and_then(Lockstep::children).filter(|_| self.begun);
+        let next = children.and_then(ChildClock::next).map_or(next, |timer| timer.min(next));
+        let is_gap = self.is_gap();
+        self.gap.set(is_gap, self.clock.now());
+        if is_gap || !self.clock.delivery().is_patient() || self.may_go_on(next) {
             return Some(next);
         }
         self.sources.iter().for_each(Source::release);
         None
     }
 
+    /// In lockstep, nobody takes scans any more, and nobody waits for what a scanner is at work on. Where steps are granted, whoever grants them says how
+    /// time goes on.
+    fn is_gap(&self) -> bool {
+        let paces = self.begun && self.lockstep.as_ref().is_some_and(|lockstep| !lockstep.needs_grants());
+        paces
+            && !self.follows_children()
+            && !self.takers().any(|source| source.claim() == Claim::Taker || source.is_waited_for())
+    }
+
+    /// True while a child goes by simulated time. It waits for nothing that does not pass: not to take scans costs it what it costs in the field.
+    fn follows_children(&self) -> bool {
+        self.lockstep.as_ref().and_then(Lockstep::children).is_some_and(ChildClock::is_followed)
+    }
+
     /// Where nothing may be lost, time stands still while nobody takes anything, except while a device is at work.
     fn may_go_on(&self, at: SimTime) -> bool {
         // Before anyone can have connected.
         if at == SimTime::ZERO {
+            return true;
+        }
+        if self.begun && self.follows_children() {
             return true;
         }
         let wanted = if self.begun || self.is_ready() { Claim::Taker } else { Claim::Busy };
@@ -463,7 +361,8 @@ impl Timeline {
     async fn fire(&mut self, at: SimTime, waited_for: bool) -> Result<(), LockstepError> {
         let delivery = self.clock.delivery();
         let ready = self.begun || self.is_ready();
-        let firing = Firing { at, heard: ready || !delivery.is_patient(), delivery };
+        let driving = self.tractor.began().is_some();
+        let firing = Firing { at, heard: ready || !delivery.is_patient(), driving, delivery };
         let (mut taken, mut scanned, mut number) = (false, false, 0);
         let (first, mut first_scan) = (self.first_scanner(), None);
         while let Some(source) = self.sources.get_mut(number) {
@@ -547,10 +446,23 @@ impl Timeline {
     }
 }
 
-/// Waits for `due`; for ever without one.
-async fn reach(clock: &SimClock, pacer: &mut Pacer, due: Option<SimTime>) {
+/// Waits for `due`, `held` at least; for ever without one.
+async fn reach(clock: &SimClock, pacer: &mut Pacer, held: Duration, due: Option<SimTime>) {
     match due {
-        Some(due) => pacer.reach(clock, due).await,
+        Some(due) => {
+            if !held.is_zero() {
+                rowscan_ports::clock::rest(held).await;
+            }
+            pacer.reach(clock, due).await;
+        }
+        None => std::future::pending().await,
+    }
+}
+
+/// Before the drive children wait by the host; nobody does without them.
+async fn wait_by_host(children: Option<&ChildClock>) {
+    match children {
+        Some(children) => children.follow_host().await,
         None => std::future::pending().await,
     }
 }

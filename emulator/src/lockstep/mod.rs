@@ -6,6 +6,7 @@
 //! past the deadline the run ends with an error that names the step and who is missing.
 
 mod bystanders;
+mod children;
 mod level;
 mod looked;
 mod outputs;
@@ -26,14 +27,19 @@ use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::Notify;
 
+pub use children::ChildClock;
 pub use level::{Ack, AckError, OutputAck, OutputPort};
 
 use crate::clock::SimClock;
+use crate::compute::Compute;
+use crate::gap::Gaps;
 use crate::steps::Steps;
 pub(crate) use bystanders::Bystanders;
 use looked::Looked;
 pub(crate) use outputs::OutputCount;
 use outputs::Outputs;
+#[cfg(target_os = "linux")]
+pub(crate) use processes::processor_time;
 use reply::{Replies, ReplyQuery};
 use watch::Watch;
 
@@ -50,6 +56,8 @@ pub struct LockstepConfig {
     pub acks: Vec<Ack>,
     /// Host time after which a missing acknowledgement ends the run.
     pub deadline: Duration,
+    /// How much later what participants say on a bus takes effect.
+    pub compute: Compute,
 }
 
 /// Why a lockstep clock could not begin.
@@ -92,6 +100,9 @@ pub struct Lockstep {
     bystanders: Bystanders,
     /// Notified when somebody comes to take part.
     joined: Arc<Notify>,
+    gaps: Gaps,
+    /// The clock of children that wait by simulated time.
+    children: Option<ChildClock>,
     step: u64,
 }
 
@@ -124,7 +135,18 @@ impl Lockstep {
             .map(|level| Watch::open(level, bystanders.clone()))
             .transpose()
             .map_err(LockstepOpenError::Kernel)?;
-        Ok(Self { config, watch, replies, outputs, bystanders, joined, step: 0 })
+        let gaps = Gaps::default();
+        Ok(Self { config, watch, replies, outputs, bystanders, joined, gaps, children: None, step: 0 })
+    }
+
+    /// Has time wait for the timers of children, and theirs for it. They must be idle, too, where the kernel says who is.
+    pub fn with_children(self, children: ChildClock) -> Self {
+        Self { children: Some(children), ..self }
+    }
+
+    /// The clock of children that wait by simulated time.
+    pub(crate) fn children(&self) -> Option<&ChildClock> {
+        self.children.as_ref()
     }
 
     /// Where participants acknowledge, if they are asked to.
@@ -138,6 +160,11 @@ impl Lockstep {
         replies.chain(self.outputs.iter().filter_map(|outputs| Some(("output", outputs.address()?))))
     }
 
+    /// When nobody took scans, and time went on at the host's pace.
+    pub fn gaps(&self) -> Gaps {
+        self.gaps.clone()
+    }
+
     /// Whether somebody must grant steps.
     pub fn needs_grants(&self) -> bool {
         self.config.acks.contains(&Ack::Clock)
@@ -149,7 +176,7 @@ impl Lockstep {
     }
 
     /// True if a step is acknowledged as soon as the kernel says so.
-    pub(crate) fn asks_only_the_kernel(&self) -> bool {
+    pub fn asks_only_the_kernel(&self) -> bool {
         self.replies.is_empty() && self.outputs.is_empty()
     }
 
@@ -161,6 +188,11 @@ impl Lockstep {
     /// Who counts the frames that others send on the rig's bus.
     pub(crate) fn bus_counts(&self) -> Vec<OutputCount> {
         self.outputs.iter().filter_map(Outputs::of_bus).collect()
+    }
+
+    /// How much later what participants say on a bus takes effect.
+    pub(crate) fn compute(&self) -> Compute {
+        self.config.compute.clone()
     }
 
     /// Notified when somebody comes to take part: time may wait for that alone.
@@ -176,6 +208,7 @@ impl Lockstep {
 
     /// Something of the next step is about to be sent: outputs from now on are answers to it.
     pub(crate) fn arm(&mut self) {
+        self.config.compute.begin_step();
         self.outputs.iter_mut().for_each(Outputs::begin);
     }
 
@@ -243,9 +276,14 @@ impl Lockstep {
             let waited = stopwatch.elapsed();
             match looked {
                 Looked::Acknowledged => return Ok(()),
-                Looked::Settling => clock::spin(APART),
+                // Others run meanwhile: one may have to take in what a child has said.
+                Looked::Settling => {
+                    clock::spin(APART);
+                    tokio::task::yield_now().await;
+                }
                 Looked::Missing(missing) if waited >= self.config.deadline => {
-                    let doing = self.watch.as_mut().map(Watch::describe).unwrap_or_default();
+                    let children = self.children.as_ref();
+                    let doing = self.watch.as_mut().map(|watch| watch.describe(children)).unwrap_or_default();
                     return Err(self.overdue(at, missing + &doing));
                 }
                 // At first only a yield, so that a fast peer costs little; then a millisecond, so that a slow one gets the processor.
@@ -270,6 +308,7 @@ impl Lockstep {
     }
 
     fn look_at_kernel(&mut self) -> Looked {
-        self.watch.as_mut().map_or(Looked::Acknowledged, Watch::look)
+        let children = self.children.as_ref();
+        self.watch.as_mut().map_or(Looked::Acknowledged, |watch| watch.look(children))
     }
 }

@@ -5,6 +5,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// System calls in which a thread waits for input, for time or for another thread, by their numbers on this architecture.
 #[cfg(target_arch = "x86_64")]
@@ -84,12 +85,6 @@ pub(super) fn sockets(process: &str) -> io::Result<HashSet<u32>> {
     Ok(found)
 }
 
-/// This program's open descriptors.
-pub(super) fn descriptors() -> io::Result<Vec<u32>> {
-    let open = fs::read_dir("/proc/self/fd")?;
-    Ok(open.flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok()).collect())
-}
-
 /// The processes that have this socket open.
 pub(super) fn owners(inode: u32) -> Vec<u32> {
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -106,9 +101,28 @@ fn line(file: PathBuf, room: &mut [u8; LINE]) -> io::Result<&str> {
     std::str::from_utf8(room.get(..size).unwrap_or_default()).map_err(io::Error::other)
 }
 
+/// The processor time that the threads of a process have used.
+pub(crate) fn processor_time(process: u32) -> Duration {
+    let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
+    let time_ns = threads.filter_map(|thread| {
+        let mut room = [0; LINE];
+        line(thread.path().join("schedstat"), &mut room).ok()?.split(' ').next()?.parse::<u64>().ok()
+    });
+    Duration::from_nanos(time_ns.sum())
+}
+
 /// What a process does.
 pub(super) fn doing(process: u32) -> Doing {
     doing_beside(process, None)
+}
+
+/// Whether a child of this program has ended, and the program has not taken its exit code.
+pub(super) fn is_unnoticed(process: u32) -> bool {
+    let mut room = [0; LINE];
+    let Ok(stat) = line(format!("/proc/{process}/stat").into(), &mut room) else { return false };
+    let mut after = stat.rsplit_once(") ").map_or("", |(_, rest)| rest).split(' ');
+    let (state, parent) = (after.next(), after.next());
+    state == Some("Z") && parent.and_then(|parent| parent.parse().ok()) == Some(std::process::id())
 }
 
 /// What the other threads of this program do: one may hold what a peer said and nobody has dealt with yet.

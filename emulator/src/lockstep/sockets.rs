@@ -7,7 +7,7 @@ use std::net::SocketAddr;
 
 use netlink_packet_core::{NLM_F_DUMP, NLM_F_REQUEST, NetlinkHeader, NetlinkMessage, NetlinkPayload};
 use netlink_packet_sock_diag::SockDiagMessage;
-use netlink_packet_sock_diag::constants::{AF_INET, AF_INET6, IPPROTO_TCP, IPPROTO_UDP};
+use netlink_packet_sock_diag::constants::{AF_INET, AF_INET6, IPPROTO_TCP, IPPROTO_UDP, TCP_CLOSE_WAIT};
 use netlink_packet_sock_diag::inet::nlas::Nla;
 use netlink_packet_sock_diag::inet::{
     ExtensionFlags, InetRequest, InetResponse, InetResponseHeader, SocketId, StateFlags,
@@ -17,6 +17,9 @@ use netlink_sys::protocols::NETLINK_SOCK_DIAG;
 
 use super::bystanders::Bystanders;
 use super::processes;
+
+/// Sockets that are looked at. One of UDP that listens is closed, by the kernel's words; of TCP the kernel keeps no closed ones.
+const TALKING: StateFlags = StateFlags::ESTABLISHED.union(StateFlags::CLOSE_WAIT).union(StateFlags::CLOSE);
 
 /// Room for one answer of the kernel.
 const ANSWER: usize = 64 * 1024;
@@ -32,6 +35,8 @@ pub(super) struct Connection {
     pub(super) unheard: u32,
     /// The other end, if it is on this machine.
     pub(super) far: Option<FarEnd>,
+    /// Its peer has closed it, and hears nothing more.
+    pub(super) left: bool,
 }
 
 /// A connection as its peer has it.
@@ -45,15 +50,17 @@ pub(super) struct FarEnd {
     pub(super) inode: u32,
 }
 
-/// A line to the kernel. All sockets are listed only when this program's descriptors change: that takes the kernel a hundred times as long as
-/// telling of one.
+/// A line to the kernel. All sockets are listed only when this program's own change: that takes the kernel a hundred times as long as telling of
+/// one. They are compared by their inodes: a descriptor's number is given to the next file at once.
 #[derive(Debug)]
 pub(super) struct Sockets {
     netlink: Socket,
     answer: Vec<u8>,
     known: Vec<Known>,
-    /// Descriptors open when the sockets were listed.
-    descriptors: Vec<u32>,
+    /// This program's listening TCP sockets.
+    listeners: Vec<Named>,
+    /// Inodes of this program's sockets when all were listed.
+    own: HashSet<u32>,
     /// Whose connections are left out.
     bystanders: Bystanders,
 }
@@ -125,16 +132,16 @@ impl Sockets {
         let mut netlink = Socket::new(NETLINK_SOCK_DIAG)?;
         netlink.bind_auto()?;
         netlink.connect(&netlink_sys::SocketAddr::new(0, 0))?;
-        let (answer, known) = (Vec::with_capacity(ANSWER), Vec::new());
-        Ok(Self { netlink, answer, known, descriptors: Vec::new(), bystanders })
+        let answer = Vec::with_capacity(ANSWER);
+        Ok(Self { netlink, answer, known: Vec::new(), listeners: Vec::new(), own: HashSet::new(), bystanders })
     }
 
     /// This program's open TCP connections.
     pub(super) fn connections(&mut self) -> io::Result<Vec<Connection>> {
-        let descriptors = processes::descriptors()?;
-        if descriptors != self.descriptors {
-            self.find()?;
-            self.descriptors = descriptors;
+        let own = processes::sockets("self")?;
+        if own != self.own {
+            self.find(&own)?;
+            self.own = own;
         }
         let mut known = std::mem::take(&mut self.known);
         let connections =
@@ -143,11 +150,20 @@ impl Sockets {
         Ok(connections?.into_iter().flatten().collect())
     }
 
+    /// Connections to this program that it has not accepted, as of the sockets that [`Sockets::connections`] has found.
+    pub(super) fn unaccepted(&mut self) -> io::Result<u32> {
+        let listeners = std::mem::take(&mut self.listeners);
+        // Of a listening socket the kernel counts connections, not bytes.
+        let waiting =
+            listeners.iter().map(|listener| Ok(self.ask(listener)?.map_or(0, |found| found.recv_queue)));
+        let waiting = waiting.sum();
+        self.listeners = listeners;
+        waiting
+    }
+
     /// A connection as it is now; none once it is gone.
     fn connection(&mut self, known: &mut Known) -> io::Result<Option<Connection>> {
         let Some(near) = self.ask(&known.here)? else {
-            // Its descriptor may be another's.
-            self.descriptors.clear();
             return Ok(None);
         };
         let far = known.far.as_ref().map(|far| self.ask(far)).transpose()?.flatten();
@@ -175,7 +191,8 @@ impl Sockets {
                 (unheard, far.unread) = (near.recv_queue, last.recv_queue);
             }
         }
-        Ok(Some(Connection { peer: known.peer, unsent, unheard, far }))
+        let left = near.state == TCP_CLOSE_WAIT && far.is_none_or(|far| far.inode == 0);
+        Ok(Some(Connection { peer: known.peer, unsent, unheard, far, left }))
     }
 
     /// How the counts of both ends compare while nothing is on its way; none if something is, or where the kernel has no counts.
@@ -195,10 +212,10 @@ impl Sockets {
     }
 
     /// Lists all sockets to find this program's connections and their other ends.
-    fn find(&mut self) -> io::Result<()> {
-        let own = processes::sockets("self")?;
-        let mut known = self.find_udp(&own)?;
-        let all = self.list(IPPROTO_TCP)?;
+    fn find(&mut self, own: &HashSet<u32>) -> io::Result<()> {
+        let mut known = self.find_udp(own)?;
+        let all = self.list(IPPROTO_TCP, TALKING)?;
+        let listening = self.list(IPPROTO_TCP, StateFlags::LISTEN)?;
         let by_ends: HashMap<(SocketAddr, SocketAddr), Named> =
             all.iter().map(|socket| (ends(socket), named(IPPROTO_TCP, socket))).collect();
         let takes_part = |socket: &InetResponseHeader| !self.bystanders.has(ends(socket).0);
@@ -212,6 +229,8 @@ impl Sockets {
                 balance: None,
             }
         }));
+        let mine = listening.iter().filter(|socket| own.contains(&socket.inode) && takes_part(socket));
+        self.listeners = mine.map(|socket| named(IPPROTO_TCP, socket)).collect();
         // What is known of those that stay is known still.
         for known in &mut known {
             let before =
@@ -224,7 +243,7 @@ impl Sockets {
 
     /// This program's UDP sockets that send to one place, where somebody on this machine listens. Where nobody does there is nobody to wait for.
     fn find_udp(&mut self, own: &HashSet<u32>) -> io::Result<Vec<Known>> {
-        let all = self.list(IPPROTO_UDP)?;
+        let all = self.list(IPPROTO_UDP, TALKING)?;
         let sending = all.iter().filter(|socket| own.contains(&socket.inode) && ends(socket).1.port() != 0);
         let known = sending.filter_map(|socket| {
             let peer = ends(socket).1;
@@ -245,12 +264,17 @@ impl Sockets {
         Ok(known.collect())
     }
 
-    fn list(&mut self, protocol: u8) -> io::Result<Vec<InetResponseHeader>> {
+    fn list(&mut self, protocol: u8, states: StateFlags) -> io::Result<Vec<InetResponseHeader>> {
         let mut all = Vec::new();
         for family in [AF_INET, AF_INET6] {
             let id = if family == AF_INET { SocketId::new_v4() } else { SocketId::new_v6() };
             let flags = NLM_F_REQUEST | NLM_F_DUMP;
-            self.request(&Named { protocol, family, id }, flags, ExtensionFlags::empty(), &mut all)?;
+            self.request(
+                &Named { protocol, family, id },
+                (flags, states.clone()),
+                ExtensionFlags::empty(),
+                &mut all,
+            )?;
         }
         Ok(all.into_iter().map(|response| response.header).collect())
     }
@@ -268,7 +292,7 @@ impl Sockets {
             std::mem::swap(&mut id.source_address, &mut id.destination_address);
             std::mem::swap(&mut id.source_port, &mut id.destination_port);
         }
-        match self.request(&socket, NLM_F_REQUEST, extensions, &mut found) {
+        match self.request(&socket, (NLM_F_REQUEST, TALKING), extensions, &mut found) {
             Ok(()) => Ok(found.pop()),
             // Stale: another socket has its addresses, or what the kernel keeps of it for a while.
             Err(cause)
@@ -286,7 +310,7 @@ impl Sockets {
     fn request(
         &mut self,
         socket: &Named,
-        flags: u16,
+        (flags, states): (u16, StateFlags),
         extensions: ExtensionFlags,
         found: &mut Vec<InetResponse>,
     ) -> io::Result<()> {
@@ -296,9 +320,7 @@ impl Sockets {
             family: socket.family,
             protocol: socket.protocol,
             extensions,
-            // A UDP socket that listens is closed, by the kernel's words.
-            states: StateFlags::ESTABLISHED
-                | if socket.protocol == IPPROTO_UDP { StateFlags::CLOSE } else { StateFlags::CLOSE_WAIT },
+            states,
             socket_id: socket.id.clone(),
         };
         let mut message = NetlinkMessage::new(header, SockDiagMessage::InetRequest(request).into());
@@ -396,6 +418,38 @@ mod tests {
         bystanders.add(server.local_addr().unwrap());
         let all = Sockets::open(bystanders).unwrap().connections().unwrap();
         assert!(all.iter().all(|connection| connection.peer != client_address), "{all:?}");
+    }
+
+    #[test]
+    fn it_sees_connections_that_nobody_has_accepted_and_peers_that_have_left() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut sockets = Sockets::open(Bystanders::default()).unwrap();
+        // Other tests of this process listen, too.
+        let address = listener.local_addr().unwrap();
+        let mut unaccepted = || {
+            sockets.connections().unwrap();
+            sockets.listeners.retain(|named| named.id.source_port == address.port());
+            sockets.unaccepted().unwrap()
+        };
+        assert_eq!(unaccepted(), 0);
+        let file = std::fs::File::open("/dev/null").unwrap();
+        let client = TcpStream::connect(address).unwrap();
+        assert_eq!(unaccepted(), 1);
+        // The kernel gives the lowest number that is free: the connection's descriptor is the one that the file had.
+        drop(file);
+        let (mut server, peer) = listener.accept().unwrap();
+        assert_eq!(unaccepted(), 0);
+        let mut seen = || {
+            let all = sockets.connections().unwrap();
+            let found = all.into_iter().find(|connection| connection.peer == peer).unwrap();
+            (found.left, found.unheard)
+        };
+        assert_eq!(seen(), (false, 0));
+        drop(client);
+        // Its end is one to be read.
+        assert_eq!(seen(), (true, 1));
+        assert_eq!(server.read(&mut [0]).unwrap(), 0);
+        assert_eq!(seen(), (true, 0));
     }
 
     /// A receiver delays its acknowledgements of telegrams of equal length by 40 ms, though it has read them.

@@ -5,6 +5,7 @@ use std::io;
 use std::net::SocketAddr;
 
 use super::bystanders::Bystanders;
+use super::children::ChildClock;
 use super::level::KernelLevel;
 use super::looked::Looked;
 use super::processes::{self, Doing};
@@ -32,13 +33,14 @@ impl Watch {
         Ok(Self { level, sockets, owners: HashMap::new(), behind: Vec::new(), calm: 0 })
     }
 
-    pub(super) fn look(&mut self) -> Looked {
+    pub(super) fn look(&mut self, children: Option<&ChildClock>) -> Looked {
         self.behind.clear();
         let missing = match self.sockets.connections() {
-            Ok(connections) => connections.iter().find_map(|connection| self.missing(connection)),
+            Ok(connections) => connections.iter().find_map(|connection| self.missing(connection, children)),
             Err(cause) => Some(format!("the kernel does not tell: {cause}")),
         };
-        if let Some(who) = missing.or_else(|| self.at_work()) {
+        let missing = missing.or_else(|| self.unheard_connections(children));
+        if let Some(who) = missing.or_else(|| self.at_work(children)) {
             self.calm = 0;
             return Looked::Missing(who);
         }
@@ -51,8 +53,13 @@ impl Watch {
     }
 
     /// What a peer has not done yet.
-    fn missing(&mut self, connection: &Connection) -> Option<String> {
-        let Connection { peer, unsent, unheard, far } = *connection;
+    fn missing(&mut self, connection: &Connection, children: Option<&ChildClock>) -> Option<String> {
+        let Connection { peer, unsent, unheard, far, left } = *connection;
+        if left && self.level > KernelLevel::Sent {
+            // A connection may be kept on purpose, as one that a fault has left half open. Its end must have been read.
+            return (unheard > 0)
+                .then(|| format!("{unheard} bytes from {peer}, which has left, are not read"));
+        }
         if unsent > 0 {
             return Some(format!("{unsent} bytes are on their way to {peer}"));
         }
@@ -64,7 +71,7 @@ impl Watch {
                 "{peer} is not on this machine, nobody can see what it has read: take --ack sent, or reply:HOST:PORT"
             ));
         };
-        if unread > 0 {
+        if unread > 0 && !self.sleeps(inode, children) {
             return Some(format!("{peer} has not read {unread} bytes"));
         }
         if unheard > 0 || answers > 0 {
@@ -88,25 +95,64 @@ impl Watch {
         None
     }
 
-    /// A program behind a peer that does not wait.
-    fn at_work(&self) -> Option<String> {
+    /// True if the programs behind a socket wait for a timer of simulated time and for nothing that has come: who waits for the socket would run. Time
+    /// must come to that timer before they read.
+    fn sleeps(&mut self, inode: u32, children: Option<&ChildClock>) -> bool {
+        let Some(children) = children else { return false };
+        let owners = owners(&mut self.owners, inode);
+        let sleeps =
+            |process: &u32| children.has_timer(*process) && processes::doing(*process) == Doing::Waits;
+        !owners.is_empty() && owners.iter().all(sleeps)
+    }
+
+    /// Connections that this program has not taken yet. Where the children's own time has them dial, that belongs to the step.
+    fn unheard_connections(&mut self, children: Option<&ChildClock>) -> Option<String> {
+        children?;
+        match self.sockets.unaccepted() {
+            Ok(0) => None,
+            Ok(connections) => Some(format!("{connections} connections are not taken yet")),
+            Err(cause) => Some(format!("the kernel does not tell: {cause}")),
+        }
+    }
+
+    /// A program behind a peer, or a child by the children's clock, that does not wait.
+    fn at_work(&self, children: Option<&ChildClock>) -> Option<String> {
         let peers = self.behind.iter().find_map(|(process, peer)| match processes::doing(*process) {
             Doing::Waits | Doing::Gone => None,
             Doing::Works(what) => Some(format!("process {process} behind {peer}: {what}")),
         });
-        peers.or_else(|| match processes::doing_here() {
+        let own = || children.and_then(|children| self.child_at_work(children));
+        peers.or_else(own).or_else(|| match processes::doing_here() {
             Doing::Works(what) if self.level == KernelLevel::Idle => Some(format!("this program: {what}")),
             _ => None,
         })
     }
 
-    /// What the programs behind the peers are in, for a message.
-    pub(super) fn describe(&mut self) -> String {
+    /// A child by the children's clock that does not wait, whose timer is due, or that has ended and nobody has noticed.
+    fn child_at_work(&self, children: &ChildClock) -> Option<String> {
+        if let Some(process) = children.firing() {
+            return Some(format!("process {process} has not taken in that its timer is due"));
+        }
+        let behind = |process: &u32| self.behind.iter().any(|(known, _)| known == process);
+        children.processes().filter(|process| !behind(process)).find_map(|process| {
+            match processes::doing(process) {
+                Doing::Works(what) => Some(format!("process {process}: {what}")),
+                Doing::Gone if processes::is_unnoticed(process) => {
+                    Some(format!("process {process} has ended"))
+                }
+                Doing::Waits | Doing::Gone => None,
+            }
+        })
+    }
+
+    /// What the programs behind the peers and the children by the children's clock are in, for a message.
+    pub(super) fn describe(&mut self, children: Option<&ChildClock>) -> String {
         let far = |connection: &Connection| connection.far.map(|far| far.inode);
         let inodes: Vec<u32> =
             self.sockets.connections().unwrap_or_default().iter().filter_map(far).collect();
         let mut all: Vec<u32> =
             inodes.into_iter().flat_map(|inode| owners(&mut self.owners, inode).to_vec()).collect();
+        all.extend(children.into_iter().flat_map(ChildClock::processes));
         all.retain(|process| *process != std::process::id());
         all.sort_unstable();
         all.dedup();

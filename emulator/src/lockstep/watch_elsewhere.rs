@@ -3,6 +3,7 @@
 use std::io;
 
 use super::bystanders::Bystanders;
+use super::children::ChildClock;
 use super::level::KernelLevel;
 use super::looked::Looked;
 
@@ -15,11 +16,11 @@ impl Watch {
         Err(io::Error::new(io::ErrorKind::Unsupported, "this needs Linux"))
     }
 
-    pub(super) fn look(&mut self) -> Looked {
+    pub(super) fn look(&mut self, _: Option<&ChildClock>) -> Looked {
         Looked::Missing("this needs Linux".to_owned())
     }
 
-    pub(super) fn describe(&mut self) -> String {
+    pub(super) fn describe(&mut self, _: Option<&ChildClock>) -> String {
         String::new()
     }
 }
