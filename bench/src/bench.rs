@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rowscan_bus::Bus;
 use rowscan_bus::link::candump::LogCut;
 use rowscan_bus::link::{Found, Link};
-use rowscan_bus::nmea::{GnssEpochs, NmeaLine, NmeaPlace};
+use rowscan_bus::nmea::{GnssEpochs, NmeaAddress, NmeaLine, NmeaPlace};
 use rowscan_bus::tractor::TractorEcu;
+use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::SimClock;
-use rowscan_emulator::lockstep::LockstepError;
+use rowscan_emulator::lockstep::{Lockstep, LockstepError};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Hold, Rig, RigControl, Running, SeenRig, StageRow, StartWhen};
 use rowscan_faults::{FaultControl, FaultEvents};
@@ -53,6 +53,7 @@ impl Bench {
     /// The first part that cannot be: a scanner that does not fit the rig, a port that is taken. What was opened before it is closed again.
     pub async fn open(spec: BenchSpec<'_>) -> Result<Self, BenchError> {
         named_apart(&spec)?;
+        seen_in_lockstep(&spec)?;
         let (clock, tractor) = (spec.clock(), spec.tractor());
         let BenchSpec {
             stage, time, scanners, buses, nmea, nmea_taps, taps, faults, watched, moments, ..
@@ -263,6 +264,26 @@ fn rig(time: TimeSpec, clock: &Arc<SimClock>, tractor: &Tractor) -> (Rig, Option
     }
     let hold = held.then(|| rig.hold());
     (rig, hold)
+}
+
+/// Refuses lines where a clock in lockstep waits for what the kernel tells: it does not tell what has been read from one.
+fn seen_in_lockstep(spec: &BenchSpec<'_>) -> Result<(), BenchError> {
+    if !spec.time.lockstep.as_ref().is_some_and(Lockstep::asks_only_the_kernel) {
+        return Ok(());
+    }
+    let of_bus = spec.buses.iter().flat_map(|bus| &bus.ports).find_map(|port| match port {
+        BusAddress::Slcan(link) => Some((format!("slcan:{}", link.display()), "socketcand:127.0.0.1:0")),
+        _ => None,
+    });
+    let of_nmea = spec.nmea.iter().find_map(|nmea| match &nmea.at {
+        NmeaAddress::Pty(link, _) => Some((format!("pty:{}", link.display()), "tcp:127.0.0.1:0")),
+        NmeaAddress::Serial(device, _) => Some((format!("serial:{}", device.display()), "tcp:127.0.0.1:0")),
+        NmeaAddress::Tcp(_) | NmeaAddress::Udp(_) => None,
+    });
+    match of_bus.or(of_nmea) {
+        Some((port, instead)) => Err(BenchError::UnseenLine { port, instead }),
+        None => Ok(()),
+    }
 }
 
 /// Refuses two parts of one name.

@@ -84,6 +84,16 @@ pub enum BenchError {
         /// The model.
         model: &'static str,
     },
+    /// A clock in lockstep that could not see what is read there.
+    #[error(
+        "`{port}` is a line, and in lockstep nobody can see what has been read from one: use `{instead}`, an acknowledgement by reply or output, or a paced clock"
+    )]
+    UnseenLine {
+        /// The port.
+        port: String,
+        /// What can be seen.
+        instead: &'static str,
+    },
     /// Two parts of one name.
     #[error("two parts are called `{id}`: faults and places could not tell them apart")]
     SameName {

@@ -6,9 +6,12 @@
 
 mod address;
 pub mod canopy;
+#[cfg(feature = "read-dbc")]
+pub mod database;
 mod datagrams;
 mod dbc;
 pub mod error_frame;
+pub mod field;
 pub mod frame;
 mod join;
 pub mod link;
@@ -21,6 +24,7 @@ pub mod pgn;
 mod port_event;
 pub mod sensors;
 pub mod tractor;
+pub mod transport;
 pub mod troubles;
 
 pub use address::{BusAddress, BusAddressError};

@@ -96,6 +96,14 @@ impl Node {
         }
     }
 
+    /// The same where it has sat on the bus for long: its claim stands, and it speaks from `at` on.
+    pub fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        self.open(at, out);
+        if let AddressState::Claiming(address, _) = self.address {
+            self.address = AddressState::Claiming(address, at);
+        }
+    }
+
     /// It has been off the bus, or off altogether: it claims anew, and knows of nobody.
     pub fn restart(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         if self.address == AddressState::Off {

@@ -105,6 +105,13 @@ impl TractorEcu {
         }
     }
 
+    /// The same where the tractor has stood for long: it has its address already, and speaks from `at` on.
+    pub fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        if !self.is_elsewhere {
+            self.node.open_settled(at, out);
+        }
+    }
+
     /// A frame was received: answers, and obeys commands to drive and to spray.
     pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
         self.overhear(at, frame, out);

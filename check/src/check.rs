@@ -7,11 +7,15 @@ use tokio::sync::watch;
 
 use crate::course;
 use crate::fault::ScenarioFault;
-use crate::judge::{self, Judged, Runs};
+use crate::judge::{self, Runs};
+use crate::judged::Judged;
 use crate::onlooker::Onlooker;
 use crate::runner::{self, Beside, RunRecord};
 use crate::scenario::{Mode, Scenario};
-use crate::verdict::{Case, ENDED_EARLY, HELD_BACK, Tried, Verdict, WARNING, name_of, rerun};
+use crate::signal;
+use crate::verdict::{
+    COMPUTE, Case, ENDED_EARLY, GAP, HELD_BACK, JITTER, Tried, Verdict, WARNING, name_of, rerun,
+};
 use crate::what::Kind;
 
 /// Events told with a failure.
@@ -30,6 +34,10 @@ pub struct Options {
     pub before: usize,
     /// The program behind `{rowscan}`.
     pub program: Option<PathBuf>,
+    /// Write the files anew that `bytes_of` compares with.
+    pub bless: bool,
+    /// The library that puts children on simulated time; it is looked for near the program where left out.
+    pub child_clock: Option<PathBuf>,
     /// Who looks at the runs.
     pub onlooker: Option<Arc<dyn Onlooker>>,
 }
@@ -104,6 +112,13 @@ async fn try_seeds(
         (None, None) if scenario.seeds == 1 => vec![None],
         (None, None) => (1..=scenario.seeds).map(|n| Some(n.into())).collect(),
     };
+    if options.bless && seeds.len() > 1 {
+        let tried = Tried::unjudged(path, "a golden file is that of one seed: add `--seed N` to `--bless`");
+        tell(&tried);
+        let goes_on = goes_on(&tried);
+        all.push(tried);
+        return goes_on;
+    }
     for seed in seeds {
         let tried = try_one(&scenario, seed, folder, options).await;
         tell(&tried);
@@ -125,14 +140,18 @@ async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path, options:
     let seed_name = seed.map_or("own".to_owned(), |seed| seed.to_string());
     let folder_of = |run: &str| folder.join(format!("seed-{seed_name}-{run}"));
     let compares = scenario.expects.iter().any(|expect| expect.equals_run_without.is_some());
-    let mut runs = Runs { all: Vec::new(), without_faults: None };
+    let mut runs = Runs { all: Vec::new(), without_faults: None, bless: options.bless };
     for number in 1..=runs_wanted {
         match run_in((scenario, options), seed, folder_of(&format!("run-{number}")), &scenario.faults).await {
             Ok(run) => runs.all.push(run),
             Err(why) => return Tried::unjudged(&scenario.path, &why),
         }
+        // What could not be run once is not run again.
+        if runs.all.iter().any(|run| run.error.is_some()) {
+            break;
+        }
     }
-    if compares {
+    if compares && runs.all.iter().all(|run| run.error.is_none()) {
         match run_in((scenario, options), seed, folder_of("without-faults"), &[]).await {
             Ok(run) => runs.without_faults = Some(run),
             Err(why) => return Tried::unjudged(&scenario.path, &why),
@@ -142,7 +161,11 @@ async fn try_one(scenario: &Scenario, seed: Option<u64>, folder: &Path, options:
     let expects = scenario.expects.iter().enumerate();
     let expected = expects.map(|(number, expect)| {
         let judged = judge::judge(scenario, number, expect, &runs);
-        case(scenario, format!("{}. {}", number + 1, expect.title()), judged, run)
+        // The folder is gone with the run unless it is kept.
+        let is_shown = judged.verdict == Verdict::Failed && options.keep.is_some();
+        let picture = is_shown.then(|| signal::picture(number, expect, &judged, run)).flatten();
+        let case = case(scenario, format!("{}. {}", number + 1, expect.title()), judged, run);
+        Case { picture, ..case }
     });
     let short = course::shortfalls(scenario, &runs).into_iter();
     let short = short.map(|shortfall| case(scenario, shortfall.name, shortfall.judged, run));
@@ -170,7 +193,12 @@ async fn run_in(
     faults: &[ScenarioFault],
 ) -> Result<RunRecord, String> {
     fresh(&folder).map_err(|cause| format!("cannot make {}: {cause}", folder.display()))?;
-    let beside = Beside { program: options.program.as_deref(), onlooker: options.onlooker.as_deref() };
+    let beside = Beside {
+        program: options.program.as_deref(),
+        child_clock: options.child_clock.as_deref(),
+        onlooker: options.onlooker.as_deref(),
+        is_kept: options.keep.is_some(),
+    };
     Ok(runner::run(scenario, seed, &folder, (faults, beside)).await)
 }
 
@@ -182,12 +210,27 @@ fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
     }
     facts.extend(run.warnings.iter().map(|what| (WARNING.to_owned(), what.clone())));
     facts.extend(course::early(scenario, run).map(|early| (ENDED_EARLY.to_owned(), early)));
+    facts.extend(run.jitter.map(|jitter| (JITTER.to_owned(), jitter.to_string())));
+    let longest = run.longest_compute.map(|longest| format!("{:.1} ms", longest.as_secs_f64() * 1e3));
+    facts.extend(longest.map(|longest| (COMPUTE.to_owned(), longest)));
+    facts.extend(gaps(run).map(|gap| (GAP.to_owned(), gap)));
     let mut held: Vec<&str> = scenario.faults.iter().filter_map(ScenarioFault::holds_back).collect();
     held.dedup();
     if scenario.clock.mode == Mode::Lockstep && !held.is_empty() {
         facts.push((HELD_BACK.to_owned(), held.join(", ")));
     }
     facts
+}
+
+/// The gaps of a run in words.
+fn gaps(run: &RunRecord) -> impl Iterator<Item = String> {
+    let long = run.gaps.iter().filter(|gap| gap.to.unwrap_or(run.ended) > gap.from);
+    long.map(|gap| {
+        let (from_s, to_s) = (gap.from.as_secs_f64(), gap.to.unwrap_or(run.ended).as_secs_f64());
+        format!(
+            "nobody took scans from {from_s:.3} s to {to_s:.3} s: time went on at this machine's pace, and the run does not repeat to the byte"
+        )
+    })
 }
 
 /// An empty folder: what an earlier check left in it would be taken for this one's.
@@ -223,5 +266,6 @@ fn case(scenario: &Scenario, name: String, judged: Judged, run: &RunRecord) -> C
         tree: row_m.and_then(|row_m| run.truth.as_ref()?.beside(row_m)),
         last_events: if is_bad { words[last..].to_vec() } else { Vec::new() },
         rerun: rerun(&scenario.path, Some(run.seed)),
+        picture: None,
     }
 }

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use regex_lite::Regex;
-use rowscan_ports::clock::within;
+use rowscan_emulator::lockstep::ChildClock;
+use rowscan_ports::clock::{rest, within};
 use rowscan_ports::task;
 use tokio::process::Command;
 use tokio::sync::watch;
@@ -131,6 +132,11 @@ impl Child {
         *self.exited.borrow()
     }
 
+    /// Its process, while it runs.
+    pub(crate) fn process(&self) -> Option<u32> {
+        self.group.and_then(|group| u32::try_from(group).ok())
+    }
+
     /// What stops it for a while.
     pub(crate) fn stopper(&self) -> Stopper {
         Stopper { group: self.group, exited: self.exited.clone() }
@@ -169,6 +175,13 @@ impl Drop for Child {
     fn drop(&mut self) {
         Signal::Kill.send(self.group);
     }
+}
+
+/// After a run simulated time stands, and what children still do is the same in every run. Once they are told to end, their timers take the host's
+/// time: one that cleans up may have to wait.
+pub(crate) async fn pass_last_timers(clock: ChildClock) {
+    rest(OWN_END).await;
+    clock.follow_host().await;
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,10 @@
 use rowscan_faults::At;
 
 use crate::fault::ScenarioFault;
-use crate::judge::{Judged, Runs};
+use crate::judge::{self, Runs};
+use crate::judged::Judged;
 use crate::runner::RunRecord;
-use crate::scenario::{End, Expect, Scenario};
+use crate::scenario::{End, Expect, RunSpec, Scenario};
 use crate::what::Kind;
 
 /// What was to happen and did not, in words, and what is told of it.
@@ -23,7 +24,8 @@ pub(crate) fn shortfalls(scenario: &Scenario, runs: &Runs) -> Vec<Shortfall> {
     }
     let faults = scenario.faults.iter().filter_map(|fault| never_began(scenario, fault, runs.all.iter()));
     let end = all().find_map(|run| left_early(scenario, run));
-    faults.chain(end).collect()
+    let silence = all().find_map(|run| ends_unheard(scenario, run));
+    faults.chain(end).chain(silence).collect()
 }
 
 fn never_began<'a>(
@@ -50,14 +52,36 @@ fn never_began<'a>(
     Some(Shortfall { name: format!("fault {id} begins"), judged: Judged::error(message) })
 }
 
+/// A run at whose end nobody takes a scanner's scans any more, and nobody expects that.
+fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
+    let expects = |id: &String| {
+        scenario
+            .expects
+            .iter()
+            .any(|expect| expect.what.kind == Kind::Unheard && expect.on.as_ref().is_none_or(|on| on == id))
+    };
+    let is_expected = |spec: &RunSpec| {
+        judge::exit_before_end(run, &spec.id).is_some() && judge::expects_exit(scenario, &spec.id)
+    };
+    if scenario.runs.iter().any(is_expected) || run.left.is_some() {
+        return None;
+    }
+    let unheard = run.streams.iter().filter(|(id, _)| !expects(id));
+    let (id, silence) = unheard
+        .filter_map(|(id, stream)| Some((id, stream.unheard?.at_end)))
+        .find(|(_, silence)| !silence.is_zero())?;
+    let message = format!(
+        "the run ended at {} without a taker: nobody had taken scans of `{id}` for {:.3} s; expect its `unheard_s` if that is right",
+        place(run),
+        silence.as_secs_f64()
+    );
+    Some(Shortfall { name: "somebody listens at the end".to_owned(), judged: Judged::error(message) })
+}
+
 /// A run that its last child ended by leaving, and whose exit nobody expects.
 fn left_early(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
     let child = run.left.as_deref()?;
-    let is_its = |expect: &Expect| {
-        let of = expect.on.as_deref().unwrap_or(child);
-        expect.what.kind == Kind::ExitCode && of == child
-    };
-    if scenario.expects.iter().any(is_its) {
+    if judge::expects_exit(scenario, child) {
         return None;
     }
     let message = format!(

@@ -28,8 +28,8 @@ struct Work {
     /// Faults that have ended and no good scan has come since, by the stream they were on.
     ended: Vec<(String, Option<String>)>,
     sweeps: Vec<Sweeping>,
-    /// How often each fault began and acted.
-    counts: BTreeMap<String, (u64, u64)>,
+    /// How often each pause has begun.
+    pauses: BTreeMap<String, u64>,
 }
 
 #[derive(Debug)]
@@ -79,7 +79,7 @@ impl FaultDesk {
             }
         }
         control.add_all(specs)?;
-        let work = Work { events, devices, ended: Vec::new(), sweeps, counts: BTreeMap::new() };
+        let work = Work { events, devices, ended: Vec::new(), sweeps, pauses: BTreeMap::new() };
         Ok(Self { control, journal, work: Arc::new(Mutex::new(work)) })
     }
 
@@ -88,12 +88,6 @@ impl FaultDesk {
         let mut work = self.lock();
         while let Some(event) = work.events.take() {
             if !work.sweeps_on(&event, &self.control, &self.journal) {
-                let counts = work.counts.entry(event.id.clone()).or_default();
-                match event.what {
-                    What::Begin => counts.0 += 1,
-                    What::Act => counts.1 += 1,
-                    What::Skipped | What::End | What::Healed => {}
-                }
                 let at = time(&event);
                 self.journal.note_at(name(&event), detail(&event), at);
                 if matches!(event.what, What::End | What::Healed) {
@@ -106,7 +100,7 @@ impl FaultDesk {
 
     /// Something other than the plan's faults begins.
     pub(crate) fn has_begun(&self, id: &str) {
-        self.lock().counts.entry(id.to_owned()).or_default().0 += 1;
+        *self.lock().pauses.entry(id.to_owned()).or_default() += 1;
     }
 
     /// It has ended: the next good scan of any device follows it.
@@ -114,16 +108,17 @@ impl FaultDesk {
         self.lock().ended.push((id.to_owned(), None));
     }
 
-    /// How often each fault that began acted, by id; how often it began, if it acts on no single telegram or connection.
+    /// How often each fault acted, by id, on all streams together, as the list of faults tells it.
     pub(crate) fn acts(&self) -> BTreeMap<String, u64> {
+        let mut acts = BTreeMap::new();
+        for fault in self.control.list() {
+            *acts.entry(fault.id).or_default() += fault.acts;
+        }
         let work = self.lock();
-        let swept =
-            work.sweeps.iter().map(|sweeping| (sweeping.sweep.id.clone(), sweeping.done.unsigned_abs()));
-        let acted = work
-            .counts
-            .iter()
-            .map(|(id, (began, acted))| (id.clone(), if *acted == 0 { *began } else { *acted }));
-        acted.chain(swept).collect()
+        acts.extend(work.pauses.clone());
+        let swept = work.sweeps.iter();
+        acts.extend(swept.map(|sweeping| (sweeping.sweep.id.clone(), sweeping.done.unsigned_abs())));
+        acts
     }
 
     /// `device` has delivered a good scan.

@@ -1,11 +1,14 @@
 //! CAN frames that a rig's buses have heard from others, and what of them is waited for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rowscan_bus::{CanFrame, CanId, J1939Id};
+use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, Tap, Taps};
+
+use crate::journal::Journal;
 
 /// A frame that is waited for: `0x18FF1080`, or `pgn:0xCB00 cmd:0xE`, of any address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,40 +57,79 @@ impl FramePattern {
     }
 }
 
-/// What all buses of a run have heard: identifiers with first bytes. Clones share it.
+/// A frame that a bus has carried.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carried {
+    pub(crate) at: SimTime,
+    /// Sent by somebody else than the bench.
+    pub(crate) from_others: bool,
+    pub(crate) frame: CanFrame,
+}
+
+impl Carried {
+    /// A line of a candump log, with simulated time.
+    pub(crate) fn candump_line(&self, bus: &str) -> String {
+        let (s, us) = (self.at.0 / 1_000_000_000, self.at.0 / 1000 % 1_000_000);
+        format!("({s}.{us:06}) {bus} {}\n", self.frame.to_text())
+    }
+}
+
+/// Frames of a bus that are kept.
+const KEPT: usize = 2_000_000;
+
+/// What the buses of a run have carried. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Frames(Arc<Mutex<Heard>>);
 
-/// An identifier and the first byte, if the frame has one.
-type Heard = BTreeSet<(u32, Option<u8>)>;
+#[derive(Debug, Default)]
+struct Heard {
+    /// Identifiers and first bytes, if a frame has one, that others than the bench have sent.
+    kinds: BTreeSet<(u32, Option<u8>)>,
+    buses: BTreeMap<String, BusRecord>,
+}
+
+/// What one bus has carried.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BusRecord {
+    pub(crate) all: Vec<Carried>,
+    /// Frames that there was no room for.
+    pub(crate) lost: u64,
+}
 
 impl Frames {
-    /// Taps that listen to a bus.
-    pub(crate) fn taps(&self) -> Taps {
-        let frames = self.clone();
+    /// Taps that listen to the bus `id`.
+    pub(crate) fn taps(&self, id: &str, journal: &Journal) -> Taps {
+        self.lock().buses.entry(id.to_owned()).or_default();
+        let (frames, id, journal) = (self.clone(), id.to_owned(), journal.clone());
         Taps::new(move |_, _| {
-            let frames = frames.clone();
-            Tap::new(move |from, bytes| {
-                if from == Side::Host {
-                    frames.hear(bytes);
-                }
-            })
+            let (frames, id, journal) = (frames.clone(), id.clone(), journal.clone());
+            Tap::new(move |from, bytes| frames.carry(&id, journal.now(), (from, bytes)))
         })
     }
 
-    fn hear(&self, text: &[u8]) {
+    fn carry(&self, bus: &str, at: SimTime, (from, text): (Side, &[u8])) {
         let Some(frame) = std::str::from_utf8(text).ok().and_then(CanFrame::from_text) else { return };
-        let (CanId::Standard(id), first) = (frame.id, frame.data().first().copied()) else {
-            let CanId::Extended(id) = frame.id else { return };
-            self.lock().insert((id, frame.data().first().copied()));
-            return;
-        };
-        self.lock().insert((u32::from(id), first));
+        let from_others = from == Side::Host;
+        let mut heard = self.lock();
+        if from_others {
+            heard.kinds.insert((frame.id.bits(), frame.data().first().copied()));
+        }
+        let Some(record) = heard.buses.get_mut(bus) else { return };
+        if record.all.len() < KEPT {
+            record.all.push(Carried { at, from_others, frame });
+        } else {
+            record.lost += 1;
+        }
     }
 
-    /// True once a frame fits.
+    /// True once a frame of somebody else fits.
     pub(crate) fn heard(&self, pattern: FramePattern) -> bool {
-        self.lock().iter().any(|frame| pattern.fits(*frame))
+        self.lock().kinds.iter().any(|frame| pattern.fits(*frame))
+    }
+
+    /// What each bus has carried.
+    pub(crate) fn close(&self) -> BTreeMap<String, BusRecord> {
+        std::mem::take(&mut self.lock().buses)
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Heard> {
@@ -102,7 +144,9 @@ mod tests {
     #[test]
     fn a_frame_is_known_by_its_identifier_or_its_group() {
         let frames = Frames::default();
-        let tap = frames.taps().open("can", rowscan_recording::StreamKind::Can);
+        let tap = frames
+            .taps("can0", &crate::witness::tests::bench(1).0.journal())
+            .open("can", rowscan_recording::StreamKind::Can);
         tap.record(Side::Device, b"18FF1080#00");
         let heard = |text: &str| text.parse().map(|pattern| frames.heard(pattern));
         assert_eq!(heard("0x18FF1080"), Ok(false), "our own does not count");

@@ -69,6 +69,25 @@ impl Journal {
         self.tractor.motion(at).place.y_m
     }
 
+    /// When the tractor was first `row_m` along the row, by `until`; none where it has not come there. To the nanosecond, of a drive that goes one way.
+    pub(crate) fn passed(&self, row_m: f64, until: SimTime) -> Option<SimTime> {
+        let mut low = self.began()?;
+        // It may go on to the end of the row and come back: the first second in which it is there.
+        let mut high = low;
+        while self.row_m(high) < row_m {
+            if high >= until {
+                return None;
+            }
+            low = high;
+            high = SimTime((high.0 + 20_000_000).min(until.0));
+        }
+        while high.0 - low.0 > 1 {
+            let middle = SimTime(low.0 + (high.0 - low.0) / 2);
+            if self.row_m(middle) < row_m { low = middle } else { high = middle }
+        }
+        Some(high)
+    }
+
     /// When the drive has started; none while the tractor stands and waits.
     pub(crate) fn began(&self) -> Option<SimTime> {
         self.tractor.began()
@@ -88,6 +107,14 @@ impl Journal {
             detail: detail.into(),
         };
         self.lock().push(event);
+    }
+
+    /// What was noted later than `at` happened then.
+    pub(crate) fn back_to(&self, at: SimTime) {
+        let (t_s, row_m) = (at.as_secs_f64(), self.row_m(at));
+        for event in self.lock().iter_mut().filter(|event| event.t_s > t_s) {
+            (event.t_s, event.row_m) = (t_s, row_m);
+        }
     }
 
     /// How many events there are so far.

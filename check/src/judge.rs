@@ -1,43 +1,20 @@
 //! From what was seen to verdicts.
 
+use std::path::Path;
+
+use rowscan_files::OutputFile;
 use rowscan_protocol::time::SimTime;
 
 use crate::journal::{END, Event};
+use crate::judged::{Crash, Judged, event_number, from_event, row_place, seconds_after, the_one};
 use crate::runner::RunRecord;
-use crate::scenario::{Expect, Scenario};
-use crate::verdict::Verdict;
+use crate::scenario::{Expect, RunSpec, Scenario};
+use crate::signal;
 use crate::what::{Count, Kind, Measure};
 use crate::witness::Stream;
 
 /// Longest file of a run that is compared.
 const MOST_BYTES: u64 = 512 * 1024 * 1024;
-
-/// An expectation that has been judged.
-#[derive(Debug)]
-pub(crate) struct Judged {
-    pub(crate) verdict: Verdict,
-    pub(crate) message: String,
-    /// When it was decided; the end of the run where absent.
-    pub(crate) at: Option<SimTime>,
-}
-
-impl Judged {
-    fn new(verdict: Verdict, message: impl Into<String>) -> Self {
-        Self { verdict, message: message.into(), at: None }
-    }
-
-    pub(crate) fn error(message: impl Into<String>) -> Self {
-        Self::new(Verdict::Error, message)
-    }
-
-    fn holds(holds: bool, message: impl Into<String>) -> Self {
-        Self::new(if holds { Verdict::Passed } else { Verdict::Failed }, message)
-    }
-
-    fn at(self, at: SimTime) -> Self {
-        Self { at: Some(at), ..self }
-    }
-}
 
 /// The runs of one seed.
 #[derive(Debug)]
@@ -46,6 +23,8 @@ pub(crate) struct Runs {
     pub(crate) all: Vec<RunRecord>,
     /// One in which nothing went wrong, if any expectation compares with it.
     pub(crate) without_faults: Option<RunRecord>,
+    /// Files that are compared with are written anew.
+    pub(crate) bless: bool,
 }
 
 /// Judges expectation number `number`.
@@ -67,36 +46,50 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
         (Some(_), Some(without)) => Some(without),
     };
     let judged = match expect.what.kind {
+        Kind::Signal => signal::judge(number, expect, run, without),
+        Kind::BusLoad => signal::bus_load(scenario, expect, run),
+        Kind::Unheard => unheard(scenario, expect, run),
         Kind::NextScan => next_scan(scenario, expect, run),
         Kind::Count(count) => counted(scenario, expect, count, run),
         Kind::Measure(measure) => measured(scenario, expect, measure, (run, without)),
         Kind::FaultActs => fault_acts(expect, run),
         Kind::Log => log(scenario, number, expect, run),
-        Kind::BytesOf => bytes_of(scenario, expect, run, without),
+        Kind::BytesOf => bytes_of(scenario, expect, tried.bless, (run, without)),
         Kind::SameBytes => same_bytes(expect, runs),
         Kind::ExitCode => exit_code(scenario, expect, run),
         Kind::Sprayer => Err(String::new()),
     };
-    judged.unwrap_or_else(Judged::error)
+    let judged = judged.unwrap_or_else(Judged::error).beside_jitter(scenario.clock.scale, run.jitter);
+    match expect.what.kind {
+        // What the bench itself did, and how a child ended.
+        Kind::FaultActs | Kind::ExitCode => judged,
+        _ => judged.after_crash(crash(scenario, run)),
+    }
+}
+
+/// The first crash of a run.
+pub(crate) fn crash<'a>(scenario: &'a Scenario, run: &RunRecord) -> Option<Crash<'a>> {
+    let crashed = |spec: &'a RunSpec| {
+        let exit = exit_before_end(run, &spec.id)?;
+        let code = run.children.get(&spec.id)?.exit_code.filter(|code| *code != 0)?;
+        (!expects_exit(scenario, &spec.id)).then(|| Crash { child: &spec.id, code, at: exit.at() })
+    };
+    scenario.runs.iter().filter_map(crashed).min_by_key(|crash| crash.at)
+}
+
+/// When a child ended, if it did before the run.
+pub(crate) fn exit_before_end<'a>(run: &'a RunRecord, child: &str) -> Option<&'a Event> {
+    let name = format!("{child}.exited");
+    run.events.iter().take_while(|event| event.event != END).find(|event| event.event == name)
+}
+
+/// True if an expectation says how `child` ends.
+pub(crate) fn expects_exit(scenario: &Scenario, child: &str) -> bool {
+    let is_its = |expect: &Expect| expect.on.as_deref().unwrap_or(child) == child;
+    scenario.expects.iter().any(|expect| expect.what.kind == Kind::ExitCode && is_its(expect))
 }
 
 type Result = std::result::Result<Judged, String>;
-
-/// The one that is meant: the one named, or the only one.
-fn the_one<'a>(
-    what: &str,
-    named: Option<&'a String>,
-    all: impl Iterator<Item = &'a String> + Clone,
-) -> std::result::Result<&'a str, String> {
-    let known = || all.clone().map(String::as_str).collect::<Vec<_>>().join(", ");
-    match (named, all.clone().count()) {
-        (Some(name), _) if all.clone().any(|id| id == name) => Ok(name),
-        (Some(name), _) => Err(format!("there is no {what} `{name}`; known are {}", known())),
-        (None, 1) => all.clone().next().map(String::as_str).ok_or_else(String::new),
-        (None, 0) => Err(format!("there is no {what}")),
-        (None, _) => Err(format!("there are several {what}s: name one of {}", known())),
-    }
-}
 
 fn stream<'a>(
     scenario: &'a Scenario,
@@ -109,25 +102,6 @@ fn stream<'a>(
 
 fn child<'a>(scenario: &'a Scenario, expect: &'a Expect) -> std::result::Result<&'a str, String> {
     the_one("run", expect.on.as_ref(), scenario.runs.iter().map(|run| &run.id))
-}
-
-/// When the event was that an expectation counts from; the start of time without one.
-fn from_event(event: Option<&String>, run: &RunRecord) -> std::result::Result<SimTime, String> {
-    let Some(name) = event else { return Ok(SimTime::ZERO) };
-    event_number(name, run).map(|number| run.events.get(number).map_or(SimTime::ZERO, Event::at))
-}
-
-/// The number of the first event of this name, from 0.
-fn event_number(name: &str, run: &RunRecord) -> std::result::Result<usize, String> {
-    match run.events.iter().position(|event| event.event == *name) {
-        Some(number) => Ok(number),
-        None => {
-            let mut known: Vec<&str> = run.events.iter().map(|event| event.event.as_str()).collect();
-            known.sort_unstable();
-            known.dedup();
-            Err(format!("there was no event `{name}`; there were {}", known.join(", ")))
-        }
-    }
 }
 
 /// The number of an event that something is counted from: nothing is counted from the end on.
@@ -155,13 +129,9 @@ fn window(from: &str, to: &str, run: &RunRecord) -> std::result::Result<(usize, 
     }
 }
 
-fn seconds_after(from: SimTime, seconds: f64) -> SimTime {
-    SimTime(from.0.saturating_add((seconds.max(0.0) * 1e9).round() as u64))
-}
-
 fn next_scan(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     let (id, stream) = stream(scenario, expect, run)?;
-    if let Some(after) = &expect.after {
+    if let Some(after) = expect.after.as_ref().filter(|after| row_place(after).is_none()) {
         window_start("after", after, run)?;
     }
     let from = from_event(expect.after.as_ref(), run)?;
@@ -170,12 +140,15 @@ fn next_scan(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     let next = stream.scan_times.iter().find(|time| **time >= from).copied();
     let told = |at: SimTime| format!("{:.3} s", at.as_secs_f64() - from.as_secs_f64());
     Ok(match next {
-        Some(at) if at <= due => Judged::holds(true, format!("a scan from {id} after {}", told(at))).at(at),
+        Some(at) if at <= due => {
+            Judged::holds(true, format!("a scan from {id} after {}", told(at))).at(at).due(due, at)
+        }
         Some(at) => Judged::holds(
             false,
             format!("expected a scan from {id} within {within_s} s, found one after {}", told(at)),
         )
-        .at(due),
+        .at(due)
+        .due(due, at),
         None if run.ended < due => {
             let why = format!(
                 "expected a scan from {id} within {within_s} s, found none until the end after {}",
@@ -198,7 +171,7 @@ fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) 
     };
     let name = expect.what.name;
     if stream.counts().connections == 0 || (stream.scan_times.is_empty() && count != Count::Reconnects) {
-        return Ok(Judged::holds(false, format!("{name} of {id}: unknown: no scan was delivered")));
+        return Err(format!("{name} of {id}: unknown: no scan was delivered"));
     }
     let before = from.map(|from| stream.counts_at(from)).unwrap_or_default();
     let after = to.map_or(stream.counts(), |to| stream.counts_at(to));
@@ -217,10 +190,18 @@ fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) 
     let changes = stream.changes.windows(2).rev();
     let changed = changes
         .filter_map(|pair| (pair[0].counts.of(count) != pair[1].counts.of(count)).then_some(pair[1].at));
-    Ok(match changed.into_iter().next() {
-        Some(at) => judged.at(at),
-        None => judged,
-    })
+    let closed = to.and_then(|to| run.events.get(to)).filter(|event| event.event != END).map(Event::at);
+    Ok(Judged { at: changed.into_iter().next(), decided: closed, ..judged })
+}
+
+fn unheard(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
+    let (id, stream) = stream(scenario, expect, run)?;
+    let name = expect.what.name;
+    let unheard =
+        stream.unheard.ok_or_else(|| format!("{name} of {id}: {id} does not tell who takes its scans"))?;
+    let found_s = unheard.all.as_secs_f64();
+    let message = format!("{name} of {id}: expected {}, found {found_s:.3}", expect.bounds.words());
+    Ok(Judged::holds(expect.bounds.hold(found_s), message))
 }
 
 /// A measure of the delivered scans; none where they do not tell.
@@ -275,15 +256,19 @@ fn log(scenario: &Scenario, number: usize, expect: &Expect, run: &RunRecord) -> 
     let from = from_event(expect.after.as_ref(), run)?;
     let due = expect.within_s.map(|seconds| seconds_after(from, seconds));
     let times = run.children.get(id).and_then(|child| child.matches.get(&number));
-    let first = times.into_iter().flatten().find(|time| **time >= from).copied();
+    let first = times.into_iter().flatten().map(|found| found.at).find(|time| *time >= from);
     let pattern = expect.matches.as_ref().map_or("", |pattern| pattern.0.as_str());
     Ok(match (first, due) {
         (Some(at), Some(due)) if at > due => Judged::holds(
             false,
             format!("a line of {id} matches `{pattern}` only at {:.3} s", at.as_secs_f64()),
         )
-        .at(due),
-        (Some(at), _) => Judged::holds(true, format!("a line of {id} matches `{pattern}`")).at(at),
+        .at(due)
+        .due(due, at),
+        (Some(at), Some(due)) => {
+            Judged::holds(true, format!("a line of {id} matches `{pattern}`")).at(at).due(due, at)
+        }
+        (Some(at), None) => Judged::holds(true, format!("a line of {id} matches `{pattern}`")).at(at),
         (None, _) => {
             Judged::holds(false, format!("expected a line of {id} that matches `{pattern}`, found none"))
         }
@@ -298,16 +283,47 @@ fn difference(found: &[u8], expected: &[u8]) -> Option<String> {
     let byte = found.iter().zip(expected).take_while(|(a, b)| a == b).count();
     let line = found[..byte].iter().filter(|byte| **byte == b'\n').count() + 1;
     Some(format!(
-        "differs from byte {byte}, line {line}; {} bytes found, {} expected",
+        "differs from byte {byte}, line {line}: found {}, expected {}; {} bytes found, {} expected",
+        line_of(found, line),
+        line_of(expected, line),
         found.len(),
         expected.len()
     ))
 }
 
-fn bytes_of(scenario: &Scenario, expect: &Expect, run: &RunRecord, without: Option<&RunRecord>) -> Result {
+/// A line of a text, as far as a message shows it.
+fn line_of(text: &[u8], number: usize) -> String {
+    const SHOWN: usize = 160;
+    match text.split(|byte| *byte == b'\n').nth(number - 1) {
+        None | Some([]) => "nothing".to_owned(),
+        Some(line) => {
+            let shown = String::from_utf8_lossy(line.get(..SHOWN).unwrap_or(line));
+            let more = if line.len() > SHOWN { " …" } else { "" };
+            format!("`{}`{more}", shown.trim_end())
+        }
+    }
+}
+
+/// Makes what a run left the file that later runs are compared with.
+fn blessed(run: &RunRecord, file: &str, golden: &Path) -> Result {
+    let found = rowscan_files::read(&run.folder.join(file), MOST_BYTES)
+        .map_err(|cause| format!("{file}: the run left no file that could be kept: {cause}"))?;
+    run.check_written(file, &found)?;
+    let written = OutputFile::create_anew(golden).and_then(|file| file.write_whole(&found));
+    written.map_err(|cause| format!("cannot write {}: {cause}", golden.display()))?;
+    Ok(Judged::holds(true, format!("{file} of seed {} is kept as {}", run.seed, golden.display())))
+}
+
+fn bytes_of(
+    scenario: &Scenario,
+    expect: &Expect,
+    bless: bool,
+    (run, without): (&RunRecord, Option<&RunRecord>),
+) -> Result {
     let file = expect.file.as_deref().unwrap_or_default();
     let (path, other) = match (without, expect.equals_text.as_deref()) {
         (Some(without), _) => (without.folder.join(file), "the run without faults"),
+        (None, Some(other)) if bless => return blessed(run, file, &scenario.folder().join(other)),
         (None, Some(other)) => (scenario.folder().join(other), other),
         (None, None) => return Err("`equals`: expected the name of a file".to_owned()),
     };
@@ -316,6 +332,9 @@ fn bytes_of(scenario: &Scenario, expect: &Expect, run: &RunRecord, without: Opti
     let Ok(found) = rowscan_files::read(&run.folder.join(file), MOST_BYTES) else {
         return Ok(Judged::holds(false, format!("{file}: the run left no such file")));
     };
+    if without.is_some() {
+        run.check_written(file, &found)?;
+    }
     Ok(match difference(&found, &expected) {
         None => Judged::holds(true, format!("{file} equals {other}")),
         Some(how) => Judged::holds(false, format!("{file} {how} in {other}")),
@@ -331,7 +350,10 @@ fn same_bytes(expect: &Expect, runs: &[RunRecord]) -> Result {
     let mut contents = Vec::new();
     for run in &runs[..wanted] {
         match rowscan_files::read(&run.folder.join(file), MOST_BYTES) {
-            Ok(content) => contents.push(content),
+            Ok(content) => {
+                run.check_written(file, &content)?;
+                contents.push(content);
+            }
             Err(_) => return Ok(Judged::holds(false, format!("{file}: a run left no such file"))),
         }
     }

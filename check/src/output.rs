@@ -29,7 +29,15 @@ struct Kept {
     log: File,
     tail: String,
     /// When a pattern has matched, by its number.
-    matches: Vec<(usize, SimTime)>,
+    matches: Vec<(usize, Match)>,
+}
+
+/// A line that matched a pattern.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Match {
+    pub(crate) at: SimTime,
+    /// The number in the pattern's first parentheses, if it has one.
+    pub(crate) value: Option<f64>,
 }
 
 impl Output {
@@ -78,16 +86,17 @@ impl Output {
             kept.tail = tail(&kept.tail).to_owned();
         }
         for (number, pattern) in &self.patterns {
-            if pattern.is_match(&line) {
-                kept.matches.push((*number, at));
+            if let Some(found) = pattern.captures(&line) {
+                let value = found.get(1).and_then(|number| number.as_str().parse().ok());
+                kept.matches.push((*number, Match { at, value }));
             }
         }
     }
 
     /// When pattern number `number` has matched.
-    pub(crate) fn matches(&self, number: usize) -> Vec<SimTime> {
+    pub(crate) fn matches(&self, number: usize) -> Vec<Match> {
         let kept = self.lock();
-        kept.matches.iter().filter(|(of, _)| *of == number).map(|(_, at)| *at).collect()
+        kept.matches.iter().filter(|(of, _)| *of == number).map(|(_, found)| *found).collect()
     }
 
     /// The last of it.

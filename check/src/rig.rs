@@ -7,21 +7,25 @@ use std::time::Duration;
 use rowscan_bench::{
     At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
 };
-use rowscan_emulator::EndWhen;
 use rowscan_emulator::clock::{TimeScale, Timer};
-use rowscan_emulator::lockstep::{Lockstep, LockstepConfig};
+use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
+use rowscan_emulator::{Compute, EndWhen, Gaps};
 use rowscan_protocol::device::{DialectPolicy, Start};
-use rowscan_recording::Taps;
-use rowscan_scenes::files::{Warning, load_scene};
+use rowscan_recording::{About, Taps};
+use rowscan_scenes::files::{Warning, load_scene, rig_text};
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 
+use crate::child_clock;
 use crate::fault::ScenarioFault;
 use crate::fault_desk::FaultDesk;
 use crate::frames::Frames;
 use crate::journal::Journal;
 use crate::onlooker::Onlooker;
-use crate::scenario::{DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
+use crate::run_file::RunFile;
+use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
+use crate::sentences::Sentences;
+use crate::signal::Source;
 use crate::verdict::name_of;
 use crate::witness::Witness;
 
@@ -36,10 +40,20 @@ pub(crate) struct ScenarioRig {
     pub(crate) witness: Witness,
     /// Where things are, by placeholder.
     pub(crate) places: BTreeMap<String, String>,
+    /// What it is recorded to, where its folder is kept.
+    pub(crate) file: Option<RunFile>,
     /// What goes wrong.
     pub(crate) desk: FaultDesk,
+    /// When nobody took scans in lockstep.
+    pub(crate) gaps: Gaps,
+    /// How long its controller computes.
+    pub(crate) compute: Compute,
     /// What its buses have heard.
     pub(crate) frames: Frames,
+    /// What its GNSS receiver has said, if an expectation is of that.
+    pub(crate) sentences: Sentences,
+    /// The clock of children whose time is simulated, if there are any.
+    pub(crate) child_clock: Option<ChildClock>,
     /// Who looks at it, until it is over.
     _seen: Option<Box<dyn Send>>,
 }
@@ -63,11 +77,14 @@ impl ScenarioRig {
         scenario: &Scenario,
         stage: Stage,
         folder: &Path,
-        (faults, onlooker): (&[ScenarioFault], Option<&dyn Onlooker>),
+        (faults, onlooker, is_kept): (&[ScenarioFault], Option<&dyn Onlooker>, bool),
     ) -> Result<Self, Failure> {
         let scale = scenario.clock.scale.map_or(TimeScale::Max, TimeScale::Paced);
         let mut places = BTreeMap::new();
-        let lockstep = lockstep(scenario, &mut places).await?;
+        let compute = compute(scenario);
+        let child_clock = child_clock::clock(scenario, &stage, folder, &mut places)?;
+        let lockstep = lockstep(scenario, child_clock.clone(), (&mut places, &compute)).await?;
+        let gaps = lockstep.as_ref().map(Lockstep::gaps).unwrap_or_default();
         let mut spec = BenchSpec::new(&stage, scale);
         spec.time = TimeSpec {
             timer: Timer::system(),
@@ -77,10 +94,24 @@ impl ScenarioRig {
             ..TimeSpec::default()
         };
         let journal = Journal::new(spec.clock(), spec.tractor());
-        let (witness, frames) = (Witness::new(journal.clone()), Frames::default());
+        let (witness, frames, sentences) =
+            (Witness::new(journal.clone()), Frames::default(), Sentences::default());
         let look = onlooker.map(|onlooker| onlooker.come(spec.clock()));
-        spec.taps = look.as_ref().map_or_else(Taps::default, |look| look.taps()).and(witness.taps());
-        spec.nmea_taps = witness.taps();
+        let about = About {
+            scene: Some(scenario.scene.clone()),
+            seed: Some(stage.scene.seed),
+            rig: rig_text(&stage.rig).ok(),
+            ..About::default()
+        };
+        let file = is_kept.then(|| RunFile::start(folder, spec.clock(), about)).transpose()?;
+        let recorded = || file.as_ref().map_or_else(Taps::default, RunFile::taps);
+        spec.taps =
+            look.as_ref().map_or_else(Taps::default, |look| look.taps()).and(witness.taps()).and(recorded());
+        let wants_sentences =
+            scenario.expects.iter().any(|expect| matches!(expect.source, Some(Source::Sentence { .. })));
+        spec.nmea_taps =
+            if wants_sentences { sentences.taps(&journal).and(witness.taps()) } else { witness.taps() };
+        spec.nmea_taps = spec.nmea_taps.and(recorded());
         (spec.faults, spec.watched) = (true, true);
         for device in &scenario.devices {
             let as_fitted = rig_with(&stage.rig, device.scanner, device.kind.model().name());
@@ -91,7 +122,7 @@ impl ScenarioRig {
         for bus in &scenario.buses {
             let ports = bus.ports.iter().map(|port| in_folder(port, folder).parse());
             let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
-            spec.buses.push(BusSpec { taps: frames.taps(), ..bus });
+            spec.buses.push(BusSpec { taps: frames.taps(&bus.id, &journal).and(recorded()), ..bus });
         }
         for port in &scenario.nmea {
             spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
@@ -111,7 +142,21 @@ impl ScenarioRig {
             look.begin(bench.seen(title, &stage), bench.control().clone())
         });
         bench.run();
-        Ok(Self { stage, bench, journal, witness, places, desk, frames, _seen: seen })
+        Ok(Self {
+            stage,
+            bench,
+            journal,
+            witness,
+            places,
+            file,
+            desk,
+            gaps,
+            compute,
+            frames,
+            sentences,
+            child_clock,
+            _seen: seen,
+        })
     }
 
     /// Scans left out because the host was too slow, of all scanners. An LMS2xx sends what it has, late.
@@ -130,18 +175,32 @@ fn end(end: End) -> EndWhen {
     }
 }
 
+/// How long the scenario's controller computes.
+fn compute(scenario: &Scenario) -> Compute {
+    match scenario.runs.iter().find_map(|run| run.compute) {
+        Some(ComputeSpec::Fixed(time)) => Compute::fixed(time),
+        Some(ComputeSpec::Measured(factor)) => Compute::measured(factor),
+        None => Compute::default(),
+    }
+}
+
 /// The acknowledgements that time waits for, with the place of their endpoint.
 async fn lockstep(
     scenario: &Scenario,
-    places: &mut BTreeMap<String, String>,
+    children: Option<ChildClock>,
+    (places, compute): (&mut BTreeMap<String, String>, &Compute),
 ) -> Result<Option<Lockstep>, Failure> {
     if scenario.clock.mode != Mode::Lockstep {
         return Ok(None);
     }
-    let config = LockstepConfig { acks: scenario.clock.acks.clone(), deadline: scenario.clock.deadline };
+    let (acks, deadline) = (scenario.clock.acks.clone(), scenario.clock.deadline);
+    let config = LockstepConfig { acks, deadline, compute: compute.clone() };
     let lockstep = Lockstep::open(config).await?;
     places.extend(lockstep.address().map(|address| ("ack".to_owned(), address.to_string())));
-    Ok(Some(lockstep))
+    Ok(Some(match children {
+        Some(children) => lockstep.with_children(children),
+        None => lockstep,
+    }))
 }
 
 /// A scanner of the scenario as a bench has it.

@@ -5,29 +5,37 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use regex_lite::Regex;
-use rowscan_emulator::{Hold, StageRow};
-use rowscan_ports::clock::{Stopwatch, rest};
+use rowscan_emulator::{Compute, Gap, Hold, StageRow};
+use rowscan_files::OutputFile;
+use rowscan_ports::clock::{Stopwatch, rest, within};
 use rowscan_ports::task;
 use rowscan_protocol::time::SimTime;
 use tokio::task::JoinSet;
 
-use crate::child::{Child, Start};
+use crate::child::{self, Child, Start};
+use crate::child_clock;
 use crate::descendants::Descendants;
 use crate::fault::{Pause, ScenarioFault};
 use crate::fault_desk::FaultDesk;
-use crate::frames::Frames;
+use crate::frames::{BusRecord, Frames};
+use crate::jitter::{Jitter, JitterWatch};
 use crate::journal::{END, Event, Journal};
 use crate::onlooker::Onlooker;
+use crate::output::Match;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
-use crate::scenario::{Mode, Ready, RunSpec, Scenario};
+use crate::run_file::RunFile;
+use crate::scenario::{Mode, Ready, RunSpec, Scenario, Time};
 use crate::truth;
-use crate::witness::Stream;
+use crate::witness::{Stream, Witness};
 
 /// Between two looks at the children and at time, host time.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Between two looks at whether a child is ready, host time.
 const READY_EVERY: Duration = Duration::from_millis(10);
+
+/// How long, host time, all scanners may have takers in lockstep while a child is not ready.
+const TAKEN: Duration = Duration::from_secs(3);
 
 /// A pattern's number in a child's output that says it is ready: beyond those of expectations.
 const READY: usize = usize::MAX;
@@ -37,12 +45,16 @@ const READY: usize = usize::MAX;
 pub(crate) struct Beside<'a> {
     /// What `{rowscan}` stands for.
     pub(crate) program: Option<&'a Path>,
+    /// Where the library is that puts children on simulated time, if somebody says.
+    pub(crate) child_clock: Option<&'a Path>,
     /// Who looks at it.
     pub(crate) onlooker: Option<&'a dyn Onlooker>,
+    /// Its folder stays: it is recorded there.
+    pub(crate) is_kept: bool,
 }
 
 /// What one run left.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct RunRecord {
     pub(crate) seed: u64,
     pub(crate) folder: PathBuf,
@@ -62,9 +74,36 @@ pub(crate) struct RunRecord {
     pub(crate) fault_events_lost: u64,
     /// How often each fault acted, by id.
     pub(crate) fault_acts: BTreeMap<String, u64>,
+    /// What each bus has carried.
+    pub(crate) frames: BTreeMap<String, BusRecord>,
+    /// The GNSS receiver's sentences, if an expectation is of them.
+    pub(crate) sentences: Vec<(SimTime, String)>,
+    /// The longest that the controller computed in a step, where that is measured.
+    pub(crate) longest_compute: Option<Duration>,
+    /// How late this machine woke what waits, on a paced clock.
+    pub(crate) jitter: Option<Jitter>,
+    /// When nobody took scans in lockstep, and time went on at the host's pace.
+    pub(crate) gaps: Vec<Gap>,
+    /// How many bytes compared files had when the drive was released, by their names.
+    pub(crate) bytes_before: BTreeMap<String, u64>,
     pub(crate) truth: Option<truth::Trees>,
     /// What the user should know of the scene.
     pub(crate) warnings: Vec<String>,
+}
+
+impl RunRecord {
+    /// Refuses to compare a file that tells nothing of the drive: it is empty, or as it was before.
+    pub(crate) fn check_written(&self, file: &str, content: &[u8]) -> Result<(), String> {
+        if content.is_empty() {
+            return Err(format!("{file} is empty: there is nothing to compare"));
+        }
+        match self.bytes_before.get(file) {
+            Some(before) if *before == content.len() as u64 => Err(format!(
+                "nothing was written to {file} since the drive could start: there is nothing to compare"
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// What one child left.
@@ -73,7 +112,7 @@ pub(crate) struct ChildRecord {
     pub(crate) exit_code: Option<i32>,
     pub(crate) tail: String,
     /// When the patterns of expectations matched, by the expectation's number.
-    pub(crate) matches: BTreeMap<usize, Vec<SimTime>>,
+    pub(crate) matches: BTreeMap<usize, Vec<Match>>,
 }
 
 /// Runs `scenario` once with `seed`, in `folder`, with these of its faults.
@@ -84,23 +123,8 @@ pub(crate) async fn run(
     (faults, beside): (&[ScenarioFault], Beside<'_>),
 ) -> RunRecord {
     let stopwatch = Stopwatch::start();
-    let mut record = RunRecord {
-        seed: seed.unwrap_or_default(),
-        folder: folder.to_owned(),
-        events: Vec::new(),
-        streams: BTreeMap::new(),
-        children: BTreeMap::new(),
-        error: None,
-        ended: SimTime::ZERO,
-        left: None,
-        journal: None,
-        wall_s: 0.0,
-        scans_missed: 0,
-        fault_events_lost: 0,
-        fault_acts: BTreeMap::new(),
-        truth: None,
-        warnings: Vec::new(),
-    };
+    let mut record =
+        RunRecord { seed: seed.unwrap_or_default(), folder: folder.to_owned(), ..RunRecord::default() };
     if let Err(failure) = drive(scenario, seed, folder, (faults, beside, &mut record)).await {
         record.error = Some(failure.to_string());
     }
@@ -116,7 +140,8 @@ async fn drive(
 ) -> Result<(), Failure> {
     let stage = rig::grow(scenario, seed, |warning| record.warnings.push(warning.to_string()))?;
     record.seed = stage.scene.seed;
-    let mut rig = ScenarioRig::start(scenario, stage, folder, (faults, beside.onlooker)).await?;
+    let mut rig =
+        ScenarioRig::start(scenario, stage, folder, (faults, beside.onlooker, beside.is_kept)).await?;
     let journal = rig.journal.clone();
     record.journal = Some(journal.clone());
     // Dropped after the children.
@@ -126,30 +151,51 @@ async fn drive(
         beside.program.map(|program| ("rowscan".to_owned(), program.to_string_lossy().into_owned()));
     rig.places.extend(program);
     let pauses = pauses(scenario, &rig, faults)?;
-    let ScenarioRig { bench, places, desk, frames, .. } = &mut rig;
+    let on_clock = match rig.child_clock.is_some() {
+        true => Some(child_clock::library(beside.child_clock, beside.program)?),
+        false => None,
+    };
+    let ScenarioRig { bench, places, desk, frames, witness, compute, .. } = &mut rig;
     let hold = bench.hold().cloned().ok_or("the drive is not held")?;
+    let around =
+        Around { places, on_clock: on_clock.as_deref(), hold: &hold, desk, frames, witness, compute };
+    let jitter = (scenario.clock.mode == Mode::Paced).then(JitterWatch::start);
     let ended: Result<Option<String>, Failure> = tokio::select! {
         biased;
         ended = bench.ended() => ended.map(|()| None).map_err(Failure::from),
-        ended = accompany(scenario, (folder, record.seed), (places, &hold, desk, frames), (&journal, pauses), (&descendants, &mut children)) => ended.map(Some),
+        ended = accompany(scenario, (folder, record.seed, &mut record.bytes_before), &around, (&journal, pauses), (&descendants, &mut children)) => ended.map(Some),
     };
-    record.ended = journal.now();
     desk.note();
+    record.gaps = rig.gaps.all();
+    // The last child left where it took its last scan: how long its end took the host is nothing of the drive.
+    let left = record.gaps.pop_if(|gap| matches!(ended, Ok(Some(_))) && gap.to.is_none());
+    record.ended = left.map_or(journal.now(), |gap| gap.from);
+    journal.back_to(record.ended);
     let why = match &ended {
         Ok(None) => String::new(),
         Ok(Some(child)) => format!("`{child}` had left, the last child; the scenario's end was not reached"),
         Err(failure) => failure.to_string(),
     };
-    journal.note(END, why);
-    record.streams = rig.witness.close();
+    journal.note_at(END, why, record.ended);
+    record.streams = rig.witness.close(matches!(ended, Ok(None)));
+    record.jitter = jitter.and_then(|jitter| jitter.measured());
+    record.longest_compute = rig.compute.longest();
+    (record.frames, record.sentences) = (rig.frames.close(), rig.sentences.close());
     let unfinished = rig.desk.unfinished();
+    // Healed faults are forgotten.
+    record.fault_acts = rig.desk.acts();
     rig.desk.heal();
     record.fault_events_lost = rig.desk.events_lost();
-    record.fault_acts = rig.desk.acts();
     record.scans_missed = rig.scans_missed();
-    let ScenarioRig { stage, bench, .. } = rig;
+    let ScenarioRig { stage, bench, file, child_clock, .. } = rig;
+    let mut last_timers = JoinSet::new();
+    if let Some(clock) = child_clock {
+        last_timers.spawn(task(child::pass_last_timers(clock)));
+    }
     // The children's streams end, as those of a machine that is switched off; then they may end by themselves.
     bench.close().await;
+    // Its taps are gone with the bench.
+    let recorded = file.map_or(Ok(()), RunFile::finish);
     for child in &mut children {
         child.end().await;
         record.children.insert(child.id.clone(), record_of(scenario, child));
@@ -162,12 +208,23 @@ async fn drive(
     }
     record.events = journal.events();
     record.truth = Some(truth::Trees::of(&stage));
+    write_frames(folder, &record.frames)?;
+    recorded?;
     record.left = ended?;
     if let Some(unfinished) = unfinished {
         return Err(unfinished.into());
     }
     if children.len() < scenario.runs.len() {
         return Err("the end came before every child had started; move `end` or shorten `ready`".into());
+    }
+    Ok(())
+}
+
+/// Writes what each bus has carried to `BUS.candump`, as can-utils and cantools read it, with simulated time.
+fn write_frames(folder: &Path, frames: &BTreeMap<String, BusRecord>) -> Result<(), Failure> {
+    for (bus, frames) in frames {
+        let lines: String = frames.all.iter().map(|carried| carried.candump_line(bus)).collect();
+        OutputFile::create(&folder.join(format!("{bus}.candump")))?.write_whole(lines.as_bytes())?;
     }
     Ok(())
 }
@@ -204,22 +261,41 @@ fn pauses(
     with_child.collect()
 }
 
+/// What children are started in.
+struct Around<'a> {
+    /// Where things are, by placeholder.
+    places: &'a BTreeMap<String, String>,
+    /// The library that puts children on simulated time, if one goes by it.
+    on_clock: Option<&'a Path>,
+    hold: &'a Hold,
+    desk: &'a FaultDesk,
+    frames: &'a Frames,
+    witness: &'a Witness,
+    compute: &'a Compute,
+}
+
 /// Starts the children one after the other and watches them; ends with the last one to leave when all have, or with why the run cannot go on.
 async fn accompany(
     scenario: &Scenario,
-    (folder, seed): (&Path, u64),
-    (places, hold, desk, frames): (&BTreeMap<String, String>, &Hold, &FaultDesk, &Frames),
+    (folder, seed, bytes_before): (&Path, u64, &mut BTreeMap<String, u64>),
+    around: &Around<'_>,
     (journal, pauses): (&Journal, Vec<(usize, Pause, Timing)>),
     (descendants, children): (&Descendants, &mut Vec<Child>),
 ) -> Result<String, Failure> {
     let startup = Stopwatch::start();
     for spec in &scenario.runs {
-        let mut start = start(scenario, spec, folder, seed, places)?;
+        let mut start = start(scenario, spec, folder, seed, around.places)?;
         start.env.extend([descendants.mark()]);
+        if let Some(library) = around.on_clock.filter(|_| spec.time == Time::Simulated) {
+            child_clock::put_on_clock(library, around.places, &start.command, &mut start.env)?;
+        }
         let child = Child::start(start, journal)?;
+        if spec.compute.is_some() {
+            child.process().into_iter().for_each(|process| around.compute.watch(process));
+        }
         children.push(child);
         let Some(child) = children.last() else { continue };
-        ready(scenario, spec, child, folder, (places, frames), startup).await?;
+        ready(scenario, spec, child, folder, around, startup).await?;
         journal.note(format!("{}.ready", spec.id), "");
     }
     let mut pausing = JoinSet::new();
@@ -228,11 +304,20 @@ async fn accompany(
             pausing.spawn(task(pause::pause(pause, child.stopper(), timing)));
         }
     }
-    hold.release();
+    *bytes_before = compared_files(scenario, folder);
+    around.hold.release();
     let (mut last, mut since) = (journal.now(), Stopwatch::start());
     loop {
-        rest(LOOK_EVERY).await;
-        desk.note();
+        let all_left = async {
+            for child in children.iter() {
+                child.exited().await;
+            }
+            if children.is_empty() {
+                std::future::pending::<()>().await;
+            }
+        };
+        let _ = within(LOOK_EVERY, all_left).await;
+        around.desk.note();
         if !children.is_empty() && children.iter().all(|child| child.exit_code().is_some()) {
             return Ok(last_to_leave(journal));
         }
@@ -252,6 +337,13 @@ async fn accompany(
             return Err(format!("time has stood still for {limit:?}: no one takes scans any more").into());
         }
     }
+}
+
+/// How many bytes files have that expectations compare; those that are not there have none.
+fn compared_files(scenario: &Scenario, folder: &Path) -> BTreeMap<String, u64> {
+    let names = scenario.expects.iter().filter_map(|expect| expect.file.as_ref());
+    let size = |name: &String| Some((name.clone(), std::fs::metadata(folder.join(name)).ok()?.len()));
+    names.filter_map(size).collect()
 }
 
 /// The child that has left last.
@@ -338,10 +430,12 @@ async fn ready(
     spec: &RunSpec,
     child: &Child,
     folder: &Path,
-    (places, frames): (&BTreeMap<String, String>, &Frames),
+    Around { places, frames, witness, .. }: &Around<'_>,
     startup: Stopwatch,
 ) -> Result<(), Failure> {
-    let alive = Stopwatch::start();
+    let (alive, mut taken) = (Stopwatch::start(), None::<Stopwatch>);
+    let hears = scenario.clock.mode == Mode::Lockstep
+        && matches!(spec.ready, Ready::Line(_) | Ready::File(_) | Ready::Frame(_));
     let limit = scenario.clock.startup;
     loop {
         if let Some(code) = child.exit_code() {
@@ -365,6 +459,17 @@ async fn ready(
         };
         if is_ready {
             return Ok(());
+        }
+        // Time does not go before every child is ready: who waits for a scan waits for ever.
+        let waits = hears && witness.is_taken();
+        let since = taken.take().filter(|_| waits).unwrap_or_else(Stopwatch::start);
+        taken = Some(since);
+        if since.elapsed() > TAKEN {
+            return Err(format!(
+                "`{}` takes scans and is not ready: in lockstep no scan comes before every child is ready, so `ready` may not wait for an answer to one; let it wait for what comes before the first scan",
+                spec.id
+            )
+            .into());
         }
         if startup.elapsed() > limit {
             return Err(format!("`{}` was not ready within {limit:?} (`startup_wall_s`)", spec.id).into());

@@ -12,6 +12,15 @@ pub(crate) const HELD_BACK: &str = "held_back_beyond_steps";
 /// The fact that the run ended before its end, and how.
 pub(crate) const ENDED_EARLY: &str = "ended_early";
 
+/// The fact that nobody took scans for a while in lockstep, and when.
+pub(crate) const GAP: &str = "gap";
+
+/// The fact that computing was measured, and the longest time.
+pub(crate) const COMPUTE: &str = "compute_measured";
+
+/// How late this machine wakes what waits.
+pub(crate) const JITTER: &str = "jitter";
+
 /// The fact that something in the scene's file should be known.
 pub(crate) const WARNING: &str = "warning";
 
@@ -52,6 +61,9 @@ pub struct Case {
     pub last_events: Vec<String>,
     /// The command that runs it again.
     pub rerun: String,
+    /// A picture of what was judged, in the run's folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub picture: Option<PathBuf>,
 }
 
 /// One scenario with one seed.
@@ -89,6 +101,7 @@ impl Tried {
             tree: None,
             last_events: Vec::new(),
             rerun: rerun(scenario, None),
+            picture: None,
         };
         Self {
             scenario: scenario.to_owned(),
@@ -109,7 +122,11 @@ impl Tried {
             HELD_BACK => {
                 Some(format!("{value}: bytes are held back beyond the steps of the clock in lockstep"))
             }
-            ENDED_EARLY => Some(value.clone()),
+            JITTER => Some(format!("this machine wakes late: {value}")),
+            COMPUTE => Some(format!(
+                "computing was measured, up to {value} a step: the run does not repeat to the byte"
+            )),
+            ENDED_EARLY | GAP => Some(value.clone()),
             _ => None,
         };
         self.facts.iter().filter_map(note).collect()

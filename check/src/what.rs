@@ -27,10 +27,16 @@ pub enum Kind {
     NextScan,
     /// A count of one device's delivered bytes.
     Count(Count),
+    /// How long nobody took a device's scans.
+    Unheard,
     /// A measure of the bench's own estimate of the delivered bytes.
     Measure(Measure),
     /// How often a fault acted.
     FaultActs,
+    /// What a signal does.
+    Signal,
+    /// How much of a bus its frames take.
+    BusLoad,
     /// A line of a child's output.
     Log,
     /// A file of the run's folder beside another.
@@ -90,7 +96,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "scans_lost",
         keys: COUNT,
-        tells: "scan telegrams missing by their counters, over all connections to the device",
+        tells: "scan telegrams missing by their counters, over all connections to the device, to the end of the run: what the device made after the last delivered scan is missing, too",
         kind: Kind::Count(Count::ScansLost),
     },
     What {
@@ -112,6 +118,12 @@ pub const WHATS: &[What] = &[
         kind: Kind::Count(Count::Reconnects),
     },
     What {
+        name: "unheard_s",
+        keys: &["on", "equals", "above", "below", "between"],
+        tells: "how long in the drive nobody took the device's scans, simulated seconds: no connection has asked for them",
+        kind: Kind::Unheard,
+    },
+    What {
         name: "impacted_total_area_m2",
         keys: MEASURE,
         tells: "impacted total area I_T of the delivered scans, m²",
@@ -126,8 +138,39 @@ pub const WHATS: &[What] = &[
     What {
         name: "fault_acts",
         keys: &["of", "equals", "above", "below", "between"],
-        tells: "telegrams, connections or values of a sweep that a fault has acted on; of one that acts on bytes, how often it began",
+        tells: "telegrams, connections or values of a sweep that a fault has acted on; of one that acts on bytes or refuses connections, how often it began",
         kind: Kind::FaultActs,
+    },
+    What {
+        name: "signal",
+        keys: &[
+            "signal",
+            "pgn",
+            "bytes",
+            "matches",
+            "equals",
+            "above",
+            "below",
+            "abs_below",
+            "between",
+            "tolerance",
+            "changes",
+            "silent",
+            "never",
+            "every_s",
+            "for_s",
+            "after",
+            "within_s",
+            "equals_run_without",
+        ],
+        tells: "what a signal on a bus, in GNSS sentences or in a child's output does; its value holds until the next one is heard",
+        kind: Kind::Signal,
+    },
+    What {
+        name: "bus_load",
+        keys: &["of", "above", "below", "between"],
+        tells: "the largest share of a CAN bus at 250 kbit/s that its frames take in any second, with all stuff bits that can be, 0 to 1",
+        kind: Kind::BusLoad,
     },
     What {
         name: "log",

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::{Estimate, Pipeline};
-use rowscan_emulator::CountReader;
+use rowscan_emulator::{CountReader, ScannerCounts};
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
@@ -66,12 +66,26 @@ pub(crate) struct Stream {
     /// Scans that it had not sent when the first one was delivered.
     not_sent_before: Option<u64>,
     not_sent: u64,
+    /// The number in the last delivered scan.
+    last_counter: Option<u16>,
+    /// Scans that the device made after the last delivered one, once the run has reached its end.
+    lost_at_end: u64,
+    /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
+    pub(crate) unheard: Option<Unheard>,
     /// When scans were delivered.
     pub(crate) scan_times: Vec<SimTime>,
     /// Each change of any count but the scans.
     pub(crate) changes: Vec<Change>,
     /// What the scans say, once the run is over.
     pub(crate) estimate: Option<Estimate>,
+}
+
+/// How long in the drive nobody took a device's scans.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Unheard {
+    pub(crate) all: Duration,
+    /// Since somebody last took one.
+    pub(crate) at_end: Duration,
 }
 
 /// Counts, and when they became so.
@@ -95,6 +109,9 @@ impl Stream {
             device: None,
             not_sent_before: None,
             not_sent: 0,
+            last_counter: None,
+            lost_at_end: 0,
+            unheard: None,
             scan_times: Vec::new(),
             changes: Vec::new(),
             estimate: None,
@@ -110,7 +127,7 @@ impl Stream {
     pub(crate) fn counts(&self) -> Counts {
         Counts {
             scans: self.counting.scans,
-            scans_lost: self.counting.lost,
+            scans_lost: self.counting.lost + self.lost_at_end,
             scans_repeated: self.counting.repeated,
             telegrams_bad: self.bad,
             connections: self.connections,
@@ -145,10 +162,11 @@ impl Stream {
 
     /// Takes a scan in that is delivered at `at`, where the drive has started at `began`.
     fn scan(&mut self, at: SimTime, scan: &Scan, began: Option<SimTime>) {
-        if let Some(not_sent) = self.device.as_ref().and_then(|reader| reader.counts()?.scans_not_sent()) {
+        if let Some(not_sent) = self.device_counts().and_then(|counts| counts.scans_not_sent()) {
             self.not_sent = not_sent;
             self.not_sent_before.get_or_insert(self.not_sent);
         }
+        self.last_counter = Some(scan.telegram_counter);
         self.scan_times.push(at);
         self.counting.observe(scan);
         self.drive(began);
@@ -159,6 +177,27 @@ impl Stream {
                 self.waiting.retain(|(before, _)| *before == at);
                 self.waiting.push((at, scan.clone()));
             }
+        }
+    }
+
+    fn device_counts(&self) -> Option<ScannerCounts> {
+        self.device.as_ref()?.counts()
+    }
+
+    /// The run is over. If it has reached its end, what the device made after the last delivered scan is lost: it may not pay to stay away.
+    fn end(&mut self, reached: bool) {
+        let Some(counts) = self.device_counts() else { return };
+        self.unheard = counts.unheard.zip(counts.silence).map(|(all, at_end)| Unheard { all, at_end });
+        if !reached {
+            return;
+        }
+        if let Some(not_sent) = counts.scans_not_sent().filter(|_| self.device_tells()) {
+            self.not_sent = not_sent;
+        }
+        if let Some((last, delivered)) = counts.last_counter.zip(self.last_counter) {
+            let behind = last.wrapping_sub(delivered);
+            // One that has begun to count anew is behind by nothing that could be told.
+            self.lost_at_end = if behind < 0x8000 { behind.into() } else { 0 };
         }
     }
 
@@ -207,6 +246,11 @@ impl Witness {
         Self { journal, seen: Arc::default() }
     }
 
+    #[cfg(test)]
+    pub(crate) fn journal(&self) -> Journal {
+        self.journal.clone()
+    }
+
     /// Watches the device `id` as well, whose scans go into `pipeline`.
     pub(crate) fn watch(&self, id: &str, pipeline: Pipeline) {
         self.lock().streams.insert(id.to_owned(), Stream::new(pipeline));
@@ -224,6 +268,14 @@ impl Witness {
         self.lock().faults = Some(faults);
     }
 
+    /// True if somebody takes scans of every device.
+    pub(crate) fn is_taken(&self) -> bool {
+        let seen = self.lock();
+        seen.streams
+            .values()
+            .all(|stream| stream.device.as_ref().and_then(CountReader::is_taken) == Some(true))
+    }
+
     /// Scans delivered so far, of the device that has delivered most.
     pub(crate) fn scans(&self) -> u64 {
         self.lock().streams.values().map(|stream| stream.counts().scans).max().unwrap_or(0)
@@ -235,14 +287,16 @@ impl Witness {
         Taps::new(move |device, kind| witness.connected(device, kind))
     }
 
-    /// The run is over; what was seen.
-    pub(crate) fn close(&self) -> BTreeMap<String, Stream> {
+    /// The run is over, its end reached or not; what was seen. The journal's last event is the end.
+    pub(crate) fn close(&self, reached: bool) -> BTreeMap<String, Stream> {
         let mut seen = self.lock();
         seen.over = true;
         let mut streams = std::mem::take(&mut seen.streams);
         let began = self.journal.began();
         for stream in streams.values_mut() {
             stream.drive(began);
+            stream.end(reached);
+            stream.note_change(self.journal.now(), self.journal.len().saturating_sub(1));
             stream.estimate = Some(stream.pipeline.finish());
         }
         streams

@@ -123,7 +123,7 @@ pub struct FaultStatus {
     pub on: String,
     /// `waiting`, `active` or `done`.
     pub state: &'static str,
-    /// Telegrams, pieces or connections acted on so far.
+    /// Telegrams or connections acted on so far; of a fault that acts on no single one, how often it has begun.
     pub acts: u64,
 }
 

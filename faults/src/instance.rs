@@ -43,6 +43,8 @@ pub(crate) struct Instance {
     event: u64,
     /// Times it has begun, or its probability said no.
     pub(crate) windows: u64,
+    /// Times it has begun.
+    begun: u64,
     /// Telegrams and connections it has chosen to act on: what `count` limits.
     acts: u64,
     /// Telegrams it has acted on because of those.
@@ -121,6 +123,7 @@ impl Instance {
             seed,
             event: 0,
             windows: 0,
+            begun: 0,
             acts: 0,
             further: 0,
             window_acts: 0,
@@ -195,6 +198,7 @@ impl Instance {
             _ => None,
         };
         self.phase = Phase::Active(Window { began: at, connection, scans_left });
+        self.begun += 1;
         true
     }
 
@@ -212,9 +216,13 @@ impl Instance {
         matches!(self.spec.fault.layer, Layer::Telegram | Layer::Accept)
     }
 
-    /// Telegrams, pieces or connections acted on so far.
+    /// Telegrams or connections acted on so far; of a fault that acts on no single one, and of one that keeps connections from coming at all, how
+    /// often it has begun.
     pub(crate) fn acted_on(&self) -> u64 {
-        self.acts + self.further
+        match (self.spec.fault.layer, self.acts + self.further) {
+            (Layer::Telegram, acts) | (Layer::Accept, acts @ 1..) => acts,
+            _ => self.begun,
+        }
     }
 
     /// True if it only waits for its last telegrams to be lost.

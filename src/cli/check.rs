@@ -28,6 +28,9 @@ pub(super) struct Args {
     /// Stop after the first expectation that does not hold or cannot be judged
     #[arg(long)]
     fail_fast: bool,
+    /// Write the golden files anew that `bytes_of` compares with, from this run
+    #[arg(long)]
+    bless: bool,
     /// Keep each run's folder (the children's logs and files) in this one
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
@@ -160,9 +163,11 @@ impl Args {
         let options = Options {
             seed: self.seed,
             fail_fast: self.fail_fast,
+            bless: self.bless,
             keep: self.keep.clone(),
             before: self.before,
             program: std::env::current_exe().ok(),
+            child_clock: std::env::var_os("ROWSCAN_CHILD_CLOCK").map(PathBuf::from),
             onlooker,
         };
         let scenarios = self.scenarios.clone();
@@ -185,6 +190,7 @@ impl Args {
         let mut flags = vec!["--format".to_owned(), "record".to_owned()];
         flags.extend(self.seed.iter().flat_map(|seed| ["--seed".to_owned(), seed.to_string()]));
         flags.extend(self.fail_fast.then(|| "--fail-fast".to_owned()));
+        flags.extend(self.bless.then(|| "--bless".to_owned()));
         let keep = self.keep.iter().flat_map(|keep| ["--keep".to_owned(), keep.display().to_string()]);
         flags.extend(keep);
         let (at_once, fail_fast) = (self.jobs.into(), self.fail_fast);

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use rowscan_emulator::Compute;
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::lockstep::{Ack, Lockstep, LockstepConfig};
 
@@ -86,7 +87,7 @@ impl LockstepArgs {
         }
         let acks = if self.ack.is_empty() { vec![Ack::Idle] } else { self.ack.clone() };
         let deadline = Duration::from_secs_f64(self.deadline_wall_s);
-        let lockstep = Lockstep::open(LockstepConfig { acks, deadline }).await?;
+        let lockstep = Lockstep::open(LockstepConfig { acks, deadline, compute: Compute::default() }).await?;
         if lockstep.needs_bus() && !ways.bus {
             return Err(Failure::Usage("--ack output:can0 needs a bus: add --can PORT".to_owned()));
         }

@@ -13,7 +13,7 @@ fn library() -> PathBuf {
 
 /// Files that others use, and scenarios that tests/it/check.rs holds.
 const ELSEWHERE: &[&str] =
-    &["base", "row", "encoder", "two-sided", "deaf", "quits", "steady", "two-scanners"];
+    &["base", "row", "encoder", "two-sided", "deaf", "quits", "redial", "steady", "two-scanners"];
 
 /// A folder with the whole library, for scenarios that change one of it.
 fn copy() -> tempfile::TempDir {

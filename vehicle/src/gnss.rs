@@ -195,6 +195,11 @@ impl Receiver {
         Self { gnss, seed, start_s, m_per_deg }
     }
 
+    /// Its time of day at simulated time zero, seconds since 1970.
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
     /// Sentences of one kind a second.
     pub fn rate_hz(&self) -> f64 {
         self.gnss.rate_hz

@@ -6,6 +6,7 @@ use super::*;
 use crate::judge::tests::record;
 use crate::runner::ChildRecord;
 use crate::verdict::Verdict;
+use crate::witness::Unheard;
 
 fn scenario(folder: &Path, faults: &str, expects: &str) -> Scenario {
     let text = format!(
@@ -24,7 +25,7 @@ fn told(faults: &str, expects: &str, change: impl Fn(&mut RunRecord)) -> Vec<(St
     let scenario = scenario(folder.path(), faults, expects);
     let mut run = record(folder.path());
     change(&mut run);
-    let shortfalls = shortfalls(&scenario, &Runs { all: vec![run], without_faults: None });
+    let shortfalls = shortfalls(&scenario, &Runs { all: vec![run], without_faults: None, bless: false });
     assert!(shortfalls.iter().all(|shortfall| shortfall.judged.verdict == Verdict::Error));
     shortfalls.into_iter().map(|shortfall| (shortfall.name, shortfall.judged.message)).collect()
 }
@@ -62,6 +63,23 @@ fn a_fault_that_never_began_is_told_unless_that_is_expected() {
     assert_eq!(short(&never.replace("100 }", "100 }, p = 0.1"), NONE_LOST), []);
     // Why a run broke off is told by every expectation.
     assert_eq!(told(&never, NONE_LOST, |run| run.error = Some("no acknowledgement".to_owned())), []);
+}
+
+#[test]
+fn a_run_at_whose_end_nobody_listens_is_told_unless_that_is_expected() {
+    let silent = |seconds: u64| {
+        move |run: &mut RunRecord| {
+            let at_end = std::time::Duration::from_secs(seconds);
+            run.streams.get_mut("left").expect("there").unheard = Some(Unheard { all: at_end, at_end });
+        }
+    };
+    let message = "the run ended at 1.000 s without a taker: nobody had taken scans of `left` for 2.000 s; expect its `unheard_s` if that is right";
+    assert_eq!(
+        told("", NONE_LOST, silent(2)),
+        [("somebody listens at the end".to_owned(), message.to_owned())]
+    );
+    assert_eq!(told("", NONE_LOST, silent(0)), []);
+    assert_eq!(told("", "{ what = \"unheard_s\", equals = 2 }", silent(2)), []);
 }
 
 #[test]

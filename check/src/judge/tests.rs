@@ -2,9 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 
 use super::*;
+use crate::jitter::Jitter;
+use crate::output::Match;
 use crate::runner::ChildRecord;
+use crate::verdict::Verdict;
 use crate::witness::tests::{bench, deliver};
 
 const SECOND: u64 = 1_000_000_000;
@@ -40,10 +44,13 @@ pub(crate) fn record(folder: &Path) -> RunRecord {
             .map(|(_, telegram)| telegram)
             .chain(&telegrams[9..]),
     );
-    let mut streams = witness.close();
+    let mut streams = witness.close(true);
     let stream = streams.get_mut("left").expect("watched");
     stream.scan_times = (1..=10).map(|scan| SimTime(scan * SECOND / 50)).collect();
-    let matches = BTreeMap::from([(0, vec![SimTime(SECOND / 2), SimTime(2 * SECOND)])]);
+    let matches = BTreeMap::from([(
+        0,
+        [SECOND / 2, 2 * SECOND].map(|at| Match { at: SimTime(at), value: None }).to_vec(),
+    )]);
     let child = ChildRecord { exit_code: Some(3), tail: String::new(), matches };
     RunRecord {
         seed: 7,
@@ -57,16 +64,10 @@ pub(crate) fn record(folder: &Path) -> RunRecord {
         ],
         streams,
         children: BTreeMap::from([("sut".to_owned(), child)]),
-        error: None,
         ended: SimTime(SECOND),
-        left: None,
-        journal: None,
         wall_s: 0.1,
-        scans_missed: 0,
-        fault_events_lost: 0,
         fault_acts: BTreeMap::from([("cut".to_owned(), 5)]),
-        truth: None,
-        warnings: Vec::new(),
+        ..RunRecord::default()
     }
 }
 
@@ -81,8 +82,11 @@ fn holds(cases: &[(&str, Verdict)]) {
     for (name, text) in [("same", "a\nb\n"), ("differs", "a\nc\n")] {
         std::fs::write(other.join(name), text).expect("written");
     }
-    let tried =
-        Runs { all: vec![record(folder.path()), record(&other)], without_faults: Some(record(&other)) };
+    let tried = Runs {
+        all: vec![record(folder.path()), record(&other)],
+        without_faults: Some(record(&other)),
+        bless: false,
+    };
     for (expect, expected) in cases {
         let (found, message) = verdict(expect, &tried, folder.path());
         assert_eq!(found, *expected, "{expect}: {message}");
@@ -125,6 +129,8 @@ fn counts() {
         ("what = \"telegrams_bad\", above = 0", Failed),
         ("what = \"reconnects\", equals = 0", Passed),
         ("what = \"reconnects\", on = \"sut\", equals = 0", Error),
+        // Nothing tells here who takes scans.
+        ("what = \"unheard_s\", equals = 0", Error),
     ]);
 }
 
@@ -177,6 +183,84 @@ fn files() {
 }
 
 #[test]
+fn files_that_tell_nothing_of_the_drive_are_not_compared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |content: &str, before: Option<u64>| {
+        std::fs::write(folder.path().join("log"), content).expect("written");
+        let bytes_before = before.map(|bytes| ("log".to_owned(), bytes)).into_iter().collect();
+        let run = || RunRecord { bytes_before: BTreeMap::clone(&bytes_before), ..record(folder.path()) };
+        let tried = Runs { all: vec![run(), run()], without_faults: Some(run()), bless: false };
+        [
+            "what = \"same_bytes\", of = \"log\"",
+            "what = \"bytes_of\", file = \"log\", equals_run_without = \"faults\"",
+        ]
+        .map(|expect| verdict(expect, &tried, folder.path()).0)
+    };
+    assert_eq!(judged("started\n1\n", Some(8)), [Passed; 2]);
+    assert_eq!(judged("started\n", None), [Passed; 2], "it was not there before");
+    assert_eq!(judged("started\n", Some(8)), [Error; 2], "nothing came since");
+    assert_eq!(judged("", None), [Error; 2]);
+}
+
+#[test]
+fn what_was_open_when_a_controller_crashed_is_not_judged() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("log"), "1\n").expect("written");
+    let judged = |expect: &str, code: i32, at_s: f64| {
+        let mut run = record(folder.path());
+        run.events.insert(3, event("sut.exited", at_s));
+        run.children.get_mut("sut").expect("there").exit_code = Some(code);
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+    };
+    let lost = "what = \"scans_lost\", equals = 1";
+    assert_eq!(judged(lost, 3, 0.8), Error);
+    assert_eq!(judged("what = \"scans_lost\", equals = 0", 3, 0.8), Error, "and no failure");
+    assert_eq!(judged(lost, 0, 0.8), Passed, "one that has done its work");
+    // Decided before.
+    assert_eq!(judged("what = \"first_scan\", within_s = 0.03", 3, 0.8), Passed);
+    assert_eq!(judged("what = \"first_scan\", within_s = 0.01", 3, 0.8), Failed);
+    assert_eq!(judged("what = \"scans_lost\", between = [\"early\", \"late\"], equals = 1", 3, 0.8), Passed);
+    assert_eq!(judged("what = \"log\", matches = \"x\"", 3, 0.4), Error, "it matched at 0.5 s");
+    // Somebody expects the crash.
+    let expected = format!("{lost} }}, {{ what = \"exit_code\", equals = 3");
+    assert_eq!(judged(&expected, 3, 0.8), Passed);
+}
+
+#[test]
+fn a_margin_below_the_hosts_jitter_is_no_verdict() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |within_s: f64, p99_ms: u64| {
+        let ms = Duration::from_millis;
+        let jitter = Some(Jitter { p50: ms(1), p99: ms(p99_ms), worst: ms(90) });
+        let run = RunRecord { jitter, ..record(folder.path()) };
+        // The scan comes after 0.02 s.
+        let expect = format!("what = \"first_scan\", within_s = {within_s}");
+        verdict(&expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+    };
+    assert_eq!((judged(0.03, 9), judged(0.01, 9)), (Passed, Failed));
+    assert_eq!((judged(0.03, 11), judged(0.01, 11)), (Error, Error));
+}
+
+#[test]
+fn a_golden_file_is_written_anew_and_told_where_it_differs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("log"), "1\n2\n3\n").expect("written");
+    std::fs::write(folder.path().join("golden"), "1\n4\n3\n").expect("written");
+    let judged = |bless: bool| {
+        let tried = Runs { all: vec![record(folder.path())], without_faults: None, bless };
+        verdict("what = \"bytes_of\", file = \"log\", equals = \"golden\"", &tried, folder.path())
+    };
+    let (found, message) = judged(false);
+    assert_eq!(found, Failed);
+    assert!(message.contains("line 2: found `2`, expected `4`"), "{message}");
+    assert_eq!((judged(true).0, judged(false).0), (Passed, Passed));
+    // Nothing that tells nothing becomes golden.
+    std::fs::write(folder.path().join("log"), "").expect("written");
+    assert_eq!(judged(true).0, Error);
+    assert_eq!(std::fs::read(folder.path().join("golden")).expect("there"), b"1\n2\n3\n");
+}
+
+#[test]
 fn exit_codes() {
     holds(&[
         ("what = \"exit_code\", equals = 3", Passed),
@@ -197,10 +281,10 @@ fn what_needs_the_sprayer_is_not_judged() {
 fn nothing_is_judged_of_a_run_that_broke_off() {
     let folder = tempfile::tempdir().expect("a folder");
     let broken = RunRecord { error: Some("no acknowledgement".to_owned()), ..record(folder.path()) };
-    let tried = Runs { all: vec![broken], without_faults: None };
+    let tried = Runs { all: vec![broken], without_faults: None, bless: false };
     let (found, message) = verdict("what = \"exit_code\", equals = 3", &tried, folder.path());
     assert_eq!((found, message.as_str()), (Error, "no acknowledgement"));
-    let tried = Runs { all: vec![record(folder.path())], without_faults: None };
+    let tried = Runs { all: vec![record(folder.path())], without_faults: None, bless: false };
     let without = "what = \"impacted_total_area_m2\", equals_run_without = \"faults\"";
     assert_eq!(verdict(without, &tried, folder.path()).0, Error);
 }

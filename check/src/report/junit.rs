@@ -65,7 +65,13 @@ fn testcase(tried: &Tried, case: &Case, out: &mut String) {
         Verdict::Failed => bad("failure"),
         Verdict::Error => bad("error"),
     };
-    put(out, format_args!("        <{testcase}>\n            {inside}\n        </testcase>"));
+    // As Jenkins' attachments plugin finds files.
+    let attached = case.picture.iter().map(|picture| {
+        let name = escaped(&one_line(&picture.display().to_string()));
+        format!("\n            <system-out>[[ATTACHMENT|{name}]]</system-out>")
+    });
+    let attached: String = attached.collect();
+    put(out, format_args!("        <{testcase}>\n            {inside}{attached}\n        </testcase>"));
 }
 
 /// How many cases there are, and how many of each bad kind.

@@ -42,6 +42,7 @@ pub(crate) fn details(case: &Case) -> Vec<String> {
         lines.push(format!("at {t_s:.3} s, row {row_m:.2} m{tree}"));
     }
     lines.extend(case.last_events.iter().map(|event| format!("event {}", one_line(event))));
+    lines.extend(case.picture.iter().map(|picture| format!("picture {}", picture.display())));
     lines.push(format!("again: {}", case.rerun));
     lines
 }

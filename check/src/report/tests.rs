@@ -13,6 +13,7 @@ fn case(name: &str, verdict: Verdict, message: &str) -> Case {
         tree: Some(1),
         last_events: vec!["1.400 s, 0.70 m: left.disconnected".to_owned()],
         rerun: "rowscan check a.toml --seed 7".to_owned(),
+        picture: None,
     }
 }
 

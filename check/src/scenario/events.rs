@@ -7,6 +7,7 @@ use rowscan_strict_toml::suggestion;
 use super::{Expect, Scenario};
 use crate::fault::ScenarioFault;
 use crate::journal::END;
+use crate::judged;
 use crate::what::Kind;
 
 /// Events of a device.
@@ -68,7 +69,12 @@ impl Events {
     pub(super) fn check(&self, expect: &Expect, faults: &[ScenarioFault]) -> Result<(), String> {
         let between =
             expect.between_events.iter().flat_map(|(from, to)| [("between", from), ("between", to)]);
+        // Counts go from event to event, in their order.
+        let may_be_place = !matches!(expect.what.kind, Kind::Count(_));
         for (key, name) in expect.after.iter().map(|after| ("after", after)).chain(between) {
+            if key == "after" && may_be_place && judged::row_place(name).is_some() {
+                continue;
+            }
             if !self.names.contains(name) {
                 let known: Vec<&str> = self.names.iter().map(String::as_str).collect();
                 return Err(format!("`{key}`: no event is called `{name}` here{}", suggestion(name, &known)));

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::journal::END;
+use crate::signal::{Must, SignalKeys, Source};
 use crate::what::{self, Count, Kind, WHATS, What};
 
 /// What `equals` says where the device itself tells how much is right.
@@ -60,6 +61,31 @@ pub(super) struct Table {
     /// A regular expression that a line of the output matches.
     #[schemars(example = &"scanner lost")]
     matches: Option<String>,
+    /// The signal: a bus and a name of its DBC file, `can0:Nozzles.Section3`; a bus, with `pgn` and `bytes`; a sentence's field, `gnss:GGA.6`; or a
+    /// child, with `matches`.
+    #[schemars(example = &"can0:Nozzles.Section3")]
+    signal: Option<String>,
+    /// The J1939 parameter group of a signal.
+    #[schemars(range(max = 0x3_FFFF), example = 65296)]
+    pgn: Option<u32>,
+    /// Its bytes in that: the first, from 0, and how many, the low one first.
+    #[schemars(example = (2, 1))]
+    bytes: Option<(u8, u8)>,
+    /// The signal becomes another value.
+    #[schemars(example = true)]
+    changes: Option<bool>,
+    /// The signal is not heard.
+    #[schemars(example = true)]
+    silent: Option<bool>,
+    /// What is expected of the signal never is.
+    #[schemars(example = true)]
+    never: Option<bool>,
+    /// The signal comes so often, simulated seconds; `tolerance` is how much sooner or later it may be, a tenth where left out.
+    #[schemars(example = 0.1)]
+    every_s: Option<f64>,
+    /// It holds so long, simulated seconds.
+    #[schemars(example = 0.5)]
+    for_s: Option<f64>,
     /// Runs that must agree; 2 where left out.
     #[schemars(example = 2)]
     runs: Option<u32>,
@@ -108,6 +134,10 @@ pub struct Expect {
     pub equals_text: Option<String>,
     /// The same of a run without faults.
     pub equals_run_without: Option<String>,
+    /// The signal.
+    pub signal: Option<SignalKeys>,
+    /// Where that is heard, once the scenario's buses and children are known.
+    pub source: Option<Source>,
     /// The pattern of a log line.
     pub matches: Option<Pattern>,
     /// Runs that must agree.
@@ -183,6 +213,14 @@ impl Table {
             ("p95_below", self.p95_below.is_some()),
             ("tolerance", self.tolerance.is_some()),
             ("matches", self.matches.is_some()),
+            ("signal", self.signal.is_some()),
+            ("pgn", self.pgn.is_some()),
+            ("bytes", self.bytes.is_some()),
+            ("changes", self.changes.is_some()),
+            ("silent", self.silent.is_some()),
+            ("never", self.never.is_some()),
+            ("every_s", self.every_s.is_some()),
+            ("for_s", self.for_s.is_some()),
             ("runs", self.runs.is_some()),
             ("all", self.all.is_some()),
             ("edge", self.edge.is_some()),
@@ -214,6 +252,7 @@ impl TryFrom<Table> for Expect {
         }
         let expect = Self::of(what, table)?;
         expect.complete()?;
+        expect.check_signal()?;
         expect.check_window()?;
         expect.check_numbers()?;
         Ok(expect)
@@ -227,6 +266,9 @@ fn check_text(kind: Kind, text: &str) -> Result<(), String> {
         Kind::BytesOf => "the path of a file",
         Kind::Count(Count::ScansLost) if text == DEVICE => return Ok(()),
         Kind::Count(Count::ScansLost) => "a number or \"device\"",
+        // The name of a value; the scenario knows the DBC file.
+        Kind::Signal if !text.is_empty() => return Ok(()),
+        Kind::Signal => "a number or a value's name",
         _ => "a number",
     };
     Err(format!("`equals`: expected {expected}, found \"{text}\""))
@@ -280,6 +322,18 @@ impl Expect {
                 .map_err(|error| format!("`matches`: `{text}` is no pattern: {error}"))
         };
         let names_file = what.kind == Kind::SameBytes;
+        let signal = table.signal.map(|name| SignalKeys {
+            name,
+            pgn: table.pgn,
+            bytes: table.bytes,
+            must: Must {
+                change: table.changes.unwrap_or(false),
+                be_silent: table.silent.unwrap_or(false),
+                never: table.never.unwrap_or(false),
+                for_s: table.for_s,
+                every_s: table.every_s,
+            },
+        });
         Ok(Self {
             what,
             file: if names_file { table.of.clone() } else { table.file },
@@ -297,6 +351,8 @@ impl Expect {
             },
             equals_text,
             equals_run_without: table.equals_run_without,
+            signal,
+            source: None,
             matches: table.matches.map(pattern).transpose()?.map(Pattern),
             runs: table.runs.unwrap_or(2),
         })
@@ -309,9 +365,13 @@ impl Expect {
         let compared = self.equals_text.is_some() || self.equals_run_without.is_some();
         match self.what.kind {
             Kind::NextScan if self.within_s.is_none() => lacks("`within_s`"),
-            Kind::Count(_) | Kind::Measure(_) | Kind::FaultActs if self.bounds.is_empty() && !compared => {
+            Kind::Count(_) | Kind::Unheard | Kind::Measure(_) | Kind::FaultActs
+                if self.bounds.is_empty() && !compared =>
+            {
                 lacks("`equals`, `above`, `below` or `between`")
             }
+            Kind::BusLoad if self.bounds.is_empty() => lacks("`above`, `below` or `between`"),
+            Kind::Signal if self.signal.is_none() => lacks("`signal`"),
             Kind::FaultActs if self.on.is_none() => lacks("`of`, the fault"),
             Kind::Log if self.matches.is_none() => lacks("`matches`"),
             Kind::BytesOf if self.file.is_none() => lacks("`file`"),
@@ -319,6 +379,33 @@ impl Expect {
             Kind::SameBytes if self.file.is_none() => lacks("`of`, the file"),
             Kind::SameBytes if self.runs < 2 => Err("`runs`: expected 2 or more".to_owned()),
             _ => Ok(()),
+        }
+    }
+
+    /// Refuses a signal that must do several things at once, or nothing.
+    fn check_signal(&self) -> Result<(), String> {
+        let Some(SignalKeys { must, .. }) = &self.signal else { return Ok(()) };
+        let is_bound = !self.bounds.is_empty() || self.equals_text.is_some();
+        let without = self.equals_run_without.is_some();
+        let given = [
+            ("changes", must.change),
+            ("silent", must.be_silent),
+            ("every_s", must.every_s.is_some()),
+            ("equals_run_without", without),
+            ("a value's bounds", is_bound),
+        ];
+        let given: Vec<&str> =
+            given.into_iter().filter(|(_, is_given)| *is_given).map(|(key, _)| key).collect();
+        if let [first, second, ..] = given.as_slice() {
+            return Err(format!("{first} and {second} are two expectations of `signal`; write two"));
+        }
+        let wrong = |key: &str, with: &str| Err(format!("`{key}` goes with {with} of `signal`"));
+        match () {
+            () if must.never && !(must.change || is_bound) => wrong("never", "a value's bounds or `changes`"),
+            () if must.never && (self.within_s.is_some() || must.for_s.is_some()) => Err("`never` is of the whole time; leave `within_s` and `for_s` out".to_owned()),
+            () if must.for_s.is_some() && !(is_bound || must.be_silent || must.every_s.is_some()) => wrong("for_s", "a value's bounds, `silent` or `every_s`"),
+            () if given.is_empty() && self.within_s.is_none() => Err("`signal` expects nothing yet; add `equals`, `above`, `below`, `changes`, `silent`, `every_s` or `within_s`".to_owned()),
+            () => Ok(()),
         }
     }
 
@@ -354,6 +441,8 @@ impl Expect {
         let numbers = [
             ("within_s", self.within_s, 0.0),
             ("tolerance", Some(tolerance), 0.0),
+            ("for_s", self.signal.as_ref().and_then(|signal| signal.must.for_s), f64::MIN_POSITIVE),
+            ("every_s", self.signal.as_ref().and_then(|signal| signal.must.every_s), f64::MIN_POSITIVE),
             ("abs_below", abs_below, f64::MIN_POSITIVE),
             ("equals", equals, f64::MIN),
             ("above", above, f64::MIN),
@@ -366,7 +455,7 @@ impl Expect {
             .find(|(_, value, lowest)| value.is_some_and(|value| !(*lowest..=f64::MAX).contains(&value)));
         let Some((key, Some(found), lowest)) = wrong else { return Ok(()) };
         let expected = match key {
-            "abs_below" => "a number above 0".to_owned(),
+            "abs_below" | "for_s" | "every_s" => "a number above 0".to_owned(),
             _ if lowest == f64::MIN => "a finite number".to_owned(),
             _ => format!("a number from {lowest} on"),
         };
@@ -376,6 +465,7 @@ impl Expect {
     /// What it expects of whom, in a few words: the same words in every run.
     pub fn title(&self) -> String {
         let mut title = self.what.name.to_owned();
+        title += &self.signal.as_ref().map_or(String::new(), SignalKeys::title);
         for (word, text) in [("of", &self.file), ("on", &self.on), ("after", &self.after)] {
             if let Some(text) = text {
                 title += &format!(" {word} {text}");

@@ -267,6 +267,9 @@ pub(super) struct BusTable {
     /// Its ports, where it has several: each hears what the others say.
     #[schemars(example = ["socketcand:127.0.0.1:0", "candump:{run}/bus.log"])]
     pub(super) ports: Option<Vec<String>>,
+    /// The DBC file that names its signals, from this file.
+    #[schemars(example = &"nozzles.dbc")]
+    pub(super) dbc: Option<String>,
 }
 
 impl BusTable {
@@ -298,12 +301,56 @@ pub(super) struct RunTable {
     /// Program and arguments, with placeholders such as `{left.tcp}`.
     #[schemars(example = ["python3", "{scenario}/controller.py", "{left.tcp}"])]
     pub(super) command: Vec<String>,
+    /// Which time its clocks, sleeps and time-outs go by: the host's, or in lockstep the simulated one (docs/lockstep.md).
+    #[serde(default)]
+    pub(super) time: Time,
     /// When it is ready: exactly one key; at once where left out.
     pub(super) ready: Option<ReadyTable>,
+    /// In lockstep, how long it computes: what it says on a bus takes effect so much later. `{ s = 0.02 }`, or `"measured"`: the processor time of its threads
+    /// in the step.
+    #[schemars(example = compute_example())]
+    pub(super) compute: Option<ComputeTable>,
+    /// What measured processor time is multiplied by: how much slower the controller's own computer is; 1 where left out.
+    #[schemars(range(min = 0.001, max = 1000.0), example = 4.0)]
+    pub(super) cpu_factor: Option<f64>,
     /// Its environment beside the bench's own, with placeholders.
     #[serde(default)]
     #[schemars(example = env_example())]
     pub(super) env: BTreeMap<String, String>,
+}
+
+/// `compute`: a time, or that it is measured.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(untagged)]
+pub(super) enum ComputeTable {
+    /// Always so long.
+    Fixed(ComputeTime),
+    /// `measured`.
+    Named(String),
+}
+
+/// `compute = { s = … }`
+#[derive(Clone, Copy, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ComputeTime {
+    /// Simulated seconds.
+    #[schemars(range(min = 0.0, max = 60.0), example = 0.02)]
+    pub(super) s: f64,
+}
+
+fn compute_example() -> serde_json::Value {
+    serde_json::json!({ "s": 0.02 })
+}
+
+/// Which time a child goes by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Time {
+    /// The host's.
+    #[default]
+    Host,
+    /// Simulated time: it waits for the child's timers, and they for it.
+    Simulated,
 }
 
 /// `ready = { … }`: exactly one key.

@@ -16,8 +16,8 @@ use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_strict_toml::{TomlError, from_toml};
 
 pub use expect::{Bounds, Expect};
-pub use file::Mode;
 use file::ScenarioFile;
+pub use file::{Mode, Time};
 
 use crate::fault::ScenarioFault;
 use crate::frames::FramePattern;
@@ -137,6 +137,8 @@ pub struct BusSpec {
     pub id: String,
     /// Its ports, as `emulate --can` takes them: each hears what the others say.
     pub ports: Vec<String>,
+    /// The DBC file that names its signals, from the scenario.
+    pub dbc: Option<String>,
 }
 
 /// A place for GNSS sentences by name.
@@ -155,10 +157,23 @@ pub struct RunSpec {
     pub id: String,
     /// Program and arguments, with placeholders.
     pub command: Vec<String>,
+    /// Which time it goes by.
+    pub time: Time,
     /// When it is ready.
     pub ready: Ready,
+    /// In lockstep, how long it computes.
+    pub compute: Option<ComputeSpec>,
     /// Its environment besides ours, with placeholders.
     pub env: BTreeMap<String, String>,
+}
+
+/// How long a child computes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ComputeSpec {
+    /// Always so long.
+    Fixed(Duration),
+    /// The processor time of its threads in the step, so many times.
+    Measured(f64),
 }
 
 /// When a child is ready.

@@ -11,11 +11,15 @@ use rowscan_protocol::model::AnyModel;
 
 use super::events::Events;
 use super::file::{
-    AckValue, BusTable, ClockTable, DeviceTable, EndTable, Mode, OFF, PortName, PortTable, ReadyTable,
-    RunTable, ScenarioFile,
+    AckValue, BusTable, ClockTable, ComputeTable, ComputeTime, DeviceTable, EndTable, Mode, OFF, PortName,
+    PortTable, ReadyTable, RunTable, ScenarioFile, Time,
 };
-use super::{BusSpec, Clock, DeviceKind, DeviceSpec, End, PortSpec, Ready, RunSpec, Scenario};
+use super::{BusSpec, Clock, ComputeSpec, DeviceKind, DeviceSpec, End, PortSpec, Ready, RunSpec, Scenario};
 use crate::fault::ScenarioFault;
+use crate::signal::{Names, Source, Ways};
+
+/// The largest DBC file.
+const LARGEST_DBC: u64 = 64 * 1024 * 1024;
 
 /// The version of the format.
 const VERSION: u32 = 1;
@@ -38,13 +42,14 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     for run in runs {
         settled_runs.push(settled(run)?);
     }
+    check_time(&settled_runs, &clock)?;
     let devices = file.device.unwrap_or_default();
     let is_off = |device: &&DeviceTable| device.start.as_ref().is_some_and(|start| start.0 == OFF);
     let off: Vec<String> = devices.iter().filter(is_off).map(|device| device.id.clone()).collect();
     check_power(&off, &faults)?;
     let devices = devices.into_iter().enumerate().map(|(place, table)| device(place, table, clock.mode));
     let devices = devices.collect::<Result<_, _>>()?;
-    let scenario = Scenario {
+    let mut scenario = Scenario {
         path: path.to_owned(),
         scene: file.scene.ok_or_else(|| missing("scene"))?,
         seed: file.seed,
@@ -60,6 +65,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
         refusal,
     };
     check(&scenario)?;
+    signals(&mut scenario)?;
     Ok(scenario)
 }
 
@@ -86,13 +92,51 @@ fn buses(tables: Option<Vec<BusTable>>) -> Result<Vec<BusSpec>, String> {
             Err(format!("bus `{}`: `port` and `ports` both say where it is; leave one out", table.id))
         }
         (_, 0) => Err(format!("bus `{}`: it has no port; add `ports = [\"…\"]`", table.id)),
-        _ => Ok(BusSpec { ports: table.all().cloned().collect(), id: table.id }),
+        _ => Ok(BusSpec { ports: table.all().cloned().collect(), id: table.id, dbc: table.dbc }),
     };
     tables.unwrap_or_default().into_iter().map(bus).collect()
 }
 
 fn ports_of(tables: Option<Vec<PortTable>>) -> Vec<PortSpec> {
     tables.unwrap_or_default().into_iter().map(|PortTable { id, port }| PortSpec { id, port }).collect()
+}
+
+/// Finds where each signal is heard.
+fn signals(scenario: &mut Scenario) -> Result<(), String> {
+    if scenario.expects.iter().all(|expect| expect.signal.is_none()) {
+        return Ok(());
+    }
+    let folder = scenario.folder().to_owned();
+    let read = |bus: &BusSpec| -> Result<Option<Names>, String> {
+        let Some(file) = &bus.dbc else { return Ok(None) };
+        let path = folder.join(file);
+        let told =
+            |why: &dyn std::fmt::Display| format!("`dbc` of bus `{}`, {}: {why}", bus.id, path.display());
+        let bytes = rowscan_files::read(&path, LARGEST_DBC).map_err(|cause| told(&cause))?;
+        // Units and comments of older files are Latin-1.
+        let text = String::from_utf8(bytes)
+            .unwrap_or_else(|error| error.as_bytes().iter().map(|byte| char::from(*byte)).collect());
+        Names::read(&text).map(Some).map_err(|error| told(&error))
+    };
+    let databases = scenario.buses.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let ways = Ways {
+        buses: scenario.buses.iter().map(|bus| bus.id.as_str()).zip(databases).collect(),
+        nmea: scenario.nmea.iter().map(|place| place.id.as_str()).collect(),
+        runs: scenario.runs.iter().map(|run| run.id.as_str()).collect(),
+    };
+    for (number, expect) in scenario.expects.iter_mut().enumerate() {
+        let Some(keys) = &expect.signal else { continue };
+        let told = |message| format!("expectation {}, `{}`: {message}", number + 1, expect.what.name);
+        let source = Source::resolve(keys, expect.matches.is_some(), &ways).map_err(told)?;
+        if let Some(name) = &expect.equals_text {
+            expect.bounds.equals = Some(source.named(name).map_err(told)?);
+        }
+        if let Source::Log { child } = &source {
+            expect.on = Some(child.clone());
+        }
+        expect.source = Some(source);
+    }
+    Ok(())
 }
 
 /// Refuses what contradicts itself.
@@ -102,6 +146,23 @@ fn check(scenario: &Scenario) -> Result<(), String> {
     }
     if scenario.seeds == 0 {
         return Err("`repeat`: expected 1 seed or more, found 0".to_owned());
+    }
+    let computing: Vec<&str> =
+        scenario.runs.iter().filter(|run| run.compute.is_some()).map(|run| run.id.as_str()).collect();
+    match computing.as_slice() {
+        [_, _, ..] => {
+            return Err(format!(
+                "`compute`: expected it of one run, found it of {}: nobody could say whose frames on a bus are late",
+                computing.join(" and ")
+            ));
+        }
+        [_] if scenario.clock.mode == Mode::Paced => {
+            return Err(
+                "`compute` is of a clock in lockstep: on a paced one a controller takes the time it takes"
+                    .to_owned(),
+            );
+        }
+        _ => {}
     }
     if scenario.devices.is_empty() {
         return Err("it has no scanner; add a [[device]]".to_owned());
@@ -182,6 +243,22 @@ fn clock(table: &ClockTable, runs: &[RunTable], refusal: &mut Option<String>) ->
     Ok(Clock { mode: table.mode, scale, acks, deadline, startup })
 }
 
+/// Refuses simulated time for children where nobody can see when they have dealt with their timers.
+fn check_time(runs: &[RunSpec], clock: &Clock) -> Result<(), String> {
+    let Some(run) = runs.iter().find(|run| run.time == Time::Simulated) else { return Ok(()) };
+    match (clock.mode, &clock.acks[..]) {
+        (Mode::Lockstep, [Ack::Idle]) => Ok(()),
+        (Mode::Lockstep, _) => Err(format!(
+            "`time` of run `{}`: simulated time needs to see that children are idle: expected `ack` idle alone; leave `ack` out",
+            run.id
+        )),
+        (Mode::Paced, _) => Err(format!(
+            "`time` of run `{}`: only a clock in lockstep waits for a child's timers: add `clock = {{ mode = \"lockstep\" }}`",
+            run.id
+        )),
+    }
+}
+
 fn end(table: EndTable) -> Result<End, String> {
     let wrong = |expected: &str, found: f64| Err(format!("`end`: expected {expected}, found {found}"));
     match (table.row_m, table.s, table.scans) {
@@ -249,6 +326,31 @@ fn device(place: usize, table: DeviceTable, mode: Mode) -> Result<DeviceSpec, St
     Ok(DeviceSpec { scanner: table.scanner.unwrap_or(place), id, kind, profile })
 }
 
+fn compute(
+    id: &str,
+    table: Option<ComputeTable>,
+    factor: Option<f64>,
+) -> Result<Option<ComputeSpec>, String> {
+    let wrong = |key: &str, expected: &str, found: &dyn std::fmt::Display| {
+        Err(format!("`{key}` of run `{id}`: expected {expected}, found {found}"))
+    };
+    match (table, factor) {
+        (Some(ComputeTable::Fixed(ComputeTime { s })), None) if (0.0..=60.0).contains(&s) => {
+            Ok(Some(ComputeSpec::Fixed(Duration::from_secs_f64(s))))
+        }
+        (Some(ComputeTable::Fixed(ComputeTime { s })), None) => wrong("compute", "0 to 60 seconds", &s),
+        (Some(ComputeTable::Named(name)), _) if name != "measured" => {
+            wrong("compute", "{ s = SECONDS } or \"measured\"", &format!("\"{name}\""))
+        }
+        (Some(ComputeTable::Named(_)), Some(factor)) if !(0.001..=1000.0).contains(&factor) => {
+            wrong("cpu_factor", "0.001 to 1000", &factor)
+        }
+        (Some(ComputeTable::Named(_)), factor) => Ok(Some(ComputeSpec::Measured(factor.unwrap_or(1.0)))),
+        (None, None) => Ok(None),
+        (_, Some(factor)) => wrong("cpu_factor", "it beside `compute = \"measured\"`", &factor),
+    }
+}
+
 /// Refuses a device that is off for good.
 fn check_power(off: &[String], faults: &[ScenarioFault]) -> Result<(), String> {
     let powers = |id: &String| {
@@ -298,5 +400,6 @@ fn settled(run: RunTable) -> Result<RunSpec, String> {
         }
         Some(_) => return Err(wrong()),
     };
-    Ok(RunSpec { id: run.id, command: run.command, ready, env: run.env })
+    let compute = compute(&run.id, run.compute, run.cpu_factor)?;
+    Ok(RunSpec { id: run.id, command: run.command, time: run.time, ready, compute, env: run.env })
 }

@@ -46,7 +46,7 @@ pub(crate) fn deliver<'a>(witness: &Witness, telegrams: impl IntoIterator<Item =
 
 /// Lost, repeated, bad, connections.
 fn counted(witness: &Witness) -> (u64, u64, u64, u64) {
-    let counts = witness.close()["left"].counts();
+    let counts = witness.close(true)["left"].counts();
     (counts.scans_lost, counts.scans_repeated, counts.telegrams_bad, counts.connections)
 }
 
@@ -54,7 +54,7 @@ fn counted(witness: &Witness) -> (u64, u64, u64, u64) {
 fn whole_telegrams_are_no_fault() {
     let (witness, telegrams) = bench(10);
     deliver(&witness, &telegrams);
-    let streams = witness.close();
+    let streams = witness.close(true);
     let stream = &streams["left"];
     assert_eq!((stream.counts().scans, stream.scan_times.len()), (10, 10));
     assert_eq!(stream.counts().rare(), Counts { connections: 1, ..Counts::default() });
@@ -83,7 +83,7 @@ fn scans_before_the_drive_are_counted_and_measure_nothing() {
     let journal = Journal::new(rowscan_emulator::Rig::new(standing(), TimeScale::Max).clock(), standing());
     let still = Witness { journal, seen: Arc::clone(&witness.seen) };
     deliver(&still, &telegrams);
-    let streams = still.close();
+    let streams = still.close(true);
     let estimate = streams["left"].estimate.as_ref().expect("closed");
     assert_eq!((streams["left"].counts().scans, estimate.scans), (4, 0));
 }
@@ -151,7 +151,7 @@ fn counts_at_one_instant_keep_the_order_of_the_events() {
     journal.note("before", "");
     deliver(&witness, telegrams.iter().enumerate().filter(|(n, _)| *n != 4).map(|(_, telegram)| telegram));
     journal.note("after", "");
-    let streams = witness.close();
+    let streams = witness.close(true);
     let number = |name: &str| journal.events().iter().position(|event| event.event == name).expect(name);
     let lost = |name: &str| streams["left"].counts_at(number(name)).scans_lost;
     assert_eq!((lost("before"), lost("after")), (0, 1));

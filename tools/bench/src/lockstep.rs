@@ -14,7 +14,7 @@ use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{Ack, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{EmulatorConfig, EndWhen, Rig};
+use rowscan_emulator::{Compute, EmulatorConfig, EndWhen, Rig};
 use rowscan_protocol::model;
 use rowscan_recording::Taps;
 use tokio::runtime::Builder;
@@ -76,7 +76,10 @@ async fn drive(stage: &Stage, level: &str, way_m: f64) -> (f64, Duration) {
     let mut streams = Vec::new();
     if !level.is_empty() {
         let acks = vec![level.parse::<Ack>().expect("a level")];
-        let lockstep = Lockstep::open(LockstepConfig { acks, deadline: DEADLINE }).await.expect("it opens");
+        let lockstep =
+            Lockstep::open(LockstepConfig { acks, deadline: DEADLINE, compute: Compute::default() })
+                .await
+                .expect("it opens");
         streams.extend(lockstep.endpoints().map(|(name, address)| argument(name, address)));
         rig = rig.in_lockstep(lockstep);
     }

@@ -56,6 +56,18 @@ const RULES: &[Rule] = &[
         why: "recordings know files and telegrams, no async and no socket",
     },
     Rule {
+        package: "rowscan-child-clock",
+        features: Features::All,
+        forbidden: &["tokio", "mio", "socket2", "serde", "rowscan-protocol", "rowscan"],
+        why: "bench and child share a page and nothing else",
+    },
+    Rule {
+        package: "rowscan-child-clock-preload",
+        features: Features::All,
+        forbidden: &["tokio", "mio", "socket2", "serde", "rowscan-protocol", "rowscan"],
+        why: "what is loaded into somebody else's program is small",
+    },
+    Rule {
         package: "rowscan-canopy",
         features: Features::All,
         forbidden: &[

@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::counts::Counts;
 use crate::shell::{self, Limit};
 use crate::steps::Outcome;
-use crate::workspace::{FULL, Workspace};
+use crate::workspace::{CHILD_CLOCK, FULL, Workspace};
 
 /// A hanging test fails the run and does not hang it. libtest says nothing while a test runs; the longest takes half a minute on an
 /// idle machine, and a loaded one may take ten times as long.
@@ -26,9 +26,15 @@ pub struct Program {
     pub folder: PathBuf,
 }
 
-/// Builds every test of the workspace, and the binary with them.
+/// Builds every test of the workspace, and with them the binary and the library that it starts children with.
 pub fn build(workspace: &Workspace) -> Outcome {
-    Outcome::from_result(workspace.build_binary().and_then(|()| programs(workspace).map(drop)))
+    let library = || match cfg!(target_os = "linux") {
+        true => shell::run(&mut workspace.cargo(&["build", "-p", CHILD_CLOCK])),
+        false => Ok(()),
+    };
+    Outcome::from_result(
+        workspace.build_binary().and_then(|()| library()).and_then(|()| programs(workspace).map(drop)),
+    )
 }
 
 /// Runs what [`build`] built, one program after the other.

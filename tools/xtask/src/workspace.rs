@@ -10,6 +10,9 @@ use crate::shell;
 /// Every part of the program: what tests see and what ships. Without it cargo builds what README's first pages use.
 pub const FULL: [&str; 2] = ["--features", "rowscan/full"];
 
+/// The package of the library that puts children on simulated time: no other package has the library built.
+pub const CHILD_CLOCK: &str = "rowscan-child-clock-preload";
+
 /// How a program is compiled.
 #[derive(Clone, Copy, Debug)]
 pub enum Profile {

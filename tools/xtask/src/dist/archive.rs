@@ -1,4 +1,4 @@
-//! The archive: one folder with the binary, its manual, completions, licences, the systemd unit and the Containerfile.
+//! The archive: one folder with the binary, the library for children's time, the manual, completions, licences, the systemd unit and the Containerfile.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,10 +31,12 @@ const SAME_BYTES: &[&str] = &[
 ];
 
 /// Packs it; where it is.
-pub(super) fn make(dist: &Dist<'_>, binary: &Path) -> Result<PathBuf, String> {
+pub(super) fn make(dist: &Dist<'_>, binary: &Path, library: Option<&Path>) -> Result<PathBuf, String> {
     let name = format!("rowscan-{}-{}", dist.version, dist.target);
     let stage = dist.folder.join(&name);
-    files::copy(binary, &stage.join(binary.file_name().unwrap_or_default()))?;
+    for built in library.into_iter().chain([binary]) {
+        files::copy(built, &stage.join(built.file_name().unwrap_or_default()))?;
+    }
     for file in FILES {
         let from = dist.workspace.root.join(file);
         files::copy(&from, &stage.join(from.file_name().unwrap_or_default()))?;

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use super::{Dist, files};
 use crate::shell;
+use crate::workspace::CHILD_CLOCK;
 
 /// Bytes that the binary may have.
 const MOST: u64 = 20_000_000;
@@ -42,6 +43,21 @@ pub(super) fn build(dist: &Dist<'_>) -> Result<PathBuf, String> {
     }
     is_static(&binary)?;
     Ok(binary)
+}
+
+/// The library that the binary puts children on simulated time with.
+pub(super) const LIBRARY: &str = "librowscan_child_clock.so";
+
+/// Builds the library, for systems that have it. It is the children's C library's, so it is not static.
+pub(super) fn build_library(dist: &Dist<'_>) -> Result<Option<PathBuf>, String> {
+    if !dist.target.contains("linux") {
+        return Ok(None);
+    }
+    let arguments = ["build", "--locked", "--profile", "dist", "-p", CHILD_CLOCK, "--target", dist.target];
+    let mut cargo = dist.workspace.cargo(&arguments);
+    cargo.env("RUSTFLAGS", "").arg("--target-dir").arg(&dist.build);
+    shell::run(&mut cargo)?;
+    Ok(Some(built_folder(dist).join(LIBRARY)))
 }
 
 /// Where cargo puts the binary.

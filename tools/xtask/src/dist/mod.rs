@@ -124,7 +124,8 @@ fn make(workspace: &Workspace, target: &str) -> Result<Made, String> {
     let dist = Dist { workspace, target, version: version(workspace)?, folder, build };
     let binary = binary::build(&dist)?;
     manual::write(&dist, &binary)?;
-    let archive = archive::make(&dist, &binary)?;
+    let library = binary::build_library(&dist)?;
+    let archive = archive::make(&dist, &binary, library.as_deref())?;
     let package = debian::make(&dist)?;
     let given: Vec<PathBuf> = [archive.clone()].into_iter().chain(package.clone()).collect();
     archive::write_checksums(&dist.folder, &given)?;

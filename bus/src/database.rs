@@ -1,0 +1,251 @@
+//! DBC files, read: which bits of which frames a signal is. The text is read by the crate can-dbc; what its fields mean stands here.
+
+use can_dbc::{
+    AttributeValue, AttributeValuedForObjectType, ByteOrder, DBC, MessageId, MultiplexIndicator,
+    SignalExtendedValueType, ValueType,
+};
+use rowscan_strict_toml::suggestion;
+
+use crate::field::{Address, Bits, Field, Kind};
+use crate::frame::{CanId, J1939Id};
+
+/// The messages of a DBC file.
+#[derive(Clone, Debug)]
+pub struct Database(DBC);
+
+/// Why a DBC file, or a signal of it, cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DatabaseError {
+    /// The text is no DBC file.
+    #[error("line {line}: expected a DBC file, found `{found}`")]
+    Text {
+        /// The line that was not understood, from 1.
+        line: usize,
+        /// Its beginning.
+        found: String,
+    },
+    /// A name without a message.
+    #[error("expected MESSAGE.SIGNAL, found `{0}`")]
+    NoMessage(String),
+    /// No such message or signal.
+    #[error("there is no {what} `{found}`{}", suggestion(found, &known.iter().map(String::as_str).collect::<Vec<_>>()))]
+    Unknown {
+        /// `message` or `signal`.
+        what: &'static str,
+        /// What was asked for.
+        found: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// Bits that cannot be.
+    #[error("signal `{0}`: expected 1 to 64 bits, 32 or 64 of a floating point number")]
+    Width(String),
+}
+
+impl Database {
+    /// Reads the text of a DBC file.
+    ///
+    /// # Errors
+    /// Text that is none; the line says where it stops being one.
+    pub fn read(text: &str) -> Result<Self, DatabaseError> {
+        // The reader wants the last line ended.
+        let owned = format!("{text}\n");
+        let text = owned.as_str();
+        let wrong = |rest: &str| {
+            let read = text.len().saturating_sub(rest.len());
+            let line = text.get(..read).unwrap_or(text).lines().count().max(1);
+            let found = rest.trim_start().lines().next().unwrap_or_default();
+            DatabaseError::Text { line, found: found.chars().take(60).collect() }
+        };
+        match DBC::try_from(text) {
+            Ok(read) if read.messages().is_empty() => Err(wrong(text)),
+            Ok(read) => Ok(Self(read)),
+            Err(can_dbc::Error::Incomplete(_, rest)) => Err(wrong(rest)),
+            Err(_) => Err(wrong(text)),
+        }
+    }
+
+    /// The signal called `MESSAGE.SIGNAL`.
+    ///
+    /// # Errors
+    /// There is none, or its bits cannot be.
+    pub fn field(&self, name: &str) -> Result<Field, DatabaseError> {
+        let (message, signal) =
+            name.split_once('.').ok_or_else(|| DatabaseError::NoMessage(name.to_owned()))?;
+        let unknown = |what, found: &str, known: Vec<String>| DatabaseError::Unknown {
+            what,
+            found: found.to_owned(),
+            known,
+        };
+        let messages = self.0.messages();
+        let found = messages.iter().find(|known| known.message_name() == message).ok_or_else(|| {
+            unknown("message", message, messages.iter().map(|known| known.message_name().clone()).collect())
+        })?;
+        let signals = found.signals();
+        let signal = signals.iter().find(|known| known.name() == signal).ok_or_else(|| {
+            unknown("signal", signal, signals.iter().map(|known| known.name().clone()).collect())
+        })?;
+        let bits = bits(signal);
+        let kind = match (
+            self.0.extended_value_type_for_signal(*found.message_id(), signal.name()),
+            signal.value_type(),
+        ) {
+            (Some(SignalExtendedValueType::IEEEfloat32Bit | SignalExtendedValueType::IEEEdouble64bit), _) => {
+                Kind::Float
+            }
+            (_, ValueType::Signed) => Kind::Signed,
+            (_, ValueType::Unsigned) => Kind::Unsigned,
+        };
+        let is_float = kind == Kind::Float;
+        if !(1..=64).contains(&bits.size) || (is_float && !matches!(bits.size, 32 | 64)) {
+            return Err(DatabaseError::Width(name.to_owned()));
+        }
+        let switch = || self.0.message_multiplexor_switch(*found.message_id()).ok().flatten().map(self::bits);
+        let only_if = match signal.multiplexer_indicator() {
+            MultiplexIndicator::MultiplexedSignal(value)
+            | MultiplexIndicator::MultiplexorAndMultiplexedSignal(value) => {
+                switch().map(|switch| (switch, *value))
+            }
+            MultiplexIndicator::Multiplexor | MultiplexIndicator::Plain => None,
+        };
+        let named = self.0.value_descriptions_for_signal(*found.message_id(), signal.name());
+        let names = named
+            .unwrap_or_default()
+            .iter()
+            .map(|value| (*value.a() * signal.factor() + signal.offset(), value.b().clone()));
+        let address = self.address(*found.message_id());
+        Ok(Field {
+            address,
+            bits,
+            scale: *signal.factor(),
+            offset: *signal.offset(),
+            kind,
+            only_if,
+            knows_missing: matches!(address, Address::Group(_)) && !is_float,
+            names: names.collect(),
+            unit: signal.unit().clone(),
+        })
+    }
+
+    /// How a message is told from others: by its parameter group where the file says that it is one of J1939.
+    fn address(&self, id: MessageId) -> Address {
+        let id_of = match id {
+            MessageId::Standard(id) => return Address::Id(CanId::Standard(id)),
+            MessageId::Extended(bits) => CanId::Extended(bits & 0x1FFF_FFFF),
+        };
+        let is_j1939 = self.0.attribute_values().iter().any(|value| {
+            let AttributeValuedForObjectType::MessageDefinitionAttributeValue(of, Some(format)) =
+                value.attribute_value()
+            else {
+                return false;
+            };
+            *of == id && value.attribute_name() == "VFrameFormat" && is_three(format)
+        });
+        match J1939Id::of(id_of).filter(|_| is_j1939) {
+            Some(id) => Address::Group(id.pgn),
+            None => Address::Id(id_of),
+        }
+    }
+}
+
+/// The number of `J1939PG` among the frame formats.
+fn is_three(value: &AttributeValue) -> bool {
+    match value {
+        AttributeValue::AttributeValueU64(value) => *value == 3,
+        AttributeValue::AttributeValueI64(value) => *value == 3,
+        AttributeValue::AttributeValueF64(value) => *value == 3.0,
+        AttributeValue::AttributeValueCharString(value) => value == "J1939PG",
+    }
+}
+
+fn bits(signal: &can_dbc::Signal) -> Bits {
+    let big_endian = *signal.byte_order() == ByteOrder::BigEndian;
+    Bits { start: *signal.start_bit(), size: *signal.signal_size(), big_endian }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: A\n\n\
+        BO_ 291 Plain: 8 A\n SG_ Low : 4|12@1+ (0.5,-1) [0|0] \"m\" A\n SG_ High : 7|16@0- (1,0) [0|0] \"\" A\n\
+        \nBO_ 2566852736 Nozzles: 8 A\n SG_ Section1 : 0|2@1+ (1,0) [0|3] \"\" A\n SG_ Step : 8|8@1+ (1,0) [0|255] \"\" A\n\
+        \nBO_ 292 Many: 8 A\n SG_ Which M : 0|8@1+ (1,0) [0|255] \"\" A\n SG_ First m1 : 8|8@1+ (1,0) [0|255] \"\" A\n SG_ Second m2 : 8|8@1+ (1,0) [0|255] \"\" A\n\
+        \nBA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"ExtendedCAN\",\"reserved\",\"J1939PG\";\n\
+        BA_ \"VFrameFormat\" BO_ 2566852736 3;\n\nVAL_ 2566852736 Section1 0 \"closed\" 1 \"open\" ;\n";
+
+    #[test]
+    fn bits_are_worth_what_the_file_says() {
+        let database = Database::read(TEXT).expect("a DBC file");
+        let low = database.field("Plain.Low").expect("there");
+        // 0xABC in bits 4 to 15, low bit first.
+        assert_eq!(low.value(&[0xC0, 0xAB]), Some(f64::from(0xABC) * 0.5 - 1.0));
+        assert_eq!(low.value(&[0xC0]), None, "too short");
+        let high = database.field("Plain.High").expect("there");
+        assert_eq!(high.value(&[0xFF, 0xFE]), Some(-2.0), "high byte first, two's complement");
+        assert_eq!(low.address, Address::Id(CanId::Standard(291)));
+        assert!(!low.address.fits(CanId::Extended(291)));
+    }
+
+    #[test]
+    fn a_parameter_group_is_known_from_any_sender_and_can_be_not_available() {
+        let database = Database::read(TEXT).expect("a DBC file");
+        let section = database.field("Nozzles.Section1").expect("there");
+        assert!(
+            section.address.fits(CanId::Extended(0x18FF_1021))
+                && section.address.fits(CanId::Extended(0x0CFF_1080))
+        );
+        assert!(!section.address.fits(CanId::Extended(0x18FF_1180)));
+        assert_eq!((section.value(&[0b0000_0001]), section.value(&[0b11])), (Some(1.0), None));
+        assert_eq!((section.named("open"), section.named("ajar")), (Some(1.0), None));
+        assert_eq!(section.names().collect::<Vec<_>>(), ["closed", "open"]);
+    }
+
+    #[test]
+    fn a_multiplexed_signal_is_there_while_its_switch_says_so() {
+        let database = Database::read(TEXT).expect("a DBC file");
+        let second = database.field("Many.Second").expect("there");
+        assert_eq!((second.value(&[2, 7]), second.value(&[1, 7])), (Some(7.0), None));
+    }
+
+    #[test]
+    fn our_own_table_is_read_as_it_was_written() {
+        let database = Database::read(&crate::dbc()).expect("ours");
+        for message in crate::pgn::MESSAGES.iter().filter(|message| message.len <= 8) {
+            let raw: Vec<Option<f64>> = message
+                .signals
+                .iter()
+                .map(|signal| {
+                    Some(((signal.raw_min() + signal.raw_max()) / 3) as f64 * signal.scale + signal.offset)
+                })
+                .collect();
+            let bytes = message.encode(&raw);
+            for (signal, expected) in message.signals.iter().zip(message.decode(bytes.bytes())) {
+                let name = format!("{}.{}", message.name, signal.name);
+                let ours = Field::of_ours(message.name, signal.name);
+                assert_eq!(Some(database.field(&name).expect(&name)), ours, "as the table has it");
+                let found = database.field(&name).expect(&name).value(bytes.bytes());
+                // An all-ones choice is a value of ours.
+                if signal.names.is_empty() {
+                    let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
+                    assert!(found.zip(expected).is_some_and(near), "{name}: {found:?} {expected:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_named_with_what_is() {
+        let database = Database::read(TEXT).expect("a DBC file");
+        let why = |name: &str| database.field(name).map(|_| ()).expect_err("there is none").to_string();
+        assert_eq!(why("Nozzles.Sektion1"), "there is no signal `Sektion1`; did you mean `Section1`?");
+        assert!(why("Nozles.Section1").contains("`Nozzles`"), "{}", why("Nozles.Section1"));
+        assert_eq!(why("Section1"), "expected MESSAGE.SIGNAL, found `Section1`");
+        let wrong = TEXT.replace("SG_ High : 7|16@0-", "SG_ High : seven@0-");
+        let error = Database::read(&wrong).map(|_| ()).expect_err("no DBC file");
+        assert!(matches!(&error, DatabaseError::Text { line, .. } if (9..=13).contains(line)), "{error}");
+        assert!(Database::read(TEXT.trim_end()).is_ok(), "without an end of the last line");
+        assert!(Database::read("").is_err() && Database::read("hello").is_err());
+    }
+}

@@ -1,0 +1,148 @@
+//! An expectation that has been judged, and what a judge looks for in a run.
+
+use std::fmt;
+use std::time::Duration;
+
+use rowscan_protocol::time::SimTime;
+
+use crate::jitter::Jitter;
+use crate::journal::Event;
+use crate::runner::RunRecord;
+use crate::verdict::Verdict;
+
+/// An expectation that has been judged.
+#[derive(Debug)]
+pub(crate) struct Judged {
+    pub(crate) verdict: Verdict,
+    pub(crate) message: String,
+    /// The moment that is told with it; the end of the run where absent.
+    pub(crate) at: Option<SimTime>,
+    /// When nothing could change it any more; the end of the run where absent.
+    pub(crate) decided: Option<SimTime>,
+    /// How much sooner or later it would have to be for another verdict.
+    pub(crate) margin: Option<Duration>,
+}
+
+impl Judged {
+    fn new(verdict: Verdict, message: impl Into<String>) -> Self {
+        Self { verdict, message: message.into(), at: None, decided: None, margin: None }
+    }
+
+    pub(crate) fn error(message: impl Into<String>) -> Self {
+        Self::new(Verdict::Error, message)
+    }
+
+    pub(crate) fn holds(holds: bool, message: impl Into<String>) -> Self {
+        Self::new(if holds { Verdict::Passed } else { Verdict::Failed }, message)
+    }
+
+    /// Decided at `at`, by what happened then.
+    pub(crate) fn at(self, at: SimTime) -> Self {
+        Self { at: Some(at), decided: Some(at), ..self }
+    }
+
+    /// `at` is told with it.
+    pub(crate) fn told_at(self, at: SimTime) -> Self {
+        Self { at: Some(at), ..self }
+    }
+
+    /// Nothing could change it after `at`.
+    pub(crate) fn decided_at(self, at: SimTime) -> Self {
+        Self { decided: Some(at), ..self }
+    }
+
+    /// It was due at `due`, and was at `at`.
+    pub(crate) fn due(self, due: SimTime, at: SimTime) -> Self {
+        Self { margin: Some(Duration::from_nanos(due.0.abs_diff(at.0))), ..self }
+    }
+
+    /// Where the host wakes as late as that, nothing is said of what was due.
+    pub(crate) fn beside_jitter(self, scale: Option<f64>, jitter: Option<Jitter>) -> Self {
+        let (Some(margin), Some(jitter), Some(scale)) = (self.margin, jitter, scale) else { return self };
+        let coarse = jitter.p99.mul_f64(scale);
+        if margin >= coarse || self.verdict == Verdict::Error {
+            return self;
+        }
+        let message = format!(
+            "{}: off by {:.3} s, and this machine is late by up to {:.3} s of simulated time ({jitter} of its own): too coarse to judge; use a quieter machine, a slower `scale`, or lockstep",
+            self.message,
+            margin.as_secs_f64(),
+            coarse.as_secs_f64(),
+        );
+        Self { verdict: Verdict::Error, message, ..self }
+    }
+
+    /// What a controller that had crashed left unanswered tells nothing of it.
+    pub(crate) fn after_crash(self, crash: Option<Crash<'_>>) -> Self {
+        match crash {
+            Some(crash) if self.decided.is_none_or(|at| at >= crash.at) => {
+                let message = format!("{crash}; until then: {}", self.message);
+                Self { verdict: Verdict::Error, message, ..self }
+            }
+            _ => self,
+        }
+    }
+}
+
+/// A child that ended before the run with an error that nobody expects.
+#[derive(Clone, Copy)]
+pub(crate) struct Crash<'a> {
+    pub(crate) child: &'a str,
+    pub(crate) code: i32,
+    pub(crate) at: SimTime,
+}
+
+impl fmt::Display for Crash<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { child, code, at } = self;
+        write!(f, "`{child}` had crashed at {:.3} s, with code {code}", at.as_secs_f64())
+    }
+}
+
+/// The one that is meant: the one named, or the only one.
+pub(crate) fn the_one<'a>(
+    what: &str,
+    named: Option<&'a String>,
+    all: impl Iterator<Item = &'a String> + Clone,
+) -> std::result::Result<&'a str, String> {
+    let known = || all.clone().map(String::as_str).collect::<Vec<_>>().join(", ");
+    match (named, all.clone().count()) {
+        (Some(name), _) if all.clone().any(|id| id == name) => Ok(name),
+        (Some(name), _) => Err(format!("there is no {what} `{name}`; known are {}", known())),
+        (None, 1) => all.clone().next().map(String::as_str).ok_or_else(String::new),
+        (None, 0) => Err(format!("there is no {what}")),
+        (None, _) => Err(format!("there are several {what}s: name one of {}", known())),
+    }
+}
+
+/// When the event was that an expectation counts from; the start of time without one.
+pub(crate) fn from_event(event: Option<&String>, run: &RunRecord) -> std::result::Result<SimTime, String> {
+    let Some(name) = event else { return Ok(SimTime::ZERO) };
+    if let Some(row_m) = row_place(name) {
+        let passed = run.journal.as_ref().and_then(|journal| journal.passed(row_m, run.ended));
+        return passed.ok_or_else(|| format!("the tractor did not come to `{name}`; move `end`"));
+    }
+    event_number(name, run).map(|number| run.events.get(number).map_or(SimTime::ZERO, Event::at))
+}
+
+/// The metres of an event such as `row:1.5`: the tractor passes there.
+pub(crate) fn row_place(event: &str) -> Option<f64> {
+    event.strip_prefix("row:")?.parse().ok().filter(|row_m: &f64| row_m.is_finite())
+}
+
+/// The number of the first event of this name, from 0.
+pub(crate) fn event_number(name: &str, run: &RunRecord) -> std::result::Result<usize, String> {
+    match run.events.iter().position(|event| event.event == *name) {
+        Some(number) => Ok(number),
+        None => {
+            let mut known: Vec<&str> = run.events.iter().map(|event| event.event.as_str()).collect();
+            known.sort_unstable();
+            known.dedup();
+            Err(format!("there was no event `{name}`; there were {}", known.join(", ")))
+        }
+    }
+}
+
+pub(crate) fn seconds_after(from: SimTime, seconds: f64) -> SimTime {
+    SimTime(from.0.saturating_add((seconds.max(0.0) * 1e9).round() as u64))
+}

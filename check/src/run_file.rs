@@ -1,0 +1,37 @@
+//! A run as a recording: all bytes, both ways, of its scanners, buses and GNSS lines, with simulated time.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rowscan_emulator::clock::SimClock;
+use rowscan_recording::foxglove::Language;
+use rowscan_recording::{About, Decoded, RecordError, Recorder, RecorderOptions, Taps, WallClock};
+
+/// The file in the run's folder.
+const NAME: &str = "run.mcap";
+
+/// A recording that is being written.
+#[derive(Debug)]
+pub(crate) struct RunFile(Recorder);
+
+impl RunFile {
+    /// Makes it in `folder`; what is recorded gets the time on `clock`, from 1970 on. The run waits for the disk.
+    pub(crate) fn start(folder: &Path, clock: Arc<SimClock>, about: About) -> Result<Self, RecordError> {
+        let decoded = Decoded { scans: true, points: false, beside: true, language: Language::Json };
+        let options = RecorderOptions { decoded, waits: true, about };
+        // Why it failed is told at the end.
+        let recorder =
+            Recorder::start(&folder.join(NAME), options, WallClock::new(move || clock.now().0), |_| {})?;
+        Ok(Self(recorder))
+    }
+
+    /// What it hears by.
+    pub(crate) fn taps(&self) -> Taps {
+        self.0.taps()
+    }
+
+    /// Ends the file.
+    pub(crate) fn finish(self) -> Result<(), RecordError> {
+        self.0.finish().map(|_| ())
+    }
+}
