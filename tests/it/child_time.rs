@@ -56,10 +56,19 @@ fn a_pause_before_dialling_again_takes_simulated_time() {
     let ended = redial(&[("\"{left.tcp}\"", "\"{left.tcp}\", \"--pause\", \"20\"")]);
     assert_eq!(ended.code, Some(1), "{}", ended.stdout);
     assert_says(&ended.stdout, &["expected a scan from left within 1 s, found one after 20.02"]);
-    // In the host's time nobody sees it.
-    let hosts = [("time = \"simulated\"", ""), ("\"{left.tcp}\"", "\"{left.tcp}\", \"--pause\", \"0.5\"")];
+    // In the host's time it takes what it takes, and no two runs are the same.
+    let hosts = [
+        ("time = \"simulated\"", ""),
+        ("\"{left.tcp}\"", "\"{left.tcp}\", \"--pause\", \"0.5\""),
+        ("within_s = 1 }", "within_s = 20 }"),
+        ("{ what = \"same_bytes\", of = \"decisions.jsonl\", runs = 2 },", ""),
+    ];
     let ended = redial(&hosts);
     assert_eq!(ended.code, Some(0), "{}", ended.stdout);
+    assert_says(
+        &ended.stdout,
+        &["time went on at this machine's pace, and the run does not repeat to the byte"],
+    );
 }
 
 #[test]

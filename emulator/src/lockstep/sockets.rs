@@ -133,7 +133,14 @@ impl Sockets {
         netlink.bind_auto()?;
         netlink.connect(&netlink_sys::SocketAddr::new(0, 0))?;
         let answer = Vec::with_capacity(ANSWER);
-        Ok(Self { netlink, answer, known: Vec::new(), listeners: Vec::new(), own: HashSet::new(), bystanders })
+        Ok(Self {
+            netlink,
+            answer,
+            known: Vec::new(),
+            listeners: Vec::new(),
+            own: HashSet::new(),
+            bystanders,
+        })
     }
 
     /// This program's open TCP connections.

@@ -4,6 +4,8 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use serde_json::Value;
@@ -37,32 +39,48 @@ pub fn build(workspace: &Workspace) -> Outcome {
     )
 }
 
-/// Runs what [`build`] built, one program after the other.
+/// Programs that run at a time: the longest alone takes most of the time, and some have a single test.
+const AT_A_TIME: usize = 2;
+
+/// Runs what [`build`] built, two programs at a time; what each prints is shown when it ends.
 pub fn run(workspace: &Workspace) -> Outcome {
-    let programs = match programs(workspace) {
+    let mut programs = match programs(workspace) {
         Ok(programs) => programs,
         Err(why) => return Outcome::failed(why),
     };
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = (TESTS_A_PROCESSOR * processors).to_string();
-    let (mut counts, mut failures) = (Counts::default(), Vec::new());
-    for program in &programs {
-        let mut output = TestOutput::default();
-        let mut command = Command::new(&program.path);
-        command.args(["--show-output", "--test-threads", &threads]).current_dir(&program.folder);
-        println!(
-            "     Running {}",
-            program.path.strip_prefix(&workspace.target).unwrap_or(&program.path).display()
-        );
-        let exit = shell::run_lines(&mut command, SILENCE, |line| {
-            if output.read(line) {
-                println!("{line}");
-            }
-        });
-        counts += output.counts;
-        failures.extend(exit.err());
-    }
+    // The end-to-end tests are most of it, and begin at once.
+    programs.sort_by_key(|program| program.folder != workspace.root);
+    let waiting = Mutex::new(programs.into_iter());
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let all = Mutex::new((Counts::default(), Vec::new()));
+    thread::scope(|scope| {
+        for _ in 0..AT_A_TIME {
+            scope.spawn(|| {
+                while let Some(program) = next() {
+                    let (shown, counts, exit) = run_program(workspace, &program);
+                    let (all, failures) = &mut *all.lock().unwrap_or_else(PoisonError::into_inner);
+                    println!("{shown}");
+                    *all += counts;
+                    failures.extend(exit.err());
+                }
+            });
+        }
+    });
+    let (counts, failures) = all.into_inner().unwrap_or_else(PoisonError::into_inner);
     Outcome::from_tests(counts, if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) })
+}
+
+/// Runs one program: what is worth showing of it, its counts, and how it ended.
+fn run_program(workspace: &Workspace, program: &Program) -> (String, Counts, Result<(), String>) {
+    let processors = thread::available_parallelism().map_or(1, usize::from);
+    let threads = (TESTS_A_PROCESSOR * processors).to_string();
+    let mut output = TestOutput::default();
+    let mut command = Command::new(&program.path);
+    command.args(["--show-output", "--test-threads", &threads]).current_dir(&program.folder);
+    let name = program.path.strip_prefix(&workspace.target).unwrap_or(&program.path);
+    let mut shown = vec![format!("     Running {}", name.display())];
+    let exit = shell::run_lines(&mut command, SILENCE, |line| shown.extend(output.read(line)));
+    (shown.join("\n"), output.counts, exit)
 }
 
 /// Examples in the documentation of libraries, which cargo compiles and runs.
@@ -71,8 +89,8 @@ pub fn run_examples(workspace: &Workspace) -> Outcome {
     let mut command = workspace.cargo(&["test", "--workspace", "--doc", "--no-fail-fast", "--quiet"]);
     command.args(FULL).args(["--", "--show-output"]);
     let exit = shell::run_lines(&mut command, SILENCE, |line| {
-        if output.read(line) {
-            println!("{line}");
+        if let Some(shown) = output.read(line) {
+            println!("{shown}");
         }
     });
     Outcome::from_tests(output.counts, exit)
@@ -110,15 +128,15 @@ struct TestOutput {
 }
 
 impl TestOutput {
-    /// Takes a line; true if it is worth showing.
-    fn read(&mut self, line: &str) -> bool {
+    /// Takes a line; what is worth showing of it.
+    fn read(&mut self, line: &str) -> Option<String> {
         if let Some(mut counts) = Counts::from_libtest(line) {
             let skipped = std::mem::take(&mut self.said_skipped);
             counts.passed = counts.passed.saturating_sub(skipped);
             counts.skipped += skipped;
             self.counts += counts;
             self.in_successes = false;
-            return true;
+            return Some(line.to_owned());
         }
         match line {
             "successes:" => self.in_successes = true,
@@ -126,19 +144,21 @@ impl TestOutput {
             _ => {}
         }
         if !self.in_successes {
-            return !line.ends_with(" ... ok") && !line.is_empty();
+            return (!line.ends_with(" ... ok") && !line.is_empty()).then(|| line.to_owned());
         }
         if let Some(name) = line.strip_prefix("---- ").and_then(|rest| rest.strip_suffix(" stdout ----")) {
             self.test = Some(name.to_owned());
         }
         if !line.starts_with("SKIPPED:") {
-            return false;
+            return None;
         }
-        if let Some(test) = self.test.take() {
-            self.said_skipped += 1;
-            println!("{test}:");
-        }
-        true
+        Some(match self.test.take() {
+            Some(test) => {
+                self.said_skipped += 1;
+                format!("{test}:\n{line}")
+            }
+            None => line.to_owned(),
+        })
     }
 }
 
