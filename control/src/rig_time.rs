@@ -22,6 +22,7 @@ impl Time for RigControl {
             drive_began_s: time.began.map(|began| began.as_secs_f64()),
             row_m: time.row_m,
             recorded_s: None,
+            recorded_span_s: None,
         }
     }
 

@@ -40,6 +40,9 @@ pub struct TimeState {
     /// Where a replay stands in recorded time, seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recorded_s: Option<f64>,
+    /// Where the recording begins and ends in that time, seconds, once it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recorded_span_s: Option<[f64; 2]>,
     /// Where the tractor is along its row, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub row_m: Option<f64>,

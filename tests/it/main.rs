@@ -82,6 +82,7 @@ mod tractor_faults;
 mod transcripts;
 mod truth_files;
 mod validity;
+mod watched_tape;
 mod web;
 mod web_lms2xx;
 mod windows;

@@ -9,6 +9,12 @@ function option(value, text = value) {
 }
 
 export class Faults {
+  /** The form, where there is a stream on which something can go wrong. */
+  static of(table) {
+    byId("faults-card").hidden = table.streams.length === 0;
+    return table.streams.length ? new Faults(table) : undefined;
+  }
+
   constructor({ faults, streams }) {
     this.table = new Map(faults.map((fault) => [fault.name, fault]));
     const groups = new Map();
@@ -21,7 +27,6 @@ export class Faults {
     byId("fault-name").onchange = () => this.choose();
     byId("fault-form").onsubmit = (event) => this.start(event);
     byId("fault-reset").onclick = () => this.told(ask("/faults", { method: "DELETE" }));
-    byId("faults-card").hidden = false;
     this.choose();
   }
 

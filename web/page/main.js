@@ -8,6 +8,7 @@ import { Faults } from "./faults.js";
 import { ask, Link, Refused, token } from "./link.js";
 import { Numbers, TelegramList } from "./numbers.js";
 import { StripView } from "./strip.js";
+import { Timeline } from "./timeline.js";
 import { World } from "./world.js";
 
 const byId = (id) => document.getElementById(id);
@@ -56,7 +57,7 @@ class Page {
     byId("transport").hidden = !this.about.has_control;
     byId("world-card").hidden = !this.about.has_orchard;
     document.body.classList.toggle("flat", !this.about.has_orchard);
-    if (this.about.has_control) this.faults = new Faults(await ask("/fault-table"));
+    if (this.about.has_control) this.faults = Faults.of(await ask("/fault-table"));
     this.log.clear();
     this.strip.version = -1;
   }
@@ -123,6 +124,7 @@ class Page {
       byId("speed-label").hidden = clock.scale === undefined;
       byId("seek").hidden = clock.recorded_s === undefined;
       byId("step").hidden = clock.steps === undefined;
+      this.timeline?.show(clock);
       if (clock.scale !== undefined && document.activeElement !== byId("speed")) byId("speed").value = String(clock.scale);
     }
     const now = performance.now();
@@ -203,6 +205,7 @@ class Page {
     const tell = (asked) => asked.then((told) => told && this.state && this.show({ ...this.state, clock: told.clock ?? told }), (error) => notice(error.message));
     const clock = (body) => tell(ask("/clock", { method: "POST", body }));
     byId("pause").onclick = () => clock({ paused: !stands(this.state?.clock) });
+    this.timeline = new Timeline((body) => clock(body));
     byId("step").onclick = () => tell(ask("/step", { method: "POST", body: { n: 1 } }));
     byId("speed").onchange = ({ target }) => clock({ scale: Number(target.value) });
     byId("seek").onsubmit = (event) => {

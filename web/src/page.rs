@@ -39,6 +39,7 @@ const FILES: &[File] = &[
     File("/page/numbers.js", SCRIPT, include_str!("../page/numbers.js")),
     File("/page/faults.js", SCRIPT, include_str!("../page/faults.js")),
     File("/page/strip.js", SCRIPT, include_str!("../page/strip.js")),
+    File("/page/timeline.js", SCRIPT, include_str!("../page/timeline.js")),
 ];
 
 /// The page's routes.

@@ -102,6 +102,14 @@ impl Show {
         }
     }
 
+    /// Scanner number `scanner` is read from the beginning of its recording again.
+    pub fn begin_anew(&self, scanner: usize) {
+        if let Some(newest) = self.0.lines.get(scanner) {
+            lock(newest).has_ended = false;
+        }
+        self.measured(scanner, Vec::new());
+    }
+
     /// A new scan of scanner number `scanner`, as its telegram has it; seconds since the source began.
     pub fn scan(&self, scanner: usize, at_s: f64, scan: &Scan) {
         let mut line = Line::of_scan(at_s, scan);

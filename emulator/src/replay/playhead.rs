@@ -29,7 +29,7 @@ impl Playhead {
     }
 
     /// Everyone is there: time begins to run.
-    pub(crate) fn begin(&self, now: SimTime) {
+    pub fn begin(&self, now: SimTime) {
         self.state.send_modify(|state| {
             state.begun = true;
             state.run(now);
@@ -81,7 +81,7 @@ impl Playhead {
     }
 
     /// Where it was moved to last, and how often it has been.
-    pub(crate) fn jumps(&self) -> (u32, u64) {
+    pub fn jumps(&self) -> (u32, u64) {
         let state = self.state.borrow();
         (state.jumps, state.running.map_or(state.stands_at_ns, |(_, from_ns)| from_ns))
     }

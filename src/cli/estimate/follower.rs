@@ -37,6 +37,14 @@ pub(super) struct Follower {
     pub(super) feed: Option<Feed>,
 }
 
+/// Why no more is taken.
+enum Taken {
+    /// That is all, or enough.
+    All,
+    /// The recording is to be seen from an earlier place on.
+    SentBack,
+}
+
 /// What came of it.
 pub(super) struct Followed {
     pub(super) place: usize,
@@ -47,30 +55,57 @@ pub(super) struct Followed {
 }
 
 impl Follower {
-    /// Follows it until `stopped` turns true, at most.
+    /// Follows it until `stopped` turns true, at most. A recording on a page that can be sent back is followed again from there on.
     pub(super) async fn follow(mut self, mut stopped: watch::Receiver<bool>) -> Followed {
-        let opened = tokio::select! {
-            opened = Scanner::open(&self.source, self.config.clone()) => opened,
-            _ = stopped.wait_for(|stopped| *stopped) => return self.ended(None, Ok(())),
-        };
-        let mut scanner = match opened {
-            Ok(scanner) => scanner,
-            Err(cause) => return self.ended(None, Err(cause.into())),
-        };
-        let telling = LinkTeller::start(&scanner, self.name.take(), self.taken_for);
-        let ended = tokio::select! {
-            ended = self.take(&mut scanner) => ended,
-            _ = stopped.wait_for(|stopped| *stopped) => Ok(()),
-        };
-        if let Some(feed) = self.feed.as_ref().filter(|_| ended.is_ok()) {
-            feed.ended();
+        let empty = self.pipeline.clone();
+        loop {
+            let opened = tokio::select! {
+                opened = Scanner::open(&self.source, self.config.clone()) => opened,
+                _ = stopped.wait_for(|stopped| *stopped) => return self.ended(None, Ok(())),
+            };
+            let mut scanner = match opened {
+                Ok(scanner) => scanner,
+                Err(cause) => return self.ended(None, Err(cause.into())),
+            };
+            let telling = LinkTeller::start(&scanner, self.name.clone(), self.taken_for);
+            let taken = tokio::select! {
+                taken = self.take(&mut scanner) => taken,
+                _ = stopped.wait_for(|stopped| *stopped) => Ok(Taken::All),
+            };
+            let again = match &taken {
+                Ok(Taken::All) => tokio::select! {
+                    again = self.shown() => again,
+                    _ = stopped.wait_for(|stopped| *stopped) => false,
+                },
+                Ok(Taken::SentBack) => true,
+                Err(_) => false,
+            };
+            let telegrams_bad = scanner.stop(STOP_TIMEOUT).await.telegrams_bad;
+            drop(telling);
+            if let Some(feed) = self.feed.as_mut().filter(|_| again) {
+                feed.begin_anew();
+                self.pipeline = empty.clone();
+                continue;
+            }
+            let mut estimate = self.pipeline.finish();
+            estimate.telegrams_bad = telegrams_bad;
+            // What was seen before a failure is not lost by it.
+            let seen = taken.is_ok() || estimate.scans > 0 || estimate.telegrams_bad > 0;
+            return self.ended(seen.then_some(estimate), taken.map(drop));
         }
-        let mut estimate = self.pipeline.finish();
-        estimate.telegrams_bad = scanner.stop(STOP_TIMEOUT).await.telegrams_bad;
-        drop(telling);
-        // What was seen before a failure is not lost by it.
-        let seen = ended.is_ok() || estimate.scans > 0 || estimate.telegrams_bad > 0;
-        self.ended(seen.then_some(estimate), ended)
+    }
+
+    /// All has been shown: waits to be sent back, where that can be; false elsewhere.
+    async fn shown(&mut self) -> bool {
+        let Some(feed) = &mut self.feed else { return false };
+        feed.ended();
+        if !feed.can_be_sent_back() {
+            return false;
+        }
+        let name = self.name.as_ref().map_or_else(String::new, |name| format!("{name}: "));
+        say(format_args!("{name}all has been shown; Ctrl-C closes the page"));
+        feed.sent_back().await;
+        true
     }
 
     fn ended(self, estimate: Option<Estimate>, ended: Result<(), Failure>) -> Followed {
@@ -78,14 +113,14 @@ impl Follower {
     }
 
     /// Feeds the pipeline until the source ends, enough has been seen, or nothing it sends makes a scan.
-    async fn take(&mut self, scanner: &mut Scanner) -> Result<(), Failure> {
+    async fn take(&mut self, scanner: &mut Scanner) -> Result<Taken, Failure> {
         let mut before = 0;
         loop {
             // Frames that fail their checksum do not arrive: what they mean is looked at from time to time.
             match clock::within(LOOK_EVERY, scanner.arrival()).await {
                 None => {}
                 Some(arrived) => match arrived? {
-                    None => return Ok(()),
+                    None => return Ok(Taken::All),
                     Some(Arrival::Unreadable { fault, received }) => {
                         self.sensor.unreadable(&mut self.pipeline, &fault, received.0).await;
                     }
@@ -93,7 +128,9 @@ impl Follower {
                         let received = record.received;
                         if let Some(feed) = &mut self.feed {
                             feed.scan(received.0, record.scan);
-                            feed.keep_pace(received.0).await;
+                            if !feed.keep_pace(received.0).await {
+                                return Ok(Taken::SentBack);
+                            }
                         }
                         self.sensor.push(&mut self.pipeline, record).await;
                         self.sensor.written().await;
@@ -111,12 +148,12 @@ impl Follower {
             before = scans;
             match self.enough.reached(&self.pipeline, scanner.counts().telegrams_bad, scanner.now().0) {
                 None => {}
-                Some(Reached::Enough) => return Ok(()),
+                Some(Reached::Enough) => return Ok(Taken::All),
                 Some(Reached::NothingValid) => {
                     say(format_args!(
                         "telegrams came for {UNREADABLE:?}, and none held a valid scan: that is all there is to tell"
                     ));
-                    return Ok(());
+                    return Ok(Taken::All);
                 }
             }
         }

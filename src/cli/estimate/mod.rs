@@ -4,6 +4,7 @@ mod follower;
 mod print;
 mod rig;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use indicatif::ProgressBar;
@@ -28,7 +29,7 @@ use super::link_options::{Prefer, STOP_TIMEOUT, stream_kind};
 use super::output::{self, say};
 use super::recorder::{self, RecordArgs, Taping};
 use super::sensor::{Sensor, SensorArgs};
-use super::web::{Feeds, Talk, WebArgs};
+use super::web::{Feeds, Talk, Tape, WebArgs};
 use super::{Failure, Format, Outcome, models, progress, scene, service};
 use follower::{Followed, Follower};
 use print::ScannerReport;
@@ -189,6 +190,15 @@ impl Args {
         self.sources.iter().all(|source| matches!(source, Source::Recording { .. }))
     }
 
+    /// The files of its recordings.
+    fn files(&self) -> Vec<PathBuf> {
+        let file = |source: &Source| match source {
+            Source::Recording { path, .. } => Some(path.clone()),
+            _ => None,
+        };
+        self.sources.iter().filter_map(file).collect()
+    }
+
     /// Recordings wait for who reads them.
     fn delivery(&self) -> Delivery {
         if self.is_recorded() { Delivery::Patient } else { Delivery::Paced }
@@ -295,7 +305,9 @@ impl Page {
                 })
                 .collect(),
         };
-        let feeds = Feeds::open(&args.web, about, talk, args.paced, args.format).await?;
+        let tape = args.paced.then(|| Tape::of(args.files()));
+        let feeds =
+            Feeds::open(&args.web, about, talk, tape.filter(|_| args.is_recorded()), args.format).await?;
         service::ready();
         Ok(Self { feeds: Some(feeds), taps })
     }
@@ -357,7 +369,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         say(format_args!("interrupted after {scans} scans: there is no estimate of the whole"));
         return Ok(Outcome::Interrupted(signal));
     }
-    if args.paced && interrupted.is_none() && all.iter().all(|followed| followed.ended.is_ok()) {
+    if args.paced
+        && !args.is_recorded()
+        && interrupted.is_none()
+        && all.iter().all(|followed| followed.ended.is_ok())
+    {
         say("all has been shown; Ctrl-C closes the page");
         interrupt.wait().await;
     }

@@ -135,7 +135,10 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     if let Some(faulting) = &faulting {
         faulting.begin(script)?;
     }
-    let (time, mut seeks) = ReplayTime::new(Arc::clone(&clock), Arc::clone(&playhead), round);
+    let (time, mut seeks) = {
+        let span_ns = [places.begins_ns, places.ends_ns];
+        ReplayTime::new(Arc::clone(&clock), Arc::clone(&playhead), round, span_ns)
+    };
     let in_hand = faulting.as_ref().map(|faulting| {
         let streams = bench.streams().iter();
         let streams = streams.filter_map(|stream| Some((stream.name.clone(), stream.counts()?)));

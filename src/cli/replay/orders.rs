@@ -18,6 +18,8 @@ pub(super) struct ReplayTime {
     playhead: Arc<Playhead>,
     /// Where each round begins, and how long it is; none if it is played once.
     round: Option<(u64, u64)>,
+    /// Where it begins and ends, ns.
+    span_ns: [u64; 2],
     seeks: mpsc::Sender<SeekRequest>,
 }
 
@@ -33,9 +35,10 @@ impl ReplayTime {
         clock: Arc<SimClock>,
         playhead: Arc<Playhead>,
         round: Option<(u64, u64)>,
+        span_ns: [u64; 2],
     ) -> (Self, mpsc::Receiver<SeekRequest>) {
         let (seeks, asked) = mpsc::channel(ORDERS);
-        (Self { clock, playhead, round, seeks }, asked)
+        (Self { clock, playhead, round, span_ns, seeks }, asked)
     }
 }
 
@@ -60,6 +63,7 @@ impl Time for ReplayTime {
             paused,
             scale,
             recorded_s: Some(place_ns as f64 * 1e-9),
+            recorded_span_s: Some(self.span_ns.map(|ns| ns as f64 * 1e-9)),
             ..TimeState::default()
         }
     }

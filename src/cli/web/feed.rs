@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::Pipeline;
-use rowscan_ports::clock::{self, Stopwatch};
 use rowscan_ports::task;
 use rowscan_protocol::rig::Mount;
 use rowscan_protocol::scan::Scan;
@@ -12,7 +11,8 @@ use rowscan_web::{About, Gauges, ScannerGauge, Show};
 use tokio::task::JoinSet;
 
 use super::meter::metres;
-use super::{Opened, Talk, WebArgs};
+use super::tape::TapeReader;
+use super::{Opened, Talk, Tape, WebArgs};
 use crate::cli::{Failure, Format};
 
 /// Scans from one strip to the next.
@@ -24,7 +24,7 @@ type Counts = Arc<Vec<Mutex<ScannerGauge>>>;
 pub(in super::super) struct Feeds {
     show: Show,
     counts: Counts,
-    is_paced: bool,
+    tape: Option<Tape>,
     _web: Opened,
     _tasks: JoinSet<()>,
 }
@@ -38,26 +38,26 @@ impl Gauges for FeedGauges {
 }
 
 impl Feeds {
-    /// Opens the page. `is_paced`: recordings take the time that they took.
+    /// Opens the page. By a `tape` recordings take the time that they took, and whoever looks may stop it and go to a place.
     pub(in super::super) async fn open(
         web: &WebArgs,
         about: About,
         talk: Talk,
-        is_paced: bool,
+        tape: Option<Tape>,
         format: Format,
     ) -> Result<Self, Failure> {
         let counts: Counts = Arc::new(about.scanners.iter().map(|_| Mutex::default()).collect());
         let show = Show::new(about, None, Box::new(FeedGauges(Arc::clone(&counts))));
         let mut tasks = JoinSet::new();
         tasks.spawn(task(talk.tell(show.log())));
-        let served = web.open(show.clone(), None, format).await?;
-        Ok(Self { show, counts, is_paced, _web: served, _tasks: tasks })
+        let served = web.open(show.clone(), tape.as_ref().map(Tape::bench), format).await?;
+        Ok(Self { show, counts, tape, _web: served, _tasks: tasks })
     }
 
     /// For the scanner at this place.
     pub(in super::super) fn of(&self, place: usize) -> Feed {
-        let pace = self.is_paced.then(Stopwatch::start);
-        Feed { show: self.show.clone(), counts: Arc::clone(&self.counts), place, scans: 0, began: None, pace }
+        let (show, counts, tape) = (self.show.clone(), Arc::clone(&self.counts), self.tape.clone());
+        Feed { show, counts, place, scans: 0, began: None, tape, read: TapeReader::default() }
     }
 }
 
@@ -69,7 +69,8 @@ pub(in super::super) struct Feed {
     scans: u32,
     /// When the first scan was received.
     began: Option<Duration>,
-    pace: Option<Stopwatch>,
+    tape: Option<Tape>,
+    read: TapeReader,
 }
 
 impl Feed {
@@ -108,13 +109,31 @@ impl Feed {
         }
     }
 
-    /// Waits until as much time has passed as when the scan was recorded. Cancel safe.
-    pub(in super::super) async fn keep_pace(&self, received: Duration) {
-        let (Some(watch), Some(began)) = (&self.pace, self.began) else { return };
-        let ahead = received.saturating_sub(began).saturating_sub(watch.elapsed());
-        if !ahead.is_zero() {
-            let _ = clock::within(ahead, std::future::pending::<()>()).await;
+    /// Waits until the tape has come to what was recorded then; false if it was sent back to before what was read. Cancel safe.
+    pub(in super::super) async fn keep_pace(&mut self, received: Duration) -> bool {
+        match &self.tape {
+            Some(tape) => tape.reach(received, &mut self.read).await,
+            None => true,
         }
+    }
+
+    /// True if whoever looks can send it back.
+    pub(in super::super) fn can_be_sent_back(&self) -> bool {
+        self.tape.is_some()
+    }
+
+    /// Waits until the tape is sent back; for ever without one.
+    pub(in super::super) async fn sent_back(&mut self) {
+        match &self.tape {
+            Some(tape) => tape.sent_back(&mut self.read).await,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// The recording is read from its beginning again.
+    pub(in super::super) fn begin_anew(&mut self) {
+        (self.scans, self.began) = (0, None);
+        self.show.begin_anew(self.place);
     }
 }
 

@@ -7,6 +7,7 @@ mod meter;
 mod rig_gauges;
 mod scans;
 mod talk;
+mod tape;
 mod watching;
 
 use std::net::SocketAddr;
@@ -26,6 +27,7 @@ pub(super) use meter::Meter;
 pub(super) use rig_gauges::{GaugeOf, RigGauges, gauge_of};
 pub(super) use scans::Scans;
 pub(super) use talk::Talk;
+pub(super) use tape::Tape;
 pub(super) use watching::Watching;
 
 #[derive(Clone, Debug, Default, clap::Args)]
