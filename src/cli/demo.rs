@@ -46,9 +46,9 @@ pub(super) struct Args {
     /// A calibration file or a shipped calibration's name, instead of the rig's own
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
-    /// What the scanner and the driver speak over; a serial line has an LMS2xx on it
-    #[arg(long, value_enum, default_value_t)]
-    line: Line,
+    /// What the scanner and the driver speak over; a serial line has an LMS2xx on it [default: pty for an LMS2xx, tcp for any other]
+    #[arg(long, value_enum)]
+    line: Option<Line>,
     /// Draw the row, the returns that were received, and the estimate beside the truth by metre to this PNG or SVG file
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
@@ -58,10 +58,9 @@ pub(super) struct Args {
 }
 
 /// What stands between scanner and driver.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Line {
     /// CoLa over a TCP socket
-    #[default]
     Tcp,
     /// A pseudo-terminal
     Pty,
@@ -104,10 +103,25 @@ impl SetUp {
 }
 
 impl Args {
+    /// The model that is named, or the rig's own.
+    fn model(&self, stage: &Stage) -> Result<Option<AnyModel>, Failure> {
+        let of_rig = || AnyModel::by_name(&stage.rig.scanners.first()?.model);
+        Ok(self.scene.named_model()?.or_else(of_rig))
+    }
+
+    /// What it speaks over.
+    fn line(&self, stage: &Stage) -> Result<Line, Failure> {
+        Ok(match (self.line, self.model(stage)?) {
+            (Some(line), _) => line,
+            (None, Some(AnyModel::Lms2xx(_))) => Line::Pty,
+            (None, _) => Line::Tcp,
+        })
+    }
+
     /// The scanner that is asked for: a CoLa scanner on a TCP port, or an LMS2xx on a line, at the rate that carries every scan.
     fn scanner(&self, stage: &Stage) -> Result<ScannerSpec, Failure> {
         let free = || "127.0.0.1:0".to_owned();
-        let endpoint = match self.line {
+        let endpoint = match self.line(stage)? {
             Line::Tcp => {
                 let spec = ScannerSpec::new(0, self.scene.model(&stage.rig, 0)?);
                 let spec = ScannerSpec { dialects: self.dialect.into(), ..spec };
@@ -119,8 +133,9 @@ impl Args {
                 Endpoint::Pty(std::env::temp_dir().join(format!("rowscan-demo-{}", std::process::id())))
             }
         };
-        let model = match self.scene.named_model()?.or_else(|| AnyModel::by_name(SERIAL_MODEL)) {
-            Some(model @ AnyModel::Lms2xx(_)) => model,
+        let model = match (self.scene.named_model()?, self.model(stage)?) {
+            (_, Some(model @ AnyModel::Lms2xx(_))) => model,
+            (None, _) => AnyModel::named(SERIAL_MODEL)?,
             _ => {
                 return Err(Failure::Usage(
                     "--line pty and rfc2217 have an LMS2xx at their end; leave out --model, or name one of `rowscan models`"
@@ -193,7 +208,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let Reading { cola, lms2xx, pipeline } = reading;
     let mut pipeline = pipeline.of_class(row_class(&stage.scene, &truth));
     let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };
-    let config = if args.line == Line::Tcp { config.patient() } else { config };
+    let config = if args.line(&stage)? == Line::Tcp { config.patient() } else { config };
     let Some(mut scanner) = interrupt.or(Scanner::open(&set_up.source, config)).await.transpose()? else {
         return Ok(Outcome::Done);
     };

@@ -79,6 +79,8 @@ impl Reading {
         calibration: CalibrationChoice<'_>,
         live: bool,
     ) -> Result<Self, ReadingError> {
+        let counting = rig.map(|rig| with_encoder_of_model(rig, scanner));
+        let rig = counting.as_ref();
         let mount = rig.and_then(|rig| rig.scanners.get(scanner));
         let of_rig = rig.and_then(|rig| rig.calibration.as_deref());
         let calibration = match (calibration, of_rig, mount) {
@@ -110,6 +112,13 @@ impl Reading {
             },
         })
     }
+}
+
+/// The rig as this scanner can read it: a model that counts no encoder is asked for none, and none is missing in its scans.
+fn with_encoder_of_model(rig: &Rig, scanner: usize) -> Rig {
+    let model = rig.scanners.get(scanner).and_then(|mount| AnyModel::by_name(&mount.model));
+    let counts = model.is_none_or(|model| matches!(model, AnyModel::Cola(model) if model.encoders > 0));
+    Rig { encoder_ticks_per_m: rig.encoder_ticks_per_m.filter(|_| counts), ..rig.clone() }
 }
 
 /// The rig with `model` on its mount number `scanner`.
@@ -231,4 +240,23 @@ fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
         frequency_centihz: stage::asked_frequency_centihz(mount)?,
         step: stage::asked_step(mount)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_encoder_is_asked_of_the_models_that_count_one() {
+        for model in AnyModel::all() {
+            let mount = Mount { model: model.name().to_owned(), ..Mount::default() };
+            let rig = Rig { scanners: vec![mount], encoder_ticks_per_m: Some(1000.0), ..Rig::default() };
+            let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None)).unwrap();
+            let counts = matches!(model, AnyModel::Cola(model) if model.encoders > 0);
+            assert_eq!(reading.cola.encoder_ticks_per_m, counts.then_some(1000), "{}", model.name());
+            // Nor is one missing in the scans of the others.
+            let read = with_encoder_of_model(&rig, 0).encoder_ticks_per_m;
+            assert_eq!(read, counts.then_some(1000.0), "{}", model.name());
+        }
+    }
 }
