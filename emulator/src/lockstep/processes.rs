@@ -143,7 +143,9 @@ fn doing_beside(process: u32, left_out: Option<&OsStr>) -> Doing {
             // A stopped program waits for nothing: it will work once it goes on.
             Some('T' | 't') => return Doing::Works("it is stopped".to_owned()),
             Some('Z' | 'X') => return Doing::Gone,
-            _ => {}
+            Some('S') => {}
+            // One that has been woken and waits for its processor to take it on is still in its system call, by the kernel's words.
+            _ => return Doing::Works("a thread runs".to_owned()),
         }
         let call = match line(thread.path().join("syscall"), &mut call) {
             Ok(call) => call,
