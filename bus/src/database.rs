@@ -1,5 +1,7 @@
 //! DBC files, read: which bits of which frames a signal is. The text is read by the crate can-dbc; what its fields mean stands here.
 
+use std::collections::BTreeMap;
+
 use can_dbc::{
     AttributeValue, AttributeValuedForObjectType, ByteOrder, DBC, MessageId, MultiplexIndicator,
     SignalExtendedValueType, ValueType,
@@ -11,7 +13,11 @@ use crate::frame::{CanId, J1939Id};
 
 /// The messages of a DBC file.
 #[derive(Clone, Debug)]
-pub struct Database(DBC);
+pub struct Database {
+    dbc: DBC,
+    /// Messages with an identifier that no frame has: the reader cuts it off.
+    misnumbered: BTreeMap<String, u32>,
+}
 
 /// Why a DBC file, or a signal of it, cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,6 +44,33 @@ pub enum DatabaseError {
         /// What there is.
         known: Vec<String>,
     },
+    /// An identifier that no frame has.
+    #[error(
+        "message `{message}`: expected an identifier of 11 bits, or one of 29 bits with bit 31 set, as DBC files write them; found {found}, which \
+         would be {} for the frame 0x{found:08X}",
+        found | 0x8000_0000
+    )]
+    Identifier {
+        /// Whose.
+        message: String,
+        /// What the file has.
+        found: u32,
+    },
+    /// A signal that its message has no room for.
+    #[error(
+        "signal `{signal}`: expected bits within the {bytes} bytes of its message, found {size} bits from bit {start} on: correct its place, or \
+         the length in its message's `BO_` line"
+    )]
+    Beyond {
+        /// `MESSAGE.SIGNAL`.
+        signal: String,
+        /// The message's length.
+        bytes: u64,
+        /// The signal's first bit, as DBC files count them.
+        start: u64,
+        /// Its length.
+        size: u64,
+    },
     /// Bits that cannot be.
     #[error("signal `{0}`: expected 1 to 64 bits, 32 or 64 of a floating point number")]
     Width(String),
@@ -60,7 +93,7 @@ impl Database {
         };
         match DBC::try_from(text) {
             Ok(read) if read.messages().is_empty() => Err(wrong(text)),
-            Ok(read) => Ok(Self(read)),
+            Ok(dbc) => Ok(Self { dbc, misnumbered: misnumbered(text) }),
             Err(can_dbc::Error::Incomplete(_, rest)) => Err(wrong(rest)),
             Err(_) => Err(wrong(text)),
         }
@@ -78,7 +111,7 @@ impl Database {
             found: found.to_owned(),
             known,
         };
-        let messages = self.0.messages();
+        let messages = self.dbc.messages();
         let found = messages.iter().find(|known| known.message_name() == message).ok_or_else(|| {
             unknown("message", message, messages.iter().map(|known| known.message_name().clone()).collect())
         })?;
@@ -88,7 +121,7 @@ impl Database {
         })?;
         let bits = bits(signal);
         let kind = match (
-            self.0.extended_value_type_for_signal(*found.message_id(), signal.name()),
+            self.dbc.extended_value_type_for_signal(*found.message_id(), signal.name()),
             signal.value_type(),
         ) {
             (Some(SignalExtendedValueType::IEEEfloat32Bit | SignalExtendedValueType::IEEEdouble64bit), _) => {
@@ -101,7 +134,15 @@ impl Database {
         if !(1..=64).contains(&bits.size) || (is_float && !matches!(bits.size, 32 | 64)) {
             return Err(DatabaseError::Width(name.to_owned()));
         }
-        let switch = || self.0.message_multiplexor_switch(*found.message_id()).ok().flatten().map(self::bits);
+        if bits.last_byte() >= *found.message_size() {
+            let (signal, bytes) = (name.to_owned(), *found.message_size());
+            return Err(DatabaseError::Beyond { signal, bytes, start: bits.start, size: bits.size });
+        }
+        if let Some(found) = self.misnumbered.get(message).copied() {
+            return Err(DatabaseError::Identifier { message: message.to_owned(), found });
+        }
+        let switch =
+            || self.dbc.message_multiplexor_switch(*found.message_id()).ok().flatten().map(self::bits);
         let only_if = match signal.multiplexer_indicator() {
             MultiplexIndicator::MultiplexedSignal(value)
             | MultiplexIndicator::MultiplexorAndMultiplexedSignal(value) => {
@@ -109,7 +150,7 @@ impl Database {
             }
             MultiplexIndicator::Multiplexor | MultiplexIndicator::Plain => None,
         };
-        let named = self.0.value_descriptions_for_signal(*found.message_id(), signal.name());
+        let named = self.dbc.value_descriptions_for_signal(*found.message_id(), signal.name());
         let names = named
             .unwrap_or_default()
             .iter()
@@ -134,7 +175,7 @@ impl Database {
             MessageId::Standard(id) => return Address::Id(CanId::Standard(id)),
             MessageId::Extended(bits) => CanId::Extended(bits & 0x1FFF_FFFF),
         };
-        let is_j1939 = self.0.attribute_values().iter().any(|value| {
+        let is_j1939 = self.dbc.attribute_values().iter().any(|value| {
             let AttributeValuedForObjectType::MessageDefinitionAttributeValue(of, Some(format)) =
                 value.attribute_value()
             else {
@@ -147,6 +188,16 @@ impl Database {
             None => Address::Id(id_of),
         }
     }
+}
+
+/// The messages of the text whose identifier no frame has: 29 bits without the bit that marks them.
+fn misnumbered(text: &str) -> BTreeMap<String, u32> {
+    let message = |line: &str| {
+        let mut words = line.trim_start().strip_prefix("BO_ ")?.split_whitespace();
+        let id = words.next()?.parse::<u32>().ok().filter(|id| id & 0x8000_0000 == 0 && *id > 0x7FF)?;
+        Some((words.next()?.trim_end_matches(':').to_owned(), id))
+    };
+    text.lines().filter_map(message).collect()
 }
 
 /// The number of `J1939PG` among the frame formats.
@@ -207,6 +258,29 @@ mod tests {
         let database = Database::read(TEXT).expect("a DBC file");
         let second = database.field("Many.Second").expect("there");
         assert_eq!((second.value(&[2, 7]), second.value(&[1, 7])), (Some(7.0), None));
+    }
+
+    #[test]
+    fn frames_and_bits_that_cannot_be_are_refused_where_they_are_asked_for() {
+        let unmarked = TEXT.replace("2566852736 Nozzles", "419369088 Nozzles");
+        let database = Database::read(&unmarked).expect("a DBC file");
+        let why =
+            |database: &Database, name: &str| database.field(name).map(drop).expect_err(name).to_string();
+        let message = why(&database, "Nozzles.Section1");
+        assert!(
+            message.contains("`Nozzles`") && message.contains("2566852736 for the frame 0x18FF1080"),
+            "{message}"
+        );
+        assert!(database.field("Plain.Low").is_ok(), "the others are as they were");
+        for (place, beyond) in [("4|12@1+", "60|12@1+"), ("4|12@1+", "64|1@1+"), ("7|16@0-", "63|16@0-")] {
+            let database = Database::read(&TEXT.replace(place, beyond)).expect("a DBC file");
+            let name = if place.ends_with("1+") { "Plain.Low" } else { "Plain.High" };
+            let message = why(&database, name);
+            assert!(message.contains(name) && message.contains("8 bytes"), "{message}");
+        }
+        // To the last bit.
+        let last = Database::read(&TEXT.replace("4|12@1+", "52|12@1+")).expect("a DBC file");
+        assert!(last.field("Plain.Low").is_ok());
     }
 
     #[test]

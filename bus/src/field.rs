@@ -74,6 +74,16 @@ impl Bits {
         Some(value)
     }
 
+    /// The number of the last byte that any of them is in, from 0.
+    #[cfg(feature = "read-dbc")]
+    pub(crate) fn last_byte(self) -> u64 {
+        match self.big_endian {
+            // From the first bit down to its byte's end, and whole bytes from there on.
+            true => self.start / 8 + (self.size + 7 - self.start % 8 - 1) / 8,
+            false => (self.start + self.size - 1) / 8,
+        }
+    }
+
     fn ones(self) -> u64 {
         if self.size >= 64 { u64::MAX } else { (1 << self.size) - 1 }
     }

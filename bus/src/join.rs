@@ -212,4 +212,24 @@ mod tests {
         bus.written().await;
         assert_eq!(std::fs::read_to_string(log).unwrap().lines().count(), 2);
     }
+
+    /// Time stands: whatever waits for it is never heard.
+    #[tokio::test(start_paused = true)]
+    async fn what_comes_with_the_opening_is_heard_at_once() {
+        let mut address = String::new();
+        let mut tell = |link: &Link| address = link.found().to_string();
+        let ports = [BusAddress::Socketcand("127.0.0.1:0".to_owned())];
+        let (_bus, mut inbox) = Bus::open(&ports, &mut tell).await.unwrap();
+        let mut client = std::net::TcpStream::connect(&address).unwrap();
+        std::io::Write::write_all(&mut client, b"< open can0 >< rawmode >< send 123 1 AA >").unwrap();
+        let began = tokio::time::Instant::now();
+        let mut heard = Vec::new();
+        // Who never rests does not let a stopped clock jump.
+        while heard.len() < 2 && tokio::time::Instant::now() == began {
+            heard.extend(inbox.try_recv().map(|(_, event)| event));
+            tokio::task::yield_now().await;
+        }
+        assert!(matches!(heard.as_slice(), [PortEvent::Opened, PortEvent::Frame(_)]), "{heard:?}");
+        assert_eq!(tokio::time::Instant::now(), began);
+    }
 }

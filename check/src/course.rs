@@ -2,8 +2,9 @@
 
 use rowscan_faults::At;
 
+use crate::ending;
 use crate::fault::ScenarioFault;
-use crate::judge::{self, Runs};
+use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
 use crate::scenario::{End, Expect, RunSpec, Scenario};
@@ -61,7 +62,7 @@ fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
             .any(|expect| expect.what.kind == Kind::Unheard && expect.on.as_ref().is_none_or(|on| on == id))
     };
     let is_expected = |spec: &RunSpec| {
-        judge::exit_before_end(run, &spec.id).is_some() && judge::expects_exit(scenario, &spec.id)
+        ending::exit_before_end(run, &spec.id).is_some() && ending::expects_exit(scenario, &spec.id)
     };
     if scenario.runs.iter().any(is_expected) || run.left.is_some() {
         return None;
@@ -81,7 +82,7 @@ fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
 /// A run that its last child ended by leaving, and whose exit nobody expects.
 fn left_early(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
     let child = run.left.as_deref()?;
-    if judge::expects_exit(scenario, child) {
+    if ending::expects_exit(scenario, child) {
         return None;
     }
     let message = format!(

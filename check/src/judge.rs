@@ -5,10 +5,11 @@ use std::path::Path;
 use rowscan_files::OutputFile;
 use rowscan_protocol::time::SimTime;
 
+use crate::ending::{crash, wanted_code};
 use crate::journal::{END, Event};
-use crate::judged::{Crash, Judged, event_number, from_event, row_place, seconds_after, the_one};
+use crate::judged::{Judged, event_number, from_event, in_time, row_place, seconds_after, the_one};
 use crate::runner::RunRecord;
-use crate::scenario::{Expect, RunSpec, Scenario};
+use crate::scenario::{Expect, Scenario};
 use crate::signal;
 use crate::what::{Count, Kind, Measure};
 use crate::witness::Stream;
@@ -67,28 +68,6 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
     }
 }
 
-/// The first crash of a run.
-pub(crate) fn crash<'a>(scenario: &'a Scenario, run: &RunRecord) -> Option<Crash<'a>> {
-    let crashed = |spec: &'a RunSpec| {
-        let exit = exit_before_end(run, &spec.id)?;
-        let code = run.children.get(&spec.id)?.exit_code.filter(|code| *code != 0)?;
-        (!expects_exit(scenario, &spec.id)).then(|| Crash { child: &spec.id, code, at: exit.at() })
-    };
-    scenario.runs.iter().filter_map(crashed).min_by_key(|crash| crash.at)
-}
-
-/// When a child ended, if it did before the run.
-pub(crate) fn exit_before_end<'a>(run: &'a RunRecord, child: &str) -> Option<&'a Event> {
-    let name = format!("{child}.exited");
-    run.events.iter().take_while(|event| event.event != END).find(|event| event.event == name)
-}
-
-/// True if an expectation says how `child` ends.
-pub(crate) fn expects_exit(scenario: &Scenario, child: &str) -> bool {
-    let is_its = |expect: &Expect| expect.on.as_deref().unwrap_or(child) == child;
-    scenario.expects.iter().any(|expect| expect.what.kind == Kind::ExitCode && is_its(expect))
-}
-
 type Result = std::result::Result<Judged, String>;
 
 fn stream<'a>(
@@ -140,7 +119,7 @@ fn next_scan(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     let next = stream.scan_times.iter().find(|time| **time >= from).copied();
     let told = |at: SimTime| format!("{:.3} s", at.as_secs_f64() - from.as_secs_f64());
     Ok(match next {
-        Some(at) if at <= due => {
+        Some(at) if in_time(at, due) => {
             Judged::holds(true, format!("a scan from {id} after {}", told(at))).at(at).due(due, at)
         }
         Some(at) => Judged::holds(
@@ -259,7 +238,7 @@ fn log(scenario: &Scenario, number: usize, expect: &Expect, run: &RunRecord) -> 
     let first = times.into_iter().flatten().map(|found| found.at).find(|time| *time >= from);
     let pattern = expect.matches.as_ref().map_or("", |pattern| pattern.0.as_str());
     Ok(match (first, due) {
-        (Some(at), Some(due)) if at > due => Judged::holds(
+        (Some(at), Some(due)) if !in_time(at, due) => Judged::holds(
             false,
             format!("a line of {id} matches `{pattern}` only at {:.3} s", at.as_secs_f64()),
         )
@@ -367,7 +346,7 @@ fn same_bytes(expect: &Expect, runs: &[RunRecord]) -> Result {
 
 fn exit_code(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     let id = child(scenario, expect)?;
-    let wanted = expect.bounds.equals.unwrap_or(0.0);
+    let wanted = wanted_code(expect);
     let code = run.children.get(id).and_then(|child| child.exit_code);
     let told = code.map_or("none".to_owned(), |code| code.to_string());
     let message = format!("exit code of {id}: expected {wanted}, found {told}");

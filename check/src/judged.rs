@@ -1,10 +1,10 @@
 //! An expectation that has been judged, and what a judge looks for in a run.
 
-use std::fmt;
 use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
 
+use crate::ending::Crash;
 use crate::jitter::Jitter;
 use crate::journal::Event;
 use crate::runner::RunRecord;
@@ -84,21 +84,6 @@ impl Judged {
     }
 }
 
-/// A child that ended before the run with an error that nobody expects.
-#[derive(Clone, Copy)]
-pub(crate) struct Crash<'a> {
-    pub(crate) child: &'a str,
-    pub(crate) code: i32,
-    pub(crate) at: SimTime,
-}
-
-impl fmt::Display for Crash<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { child, code, at } = self;
-        write!(f, "`{child}` had crashed at {:.3} s, with code {code}", at.as_secs_f64())
-    }
-}
-
 /// The one that is meant: the one named, or the only one.
 pub(crate) fn the_one<'a>(
     what: &str,
@@ -141,6 +126,12 @@ pub(crate) fn event_number(name: &str, run: &RunRecord) -> std::result::Result<u
             Err(format!("there was no event `{name}`; there were {}", known.join(", ")))
         }
     }
+}
+
+/// Whether `at` is not late for `due`. C libraries and languages round a time-out up to their next microsecond: who waits 0.02 s comes in time within 0.02 s.
+pub(crate) fn in_time(at: SimTime, due: SimTime) -> bool {
+    const ROUNDING_NS: u64 = 1000;
+    at.0 <= due.0.saturating_add(ROUNDING_NS)
 }
 
 pub(crate) fn seconds_after(from: SimTime, seconds: f64) -> SimTime {

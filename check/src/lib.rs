@@ -12,6 +12,7 @@ mod child_clock;
 mod clock;
 mod course;
 mod descendants;
+mod ending;
 mod fault;
 mod fault_desk;
 mod fault_schema;

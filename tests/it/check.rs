@@ -33,11 +33,12 @@ fn a_steady_run_passes_and_a_controller_that_quits_fails() {
     assert_says(&ended.stderr, &["10 passed, 0 failed, 0 not judged, 0 skipped"]);
 
     let ended = check("quits.toml", &[]);
-    assert_eq!(ended.code, Some(1), "{}", ended.stdout);
+    assert_eq!(ended.code, Some(2), "what it left open is not judged: {}", ended.stdout);
     assert_says(
         &ended.stdout,
         &[
             "FAILED  2. exit_code: 0 [seed 7]: exit code of sut: expected 0, found 1",
+            "`sut` had crashed at 0.400 s, with code 1",
             "sut.exited: code 1",
             "quits.toml --seed 7",
         ],
@@ -104,7 +105,7 @@ fn in_lockstep_the_same_seed_gives_the_same_junit_but_for_times() {
         let junit = |name: &str| {
             let file = folder.path().join(name);
             let ended = check("quits.toml", &["--seed", seed, "--junit", text(&file)]);
-            assert_eq!(ended.code, Some(1), "{}", ended.stdout);
+            assert_eq!(ended.code, Some(2), "{}", ended.stdout);
             timeless(&std::fs::read_to_string(file).expect("written"))
         };
         let (first, second) = (junit("first.xml"), junit("second.xml"));
@@ -221,7 +222,7 @@ fn the_manuals_five_minutes_are_as_it_says() {
     write("row.toml", example);
     write("quits.toml", &quits);
     for (name, code, says) in
-        [("row.toml", 0, "passed  2. exit_code"), ("quits.toml", 1, "FAILED  2. exit_code")]
+        [("row.toml", 0, "passed  2. exit_code"), ("quits.toml", 2, "FAILED  2. exit_code")]
     {
         // By its bare name, as somebody in the folder says it.
         let ended = Command::new(env!("CARGO_BIN_EXE_rowscan"))

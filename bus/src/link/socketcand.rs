@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 use std::net::SocketAddr;
+use std::time::Duration;
 
+use rowscan_ports::clock::{Stopwatch, rest};
 use rowscan_ports::in_flight::Pending;
 use rowscan_ports::task;
 use rowscan_ports::{Tally, keep_alive};
@@ -20,6 +22,8 @@ use crate::{CanFrame, CanId};
 const MAX_CLIENTS: usize = 16;
 /// Frames a client may be behind before it loses some.
 const QUEUE: usize = 4096;
+/// How long a client that has opened the bus gets no frames, host time.
+const QUIET: Duration = Duration::from_millis(50);
 /// No element is longer.
 const LONGEST: usize = 128;
 
@@ -175,6 +179,8 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, 
     let (mut bytes, mut answers, mut heard) = ([0; 512], String::from(Conversation::GREETING), Vec::new());
     // The frame in `answers`, until it is written.
     let mut written: Option<Pending> = None;
+    // python-can takes whatever comes with the answer to its opening for a part of it: frames for it wait a moment, and its own do not.
+    let mut opened: Option<Stopwatch> = None;
     loop {
         if writer.write_all(answers.as_bytes()).await.is_err() {
             return;
@@ -183,11 +189,11 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, 
         drop(written.take());
         for heard in heard.drain(..) {
             if heard == PortEvent::Opened {
-                // python-can takes whatever comes with the answer for a part of it.
-                rowscan_ports::clock::retry_pause().await;
+                opened = Some(Stopwatch::start());
             }
             ear.hear(heard).await;
         }
+        let quiet = opened.map_or(Duration::ZERO, |opened| QUIET.saturating_sub(opened.elapsed()));
         tokio::select! {
             read = reader.read(&mut bytes) => match read {
                 Ok(0) | Err(_) => return,
@@ -196,7 +202,8 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, 
                     conversation.handle_bytes(bytes, &mut answers, &mut heard);
                 }
             },
-            frame = queue.recv() => {
+            () = rest(quiet), if !quiet.is_zero() => {}
+            frame = queue.recv(), if quiet.is_zero() => {
                 let Some(OutgoingFrame { at, what, pending, .. }) = frame else { return };
                 written = Some(pending);
                 // A server tells errors only if it was started to (`-e`).

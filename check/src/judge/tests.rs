@@ -221,9 +221,14 @@ fn what_was_open_when_a_controller_crashed_is_not_judged() {
     assert_eq!(judged("what = \"first_scan\", within_s = 0.01", 3, 0.8), Failed);
     assert_eq!(judged("what = \"scans_lost\", between = [\"early\", \"late\"], equals = 1", 3, 0.8), Passed);
     assert_eq!(judged("what = \"log\", matches = \"x\"", 3, 0.4), Error, "it matched at 0.5 s");
-    // Somebody expects the crash.
-    let expected = format!("{lost} }}, {{ what = \"exit_code\", equals = 3");
-    assert_eq!(judged(&expected, 3, 0.8), Passed);
+    // Somebody expects this code: no crash. Any other one is.
+    let beside =
+        |exit: &str, code: i32| judged(&format!("{lost} }}, {{ what = \"exit_code\"{exit}"), code, 0.8);
+    assert_eq!((beside(", equals = 3", 3), beside(", of = \"sut\", equals = 3", 3)), (Passed, Passed));
+    assert_eq!(
+        (beside(", equals = 3", 1), beside("", 3), beside(", of = \"other\", equals = 3", 3)),
+        (Error, Error, Error)
+    );
 }
 
 #[test]

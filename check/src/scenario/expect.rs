@@ -255,6 +255,7 @@ impl TryFrom<Table> for Expect {
         expect.check_signal()?;
         expect.check_window()?;
         expect.check_numbers()?;
+        expect.check_bounds()?;
         Ok(expect)
     }
 }
@@ -431,6 +432,27 @@ impl Expect {
                 Err(format!("`{key}`: expected an event before the end, found `{END}`: nothing comes after"))
             }
             None => Ok(()),
+        }
+    }
+
+    /// Refuses bounds that contradict each other, or of which one says it all.
+    fn check_bounds(&self) -> Result<(), String> {
+        let Bounds { equals, above, below, abs_below, between, .. } = self.bounds;
+        let bounds = [
+            ("above", above.is_some()),
+            ("below", below.is_some()),
+            ("abs_below", abs_below.is_some()),
+            ("between", between.is_some()),
+        ];
+        let equals = equals.is_some() || self.equals_text.is_some() && self.what.kind == Kind::Signal;
+        match (bounds.iter().find(|(_, is_given)| *is_given), above, below) {
+            (Some((key, _)), ..) if equals => {
+                Err(format!("`equals` and `{key}`: expected one of them, found both; leave one out"))
+            }
+            (_, Some(above), Some(below)) if above >= below => Err(format!(
+                "`above` and `below`: expected numbers with others between them, found {above} and {below}"
+            )),
+            _ => Ok(()),
         }
     }
 

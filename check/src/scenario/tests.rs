@@ -280,6 +280,14 @@ fn mistakes_are_told_with_line_and_remedy() {
             "[[expect]]\nwhat = \"scans_lost\"\n",
             ":1: `scans_lost` expects nothing yet; add `equals`, `above`, `below` or `between`",
         ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\nequals = 3\nabove = 1\n",
+            ":1: `equals` and `above`: expected one of them, found both",
+        ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\nabove = 5\nbelow = 3\n",
+            ":1: `above` and `below`: expected numbers with others between them, found 5 and 3",
+        ),
         ("[[expect]]\nwhat = \"log\"\nmatches = \"(\"\n", ":1: `matches`: `(` is no pattern"),
         (
             "[[expect]]\nwhat = \"scans_repeated\"\nequals = \"device\"\n",

@@ -4,7 +4,7 @@ use rowscan_protocol::time::SimTime;
 
 use super::course::Course;
 use super::{Must, Sample, Source, series};
-use crate::judged::{Judged, from_event, seconds_after, the_one};
+use crate::judged::{Judged, from_event, in_time, seconds_after, the_one};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
 
@@ -113,7 +113,7 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
     let found = stretches.iter().find(long_enough);
     let after = |at: SimTime| at.as_secs_f64() - from.as_secs_f64();
     Ok(match found {
-        Some((begin, _)) if *begin <= due => {
+        Some((begin, _)) if in_time(*begin, due) => {
             Judged::holds(true, format!("{name} is {words}{of_long} after {:.3} s", after(*begin)))
                 .at(*begin)
                 .due(due, *begin)
@@ -133,7 +133,7 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
             Judged::holds(
                 false,
                 format!(
-                    "expected {name} {words}{of_long} within {within_s} s, found {} and never so",
+                    "expected {name} {words}{of_long} within {within_s} s, found it never so to the end of the run; its last value is {}",
                     told(last)
                 ),
             )
@@ -149,7 +149,7 @@ fn comes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
     let after = |at: SimTime| at.as_secs_f64() - window.from.as_secs_f64();
     let within_s = expect.within_s.unwrap_or_default();
     Ok(match next {
-        Some(sample) if sample.at <= due => {
+        Some(sample) if in_time(sample.at, due) => {
             Judged::holds(true, format!("{name} is heard after {:.3} s", after(sample.at)))
                 .at(sample.at)
                 .due(due, sample.at)
@@ -173,7 +173,7 @@ fn changes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
     let base = course.before(from).or(all.first().copied());
     let first = all.iter().find(|sample| base.is_some_and(|base| base.value != sample.value)).copied();
     Ok(match first {
-        Some(sample) if sample.at <= due => {
+        Some(sample) if in_time(sample.at, due) => {
             Judged::holds(true, format!("{name} changes: from {} to {}", told(base), told(Some(sample))))
                 .at(sample.at)
                 .due(due, sample.at)
@@ -316,7 +316,7 @@ fn as_without(
         (Some(a), Some(b)) => (a - b).abs() <= expect.bounds.tolerance,
         (a, b) => a == b,
     };
-    let in_time = |a: &Sample, b: &Sample| {
+    let together = |a: &Sample, b: &Sample| {
         expect.within_s.is_none_or(|seconds| {
             let relative = |sample: &Sample, from: SimTime| sample.at.0 as f64 - from.0 as f64;
             (relative(a, window.from) - relative(b, from)).abs() <= seconds * 1e9 + 1.0
@@ -324,7 +324,7 @@ fn as_without(
     };
     let count = found.len().max(wanted.len());
     let differs = (0..count).find(|place| match (found.get(*place), wanted.get(*place)) {
-        (Some(a), Some(b)) => !near(a, b) || !in_time(a, b),
+        (Some(a), Some(b)) => !near(a, b) || !together(a, b),
         _ => true,
     });
     Ok(match differs {
@@ -332,7 +332,7 @@ fn as_without(
         Some(place) => {
             let at = found.get(place).map_or(window.ended, |sample| sample.at);
             let message = format!(
-                "expected {name} as without faults, found as value {} {} in place of {}",
+                "expected {name} as without faults, found as number {}, counted from 1, {} in place of {}",
                 place + 1,
                 told(found.get(place).copied()),
                 told(wanted.get(place).copied())

@@ -273,3 +273,19 @@ fn a_failed_verdict_shows_its_signal() {
     assert!(svg.contains("can0:Nozzles.Section1") && svg.contains(">late<"), "{svg}");
     assert_eq!(svg.matches("<circle").count(), 10);
 }
+
+#[test]
+fn a_time_out_that_was_rounded_up_is_in_time_and_no_later_one_is() {
+    // The section closes 100 ms after the second event, and so much later.
+    let closing = |late_ns: u64| {
+        let mut frames = usual();
+        let closed = frames.get_mut(8).expect("the first that says so");
+        closed.at = SimTime(closed.at.0 + late_ns);
+        verdict(
+            "signal = \"can0:Nozzles.Section1\", equals = \"closed\", after = \"late\", within_s = 0.1",
+            frames,
+        )
+        .0
+    };
+    assert_eq!([0, 1, 1000, 1001, 1_000_000].map(closing), [Passed, Passed, Passed, Failed, Failed]);
+}
