@@ -8,13 +8,13 @@ use tokio::sync::watch;
 use crate::course;
 use crate::fault::ScenarioFault;
 use crate::judge::{self, Runs};
-use crate::judged::Judged;
+use crate::judged::{self, Judged};
 use crate::onlooker::Onlooker;
 use crate::runner::{self, Beside, RunRecord};
 use crate::scenario::{Mode, Scenario};
 use crate::signal;
 use crate::verdict::{
-    COMPUTE, Case, ENDED_EARLY, GAP, HELD_BACK, JITTER, Tried, Verdict, WARNING, name_of, rerun,
+    ASLEEP, COMPUTE, Case, ENDED_EARLY, GAP, HELD_BACK, JITTER, Tried, Verdict, WARNING, name_of, rerun,
 };
 use crate::what::Kind;
 
@@ -214,6 +214,7 @@ fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
     let longest = run.longest_compute.map(|longest| format!("{:.1} ms", longest.as_secs_f64() * 1e3));
     facts.extend(longest.map(|longest| (COMPUTE.to_owned(), longest)));
     facts.extend(gaps(run).map(|gap| (GAP.to_owned(), gap)));
+    facts.extend(run.sleeps.iter().map(|sleep| (ASLEEP.to_owned(), judged::asleep(run, sleep))));
     let mut held: Vec<&str> = scenario.faults.iter().filter_map(ScenarioFault::holds_back).collect();
     held.dedup();
     if scenario.clock.mode == Mode::Lockstep && !held.is_empty() {

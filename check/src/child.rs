@@ -80,6 +80,8 @@ impl Stopper {
 pub(crate) struct Child {
     pub(crate) id: String,
     pub(crate) output: Arc<Output>,
+    /// The number of its process, also once it has ended.
+    pub(crate) number: Option<u32>,
     group: Option<i32>,
     exited: watch::Receiver<Option<i32>>,
     tasks: JoinSet<()>,
@@ -106,7 +108,8 @@ impl Child {
         #[cfg(unix)]
         command.process_group(0);
         let mut child = command.spawn().map_err(failed)?;
-        let group = child.id().and_then(|id| i32::try_from(id).ok());
+        let number = child.id();
+        let group = number.and_then(|id| i32::try_from(id).ok());
         journal.note(format!("{}.started", start.id), start.written.join(" "));
         let (tell, exited) = watch::channel(None);
         let mut tasks = JoinSet::new();
@@ -124,7 +127,7 @@ impl Child {
             // Nobody needs to hear it.
             let _ = tell.send(Some(code.unwrap_or(-1)));
         }));
-        Ok(Self { id: start.id.to_owned(), output, group, exited, tasks })
+        Ok(Self { id: start.id.to_owned(), output, number, group, exited, tasks })
     }
 
     /// Its exit code, once it has ended; -1 where the system does not tell.

@@ -61,6 +61,7 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
         Kind::Sprayer => Err(String::new()),
     };
     let judged = judged.unwrap_or_else(Judged::error).beside_jitter(scenario.clock.scale, run.jitter);
+    let judged = judged.beside_sleeps(from_event(expect.after.as_ref(), run).unwrap_or_default(), run);
     match expect.what.kind {
         // What the bench itself did, and how a child ended.
         Kind::FaultActs | Kind::ExitCode => judged,

@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
 
+use rowscan_emulator::Sleep;
+
 use crate::ending::Crash;
 use crate::jitter::Jitter;
 use crate::journal::Event;
@@ -72,6 +74,19 @@ impl Judged {
         Self { verdict: Verdict::Error, message, ..self }
     }
 
+    /// A child that slept while time was held for it came as late as it slept: nothing is said of what was due meanwhile, counted from `from`.
+    pub(crate) fn beside_sleeps(self, from: SimTime, run: &RunRecord) -> Self {
+        let until = self.decided.unwrap_or(run.ended);
+        let slept = run.sleeps.iter().find(|sleep| (from..=until).contains(&sleep.at));
+        match slept.filter(|_| self.verdict == Verdict::Passed && self.margin.is_some()) {
+            Some(sleep) => {
+                let message = format!("{}: {}", self.message, asleep(run, sleep));
+                Self { verdict: Verdict::Error, message, ..self }
+            }
+            None => self,
+        }
+    }
+
     /// What a controller that had crashed left unanswered tells nothing of it.
     pub(crate) fn after_crash(self, crash: Option<Crash<'_>>) -> Self {
         match crash {
@@ -82,6 +97,18 @@ impl Judged {
             _ => self,
         }
     }
+}
+
+/// A sleep in words.
+pub(crate) fn asleep(run: &RunRecord, sleep: &Sleep) -> String {
+    let children = run.children.iter().find(|(_, child)| child.process == Some(sleep.process));
+    let who = children.map_or_else(|| format!("process {}", sleep.process), |(id, _)| format!("`{id}`"));
+    format!(
+        "{who} slept for {:.1} s of this machine's time at {:.3} s, with connections open, and time waited for it: the sleep took no simulated time; give it \
+         `time = \"simulated\"`",
+        sleep.took.as_secs_f64(),
+        sleep.at.as_secs_f64()
+    )
 }
 
 /// The one that is meant: the one named, or the only one.

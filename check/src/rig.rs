@@ -10,7 +10,7 @@ use rowscan_bench::{
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Compute, EndWhen, Gaps};
+use rowscan_emulator::{Compute, EndWhen, Gaps, Sleeps};
 use rowscan_protocol::device::{DialectPolicy, Start};
 use rowscan_recording::{About, Taps};
 use rowscan_scenes::files::{Warning, load_scene, rig_text};
@@ -46,6 +46,8 @@ pub(crate) struct ScenarioRig {
     pub(crate) desk: FaultDesk,
     /// When nobody took scans in lockstep.
     pub(crate) gaps: Gaps,
+    /// When a child slept by the host's time in lockstep, and held time.
+    pub(crate) sleeps: Sleeps,
     /// How long its controller computes.
     pub(crate) compute: Compute,
     /// What its buses have heard.
@@ -85,6 +87,7 @@ impl ScenarioRig {
         let child_clock = child_clock::clock(scenario, &stage, folder, &mut places)?;
         let lockstep = lockstep(scenario, child_clock.clone(), (&mut places, &compute)).await?;
         let gaps = lockstep.as_ref().map(Lockstep::gaps).unwrap_or_default();
+        let sleeps = lockstep.as_ref().map(Lockstep::sleeps).unwrap_or_default();
         let mut spec = BenchSpec::new(&stage, scale);
         spec.time = TimeSpec {
             timer: Timer::system(),
@@ -151,6 +154,7 @@ impl ScenarioRig {
             file,
             desk,
             gaps,
+            sleeps,
             compute,
             frames,
             sentences,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use regex_lite::Regex;
-use rowscan_emulator::{Compute, Gap, Hold, StageRow};
+use rowscan_emulator::{Compute, Gap, Hold, Sleep, StageRow};
 use rowscan_files::OutputFile;
 use rowscan_ports::clock::{Stopwatch, rest, within};
 use rowscan_ports::task;
@@ -84,6 +84,8 @@ pub(crate) struct RunRecord {
     pub(crate) jitter: Option<Jitter>,
     /// When nobody took scans in lockstep, and time went on at the host's pace.
     pub(crate) gaps: Vec<Gap>,
+    /// When a child slept by the host's time in lockstep, and held time.
+    pub(crate) sleeps: Vec<Sleep>,
     /// How many bytes compared files had when the drive was released, by their names.
     pub(crate) bytes_before: BTreeMap<String, u64>,
     pub(crate) truth: Option<truth::Trees>,
@@ -110,6 +112,8 @@ impl RunRecord {
 #[derive(Debug, Default)]
 pub(crate) struct ChildRecord {
     pub(crate) exit_code: Option<i32>,
+    /// The number of its process.
+    pub(crate) process: Option<u32>,
     pub(crate) tail: String,
     /// When the patterns of expectations matched, by the expectation's number.
     pub(crate) matches: BTreeMap<usize, Vec<Match>>,
@@ -167,6 +171,7 @@ async fn drive(
     };
     desk.note();
     record.gaps = rig.gaps.all();
+    record.sleeps = rig.sleeps.all();
     // The last child left where it took its last scan: how long its end took the host is nothing of the drive.
     let left = record.gaps.pop_if(|gap| matches!(ended, Ok(Some(_))) && gap.to.is_none());
     record.ended = left.map_or(journal.now(), |gap| gap.from);
@@ -231,7 +236,12 @@ fn write_frames(folder: &Path, frames: &BTreeMap<String, BusRecord>) -> Result<(
 
 fn record_of(scenario: &Scenario, child: &Child) -> ChildRecord {
     let matches = (0..scenario.expects.len()).map(|number| (number, child.output.matches(number)));
-    ChildRecord { exit_code: child.exit_code(), tail: child.output.tail(), matches: matches.collect() }
+    ChildRecord {
+        exit_code: child.exit_code(),
+        process: child.number,
+        tail: child.output.tail(),
+        matches: matches.collect(),
+    }
 }
 
 /// The pauses among the faults, each with the number of its child and what it is timed by.

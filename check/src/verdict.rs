@@ -15,6 +15,9 @@ pub(crate) const ENDED_EARLY: &str = "ended_early";
 /// The fact that nobody took scans for a while in lockstep, and when.
 pub(crate) const GAP: &str = "gap";
 
+/// The fact that a child slept by the host's time and held time in lockstep, and when.
+pub(crate) const ASLEEP: &str = "asleep";
+
 /// The fact that computing was measured, and the longest time.
 pub(crate) const COMPUTE: &str = "compute_measured";
 
@@ -126,7 +129,7 @@ impl Tried {
             COMPUTE => Some(format!(
                 "computing was measured, up to {value} a step: the run does not repeat to the byte"
             )),
-            ENDED_EARLY | GAP => Some(value.clone()),
+            ENDED_EARLY | GAP | ASLEEP => Some(value.clone()),
             _ => None,
         };
         self.facts.iter().filter_map(note).collect()

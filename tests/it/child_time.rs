@@ -86,6 +86,65 @@ fn a_missing_time_out_is_seen() {
     assert_says(&ended.stdout, &["expected a scan from left within 3 s, found none"]);
 }
 
+/// A controller that sleeps with a connection open: time waits for it, so by simulated time it is back at once.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_sleep_that_time_waits_for_is_told_and_what_was_due_meanwhile_is_not_judged() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let tried = |pause_s: &str| {
+        let scenario = format!(
+            "version = 1\nscene = \"spindle\"\nseed = 7\nclock = {{ mode = \"lockstep\", deadline_wall_s = 60, startup_wall_s = 60 }}\nend = {{ s = 2 }}\n\
+             fault = [{{ id = \"out\", name = \"fin\", on = \"left\", at = {{ row_m = 1.0 }} }}]\n\
+             [[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[bus]]\nid = \"can0\"\nport = \"socketcand:127.0.0.1:0\"\n\
+             [[run]]\nid = \"sut\"\ncommand = [\"python3\", \"{{scenario}}/it.py\", \"{{left.tcp}}\", \"{{can0.address}}\", \"{pause_s}\"]\n\
+             ready = {{ line = \"connected\" }}\n[[expect]]\nwhat = \"streaming\"\nafter = \"out\"\nwithin_s = 1\n\
+             [[expect]]\nwhat = \"first_scan\"\nwithin_s = 60\n"
+        );
+        std::fs::write(folder.path().join("it.py"), SLEEPER).expect("written");
+        let path = folder.path().join("it.toml");
+        std::fs::write(&path, scenario).expect("written");
+        run(&["check", text(&path)])
+    };
+    let ended = tried("0");
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+    let ended = tried("1.5");
+    assert_eq!(ended.code, Some(2), "{}{}", ended.stdout, ended.stderr);
+    assert_says(
+        &ended.stdout,
+        &[
+            "note",
+            "`sut` slept for 1.",
+            "the sleep took no simulated time",
+            "`time = \"simulated\"`",
+            "ERROR   1. streaming",
+        ],
+    );
+    assert_says(&ended.stdout, &["passed  2. first_scan"]);
+}
+
+#[cfg(target_os = "linux")]
+const SLEEPER: &str = r#"
+import socket, sys, threading, time
+def connect(place):
+    host, port = place.rsplit(":", 1)
+    return socket.create_connection((host, int(port)))
+bus, asleep = connect(sys.argv[2]), threading.Lock()
+bus.sendall(b"< open can0 >< rawmode >")
+def listen():
+    while bus.recv(65536):
+        with asleep:
+            pass
+threading.Thread(target=listen, daemon=True).start()
+while True:
+    with connect(sys.argv[1]) as scanner:
+        scanner.sendall(b"\x02sEN LMDscandata 1\x03")
+        print("connected")
+        while scanner.recv(65536):
+            pass
+    with asleep:
+        time.sleep(float(sys.argv[3]))
+"#;
+
 /// Threads that wait for a queue and for each other, and a loop of events; their timers are due at the same instants as scans and as each other.
 #[test]
 fn ten_runs_decide_the_same_at_the_same_times() {

@@ -51,7 +51,7 @@ pub(crate) fn record(folder: &Path) -> RunRecord {
         0,
         [SECOND / 2, 2 * SECOND].map(|at| Match { at: SimTime(at), value: None }).to_vec(),
     )]);
-    let child = ChildRecord { exit_code: Some(3), tail: String::new(), matches };
+    let child = ChildRecord { exit_code: Some(3), matches, ..ChildRecord::default() };
     RunRecord {
         seed: 7,
         folder: folder.to_owned(),

@@ -33,6 +33,7 @@ pub use level::{Ack, AckError, OutputAck, OutputPort};
 use crate::clock::SimClock;
 use crate::compute::Compute;
 use crate::gap::Gaps;
+use crate::sleeps::{SHORTEST, Sleep, Sleeps};
 use crate::steps::Steps;
 pub(crate) use bystanders::Bystanders;
 use looked::Looked;
@@ -101,6 +102,7 @@ pub struct Lockstep {
     /// Notified when somebody comes to take part.
     joined: Arc<Notify>,
     gaps: Gaps,
+    sleeps: Sleeps,
     /// The clock of children that wait by simulated time.
     children: Option<ChildClock>,
     step: u64,
@@ -135,8 +137,19 @@ impl Lockstep {
             .map(|level| Watch::open(level, bystanders.clone()))
             .transpose()
             .map_err(LockstepOpenError::Kernel)?;
-        let gaps = Gaps::default();
-        Ok(Self { config, watch, replies, outputs, bystanders, joined, gaps, children: None, step: 0 })
+        let (gaps, sleeps) = (Gaps::default(), Sleeps::default());
+        Ok(Self {
+            config,
+            watch,
+            replies,
+            outputs,
+            bystanders,
+            joined,
+            gaps,
+            sleeps,
+            children: None,
+            step: 0,
+        })
     }
 
     /// Has time wait for the timers of children, and theirs for it. They must be idle, too, where the kernel says who is.
@@ -163,6 +176,11 @@ impl Lockstep {
     /// When nobody took scans, and time went on at the host's pace.
     pub fn gaps(&self) -> Gaps {
         self.gaps.clone()
+    }
+
+    /// When a participant slept by the host's time, and held time.
+    pub fn sleeps(&self) -> Sleeps {
+        self.sleeps.clone()
     }
 
     /// Whether somebody must grant steps.
@@ -271,9 +289,24 @@ impl Lockstep {
 
     async fn until(&mut self, at: SimTime, look: fn(&mut Self) -> Looked) -> Result<(), LockstepError> {
         let stopwatch = Stopwatch::start();
+        let mut asleep: Option<(u32, Stopwatch)> = None;
         loop {
             let looked = look(self);
             let waited = stopwatch.elapsed();
+            // Who is fast has read what came: only of a long wait it is asked what for.
+            let sleeper = match looked {
+                Looked::Missing(_) if waited >= YIELDING => self.watch.as_mut().and_then(Watch::sleeper),
+                _ => None,
+            };
+            if asleep.map(|(process, _)| process) != sleeper {
+                let slept =
+                    asleep.take().map(|(process, since)| Sleep { at, took: since.elapsed(), process });
+                slept
+                    .filter(|sleep| sleep.took >= SHORTEST)
+                    .into_iter()
+                    .for_each(|sleep| self.sleeps.note(sleep));
+                asleep = sleeper.map(|process| (process, Stopwatch::start()));
+            }
             match looked {
                 Looked::Acknowledged => return Ok(()),
                 // Others run meanwhile: one may have to take in what a child has said.

@@ -111,6 +111,18 @@ pub(crate) fn processor_time(process: u32) -> Duration {
     Duration::from_nanos(time_ns.sum())
 }
 
+/// True if no thread of a process runs, or is about to: whatever they wait for, time among it.
+pub(super) fn is_asleep(process: u32) -> bool {
+    let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
+    let states = threads.filter_map(|thread| {
+        let mut stat = [0; LINE];
+        let stat = line(thread.path().join("stat"), &mut stat).ok()?;
+        stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next())
+    });
+    let mut states = states.peekable();
+    states.peek().is_some() && states.all(|state| state == 'S')
+}
+
 /// What a process does.
 pub(super) fn doing(process: u32) -> Doing {
     doing_beside(process, None)
@@ -206,6 +218,16 @@ mod tests {
         child.kill().unwrap();
         child.wait().unwrap();
         assert_eq!(doing(child.id()), Doing::Gone);
+    }
+
+    #[test]
+    fn a_program_that_sleeps_is_at_work_and_asleep() {
+        let mut child = Command::new("sleep").arg("1000").spawn().unwrap();
+        until(child.id(), |doing| matches!(doing, Doing::Works(_)) && is_asleep(child.id()));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(!is_asleep(child.id()), "it is gone");
+        assert!(!is_asleep(std::process::id()), "this one runs");
     }
 
     #[test]

@@ -105,6 +105,24 @@ impl Watch {
         !owners.is_empty() && owners.iter().all(sleeps)
     }
 
+    /// The program that holds time up by a sleep: nobody behind the peers runs, and this one has not read what came, or waits for time alone.
+    pub(super) fn sleeper(&mut self) -> Option<u32> {
+        let connections = self.sockets.connections().ok()?;
+        let own = std::process::id();
+        let (mut late, mut all) = (None, Vec::new());
+        for far in connections.iter().filter_map(|connection| connection.far) {
+            for process in
+                owners(&mut self.owners, far.inode).iter().copied().filter(|process| *process != own)
+            {
+                late = late.or((far.unread > 0).then_some(process));
+                all.push(process);
+            }
+        }
+        let sleeps = |process: &u32| matches!(processes::doing(*process), Doing::Works(_));
+        let runs = all.iter().any(|process| !processes::is_asleep(*process));
+        late.or_else(|| all.iter().copied().find(sleeps)).filter(|_| !runs)
+    }
+
     /// Connections that this program has not taken yet. Where the children's own time has them dial, that belongs to the step.
     fn unheard_connections(&mut self, children: Option<&ChildClock>) -> Option<String> {
         children?;

@@ -20,6 +20,10 @@ impl Watch {
         Looked::Missing("this needs Linux".to_owned())
     }
 
+    pub(super) fn sleeper(&mut self) -> Option<u32> {
+        None
+    }
+
     pub(super) fn describe(&mut self, _: Option<&ChildClock>) -> String {
         String::new()
     }
