@@ -9,6 +9,7 @@ use crate::jitter::Jitter;
 use crate::output::Match;
 use crate::runner::ChildRecord;
 use crate::verdict::Verdict;
+use crate::what::Sprayed;
 use crate::witness::tests::{bench, deliver};
 
 const SECOND: u64 = 1_000_000_000;
@@ -276,9 +277,19 @@ fn exit_codes() {
 
 #[test]
 fn what_needs_the_sprayer_is_not_judged() {
-    let sprayer = crate::what::WHATS.iter().filter(|what| what.kind == Kind::Sprayer);
-    for what in sprayer {
-        holds(&[(&format!("what = \"{}\"", what.name), Error)]);
+    let keys = |what: &crate::what::What| match what.kind {
+        Kind::Sprayer(Sprayed::LatencyError) => Some(", p95_below = 1000"),
+        Kind::Sprayer(Sprayed::Valves) => Some(", all = \"closed\""),
+        Kind::Sprayer(Sprayed::TimeToSafe) => Some(", after = \"early\", below = 1000"),
+        Kind::Sprayer(_) => Some(", below = 1000"),
+        Kind::Needs(_) => Some(""),
+        _ => None,
+    };
+    let sprayer: Vec<_> =
+        crate::what::WHATS.iter().filter_map(|what| Some((what.name, keys(what)?))).collect();
+    assert_eq!(sprayer.len(), 10);
+    for (name, keys) in sprayer {
+        holds(&[(&format!("what = \"{name}\"{keys}"), Error)]);
     }
 }
 
