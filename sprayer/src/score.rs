@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::flow::Flow;
 use crate::pass::Pass;
 
+/// A share of the litres that is none.
+const ROUNDING: f64 = 1e-12;
+
 /// A run's scores. What cannot be told is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
@@ -39,6 +42,8 @@ impl Score {
             hit_m2 += pass.area_m2(nozzle.number, &wanted.and(&flow.open));
             full_l_s += nozzle.flow_l_s;
         }
+        // What rounding leaves where an edge is wanted when it comes.
+        let wasted = if wasted < ROUNDING * litres { 0.0 } else { wasted };
         let constant_litres = full_l_s * pass.drive().going(pass.boom().standstill_m_s).length();
         let recall = (wanted_m2 > 0.0).then(|| (hit_m2 / wanted_m2).clamp(0.0, 1.0));
         let waste = (litres > 0.0).then(|| (wasted / litres).clamp(0.0, 1.0));

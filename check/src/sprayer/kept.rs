@@ -89,12 +89,12 @@ impl SprayerRun {
         OutputFile::create(&folder.join(NAME))?.write_whole(text.as_bytes())
     }
 
-    /// Reads the run kept in `folder`, or the only one below it, and grows its orchard again.
+    /// Reads the run kept in `folder`, or the only one below it, or in the file that is named, and grows its orchard again.
     ///
     /// # Errors
     /// No such run or several, content that is none, an orchard that cannot be grown.
     pub fn load(folder: &Path) -> Result<Self, KeptError> {
-        let path = found(folder)?.join(NAME);
+        let path = found(folder)?;
         let bytes = rowscan_files::read(&path, LARGEST)
             .map_err(|cause| KeptError::Read { path: path.clone(), cause })?;
         let content = |why: String| KeptError::Content { path: path.clone(), why };
@@ -120,13 +120,16 @@ impl SprayerRun {
 /// How deep below the folder of `--keep` runs are.
 const DEPTH: u32 = 2;
 
-/// The folder itself where a run was kept in it, else the only one below it.
+/// The file itself, that of the folder where a run was kept in it, else the only one below it.
 fn found(folder: &Path) -> Result<PathBuf, KeptError> {
+    if folder.is_file() {
+        return Ok(folder.to_owned());
+    }
     let mut runs = Vec::new();
     look(folder, DEPTH, &mut runs);
     match runs.as_slice() {
-        [] => Ok(folder.to_owned()),
-        [one] => Ok(one.clone()),
+        [] => Ok(folder.join(NAME)),
+        [one] => Ok(one.join(NAME)),
         all => Err(KeptError::Several {
             folder: folder.to_owned(),
             runs: all.iter().map(|run| run.display().to_string()).collect(),
