@@ -9,7 +9,6 @@ use rowscan_sprayer::Edge;
 
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
-use crate::sprayer::edge_named;
 use crate::what::{self, Count, Kind, Sprayed, WHATS, What};
 
 /// What `equals` says where the device itself tells how much is right.
@@ -290,6 +289,15 @@ impl TryFrom<Table> for Expect {
         expect.check_numbers()?;
         expect.check_bounds()?;
         Ok(expect)
+    }
+}
+
+/// The edge that is named.
+fn edge_named(name: &str) -> Result<Edge, String> {
+    match name {
+        "open" | "leading" => Ok(Edge::Open),
+        "close" | "trailing" => Ok(Edge::Close),
+        other => Err(format!("`edge`: expected \"open\" or \"close\", found \"{other}\"")),
     }
 }
 

@@ -1,8 +1,8 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
+use rowscan_sprayer::Spans;
 use rowscan_sprayer::safety::time_to_safe_s;
-use rowscan_sprayer::{Edge, Spans};
 
 use super::run::SprayerRun;
 use crate::judged::{Judged, from_event, seconds_after};
@@ -140,13 +140,4 @@ fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Resul
             ),
         ),
     })
-}
-
-/// The edge that is named.
-pub(crate) fn edge_named(name: &str) -> std::result::Result<Edge, String> {
-    match name {
-        "open" | "leading" => Ok(Edge::Open),
-        "close" | "trailing" => Ok(Edge::Close),
-        other => Err(format!("`edge`: expected \"open\" or \"close\", found \"{other}\"")),
-    }
 }
