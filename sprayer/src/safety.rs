@@ -99,12 +99,10 @@ fn zone_times(boom: &Boom, pass: &Pass, ahead_m: f64) -> Spans {
         .collect()
 }
 
-/// How long after `from` the last valve shut, to stay shut until `to`: 0 where none was open. None where one still flows at `to`.
+/// How long after `from` the last valve shut, to stay shut until `to`: 0 where none was open. None where one is still open at `to`.
 pub fn time_to_safe_s(flows: &[Flow], from: f64, to: f64) -> Option<f64> {
     let within = Span::new(from, to);
-    let ends = flows.iter().flat_map(|flow| {
-        flow.pieces.iter().filter_map(|piece| piece.span.common(within)).map(|span| span.to)
-    });
-    let last = ends.fold(from, f64::max);
+    let open = flows.iter().flat_map(|flow| flow.open.iter().filter_map(|span| span.common(within)));
+    let last = open.map(|span| span.to).fold(from, f64::max);
     (last < to).then_some(last - from)
 }

@@ -120,3 +120,55 @@ fn duty(field: &Field, bytes: &[u8]) -> Option<f64> {
     // Of a state of two bits, 2 and 3 are error and not available.
     (0.0..=1.0).contains(&duty).then_some(duty)
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+    use super::*;
+
+    fn spec(folder: &Path, command: Option<&str>) -> Result<SprayerSpec, String> {
+        let section =
+            |id: &str| format!("[[section]]\nid = \"{id}\"\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\n");
+        let boom = format!("version = 1\n{}{}number = 4\n", section("a"), section("b"));
+        std::fs::write(folder.join("boom.toml"), boom).expect("written");
+        let bus = command.is_none().then(|| "can0".to_owned());
+        let table = SprayerTable { boom: "boom.toml".to_owned(), bus, command: command.map(str::to_owned) };
+        let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: vec!["sut"] };
+        settled(table, folder, &ways)
+    }
+
+    #[test]
+    fn our_messages_name_nozzles_and_sections() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let spec = spec(folder.path(), None).expect("sound");
+        let nozzles = spec.commands(NOZZLE_DUTY.id(0x27).id(), &[3, 250, 255, 0, 255, 255, 255, 255]);
+        assert_eq!(nozzles, [(Target::Nozzle(3), 1.0), (Target::Nozzle(5), 0.0)]);
+        let sections = spec.commands(SECTION_DUTY.id(0x99).id(), &[255, 125, 255, 255, 255, 255, 255, 250]);
+        assert_eq!(sections, [(Target::Section(2), 0.5), (Target::Section(8), 1.0)]);
+        assert_eq!(spec.commands(CanId::Extended(0x18FE_4980), &[0; 8]), []);
+    }
+
+    #[test]
+    fn signals_by_name_are_those_of_the_sections_numbers() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let spec = |command| spec(folder.path(), Some(command));
+        let named = spec("can0:SectionDuty.Section{n}").expect("sound");
+        let found = named.commands(SECTION_DUTY.id(0x27).id(), &[250, 250, 250, 25, 255, 255, 255, 255]);
+        assert_eq!(
+            found,
+            [(Target::Section(1), 1.0), (Target::Section(4), 0.1)],
+            "there are sections 1 and 4"
+        );
+        // A group that is not the command's.
+        assert_eq!(named.commands(NOZZLE_DUTY.id(0x27).id(), &[0; 8]), []);
+        for (command, expected) in [
+            ("can0:SectionDuty.Section1", "expected `{n}` for the section's number"),
+            ("can0:SectionDuty.Teil{n}", "of section 1: `signal`: expected a message and a signal"),
+            ("can1:SectionDuty.Section{n}", "there is no bus, NMEA place or run `can1`"),
+        ] {
+            let why = spec(command).expect_err(command);
+            assert!(why.contains(expected), "{why}");
+        }
+    }
+}
