@@ -13,6 +13,7 @@ use crate::onlooker::Onlooker;
 use crate::runner::{self, Beside, RunRecord};
 use crate::scenario::{Mode, Scenario};
 use crate::signal;
+use crate::sprayer::SprayerRun;
 use crate::verdict::{
     ASLEEP, COMPUTE, Case, ENDED_EARLY, GAP, HELD_BACK, JITTER, Tried, Verdict, WARNING, name_of, rerun,
 };
@@ -211,6 +212,8 @@ fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
     facts.extend(run.warnings.iter().map(|what| (WARNING.to_owned(), what.clone())));
     facts.extend(course::early(scenario, run).map(|early| (ENDED_EARLY.to_owned(), early)));
     facts.extend(run.jitter.map(|jitter| (JITTER.to_owned(), jitter.to_string())));
+    let sprayed = run.sprayer.iter().flatten().map(SprayerRun::words);
+    facts.extend(sprayed.map(|words| ("sprayer".to_owned(), words)));
     let longest = run.longest_compute.map(|longest| format!("{:.1} ms", longest.as_secs_f64() * 1e3));
     facts.extend(longest.map(|longest| (COMPUTE.to_owned(), longest)));
     facts.extend(gaps(run).map(|gap| (GAP.to_owned(), gap)));

@@ -10,9 +10,9 @@ use crate::journal::{END, Event};
 use crate::judged::{Judged, event_number, from_event, in_time, row_place, seconds_after, the_one};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
-use crate::signal;
 use crate::what::{Count, Kind, Measure};
 use crate::witness::Stream;
+use crate::{signal, sprayer};
 
 /// Longest file of a run that is compared.
 const MOST_BYTES: u64 = 512 * 1024 * 1024;
@@ -31,8 +31,8 @@ pub(crate) struct Runs {
 /// Judges expectation number `number`.
 pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: &Runs) -> Judged {
     let runs = tried.all.as_slice();
-    if expect.what.kind == Kind::Sprayer {
-        return Judged::error(format!("`{}` needs the sprayer, which is not there yet", expect.what.name));
+    if let Kind::Needs(needs) = expect.what.kind {
+        return Judged::error(format!("`{}` is not there yet: it needs {needs}", expect.what.name));
     }
     let Some(run) = runs.first() else { return Judged::error("it was not run") };
     if let Some(error) = runs.iter().find_map(|run| run.error.as_ref()) {
@@ -58,7 +58,8 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
         Kind::BytesOf => bytes_of(scenario, expect, tried.bless, (run, without)),
         Kind::SameBytes => same_bytes(expect, runs),
         Kind::ExitCode => exit_code(scenario, expect, run),
-        Kind::Sprayer => Err(String::new()),
+        Kind::Sprayer(asked) => sprayer::judge(expect, asked, run),
+        Kind::Needs(_) => Err(String::new()),
     };
     let judged = judged.unwrap_or_else(Judged::error).beside_jitter(scenario.clock.scale, run.jitter);
     let judged = judged.beside_sleeps(from_event(expect.after.as_ref(), run).unwrap_or_default(), run);

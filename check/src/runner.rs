@@ -26,6 +26,7 @@ use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
 use crate::run_file::RunFile;
 use crate::scenario::{Mode, Ready, RunSpec, Scenario, Time};
+use crate::sprayer::SprayerRun;
 use crate::truth;
 use crate::witness::{Stream, Witness};
 
@@ -89,6 +90,8 @@ pub(crate) struct RunRecord {
     /// How many bytes compared files had when the drive was released, by their names.
     pub(crate) bytes_before: BTreeMap<String, u64>,
     pub(crate) truth: Option<truth::Trees>,
+    /// What the sprayer did, or why that is unknown; none where there is none.
+    pub(crate) sprayer: Option<Result<SprayerRun, String>>,
     /// What the user should know of the scene.
     pub(crate) warnings: Vec<String>,
 }
@@ -186,6 +189,7 @@ async fn drive(
     record.jitter = jitter.and_then(|jitter| jitter.measured());
     record.longest_compute = rig.compute.longest();
     (record.frames, record.sentences) = (rig.frames.close(), rig.sentences.close());
+    record.sprayer = sprayed(scenario, &rig, record);
     let unfinished = rig.desk.unfinished();
     // Healed faults are forgotten.
     record.fault_acts = rig.desk.acts();
@@ -214,6 +218,9 @@ async fn drive(
     record.events = journal.events();
     record.truth = Some(truth::Trees::of(&stage));
     write_frames(folder, &record.frames)?;
+    if let (Some(Ok(sprayer)), true) = (&record.sprayer, beside.is_kept) {
+        sprayer.keep(folder, scenario.folder(), &stage.scene)?;
+    }
     recorded?;
     record.left = ended?;
     if let Some(unfinished) = unfinished {
@@ -223,6 +230,15 @@ async fn drive(
         return Err("the end came before every child had started; move `end` or shorten `ready`".into());
     }
     Ok(())
+}
+
+/// What the scenario's sprayer did, by what its bus has carried.
+fn sprayed(scenario: &Scenario, rig: &ScenarioRig, record: &RunRecord) -> Option<Result<SprayerRun, String>> {
+    let spec = scenario.sprayer.as_ref()?;
+    let unknown = || format!("nothing is known of {}", spec.bus);
+    let (grown, driven) = ((&rig.stage.scene, &rig.stage.orchard), (rig.bench.tractor(), record.ended));
+    let of = |bus| SprayerRun::of(spec, grown, driven, bus);
+    Some(record.frames.get(&spec.bus).ok_or_else(unknown).and_then(of))
 }
 
 /// Writes what each bus has carried to `BUS.candump`, as can-utils and cantools read it, with simulated time.

@@ -45,8 +45,29 @@ pub enum Kind {
     SameBytes,
     /// How a child ended.
     ExitCode,
-    /// Not before there is a sprayer.
-    Sprayer,
+    /// What a sprayer did.
+    Sprayer(Sprayed),
+    /// Not before there is this.
+    Needs(&'static str),
+}
+
+/// What can be expected of a sprayer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sprayed {
+    /// How far edges are off.
+    LatencyError,
+    /// Share of the wanted leaf area.
+    Recall,
+    /// Share of the litres.
+    Waste,
+    /// Litres beside a constant rate.
+    SavedLitres,
+    /// The valves' state.
+    Valves,
+    /// Edges missed and spurious.
+    Edges,
+    /// From a fault until nothing flows.
+    TimeToSafe,
 }
 
 /// Counts of one device's delivered bytes.
@@ -75,8 +96,22 @@ const COUNT: &[&str] = &["on", "equals", "above", "below", "between", "after"];
 const MEASURE: &[&str] =
     &["on", "equals", "above", "below", "abs_below", "between", "equals_run_without", "tolerance"];
 
-const fn sprayer(name: &'static str, keys: &'static [&'static str], tells: &'static str) -> What {
-    What { name, keys, tells, kind: Kind::Sprayer }
+const fn sprayer(
+    name: &'static str,
+    asked: Sprayed,
+    keys: &'static [&'static str],
+    tells: &'static str,
+) -> What {
+    What { name, keys, tells, kind: Kind::Sprayer(asked) }
+}
+
+const fn later(
+    name: &'static str,
+    needs: &'static str,
+    keys: &'static [&'static str],
+    tells: &'static str,
+) -> What {
+    What { name, keys, tells, kind: Kind::Needs(needs) }
 }
 
 /// All of them.
@@ -196,12 +231,66 @@ pub const WHATS: &[What] = &[
         tells: "the child's exit code [0]; 128 and the signal's number if a signal ended it",
         kind: Kind::ExitCode,
     },
-    sprayer("latency_error_m", &["edge", "p95_below"], "distance between a valve's edge and the canopy's, m"),
-    sprayer("valves", &["all", "after", "within_s"], "state of the valves"),
-    sprayer("ddi", &["element", "ddi", "value", "after", "within_s"], "a value of the task controller"),
-    sprayer("off_target_share", &["above", "below"], "share of the dose beside the canopy"),
-    sprayer("recall", &["above", "below"], "share of the canopy that was sprayed"),
-    sprayer("saved_litres", &["above", "below", "between"], "dose saved against a sprayer that is always on"),
+    sprayer(
+        "latency_error_m",
+        Sprayed::LatencyError,
+        &["edge", "p95_below"],
+        "how far the tractor drove between a section's edge that was wanted and the one that was delivered, m; a missed one is farther than any number",
+    ),
+    sprayer(
+        "edges",
+        Sprayed::Edges,
+        &["of", "edge", "equals", "above", "below", "between"],
+        "edges of sections that were `missed` or `spurious` (`of`); both where it is left out",
+    ),
+    sprayer(
+        "recall",
+        Sprayed::Recall,
+        &["above", "below", "between"],
+        "share of the wanted leaf area that passed before an open nozzle, 0 to 1",
+    ),
+    sprayer(
+        "waste",
+        Sprayed::Waste,
+        &["above", "below", "between"],
+        "litres while the nozzle was not wanted, as a share of all, 0 to 1",
+    ),
+    sprayer(
+        "saved_litres",
+        Sprayed::SavedLitres,
+        &["above", "below", "between"],
+        "litres less than from all nozzles at full flow while the tractor goes ahead in its alleys",
+    ),
+    sprayer(
+        "valves",
+        Sprayed::Valves,
+        &["all", "after", "within_s"],
+        "all valves are `closed` or `open` at once, so many simulated seconds after an event at the latest [0]",
+    ),
+    sprayer(
+        "time_to_safe_s",
+        Sprayed::TimeToSafe,
+        &["after", "above", "below", "between"],
+        "from an event until the last valve has shut, to stay shut until the event's `.end`, or the end of the run; simulated seconds",
+    ),
+    later(
+        "off_target_share",
+        "interception on leaves; `waste` tells what left a nozzle that was not wanted",
+        &["above", "below"],
+        "share of the litres that no leaf intercepts",
+    ),
+    later(
+        "rate_error",
+        "hydraulics",
+        &["above", "below", "between"],
+        "how far the rate is off after steps of speed and sections",
+    ),
+    later(
+        "ddi",
+        "the task controller",
+        &["element", "ddi", "value", "after", "within_s"],
+        "a value of the task controller",
+    ),
 ];
 
 /// What is called `name`.
@@ -214,7 +303,10 @@ pub fn markdown() -> String {
     let mut text = "| what | keys | tells |\n|---|---|---|\n".to_owned();
     for what in WHATS {
         let keys: Vec<String> = what.keys.iter().map(|key| format!("`{key}`")).collect();
-        let needs = if what.kind == Kind::Sprayer { "; needs the sprayer: answered *error*" } else { "" };
+        let needs = match what.kind {
+            Kind::Needs(needs) => format!(": answered *error*: it needs {needs}"),
+            _ => String::new(),
+        };
         text += &format!("| `{}` | {} | {}{needs} |\n", what.name, keys.join(", "), what.tells);
     }
     text

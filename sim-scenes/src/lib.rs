@@ -54,7 +54,7 @@ pub mod organ;
 pub mod parameters;
 pub mod patches;
 mod placement;
-mod polygon;
+pub mod polygon;
 pub mod scan;
 pub mod scene;
 pub mod season;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Area times unit normal, right-handed about the outline (Newell). Exact for any simple polygon, convex or not.
-pub(crate) fn vector_area(outline: &[[f64; 3]]) -> DVec3 {
+pub fn vector_area(outline: &[[f64; 3]]) -> DVec3 {
     fan(outline).map(|(a, b)| 0.5 * a.cross(b)).sum()
 }
 
@@ -27,15 +27,17 @@ pub(crate) fn area_below(outline: &[[f64; 3]], axis: usize, level: f64, scratch:
 
 /// The side of a level that a polygon keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Keep {
+pub enum Keep {
+    /// What is lower.
     Below,
+    /// What is higher.
     Above,
 }
 
 /// The part of the polygon whose coordinate `axis` is on that side of `level`, in `part`.
 ///
 /// Sutherland-Hodgman against one half-space; the bridges it leaves on a non-convex polygon enclose no area.
-pub(crate) fn clip(outline: &[[f64; 3]], axis: usize, level: f64, keep: Keep, part: &mut Vec<[f64; 3]>) {
+pub fn clip(outline: &[[f64; 3]], axis: usize, level: f64, keep: Keep, part: &mut Vec<[f64; 3]>) {
     part.clear();
     let Some(last) = outline.last() else { return };
     let height = |v: &[f64; 3]| {

@@ -33,6 +33,14 @@ pub const EXAMPLES: &[Examples] = &[
         ["rowscan check tools/scenarios/steady.toml", "rowscan check *.toml --jobs 4 --junit verdicts.xml"],
     ),
     of(
+        "score",
+        "sprayer",
+        [
+            "rowscan score kept/01-row/seed-7-run-1 --picture row.svg",
+            "rowscan score kept/01-row --beside before/01-row --format json",
+        ],
+    ),
+    of(
         "estimate",
         "estimators",
         [

@@ -45,6 +45,7 @@ mod replay;
 mod scan;
 mod scene;
 mod schema;
+mod score;
 mod sensor;
 mod service;
 mod stream_states;
@@ -87,6 +88,8 @@ enum Command {
     Emulate(Box<emulate::Args>),
     /// Run scenarios against a controller and judge what it does: a test bench for CI; exit code 0 passed, 1 failed, 2 not judged
     Check(check::Args),
+    /// How well a run of a sprayer that `check --keep` kept fits the leaves, beside the best that its boom can do
+    Score(score::Args),
     /// Estimate leaf area from a live scanner or a recording
     #[command(after_long_help = estimators::list())]
     Estimate(estimate::Args),
@@ -183,6 +186,9 @@ pub enum Failure {
         /// How many.
         errors: usize,
     },
+    /// A sprayer's run that cannot be scored.
+    #[error(transparent)]
+    Score(#[from] rowscan_check::KeptError),
     /// A name that is no scanner model.
     #[error(transparent)]
     UnknownModel(#[from] rowscan_protocol::model::UnknownModel),
@@ -370,6 +376,7 @@ fn run_command(command: Command) -> Result<Outcome, Failure> {
             Command::Demo(args) => demo::run(args, interrupt).await,
             Command::Emulate(args) => emulate::run(*args, interrupt).await,
             Command::Check(args) => check::run(args, interrupt).await,
+            Command::Score(args) => score::run(&args),
             Command::Estimate(args) => estimate::run(args, interrupt).await,
             Command::Watch(args) => estimate::watch(args, interrupt).await,
             Command::Orchard(command) => orchard::run(command, interrupt).await,

@@ -15,6 +15,8 @@ pub enum Document {
     Rig,
     /// A run of the test bench: `rowscan check`
     Scenario,
+    /// The boom of a sprayer in a scenario
+    Boom,
     /// A study that sweeps keys of a scene: `rowscan study run`
     Study,
     /// A search for the values that come nearest: `rowscan study search`
@@ -25,8 +27,8 @@ pub enum Document {
 
 impl Document {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Scene, Self::Rig, Self::Scenario, Self::Study, Self::Search, Self::Classes];
+    pub const ALL: [Self; 7] =
+        [Self::Scene, Self::Rig, Self::Scenario, Self::Boom, Self::Study, Self::Search, Self::Classes];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -34,6 +36,7 @@ impl Document {
             Self::Scene => "scene",
             Self::Rig => "rig",
             Self::Scenario => "scenario",
+            Self::Boom => "boom",
             Self::Study => "study",
             Self::Search => "search",
             Self::Classes => "classes",
@@ -51,6 +54,9 @@ impl Document {
             }
             Self::Scenario => {
                 "A scenario of the test bench: a scene, scanners, a controller and what is expected of it. `rowscan check FILE` runs it."
+            }
+            Self::Boom => {
+                "A sprayer's boom: sections, nozzles, valves. A scenario's `sprayer` names it; docs/sprayer.md tells what it does."
             }
             Self::Study => "A study that varies keys of a scene. `rowscan study run FILE` runs it.",
             Self::Search => {
@@ -70,6 +76,7 @@ impl Document {
             Self::Scene => generator.subschema_for::<Scene>(),
             Self::Rig => files::rig_schema(&mut generator),
             Self::Scenario => rowscan_check::scenario::schema(&mut generator),
+            Self::Boom => generator.subschema_for::<rowscan_sprayer::Boom>(),
             Self::Study => rowscan_study::sweep::schema(&mut generator),
             Self::Search => rowscan_study::search::schema(&mut generator),
             Self::Classes => rowscan_study::classes::schema(&mut generator),

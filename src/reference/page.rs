@@ -47,6 +47,7 @@ fn title(document: Document) -> &'static str {
         Document::Scene => "Scene",
         Document::Rig => "Rig",
         Document::Scenario => "Scenario",
+        Document::Boom => "Boom",
         Document::Study => "Study",
         Document::Search => "Search",
         Document::Classes => "Classes",

@@ -7,6 +7,7 @@ const ENDINGS: &[(&str, &str)] = &[
     ("_m_s2", "m/s²"),
     ("_m_s", "m/s"),
     ("_l_min", "l/min"),
+    ("_bar", "bar"),
     ("_mm_h", "mm/h"),
     ("_g_m3", "g/m³"),
     ("_per_m2", "1/m²"),

@@ -69,6 +69,7 @@ mod serial_lines;
 mod services;
 mod several_scanners;
 mod socketcan;
+mod sprayer;
 mod streams;
 mod studies;
 mod study_parts;

@@ -76,6 +76,7 @@ const CASES: &[Case] = &[
     ),
     ("check", "junit", Holds::Scenario, "f.toml", &["check", "F", "--junit", "F"]),
     ("check", "junit", Holds::Scenario, "f.toml", &["check", "F", "-j", "2", "--junit", "F"]),
+    ("score", "picture", Holds::Scene, "f.svg", &["score", "F", "--picture", "F"]),
     ("orchard truth", "output", Holds::Scene, "f.csv", &["orchard", "truth", "F", "--cells", "-o", "F"]),
     ("orchard grow", "output", Holds::Scene, "f_leaves.txt", &["orchard", "grow", "F", "-o", "P"]),
     ("orchard export", "output", Holds::Scene, "f_leaves.txt", &["orchard", "export", "F", "-o", "P"]),
@@ -145,6 +146,7 @@ const CASES: &[Case] = &[
 const OTHERS: &[(&str, &[&str])] = &[
     ("emulate", &["fault_file", "pty", "serial", "state"]),
     ("check", &["scenarios", "keep"]),
+    ("score", &["run", "beside"]),
     ("orchard import", &["branches", "leaves", "mesh"]),
     ("record", &["repair"]),
     ("replay", &["file", "fault_file", "pty", "serial", "state"]),

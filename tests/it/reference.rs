@@ -72,12 +72,21 @@ fn schemas_hold_for_every_file_of_the_repository() {
         Document::ALL.into_iter().map(|document| (document, document.schema())).collect();
     let schema =
         |wanted: Document| &schemas.iter().find(|(document, _)| *document == wanted).expect("there").1;
-    let mut counts = [0; 6];
-    for folder in ["sim-scenes/scenes", "docs/orchards", "docs/examples", "tools/scenarios", "study"] {
+    let mut counts = [0; 7];
+    for folder in [
+        "sim-scenes/scenes",
+        "docs/orchards",
+        "docs/examples",
+        "tools/scenarios",
+        "tools/scenarios/sprayer",
+        "study",
+    ] {
         for path in toml_files(folder) {
             let document = json_of(&std::fs::read_to_string(&path).expect("read"));
             let (kind, slot) = if document.get("package").is_some() {
                 continue;
+            } else if document.get("section").is_some() {
+                (Document::Boom, 6)
             } else if document.get("axis").is_some() {
                 (Document::Classes, 5)
             } else if document.get("sweep").is_some() {
@@ -137,6 +146,12 @@ fn what_the_reader_refuses_the_schema_refuses() {
             "another fault's parameter",
         ),
         (Document::Scenario, "version = 1\n[[expect]]\nwhat = \"scans_los\"\n", "an unknown expectation"),
+        (Document::Boom, "version = 1\n", "a boom without sections"),
+        (
+            Document::Boom,
+            "version = 1\n[[section]]\nid = \"a\"\nside = \"up\"\nz_from_m = 1\nz_to_m = 2\n",
+            "a side that is none",
+        ),
         (Document::Study, "version = 1\nscene = \"spindle\"\n", "a study without a sweep"),
         (Document::Search, "version = 1\nscene = \"paper\"\n", "a search without seeds"),
         (

@@ -26,6 +26,7 @@ pub const MESSAGES: &[&Message] = &[
     &canopy::LEAF_BANDS,
     &canopy::LEAF_STATUS,
     &sprayer::NOZZLE_DUTY,
+    &sprayer::SECTION_DUTY,
 ];
 
 /// Where the virtual tractor sits: the address of tractor ECUs.

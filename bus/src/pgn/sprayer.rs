@@ -39,6 +39,38 @@ pub fn nozzle_duties(data: &[u8]) -> impl Iterator<Item = (u8, f64)> + use<> {
     })
 }
 
+/// Sections that one frame is about.
+pub const SECTIONS: usize = 8;
+
+const SECTION: Signal = Signal::new("Section", 0, 8, 0.4, "%");
+
+/// Section duties: what a whole section of a boom is told.
+pub const SECTION_DUTY: Message = Message {
+    name: "SectionDuty",
+    pgn: 65_300,
+    priority: 3,
+    period_ms: None,
+    len: 8,
+    source: 0xFE,
+    about: "how far the sections of a boom are open, sections 1 to 8; 255 leaves one as it is (proprietary B)",
+    signals: &[
+        Signal { name: "Section1", ..SECTION },
+        Signal { name: "Section2", start: 8, ..SECTION },
+        Signal { name: "Section3", start: 16, ..SECTION },
+        Signal { name: "Section4", start: 24, ..SECTION },
+        Signal { name: "Section5", start: 32, ..SECTION },
+        Signal { name: "Section6", start: 40, ..SECTION },
+        Signal { name: "Section7", start: 48, ..SECTION },
+        Signal { name: "Section8", start: 56, ..SECTION },
+    ],
+};
+
+/// Which sections a [`SECTION_DUTY`] sets, numbered from 1, each with its duty, 0 to 1.
+pub fn section_duties(data: &[u8]) -> impl Iterator<Item = (u16, f64)> + use<> {
+    let values = SECTION_DUTY.decode(data).into_iter();
+    (1..).zip(values).filter_map(|(number, percent)| Some((number, percent? / 100.0)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,5 +85,16 @@ mod tests {
         let duties = [Some(2.0), Some(40.0), None, Some(100.0)];
         let back: Vec<(u8, f64)> = nozzle_duties(NOZZLE_DUTY.encode(&duties).bytes()).collect();
         assert_eq!(back, [(2, 0.4), (4, 1.0)]);
+    }
+
+    #[test]
+    fn sections_count_from_one_and_255_leaves_one_as_it_is() {
+        let found: Vec<(u16, f64)> = section_duties(&[250, 0, 255, 125, 254, 255, 255, 25]).collect();
+        assert_eq!(found, [(1, 1.0), (2, 0.0), (4, 0.5), (8, 0.1)]);
+        assert_eq!(section_duties(&[250]).collect::<Vec<_>>(), [(1, 1.0)]);
+        // The bytes of a frame, as another controller would send them.
+        let data = SECTION_DUTY.encode(&[Some(100.0), None, Some(62.0)]);
+        assert_eq!(data.bytes(), [250, 255, 155, 255, 255, 255, 255, 255]);
+        assert_eq!(SECTION_DUTY.id(0x27).id().bits(), 0x0CFF_1427);
     }
 }

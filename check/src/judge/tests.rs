@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
+use rowscan_sprayer::{Boom, Command, Drive, Pass, Target};
+
 use super::*;
 use crate::jitter::Jitter;
 use crate::output::Match;
 use crate::runner::ChildRecord;
+use crate::sprayer::SprayerRun;
 use crate::verdict::Verdict;
+use crate::what::Sprayed;
 use crate::witness::tests::{bench, deliver};
 
 const SECOND: u64 = 1_000_000_000;
@@ -276,9 +280,19 @@ fn exit_codes() {
 
 #[test]
 fn what_needs_the_sprayer_is_not_judged() {
-    let sprayer = crate::what::WHATS.iter().filter(|what| what.kind == Kind::Sprayer);
-    for what in sprayer {
-        holds(&[(&format!("what = \"{}\"", what.name), Error)]);
+    let keys = |what: &crate::what::What| match what.kind {
+        Kind::Sprayer(Sprayed::LatencyError) => Some(", p95_below = 1000"),
+        Kind::Sprayer(Sprayed::Valves) => Some(", all = \"closed\""),
+        Kind::Sprayer(Sprayed::TimeToSafe) => Some(", after = \"early\", below = 1000"),
+        Kind::Sprayer(_) => Some(", below = 1000"),
+        Kind::Needs(_) => Some(""),
+        _ => None,
+    };
+    let sprayer: Vec<_> =
+        crate::what::WHATS.iter().filter_map(|what| Some((what.name, keys(what)?))).collect();
+    assert_eq!(sprayer.len(), 10);
+    for (name, keys) in sprayer {
+        holds(&[(&format!("what = \"{name}\"{keys}"), Error)]);
     }
 }
 
@@ -292,4 +306,65 @@ fn nothing_is_judged_of_a_run_that_broke_off() {
     let tried = Runs { all: vec![record(folder.path())], without_faults: None, bless: false };
     let without = "what = \"impacted_total_area_m2\", equals_run_without = \"faults\"";
     assert_eq!(verdict(without, &tried, folder.path()).0, Error);
+}
+
+/// A sprayer of one section that drove past 5 m of leaf, from 2 to 7 m at 1 m/s, with nozzles beside the scanner, and heard these commands.
+fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
+    let boom = "version = 1\noffset_y_m = 0\nstrip_m = 0\n[valve]\non_ms = 0\noff_ms = 0\nrise_ms = 0\nfall_ms = 0\n\
+        [[section]]\nid = \"a\"\nside = \"right\"\nz_from_m = 1\nz_to_m = 2\n";
+    let corners = [[0.0, 2.0, 1.0], [0.0, 7.0, 1.0], [0.0, 7.0, 2.0], [0.0, 2.0, 2.0]];
+    let leaf = rowscan_scenes::Leaf::new(corners).expect("a leaf");
+    let orchard = rowscan_scenes::Orchard::from_organs(vec![leaf], Vec::new(), f64::INFINITY);
+    let tractor = rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.0));
+    tractor.begin(SimTime::ZERO);
+    let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, SimTime(10 * SECOND));
+    let command = |(at_s, duty): &(f64, f64)| Command {
+        at: SimTime((at_s * 1e9) as u64),
+        target: Target::All,
+        duty: *duty,
+    };
+    let pass = Pass::new(Boom::read(boom).expect("a boom"), &orchard, drive, 1);
+    SprayerRun::judged(pass, commands.iter().map(command).collect())
+}
+
+#[test]
+fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |expect: &str, commands: &[(f64, f64)]| {
+        let run = RunRecord {
+            sprayer: Some(Ok(sprayed(commands))),
+            ended: SimTime(10 * SECOND),
+            events: vec![event("early", 6.0), event("end", 10.0)],
+            ..record(folder.path())
+        };
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+    };
+    // 0.4 s late on, 0.4 s late off: 4.6 of 5 m, and 0.4 of 5 s for nothing.
+    let late = [(2.4, 1.0), (7.4, 0.0)];
+    for (expect, found) in [
+        ("what = \"recall\", between = [0.9199, 0.9201]", Passed),
+        ("what = \"recall\", above = 0.93", Failed),
+        ("what = \"waste\", between = [0.0799, 0.0801]", Passed),
+        ("what = \"waste\", below = 0.07", Failed),
+        // One litre a minute for 5 s less than for 10 s.
+        ("what = \"saved_litres\", between = [0.0833, 0.0834]", Passed),
+        ("what = \"latency_error_m\", edge = \"open\", p95_below = 0.41", Passed),
+        ("what = \"latency_error_m\", edge = \"close\", p95_below = 0.39", Failed),
+        ("what = \"edges\", equals = 0", Passed),
+        ("what = \"valves\", all = \"open\", after = \"early\"", Passed),
+        ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.5", Passed),
+        ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.3", Failed),
+        ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 9", Error),
+        ("what = \"time_to_safe_s\", after = \"early\", between = [1.399, 1.401]", Passed),
+        ("what = \"time_to_safe_s\", after = \"early\", below = 1.3", Failed),
+    ] {
+        assert_eq!(judged(expect, &late), found, "{expect}");
+        assert_eq!(judged(expect, &[]), Error, "{expect}: no command was ever heard");
+    }
+    // One that is never shut, and one that is told to stay shut.
+    assert_eq!(judged("what = \"time_to_safe_s\", after = \"early\", below = 99", &[(0.0, 1.0)]), Failed);
+    assert_eq!(judged("what = \"edges\", of = \"missed\", equals = 2", &[(0.0, 0.0)]), Passed);
+    assert_eq!(judged("what = \"recall\", above = 0.1", &[(0.0, 0.0)]), Failed);
+    assert_eq!(judged("what = \"waste\", below = 0.1", &[(0.0, 0.0)]), Error);
+    assert_eq!(judged("what = \"latency_error_m\", p95_below = 1e9", &[(0.0, 0.0)]), Failed);
 }

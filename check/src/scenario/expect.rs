@@ -5,9 +5,11 @@ use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde_json::Value;
 
+use rowscan_sprayer::Edge;
+
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
-use crate::what::{self, Count, Kind, WHATS, What};
+use crate::what::{self, Count, Kind, Sprayed, WHATS, What};
 
 /// What `equals` says where the device itself tells how much is right.
 const DEVICE: &str = "device";
@@ -142,6 +144,36 @@ pub struct Expect {
     pub matches: Option<Pattern>,
     /// Runs that must agree.
     pub runs: u32,
+    /// The edge of a section.
+    pub edge: Option<Edge>,
+    /// The 95th percentile is less than this.
+    pub p95_below: Option<f64>,
+    /// The state that all valves have.
+    pub all: Option<ValveState>,
+}
+
+/// The state of a valve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ValveState {
+    /// Something flows.
+    Open,
+    /// Nothing flows.
+    Closed,
+}
+
+impl ValveState {
+    /// As it is written.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Closed => "closed",
+        }
+    }
+
+    fn named(name: &str) -> Result<Self, String> {
+        let known = [Self::Open, Self::Closed].into_iter().find(|state| state.name() == name);
+        known.ok_or_else(|| format!("`all`: expected \"open\" or \"closed\", found \"{name}\""))
+    }
 }
 
 /// What a number must be; all that are given.
@@ -260,6 +292,15 @@ impl TryFrom<Table> for Expect {
     }
 }
 
+/// The edge that is named.
+fn edge_named(name: &str) -> Result<Edge, String> {
+    match name {
+        "open" | "leading" => Ok(Edge::Open),
+        "close" | "trailing" => Ok(Edge::Close),
+        other => Err(format!("`edge`: expected \"open\" or \"close\", found \"{other}\"")),
+    }
+}
+
 /// Refuses a text after `equals` that tells nothing of what is expected.
 fn check_text(kind: Kind, text: &str) -> Result<(), String> {
     let expected = match kind {
@@ -356,6 +397,9 @@ impl Expect {
             source: None,
             matches: table.matches.map(pattern).transpose()?.map(Pattern),
             runs: table.runs.unwrap_or(2),
+            edge: table.edge.as_deref().map(edge_named).transpose()?,
+            p95_below: table.p95_below,
+            all: table.all.as_deref().map(ValveState::named).transpose()?,
         })
     }
 
@@ -378,6 +422,15 @@ impl Expect {
             Kind::BytesOf if self.file.is_none() => lacks("`file`"),
             Kind::BytesOf if !compared => lacks("`equals`, the other file"),
             Kind::SameBytes if self.file.is_none() => lacks("`of`, the file"),
+            Kind::Sprayer(Sprayed::LatencyError) if self.p95_below.is_none() => lacks("`p95_below`"),
+            Kind::Sprayer(Sprayed::Valves) if self.all.is_none() => lacks("`all`"),
+            Kind::Sprayer(Sprayed::TimeToSafe) if self.after.is_none() => lacks("`after`"),
+            Kind::Sprayer(Sprayed::LatencyError | Sprayed::Valves) => Ok(()),
+            Kind::Sprayer(_) if self.bounds.is_empty() => lacks("`above`, `below` or `between`"),
+            Kind::Sprayer(Sprayed::Edges) => match self.on.as_deref() {
+                None | Some("missed" | "spurious") => Ok(()),
+                Some(other) => Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
+            },
             Kind::SameBytes if self.runs < 2 => Err("`runs`: expected 2 or more".to_owned()),
             _ => Ok(()),
         }
@@ -466,6 +519,7 @@ impl Expect {
             ("for_s", self.signal.as_ref().and_then(|signal| signal.must.for_s), f64::MIN_POSITIVE),
             ("every_s", self.signal.as_ref().and_then(|signal| signal.must.every_s), f64::MIN_POSITIVE),
             ("abs_below", abs_below, f64::MIN_POSITIVE),
+            ("p95_below", self.p95_below, f64::MIN_POSITIVE),
             ("equals", equals, f64::MIN),
             ("above", above, f64::MIN),
             ("below", below, f64::MIN),
@@ -477,7 +531,7 @@ impl Expect {
             .find(|(_, value, lowest)| value.is_some_and(|value| !(*lowest..=f64::MAX).contains(&value)));
         let Some((key, Some(found), lowest)) = wrong else { return Ok(()) };
         let expected = match key {
-            "abs_below" | "for_s" | "every_s" => "a number above 0".to_owned(),
+            "abs_below" | "p95_below" | "for_s" | "every_s" => "a number above 0".to_owned(),
             _ if lowest == f64::MIN => "a finite number".to_owned(),
             _ => format!("a number from {lowest} on"),
         };
@@ -488,6 +542,8 @@ impl Expect {
     pub fn title(&self) -> String {
         let mut title = self.what.name.to_owned();
         title += &self.signal.as_ref().map_or(String::new(), SignalKeys::title);
+        title += &self.edge.map_or(String::new(), |edge| format!(" {}", edge.name()));
+        title += &self.all.map_or(String::new(), |state| format!(" all {}", state.name()));
         for (word, text) in [("of", &self.file), ("on", &self.on), ("after", &self.after)] {
             if let Some(text) = text {
                 title += &format!(" {word} {text}");
@@ -504,8 +560,9 @@ impl Expect {
         }
         let compared = self.equals_text.iter().cloned();
         let without = self.equals_run_without.iter().map(|without| format!("as in a run without {without}"));
+        let p95 = self.p95_below.iter().map(|most| format!("p95 below {most}"));
         let words = Some(self.bounds.words()).filter(|words| !words.is_empty());
-        let words: Vec<String> = compared.chain(without).chain(words).collect();
+        let words: Vec<String> = compared.chain(without).chain(words).chain(p95).collect();
         if words.is_empty() { title } else { title + ": " + &words.join(", ") }
     }
 }

@@ -12,6 +12,7 @@ use serde::de::IgnoredAny;
 
 use super::expect::Expect;
 use crate::fault::ScenarioFault;
+use crate::sprayer::SprayerTable;
 
 /// The tables of a scenario file.
 #[derive(Debug, Default, Deserialize, schemars::JsonSchema)]
@@ -54,9 +55,8 @@ pub(super) struct ScenarioFile {
     pub(super) expect: Option<Vec<Expect>>,
     /// The same run again with other seeds.
     pub(super) repeat: Option<RepeatTable>,
-    /// Parsed, not there yet.
-    #[schemars(skip)]
-    pub(super) sprayer: Option<IgnoredAny>,
+    /// The sprayer that the controller commands.
+    pub(super) sprayer: Option<SprayerTable>,
 }
 
 impl ScenarioFile {

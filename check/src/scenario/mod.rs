@@ -15,12 +15,13 @@ use rowscan_protocol::lms2xx::{self, Rate};
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_strict_toml::{TomlError, from_toml};
 
-pub use expect::{Bounds, Expect};
+pub use expect::{Bounds, Expect, ValveState};
 use file::ScenarioFile;
 pub use file::{Mode, Time};
 
 use crate::fault::ScenarioFault;
 use crate::frames::FramePattern;
+use crate::sprayer::SprayerSpec;
 
 /// How many files may use one another.
 const DEEPEST: usize = 8;
@@ -50,6 +51,8 @@ pub struct Scenario {
     pub runs: Vec<RunSpec>,
     /// What goes wrong.
     pub faults: Vec<ScenarioFault>,
+    /// The sprayer.
+    pub sprayer: Option<SprayerSpec>,
     /// What is expected.
     pub expects: Vec<Expect>,
     /// Why it cannot be run, though it is sound.

@@ -17,6 +17,7 @@ use super::file::{
 use super::{BusSpec, Clock, ComputeSpec, DeviceKind, DeviceSpec, End, PortSpec, Ready, RunSpec, Scenario};
 use crate::fault::ScenarioFault;
 use crate::signal::{Names, Source, Ways};
+use crate::sprayer::{self, SprayerTable};
 
 /// The largest DBC file.
 const LARGEST_DBC: u64 = 64 * 1024 * 1024;
@@ -35,7 +36,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     let mut faults = file.faults.unwrap_or_default();
     ScenarioFault::name_all(&mut faults);
     let ports = file.bus.iter().flatten().flat_map(BusTable::all);
-    let mut refusal = needs_sprayer(file.sprayer.is_some(), ports).or_else(|| not_here(&faults));
+    let mut refusal = needs_sprayer(ports).or_else(|| not_here(&faults));
     let runs = file.run.unwrap_or_default();
     let clock = clock(&file.clock.unwrap_or_default(), &runs, &mut refusal)?;
     let mut settled_runs = Vec::new();
@@ -61,21 +62,18 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
         nmea: ports_of(file.nmea),
         runs: settled_runs,
         faults,
+        sprayer: None,
         expects: file.expect.unwrap_or_default(),
         refusal,
     };
     check(&scenario)?;
-    signals(&mut scenario)?;
+    signals(&mut scenario, file.sprayer)?;
     Ok(scenario)
 }
 
-fn needs_sprayer<'a>(table: bool, mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
-    let port = ports.find(|port| port.starts_with("udp-aog:"));
-    match (table, port) {
-        (true, _) => Some("`sprayer` needs the sprayer, which is not there yet".to_owned()),
-        (false, Some(port)) => Some(format!("`{port}` needs the sprayer, which is not there yet")),
-        (false, None) => None,
-    }
+fn needs_sprayer<'a>(mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
+    let port = ports.find(|port| port.starts_with("udp-aog:"))?;
+    Some(format!("`{port}` needs the sprayer's task controller, which is not there yet"))
 }
 
 /// The first fault that is not built, and why.
@@ -101,9 +99,9 @@ fn ports_of(tables: Option<Vec<PortTable>>) -> Vec<PortSpec> {
     tables.unwrap_or_default().into_iter().map(|PortTable { id, port }| PortSpec { id, port }).collect()
 }
 
-/// Finds where each signal is heard.
-fn signals(scenario: &mut Scenario) -> Result<(), String> {
-    if scenario.expects.iter().all(|expect| expect.signal.is_none()) {
+/// Finds where each signal is heard, and the sprayer's commands.
+fn signals(scenario: &mut Scenario, sprayer: Option<SprayerTable>) -> Result<(), String> {
+    if sprayer.is_none() && scenario.expects.iter().all(|expect| expect.signal.is_none()) {
         return Ok(());
     }
     let folder = scenario.folder().to_owned();
@@ -124,6 +122,7 @@ fn signals(scenario: &mut Scenario) -> Result<(), String> {
         nmea: scenario.nmea.iter().map(|place| place.id.as_str()).collect(),
         runs: scenario.runs.iter().map(|run| run.id.as_str()).collect(),
     };
+    scenario.sprayer = sprayer.map(|table| sprayer::settled(table, &folder, &ways)).transpose()?;
     for (number, expect) in scenario.expects.iter_mut().enumerate() {
         let Some(keys) = &expect.signal else { continue };
         let told = |message| format!("expectation {}, `{}`: {message}", number + 1, expect.what.name);

@@ -24,6 +24,10 @@ impl Folder {
     fn new() -> Self {
         let folder = Self(tempfile::tempdir().expect("a folder"));
         folder.file("base.toml", BASE);
+        folder.file(
+            "boom.toml",
+            "version = 1\n[[section]]\nid = \"a\"\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\n",
+        );
         folder
     }
 
@@ -152,14 +156,14 @@ expect = [
 "#,
     ),
     (
-        "needs the sprayer",
+        "an `ack` by an output",
         r#"
 scene = "spindle"
 seed = 7
 version = 1
 clock = { mode = "lockstep", ack = { sut = { frame = "NozzleDuty", counter = "Step" } }, deadline_wall_s = 5 }
 end = { row_m = 60 }
-sprayer = { boom = "boom.toml", input = "dbc:nozzles.dbc", compute_ms = 4 }
+sprayer = { boom = "boom.toml", bus = "can0" }
 repeat = { seeds = 5 }
 [[device]]
 id = "left"

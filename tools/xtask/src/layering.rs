@@ -187,6 +187,21 @@ const RULES: &[Rule] = &[
         why: "who opens files knows nothing of what is in them",
     },
     Rule {
+        package: "rowscan-sprayer",
+        features: Features::All,
+        forbidden: &[
+            "tokio",
+            "mio",
+            "socket2",
+            "rowscan-driver",
+            "rowscan-canopy",
+            "rowscan-bus",
+            "rowscan-emulator",
+            "rowscan",
+        ],
+        why: "the sprayer knows commands, leaves and the drive, no async, no bus and no estimate",
+    },
+    Rule {
         package: "rowscan-strict-toml",
         features: Features::All,
         forbidden: &["tokio", "mio", "socket2", "rowscan-protocol", "rowscan"],

@@ -29,6 +29,7 @@ const SANS_IO: &[&str] = &[
     "canopy/src/",
     "vehicle/src/",
     "sim-scenes/src/",
+    "sprayer/src/",
     "strict-toml/src/",
 ];
 

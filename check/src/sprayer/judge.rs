@@ -1,0 +1,143 @@
+//! What is expected of a sprayer, judged.
+
+use rowscan_protocol::time::SimTime;
+use rowscan_sprayer::Spans;
+use rowscan_sprayer::safety::time_to_safe_s;
+
+use super::run::SprayerRun;
+use crate::judged::{Judged, from_event, seconds_after};
+use crate::runner::RunRecord;
+use crate::scenario::{Expect, ValveState};
+use crate::what::Sprayed;
+
+type Result = std::result::Result<Judged, String>;
+
+/// Judges an expectation of the sprayer.
+pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result {
+    let name = expect.what.name;
+    let sprayer = match &run.sprayer {
+        None => {
+            return Err(format!(
+                "`{name}` needs a sprayer: add `sprayer = {{ boom = \"boom.toml\", bus = \"can0\" }}`"
+            ));
+        }
+        Some(Err(why)) => return Err(why.clone()),
+        Some(Ok(sprayer)) => sprayer,
+    };
+    if sprayer.log.is_empty() {
+        return Err(format!("`{name}`: unknown: no command was heard in the whole run"));
+    }
+    let (score, best) = (&sprayer.score, &sprayer.oracle);
+    match asked {
+        Sprayed::Recall => bounded(expect, score.recall, best.recall, "no leaf passed the nozzles"),
+        Sprayed::Waste => bounded(expect, score.waste, best.waste, "nothing was sprayed"),
+        Sprayed::SavedLitres => bounded(expect, Some(score.saved_litres), Some(best.saved_litres), ""),
+        Sprayed::LatencyError => latency(expect, sprayer),
+        Sprayed::Edges => edges(expect, sprayer),
+        Sprayed::Valves => valves(expect, sprayer, run),
+        Sprayed::TimeToSafe => time_to_safe(expect, sprayer, run),
+    }
+}
+
+/// A number within its bounds; an error where it is unknown.
+fn bounded(expect: &Expect, found: Option<f64>, best: Option<f64>, why: &str) -> Result {
+    let name = expect.what.name;
+    let found = found.ok_or_else(|| format!("`{name}`: unknown: {why}"))?;
+    let best = best.map_or("unknown".to_owned(), |best| format!("{best:.4}"));
+    let message = format!(
+        "{name}: expected {}, found {found:.4}; the best that the boom can do: {best}",
+        expect.bounds.words()
+    );
+    Ok(Judged::holds(expect.bounds.hold(found), message))
+}
+
+fn latency(expect: &Expect, sprayer: &SprayerRun) -> Result {
+    let most_m = expect.p95_below.unwrap_or_default();
+    let edge = expect.edge;
+    let p95_m =
+        sprayer.edges.p95_with_missed_m(edge).ok_or("`latency_error_m`: unknown: no edge was wanted")?;
+    let of = sprayer.edges.summary(|pair| edge.is_none_or(|edge| edge == pair.edge));
+    let told = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:+.3} m"));
+    let p95 = if p95_m.is_finite() { format!("{p95_m:.3} m") } else { "a missed edge".to_owned() };
+    let message = format!(
+        "latency error{}: expected a 95th percentile below {most_m} m, found {p95}; median {}, {} of {} wanted edges missed, {} spurious",
+        edge.map_or(String::new(), |edge| format!(" of {}", edge.name())),
+        told(of.p50_m),
+        of.missed,
+        of.wanted,
+        of.spurious,
+    );
+    Ok(Judged::holds(p95_m < most_m, message))
+}
+
+fn edges(expect: &Expect, sprayer: &SprayerRun) -> Result {
+    let edge = expect.edge;
+    let of = sprayer.edges.summary(|pair| edge.is_none_or(|edge| edge == pair.edge));
+    let (found, what) = match expect.on.as_deref() {
+        None => (of.missed + of.spurious, "missed and spurious edges"),
+        Some("missed") => (of.missed, "missed edges"),
+        Some("spurious") => (of.spurious, "spurious edges"),
+        Some(other) => return Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
+    };
+    let message =
+        format!("{what}: expected {}, found {found} beside {} wanted ones", expect.bounds.words(), of.wanted);
+    Ok(Judged::holds(expect.bounds.hold(found as f64), message))
+}
+
+fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
+    let wanted = expect.all.ok_or("`valves` expects nothing yet; add `all`")?;
+    let from = from_event(expect.after.as_ref(), run)?;
+    let due = seconds_after(from, expect.within_s.unwrap_or_default());
+    if due > run.ended {
+        return Err(format!(
+            "the run ended at {:.3} s, before `within_s` was over; move `end`",
+            run.ended.as_secs_f64()
+        ));
+    }
+    let (from_s, due_s) = (from.as_secs_f64(), due.as_secs_f64());
+    // The first instant at which all are so.
+    let open: Vec<&Spans> = sprayer.flows.iter().map(|flow| &flow.open).collect();
+    let is_so = |at: f64| match wanted {
+        ValveState::Closed => open.iter().all(|open| !open.has(at)),
+        ValveState::Open => open.iter().all(|open| open.has(at)),
+    };
+    let changes = open.iter().flat_map(|open| open.iter().flat_map(|span| [span.from, span.to]));
+    let later = changes.filter(|at| *at > from_s && *at <= due_s && is_so(*at)).fold(f64::INFINITY, f64::min);
+    let first = if is_so(from_s) { from_s } else { later };
+    let name = wanted.name();
+    Ok(if first.is_finite() {
+        let at = SimTime((first * 1e9).round() as u64);
+        Judged::holds(true, format!("all valves were {name} after {:.3} s", first - from_s))
+            .at(at)
+            .due(due, at)
+    } else {
+        Judged::holds(
+            false,
+            format!("expected all valves {name} within {:.3} s, found others until then", due_s - from_s),
+        )
+        .at(due)
+    })
+}
+
+fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
+    let after = expect.after.as_ref().ok_or("`time_to_safe_s` counts from an event; add `after`")?;
+    let from = from_event(Some(after), run)?;
+    let over = format!("{after}.end");
+    let end =
+        run.events.iter().find(|event| event.event == over).map_or(run.ended, crate::journal::Event::at);
+    let (from_s, end_s) = (from.as_secs_f64(), end.as_secs_f64());
+    let bounds = expect.bounds.words();
+    Ok(match time_to_safe_s(&sprayer.flows, from_s, end_s) {
+        Some(found) => Judged::holds(
+            expect.bounds.hold(found),
+            format!("time to safe after {after}: expected {bounds}, found {found:.3} s"),
+        ),
+        None => Judged::holds(
+            false,
+            format!(
+                "time to safe after {after}: expected {bounds}, found a valve that still flowed {:.3} s later, at its end",
+                end_s - from_s
+            ),
+        ),
+    })
+}

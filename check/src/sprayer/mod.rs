@@ -1,0 +1,12 @@
+//! The sprayer of a scenario: its boom, how its commands are heard on a bus, what a run of it did, and what is expected of that.
+
+mod judge;
+mod kept;
+mod run;
+mod spec;
+
+pub(crate) use judge::judge;
+pub use kept::KeptError;
+pub use run::{Relative, SprayerRun};
+pub use spec::SprayerSpec;
+pub(crate) use spec::{SprayerTable, settled};

@@ -1,0 +1,174 @@
+//! `sprayer = { … }`: the boom, and where its commands are heard.
+
+use std::path::Path;
+
+use rowscan_bus::field::Field;
+use rowscan_bus::pgn::sprayer::{NOZZLE_DUTY, SECTION_DUTY, nozzle_duties, section_duties};
+use rowscan_bus::{CanId, J1939Id};
+use rowscan_sprayer::{Boom, Target};
+use serde::Deserialize;
+
+use crate::signal::{SignalKeys, Source, Ways};
+
+/// The largest file of a boom.
+const LARGEST: u64 = 1024 * 1024;
+/// What stands for a section's number in a signal's name.
+const NUMBER: &str = "{n}";
+
+/// `sprayer = { … }`
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SprayerTable {
+    /// The file that describes the boom, from this file; docs/sprayer.md has its keys.
+    #[schemars(example = &"boom.toml")]
+    pub(crate) boom: String,
+    /// The bus on which its commands are heard: `NozzleDuty` and `SectionDuty` of docs/rowscan.dbc.
+    #[schemars(example = &"can0")]
+    pub(crate) bus: Option<String>,
+    /// Signals of a DBC file that are its commands in their place, `{n}` for the section's number: a duty in %, or 0 and 1.
+    #[schemars(example = &"can0:Nozzles.Section{n}")]
+    pub(crate) command: Option<String>,
+}
+
+/// A sprayer, its values checked.
+#[derive(Clone, Debug)]
+pub struct SprayerSpec {
+    /// The boom.
+    pub boom: Boom,
+    /// The bus on which its commands are heard.
+    pub bus: String,
+    /// The signals that are its commands, by section number; our own messages where there are none.
+    fields: Vec<(u16, Field)>,
+}
+
+/// The sprayer of a scenario in `folder`.
+pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Result<SprayerSpec, String> {
+    let path = folder.join(&table.boom);
+    let told = |why: &dyn std::fmt::Display| format!("`sprayer.boom`, {}: {why}", path.display());
+    let bytes = rowscan_files::read(&path, LARGEST).map_err(|cause| told(&cause))?;
+    let text =
+        String::from_utf8(bytes).map_err(|_| told(&"expected text, found bytes that are not UTF-8"))?;
+    let boom = Boom::read(&text).map_err(|error| told(&error))?;
+    let known: Vec<&str> = ways.buses.iter().map(|(bus, _)| *bus).collect();
+    match (table.bus, table.command) {
+        (Some(_), Some(_)) => {
+            Err("`sprayer`: `bus` and `command` both say where commands are heard; leave one out".to_owned())
+        }
+        (None, None) => Err("`sprayer`: nothing says where its commands are heard; add `bus`".to_owned()),
+        (Some(bus), None) if known.contains(&bus.as_str()) => {
+            Ok(SprayerSpec { boom, bus, fields: Vec::new() })
+        }
+        (Some(bus), None) => Err(format!(
+            "`sprayer.bus`: there is no bus `{bus}`{}",
+            rowscan_strict_toml::suggestion(&bus, &known)
+        )),
+        (None, Some(name)) => named(boom, &name, ways),
+    }
+}
+
+/// A sprayer whose sections are told by signals of a DBC file.
+fn named(boom: Boom, name: &str, ways: &Ways<'_>) -> Result<SprayerSpec, String> {
+    if !name.contains(NUMBER) && boom.sections.len() > 1 {
+        return Err(format!(
+            "`sprayer.command`: expected `{{n}}` for the section's number, as in \"can0:Nozzles.Section{{n}}\", found \"{name}\""
+        ));
+    }
+    let (mut bus, mut fields) = (String::new(), Vec::new());
+    for number in boom.numbers() {
+        let name = name.replace(NUMBER, &number.to_string());
+        let keys =
+            SignalKeys { name: name.clone(), pgn: None, bytes: None, must: crate::signal::Must::default() };
+        let told = |why: &str| format!("`sprayer.command` of section {number}: {why}");
+        match Source::resolve(&keys, false, ways).map_err(|why| told(&why))? {
+            Source::Field { bus: of, field } => {
+                bus = of;
+                fields.push((number, *field));
+            }
+            _ => return Err(told(&format!("expected a signal on a bus, found \"{name}\""))),
+        }
+    }
+    Ok(SprayerSpec { boom, bus, fields })
+}
+
+impl SprayerSpec {
+    /// What a message on its bus commands: for whom, and the duty, 0 to 1.
+    pub(crate) fn commands(&self, id: CanId, bytes: &[u8]) -> Vec<(Target, f64)> {
+        if self.fields.is_empty() {
+            return ours(id, bytes);
+        }
+        let fitting = self.fields.iter().filter(|(_, field)| field.address.fits(id) && field.is_in(bytes));
+        fitting.filter_map(|(number, field)| Some((Target::Section(*number), duty(field, bytes)?))).collect()
+    }
+}
+
+fn ours(id: CanId, bytes: &[u8]) -> Vec<(Target, f64)> {
+    match J1939Id::of(id).map(|id| id.pgn) {
+        Some(pgn) if pgn == NOZZLE_DUTY.pgn => {
+            nozzle_duties(bytes).map(|(number, duty)| (Target::Nozzle(number.into()), duty)).collect()
+        }
+        Some(pgn) if pgn == SECTION_DUTY.pgn => {
+            section_duties(bytes).map(|(number, duty)| (Target::Section(number), duty)).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// A signal's value as a duty; none where it is neither a share nor a state.
+fn duty(field: &Field, bytes: &[u8]) -> Option<f64> {
+    let value = field.value(bytes)?;
+    let duty = if field.unit == "%" { value / 100.0 } else { value };
+    // Of a state of two bits, 2 and 3 are error and not available.
+    (0.0..=1.0).contains(&duty).then_some(duty)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+    use super::*;
+
+    fn spec(folder: &Path, command: Option<&str>) -> Result<SprayerSpec, String> {
+        let section =
+            |id: &str| format!("[[section]]\nid = \"{id}\"\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\n");
+        let boom = format!("version = 1\n{}{}number = 4\n", section("a"), section("b"));
+        std::fs::write(folder.join("boom.toml"), boom).expect("written");
+        let bus = command.is_none().then(|| "can0".to_owned());
+        let table = SprayerTable { boom: "boom.toml".to_owned(), bus, command: command.map(str::to_owned) };
+        let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: vec!["sut"] };
+        settled(table, folder, &ways)
+    }
+
+    #[test]
+    fn our_messages_name_nozzles_and_sections() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let spec = spec(folder.path(), None).expect("sound");
+        let nozzles = spec.commands(NOZZLE_DUTY.id(0x27).id(), &[3, 250, 255, 0, 255, 255, 255, 255]);
+        assert_eq!(nozzles, [(Target::Nozzle(3), 1.0), (Target::Nozzle(5), 0.0)]);
+        let sections = spec.commands(SECTION_DUTY.id(0x99).id(), &[255, 125, 255, 255, 255, 255, 255, 250]);
+        assert_eq!(sections, [(Target::Section(2), 0.5), (Target::Section(8), 1.0)]);
+        assert_eq!(spec.commands(CanId::Extended(0x18FE_4980), &[0; 8]), []);
+    }
+
+    #[test]
+    fn signals_by_name_are_those_of_the_sections_numbers() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let spec = |command| spec(folder.path(), Some(command));
+        let named = spec("can0:SectionDuty.Section{n}").expect("sound");
+        let found = named.commands(SECTION_DUTY.id(0x27).id(), &[250, 250, 250, 25, 255, 255, 255, 255]);
+        assert_eq!(
+            found,
+            [(Target::Section(1), 1.0), (Target::Section(4), 0.1)],
+            "there are sections 1 and 4"
+        );
+        // A group that is not the command's.
+        assert_eq!(named.commands(NOZZLE_DUTY.id(0x27).id(), &[0; 8]), []);
+        for (command, expected) in [
+            ("can0:SectionDuty.Section1", "expected `{n}` for the section's number"),
+            ("can0:SectionDuty.Teil{n}", "of section 1: `signal`: expected a message and a signal"),
+            ("can1:SectionDuty.Section{n}", "there is no bus, NMEA place or run `can1`"),
+        ] {
+            let why = spec(command).expect_err(command);
+            assert!(why.contains(expected), "{why}");
+        }
+    }
+}

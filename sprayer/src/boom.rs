@@ -1,0 +1,417 @@
+//! The boom: sides, sections, nozzles and their valves, as `boom.toml` describes them.
+
+use rowscan_strict_toml::{TomlError, from_toml};
+use serde::{Deserialize, Serialize};
+
+use crate::span::Span;
+use crate::valve::{Valve, ValveError};
+
+/// Format of the file.
+const VERSION: u32 = 1;
+/// The most nozzles of a boom.
+const MOST_NOZZLES: usize = 256;
+
+/// A boom: file `boom.toml`. Every number that is left out is an assumption; docs/sprayer.md says which.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Boom {
+    /// Format of the file.
+    #[schemars(range(min = 1, max = 1), example = 1)]
+    pub version: u32,
+    /// How far the nozzles are behind the scanners, metres; negative ahead.
+    #[serde(default = "two")]
+    pub offset_y_m: f64,
+    /// Pressure at the nozzles, bar: constant. Flow grows with its square root.
+    #[serde(default = "ten")]
+    pub pressure_bar: f64,
+    /// Leaves within so much along the row want spray: the decision strip, metres.
+    #[serde(default = "strip_m")]
+    pub strip_m: f64,
+    /// Gaps shorter than this are sprayed, metres.
+    #[serde(default = "join_m")]
+    pub join_m: f64,
+    /// Below this speed nothing is wanted, m/s.
+    #[serde(default = "standstill_m_s")]
+    pub standstill_m_s: f64,
+    /// Without a command for so long all valves close, seconds; never where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 4.0)]
+    pub watchdog_s: Option<f64>,
+    /// Every section's valve that has none of its own.
+    #[serde(default)]
+    pub valve: Valve,
+    /// The sections.
+    #[serde(rename = "section")]
+    #[schemars(example = empty())]
+    pub sections: Vec<Section>,
+    /// Stretches of the rows that must not be sprayed.
+    #[serde(default, rename = "no_spray", skip_serializing_if = "Vec::is_empty")]
+    pub no_spray: Vec<Zone>,
+}
+
+fn two() -> f64 {
+    2.0
+}
+
+fn ten() -> f64 {
+    10.0
+}
+
+fn strip_m() -> f64 {
+    0.02
+}
+
+fn join_m() -> f64 {
+    0.03
+}
+
+fn standstill_m_s() -> f64 {
+    0.1
+}
+
+fn empty() -> Vec<u8> {
+    Vec::new()
+}
+
+/// A side of the tractor, in its direction of travel.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// Its left.
+    Left,
+    /// Its right.
+    Right,
+}
+
+/// Nozzles with one command: table `[[section]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Section {
+    /// Its name.
+    #[schemars(example = &"left-1")]
+    pub id: String,
+    /// The side it sprays to.
+    #[schemars(example = &"left")]
+    pub side: Side,
+    /// Its number in commands, from 1; its place in the file where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 64), example = 1)]
+    pub number: Option<u16>,
+    /// Lower end of its share of height, metres.
+    #[schemars(example = 0.5)]
+    pub z_from_m: f64,
+    /// Upper end, metres.
+    #[schemars(example = 1.0)]
+    pub z_to_m: f64,
+    /// Nozzles, evenly over its height; one where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 64), example = 2)]
+    pub nozzles: Option<u16>,
+    /// Flow of each, l/min.
+    #[serde(default = "one")]
+    pub flow_l_min: f64,
+    /// Pressure at which they have that flow, bar.
+    #[serde(default = "ten")]
+    pub at_bar: f64,
+    /// Its valves, where they differ from the boom's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valve: Option<Valve>,
+    /// Its nozzles one by one, in the place of `nozzles`.
+    #[serde(default, rename = "nozzle", skip_serializing_if = "Vec::is_empty")]
+    pub each: Vec<NozzleTable>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// One nozzle: table `[[section.nozzle]]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NozzleTable {
+    /// Lower end of its share of height, metres.
+    #[schemars(example = 0.5)]
+    pub z_from_m: f64,
+    /// Upper end, metres.
+    #[schemars(example = 0.75)]
+    pub z_to_m: f64,
+    /// Behind the boom's plane, metres; negative ahead.
+    #[serde(default)]
+    pub behind_m: f64,
+    /// Farther out towards the row than its neighbours, metres.
+    #[serde(default)]
+    pub out_m: f64,
+    /// Where its axis points, degrees above level.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// Angle of its fan, degrees.
+    #[serde(default = "eighty")]
+    pub fan_deg: f64,
+    /// Its flow, l/min; the section's where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 1.0)]
+    pub flow_l_min: Option<f64>,
+}
+
+fn eighty() -> f64 {
+    80.0
+}
+
+/// A stretch of the rows: table `[[no_spray]]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Zone {
+    /// Its beginning along the rows, metres.
+    #[schemars(example = 3.0)]
+    pub y_from_m: f64,
+    /// Its end, metres.
+    #[schemars(example = 5.0)]
+    pub y_to_m: f64,
+}
+
+/// A nozzle with everything that its section and boom say of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nozzle {
+    /// Its number over the boom, from 0: sections in the file's order.
+    pub number: usize,
+    /// Its section's place in the file, from 0.
+    pub section: usize,
+    /// The side it sprays to.
+    pub side: Side,
+    /// Its share of height, metres.
+    pub height: Span,
+    /// Ahead of the scanners, metres.
+    pub ahead_m: f64,
+    /// Full flow, litres a second.
+    pub flow_l_s: f64,
+    /// Its valve.
+    pub valve: Valve,
+}
+
+/// Why a boom cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoomError {
+    /// The text is refused.
+    #[error(transparent)]
+    Text(#[from] TomlError),
+    /// A number out of its range.
+    #[error("`{key}`: expected {expected}, found {found}")]
+    Value {
+        /// The key.
+        key: String,
+        /// The values allowed.
+        expected: &'static str,
+        /// The value found.
+        found: String,
+    },
+    /// A valve.
+    #[error("{of}: {cause}")]
+    Valve {
+        /// Whose.
+        of: String,
+        /// What is wrong.
+        cause: ValveError,
+    },
+    /// Two of a kind.
+    #[error("two sections have the {what} {which}; change one")]
+    Twice {
+        /// `id` or `number`.
+        what: &'static str,
+        /// Which.
+        which: String,
+    },
+}
+
+impl Boom {
+    /// Reads the text of `boom.toml`.
+    ///
+    /// # Errors
+    /// Unknown keys, values out of range, two sections of one name or number.
+    pub fn read(text: &str) -> Result<Self, BoomError> {
+        let boom: Self = from_toml(text)?;
+        boom.validate()?;
+        Ok(boom)
+    }
+
+    /// Checks all values.
+    ///
+    /// # Errors
+    /// The first that is wrong.
+    pub fn validate(&self) -> Result<(), BoomError> {
+        let within = |key: &str, value: f64, low: f64, high: f64, expected| {
+            (low..=high).contains(&value).then_some(()).ok_or_else(|| value_error(key, expected, value))
+        };
+        if self.version != VERSION {
+            return Err(value_error("version", "1", self.version));
+        }
+        within("offset_y_m", self.offset_y_m, -20.0, 20.0, "-20 to 20 m")?;
+        within("pressure_bar", self.pressure_bar, 0.1, 100.0, "0.1 to 100 bar")?;
+        within("strip_m", self.strip_m, 0.0, 1.0, "0 to 1 m")?;
+        within("join_m", self.join_m, 0.0, 10.0, "0 to 10 m")?;
+        within("standstill_m_s", self.standstill_m_s, 0.0, 5.0, "0 to 5 m/s")?;
+        within("watchdog_s", self.watchdog_s.unwrap_or(1.0), 0.001, 3600.0, "0.001 to 3600 s")?;
+        self.valve.validate().map_err(|cause| BoomError::Valve { of: "`valve`".to_owned(), cause })?;
+        if self.sections.is_empty() {
+            return Err(value_error("section", "1 section or more", 0));
+        }
+        for section in &self.sections {
+            section.validate()?;
+        }
+        for zone in &self.no_spray {
+            let expected = "a number above `y_from_m`";
+            (zone.y_to_m > zone.y_from_m)
+                .then_some(())
+                .ok_or_else(|| value_error("no_spray.y_to_m", expected, zone.y_to_m))?;
+        }
+        let nozzles: usize = self.sections.iter().map(|section| section.tables().count()).sum();
+        if nozzles > MOST_NOZZLES {
+            return Err(value_error("section", "256 nozzles or fewer", nozzles));
+        }
+        let mut numbers: Vec<u16> = self.numbers().collect();
+        numbers.sort_unstable();
+        let mut ids: Vec<&str> = self.sections.iter().map(|section| section.id.as_str()).collect();
+        ids.sort_unstable();
+        if let Some(pair) = numbers.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(BoomError::Twice { what: "number", which: pair[0].to_string() });
+        }
+        match ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => Err(BoomError::Twice { what: "id", which: format!("`{}`", pair[0]) }),
+            None => Ok(()),
+        }
+    }
+
+    /// The sections' numbers in commands.
+    pub fn numbers(&self) -> impl Iterator<Item = u16> + '_ {
+        (1..).zip(&self.sections).map(|(place, section)| section.number.unwrap_or(place))
+    }
+
+    /// The place of the section with this number in commands.
+    pub fn section(&self, number: u16) -> Option<usize> {
+        self.numbers().position(|known| known == number)
+    }
+
+    /// Its nozzles, in their order.
+    pub fn nozzles(&self) -> Vec<Nozzle> {
+        let all = self
+            .sections
+            .iter()
+            .enumerate()
+            .flat_map(|(place, section)| section.tables().map(move |table| (place, section, table)));
+        all.enumerate()
+            .map(|(number, (place, section, table))| {
+                let flow_l_min = table.flow_l_min.unwrap_or(section.flow_l_min);
+                Nozzle {
+                    number,
+                    section: place,
+                    side: section.side,
+                    height: Span::new(table.z_from_m, table.z_to_m),
+                    ahead_m: -(self.offset_y_m + table.behind_m),
+                    flow_l_s: flow_l_min / 60.0 * (self.pressure_bar / section.at_bar).sqrt(),
+                    valve: section.valve.unwrap_or(self.valve),
+                }
+            })
+            .collect()
+    }
+}
+
+fn value_error(key: &str, expected: &'static str, found: impl ToString) -> BoomError {
+    BoomError::Value { key: key.to_owned(), expected, found: found.to_string() }
+}
+
+impl Section {
+    /// Its nozzles, one by one.
+    fn tables(&self) -> impl Iterator<Item = NozzleTable> + '_ {
+        let count = if self.each.is_empty() { self.nozzles.unwrap_or(1) } else { 0 };
+        let step_m = (self.z_to_m - self.z_from_m) / f64::from(count.max(1));
+        let evenly = (0..count).map(move |place| NozzleTable {
+            z_from_m: self.z_from_m + f64::from(place) * step_m,
+            z_to_m: self.z_from_m + f64::from(place + 1) * step_m,
+            behind_m: 0.0,
+            out_m: 0.0,
+            pitch_deg: 0.0,
+            fan_deg: eighty(),
+            flow_l_min: None,
+        });
+        evenly.chain(self.each.iter().copied())
+    }
+
+    fn validate(&self) -> Result<(), BoomError> {
+        let key = |key: &str| format!("{key} of section {}", self.id);
+        let within = |name: &str, value: f64, low: f64, high: f64, expected| {
+            (low..=high)
+                .contains(&value)
+                .then_some(())
+                .ok_or_else(|| value_error(&key(name), expected, value))
+        };
+        let number = self.number.unwrap_or(1);
+        within("number", number.into(), 1.0, 64.0, "1 to 64")?;
+        within("nozzles", self.nozzles.unwrap_or(1).into(), 1.0, 64.0, "1 to 64")?;
+        within("at_bar", self.at_bar, 0.1, 100.0, "0.1 to 100 bar")?;
+        if self.nozzles.is_some() && !self.each.is_empty() {
+            return Err(value_error(&key("nozzles"), "either `nozzles` or tables of `nozzle`", "both"));
+        }
+        within("z_from_m", self.z_from_m, 0.0, 20.0, "0 to 20 m")?;
+        if self.z_to_m <= self.z_from_m || self.z_to_m > 20.0 {
+            return Err(value_error(&key("z_to_m"), "a number above `z_from_m`, up to 20 m", self.z_to_m));
+        }
+        for nozzle in self.tables() {
+            within("flow_l_min", nozzle.flow_l_min.unwrap_or(self.flow_l_min), 0.0, 100.0, "0 to 100 l/min")?;
+            within("behind_m", nozzle.behind_m, -20.0, 20.0, "-20 to 20 m")?;
+            within("out_m", nozzle.out_m, -20.0, 20.0, "-20 to 20 m")?;
+            within("pitch_deg", nozzle.pitch_deg, -90.0, 90.0, "-90 to 90 degrees")?;
+            within("fan_deg", nozzle.fan_deg, 1.0, 170.0, "1 to 170 degrees")?;
+            within("z_from_m", nozzle.z_from_m, 0.0, 20.0, "0 to 20 m")?;
+            if nozzle.z_to_m <= nozzle.z_from_m || nozzle.z_to_m > 20.0 {
+                return Err(value_error(
+                    &key("nozzle.z_to_m"),
+                    "a number above `z_from_m`, up to 20 m",
+                    nozzle.z_to_m,
+                ));
+            }
+        }
+        let of = format!("section {}", self.id);
+        self.valve.map_or(Ok(()), |valve| valve.validate()).map_err(|cause| BoomError::Valve { of, cause })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "version = 1\noffset_y_m = 1.5\npressure_bar = 2.5\n[valve]\nkind = \"pwm\"\nhz = 10\n\
+        [[section]]\nid = \"low\"\nside = \"left\"\nz_from_m = 0.5\nz_to_m = 1.5\nnozzles = 2\n\
+        [[section]]\nid = \"high\"\nside = \"right\"\nnumber = 9\nz_from_m = 1.5\nz_to_m = 2\nvalve = { on_ms = 1 }\n\
+        [[section.nozzle]]\nz_from_m = 1.4\nz_to_m = 2.1\nbehind_m = 0.25\nflow_l_min = 3\n";
+
+    #[test]
+    fn nozzles_share_their_sections_height_and_may_be_staggered() {
+        let boom = Boom::read(TEXT).expect("a boom");
+        let nozzles = boom.nozzles();
+        let heights: Vec<(f64, f64)> =
+            nozzles.iter().map(|nozzle| (nozzle.height.from, nozzle.height.to)).collect();
+        assert_eq!(heights, [(0.5, 1.0), (1.0, 1.5), (1.4, 2.1)]);
+        assert_eq!(nozzles.iter().map(|nozzle| nozzle.ahead_m).collect::<Vec<_>>(), [-1.5, -1.5, -1.75]);
+        // Flow by the root of pressure: a quarter of 10 bar is half the flow.
+        assert!((nozzles[2].flow_l_s - 0.5 * 3.0 / 60.0).abs() < 1e-12);
+        assert_eq!((boom.section(1), boom.section(9), boom.section(2)), (Some(0), Some(1), None));
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_with_its_key() {
+        let said = |from: &str, to: &str| Boom::read(&TEXT.replace(from, to)).expect_err(to).to_string();
+        assert!(
+            said("offset_y_m", "offset_m")
+                .contains("line 2: unknown key `offset_m`; did you mean `offset_y_m`?")
+        );
+        assert!(said("number = 9", "number = 1").contains("two sections have the number 1"));
+        assert!(said("id = \"high\"", "id = \"low\"").contains("the id `low`"));
+        assert!(
+            said("z_to_m = 1.5", "z_to_m = 0.5").contains("`z_to_m of section low`: expected a number above")
+        );
+        assert!(said("hz = 10", "hz = 0").contains("`hz`: expected 0.1 to 1000, found 0"));
+        assert!(said("version = 1", "version = 2").contains("`version`: expected 1, found 2"));
+    }
+}

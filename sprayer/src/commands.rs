@@ -1,0 +1,144 @@
+//! What a controller has told the valves, and when.
+
+use rowscan_protocol::time::SimTime;
+use serde::{Deserialize, Serialize};
+
+use crate::boom::Boom;
+use crate::valve::Step;
+
+/// Whom a command is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Target {
+    /// All nozzles.
+    All,
+    /// Those of the section with this number, from 1.
+    Section(u16),
+    /// The nozzle with this number, from 0.
+    Nozzle(u16),
+}
+
+/// A command, from an instant on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// When it took effect.
+    pub at: SimTime,
+    /// For whom.
+    pub target: Target,
+    /// How far they shall be open, 0 to 1.
+    pub duty: f64,
+}
+
+/// Commands in the order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CommandLog(Vec<Command>);
+
+impl FromIterator<Command> for CommandLog {
+    fn from_iter<T: IntoIterator<Item = Command>>(commands: T) -> Self {
+        let mut commands: Vec<Command> = commands.into_iter().collect();
+        // Those of one instant keep their order.
+        commands.sort_by_key(|command| command.at);
+        Self(commands)
+    }
+}
+
+impl CommandLog {
+    /// All of them.
+    pub fn all(&self) -> &[Command] {
+        &self.0
+    }
+
+    /// True where nothing was ever said.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The duty of every nozzle over time, shut before the first step; the boom's watchdog closes all when nothing is heard for too long.
+    pub fn duties(&self, boom: &Boom) -> Vec<Vec<Step>> {
+        let nozzles = boom.nozzles();
+        let mut duties: Vec<Vec<Step>> = vec![Vec::new(); nozzles.len()];
+        let numbers: Vec<u16> = boom.numbers().collect();
+        let next = self.0.iter().skip(1).map(|command| Some(command.at)).chain([None]);
+        for (command, next) in self.0.iter().zip(next) {
+            let at = command.at.as_secs_f64();
+            for (nozzle, steps) in nozzles.iter().zip(&mut duties) {
+                let is_meant = match command.target {
+                    Target::All => true,
+                    Target::Section(number) => numbers.get(nozzle.section) == Some(&number),
+                    Target::Nozzle(number) => nozzle.number == usize::from(number),
+                };
+                if is_meant {
+                    tell(steps, at, command.duty.clamp(0.0, 1.0));
+                }
+            }
+            let Some(late) = boom.watchdog_s.map(|watchdog_s| at + watchdog_s) else { continue };
+            if next.is_none_or(|next| next.as_secs_f64() > late) {
+                duties.iter_mut().for_each(|steps| tell(steps, late, 0.0));
+            }
+        }
+        duties
+    }
+}
+
+/// Adds a step; what holds already is none, and of several at one instant the last counts.
+fn tell(steps: &mut Vec<Step>, at: f64, duty: f64) {
+    if steps.last().is_some_and(|(last, _)| *last >= at) {
+        steps.pop();
+    }
+    if steps.last().map_or(0.0, |(_, duty)| *duty) != duty {
+        steps.push((at, duty));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn boom(watchdog: &str) -> Boom {
+        let section =
+            |id: &str| format!("[[section]]\nid = \"{id}\"\nside = \"left\"\nz_from_m = 0\nz_to_m = 1\n");
+        Boom::read(&format!(
+            "version = 1\n{watchdog}\n{}nozzles = 2\n{}number = 7\n",
+            section("a"),
+            section("b")
+        ))
+        .expect("a boom")
+    }
+
+    fn command(s: f64, target: Target, duty: f64) -> Command {
+        Command { at: SimTime((s * 1e9) as u64), target, duty }
+    }
+
+    #[test]
+    fn a_duty_holds_until_the_next_and_repeats_are_no_steps() {
+        let log: CommandLog = [
+            command(1.0, Target::Section(1), 1.0),
+            command(2.0, Target::Section(1), 1.0),
+            command(3.0, Target::Nozzle(1), 0.25),
+            command(3.0, Target::Nozzle(1), 0.5),
+            command(4.0, Target::All, 0.0),
+            command(5.0, Target::Section(7), 2.0),
+            command(6.0, Target::Section(99), 1.0),
+        ]
+        .into_iter()
+        .collect();
+        assert_eq!(
+            log.duties(&boom("")),
+            [vec![(1.0, 1.0), (4.0, 0.0)], vec![(1.0, 1.0), (3.0, 0.5), (4.0, 0.0)], vec![(5.0, 1.0)],]
+        );
+    }
+
+    #[test]
+    fn silence_closes_all_and_a_later_command_opens_only_whom_it_names() {
+        let log: CommandLog = [
+            command(1.0, Target::All, 1.0),
+            command(2.0, Target::All, 1.0),
+            command(9.0, Target::Section(7), 1.0),
+        ]
+        .into_iter()
+        .collect();
+        let found = log.duties(&boom("watchdog_s = 1.5"));
+        assert_eq!(found[0], [(1.0, 1.0), (3.5, 0.0)]);
+        assert_eq!(found[2], [(1.0, 1.0), (3.5, 0.0), (9.0, 1.0), (10.5, 0.0)]);
+    }
+}

@@ -1,0 +1,244 @@
+//! When sections opened and closed, beside when they should have.
+
+use serde::{Deserialize, Serialize};
+
+use crate::flow::Flow;
+use crate::pass::Pass;
+use crate::span::{Span, Spans};
+
+/// Edges farther apart than this are not one, metres driven.
+pub const MATCH_M: f64 = 0.5;
+
+/// From shut to open, or the other way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Edge {
+    /// A section opens.
+    Open,
+    /// A section shuts.
+    Close,
+}
+
+impl Edge {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Open, Self::Close];
+
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Close => "close",
+        }
+    }
+}
+
+/// An edge that was wanted, or delivered, or both.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EdgePair {
+    /// The section's place in the boom, from 0.
+    pub section: usize,
+    /// Which way.
+    pub edge: Edge,
+    /// When it should have been, seconds; none where it is spurious.
+    pub wanted_s: Option<f64>,
+    /// When it was, seconds; none where it was missed.
+    pub delivered_s: Option<f64>,
+    /// How much too late, seconds; negative too soon.
+    pub late_s: Option<f64>,
+    /// How far the tractor drove in that time, metres; negative too soon.
+    pub late_m: Option<f64>,
+    /// Speed ahead when it should have been, or was, m/s.
+    pub speed_m_s: f64,
+}
+
+/// All edges of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Edges(Vec<EdgePair>);
+
+/// Edges in numbers. What no edge tells is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EdgeSummary {
+    /// Edges that should have been.
+    pub wanted: usize,
+    /// Those of them that were not.
+    pub missed: usize,
+    /// Edges that should not have been.
+    pub spurious: usize,
+    /// Median of how much too late, s; negative too soon.
+    pub p50_s: Option<f64>,
+    /// 95th percentile of how much too late or too soon, s.
+    pub p95_s: Option<f64>,
+    /// The most, s.
+    pub worst_s: Option<f64>,
+    /// Median of how far too late, metres; negative too soon.
+    pub p50_m: Option<f64>,
+    /// 95th percentile of how far too late or too soon, metres.
+    pub p95_m: Option<f64>,
+    /// The most, metres.
+    pub worst_m: Option<f64>,
+}
+
+impl Edges {
+    /// Of what `flows`, one a nozzle, did on a pass. Edges that the run's beginning or end cuts are none.
+    pub fn of(pass: &Pass, flows: &[Flow]) -> Self {
+        let open = pass.section_open(flows);
+        let mut all = Vec::new();
+        for (section, (wanted, open)) in pass.section_wanted().iter().zip(&open).enumerate() {
+            for edge in Edge::ALL {
+                let (wanted, delivered) = (times(wanted, edge, pass.time()), times(open, edge, pass.time()));
+                let way = |times: &[f64]| times.iter().map(|at| pass.way_m(*at)).collect::<Vec<_>>();
+                for (a, b) in pairs(&way(&wanted), &way(&delivered)) {
+                    let at = |times: &[f64], number: Option<usize>| {
+                        number.and_then(|number| times.get(number).copied())
+                    };
+                    let (wanted_s, delivered_s) = (at(&wanted, a), at(&delivered, b));
+                    let late = wanted_s.zip(delivered_s);
+                    let speed_m_s = pass.drive().speed_m_s(wanted_s.or(delivered_s).unwrap_or_default());
+                    all.push(EdgePair {
+                        section,
+                        edge,
+                        wanted_s,
+                        delivered_s,
+                        late_s: late.map(|(wanted, delivered)| delivered - wanted),
+                        late_m: late.map(|(wanted, delivered)| pass.way_m(delivered) - pass.way_m(wanted)),
+                        speed_m_s,
+                    });
+                }
+            }
+        }
+        Self(all)
+    }
+
+    /// All of them, by section, openings first, in the order of time.
+    pub fn all(&self) -> &[EdgePair] {
+        &self.0
+    }
+
+    /// Those that `which` holds for, in numbers.
+    pub fn summary(&self, which: impl Fn(&EdgePair) -> bool) -> EdgeSummary {
+        let chosen = || self.0.iter().filter(|pair| which(pair));
+        let late_s: Vec<f64> = chosen().filter_map(|pair| pair.late_s).collect();
+        let late_m: Vec<f64> = chosen().filter_map(|pair| pair.late_m).collect();
+        let away = |late: &[f64]| late.iter().map(|late| late.abs()).collect::<Vec<_>>();
+        EdgeSummary {
+            wanted: chosen().filter(|pair| pair.wanted_s.is_some()).count(),
+            missed: chosen().filter(|pair| pair.delivered_s.is_none()).count(),
+            spurious: chosen().filter(|pair| pair.wanted_s.is_none()).count(),
+            p50_s: quantile(late_s.clone(), 0.5),
+            p95_s: quantile(away(&late_s), 0.95),
+            worst_s: quantile(away(&late_s), 1.0),
+            p50_m: quantile(late_m.clone(), 0.5),
+            p95_m: quantile(away(&late_m), 0.95),
+            worst_m: quantile(away(&late_m), 1.0),
+        }
+    }
+
+    /// 95th percentile of how far wanted edges were off, metres: one that was missed is farther than any number. None where none was wanted.
+    pub fn p95_with_missed_m(&self, edge: Option<Edge>) -> Option<f64> {
+        let wanted =
+            self.0.iter().filter(|pair| pair.wanted_s.is_some() && edge.is_none_or(|edge| edge == pair.edge));
+        quantile(wanted.map(|pair| pair.late_m.map_or(f64::INFINITY, f64::abs)).collect(), 0.95)
+    }
+}
+
+/// The nearest-rank quantile.
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let rank = (share * values.len() as f64).ceil().max(1.0) as usize;
+    values.get(rank - 1).copied()
+}
+
+fn times(spans: &Spans, edge: Edge, run: Span) -> Vec<f64> {
+    let at = spans.iter().map(|span| if edge == Edge::Open { span.from } else { span.to });
+    at.filter(|at| *at > run.from + 1e-9 && *at < run.to - 1e-9).collect()
+}
+
+/// Which of `a` and `b`, both growing, belong together: each to one other at most, in their order, nearer than [`MATCH_M`], with the least sum of distances and of half that
+/// for each that stays alone.
+fn pairs(a: &[f64], b: &[f64]) -> Vec<(Option<usize>, Option<usize>)> {
+    let mut all = Vec::new();
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() || j < b.len() {
+        // A cluster: nothing in it is near anything outside it.
+        let (from, mut last) = ((i, j), f64::NEG_INFINITY);
+        loop {
+            let next = match (a.get(i), b.get(j)) {
+                (Some(one), Some(other)) => one.min(*other),
+                (Some(one), None) | (None, Some(one)) => *one,
+                (None, None) => break,
+            };
+            if last > f64::NEG_INFINITY && next - last > MATCH_M {
+                break;
+            }
+            last = next;
+            if a.get(i) == Some(&next) { i += 1 } else { j += 1 }
+        }
+        let (own, others) = (a.get(from.0..i).unwrap_or_default(), b.get(from.1..j).unwrap_or_default());
+        let found = cluster(own, others).into_iter();
+        all.extend(
+            found.map(|(one, other)| (one.map(|one| one + from.0), other.map(|other| other + from.1))),
+        );
+    }
+    all
+}
+
+/// The same of one cluster, by dynamic programming.
+fn cluster(a: &[f64], b: &[f64]) -> Vec<(Option<usize>, Option<usize>)> {
+    const ALONE: f64 = MATCH_M / 2.0;
+    let width = b.len() + 1;
+    // Least cost of what remains from each place on.
+    let mut costs = vec![0.0; (a.len() + 1) * width];
+    let cost = |costs: &[f64], i: usize, j: usize| costs.get(i * width + j).copied().unwrap_or(f64::INFINITY);
+    for i in (0..=a.len()).rev() {
+        for j in (0..=b.len()).rev() {
+            let both = a.get(i).zip(b.get(j)).map(|(a, b)| (a - b).abs() + cost(&costs, i + 1, j + 1));
+            let one = a.get(i).map(|_| ALONE + cost(&costs, i + 1, j));
+            let other = b.get(j).map(|_| ALONE + cost(&costs, i, j + 1));
+            let least = [both, one, other].into_iter().flatten().fold(f64::INFINITY, f64::min);
+            if let Some(place) = costs.get_mut(i * width + j) {
+                *place = if least.is_finite() { least } else { 0.0 };
+            }
+        }
+    }
+    let (mut i, mut j, mut found) = (0, 0, Vec::new());
+    while i < a.len() || j < b.len() {
+        let here = cost(&costs, i, j);
+        let both = a.get(i).zip(b.get(j)).map(|(a, b)| (a - b).abs() + cost(&costs, i + 1, j + 1));
+        if both.is_some_and(|both| both <= here) {
+            found.push((Some(i), Some(j)));
+            (i, j) = (i + 1, j + 1);
+        } else if i < a.len() && ALONE + cost(&costs, i + 1, j) <= here {
+            found.push((Some(i), None));
+            i += 1;
+        } else {
+            found.push((None, Some(j)));
+            j += 1;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_edge_is_matched_once_and_what_is_too_much_is_told() {
+        let found = pairs(&[1.0, 2.0, 5.0], &[1.2, 2.2, 3.0, 9.0]);
+        let wanted =
+            [(Some(0), Some(0)), (Some(1), Some(1)), (None, Some(2)), (Some(2), None), (None, Some(3))];
+        assert_eq!(found, wanted);
+        // All late by the same: not the next one's.
+        let edges: Vec<f64> = (0..40).map(|n| f64::from(n) * 0.4).collect();
+        let late: Vec<f64> = edges.iter().map(|at| at + 0.15).collect();
+        assert!(pairs(&edges, &late).iter().all(|(a, b)| a == b));
+        assert_eq!(pairs(&[], &[]), []);
+    }
+
+    #[test]
+    fn quantiles_are_of_what_is_there() {
+        assert_eq!(quantile((1..=100).map(f64::from).collect(), 0.95), Some(95.0));
+        assert_eq!((quantile(vec![3.0], 0.5), quantile(Vec::new(), 0.5)), (Some(3.0), None));
+    }
+}

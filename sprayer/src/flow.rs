@@ -1,0 +1,97 @@
+//! What leaves a nozzle over time, in closed form.
+
+use crate::span::{Span, Spans};
+
+/// A course of the flow's share of full, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Course {
+    /// In a straight line from one share to another.
+    Ramp {
+        /// At the beginning.
+        from: f64,
+        /// At the end.
+        to: f64,
+    },
+    /// First order, from a share towards another.
+    Settling {
+        /// At the beginning.
+        from: f64,
+        /// Where it would come to.
+        towards: f64,
+        /// Time constant, seconds.
+        tau_s: f64,
+    },
+}
+
+/// A stretch of time with one course.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// When, seconds.
+    pub span: Span,
+    /// How it goes.
+    pub course: Course,
+}
+
+impl Piece {
+    /// Share of full flow at `at`, which lies in the piece.
+    pub fn share(&self, at: f64) -> f64 {
+        let into_s = at - self.span.from;
+        match self.course {
+            Course::Ramp { from, to } if self.span.length() > 0.0 => {
+                from + (to - from) * into_s / self.span.length()
+            }
+            Course::Ramp { to, .. } => to,
+            Course::Settling { from, towards, tau_s } => {
+                towards + (from - towards) * libm::exp(-into_s / tau_s)
+            }
+        }
+    }
+
+    /// Integral of the share over a part of the piece, seconds.
+    fn integral(&self, part: Span) -> f64 {
+        match self.course {
+            Course::Ramp { .. } => part.length() * (self.share(part.from) + self.share(part.to)) / 2.0,
+            Course::Settling { towards, tau_s, .. } => {
+                let off = self.share(part.from) - towards;
+                towards * part.length() - off * tau_s * libm::expm1(-part.length() / tau_s)
+            }
+        }
+    }
+}
+
+/// The flow of one nozzle. Between its pieces nothing flows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flow {
+    /// Full flow, litres a second.
+    pub full_l_s: f64,
+    /// In the order of time.
+    pub pieces: Vec<Piece>,
+    /// When the nozzle counts as open: while anything flows; with a pulsed valve also between its pulses, with a proportional one above a twentieth of full.
+    pub open: Spans,
+}
+
+impl Flow {
+    /// What has left it in all, litres.
+    pub fn litres(&self) -> f64 {
+        self.pieces.iter().map(|piece| piece.integral(piece.span)).sum::<f64>() * self.full_l_s
+    }
+
+    /// What has left it in these times, litres: exact.
+    pub fn litres_in(&self, times: &Spans) -> f64 {
+        let mut seconds = 0.0;
+        for time in times.iter() {
+            let first = self.pieces.partition_point(|piece| piece.span.to <= time.from);
+            let pieces = self.pieces.iter().skip(first).take_while(|piece| piece.span.from < time.to);
+            seconds +=
+                pieces.filter_map(|piece| Some(piece.integral(piece.span.common(*time)?))).sum::<f64>();
+        }
+        seconds * self.full_l_s
+    }
+
+    /// Share of full flow at `at`.
+    pub fn share(&self, at: f64) -> f64 {
+        let next = self.pieces.partition_point(|piece| piece.span.from <= at);
+        let last = self.pieces.get(next.wrapping_sub(1)).filter(|piece| at < piece.span.to);
+        last.map_or(0.0, |piece| piece.share(at))
+    }
+}

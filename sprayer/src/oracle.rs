@@ -1,0 +1,89 @@
+//! The best that a boom and its valves can do: commands of one who knows every leaf.
+//!
+//! Of all commands to sections that leave no wanted time uncovered, those with the least litres at full duty: opened a dead time before, closed a dead time and the tail of
+//! the flow before, and kept open where the valve could not close and open again in time. Exact for valves without a rise of their own time constant; for proportional ones
+//! it is close.
+
+use rowscan_protocol::time::SimTime;
+
+use crate::boom::Nozzle;
+use crate::commands::{Command, CommandLog, Target};
+use crate::pass::Pass;
+use crate::span::{Span, Spans};
+use crate::valve::{Kind, Phase, Valve};
+
+/// The shortest pulse of current, seconds.
+const SHORTEST_S: f64 = 1e-9;
+
+/// The commands that cover all that is wanted with the least litres.
+pub fn commands(pass: &Pass) -> CommandLog {
+    let mut all = Vec::new();
+    for ((place, number), wanted) in pass.boom().numbers().enumerate().zip(pass.section_wanted()) {
+        let nozzles: Vec<&Nozzle> = pass.nozzles().iter().filter(|nozzle| nozzle.section == place).collect();
+        let Some(valve) = nozzles.first().map(|nozzle| nozzle.valve) else { continue };
+        let phases: Vec<f64> =
+            nozzles.iter().map(|nozzle| valve.phase_s(nozzle.number, pass.seed())).collect();
+        let pulses: Spans = wanted.iter().map(|span| pulse(&valve, &phases, *span)).collect();
+        for span in pulses.iter() {
+            let command = |at: u64, duty| Command { at: SimTime(at), target: Target::Section(number), duty };
+            // To the nanosecond: sooner rather than too late, later rather than too soon.
+            all.extend([
+                command((span.from * 1e9).floor() as u64, 1.0),
+                command((span.to * 1e9).ceil() as u64, 0.0),
+            ]);
+        }
+    }
+    all.into_iter().collect()
+}
+
+/// When current must flow for every nozzle to be open in all of `open`.
+fn pulse(valve: &Valve, phases: &[f64], open: Span) -> Span {
+    let (on_s, _) = valve.dead_s();
+    let long_s = acting_s(valve, open.length());
+    // Before the beginning of time nobody can say anything: what passes then is missed by everybody.
+    let from = open.from - on_s - lead_s(valve);
+    let (from, to) = (from.max(0.0), from + long_s);
+    if valve.kind != Kind::Pwm || valve.phase != Phase::Free {
+        return Span::new(from, to);
+    }
+    // A command acts at the next beginning of a period: of each nozzle, the last that is early enough, and the first that is late enough.
+    let period_s = 1.0 / valve.hz;
+    let starts = phases.iter().map(|phase| {
+        let next = valve.next_period(from, *phase);
+        if next > from + 1e-9 { next - period_s } else { next }
+    });
+    let from = starts.fold(from, f64::min).max(0.0);
+    let ends = phases.iter().map(|phase| valve.next_period(to, *phase) - period_s + 2e-9);
+    Span::new(from, ends.fold(from, f64::max))
+}
+
+/// How long current must flow for a nozzle to be open for `open_s`.
+fn acting_s(valve: &Valve, open_s: f64) -> f64 {
+    let (on_s, off_s) = valve.dead_s();
+    let (rise_s, fall_s) = (valve.rise_ms / 1e3, valve.fall_ms / 1e3);
+    let flowing_s = match valve.kind {
+        Kind::Proportional => open_s + lead_s(valve) - tail_s(valve, open_s),
+        _ if open_s - fall_s >= rise_s => open_s - fall_s,
+        // It is closed before it is quite open: the tail is shorter.
+        _ => open_s * rise_s / (rise_s + fall_s),
+    };
+    (flowing_s + on_s - off_s).max(valve.min_pulse_ms / 1e3).max(SHORTEST_S)
+}
+
+/// From the first flow until a proportional valve counts as open.
+fn lead_s(valve: &Valve) -> f64 {
+    if valve.kind == Kind::Proportional { -valve.tau_s * libm::log1p(-0.05) } else { 0.0 }
+}
+
+/// How long a proportional valve still counts as open after it is told to close.
+fn tail_s(valve: &Valve, open_s: f64) -> f64 {
+    // Told to close after p seconds it has come to 1 - exp(-p/tau), and needs tau log of that over 0.05 more: halves until both are `open_s`.
+    let (mut low, mut high) = (0.0, open_s);
+    let tail =
+        |p: f64| (valve.tau_s * libm::log(-libm::expm1(-(p + lead_s(valve)) / valve.tau_s) / 0.05)).max(0.0);
+    for _ in 0..60 {
+        let p = f64::midpoint(low, high);
+        if p + tail(p) < open_s { low = p } else { high = p }
+    }
+    tail(high)
+}

@@ -1,0 +1,119 @@
+//! One drive of one boom past one orchard: what each nozzle should do, and what it does for a log of commands.
+
+use rowscan_scenes::Orchard;
+
+use crate::boom::{Boom, Nozzle};
+use crate::commands::CommandLog;
+use crate::drive::Drive;
+use crate::flow::Flow;
+use crate::span::{Span, Spans};
+use crate::wanted::Passing;
+
+/// A drive of a boom past an orchard.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    boom: Boom,
+    nozzles: Vec<Nozzle>,
+    drive: Drive,
+    passing: Passing,
+    /// Of valves that run free.
+    seed: u64,
+    /// By nozzle.
+    wanted: Vec<Spans>,
+    /// By section.
+    section_wanted: Vec<Spans>,
+    /// Beginnings of the parts of the drive in which Y grows or falls only, with the metres driven before.
+    ways: Vec<(f64, f64)>,
+}
+
+impl Pass {
+    /// Finds out what is wanted of each nozzle. Phases of valves that run free follow from `seed`.
+    pub fn new(boom: Boom, orchard: &Orchard, drive: Drive, seed: u64) -> Self {
+        let passing = Passing::of(&boom, orchard, &drive);
+        let nozzles = boom.nozzles();
+        let wanted: Vec<Spans> =
+            nozzles.iter().map(|nozzle| passing.wanted(&boom, &drive, nozzle.number)).collect();
+        let of_section = |section: usize| {
+            let own = nozzles.iter().zip(&wanted).filter(move |(nozzle, _)| nozzle.section == section);
+            own.flat_map(|(_, wanted)| wanted.iter().copied()).collect()
+        };
+        let section_wanted = (0..boom.sections.len()).map(of_section).collect();
+        let mut way_m = 0.0;
+        let parts = drive.pieces().iter().flat_map(|piece| piece.monotone().map(move |part| (piece, part)));
+        let ways = parts
+            .map(|(piece, part)| {
+                let before_m = way_m;
+                way_m += (piece.y_m(part.to) - piece.y_m(part.from)).abs();
+                (part.from, before_m)
+            })
+            .collect();
+        Self { boom, nozzles, drive, passing, seed, wanted, section_wanted, ways }
+    }
+
+    /// The boom.
+    pub fn boom(&self) -> &Boom {
+        &self.boom
+    }
+
+    /// Its nozzles.
+    pub fn nozzles(&self) -> &[Nozzle] {
+        &self.nozzles
+    }
+
+    /// The drive.
+    pub fn drive(&self) -> &Drive {
+        &self.drive
+    }
+
+    /// Seed of the valves that run free.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// From the beginning to the end of the run, seconds.
+    pub fn time(&self) -> Span {
+        self.drive.time()
+    }
+
+    /// When each nozzle is wanted.
+    pub fn wanted(&self) -> &[Spans] {
+        &self.wanted
+    }
+
+    /// When each section is wanted: while any of its nozzles is.
+    pub fn section_wanted(&self) -> &[Spans] {
+        &self.section_wanted
+    }
+
+    /// What comes out of each nozzle for these commands.
+    pub fn flows(&self, log: &CommandLog) -> Vec<Flow> {
+        let until_s = self.time().to;
+        let duties = log.duties(&self.boom);
+        let each = self.nozzles.iter().zip(duties);
+        each.map(|(nozzle, steps)| {
+            nozzle.valve.flow(&steps, (nozzle.number, self.seed), nozzle.flow_l_s, until_s)
+        })
+        .collect()
+    }
+
+    /// When each section has an open nozzle.
+    pub fn section_open(&self, flows: &[Flow]) -> Vec<Spans> {
+        let of_section = |section: usize| {
+            let own = self.nozzles.iter().zip(flows).filter(move |(nozzle, _)| nozzle.section == section);
+            own.flat_map(|(_, flow)| flow.open.iter().copied()).collect()
+        };
+        (0..self.boom.sections.len()).map(of_section).collect()
+    }
+
+    /// Leaf area that passes before nozzle number `number` in these times, m².
+    pub fn area_m2(&self, number: usize, times: &Spans) -> f64 {
+        self.passing.area_m2(&self.drive, number, times)
+    }
+
+    /// Metres driven along the rows by `at`, either direction counted up.
+    pub fn way_m(&self, at: f64) -> f64 {
+        let next = self.ways.partition_point(|(from, _)| *from <= at);
+        let Some((from, before_m)) = self.ways.get(next.saturating_sub(1)) else { return 0.0 };
+        before_m + (self.drive.y_m(at) - self.drive.y_m(*from)).abs()
+    }
+}

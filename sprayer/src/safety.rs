@@ -1,0 +1,108 @@
+//! Rules that a machine must keep: when it must not spray, what it sprayed all the same, and how soon it was safe.
+
+use serde::{Deserialize, Serialize};
+
+use crate::boom::Boom;
+use crate::flow::Flow;
+use crate::pass::Pass;
+use crate::span::{Span, Spans};
+
+/// Why spraying is forbidden.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// The master switch is off.
+    Master,
+    /// The driver holds the valves shut.
+    Override,
+    /// Nothing is left in the tank.
+    TankEmpty,
+    /// The tractor turns.
+    Headland,
+    /// It drives backwards.
+    Reverse,
+    /// It stands.
+    Standstill,
+    /// The nozzle is in a stretch that must not be sprayed.
+    NoSpray,
+}
+
+/// What the driver and the tank say: when each forbids spraying.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Switches {
+    /// The master switch is off.
+    pub master_off: Spans,
+    /// The driver holds the valves shut.
+    pub held_shut: Spans,
+    /// The tank is empty.
+    pub tank_empty: Spans,
+}
+
+/// What was sprayed against a rule.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Breach {
+    /// The rule.
+    pub rule: Rule,
+    /// For how long it forbade spraying, seconds; of the nozzle that it forbade longest.
+    pub forbidden_s: f64,
+    /// Litres in that time.
+    pub litres: f64,
+}
+
+/// Litres while forbidden, by rule. Valves that are told at the instant at which a rule begins need `grace_s` seconds.
+pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) -> Vec<Breach> {
+    let (drive, boom) = (pass.drive(), pass.boom());
+    let (going, reversing, turning) =
+        (drive.going(boom.standstill_m_s), drive.reversing(boom.standstill_m_s), drive.turning());
+    let moving = going.or(&reversing).or(&turning);
+    let rules = [
+        (Rule::Master, switches.master_off.clone()),
+        (Rule::Override, switches.held_shut.clone()),
+        (Rule::TankEmpty, switches.tank_empty.clone()),
+        (Rule::Headland, turning),
+        (Rule::Reverse, reversing),
+        (Rule::Standstill, moving.gaps(pass.time())),
+    ];
+    let later =
+        |times: &Spans| times.iter().map(|span| Span::new(span.from + grace_s, span.to)).collect::<Spans>();
+    let of_all = rules.into_iter().map(|(rule, times)| {
+        let times = later(&times);
+        let litres = flows.iter().map(|flow| flow.litres_in(&times)).sum();
+        Breach { rule, forbidden_s: times.length(), litres }
+    });
+    let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {
+        let times = later(&zone_times(boom, pass, nozzle.ahead_m));
+        (times.length(), flow.litres_in(&times))
+    });
+    let (forbidden_s, litres) =
+        in_zones.fold((0.0, 0.0), |(longest, all): (f64, f64), (s, litres)| (longest.max(s), all + litres));
+    of_all.chain([Breach { rule: Rule::NoSpray, forbidden_s, litres }]).collect()
+}
+
+/// When something that is `ahead_m` ahead of the scanners is in a stretch that must not be sprayed.
+fn zone_times(boom: &Boom, pass: &Pass, ahead_m: f64) -> Spans {
+    let zones: Spans = boom.no_spray.iter().map(|zone| Span::new(zone.y_from_m, zone.y_to_m)).collect();
+    let pieces = pass.drive().pieces().iter().filter(|piece| piece.alley.is_some());
+    let parts = pieces.flat_map(|piece| piece.monotone().map(move |part| (piece, part)));
+    parts
+        .flat_map(|(piece, part)| {
+            let shift_m = piece.ahead() * ahead_m;
+            let (a, b) = (piece.y_m(part.from) + shift_m, piece.y_m(part.to) + shift_m);
+            let inside = zones.within(Span::new(a.min(b), a.max(b)));
+            let times = inside.iter().map(|zone| {
+                let (one, other) =
+                    (piece.time_at(part, zone.from - shift_m), piece.time_at(part, zone.to - shift_m));
+                Span::new(one.min(other), one.max(other))
+            });
+            times.collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// How long after `from` the last valve shut, to stay shut until `to`: 0 where none was open. None where one is still open at `to`.
+pub fn time_to_safe_s(flows: &[Flow], from: f64, to: f64) -> Option<f64> {
+    let within = Span::new(from, to);
+    let open = flows.iter().flat_map(|flow| flow.open.iter().filter_map(|span| span.common(within)));
+    let last = open.map(|span| span.to).fold(from, f64::max);
+    (last < to).then_some(last - from)
+}

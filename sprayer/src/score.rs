@@ -1,0 +1,62 @@
+//! How well what was sprayed fits what was wanted, in a few numbers.
+
+use serde::{Deserialize, Serialize};
+
+use crate::flow::Flow;
+use crate::pass::Pass;
+
+/// A share of the litres that is none.
+const ROUNDING: f64 = 1e-12;
+
+/// A run's scores. What cannot be told is none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// Share of the wanted leaf area that passed before an open nozzle; none where no leaf passed.
+    pub recall: Option<f64>,
+    /// Litres while the nozzle was not wanted, as a share of all; none where nothing was sprayed.
+    pub waste: Option<f64>,
+    /// `recall` × (1 − `waste`); 0 where nothing was sprayed and something was wanted.
+    pub score: Option<f64>,
+    /// All that was sprayed.
+    pub litres: f64,
+    /// What of it while the nozzle was not wanted.
+    pub wasted_litres: f64,
+    /// What all nozzles at full flow would have sprayed while the tractor went ahead in its alleys.
+    pub constant_litres: f64,
+    /// `constant_litres` − `litres`.
+    pub saved_litres: f64,
+    /// Leaf area that passed before the nozzles while they were wanted, one-sided, m².
+    pub wanted_area_m2: f64,
+    /// What of it passed before a shut nozzle, m².
+    pub missed_area_m2: f64,
+}
+
+impl Score {
+    /// Of what `flows`, one a nozzle, did on a pass.
+    pub fn of(pass: &Pass, flows: &[Flow]) -> Self {
+        let (mut litres, mut wasted, mut wanted_m2, mut hit_m2, mut full_l_s) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for ((nozzle, flow), wanted) in pass.nozzles().iter().zip(flows).zip(pass.wanted()) {
+            litres += flow.litres();
+            wasted += flow.litres_in(&wanted.gaps(pass.time()));
+            wanted_m2 += pass.area_m2(nozzle.number, wanted);
+            hit_m2 += pass.area_m2(nozzle.number, &wanted.and(&flow.open));
+            full_l_s += nozzle.flow_l_s;
+        }
+        // What rounding leaves where an edge is wanted when it comes.
+        let wasted = if wasted < ROUNDING * litres { 0.0 } else { wasted };
+        let constant_litres = full_l_s * pass.drive().going(pass.boom().standstill_m_s).length();
+        let recall = (wanted_m2 > 0.0).then(|| (hit_m2 / wanted_m2).clamp(0.0, 1.0));
+        let waste = (litres > 0.0).then(|| (wasted / litres).clamp(0.0, 1.0));
+        Self {
+            recall,
+            waste,
+            score: recall.map(|recall| recall * (1.0 - waste.unwrap_or(0.0))),
+            litres,
+            wasted_litres: wasted,
+            constant_litres,
+            saved_litres: constant_litres - litres,
+            wanted_area_m2: wanted_m2,
+            missed_area_m2: (wanted_m2 - hit_m2).max(0.0),
+        }
+    }
+}

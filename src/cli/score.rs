@@ -1,0 +1,216 @@
+//! `rowscan score`: how well a run of a sprayer that was kept fits the leaves.
+
+use std::path::{Path, PathBuf};
+
+use rowscan_check::{Relative, SprayerRun};
+use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
+use rowscan_sprayer::safety::{Breach, Switches, breaches};
+use rowscan_sprayer::{Edge, Score, map};
+use serde::Serialize;
+
+use super::output::{can_be_written, print_json, print_rows, say, write_file};
+use super::{Failure, Format, Outcome};
+
+/// What no number here knows of.
+const NOT_MODELLED: &[&str] = &[
+    "air and drift",
+    "drops and their flight",
+    "interception by single leaves",
+    "run-off",
+    "evaporation",
+    "pressure and hoses",
+];
+
+/// Widths of the classes of speed, m/s.
+const SPEED_M_S: f64 = 0.5;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A run that `check --keep` kept: its folder, or its sprayer.json
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Another run, beside it
+    #[arg(long, value_name = "RUN")]
+    beside: Option<PathBuf>,
+    /// How to write the scores
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Draw it to this SVG file: wanted, sprayed, missed and wasted by metre and height, and the valves over time
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+/// All that is told of a run.
+#[derive(Debug, Serialize)]
+struct Report {
+    #[serde(flatten)]
+    score: Score,
+    /// The best that the boom and its valves can do.
+    oracle: Score,
+    /// Shares of the oracle's.
+    relative: Relative,
+    edges: Vec<EdgeRow>,
+    /// Litres against rules that follow from the drive and the boom.
+    forbidden: Vec<Breach>,
+    not_modelled: &'static [&'static str],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beside: Option<Box<Self>>,
+}
+
+/// Edges of one kind.
+#[derive(Debug, Serialize)]
+struct EdgeRow {
+    edge: &'static str,
+    /// Of one section; of all where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    section: Option<String>,
+    /// At a speed from here on, up to half a metre a second faster; at any where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from_m_s: Option<f64>,
+    #[serde(flatten)]
+    summary: EdgeSummary,
+}
+
+/// A line of the table.
+#[derive(Debug, Serialize)]
+struct Row {
+    what: String,
+    run: Option<f64>,
+    oracle: Option<f64>,
+    share_of_oracle: Option<f64>,
+    beside: Option<f64>,
+}
+
+pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if let Some(path) = &args.picture {
+        for run in [Some(&args.run), args.beside.as_ref()].into_iter().flatten() {
+            rowscan_files::will_be_read(run);
+        }
+        can_be_written(path)?;
+    }
+    let own = SprayerRun::load(&args.run)?;
+    let beside = args.beside.as_deref().map(SprayerRun::load).transpose()?;
+    if own.log.is_empty() {
+        say(format_args!("{}: no command was heard in the whole run", args.run.display()));
+    }
+    let report = Report { beside: beside.as_ref().map(|run| Box::new(Report::of(run))), ..Report::of(&own) };
+    match args.format {
+        Format::Json | Format::Jsonl => print_json(args.format, &report)?,
+        Format::Table | Format::Csv => print_rows(args.format, &report.rows())?,
+    }
+    if args.format == Format::Table {
+        say(format_args!("not modelled: {}", NOT_MODELLED.join(", ")));
+    }
+    if let Some(path) = &args.picture {
+        write_file(path, &picture(&own, &args.run))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn picture(run: &SprayerRun, path: &Path) -> String {
+    let told = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.3}"));
+    let Score { recall, waste, litres, .. } = &run.score;
+    let title =
+        format!("{}: recall {}, waste {}, {litres:.3} l", path.display(), told(*recall), told(*waste));
+    map::svg(&run.pass, &run.flows, &title)
+}
+
+impl Report {
+    fn of(run: &SprayerRun) -> Self {
+        let mut edges = Vec::new();
+        for edge in Edge::ALL {
+            let row = |section: Option<String>, from_m_s, which: &dyn Fn(&EdgePair) -> bool| EdgeRow {
+                edge: edge.name(),
+                section,
+                from_m_s,
+                summary: run.edges.summary(|pair| pair.edge == edge && which(pair)),
+            };
+            edges.push(row(None, None, &|_| true));
+            for (place, section) in run.pass.boom().sections.iter().enumerate() {
+                edges.push(row(Some(section.id.clone()), None, &|pair| pair.section == place));
+            }
+            let class = |pair: &EdgePair| (pair.speed_m_s / SPEED_M_S).floor();
+            let mut classes: Vec<f64> = run.edges.all().iter().map(class).collect();
+            classes.sort_by(f64::total_cmp);
+            classes.dedup();
+            for number in classes {
+                edges.push(row(None, Some(number * SPEED_M_S), &|pair| class(pair) == number));
+            }
+        }
+        Self {
+            score: run.score.clone(),
+            oracle: run.oracle.clone(),
+            relative: run.relative(),
+            edges,
+            forbidden: breaches(&run.pass, &run.flows, &Switches::default(), 0.0),
+            not_modelled: NOT_MODELLED,
+            beside: None,
+        }
+    }
+
+    /// Its scores, and its edges over all sections and speeds.
+    fn rows(&self) -> Vec<Row> {
+        let mine = self.numbers();
+        let oracle = scores(&self.oracle);
+        let Relative { recall, litres, score } = self.relative;
+        let relative = [("recall", recall), ("litres", litres), ("score", score)]
+            .map(|(name, value)| (name.to_owned(), value));
+        let beside = self.beside.as_ref().map(|other| other.numbers()).unwrap_or_default();
+        let find = |all: &[(String, Option<f64>)], what: &str| {
+            all.iter().find(|(name, _)| name == what).and_then(|(_, value)| *value)
+        };
+        mine.iter()
+            .map(|(what, run)| {
+                let best = find(&oracle, what);
+                // Of others a share says nothing: of the best waste, 0, for example.
+                let share = find(&relative, what);
+                Row {
+                    what: what.clone(),
+                    run: *run,
+                    oracle: best,
+                    share_of_oracle: share,
+                    beside: find(&beside, what),
+                }
+            })
+            .collect()
+    }
+
+    fn numbers(&self) -> Vec<(String, Option<f64>)> {
+        let mut all = scores(&self.score);
+        for EdgeRow { edge, summary, .. } in
+            self.edges.iter().filter(|row| row.section.is_none() && row.from_m_s.is_none())
+        {
+            let EdgeSummary { wanted, missed, spurious, p50_s, p95_s, worst_s, p50_m, p95_m, worst_m } =
+                summary;
+            let counts = [("wanted", wanted), ("missed", missed), ("spurious", spurious)];
+            all.extend(counts.map(|(name, count)| (format!("{edge}_{name}"), Some(*count as f64))));
+            let ms = |value: &Option<f64>| value.map(|s| s * 1e3);
+            all.extend(
+                [("p50_ms", p50_s), ("p95_ms", p95_s), ("worst_ms", worst_s)]
+                    .map(|(name, value)| (format!("{edge}_{name}"), ms(value))),
+            );
+            all.extend(
+                [("p50_m", p50_m), ("p95_m", p95_m), ("worst_m", worst_m)]
+                    .map(|(name, value)| (format!("{edge}_{name}"), *value)),
+            );
+        }
+        let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
+        all.push(("forbidden_litres".to_owned(), Some(litres)));
+        all
+    }
+}
+
+fn scores(score: &Score) -> Vec<(String, Option<f64>)> {
+    let all = [
+        ("recall", score.recall),
+        ("waste", score.waste),
+        ("score", score.score),
+        ("litres", Some(score.litres)),
+        ("wasted_litres", Some(score.wasted_litres)),
+        ("saved_litres", Some(score.saved_litres)),
+        ("constant_litres", Some(score.constant_litres)),
+        ("wanted_area_m2", Some(score.wanted_area_m2)),
+        ("missed_area_m2", Some(score.missed_area_m2)),
+    ];
+    all.map(|(name, value)| (name.to_owned(), value)).to_vec()
+}
