@@ -38,7 +38,7 @@
 //! ```
 //!
 //! # Where to go on
-//! - bytes to telegrams and back: `frame`, `telegram`, `visit`; the classic LMS2xx on a serial line: `lms2xx`
+//! - bytes to telegrams and back: `frame`, `telegram`, `visit`; the classic LMS2xx on a serial line: `lms2xx`; today's scanners over UDP: `compact`
 //! - sessions without I/O: `client::ColaClient`, `device::Device`; over sockets and serial lines:
 //!   [`rowscan-driver`](https://docs.rs/rowscan-driver), [`rowscan-emulator`](https://docs.rs/rowscan-emulator)
 //! - the examples `parse_telegram`, `cola_a_and_b`, `lms2xx_frame` and `session_without_io`; `tests/it/examples.rs` runs them
@@ -68,6 +68,8 @@ pub mod validity;
 pub mod can;
 #[cfg(feature = "telegrams")]
 pub mod client;
+#[cfg(feature = "telegrams")]
+pub mod compact;
 #[cfg(feature = "telegrams")]
 pub mod device;
 #[cfg(feature = "telegrams")]

@@ -13,6 +13,8 @@ pub enum Value<'a> {
     Flag(bool),
     /// A whole number.
     Integer(i64),
+    /// A whole number that is never negative and may be as large as this.
+    Unsigned(u64),
     /// A real number.
     Real(f32),
     /// A text; bytes that are no printable ASCII are escaped where the text has a fixed length.

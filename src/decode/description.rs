@@ -102,6 +102,7 @@ impl Visitor for Description {
     fn value(&mut self, value: Value<'_>) {
         self.part(match value {
             Value::Integer(number) => Some(number),
+            Value::Unsigned(number) => i64::try_from(number).ok(),
             _ => None,
         });
         let json = match value {
@@ -110,6 +111,10 @@ impl Visitor for Description {
                 Json::from(on)
             }
             Value::Integer(number) => {
+                self.number(&number.to_string());
+                Json::from(number)
+            }
+            Value::Unsigned(number) => {
                 self.number(&number.to_string());
                 Json::from(number)
             }

@@ -13,6 +13,7 @@
 mod bench;
 mod facts;
 
+mod compact;
 mod conditions;
 mod device;
 mod examples;
