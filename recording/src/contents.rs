@@ -31,6 +31,7 @@ pub fn contents(recording: Recording) -> Result<Option<String>, ReadError> {
 fn name(frame: &RecordedFrame) -> String {
     let other = match frame.kind {
         StreamKind::Lms2xx => "LMS2xx telegrams that are no scans",
+        StreamKind::Compact => "Compact telegrams, which are described and not estimated from",
         StreamKind::Nmea => "NMEA packets",
         StreamKind::Can => "CAN frames",
         StreamKind::Bytes => "packets of unknown content",

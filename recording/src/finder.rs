@@ -1,5 +1,6 @@
 //! Finds frames in the bytes of a stream, in its language.
 
+use rowscan_protocol::compact::{self, StreamDecoder};
 use rowscan_protocol::frame::{Accept, Dialect, FrameDecoder};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram};
@@ -12,6 +13,8 @@ use crate::{Side, StreamKind};
 pub(crate) enum Finder {
     Cola(FrameDecoder),
     Lms2xx(lms2xx::frame::FrameDecoder),
+    /// With the stretches that were no telegrams.
+    Compact(StreamDecoder, u64),
 }
 
 /// A frame that was found.
@@ -35,6 +38,7 @@ impl Finder {
             (StreamKind::Lms2xx, Some(Side::Device)) => Self::lms2xx(Listener::Host),
             (StreamKind::Lms2xx, Some(Side::Host)) => Self::lms2xx(Listener::Device),
             (StreamKind::Lms2xx, None) => Self::lms2xx(Listener::Either),
+            (StreamKind::Compact, _) => Self::Compact(StreamDecoder::default(), 0),
             _ => Self::Cola(FrameDecoder::new(Accept::Either, MAX_PAYLOAD)),
         }
     }
@@ -47,6 +51,7 @@ impl Finder {
         match self {
             Self::Cola(decoder) => decoder.push(bytes),
             Self::Lms2xx(decoder) => decoder.push(bytes),
+            Self::Compact(decoder, _) => decoder.push(bytes),
         }
     }
 
@@ -55,6 +60,7 @@ impl Finder {
         match self {
             Self::Cola(decoder) => decoder.pending(),
             Self::Lms2xx(decoder) => decoder.pending(),
+            Self::Compact(decoder, _) => decoder.pending(),
         }
     }
 
@@ -63,6 +69,7 @@ impl Finder {
         match self {
             Self::Cola(decoder) => decoder.counts().bad,
             Self::Lms2xx(decoder) => decoder.counts().bad,
+            Self::Compact(_, bad) => *bad,
         }
     }
 
@@ -71,6 +78,7 @@ impl Finder {
         match self {
             Self::Cola(decoder) => decoder.finish(),
             Self::Lms2xx(decoder) => decoder.finish(),
+            Self::Compact(decoder, _) => decoder.finish(),
         }
     }
 
@@ -89,6 +97,21 @@ impl Finder {
                     device_us: telegram.and_then(transmit_time_us),
                 })
             }
+            Self::Compact(decoder, bad) => loop {
+                match decoder.next_found()? {
+                    compact::Found::Bad { .. } => *bad += 1,
+                    compact::Found::Telegram { offset, len, .. } => {
+                        return Some(Found {
+                            offset,
+                            len,
+                            dialect: None,
+                            is_telegram: true,
+                            from: Some(Side::Device),
+                            device_us: None,
+                        });
+                    }
+                }
+            },
             Self::Lms2xx(decoder) => loop {
                 if let lms2xx::frame::Received::Frame(frame) = decoder.next_received()? {
                     let from = if frame.is_from_device() { Side::Device } else { Side::Host };

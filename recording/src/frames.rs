@@ -108,7 +108,7 @@ impl FrameReader {
             let kind =
                 self.recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
             match kind {
-                StreamKind::Cola | StreamKind::Lms2xx => self.take(kind, packet),
+                StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Compact => self.take(kind, packet),
                 kind => {
                     return Ok(Some(RecordedFrame {
                         stream: packet.stream,

@@ -36,6 +36,8 @@ pub enum StreamKind {
     Cola,
     /// LMS2xx telegrams on a serial line.
     Lms2xx,
+    /// Compact telegrams of a picoScan, multiScan or LRS4000: datagrams, or one behind the other.
+    Compact,
     /// NMEA 0183 sentences.
     Nmea,
     /// CAN frames, one a packet, as a candump line has them: `ID#DATA`.
@@ -45,13 +47,21 @@ pub enum StreamKind {
 }
 
 /// Every kind with the name it has in a file.
-const KINDS: [(StreamKind, &str); 5] = [
+const KINDS: [(StreamKind, &str); 6] = [
     (StreamKind::Cola, "cola"),
     (StreamKind::Lms2xx, "lms2xx"),
+    (StreamKind::Compact, "compact"),
     (StreamKind::Nmea, "nmea"),
     (StreamKind::Can, "can"),
     (StreamKind::Bytes, "bytes"),
 ];
+
+impl StreamKind {
+    /// True if its bytes are telegrams of a scanner, which frames are looked for in.
+    pub fn is_scanner(self) -> bool {
+        matches!(self, Self::Cola | Self::Lms2xx | Self::Compact)
+    }
+}
 
 impl fmt::Display for StreamKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

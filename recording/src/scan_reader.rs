@@ -28,7 +28,7 @@ impl ScanReader {
         match kind {
             StreamKind::Cola => Some(Self(Box::new(ColaClient::listen(max_payload)))),
             StreamKind::Lms2xx => Some(Self::lms2xx()),
-            StreamKind::Nmea | StreamKind::Can | StreamKind::Bytes => None,
+            StreamKind::Compact | StreamKind::Nmea | StreamKind::Can | StreamKind::Bytes => None,
         }
     }
 

@@ -1,10 +1,11 @@
 //! Telegrams of one direction of a connection, as they come.
 
+use rowscan_protocol::compact::StreamDecoder;
 use rowscan_protocol::frame::{Accept, FrameDecoder};
 use rowscan_protocol::lms2xx::frame::{self as serial, Listener, Received};
 use rowscan_recording::StreamKind;
 
-use super::{Entry, MAX_PAYLOAD, Options, Piece, Stream, lms2xx};
+use super::{Entry, MAX_PAYLOAD, Options, Piece, Stream, compact, lms2xx};
 
 /// Reads on where it stopped. What is no telegram is passed over.
 #[derive(Debug)]
@@ -19,6 +20,7 @@ enum Decoder {
     Cola(FrameDecoder),
     /// With the bytes that it has, and how many came before them.
     Lms2xx(serial::FrameDecoder, Vec<u8>, u64),
+    Compact(StreamDecoder),
 }
 
 impl Follow {
@@ -26,6 +28,7 @@ impl Follow {
     pub fn of(kind: StreamKind) -> Self {
         let decoder = match kind {
             StreamKind::Lms2xx => Decoder::Lms2xx(serial::FrameDecoder::new(Listener::Either), Vec::new(), 0),
+            StreamKind::Compact => Decoder::Compact(StreamDecoder::default()),
             _ => Decoder::Cola(FrameDecoder::new(Accept::Either, MAX_PAYLOAD)),
         };
         Self { decoder, stream: Stream::default(), piece: Piece::default() }
@@ -40,6 +43,10 @@ impl Follow {
                 while let Some(frame) = decoder.next_frame() {
                     entries.push(self.stream.telegram(&self.piece, &frame, Options::default()));
                 }
+            }
+            Decoder::Compact(decoder) => {
+                decoder.push(bytes);
+                entries.extend(compact::telegrams(decoder));
             }
             Decoder::Lms2xx(decoder, kept, before) => {
                 decoder.push(bytes);

@@ -46,7 +46,7 @@ impl Input {
             let connection = numbered.then_some(number);
             let began_ns = recording.began_ns();
             let kind = recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
-            if !matches!(kind, StreamKind::Cola | StreamKind::Lms2xx) {
+            if !kind.is_scanner() {
                 others.push(other(kind, number, began_ns, &packet));
                 continue;
             }
@@ -101,7 +101,7 @@ fn other(kind: StreamKind, number: u32, began_ns: Option<u64>, packet: &Packet) 
     let (dialect, words) = match kind {
         StreamKind::Can => ("CAN", text),
         StreamKind::Nmea => ("NMEA", text),
-        StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Bytes => {
+        StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Compact | StreamKind::Bytes => {
             ("bytes", super::description::opaque(packet.bytes.len()))
         }
     };

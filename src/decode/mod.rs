@@ -3,6 +3,7 @@
 //! A recording (`rowscan_recording`) becomes streams, a stream becomes entries. Nothing ends the work: what is no telegram is located
 //! and the search goes on behind it.
 
+mod compact;
 mod description;
 mod filter;
 mod follow;
@@ -57,7 +58,7 @@ pub struct Entry {
     pub from: Option<Side>,
     /// What it is.
     pub is: Verdict,
-    /// `CoLa A`, `CoLa B`, `LMS2xx`.
+    /// `CoLa A`, `CoLa B`, `LMS2xx`, `Compact`.
     pub dialect: Option<String>,
     /// The telegram's first three letters.
     pub kind: Option<&'static str>,
@@ -160,6 +161,7 @@ impl Stream {
             }
             match self.kind {
                 StreamKind::Lms2xx => lms2xx::lines(self, piece, options, &mut lines),
+                StreamKind::Compact => compact::lines(self, piece, options, &mut lines),
                 _ => self.piece_lines(piece, options, &mut lines),
             }
         }

@@ -23,6 +23,7 @@ use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use rowscan_files::Bounded;
+use rowscan_protocol::compact;
 use rowscan_protocol::frame::{Accept, FrameDecoder};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::telegram::Telegram;
@@ -386,6 +387,18 @@ fn language(bytes: &[u8]) -> StreamKind {
         if let lms2xx::frame::Received::Frame(frame) = received {
             lms2xx += frame.len;
         }
+    }
+    let mut decoder = compact::StreamDecoder::default();
+    decoder.push(bytes);
+    let mut compact = 0;
+    while let Some(found) = decoder.next_found() {
+        if let compact::Found::Telegram { len, .. } = found {
+            compact += len;
+        }
+    }
+    // Before CoLa: telegrams without echoes hold no frame of CoLa A, and the others may by chance.
+    if compact > cola.max(lms2xx) {
+        return StreamKind::Compact;
     }
     if lms2xx > cola { StreamKind::Lms2xx } else { StreamKind::Cola }
 }

@@ -54,7 +54,7 @@ impl Watch {
     /// Looks at the next packet, of a stream of this kind.
     pub(super) fn see(&mut self, kind: StreamKind, packet: &Packet) {
         self.found.bytes += packet.bytes.len() as u64;
-        if !matches!(kind, StreamKind::Cola | StreamKind::Lms2xx) {
+        if !kind.is_scanner() {
             self.found.sound += 1;
             return;
         }

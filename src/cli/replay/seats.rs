@@ -113,7 +113,7 @@ impl Sort {
         match kind {
             StreamKind::Nmea => Self::Nmea,
             StreamKind::Can => Self::Can,
-            StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Bytes => Self::Line,
+            StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Compact | StreamKind::Bytes => Self::Line,
         }
     }
 
