@@ -364,3 +364,99 @@ fn what_is_larger_than_can_be_decoded_is_refused() {
         assert!(ended.stderr.contains(says), "{}", ended.stderr);
     }
 }
+
+/// Two Compact telegrams, of which the second is damaged where `flip` says so.
+fn compact(flip: Option<usize>) -> [Vec<u8>; 2] {
+    use rowscan_protocol::compact::{Beams, Module, Modules, PerLine, ScanTelegram, Shape, Telegram};
+    let telegram = |telegram_counter: u64| {
+        let module = Module {
+            segment_counter: 3,
+            frame_number: 160,
+            shape: Shape { lines: 1, beams: 2, echoes: 1 },
+            time_start_us: PerLine(vec![1_000_000]),
+            time_stop_us: PerLine(vec![1_005_555]),
+            phi_rad: PerLine(vec![0.0]),
+            theta_start_rad: PerLine(vec![-0.5]),
+            theta_stop_rad: PerLine(vec![0.5]),
+            beams: Beams {
+                distance: vec![3000, 0],
+                rssi: vec![257, 0],
+                properties: vec![1, 0],
+                theta: vec![1, 2],
+            },
+            ..Module::default()
+        };
+        let modules = Modules(vec![module]);
+        let scan = ScanTelegram { telegram_counter, modules, ..ScanTelegram::default() }.seal();
+        let mut bytes = Vec::new();
+        Telegram::Scan(scan).encode(&mut bytes).expect("lists of their lengths");
+        bytes
+    };
+    let mut second = telegram(8);
+    if let Some(at) = flip {
+        second[at] ^= 1;
+    }
+    [telegram(7), second]
+}
+
+#[test]
+fn compact_telegrams_are_told_field_by_field_and_a_flipped_bit_by_their_checksum() {
+    let (ended, lines) = decode(&compact(None).concat());
+    assert_eq!((ended.code, lines.len()), (Some(0), 2), "{}", ended.stderr);
+    for (line, offset, counter) in [(&lines[0], 0, 7), (&lines[1], 122, 8)] {
+        assert_eq!(
+            (&line["dialect"], &line["name"], &line["from"]),
+            (&"Compact".into(), &"scan".into(), &"device".into())
+        );
+        assert_eq!((&line["offset"], &line["length"]), (&offset.into(), &122.into()));
+        let fields = &line["fields"];
+        assert_eq!((&fields["telegram_counter"], &fields["version"]), (&counter.into(), &4.into()));
+        let module = &fields["modules"][0];
+        assert_eq!((&module["frame_number"], &module["time_stop_us"][0]), (&160.into(), &1_005_555.into()));
+        assert_eq!(module["beams"]["distance"], serde_json::json!([3000, 0]));
+        assert_eq!(module["beams"]["properties"], serde_json::json!([1, 0]));
+    }
+    assert!(
+        lines[0]["words"].as_str().expect("words").contains("time_start_us: [1000000 µs]"),
+        "{}",
+        lines[0]
+    );
+
+    let (ended, lines) = decode(&compact(Some(100)).concat());
+    assert_eq!((ended.code, lines.len()), (Some(1), 2));
+    assert_eq!((&lines[1]["is"], &lines[1]["error_offset"]), (&"bad".into(), &(122 + 118).into()));
+    assert!(lines[1]["expected"].as_str().expect("told").starts_with("CRC "), "{}", lines[1]);
+}
+
+#[test]
+fn compact_datagrams_of_a_capture_are_told_with_their_times() {
+    let mut capture = Vec::new();
+    // Raw IP, µs.
+    for word in [0xA1B2_C3D4_u32, 0x0004_0002, 0, 0, 65_535, 101] {
+        capture.extend(word.to_le_bytes());
+    }
+    let [first, second] = compact(Some(100));
+    // The damaged one is in the middle and takes nothing of the next; a datagram of somebody else is left out.
+    for (second_of, payload) in
+        [(10_u32, &first), (11, &second), (12, &b"no telegram".to_vec()), (13, &first)]
+    {
+        let length = (28 + payload.len()) as u16;
+        let mut packet = vec![0x45, 0];
+        packet.extend(length.to_be_bytes());
+        packet.extend([0, 0, 0x40, 0, 64, 17, 0, 0, 192, 168, 0, 1, 192, 168, 0, 100]);
+        packet.extend([0x08, 0x43, 0x08, 0x43]);
+        packet.extend((length - 20).to_be_bytes());
+        packet.extend([0, 0]);
+        packet.extend(payload);
+        for word in [second_of, 0, packet.len() as u32, packet.len() as u32] {
+            capture.extend(word.to_le_bytes());
+        }
+        capture.extend(packet);
+    }
+    let (ended, lines) = decode(&capture);
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    let told: Vec<(&Value, Option<f64>)> =
+        lines.iter().map(|line| (&line["is"], line["time_s"].as_f64())).collect();
+    let (telegram, bad) = (Value::from("telegram"), Value::from("bad"));
+    assert_eq!(told, [(&telegram, Some(0.0)), (&bad, Some(1.0)), (&telegram, Some(3.0))]);
+}

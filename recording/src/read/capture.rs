@@ -5,7 +5,8 @@ use pcap_parser::pcap::{LegacyPcapBlock, parse_pcap_frame, parse_pcap_frame_be, 
 use pcap_parser::pcapng::{Block, InterfaceDescriptionBlock, parse_block_be, parse_block_le};
 use pcap_parser::traits::PcapNGPacketBlock;
 
-use super::segment::segment;
+use super::datagrams::Datagrams;
+use super::segment::{Carried, carried};
 use super::tcp::{Connections, Flows};
 use super::torn::Torn;
 
@@ -19,6 +20,8 @@ const LITTLE_ENDIAN: [u8; 4] = [0x4D, 0x3C, 0x2B, 0x1A];
 pub(super) struct Capture {
     /// Both directions of every TCP connection.
     pub(super) connections: Vec<Flows>,
+    /// UDP datagrams of scanners.
+    pub(super) datagrams: Datagrams,
     /// When its first packet came, ns since 1970.
     pub(super) began_ns: Option<u64>,
     /// Where it ended too early.
@@ -32,13 +35,19 @@ pub(super) fn read(file: &[u8]) -> Option<Capture> {
         true => packets.pcapng(file),
         false => packets.pcap(file)?,
     };
-    Some(Capture { connections: packets.connections.flows(), began_ns: packets.began_ns, torn: torn.err() })
+    Some(Capture {
+        connections: packets.connections.flows(),
+        datagrams: packets.datagrams,
+        began_ns: packets.began_ns,
+        torn: torn.err(),
+    })
 }
 
 /// Where packets go.
 #[derive(Default)]
 struct Packets {
     connections: Connections,
+    datagrams: Datagrams,
     /// Time of the first packet.
     began_ns: Option<u64>,
 }
@@ -56,8 +65,10 @@ impl Packets {
         let at_ns = u128::from(time) * 1_000_000_000 / u128::from(interface.units.max(1));
         let at_ns = u64::try_from(at_ns).unwrap_or(u64::MAX);
         self.began_ns.get_or_insert(at_ns);
-        if let Some(segment) = segment(interface.link, data) {
-            self.connections.push(&segment, at_ns);
+        match carried(interface.link, data) {
+            Some(Carried::Tcp(segment)) => self.connections.push(&segment, at_ns),
+            Some(Carried::Udp(datagram)) => self.datagrams.push(&datagram, at_ns),
+            None => {}
         }
     }
 

@@ -3,6 +3,7 @@
 mod candump;
 mod capture;
 mod carmen;
+mod datagrams;
 mod format;
 mod gzip;
 mod hex;
@@ -249,7 +250,8 @@ impl Recording {
                 drop(bytes);
                 recording.began_ns = capture.began_ns;
                 recording.torn = capture.torn;
-                let (packets, streams) = sides::packets(capture.connections, connections);
+                let (mut packets, mut streams) = sides::packets(capture.connections, connections);
+                capture.datagrams.join(&mut packets, &mut streams);
                 recording.streams = streams;
                 recording.packets = Packets::Listed(packets.into_iter());
             }
@@ -396,7 +398,7 @@ fn language(bytes: &[u8]) -> StreamKind {
             compact += len;
         }
     }
-    // Before CoLa: telegrams without echoes hold no frame of CoLa A, and the others may by chance.
+    // Only telegrams with a right CRC count, so none is there by chance.
     if compact > cola.max(lms2xx) {
         return StreamKind::Compact;
     }
@@ -481,6 +483,8 @@ mod tests {
         encode(Dialect::B, b"sRA LMDscandata ", &mut cola);
         lms2xx::frame::encode(lms2xx::frame::FROM_DEVICE, &[0xA0, 0, 0x10], &mut lms2xx);
         let chance = b"\x02\x80\x0c\x00\xb0\x04\x40\xe8\x03\x10\x02\x73\x03\xe8\x03\x10\x08\xb1".to_vec();
+        let mut imu = Vec::new();
+        compact::Telegram::Imu(compact::Imu::default()).encode(&mut imu).unwrap();
         for (bytes, expected) in [
             (cola.clone(), StreamKind::Cola),
             ([&[0x06][..], &lms2xx].concat(), StreamKind::Lms2xx),
@@ -488,6 +492,7 @@ mod tests {
             (b"\xFF\x00nothing of either".to_vec(), StreamKind::Cola),
             // Ranges of 371 and 1000 mm contain `02 73 03`, a frame of CoLa A.
             (chance, StreamKind::Lms2xx),
+            (imu, StreamKind::Compact),
         ] {
             let recording = Recording::read(Box::new(Cursor::new(bytes))).expect("it opens");
             assert_eq!(recording.streams()[0].kind, expected);

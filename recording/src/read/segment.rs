@@ -1,6 +1,6 @@
-//! The TCP segment in a captured packet.
+//! The TCP segment or UDP datagram in a captured packet.
 
-use core::net::SocketAddr;
+use core::net::{IpAddr, SocketAddr};
 
 use etherparse::{LaxNetSlice, LaxSlicedPacket, TcpSlice, TransportSlice};
 use pcap_parser::Linktype;
@@ -19,13 +19,28 @@ pub(super) struct Segment<'a> {
     pub(super) payload: &'a [u8],
 }
 
+/// A UDP datagram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Datagram<'a> {
+    pub(super) from: SocketAddr,
+    pub(super) to: SocketAddr,
+    pub(super) payload: &'a [u8],
+}
+
+/// What a packet carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Carried<'a> {
+    Tcp(Segment<'a>),
+    Udp(Datagram<'a>),
+}
+
 /// The "any" device of Linux, second version; `pcap-parser` has no name for it.
 const LINUX_SLL2: Linktype = Linktype(276);
 
-/// The TCP segment in a packet; `None` for all others.
+/// The segment or datagram in a packet; `None` for all others, and for the fragments of a datagram.
 ///
 /// Lax: a sender that leaves segmentation to its network card writes an IP length of 0, and a capture may have cut the packet.
-pub(super) fn segment(link: Linktype, packet: &[u8]) -> Option<Segment<'_>> {
+pub(super) fn carried(link: Linktype, packet: &[u8]) -> Option<Carried<'_>> {
     let ip = |header: usize| LaxSlicedPacket::from_ip(packet.get(header..)?).ok();
     let sliced = match link {
         Linktype::ETHERNET => LaxSlicedPacket::from_ethernet(packet).ok()?,
@@ -37,18 +52,21 @@ pub(super) fn segment(link: Linktype, packet: &[u8]) -> Option<Segment<'_>> {
         LINUX_SLL2 => ip(20)?,
         _ => return None,
     };
-    match (sliced.net?, sliced.transport?) {
-        (LaxNetSlice::Ipv4(ip), TransportSlice::Tcp(tcp)) => {
-            let header = ip.header();
-            let from = SocketAddr::new(header.source_addr().into(), tcp.source_port());
-            let to = SocketAddr::new(header.destination_addr().into(), tcp.destination_port());
-            Some(with_payload(from, to, &tcp))
+    let (from, to): (IpAddr, IpAddr) = match sliced.net? {
+        LaxNetSlice::Ipv4(ip) => (ip.header().source_addr().into(), ip.header().destination_addr().into()),
+        LaxNetSlice::Ipv6(ip) => (ip.header().source_addr().into(), ip.header().destination_addr().into()),
+        _ => return None,
+    };
+    match sliced.transport? {
+        TransportSlice::Tcp(tcp) => {
+            let (from, to) =
+                (SocketAddr::new(from, tcp.source_port()), SocketAddr::new(to, tcp.destination_port()));
+            Some(Carried::Tcp(with_payload(from, to, &tcp)))
         }
-        (LaxNetSlice::Ipv6(ip), TransportSlice::Tcp(tcp)) => {
-            let header = ip.header();
-            let from = SocketAddr::new(header.source_addr().into(), tcp.source_port());
-            let to = SocketAddr::new(header.destination_addr().into(), tcp.destination_port());
-            Some(with_payload(from, to, &tcp))
+        TransportSlice::Udp(udp) => {
+            let (from, to) =
+                (SocketAddr::new(from, udp.source_port()), SocketAddr::new(to, udp.destination_port()));
+            Some(Carried::Udp(Datagram { from, to, payload: udp.payload() }))
         }
         _ => None,
     }
@@ -62,6 +80,14 @@ fn with_payload<'a>(from: SocketAddr, to: SocketAddr, tcp: &TcpSlice<'a>) -> Seg
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The TCP segment in a packet.
+    fn segment(link: Linktype, packet: &[u8]) -> Option<Segment<'_>> {
+        match carried(link, packet)? {
+            Carried::Tcp(segment) => Some(segment),
+            Carried::Udp(_) => None,
+        }
+    }
 
     /// IPv4 and TCP headers before `payload`, with this length in the IP header.
     fn ipv4(total_len: u16, payload: &[u8]) -> Vec<u8> {
@@ -98,6 +124,25 @@ mod tests {
             );
         }
         assert_eq!(segment(Linktype(9999), &ip), None);
+    }
+
+    #[test]
+    fn a_datagram_is_found_and_a_fragment_of_one_is_not() {
+        let udp = |fragment: [u8; 2]| {
+            let mut packet = vec![0x45, 0, 0, 31, 0, 0, fragment[0], fragment[1], 64, 17, 0, 0];
+            packet.extend([10, 0, 0, 1, 10, 0, 0, 2]);
+            packet.extend([0x08, 0x43, 0xC3, 0x50, 0, 11, 0, 0]);
+            packet.extend(b"abc");
+            packet
+        };
+        let whole = udp([0x40, 0]);
+        let Some(Carried::Udp(found)) = carried(Linktype::RAW, &whole) else { panic!("a datagram") };
+        let (from, to) = ("10.0.0.1:2115".to_owned(), 50_000);
+        assert_eq!((found.from.to_string(), found.to.port(), found.payload), (from, to, &b"abc"[..]));
+        // More fragments follow; behind others.
+        for fragment in [[0x20, 0], [0x00, 4]] {
+            assert_eq!(carried(Linktype::RAW, &udp(fragment)), None);
+        }
     }
 
     #[test]
