@@ -153,6 +153,11 @@ impl Field {
         self.names.iter().find(|(_, known)| known == name).map(|(value, _)| *value)
     }
 
+    /// Its values that have names, with those.
+    pub fn named_values(&self) -> &[(f64, String)] {
+        &self.names
+    }
+
     /// The names of its values.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.names.iter().map(|(_, name)| name.as_str())

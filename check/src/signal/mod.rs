@@ -183,6 +183,14 @@ impl Source {
         })
     }
 
+    /// Its values that have names, with those.
+    pub(crate) fn named_values(&self) -> Vec<(f64, String)> {
+        match self {
+            Self::Field { field, .. } => field.named_values().to_vec(),
+            _ => Vec::new(),
+        }
+    }
+
     /// The unit of its values, if that is known.
     pub(crate) fn unit(&self) -> &str {
         match self {

@@ -33,6 +33,7 @@ pub(crate) fn picture(number: usize, expect: &Expect, judged: &Judged, run: &Run
     let drawn = Course {
         title: expect.title(),
         name: if unit.is_empty() { keys.name.clone() } else { format!("{}, {unit}", keys.name) },
+        names: source.named_values(),
         from_to_s: (from_s, to_s.max(from_s + 0.1)),
         samples: shown.collect(),
         bounds: [bounds.equals, bounds.above, bounds.below, least, most].into_iter().flatten().collect(),

@@ -153,7 +153,7 @@ impl Canvas {
 
     /// Writes a line of text; its symbols get their subscripts.
     pub(super) fn text(&mut self, words: &str, (x, y): At, size: f64, anchor: Anchor) {
-        let (x, y) = (pixels(x), pixels(y));
+        let (x, y, size) = (pixels(x), pixels(y), pixels(size));
         let turn = match anchor {
             Anchor::TurnedTop => format!(" transform=\"rotate(270, {x}, {y})\""),
             _ => String::new(),

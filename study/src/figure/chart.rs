@@ -9,12 +9,21 @@ const EDGE: f64 = 12.0;
 const BELOW: f64 = 46.0;
 const LEFT: f64 = 60.0;
 const CAPTION: f64 = 24.0;
+/// Width of a letter on average, as a share of its height: more than it is.
+const LETTER: f64 = 0.62;
+
+/// Pixels that words take, at most as a rule.
+fn width_of(words: &str, size: f64) -> f64 {
+    LETTER * size * words.chars().count() as f64
+}
 
 /// A chart on a canvas.
 #[derive(Debug)]
 pub(super) struct Chart<'a> {
     pub(super) canvas: &'a mut Canvas,
     window: Area,
+    /// Room for the numbers or names at the upward axis.
+    left: f64,
     x: Axis,
     y: Axis,
 }
@@ -22,18 +31,34 @@ pub(super) struct Chart<'a> {
 impl<'a> Chart<'a> {
     /// A chart with room for its axes, and for its title if it has one.
     pub(super) fn new(canvas: &'a mut Canvas, area: Area, title: &str, x: Axis, y: Axis) -> Self {
+        Self::with_names(canvas, area, title, (x, y), &[])
+    }
+
+    /// The same with room for the names of values at the upward axis.
+    pub(super) fn with_names(
+        canvas: &'a mut Canvas,
+        area: Area,
+        title: &str,
+        (x, y): (Axis, Axis),
+        names: &[(f64, String)],
+    ) -> Self {
         let mut above = EDGE;
         if !title.is_empty() {
-            canvas.text(title, (area.left + area.width / 2.0, area.top + above), TITLE, Anchor::Top);
+            // A long one is small, not cut.
+            let size = TITLE * ((area.width - 2.0 * EDGE) / width_of(title, TITLE)).min(1.0);
+            canvas.text(title, (area.left + area.width / 2.0, area.top + above), size, Anchor::Top);
             above += CAPTION;
         }
+        let longest = names.iter().map(|(_, name)| width_of(name, LABEL)).fold(0.0, f64::max);
+        // The axis's own name is beside them.
+        let left = (longest + CAPTION + EDGE).min(area.width / 3.0).max(LEFT);
         let window = Area {
-            left: area.left + EDGE + LEFT,
+            left: area.left + EDGE + left,
             top: area.top + above,
-            width: area.width - 2.0 * EDGE - LEFT,
+            width: area.width - 2.0 * EDGE - left,
             height: area.height - above - BELOW - EDGE,
         };
-        Self { canvas, window, x, y }
+        Self { canvas, window, left, x, y }
     }
 
     /// Where a point of the plane stands.
@@ -48,6 +73,17 @@ impl<'a> Chart<'a> {
 
     /// Draws both axes, with what they are.
     pub(super) fn axes(&mut self, x_name: &str, y_name: &str) {
+        let marks = self.numbers();
+        self.axes_with_names(x_name, y_name, &marks);
+    }
+
+    /// The numbers that the upward axis shows.
+    fn numbers(&self) -> Vec<(f64, String)> {
+        self.y.marks().into_iter().map(|value| (value, mark_of(value))).collect()
+    }
+
+    /// The same where values of the upward axis have names.
+    pub(super) fn axes_with_names(&mut self, x_name: &str, y_name: &str, names: &[(f64, String)]) {
         let Area { top, .. } = self.window;
         let (bottom, axis) = (self.window.bottom(), self.x);
         for value in axis.marks() {
@@ -58,12 +94,13 @@ impl<'a> Chart<'a> {
         }
         let middle = self.window.left + self.window.width / 2.0;
         self.canvas.text(x_name, (middle, bottom + BELOW), NAME, Anchor::Bottom);
-        self.upward_axis(y_name);
+        self.upward_axis(y_name, names);
     }
 
     /// The same where the places along X are categories: lines and numbers stand at Y alone, and every category has its name below its place.
     pub(super) fn axes_of_categories(&mut self, names: &[(String, f64)], y_name: &str) {
-        self.upward_axis(y_name);
+        let marks = self.numbers();
+        self.upward_axis(y_name, &marks);
         for (name, place) in names {
             let (x, y) = self.at((*place, self.y.from()));
             for (line, words) in name.split_whitespace().enumerate() {
@@ -72,17 +109,17 @@ impl<'a> Chart<'a> {
         }
     }
 
-    fn upward_axis(&mut self, name: &str) {
+    fn upward_axis(&mut self, name: &str, marks: &[(f64, String)]) {
         let Area { left, top, .. } = self.window;
         let (right, bottom) = (self.window.right(), self.window.bottom());
-        for value in self.y.marks() {
-            let (_, y) = self.at((self.x.from(), value));
+        for (value, words) in marks.iter().filter(|(value, _)| (0.0..=1.0).contains(&self.y.share(*value))) {
+            let (_, y) = self.at((self.x.from(), *value));
             self.canvas.line(&[(left, y), (right, y)], Ink::BLACK.thinned(0.1), 1.0);
             self.canvas.line(&[(left - 5.0, y), (left, y)], Ink::BLACK, 1.0);
-            self.canvas.text(&mark_of(value), (left - 9.0, y), LABEL, Anchor::Right);
+            self.canvas.text(words, (left - 9.0, y), LABEL, Anchor::Right);
         }
         self.canvas.line(&[(left, top), (left, bottom), (right, bottom)], Ink::BLACK, 1.0);
-        self.canvas.text(name, (left - LEFT, (top + bottom) / 2.0), NAME, Anchor::TurnedTop);
+        self.canvas.text(name, (left - self.left, (top + bottom) / 2.0), NAME, Anchor::TurnedTop);
     }
 
     /// Draws a path.
@@ -104,10 +141,14 @@ impl<'a> Chart<'a> {
         self.canvas.rectangle(Area { left, top, width: right - left, height: bottom - top }, ink);
     }
 
-    /// Writes words to the right of a point.
+    /// Writes words to the right of a point; to its left where they would be cut.
     pub(super) fn label(&mut self, point: (f64, f64), words: &str) {
         let (x, y) = self.at(point);
-        self.canvas.text(words, (x + 4.0, y), LABEL, Anchor::Left);
+        if x + 4.0 + width_of(words, LABEL) <= self.window.right() {
+            self.canvas.text(words, (x + 4.0, y), LABEL, Anchor::Left);
+        } else {
+            self.canvas.text(words, (x - 4.0, y), LABEL, Anchor::Right);
+        }
     }
 
     /// Draws marks at points.

@@ -17,6 +17,8 @@ pub struct Course {
     pub title: String,
     /// What the value is, with its unit.
     pub name: String,
+    /// Values that have a name, which then stands at the axis in place of numbers.
+    pub names: Vec<(f64, String)>,
     /// From when to when, seconds.
     pub from_to_s: (f64, f64),
     /// Seconds and values, in their order; none where there is no value. Each holds until the next one.
@@ -40,9 +42,12 @@ pub fn course(course: &Course) -> String {
     let (bottom, top) = (low - room, high + 2.0 * room);
     let mut canvas = Canvas::paper(SIZE);
     let area = canvas.all();
-    let mut chart =
-        Chart::new(&mut canvas, area, &course.title, Axis::linear(from_s, to_s), Axis::linear(bottom, top));
-    chart.axes("time, s", &course.name);
+    let axes = (Axis::linear(from_s, to_s), Axis::linear(bottom, top));
+    let mut chart = Chart::with_names(&mut canvas, area, &course.title, axes, &course.names);
+    match course.names.as_slice() {
+        [] => chart.axes("time, s", &course.name),
+        names => chart.axes_with_names("time, s", &course.name, names),
+    }
     for bound in &course.bounds {
         chart.path(&[(from_s, *bound), (to_s, *bound)], INKS[1].thinned(0.6), 1.0);
     }
@@ -87,6 +92,31 @@ mod tests {
         let expected = [vec![(0.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 2.0)], vec![(3.0, 0.0), (4.0, 0.0)]];
         assert_eq!(stretches(&samples, 4.0), expected);
         assert!(stretches(&[], 4.0).is_empty());
+    }
+
+    #[test]
+    fn words_stay_within_the_picture_and_values_have_their_names() {
+        let name = "a rather long name of an event".to_owned();
+        let drawn = Course {
+            title: "x".repeat(200),
+            names: vec![(0.0, "closed".to_owned()), (1.0, "open".to_owned()), (9.0, "never".to_owned())],
+            from_to_s: (0.0, 1.0),
+            samples: vec![(0.0, Some(0.0)), (0.5, Some(1.0))],
+            events: vec![(0.1, name.clone()), (0.98, name.clone())],
+            ..Course::default()
+        };
+        let svg = course(&drawn);
+        let line_of = |words: &str| svg.lines().filter(|line| line.contains(words)).collect::<Vec<_>>();
+        let anchors: Vec<bool> =
+            line_of(&name).iter().map(|line| line.contains("text-anchor=\"end\"")).collect();
+        assert_eq!(anchors, [false, true], "{svg}");
+        // Names in place of numbers, and none of a value that is not shown.
+        assert!(svg.contains(">closed<") && svg.contains(">open<"), "{svg}");
+        assert!(!svg.contains(">never<") && !svg.contains(">-0.2<"), "{svg}");
+        let title =
+            line_of(&drawn.title).pop().and_then(|line| line.split("font-size=\"").nth(1)?.split('"').next());
+        let size: f64 = title.and_then(|size| size.parse().ok()).expect("its size");
+        assert!(200.0 * 0.5 * size <= 900.0, "{size}");
     }
 
     #[test]
