@@ -107,9 +107,9 @@ impl Field {
         }
     }
 
-    /// A signal of a message of ours, both by their names in the table; more than eight bytes go as a fast packet, which is not put together.
+    /// A signal of a message of ours, both by their names in the table; one of more than eight bytes is put together of its fast packet.
     pub fn of_ours(message: &str, signal: &str) -> Option<Self> {
-        let message = MESSAGES.iter().find(|known| known.name == message && known.len <= 8)?;
+        let message = MESSAGES.iter().find(|known| known.name == message)?;
         let signal = message.signals.iter().find(|known| known.name == signal)?;
         let value = |raw: u64| raw as f64 * signal.scale + signal.offset;
         Some(Self {

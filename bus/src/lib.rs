@@ -11,6 +11,7 @@ pub mod database;
 mod datagrams;
 mod dbc;
 pub mod error_frame;
+mod fast_packet;
 pub mod field;
 pub mod frame;
 mod join;

@@ -1,8 +1,9 @@
-//! J1939's transport protocol (J1939-21): messages of 9 to 1785 bytes, put together from frames that were overheard. It takes no part: it asks for
-//! nothing and confirms nothing.
+//! J1939's transport protocol (J1939-21): messages of 9 to 1785 bytes, put together from frames that were overheard; fast packets of NMEA 2000 beside
+//! them. It takes no part: it asks for nothing and confirms nothing.
 
 use std::collections::BTreeMap;
 
+use crate::fast_packet::{Packets, is_fast};
 use crate::frame::{CanFrame, CanId, EVERYONE, J1939Id};
 
 /// Connection management and data transfer.
@@ -23,6 +24,7 @@ pub struct Assembly {
     /// By sender and receiver.
     open: BTreeMap<(u8, u8), Partial>,
     number: u64,
+    packets: Packets,
 }
 
 #[derive(Clone, Debug)]
@@ -47,6 +49,7 @@ impl Assembly {
                 None
             }
             TP_DT => self.transfer(key, data),
+            pgn if is_fast(pgn) => Some((frame.id, self.packets.take(id.source, pgn, data)?)),
             _ => Some((frame.id, data.to_vec())),
         }
     }
@@ -130,6 +133,31 @@ mod tests {
             let id = J1939Id::of(id).expect("29 bits");
             assert_eq!((id.pgn, id.source, id.priority), (0xFF10, 0x21, 7));
         }
+    }
+
+    #[test]
+    fn the_position_of_our_receiver_is_put_together_as_it_was_sent() {
+        let message = crate::pgn::MESSAGES.iter().find(|message| message.len > 8).expect("a fast packet");
+        let raw: Vec<Option<f64>> = message
+            .signals
+            .iter()
+            .map(|signal| Some((signal.raw_max() / 3) as f64 * signal.scale + signal.offset))
+            .collect();
+        let mut assembly = Assembly::default();
+        let bytes = message.encode(&raw).bytes().to_vec();
+        let mut heads = bytes.chunks(1);
+        let mut frames: Vec<Vec<u8>> = Vec::new();
+        let first: Vec<u8> = heads.by_ref().take(6).flatten().copied().collect();
+        frames.push([&[0x40, message.len as u8], first.as_slice()].concat());
+        let rest: Vec<u8> = heads.flatten().copied().collect();
+        frames.extend(rest.chunks(7).enumerate().map(|(n, part)| [&[0x41 + n as u8], part].concat()));
+        let whole: Vec<_> =
+            frames.iter().filter_map(|data| assembly.take(&frame(message.pgn, EVERYONE, data))).collect();
+        let [(id, found)] = whole.as_slice() else { panic!("one message: {whole:?}") };
+        assert_eq!((J1939Id::of(*id).map(|id| id.pgn), found), (Some(message.pgn), &bytes));
+        let signal = message.signals.last().expect("it has signals");
+        let field = crate::field::Field::of_ours(message.name, signal.name).expect("known by its name");
+        assert_eq!(field.value(found), message.decode(&bytes).last().copied().flatten());
     }
 
     #[test]
