@@ -21,7 +21,7 @@ use std::io;
 use std::path::PathBuf;
 
 pub use delivery::{Delivered, Delivery};
-pub use keepalive::{keep_alive, keep_near};
+pub use keepalive::{acknowledge_at_once, keep_alive, keep_near};
 pub use link::LinkError;
 pub use net::NetLine;
 pub use port::Port;

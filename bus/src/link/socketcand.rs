@@ -7,7 +7,7 @@ use std::time::Duration;
 use rowscan_ports::clock::{Stopwatch, rest};
 use rowscan_ports::in_flight::Pending;
 use rowscan_ports::task;
-use rowscan_ports::{Tally, keep_alive};
+use rowscan_ports::{Tally, acknowledge_at_once, keep_alive};
 use rowscan_protocol::time::SimTime;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
@@ -198,6 +198,7 @@ async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, 
             read = reader.read(&mut bytes) => match read {
                 Ok(0) | Err(_) => return,
                 Ok(count) => {
+                    let _ = acknowledge_at_once(reader.as_ref());
                     let bytes = bytes.get(..count).unwrap_or_default();
                     conversation.handle_bytes(bytes, &mut answers, &mut heard);
                 }
