@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::error::CompactError;
-use super::scan::{Content, Shape, Version};
+use super::shape::{Content, Shape, Version};
 use super::wire::{Context, Fields, Reader, Writer, list};
 use crate::visit::{Group, Visitor};
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::scan::{MAX_BEAMS, MAX_ECHOES, MAX_LINES, MAX_MODULES};
+use super::shape::{MAX_BEAMS, MAX_ECHOES, MAX_LINES, MAX_MODULES};
 
 /// What was expected, what stood there, and where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! How long a telegram is, by its beginning: for streams, which have no datagrams.
 
 use super::error::{CompactError, Expected};
-use super::scan::{MAX_MODULES, Shape, Version};
+use super::shape::{MAX_MODULES, Shape, Version};
 use super::wire::{Fields, Reader};
 use super::{HEAD, START, TAIL};
 

@@ -32,6 +32,7 @@ mod error;
 mod imu;
 mod length;
 mod scan;
+mod shape;
 mod stream;
 mod telegram;
 mod wire;
@@ -43,10 +44,8 @@ pub use encoder::{Encoder, PayloadLength};
 pub use error::{CompactError, EncodeError, Expected};
 pub use imu::Imu;
 pub use length::{MAX_TELEGRAM, length};
-pub use scan::{
-    Content, DistanceScale, MAX_BEAMS, MAX_ECHOES, MAX_LINES, MAX_MODULES, Module, ModuleSize, Modules,
-    ScanTelegram, Shape, Version,
-};
+pub use scan::{DistanceScale, Module, ModuleSize, Modules, ScanTelegram};
+pub use shape::{Content, MAX_BEAMS, MAX_ECHOES, MAX_LINES, MAX_MODULES, Shape, Version};
 pub use stream::{Found, StreamDecoder, begins};
 pub use telegram::Telegram;
 pub use wire::{Always, PerLine};

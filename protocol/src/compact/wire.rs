@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::error::{CompactError, Expected};
-use super::scan::{Content, Shape, Version};
+use super::shape::{Content, Shape, Version};
 use crate::visit::{Group, Value, Visitor};
 
 /// What fields further on in a telegram are shaped by.
