@@ -36,8 +36,11 @@ enum Slot {
 /// The numbers in their order on the wire. Version 3 has the angle before the properties.
 fn slots(context: Context) -> impl Iterator<Item = Slot> {
     let Context { version, shape, content, .. } = context;
-    let echoes = shape.echoes as usize;
-    (0..shape.beams_of_lines()).flat_map(move |beam| {
+    // What takes no byte is not gone through: any counts would fit a telegram of nothing.
+    let sent = |is_sent: bool, count: usize| if is_sent { count } else { 0 };
+    let echoes = sent(content.has_distance() || content.has_rssi(), shape.echoes as usize);
+    let beams = sent(bytes(shape, content) > 0, shape.beams_of_lines());
+    (0..beams).flat_map(move |beam| {
         let of_echo = move |echo: usize| {
             let at = beam * echoes + echo;
             let distance = content.has_distance().then_some(Slot::Distance(at));

@@ -153,6 +153,25 @@ fn hostile_counts_are_refused_where_they_stand() {
     );
 }
 
+/// 2^38 echoes of which nothing is sent: to go through them would take an hour.
+#[test]
+fn beams_of_which_nothing_is_sent_cost_nothing() {
+    let lines = 64;
+    let module = Module {
+        shape: Shape { lines, beams: MAX_BEAMS, echoes: 16 },
+        time_start_us: PerLine(vec![0; lines as usize]),
+        time_stop_us: PerLine(vec![0; lines as usize]),
+        phi_rad: PerLine(vec![0.0; lines as usize]),
+        theta_start_rad: PerLine(vec![0.0; lines as usize]),
+        theta_stop_rad: PerLine(vec![0.0; lines as usize]),
+        content: Content { echo: 0, beam: 0 },
+        ..Module::default()
+    };
+    let telegram = ScanTelegram { modules: Modules(vec![module; 64]), ..ScanTelegram::default() }.seal();
+    let telegram = Telegram::Scan(telegram);
+    assert_eq!(Telegram::decode(&encoded(&telegram)), Ok(telegram));
+}
+
 #[test]
 fn a_flipped_bit_is_told_by_the_checksum() {
     let mut bytes = hex(TWO_BEAMS);
