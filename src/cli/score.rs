@@ -104,7 +104,9 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(path) = &args.picture {
         write_file(path, &picture(&own, &args.run))?;
     }
-    Ok(Outcome::Done)
+    // What the run does not tell is unknown, and no result.
+    let knows = !own.log.is_empty() && report.score.recall.is_some() && report.score.waste.is_some();
+    Ok(if knows { Outcome::Done } else { Outcome::Finding })
 }
 
 fn picture(run: &SprayerRun, path: &Path) -> String {

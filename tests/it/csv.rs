@@ -65,6 +65,7 @@ const ROWS: &[(&str, &[&str])] = &[
     ("models", &["--refusals"]),
     ("scene show", &["spindle"]),
     ("rig show", &["spindle"]),
+    ("score", &["{}/kept/01-row"]),
 ];
 
 const SCENE: &str = "version = 1\nname = \"small\"\n[orchard]\ntrees = 3\n[orchard.tree]\niterations = 5\n[rig]\nspeed_m_s = 2.0\n\
@@ -92,6 +93,9 @@ fn prepare(folder: &Path) {
     let scanner = Emulator::start(&[text(&file("small.toml")), "--time-scale", "max"]);
     let recorded = run(&["record", &scanner.url(), "-o", text(&file("run.mcap")), "--scans", "300"]);
     assert_eq!(recorded.code, Some(0), "{}", recorded.stderr);
+    let sprayed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer/row.toml");
+    let kept = run(&["check", text(&sprayed), "--keep", text(&file("kept"))]);
+    assert_eq!(kept.code, Some(0), "{}", kept.stdout);
     let shard = file("shard.json");
     let study =
         ["study", "run", "docs/examples/quick-study.toml", "--shard", "1/1", "--output", text(&shard)];

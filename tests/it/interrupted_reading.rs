@@ -53,6 +53,7 @@ const CASES: &[&[&str]] = &[
     &["scene", "show", "F"],
     &["rig", "check", "F"],
     &["rig", "show", "F"],
+    &["score", "F"],
 ];
 
 /// Commands that read nothing.

@@ -473,7 +473,7 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         let mut watching = Telling::start("watch", &[&recording, "--rig", &scene, "--web", "127.0.0.1:0"]);
         let page = page_of(&mut watching);
         let about = json(page, "/watch/about").await;
-        assert_eq!((&about["has_orchard"], &about["has_control"]), (&false.into(), &false.into()));
+        assert_eq!((&about["has_orchard"], &about["has_control"]), (&false.into(), &true.into()));
         let state = state_when(page, |state| state["scanners"][0]["scans"].as_u64() >= Some(150)).await;
         assert_eq!((&state["scanners"][0]["lost"], &state["scanners"][0]["bad"]), (&0.into(), &0.into()));
         assert!(state["scanners"][0]["clients"].is_null(), "nobody knows");
@@ -487,7 +487,16 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         let strip = json(page, "/watch/strip").await;
         let metres = strip["strip"]["measured"][0].as_array().expect("measured").clone();
         assert!(metres.iter().any(|metre| metre["impacted_m2"].as_f64() > Some(0.0)), "{strip}");
-        assert_eq!(http(page, "GET /clock HTTP/1.1", "").await.0, 404, "nothing to stop");
+        let clock = json(page, "/clock").await;
+        assert!(clock["recorded_span_s"][1].as_f64() > Some(0.5), "its time line: {clock}");
+        let (status, ..) =
+            http(page, "POST /faults HTTP/1.1", r#"{"name": "stall", "on": "scanner0", "for": {"s": 1}}"#)
+                .await;
+        assert_eq!(
+            (status, &json(page, "/fault-table").await["streams"]),
+            (400, &serde_json::json!([])),
+            "nothing goes wrong with a file"
+        );
         let log = json(page, "/watch/log").await;
         let said: Vec<&Value> = log["telegrams"].as_array().expect("a list").iter().collect();
         let has = |by_device: bool, name: &str| {

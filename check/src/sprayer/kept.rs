@@ -122,7 +122,8 @@ const DEPTH: u32 = 2;
 
 /// The file itself, that of the folder where a run was kept in it, else the only one below it.
 fn found(folder: &Path) -> Result<PathBuf, KeptError> {
-    if folder.is_file() {
+    // A file of any kind; what is not there is a folder that is missed.
+    if folder.exists() && !folder.is_dir() {
         return Ok(folder.to_owned());
     }
     let mut runs = Vec::new();

@@ -1,6 +1,6 @@
 """Which expectation catches which error of a controller: a survey by mutation.
 
-usage: survey.py ROWSCAN [--jobs N] [--only FAULT] [--all]
+usage: survey.py ROWSCAN [--jobs N] [--only FAULT] [--all] [--seed N]
 
 Runs the controller beside this file with each of its faults through the scenario that must catch it, and without a fault through all scenarios.
 Prints a table in Markdown. Exit code 1: a fault is not caught by an expectation, or the good controller does not pass. `--all` runs each fault through
@@ -39,10 +39,11 @@ CRASHES = {"junk_crash"}
 LONGEST_S = 120
 
 
-def verdicts(rowscan, fault, scenario):
+def verdicts(rowscan, seed, fault, scenario):
     """What `rowscan check` says of the controller with this fault: scenario, expectation, verdict, message."""
     path = Path(__file__).resolve().parent / ("%s.toml" % scenario)
     command = [rowscan, "check", str(path), "--format", "jsonl"]
+    command += ["--seed", str(seed)] if seed is not None else []
     environment = {**os.environ, "SURVEY_FAULT": fault}
     try:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LONGEST_S)
@@ -80,6 +81,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=2, help="runs side by side [2]")
     parser.add_argument("--only", choices=FAULTS, metavar="FAULT", help="only this one")
     parser.add_argument("--all", action="store_true", help="each fault through all scenarios")
+    parser.add_argument("--seed", type=int, help="of scenes and faults, instead of the scenarios' own")
     asked = parser.parse_args()
     unknown = set(FAULTS) - {"none"} ^ set(SCENARIO_OF)
     if unknown:
@@ -93,7 +95,7 @@ def main():
 
     pairs = [(fault, scenario) for fault in faults for scenario in scenarios(fault)]
     with ThreadPoolExecutor(max(asked.jobs, 1)) as pool:
-        answers = list(pool.map(lambda pair: verdicts(asked.rowscan, *pair), pairs))
+        answers = list(pool.map(lambda pair: verdicts(asked.rowscan, asked.seed, *pair), pairs))
     found = {fault: [] for fault in faults}
     for (fault, _), answer in zip(pairs, answers):
         found[fault] += answer

@@ -5,6 +5,7 @@ mod demo;
 mod fuzz;
 mod lockstep;
 mod publish;
+mod survey;
 mod wheel;
 
 use std::process::ExitCode;
@@ -19,6 +20,7 @@ const STEPS: &[Step] = &[
     Step::new("demo", demo::run).taking(1),
     Step::new("calibrations", calibrations::run).taking(30),
     Step::new("lockstep", lockstep::run).taking(8),
+    Step::new("survey", survey::run).taking(10),
     Step::new("wheel", wheel::run).taking(6),
     Step::new("dist", dist::run).taking(20),
     Step::new("publish", publish::run).taking(14),
