@@ -1,6 +1,6 @@
 //! The time of recordings that are watched: it may stand still, go to a place, and go back.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
@@ -43,7 +43,7 @@ impl Tape {
         let found = Arc::downgrade(&shared);
         // Long files take a while; who watches need not wait for that.
         thread::spawn(move || {
-            let ends = files.iter().filter_map(length).max();
+            let ends = files.iter().filter_map(|file| length(file)).max();
             if let Some((shared, ends)) = found.upgrade().zip(ends) {
                 let _ = shared.ends.set(ends);
             }
@@ -163,7 +163,7 @@ impl Time for Tape {
 }
 
 /// From a recording's first packet to its last; none where its packets have no times.
-fn length(file: &PathBuf) -> Option<Duration> {
+fn length(file: &Path) -> Option<Duration> {
     // What is no file, as a pipe, is read only once.
     let mut recording = file.is_file().then(|| Recording::open(file).ok()).flatten()?;
     let mut ends_ns = None;
