@@ -73,7 +73,7 @@ pub const NOT_HERE: &[(&str, &str)] = &[
 ];
 
 /// Why there are no faults of it.
-const SPRAYER: &str = "needs the sprayer, which is not emulated yet";
+const SPRAYER: &str = "faults of the sprayer are not there yet";
 
 #[cfg(test)]
 mod tests {

@@ -82,7 +82,7 @@ fn mistakes_name_their_line_and_the_remedy() {
         (
             "name = \"valve_slow\"\n",
             2,
-            "the fault `valve_slow` is not there: needs the sprayer, which is not emulated yet",
+            "the fault `valve_slow` is not there: faults of the sprayer are not there yet",
         ),
         (
             "name = \"encoder\"\n",
