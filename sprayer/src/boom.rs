@@ -358,7 +358,13 @@ impl Section {
             return Err(value_error(&key("z_to_m"), "a number above `z_from_m`, up to 20 m", self.z_to_m));
         }
         for nozzle in self.tables() {
-            within("flow_l_min", nozzle.flow_l_min.unwrap_or(self.flow_l_min), 0.0, 100.0, "0 to 100 l/min")?;
+            within(
+                "flow_l_min",
+                nozzle.flow_l_min.unwrap_or(self.flow_l_min),
+                0.001,
+                100.0,
+                "0.001 to 100 l/min",
+            )?;
             within("behind_m", nozzle.behind_m, -20.0, 20.0, "-20 to 20 m")?;
             within("out_m", nozzle.out_m, -20.0, 20.0, "-20 to 20 m")?;
             within("pitch_deg", nozzle.pitch_deg, -90.0, 90.0, "-90 to 90 degrees")?;

@@ -53,6 +53,16 @@ impl CommandLog {
         self.0.is_empty()
     }
 
+    /// True if a command names a nozzle or section of the boom.
+    pub fn reaches(&self, boom: &Boom) -> bool {
+        let (nozzles, numbers) = (boom.nozzles().len(), boom.numbers().collect::<Vec<u16>>());
+        self.0.iter().any(|command| match command.target {
+            Target::All => true,
+            Target::Section(number) => numbers.contains(&number),
+            Target::Nozzle(number) => usize::from(number) < nozzles,
+        })
+    }
+
     /// The duty of every nozzle over time, shut before the first step; the boom's watchdog closes all when nothing is heard for too long.
     pub fn duties(&self, boom: &Boom) -> Vec<Vec<Step>> {
         let nozzles = boom.nozzles();
@@ -126,6 +136,16 @@ mod tests {
             log.duties(&boom("")),
             [vec![(1.0, 1.0), (4.0, 0.0)], vec![(1.0, 1.0), (3.0, 0.5), (4.0, 0.0)], vec![(5.0, 1.0)],]
         );
+    }
+
+    #[test]
+    fn commands_that_name_nothing_on_the_boom_reach_it_not() {
+        let reach =
+            |target| [command(1.0, target, 1.0)].into_iter().collect::<CommandLog>().reaches(&boom(""));
+        assert!(reach(Target::All) && reach(Target::Section(1)) && reach(Target::Section(7)));
+        assert!(reach(Target::Nozzle(0)) && reach(Target::Nozzle(2)));
+        assert!(!reach(Target::Section(2)) && !reach(Target::Nozzle(3)));
+        assert!(!CommandLog::default().reaches(&boom("")));
     }
 
     #[test]

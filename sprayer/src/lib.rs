@@ -27,6 +27,7 @@ pub mod score;
 pub mod span;
 pub mod valve;
 pub mod wanted;
+mod zones;
 
 pub use boom::{Boom, BoomError, Side};
 pub use commands::{Command, CommandLog, Target};

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::boom::Boom;
 use crate::flow::Flow;
 use crate::pass::Pass;
 use crate::span::{Span, Spans};
+use crate::zones;
 
 /// Why spraying is forbidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -71,32 +71,12 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
         Breach { rule, forbidden_s: times.length(), litres }
     });
     let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {
-        let times = later(&zone_times(boom, pass, nozzle.ahead_m));
+        let times = later(&zones::within(boom, drive, nozzle.ahead_m));
         (times.length(), flow.litres_in(&times))
     });
     let (forbidden_s, litres) =
         in_zones.fold((0.0, 0.0), |(longest, all): (f64, f64), (s, litres)| (longest.max(s), all + litres));
     of_all.chain([Breach { rule: Rule::NoSpray, forbidden_s, litres }]).collect()
-}
-
-/// When something that is `ahead_m` ahead of the scanners is in a stretch that must not be sprayed.
-fn zone_times(boom: &Boom, pass: &Pass, ahead_m: f64) -> Spans {
-    let zones: Spans = boom.no_spray.iter().map(|zone| Span::new(zone.y_from_m, zone.y_to_m)).collect();
-    let pieces = pass.drive().pieces().iter().filter(|piece| piece.alley.is_some());
-    let parts = pieces.flat_map(|piece| piece.monotone().map(move |part| (piece, part)));
-    parts
-        .flat_map(|(piece, part)| {
-            let shift_m = piece.ahead() * ahead_m;
-            let (a, b) = (piece.y_m(part.from) + shift_m, piece.y_m(part.to) + shift_m);
-            let inside = zones.within(Span::new(a.min(b), a.max(b)));
-            let times = inside.iter().map(|zone| {
-                let (one, other) =
-                    (piece.time_at(part, zone.from - shift_m), piece.time_at(part, zone.to - shift_m));
-                Span::new(one.min(other), one.max(other))
-            });
-            times.collect::<Vec<_>>()
-        })
-        .collect()
 }
 
 /// How long after `from` the last valve shut, to stay shut until `to`: 0 where none was open. None where one is still open at `to`.

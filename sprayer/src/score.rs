@@ -32,6 +32,11 @@ pub struct Score {
 }
 
 impl Score {
+    /// The same of valves that were told nothing: how well they did is unknown.
+    pub fn unheard(self) -> Self {
+        Self { recall: None, waste: None, score: None, ..self }
+    }
+
     /// Of what `flows`, one a nozzle, did on a pass.
     pub fn of(pass: &Pass, flows: &[Flow]) -> Self {
         let (mut litres, mut wasted, mut wanted_m2, mut hit_m2, mut full_l_s) = (0.0, 0.0, 0.0, 0.0, 0.0);

@@ -9,6 +9,7 @@ use crate::boom::{Boom, Nozzle, Side};
 use crate::drive::{Drive, DrivePiece};
 use crate::leaves::BandLeaves;
 use crate::span::{Span, Spans};
+use crate::zones;
 
 /// The leaves that pass before the nozzles of a boom on a drive.
 #[derive(Clone, Debug)]
@@ -62,7 +63,9 @@ impl Passing {
                 passed(piece, part, piece.ahead() * nozzle.ahead_m, reach, &mut times);
             }
         }
-        Spans::of(times).joined(1e-9).and(&drive.going(boom.standstill_m_s))
+        // What must not be sprayed is not wanted, whatever stands there.
+        let allowed = zones::within(boom, drive, nozzle.ahead_m).gaps(drive.time());
+        Spans::of(times).joined(1e-9).and(&drive.going(boom.standstill_m_s)).and(&allowed)
     }
 
     /// Leaf area that passes before nozzle number `number` in these times, m². What passes twice counts twice.

@@ -264,6 +264,26 @@ fn zones_and_switches_are_rules_and_safe_is_when_the_last_valve_has_shut() {
     assert_eq!(time_to_safe_s(&flows, 3.0, 5.0), None);
 }
 
+/// Who keeps out of a stretch that must not be sprayed, and opens elsewhere, has done all that was wanted; so does the oracle.
+#[test]
+fn what_must_not_be_sprayed_is_not_wanted() {
+    let mut boom = boom(IDEAL);
+    boom.no_spray.push(rowscan_sprayer::boom::Zone { y_from_m: 2.0, y_to_m: 3.5 });
+    let pass = Pass::new(boom, &row(&[[-20.0, 40.0]]), straight(1.5, 10.0), 1);
+    let best = oracle::commands(&pass);
+    let spared = breaches(&pass, &pass.flows(&best), &Switches::default(), 0.0);
+    let no_spray = spared.iter().find(|breach| breach.rule == Rule::NoSpray).expect("a rule");
+    assert!((no_spray.forbidden_s - 1.0).abs() < 1e-6 && no_spray.litres < 1e-9, "{no_spray:?}");
+    let found = score(&pass, &best);
+    assert!(found.recall > Some(1.0 - 1e-8) && found.waste < Some(1e-8), "{found:?}");
+    // 8 nozzles for 10 s, less a second: 0.5 m of height each, at 1.5 m/s.
+    assert!((found.wanted_area_m2 - 4.0 * 2.0 * 0.5 * 1.5 * 9.0 / 2.0).abs() < 1e-3, "{found:?}");
+    let always: CommandLog =
+        [Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }].into_iter().collect();
+    let wastes = score(&pass, &always).waste.expect("it sprays");
+    assert!((wastes - 0.1).abs() < 1e-6, "a second of ten: {wastes}");
+}
+
 fn any_log() -> impl Strategy<Value = Vec<(f64, u16, bool)>> {
     prop::collection::vec((0.0..9.0f64, 1u16..5, any::<bool>()), 0..40)
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rowscan_check::{Relative, SprayerRun};
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
-use rowscan_sprayer::safety::{Breach, Switches, breaches};
+use rowscan_sprayer::safety::{Breach, Rule, Switches, breaches};
 use rowscan_sprayer::{Edge, Score, map};
 use serde::Serialize;
 
@@ -83,6 +83,12 @@ struct Row {
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(path) = &args.picture {
+        if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
+            return Err(Failure::Usage(format!(
+                "--picture: expected a file that ends in .svg, found {}: it is drawn as SVG alone",
+                path.display()
+            )));
+        }
         for run in [Some(&args.run), args.beside.as_ref()].into_iter().flatten() {
             rowscan_files::will_be_read(run);
         }
@@ -90,8 +96,12 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let own = SprayerRun::load(&args.run)?;
     let beside = args.beside.as_deref().map(SprayerRun::load).transpose()?;
-    if own.log.is_empty() {
-        say(format_args!("{}: no command was heard in the whole run", args.run.display()));
+    for (run, path) in
+        [Some((&own, &args.run)), beside.as_ref().zip(args.beside.as_ref())].into_iter().flatten()
+    {
+        if let Some(why) = run.unheard() {
+            say(format_args!("{}: {why}", path.display()));
+        }
     }
     let report = Report { beside: beside.as_ref().map(|run| Box::new(Report::of(run))), ..Report::of(&own) };
     match args.format {
@@ -105,7 +115,7 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
         write_file(path, &picture(&own, &args.run))?;
     }
     // What the run does not tell is unknown, and no result.
-    let knows = !own.log.is_empty() && report.score.recall.is_some() && report.score.waste.is_some();
+    let knows = report.score.recall.is_some() && report.score.waste.is_some();
     Ok(if knows { Outcome::Done } else { Outcome::Finding })
 }
 
@@ -144,7 +154,11 @@ impl Report {
             oracle: run.oracle.clone(),
             relative: run.relative(),
             edges,
-            forbidden: breaches(&run.pass, &run.flows, &Switches::default(), 0.0),
+            // Nobody can throw the other switches in a scenario: of them nothing is known.
+            forbidden: breaches(&run.pass, &run.flows, &Switches::default(), 0.0)
+                .into_iter()
+                .filter(|breach| !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty))
+                .collect(),
             not_modelled: NOT_MODELLED,
             beside: None,
         }

@@ -130,6 +130,10 @@ fn signals(scenario: &mut Scenario, sprayer: Option<SprayerTable>) -> Result<(),
         if let Some(name) = &expect.equals_text {
             expect.bounds.equals = Some(source.named(name).map_err(told)?);
         }
+        if source.has_no_value() && !expect.bounds.is_empty() {
+            let why = "a whole message has no value to be bound: add `pgn` and `bytes`, or name a signal of a DBC file";
+            return Err(told(why.to_owned()));
+        }
         if let Source::Log { child } = &source {
             expect.on = Some(child.clone());
         }

@@ -256,7 +256,8 @@ fn regular((name, course, window): Heard<'_>, every_s: f64, expect: &Expect) -> 
         return Err(past_end(name, due, window.ended));
     }
     let slack_s = expect.bounds.tolerance;
-    let slack = if slack_s > 0.0 { slack_s } else { 0.1 * every_s };
+    // A tenth of 0.3 is 0.03, and not 0.030000000000000002.
+    let slack = if slack_s > 0.0 { slack_s } else { (0.1 * every_s * 1e9).round() / 1e9 };
     let wanted = format!("each {every_s} s ± {slack} s");
     let all = course.within(from, due);
     let seconds = |from: SimTime, to: SimTime| (to.0 as f64 - from.0 as f64) / 1e9;

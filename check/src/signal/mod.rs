@@ -97,7 +97,15 @@ pub(crate) struct Ways<'a> {
     pub(crate) runs: Vec<&'a str>,
 }
 
+/// The largest parameter group: 18 bits.
+const MOST_PGN: u32 = 0x3_FFFF;
+
 impl Source {
+    /// True if what is heard there is a message without a value of its own.
+    pub(crate) fn has_no_value(&self) -> bool {
+        matches!(self, Self::Messages { .. })
+    }
+
     /// What `keys` mean here.
     pub(crate) fn resolve(keys: &SignalKeys, has_pattern: bool, ways: &Ways<'_>) -> Result<Self, String> {
         let (place, what) = match keys.name.split_once(':') {
@@ -111,7 +119,19 @@ impl Source {
             (None, None) => Ok(()),
             _ => Err(misplaced(needs)),
         };
+        let no_pattern = || match has_pattern && !ways.runs.contains(&place) {
+            true => Err(format!(
+                "`matches` searches a child's output, and `{place}` is none; leave it out, or name a run"
+            )),
+            false => Ok(()),
+        };
         if let Some((_, names)) = ways.buses.iter().find(|(bus, _)| *bus == place) {
+            no_pattern()?;
+            if let Some(pgn) = keys.pgn.filter(|pgn| *pgn > MOST_PGN) {
+                return Err(format!(
+                    "`pgn`: expected a parameter group up to 0x{MOST_PGN:X}, found 0x{pgn:X}: of an identifier it is bits 8 to 25"
+                ));
+            }
             let bus = place.to_owned();
             return match (what, keys.pgn, keys.bytes) {
                 (Some(name), None, None) => {
@@ -131,6 +151,7 @@ impl Source {
             };
         }
         if ways.nmea.contains(&place) {
+            no_pattern()?;
             without_group("a sentence is named as in \"gnss:GGA.6\"")?;
             let wrong = || {
                 format!(

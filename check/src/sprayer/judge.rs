@@ -24,8 +24,8 @@ pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result 
         Some(Err(why)) => return Err(why.clone()),
         Some(Ok(sprayer)) => sprayer,
     };
-    if sprayer.log.is_empty() {
-        return Err(format!("`{name}`: unknown: no command was heard in the whole run"));
+    if let Some(why) = sprayer.unheard() {
+        return Err(format!("`{name}`: unknown: {why}"));
     }
     let (score, best) = (&sprayer.score, &sprayer.oracle);
     match asked {
@@ -44,10 +44,7 @@ fn bounded(expect: &Expect, found: Option<f64>, best: Option<f64>, why: &str) ->
     let name = expect.what.name;
     let found = found.ok_or_else(|| format!("`{name}`: unknown: {why}"))?;
     let best = best.map_or("unknown".to_owned(), |best| format!("{best:.4}"));
-    let message = format!(
-        "{name}: expected {}, found {found:.4}; the best that the boom can do: {best}",
-        expect.bounds.words()
-    );
+    let message = format!("{name}: expected {}, found {found:.4}; the oracle: {best}", expect.bounds.words());
     Ok(Judged::holds(expect.bounds.hold(found), message))
 }
 

@@ -68,8 +68,23 @@ impl SprayerRun {
     pub fn judged(pass: Pass, log: CommandLog) -> Self {
         let flows = pass.flows(&log);
         let (score, edges) = (Score::of(&pass, &flows), Edges::of(&pass, &flows));
+        // Valves that nobody has told anything say nothing of a controller.
+        let score = if log.reaches(pass.boom()) { score } else { score.unheard() };
         let best = Score::of(&pass, &pass.flows(&oracle::commands(&pass)));
         Self { pass, log, flows, score, oracle: best, edges }
+    }
+
+    /// Why nothing is known of the controller, in words; none where a command was heard that names a part of the boom.
+    pub fn unheard(&self) -> Option<String> {
+        let (boom, count) = (self.pass.boom(), self.log.all().len());
+        (!self.log.reaches(boom)).then(|| match count {
+            0 => "no command was heard in the whole run".to_owned(),
+            _ => format!(
+                "{count} commands were heard, and none names a nozzle (0 to {}) or a section ({}) of the boom",
+                boom.nozzles().len().saturating_sub(1),
+                boom.numbers().map(|number| number.to_string()).collect::<Vec<_>>().join(", ")
+            ),
+        })
     }
 
     /// Its scores as shares of the oracle's.
@@ -92,6 +107,6 @@ impl SprayerRun {
         let of = |score: &Score| {
             format!("recall {}, waste {}, {:.3} l", told(score.recall), told(score.waste), score.litres)
         };
-        format!("{}; the best that the boom can do: {}", of(&self.score), of(&self.oracle))
+        format!("{}; the oracle: {}", of(&self.score), of(&self.oracle))
     }
 }
