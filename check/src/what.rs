@@ -18,6 +18,11 @@ impl What {
     pub fn takes_events(&self) -> bool {
         matches!(self.kind, Kind::Count(_))
     }
+
+    /// True if it is a share of a whole: never below 0 or above 1. The load of a bus is none: frames may ask for more than a bus has.
+    pub fn is_share(&self) -> bool {
+        matches!(self.kind, Kind::Sprayer(Sprayed::Recall | Sprayed::Waste | Sprayed::OffTarget))
+    }
 }
 
 /// How an expectation is judged.
@@ -68,6 +73,8 @@ pub enum Sprayed {
     Edges,
     /// From a fault until nothing flows.
     TimeToSafe,
+    /// Share of the litres that met neither leaf, wood nor fruit.
+    OffTarget,
 }
 
 /// Counts of one device's delivered bytes.
@@ -273,11 +280,11 @@ pub const WHATS: &[What] = &[
         &["after", "above", "below", "between"],
         "from an event until the last valve has shut, to stay shut until the event's `.end`, or the end of the run; simulated seconds",
     ),
-    later(
+    sprayer(
         "off_target_share",
-        "interception on leaves; `waste` tells what left a nozzle that was not wanted",
-        &["above", "below"],
-        "share of the litres that no leaf intercepts",
+        Sprayed::OffTarget,
+        &["above", "below", "between"],
+        "interception: share of the litres that meet neither leaf, wood nor fruit on a straight way from the nozzle, 0 to 1; air, drift, droplets, run-off and evaporation are not modelled",
     ),
     later(
         "rate_error",

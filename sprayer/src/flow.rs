@@ -71,6 +71,12 @@ pub struct Flow {
 }
 
 impl Flow {
+    /// Full flow in these times and none between them.
+    pub fn full(full_l_s: f64, open: Spans) -> Self {
+        let full = |span: &Span| Piece { span: *span, course: Course::Ramp { from: 1.0, to: 1.0 } };
+        Self { full_l_s, pieces: open.iter().map(full).collect(), open }
+    }
+
     /// What has left it in all, litres.
     pub fn litres(&self) -> f64 {
         self.pieces.iter().map(|piece| piece.integral(piece.span)).sum::<f64>() * self.full_l_s

@@ -96,6 +96,12 @@ impl Pass {
         .collect()
     }
 
+    /// The same of all nozzles at full flow while the tractor goes ahead in its alleys.
+    pub fn constant_flows(&self) -> Vec<Flow> {
+        let open = self.drive.going(self.boom.standstill_m_s);
+        self.nozzles.iter().map(|nozzle| Flow::full(nozzle.flow_l_s, open.clone())).collect()
+    }
+
     /// When each section has an open nozzle.
     pub fn section_open(&self, flows: &[Flow]) -> Vec<Spans> {
         let of_section = |section: usize| {

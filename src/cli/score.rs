@@ -2,24 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use rowscan_check::{Relative, SprayerRun};
+use rowscan_check::{Intercepted, Relative, SprayerRun};
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
+use rowscan_sprayer::interception::Sink;
 use rowscan_sprayer::safety::{Breach, Rule, Switches, breaches};
-use rowscan_sprayer::{Edge, Score, map};
+use rowscan_sprayer::{Edge, Interception, Score, map};
 use serde::Serialize;
 
 use super::output::{can_be_written, print_json, print_rows, say, write_file};
 use super::{Failure, Format, Outcome};
 
 /// What no number here knows of.
-const NOT_MODELLED: &[&str] = &[
-    "air and drift",
-    "drops and their flight",
-    "interception by single leaves",
-    "run-off",
-    "evaporation",
-    "pressure and hoses",
-];
+const NOT_MODELLED: &[&str] = &["air", "drift", "droplets", "run-off", "evaporation", "pressure", "hoses"];
 
 /// Widths of the classes of speed, m/s.
 const SPEED_M_S: f64 = 0.5;
@@ -52,6 +46,9 @@ struct Report {
     edges: Vec<EdgeRow>,
     /// Litres against rules that follow from the drive and the boom.
     forbidden: Vec<Breach>,
+    /// On what the liquid would have fallen if it flew straight; absent where nothing is known of the controller.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interception: Option<Intercepted>,
     not_modelled: &'static [&'static str],
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<Box<Self>>,
@@ -159,6 +156,8 @@ impl Report {
                 .into_iter()
                 .filter(|breach| !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty))
                 .collect(),
+            // Of valves that were told nothing it would say nothing of a controller.
+            interception: run.unheard().is_none().then(|| run.interception().clone()),
             not_modelled: NOT_MODELLED,
             beside: None,
         }
@@ -167,7 +166,8 @@ impl Report {
     /// Its scores, and its edges over all sections and speeds.
     fn rows(&self) -> Vec<Row> {
         let mine = self.numbers();
-        let oracle = scores(&self.oracle);
+        let mut oracle = scores(&self.oracle);
+        oracle.extend(self.interception.iter().flat_map(|found| intercepted(&found.oracle)));
         let Relative { recall, litres, score } = self.relative;
         let relative = [("recall", recall), ("litres", litres), ("score", score)]
             .map(|(name, value)| (name.to_owned(), value));
@@ -212,8 +212,29 @@ impl Report {
         }
         let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
         all.push(("forbidden_litres".to_owned(), Some(litres)));
+        for found in &self.interception {
+            all.extend(intercepted(&found.run));
+            let constant = found.constant.off_target_share;
+            all.push(("interception_off_target_share_of_constant_rate".to_owned(), constant));
+        }
         all
     }
+}
+
+/// Where the litres went, as shares, and what leaves got.
+fn intercepted(found: &Interception) -> Vec<(String, Option<f64>)> {
+    let share = |sink: Sink| (found.litres > 0.0).then(|| found.sinks.litres(sink) / found.litres);
+    let sinks = Sink::ALL.map(|sink| (format!("interception_{}_share", sink.name()), share(sink)));
+    let leaves = found.on_leaves.as_ref();
+    let of_leaves = [
+        ("ml_m2", leaves.map(|leaves| leaves.mean_ml_m2)),
+        ("cv", leaves.and_then(|leaves| leaves.cv)),
+        ("p5_ml_m2", leaves.map(|leaves| leaves.p5_ml_m2)),
+        ("p95_ml_m2", leaves.map(|leaves| leaves.p95_ml_m2)),
+    ];
+    let of_leaves = of_leaves.map(|(name, value)| (format!("interception_{name}"), value));
+    let off = ("off_target_share".to_owned(), found.off_target_share);
+    [off].into_iter().chain(sinks).chain(of_leaves).collect()
 }
 
 fn scores(score: &Score) -> Vec<(String, Option<f64>)> {

@@ -58,7 +58,23 @@ fn the_good_controller_passes_and_each_error_fails_by_its_expectation() {
         let (_, _, message) = &found[0];
         assert!(message.contains(&format!("found {recall:.4}")), "{fault}: {recall}: {message}");
         assert!(told["oracle"]["recall"].as_f64() >= told["recall"].as_f64(), "{fault}");
+        let interception = &told["interception"];
+        let sinks = interception["sinks"].as_object().expect("litres by sink");
+        let sum: f64 = sinks.values().filter_map(serde_json::Value::as_f64).sum();
+        let litres = told["litres"].as_f64().expect("litres");
+        assert!(sinks.len() == 7 && (sum - litres).abs() <= 1e-9 * litres, "{fault}: {sinks:?} {litres}");
         scores.push(told["score"].as_f64().expect("leaves passed"));
+        // A controller that leaves everything open is worse, and the oracle better.
+        let off = |of: &serde_json::Value| of["off_target_share"].as_f64();
+        if fault == "none" {
+            let (own, always) = (off(interception), off(&interception["constant"]));
+            assert!(own > Some(0.0) && own < always, "{interception}");
+            assert!(off(&interception["oracle"]) < always, "{interception}");
+            let not_modelled = told["not_modelled"].to_string();
+            for word in ["air", "drift", "droplets", "run-off", "evaporation"] {
+                assert!(not_modelled.contains(word), "{not_modelled}");
+            }
+        }
     }
     assert!(
         scores.windows(2).all(|pair| pair[0] > pair[1]),

@@ -324,7 +324,7 @@ fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
         duty: *duty,
     };
     let pass = Pass::new(Boom::read(boom).expect("a boom"), &orchard, drive, 1);
-    SprayerRun::judged(pass, commands.iter().map(command).collect())
+    SprayerRun::judged(pass, commands.iter().map(command).collect(), orchard.into())
 }
 
 #[test]
@@ -350,6 +350,9 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
         ("what = \"saved_litres\", between = [0.0833, 0.0834]", Passed),
         ("what = \"latency_error_m\", edge = \"open\", p95_below = 0.41", Passed),
         ("what = \"latency_error_m\", edge = \"close\", p95_below = 0.39", Failed),
+        // From 1.5 m before a wall of 1 m less than half of the fan is on it; 0.4 s of 5 meet a gap.
+        ("what = \"off_target_share\", between = [0.5, 0.6]", Passed),
+        ("what = \"off_target_share\", below = 0.5", Failed),
         ("what = \"edges\", equals = 0", Passed),
         ("what = \"valves\", all = \"open\", after = \"early\"", Passed),
         ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.5", Passed),

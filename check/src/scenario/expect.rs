@@ -526,6 +526,9 @@ impl Expect {
             ("between", least, f64::MIN),
             ("between", most, least.unwrap_or(f64::MIN)),
         ];
+        if self.what.is_share() {
+            self.check_share()?;
+        }
         let wrong = numbers
             .into_iter()
             .find(|(_, value, lowest)| value.is_some_and(|value| !(*lowest..=f64::MAX).contains(&value)));
@@ -536,6 +539,24 @@ impl Expect {
             _ => format!("a number from {lowest} on"),
         };
         Err(format!("`{key}`: expected {expected}, found {found}"))
+    }
+
+    /// Refuses bounds that no share of a whole, or every one, keeps to.
+    fn check_share(&self) -> Result<(), String> {
+        let Bounds { above, below, between, .. } = self.bounds;
+        let (least, most) = between.unzip();
+        let wrong = [
+            ("above", above, "a share from 0 to less than 1", 0.0..1.0),
+            ("below", below, "a share of more than 0, up to 1", f64::MIN_POSITIVE..1.0 + f64::EPSILON),
+            ("between", least, "shares from 0 to 1", 0.0..1.0 + f64::EPSILON),
+            ("between", most, "shares from 0 to 1", 0.0..1.0 + f64::EPSILON),
+        ];
+        let wrong = wrong.into_iter().find_map(|(key, value, expected, range)| {
+            value.filter(|value| !range.contains(value)).map(|found| (key, expected, found))
+        });
+        wrong.map_or(Ok(()), |(key, expected, found)| {
+            Err(format!("`{key}` of `{}`: expected {expected}, found {found}", self.what.name))
+        })
     }
 
     /// What it expects of whom, in a few words: the same words in every run.

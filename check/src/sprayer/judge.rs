@@ -36,6 +36,11 @@ pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result 
         Sprayed::Edges => edges(expect, sprayer),
         Sprayed::Valves => valves(expect, sprayer, run),
         Sprayed::TimeToSafe => time_to_safe(expect, sprayer, run),
+        Sprayed::OffTarget => {
+            let found = sprayer.interception();
+            let (own, best) = (found.run.off_target_share, found.oracle.off_target_share);
+            bounded(expect, own, best, "nothing was sprayed")
+        }
     }
 }
 

@@ -113,7 +113,7 @@ impl SprayerRun {
         let log = commands
             .map(|said| Command { at: SimTime(said.t_ns), target: said.target, duty: said.duty })
             .collect();
-        Ok(Self::judged(Pass::new(boom, &orchard, drive, scene.seed), log))
+        Ok(Self::judged(Pass::new(boom, &orchard, drive, scene.seed), log, orchard.into()))
     }
 }
 

@@ -7,6 +7,6 @@ mod spec;
 
 pub(crate) use judge::judge;
 pub use kept::KeptError;
-pub use run::{Relative, SprayerRun};
+pub use run::{Intercepted, Relative, SprayerRun};
 pub use spec::SprayerSpec;
 pub(crate) use spec::{SprayerTable, settled};

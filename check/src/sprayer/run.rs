@@ -1,9 +1,12 @@
 //! What a sprayer did in a run, beside what it should have done.
 
+use std::sync::{Arc, OnceLock};
+
 use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
-use rowscan_sprayer::{Command, CommandLog, Drive, Edges, Flow, Pass, Score, oracle};
+use rowscan_sprayer::interception::{Settings, intercept};
+use rowscan_sprayer::{Command, CommandLog, Drive, Edges, Flow, Interception, Pass, Score, oracle};
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +28,21 @@ pub struct SprayerRun {
     pub oracle: Score,
     /// Its edges.
     pub edges: Edges,
+    orchard: Arc<Orchard>,
+    /// Found when it is asked for: it takes a second and more.
+    interception: OnceLock<Intercepted>,
+}
+
+/// What the liquid of a run has met, beside that of others on the same drive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Intercepted {
+    /// The run's own.
+    #[serde(flatten)]
+    pub run: Interception,
+    /// That of the best that this boom and these valves can do.
+    pub oracle: Interception,
+    /// That of all nozzles at full flow while the tractor goes ahead in its alleys.
+    pub constant: Interception,
 }
 
 /// A run's scores as shares of the oracle's. None where either is unknown.
@@ -61,17 +79,32 @@ impl SprayerRun {
                 said.map(move |(target, duty)| Command { at, target, duty }).collect::<Vec<_>>()
             })
             .collect();
-        Ok(Self::judged(Pass::new(spec.boom.clone(), orchard, drive, scene.seed), log))
+        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed);
+        Ok(Self::judged(pass, log, orchard.clone().into()))
     }
 
-    /// Of these commands on this pass.
-    pub fn judged(pass: Pass, log: CommandLog) -> Self {
+    /// Of these commands on this pass of an orchard.
+    pub fn judged(pass: Pass, log: CommandLog, orchard: Arc<Orchard>) -> Self {
         let flows = pass.flows(&log);
         let (score, edges) = (Score::of(&pass, &flows), Edges::of(&pass, &flows));
         // Valves that nobody has told anything say nothing of a controller.
         let score = if log.reaches(pass.boom()) { score } else { score.unheard() };
         let best = Score::of(&pass, &pass.flows(&oracle::commands(&pass)));
-        Self { pass, log, flows, score, oracle: best, edges }
+        let interception = OnceLock::new();
+        Self { pass, log, flows, score, oracle: best, edges, orchard, interception }
+    }
+
+    /// On what its liquid would have fallen if it flew straight. Nothing is known of it where [`Self::unheard`] says why.
+    pub fn interception(&self) -> &Intercepted {
+        self.interception.get_or_init(|| {
+            let best = self.pass.flows(&oracle::commands(&self.pass));
+            let constant = self.pass.constant_flows();
+            let settings = Settings::new(self.pass.seed());
+            let runs: [&[Flow]; 3] = [&self.flows, &best, &constant];
+            let mut found = intercept(&self.pass, &self.orchard, &runs, &settings).into_iter();
+            let mut next = || found.next().unwrap_or_default();
+            Intercepted { run: next(), oracle: next(), constant: next() }
+        })
     }
 
     /// Why nothing is known of the controller, in words; none where a command was heard that names a part of the boom.
