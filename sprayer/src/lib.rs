@@ -14,6 +14,7 @@
 
 pub mod boom;
 pub mod commands;
+pub mod controller;
 pub mod drive;
 pub mod edges;
 pub mod flow;
@@ -32,6 +33,7 @@ mod zones;
 
 pub use boom::{Boom, BoomError, Side};
 pub use commands::{Command, CommandLog, Target};
+pub use controller::{Controller, ControllerError};
 pub use drive::Drive;
 pub use edges::{Edge, Edges};
 pub use flow::Flow;

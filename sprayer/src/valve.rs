@@ -92,6 +92,18 @@ pub struct ValveError {
     found: f64,
 }
 
+impl ValveError {
+    /// The key.
+    pub fn key(&self) -> &'static str {
+        self.key
+    }
+
+    /// The values allowed.
+    pub fn expected(&self) -> &'static str {
+        self.expected
+    }
+}
+
 /// A duty that holds from an instant on, seconds.
 pub type Step = (f64, f64);
 

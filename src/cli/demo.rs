@@ -22,7 +22,7 @@ use super::link_events::LinkTeller;
 use super::link_options::{Prefer, STOP_TIMEOUT};
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
-use super::{Failure, Format, Outcome, pictured, progress};
+use super::{Failure, Format, Outcome, pictured, progress, spray_demo};
 use rowscan_bench::{At, Bench, BenchScanner, BenchSpec, DeviceSpec, Endpoint, ScannerSpec};
 use rowscan_emulator::ScannerCounts;
 use rowscan_emulator::clock::{TimeScale, Timer};
@@ -49,7 +49,13 @@ pub(super) struct Args {
     /// What the scanner and the driver speak over; a serial line has an LMS2xx on it [default: pty for an LMS2xx, tcp for any other]
     #[arg(long, value_enum)]
     line: Option<Line>,
-    /// Draw the row, the returns that were received, and the estimate beside the truth by metre to this PNG or SVG file
+    /// Spray the row with the reference controller: scans, valves and interception on leaves, beside the best that the boom can do
+    #[arg(long, conflicts_with_all = ["time_scale", "dialect", "calibration", "line"])]
+    spray: bool,
+    /// The file that describes the boom of --spray; one with six sections on the right where left out
+    #[arg(long, value_name = "FILE", requires = "spray")]
+    boom: Option<PathBuf>,
+    /// Draw the row, the returns that were received, and the estimate beside the truth by metre to this PNG or SVG file; with --spray the map of the run
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     /// How to write the result
@@ -192,6 +198,13 @@ struct Outcomes {
 
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     args.picture.as_deref().map(pictured::check).transpose()?;
+    if args.spray {
+        let Args { scene, boom, picture, format, .. } = &args;
+        picture.as_deref().map_or(Ok(()), output::can_be_written)?;
+        let asked =
+            spray_demo::Asked { scene, boom: boom.as_deref(), picture: picture.clone(), format: *format };
+        return spray_demo::run(asked, &mut interrupt).await;
+    }
     let watch = Stopwatch::start();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     if stage.scene.drive == Drive::default() && stage.rig.speed_m_s == 0.0 {

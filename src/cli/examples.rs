@@ -41,6 +41,14 @@ pub const EXAMPLES: &[Examples] = &[
         ],
     ),
     of(
+        "spray",
+        "sprayer",
+        [
+            "rowscan spray tcp://192.168.0.1:2112 --can socketcan:can0 --boom boom.toml --rig rig.toml",
+            "rowscan spray tcp://127.0.0.1:2112 --can socketcand-client:127.0.0.1:29536/can0 --boom boom.toml",
+        ],
+    ),
+    of(
         "estimate",
         "estimators",
         [

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::output::{can_be_written, print_json, print_rows, say, write_file};
 use super::{Failure, Format, Outcome};
+use crate::export::FigureFormat;
 
 /// What no number here knows of.
 const NOT_MODELLED: &[&str] = &["air", "drift", "droplets", "run-off", "evaporation", "pressure", "hoses"];
@@ -29,7 +30,7 @@ pub(super) struct Args {
     /// How to write the scores
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Draw it to this SVG file: wanted, sprayed, missed and wasted by metre and height, and the valves over time
+    /// Draw it to this SVG or PNG file: wanted, sprayed, missed and wasted by metre and height, and the valves over time
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
 }
@@ -79,13 +80,8 @@ struct Row {
 }
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let picture = args.picture.as_deref().map(picture_format).transpose()?;
     if let Some(path) = &args.picture {
-        if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
-            return Err(Failure::Usage(format!(
-                "--picture: expected a file that ends in .svg, found {}: it is drawn as SVG alone",
-                path.display()
-            )));
-        }
         for run in [Some(&args.run), args.beside.as_ref()].into_iter().flatten() {
             rowscan_files::will_be_read(run);
         }
@@ -100,27 +96,45 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
             say(format_args!("{}: {why}", path.display()));
         }
     }
-    let report = Report { beside: beside.as_ref().map(|run| Box::new(Report::of(run))), ..Report::of(&own) };
-    match args.format {
-        Format::Json | Format::Jsonl => print_json(args.format, &report)?,
-        Format::Table | Format::Csv => print_rows(args.format, &report.rows())?,
+    let picture = args.picture.as_deref().zip(picture);
+    tell(&own, beside.as_ref(), (args.format, picture), &Titled(args.run.display().to_string()))
+}
+
+/// What a run is called in its picture.
+pub(super) struct Titled(pub(super) String);
+
+/// The format of a picture by its name.
+pub(super) fn picture_format(path: &Path) -> Result<FigureFormat, Failure> {
+    Ok(FigureFormat::of_picture(path)?.check()?)
+}
+
+/// Prints all that is told of a run, beside another, and draws it.
+pub(super) fn tell(
+    run: &SprayerRun,
+    beside: Option<&SprayerRun>,
+    (format, picture): (Format, Option<(&Path, FigureFormat)>),
+    title: &Titled,
+) -> Result<Outcome, Failure> {
+    let report = Report { beside: beside.map(|run| Box::new(Report::of(run))), ..Report::of(run) };
+    match format {
+        Format::Json | Format::Jsonl => print_json(format, &report)?,
+        Format::Table | Format::Csv => {
+            print_rows(format, &report.rows())?;
+            say(format_args!("interception is no dose; not modelled: {}", NOT_MODELLED.join(", ")));
+        }
     }
-    if args.format == Format::Table {
-        say(format_args!("not modelled: {}", NOT_MODELLED.join(", ")));
-    }
-    if let Some(path) = &args.picture {
-        write_file(path, &picture(&own, &args.run))?;
+    if let Some((path, format)) = picture {
+        write_file(path, &format.convert(drawn(run, title))?)?;
     }
     // What the run does not tell is unknown, and no result.
     let knows = report.score.recall.is_some() && report.score.waste.is_some();
     Ok(if knows { Outcome::Done } else { Outcome::Finding })
 }
 
-fn picture(run: &SprayerRun, path: &Path) -> String {
+fn drawn(run: &SprayerRun, Titled(title): &Titled) -> String {
     let told = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.3}"));
     let Score { recall, waste, litres, .. } = &run.score;
-    let title =
-        format!("{}: recall {}, waste {}, {litres:.3} l", path.display(), told(*recall), told(*waste));
+    let title = format!("{title}: recall {}, waste {}, {litres:.3} l", told(*recall), told(*waste));
     map::svg(&run.pass, &run.flows, &title)
 }
 
@@ -212,7 +226,7 @@ impl Report {
         }
         let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
         all.push(("forbidden_litres".to_owned(), Some(litres)));
-        for found in &self.interception {
+        if let Some(found) = &self.interception {
             all.extend(intercepted(&found.run));
             let constant = found.constant.off_target_share;
             all.push(("interception_off_target_share_of_constant_rate".to_owned(), constant));
@@ -233,8 +247,16 @@ fn intercepted(found: &Interception) -> Vec<(String, Option<f64>)> {
         ("p95_ml_m2", leaves.map(|leaves| leaves.p95_ml_m2)),
     ];
     let of_leaves = of_leaves.map(|(name, value)| (format!("interception_{name}"), value));
+    let cells = leaves.iter().flat_map(|leaves| {
+        let ends = [("lowest_cell", leaves.lowest.ml_m2), ("highest_cell", leaves.highest.ml_m2)];
+        let ends = ends.into_iter().map(|(name, value)| (format!("interception_{name}_ml_m2"), Some(value)));
+        let parts = leaves.by_depth.iter().chain(&leaves.by_band);
+        let parts =
+            parts.map(|of| (format!("interception_{}_ml_m2", of.part.replace(' ', "_")), Some(of.ml_m2)));
+        ends.chain(parts).collect::<Vec<_>>()
+    });
     let off = ("off_target_share".to_owned(), found.off_target_share);
-    [off].into_iter().chain(sinks).chain(of_leaves).collect()
+    [off].into_iter().chain(sinks).chain(of_leaves).chain(cells).collect()
 }
 
 fn scores(score: &Score) -> Vec<(String, Option<f64>)> {

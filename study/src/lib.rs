@@ -30,6 +30,7 @@ pub mod search;
 mod settings;
 mod shard;
 pub mod side_by_side;
+pub mod spraying;
 pub mod sweep;
 pub mod transfer;
 pub mod trial;

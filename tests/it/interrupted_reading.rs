@@ -54,6 +54,7 @@ const CASES: &[&[&str]] = &[
     &["rig", "check", "F"],
     &["rig", "show", "F"],
     &["score", "F"],
+    &["spray", "tcp://127.0.0.1:9", "--can", "udp:239.74.163.2:43113", "--boom", "F"],
 ];
 
 /// Commands that read nothing.

@@ -147,6 +147,8 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("emulate", &["fault_file", "pty", "serial", "state"]),
     ("check", &["scenarios", "keep"]),
     ("score", &["run", "beside"]),
+    ("demo", &["boom"]),
+    ("spray", &["boom"]),
     ("orchard import", &["branches", "leaves", "mesh"]),
     ("record", &["repair"]),
     ("replay", &["file", "fault_file", "pty", "serial", "state"]),

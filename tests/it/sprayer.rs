@@ -11,6 +11,11 @@ fn verdicts(scenario: &str, fault: &str, keep: &Path) -> Option<Vec<(String, Str
         eprintln!("SKIPPED: sprayer: no python3 on this machine");
         return None;
     }
+    Some(judged(scenario, fault, keep))
+}
+
+/// The same of a scenario whose controller needs no Python.
+fn judged(scenario: &str, fault: &str, keep: &Path) -> Vec<(String, String, String)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer").join(scenario);
     let ended = Command::new(env!("CARGO_BIN_EXE_rowscan"))
         .args(["check", text(&path), "--format", "jsonl", "--keep", text(keep)])
@@ -24,7 +29,12 @@ fn verdicts(scenario: &str, fault: &str, keep: &Path) -> Option<Vec<(String, Str
     let all: Vec<_> =
         verdicts.map(|line| (word(&line, "name"), word(&line, "verdict"), word(&line, "message"))).collect();
     assert!(!all.is_empty(), "{told}{}", String::from_utf8_lossy(&ended.stderr));
-    Some(all)
+    all
+}
+
+/// Every verdict is passed.
+fn passes(found: &[(String, String, String)]) {
+    assert!(found.iter().all(|(_, verdict, _)| verdict == "passed"), "{found:?}");
 }
 
 /// The scores of a kept run; `code` is 1 where they are unknown.
@@ -127,6 +137,62 @@ fn the_same_run_gives_the_same_valves_and_scores_to_the_byte() {
             && picture.contains("wanted and sprayed")
             && picture.contains("s, by section")
     );
+}
+
+#[test]
+fn the_reference_controller_passes_in_lockstep_and_is_told_beside_the_oracle() {
+    let folder = tempfile::tempdir().expect("a folder");
+    passes(&judged("reference.toml", "none", folder.path()));
+    let told = score(folder.path(), 0);
+    let share = told["relative"]["score"].as_f64().expect("both are known");
+    assert!((0.95..=1.0).contains(&share), "{}", told["relative"]);
+    // A rig whose scanner looks the other way is refused before anything opens.
+    let boom = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer/boom.toml");
+    let rig = folder.path().join("rig.toml");
+    std::fs::write(&rig, "[[scanner]]\nrow = \"left\"\n").expect("written");
+    let args =
+        ["spray", "tcp://127.0.0.1:1", "--can", "socketcan:none", "--boom", text(&boom), "--rig", text(&rig)];
+    let ended = run(&args);
+    assert_eq!(ended.code, Some(2));
+    assert_says(&ended.stderr, &["the boom sprays to the right, and no scanner looks there"]);
+}
+
+#[test]
+fn a_controller_in_cpp_passes_from_start_to_verdict() {
+    if Command::new("g++").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: sprayer: no g++ on this machine");
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    passes(&judged("cpp.toml", "none", folder.path()));
+    let lines = include_str!("../../tools/scenarios/sprayer/spray.cpp").lines().count();
+    assert!(lines <= 200, "{lines} lines");
+}
+
+#[test]
+fn demo_sprays_the_same_bytes_for_a_seed_and_draws_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let svg = folder.path().join("map.svg");
+    let scene = folder.path().join("row.toml");
+    std::fs::write(&scene, "version = 2\n[orchard]\npreset = \"paper\"\ntrees = 3\nmissing = [1]\n")
+        .expect("written");
+    let demo = |seed: &str| {
+        let args =
+            ["demo", text(&scene), "--spray", "--seed", seed, "--format", "json", "--picture", text(&svg)];
+        let ended = run(&args);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        ended.stdout
+    };
+    let first = demo("3");
+    assert_eq!(first, demo("3"));
+    assert_ne!(first, demo("4"));
+    let told: serde_json::Value = serde_json::from_str(&first).expect("JSON");
+    let number = |of: &serde_json::Value| of.as_f64().expect("known");
+    assert!(number(&told["recall"]) > 0.9 && number(&told["waste"]) < 0.3, "{first}");
+    assert!(number(&told["litres"]) > 0.0 && number(&told["oracle"]["recall"]) > 0.99, "{first}");
+    let off = |of: &serde_json::Value| number(&of["off_target_share"]);
+    assert!(off(&told["interception"]) < off(&told["interception"]["constant"]), "{first}");
+    assert!(std::fs::read_to_string(&svg).expect("drawn").starts_with("<svg"));
 }
 
 #[test]
