@@ -109,6 +109,9 @@ pub enum UnitError {
         /// Metres needed.
         needed_m: f64,
     },
+    /// A sprayer that does not fit the rig, or a scan that gave none.
+    #[error(transparent)]
+    Spraying(#[from] spraying::SprayingError),
     /// A scanner model that is none.
     #[error("unknown scanner model `{found}`; see `rowscan models`")]
     UnknownModel {

@@ -93,6 +93,25 @@ fn the_good_controller_passes_and_each_error_fails_by_its_expectation() {
     assert!(scores[0] > 0.95 && scores[3] == 0.0, "{scores:?}");
 }
 
+/// All of its leaves get their share, and the gaps theirs: interception tells it from a controller.
+#[test]
+fn a_controller_that_leaves_all_open_is_farther_off_target_than_the_good_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let off = ["none", "all_open"].map(|fault| {
+        let keep = folder.path().join(fault);
+        let found = verdicts("row.toml", fault, &keep)?;
+        let (.., verdict, message) =
+            found.iter().find(|(name, ..)| name.contains("off_target_share"))?.clone();
+        assert_eq!(verdict, if fault == "none" { "passed" } else { "failed" }, "{message}");
+        let told = score(&keep, 0);
+        assert!(told["recall"].as_f64() > Some(0.99), "{fault}: {}", told["recall"]);
+        told["interception"]["off_target_share"].as_f64()
+    });
+    if let [Some(good), Some(open)] = off {
+        assert!(open > good + 0.2, "{good} {open}");
+    }
+}
+
 #[test]
 fn valves_are_shut_soon_after_the_scanner_is_lost_and_a_controller_that_holds_them_fails() {
     let folder = tempfile::tempdir().expect("a folder");
