@@ -89,7 +89,7 @@ pub use enough::{Enough, Reached, UNREADABLE};
 pub use error::PipelineError;
 pub use estimate::{Estimate, MountReport, Progress, SliceEstimate, TreeEstimate, TreesFound};
 pub use estimator::{EstimatorInfo, Measure, Quantity};
-pub use footprint::{Footprint, LeafShape};
+pub use footprint::{Footprint, FrontWindow, LeafShape};
 pub use gate::{Exclusion, Field};
 pub use leaf::{Known, LeafAreas, LeafSlice, LeafWindow, RowLeaf, Withheld};
 pub use odometry::{AdvanceSource, GroundSpeed};

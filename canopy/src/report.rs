@@ -187,7 +187,8 @@ fn tell_how_sure(
         between_class: class.and_then(|_| between(&compared)),
         density: counted.scale.map(|scale| scale.density_sd(raw_m2_per_m)),
         remission: pass.row.remission().filter(|_| counted.count == Count::Shares).map(|scale| {
-            amplified * uncertainty::combined([SHARES_SD, BY_POWER * scale.power_sd.unwrap_or(0.0)])
+            let power_sd = uncertainty::combined([scale.power_sd.unwrap_or(0.0), scale.rig_sd]);
+            amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
         }),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
@@ -264,6 +265,10 @@ fn row(
             estimate.calibration = Some(calibration.class.clone());
             warn_of_class(estimate, calibration, pass, latest);
             warn_of_range(estimate, &law.row_ranged(), calibration);
+            if law.no_regression() == Some(Withheld::WeakRegression) {
+                let r2 = calibration.quality(calibration.best_regression()).r2_left_out();
+                estimate.warnings.push(Warning::WeakRegression { r2 });
+            }
         }
     }
 
@@ -296,6 +301,7 @@ fn row(
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });
         }
         Err(Withheld::EchoUnknown) => estimate.warnings.push(Warning::EchoUnknown),
+        Err(Withheld::OpticsUnknown) => estimate.warnings.push(Warning::OpticsUnknown),
         _ => {}
     }
 }
@@ -306,7 +312,18 @@ fn warn_of_remission(estimate: &mut Estimate, pass: &RowPass, law: &Law<'_>) {
     if !law.reads_remission() {
         let (hits, read) = (pass.row.totals().hits, pass.row.totals().shares);
         estimate.warnings.push(Warning::RemissionMissing { hits, read });
-    } else if scale.power_sd.is_none() {
+        return;
+    }
+    match law.no_shares() {
+        Some(Withheld::SharesDisagree) => {
+            let told = law.shares_over_contact().map(|(ratio, band)| Warning::SharesDisagree { ratio, band });
+            estimate.warnings.extend(told);
+        }
+        Some(Withheld::NoWitness) => estimate.warnings.push(Warning::NoWitness),
+        Some(Withheld::CardTooShort) => estimate.warnings.push(Warning::CardTooShort),
+        _ => {}
+    }
+    if scale.power_sd.is_none() {
         estimate.warnings.push(Warning::RemissionAssumed);
     }
 }
@@ -380,17 +397,17 @@ fn warn_of_class(
         mismatch("tree_spacing_m", class.tree_spacing_m.to_string(), found.to_string());
     }
     match (class.optics, pass.rig.optics) {
-        (Optics::Ideal, None) => estimate.warnings.push(Warning::IdealOptics),
         (Optics::Ideal, Some(BeamWidth::Device)) => estimate.warnings.push(Warning::CalibratedOnRays),
-        (Optics::Footprint | Optics::Measured, found @ (None | Some(BeamWidth::Ideal))) => {
-            let found = if found.is_some() { "ideal" } else { "unknown" };
+        (Optics::Footprint | Optics::Measured, Some(BeamWidth::Ideal)) => {
             estimate.warnings.push(Warning::ClassMismatch {
                 key: "optics",
                 expected: "device".to_owned(),
-                found: found.to_owned(),
+                found: "ideal".to_owned(),
             });
         }
-        (Optics::Ideal, Some(BeamWidth::Ideal))
+        // Told with what is withheld.
+        (_, None)
+        | (Optics::Ideal, Some(BeamWidth::Ideal))
         | (Optics::Footprint | Optics::Measured, Some(BeamWidth::Device)) => {}
     }
     let (fitted, taken) = match (class.echo_rule, pass.mount.echo) {
