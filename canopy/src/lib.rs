@@ -61,6 +61,7 @@ pub mod odometry;
 mod parameters;
 mod patches;
 pub mod percentile;
+pub mod pieces;
 mod placing;
 mod profile;
 mod ranges;
@@ -91,7 +92,7 @@ pub use estimate::{Estimate, MountReport, Progress, SliceEstimate, TreeEstimate,
 pub use estimator::{EstimatorInfo, Measure, Quantity};
 pub use footprint::{Footprint, FrontWindow, LeafShape};
 pub use gate::{Exclusion, Field};
-pub use leaf::{Known, LeafAreas, LeafSlice, LeafWindow, RowLeaf, Withheld};
+pub use leaf::{Known, LeafAreas, LeafSlice, LeafWindow, PieceLeaf, RowLeaf, Withheld};
 pub use odometry::{AdvanceSource, GroundSpeed};
 pub use parameters::{AreaForm, Fill, Parameters};
 pub use placing::{PlacedLine, Placing};

@@ -119,7 +119,7 @@ proptest! {
         }
         for tree in &estimate.trees {
             prop_assert!(tree.impacted_total_area_m2.is_finite() && tree.volume_m3.is_finite() && tree.scanned_m > 0.0);
-            prop_assert!(tree.leaf.best_m2().ok().map_or(withheld, f64::is_finite));
+            prop_assert!(tree.leaf.areas.best_m2().ok().map_or(withheld, f64::is_finite));
         }
         if rig.is_some() && estimate.is_withheld() {
             let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage", "optics_unknown"];

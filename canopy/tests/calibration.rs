@@ -191,7 +191,8 @@ fn a_bent_calibration_widens_the_sampling_error_and_old_files_are_proportions() 
     let raw_m2 = found.leaf.areas.contact_raw_m2().ok().unwrap();
     assert!(relative(bent_m2, calibration.contact.k * x.powf(0.5) * raw_m2) < 1e-12);
     // Trees have the row's factor: they add up to it.
-    let trees_m2: f64 = passed(&calibration).trees.iter().filter_map(|tree| tree.leaf.best_m2().ok()).sum();
+    let trees_m2: f64 =
+        passed(&calibration).trees.iter().filter_map(|tree| tree.leaf.areas.best_m2().ok()).sum();
     assert!(relative(trees_m2, bent_m2) < 1e-9, "{trees_m2} {bent_m2}");
     calibration.contact.quality.low_m2_per_m = 0.0;
     let refusal = Pipeline::new(None, 0, Some(calibration)).unwrap_err().to_string();
@@ -342,14 +343,17 @@ fn a_calibration_scales_the_contact_and_gives_no_leaves_to_a_gap() {
     assert_eq!(found.leaf.areas.best_m2().ok(), found.leaf.areas.contact_m2().ok());
     // `a` = 1 m²/m must not reach the gap.
     let gap = &found.trees[1];
-    assert_eq!((gap.leaf.regression_m2().ok(), gap.leaf.contact_m2().ok()), (Some(0.0), Some(0.0)));
+    assert_eq!(
+        (gap.leaf.areas.regression_m2().ok(), gap.leaf.areas.contact_m2().ok()),
+        (Some(0.0), Some(0.0))
+    );
     for tree in [&found.trees[0], &found.trees[2]] {
         let expected = tree.scanned_m + 2.0 * tree.impacted_total_area_m2;
-        assert!(relative(tree.leaf.regression_m2().ok().unwrap(), expected) < 1e-9);
+        assert!(relative(tree.leaf.areas.regression_m2().ok().unwrap(), expected) < 1e-9);
     }
     // Metre 1 (y = 1..2) is half gap; metre 2 is all gap: the row's `a` counts 3.5 m of 4.5 m.
     let slices: Vec<f64> = found.slices.iter().map(|s| s.scanned_m).collect();
-    assert_eq!(found.slices[2].leaf.regression_m2().ok(), Some(0.0));
+    assert_eq!(found.slices[2].leaf.areas.regression_m2().ok(), Some(0.0));
     let canopy_m: f64 = slices.iter().sum::<f64>() - slices[2];
     let expected = canopy_m + 2.0 * found.impacted_total_area_m2.unwrap();
     assert!(relative(found.leaf.areas.regression_m2().ok().unwrap(), expected) < 1e-9);
@@ -369,7 +373,7 @@ fn without_the_width_of_the_beams_no_leaf_area_is_told_by_any_way() {
         {
             assert_eq!(known, Err(Withheld::OpticsUnknown));
         }
-        assert!(found.trees.iter().all(|tree| tree.leaf.best_m2().is_err()) && found.is_withheld());
+        assert!(found.trees.iter().all(|tree| tree.leaf.areas.best_m2().is_err()) && found.is_withheld());
         assert!(found.impacted_total_area_m2.is_some(), "what was hit is known");
         let told: Vec<_> = found.warnings.iter().filter(|w| w.code() == "optics_unknown").collect();
         assert!(
@@ -456,7 +460,7 @@ fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
         (far.leaf.areas.regression_m2().ok(), far.leaf.areas.best_m2().ok(), far.leaf.areas.lai().ok()),
         (None, None, None)
     );
-    assert_eq!(far.trees[0].leaf.best_m2().ok(), None);
+    assert_eq!(far.trees[0].leaf.areas.best_m2().ok(), None);
     assert!(far.leaf.areas.contact_raw_m2().ok().unwrap() > 0.0);
     assert!(warnings(&far).contains(&"refused") && warnings(&far).contains(&"trees_refused"));
 

@@ -287,7 +287,7 @@ fn with_remission_and_a_scale_the_leaf_area_is_by_shares_and_without_by_contact(
         relative(with.leaf.areas.best_m2().ok().unwrap(), 1.1 * raw.leaf.areas.share_raw_m2().ok().unwrap())
             < 1e-9
     );
-    let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf.best_m2().ok()).sum();
+    let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf.areas.best_m2().ok()).sum();
     assert!(relative(of_trees, with.leaf.areas.best_m2().ok().unwrap()) < 1e-9, "trees add up to the row");
 
     // One beam in ten lost its remission: too many to go by the rest.

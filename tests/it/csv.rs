@@ -51,6 +51,7 @@ const ROWS: &[(&str, &[&str])] = &[
     ("study budget", &["{}/small.toml", "--seeds", "1..2"]),
     ("study physics", &["{}/small.toml", "--seeds", "201..201", "--model", "lms111", "--distance", "2"]),
     ("study eye", &["{}/small.toml", "--seeds", "401..401", "--model", "lms111", "--distance", "2"]),
+    ("study pieces", &["{}/small.toml", "--seeds", "1201..1201", "--model", "lms111", "--distance", "2"]),
     ("study run", &["docs/examples/quick-study.toml"]),
     ("study search", &["{}/search.toml"]),
     ("study transfer", &["--rows", "6", "--classes", "{}/classes.toml"]),

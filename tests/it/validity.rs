@@ -146,8 +146,11 @@ fn a_stretch_without_valid_scans_withholds_areas_only_if_it_is_too_long() {
     // The rig may allow more.
     let folder = tempfile::tempdir().expect("a folder");
     let rig = folder.path().join("rig.toml");
-    std::fs::write(&rig, "[rig]\nmax_excluded = 0.2\noptics = \"ideal\"\n[[rig.scanner]]\nmodel = \"lms111\"\n")
-        .expect("written");
+    std::fs::write(
+        &rig,
+        "[rig]\nmax_excluded = 0.2\noptics = \"ideal\"\n[[rig.scanner]]\nmodel = \"lms111\"\n",
+    )
+    .expect("written");
     let said = |counter: u16| if (200..250).contains(&counter) { Said { scale: 0, ..GOOD } } else { GOOD };
     let (exit, estimate, stderr) = estimated_by(rig.to_str().expect("UTF-8"), said);
     assert_eq!(exit, Some(0), "{stderr}");
