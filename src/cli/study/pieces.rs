@@ -86,8 +86,7 @@ fn listed(found: &[PiecesFound]) -> String {
         let head =
             [Cell::new(way), Cell::new(row.model), number(Some(row.distance_m), 1), Cell::new(&row.piece)];
         let of = [Cell::new(row.pieces), number(row.r, 2)];
-        let known =
-            [row.error_sd, row.truth_sd, row.rmse_unshrunk, row.rmse].map(|value| share(Some(value)));
+        let known = [row.error_sd, row.truth_sd, row.rmse_unshrunk, row.rmse].map(|value| share(Some(value)));
         let cells = head.into_iter().chain(of).chain(known).chain([row.holds, row.half_width].map(share));
         grid.add_row(cells);
     }
