@@ -331,7 +331,7 @@ fn beside_truth(outcomes: &Outcomes) -> Vec<TreeBesideTruth<'_>> {
         .map(|(estimate, truth)| {
             let leaf_area_m2 = truth.cell_leaf_area_m2;
             let error = |(found, real): (f64, f64)| (found - real) / real;
-            let known = estimate.leaf.best_m2().ok().zip(leaf_area_m2);
+            let known = estimate.leaf.areas.best_m2().ok().zip(leaf_area_m2);
             TreeBesideTruth {
                 estimate,
                 truth_leaf_area_m2: leaf_area_m2,
@@ -354,7 +354,7 @@ fn trees(outcomes: &Outcomes) -> String {
             "y m",
             "I_T m²",
             "leaf m² by I_T",
-            "by contact",
+            "leaf m²",
             "truth",
             "error",
             "LAI",
@@ -369,11 +369,11 @@ fn trees(outcomes: &Outcomes) -> String {
             number(Some(found.tree.into()), 0),
             number(Some(found.y_m), 2),
             number(Some(found.impacted_total_area_m2), 3),
-            number(found.leaf.regression_m2().ok(), 2),
-            number(found.leaf.contact_m2().ok(), 2),
+            number(found.leaf.areas.regression_m2().ok(), 2),
+            number(found.leaf.areas.best_m2().ok(), 2),
             number(row.truth_leaf_area_m2, 2),
             percent(row.leaf_area_error),
-            number(found.leaf.lai().ok(), 2),
+            number(found.leaf.areas.lai().ok(), 2),
             number(row.truth_lai, 2),
             number(found.height_m, 2),
             number(Some(row.truth_height_m), 2),
@@ -384,7 +384,7 @@ fn trees(outcomes: &Outcomes) -> String {
         Cell::new(""),
         number(estimate.impacted_total_area_m2, 3),
         number(estimate.leaf.areas.regression_m2().ok(), 2),
-        number(estimate.leaf.areas.contact_m2().ok(), 2),
+        number(estimate.leaf.areas.best_m2().ok(), 2),
         number(Some(truth.leaf_area_m2), 2),
         percent(outcomes.leaf_area_error),
         number(estimate.leaf.areas.lai().ok(), 2),

@@ -204,6 +204,14 @@ pub const EXAMPLES: &[Examples] = &[
         ],
     ),
     of(
+        "study pieces",
+        "accuracy",
+        [
+            "rowscan study pieces spindle --seeds 1201..1202 --model lms111 --distance 2",
+            "rowscan study pieces --distance 2 --format csv",
+        ],
+    ),
+    of(
         "study physics",
         "optics",
         [

@@ -22,6 +22,7 @@ pub mod fingerprint;
 pub mod foliage;
 pub mod journal;
 pub mod physics;
+pub mod pieces;
 pub mod reading;
 pub mod recorded;
 pub mod resolution;
