@@ -168,7 +168,7 @@ fn the_reference_controller_passes_in_lockstep_and_is_told_beside_the_oracle() {
     // A rig whose scanner looks the other way is refused before anything opens.
     let boom = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer/boom.toml");
     let rig = folder.path().join("rig.toml");
-    std::fs::write(&rig, "[[scanner]]\nrow = \"left\"\n").expect("written");
+    std::fs::write(&rig, "version = 2\n[[rig.scanner]]\nrow = \"left\"\n").expect("written");
     let args =
         ["spray", "tcp://127.0.0.1:1", "--can", "socketcan:none", "--boom", text(&boom), "--rig", text(&rig)];
     let ended = run(&args);
