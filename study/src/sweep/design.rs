@@ -138,7 +138,7 @@ const PLACE: u64 = 1;
 
 /// Where a point lies on an axis: its part by a random order of the parts, and a random place within the part.
 fn latin(axis: &str, seed: u64, point: usize, points: usize) -> f64 {
-    // A fingerprint tells keys apart; of numbers in sequence its order is nearly the same for every key, and the axes would go together.
+    // A fingerprint tells keys apart; numbers in sequence are ordered by one lattice for every key, and the axes would go together.
     let key = fingerprint::seed(axis, seed, 0);
     let draw = |k: usize, what: u64| Stream::keyed(key, &[k as u64, what]).unit();
     let own = draw(point, ORDER);
