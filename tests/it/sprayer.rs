@@ -176,6 +176,46 @@ fn the_reference_controller_passes_in_lockstep_and_is_told_beside_the_oracle() {
     assert_says(&ended.stderr, &["the boom sprays to the right, and no scanner looks there"]);
 }
 
+/// The same controller with a wrong description of its boom: not aware of dead times, numbered from the top, never at work.
+#[test]
+fn the_reference_controller_with_a_wrong_boom_fails_by_the_named_expectation() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer");
+    let read = |name: &str| std::fs::read_to_string(source.join(name)).expect("it is there");
+    for name in ["base.toml", "boom.toml", "wall.toml"] {
+        std::fs::write(folder.path().join(name), read(name)).expect("written");
+    }
+    let boom = read("boom.toml");
+    let mut numbered = boom.clone();
+    for number in 1..=4 {
+        let id = format!("id = \"{number}\"");
+        assert!(numbered.contains(&id));
+        numbered = numbered.replace(&id, &format!("{id}\nnumber = {}", 5 - number));
+    }
+    let unaware = boom.replace("on_ms = 150", "on_ms = 0").replace("off_ms = 100", "off_ms = 0");
+    let dead = boom.replace("offset_y_m", "standstill_m_s = 5\noffset_y_m");
+    let mut scores = Vec::new();
+    for (name, believed, caught_by) in [
+        ("unaware", unaware, "latency_error_m open"),
+        ("reversed", numbered, "edges"),
+        ("dead", dead, "recall"),
+    ] {
+        assert_ne!(believed, boom, "{name}");
+        std::fs::write(folder.path().join("believed.toml"), believed).expect("written");
+        let scenario = read("reference.toml").replace("{scenario}/boom.toml", "{scenario}/believed.toml");
+        let path = folder.path().join(format!("{name}.toml"));
+        std::fs::write(&path, scenario).expect("written");
+        let keep = folder.path().join(name);
+        let found = judged(text(&path), "none", &keep);
+        let is_caught =
+            found.iter().any(|(what, verdict, _)| what.contains(caught_by) && verdict == "failed");
+        assert!(is_caught, "{name}: {found:?}");
+        let told = score(&keep, i32::from(name == "dead"));
+        scores.push(told["score"].as_f64().expect("leaves passed"));
+    }
+    assert!(scores.windows(2).all(|pair| pair[0] > pair[1]) && scores[2] == 0.0, "{scores:?}");
+}
+
 #[test]
 fn a_controller_in_cpp_passes_from_start_to_verdict() {
     if Command::new("g++").arg("--version").output().is_err() {
@@ -256,4 +296,89 @@ fn a_folder_without_a_run_and_a_wrong_boom_are_told() {
         &scenario("sprayer = { boom = \"boom.toml\", command = \"can0:SectionDuty.Sektion{n}\" }"),
         &["`sprayer.command` of section 1"],
     );
+}
+
+/// A study of a small row: latency that nobody reckons with, and sections.
+const STUDY: &str = "version = 1\nname = \"spray\"\nscene = \"row.toml\"\nboom = \"boom.toml\"\nseed = 3\n\
+    keep = [\"spray.recall\", \"spray.waste\", \"spray.litres\", \"spray.litres_ha\", \"spray.litres_lwa\", \"spray.litres_trv\", \"spray.lwa_m2_ha\", \"spray.trv_m3_ha\", \"spray.off_target_share\"]\n\
+    [[sweep]]\nkey = \"sprayer.latency_ms\"\nvalues = [0.0, 200.0]\n\
+    [[sweep]]\nkey = \"sprayer.sections\"\nvalues = [1, 6]\n";
+
+fn study_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let boom = include_str!("../../docs/examples/boom.toml");
+    let row = "version = 2\n[orchard]\npreset = \"spindle\"\ntrees = 3\nrow_spacing_m = 4.0\n";
+    for (name, text) in [("boom.toml", boom), ("row.toml", row), ("study.toml", STUDY)] {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    folder
+}
+
+#[test]
+fn a_study_varies_the_sprayer_and_tells_litres_by_ground_leaf_wall_and_row_volume() {
+    let folder = study_folder();
+    let path = folder.path().join("study.toml");
+    let whole = run(&["study", "run", text(&path), "--format", "csv"]);
+    assert_eq!(whole.code, Some(0), "{}", whole.stderr);
+    let mut reader = csv::Reader::from_reader(whole.stdout.as_bytes());
+    let head = reader.headers().expect("a head").clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+    let value = |row: usize, name: &str| -> f64 {
+        let place = head.iter().position(|found| found == name).expect(name);
+        rows[row][place].parse().unwrap_or_else(|_| panic!("{name} of row {row}: {:?}", rows[row]))
+    };
+    let of = |latency: f64, sections: f64| {
+        (0..rows.len())
+            .find(|row| {
+                value(*row, "sprayer.latency_ms") == latency && value(*row, "sprayer.sections") == sections
+            })
+            .expect("a point")
+    };
+    let (good, late, one) = (of(0.0, 6.0), of(200.0, 6.0), of(0.0, 1.0));
+    // 0.2 s that nobody reckons with are leaves missed and gaps sprayed.
+    assert!(value(good, "spray.recall") > value(late, "spray.recall") + 0.01, "{}", whole.stdout);
+    assert!(value(good, "spray.waste") < value(late, "spray.waste"), "{}", whole.stdout);
+    // One section in the place of six cannot leave out the sky above a tree.
+    assert!(value(good, "spray.litres") < value(one, "spray.litres"), "{}", whole.stdout);
+    assert!(value(good, "spray.off_target_share") < value(one, "spray.off_target_share"), "{}", whole.stdout);
+    for row in 0..rows.len() {
+        let [ha, lwa, trv] =
+            ["litres_ha", "lwa_m2_ha", "trv_m3_ha"].map(|key| value(row, &format!("spray.{key}")));
+        let is = |key: &str, expected: f64| (value(row, key) / expected - 1.0).abs() < 1e-6;
+        assert!(is("spray.litres_lwa", ha / lwa * 1e4) && is("spray.litres_trv", ha / trv * 1e3));
+        // Leaf wall is twice the height a row distance, row volume its height by its width.
+        let height_m = lwa * 4.0 / 2.0 / 1e4;
+        let width_m = trv * 4.0 / 1e4 / height_m;
+        assert!((0.5..4.0).contains(&height_m) && (0.3..4.0).contains(&width_m), "{height_m} {width_m}");
+    }
+    // In parts the same.
+    let parts = ["1/2", "2/2"].map(|shard| {
+        let file = folder.path().join(format!("{}.json", &shard[..1]));
+        let ended = run(&["study", "run", text(&path), "--shard", shard, "--output", text(&file)]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        file
+    });
+    let merged = run(&["study", "merge", text(&parts[0]), text(&parts[1]), "--format", "csv"]);
+    assert_eq!((merged.code, merged.stdout == whole.stdout), (Some(0), true), "{}", merged.stderr);
+}
+
+#[test]
+fn what_a_study_of_a_sprayer_gets_wrong_is_said() {
+    let folder = study_folder();
+    let path = folder.path().join("study.toml");
+    for (from, to, says) in [
+        ("boom = \"boom.toml\"\n", "", "name its boom"),
+        ("\"boom.toml\"", "\"none.toml\"", "none.toml"),
+        ("spray.recall", "spray.recal", "`spray.recall`?"),
+        ("sprayer.latency_ms", "sprayer.latency", "`latency_ms`?"),
+        ("[0.0, 200.0]", "[-1.0]", "expected 0 to 5000 ms"),
+        ("[1, 6]", "[0]", "expected 1 to 32"),
+        ("sprayer.sections", "sprayer.boom.standstil_m_s", "`standstill_m_s`?"),
+    ] {
+        assert!(STUDY.contains(from), "{from}");
+        std::fs::write(&path, STUDY.replace(from, to)).expect("written");
+        let ended = run(&["study", "run", text(&path)]);
+        assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{to}: {}", ended.stderr);
+        assert_says(&ended.stderr, &[says]);
+    }
 }

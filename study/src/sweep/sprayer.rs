@@ -2,6 +2,7 @@
 
 use rowscan_emulator::stage::Stage;
 use rowscan_scenes::Orchard;
+use rowscan_sprayer::boom::Section;
 use rowscan_sprayer::interception::{Interception, Settings, intercept};
 use rowscan_sprayer::{Boom, Edge, Edges, Flow, Score};
 use serde::{Deserialize, Serialize};
@@ -28,7 +29,7 @@ pub struct SweptSprayer {
     /// Latency that the controller does not reckon with, ms.
     #[serde(default)]
     pub latency_ms: f64,
-    /// Sections of each side, evenly over the height of those in the boom; as the boom has them where left out.
+    /// Sections of each side, evenly over the height of those in the boom, with its nozzles dealt out evenly, one each at least; as the boom has them where left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sections: Option<u16>,
 }
@@ -94,17 +95,19 @@ impl SweptSprayer {
             let (low, high) = own().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), section| {
                 (low.min(section.z_from_m), high.max(section.z_to_m))
             });
-            // The same flow of the whole side.
+            // The same flow of the whole side, and the same nozzles where they can be dealt out: what differs is which of them open together.
+            let nozzles_of = |section: &Section| section.nozzles.unwrap_or(1);
             let flow_l_min: f64 =
-                own().map(|section| section.flow_l_min * f64::from(section.nozzles.unwrap_or(1))).sum();
+                own().map(|section| section.flow_l_min * f64::from(nozzles_of(section))).sum();
+            let nozzles = own().map(nozzles_of).sum::<u16>().div_ceil(count).max(1);
             let step_m = (high - low) / f64::from(count);
-            boom.sections.extend((0..count).map(|place| rowscan_sprayer::boom::Section {
+            boom.sections.extend((0..count).map(|place| Section {
                 id: format!("{side:?}-{}", place + 1),
                 number: None,
                 z_from_m: low + f64::from(place) * step_m,
                 z_to_m: low + f64::from(place + 1) * step_m,
-                nozzles: None,
-                flow_l_min: flow_l_min / f64::from(count),
+                nozzles: Some(nozzles),
+                flow_l_min: flow_l_min / f64::from(count * nozzles),
                 each: Vec::new(),
                 ..first.clone()
             }));
@@ -173,8 +176,8 @@ impl Found {
     fn value(&self, key: &str) -> Option<f64> {
         let Score { recall, waste, litres, saved_litres, constant_litres, .. } = self.score;
         let of_edge = |edge| self.edges.summary(|pair| pair.edge == edge).p50_m;
-        let interception = self.interception.as_ref()?;
-        let leaves = interception.on_leaves.as_ref();
+        let interception = self.interception.as_ref();
+        let leaves = interception.and_then(|found| found.on_leaves.as_ref());
         let litres_ha =
             self.ground_m2.filter(|ground_m2| *ground_m2 > 0.0).map(|m2| litres / m2 * HECTARE_M2);
         // EPPO PP 1/239: two walls a row; height times width.
@@ -187,8 +190,8 @@ impl Found {
             "saved_share" => (constant_litres > 0.0).then(|| saved_litres / constant_litres),
             "latency_open_m" => of_edge(Edge::Open),
             "latency_close_m" => of_edge(Edge::Close),
-            "off_target_share" => interception.off_target_share,
-            "leaf_share" => (litres > 0.0).then(|| interception.sinks.leaf / litres),
+            "off_target_share" => interception.and_then(|found| found.off_target_share),
+            "leaf_share" => interception.filter(|_| litres > 0.0).map(|found| found.sinks.leaf / litres),
             "ml_m2" => leaves.map(|leaves| leaves.mean_ml_m2),
             "cv" => leaves.and_then(|leaves| leaves.cv),
             "litres_ha" => litres_ha,
