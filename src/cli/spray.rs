@@ -71,7 +71,7 @@ pub(super) fn read_boom(path: &std::path::Path) -> Result<Boom, Failure> {
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let boom = read_boom(&args.boom)?;
     let rig = match &args.rig {
-        Some(name) => files::load_rig(name, |warning| say(warning))?.0,
+        Some(name) => files::load_rig(name, say)?.0,
         None => Rig::default(),
     };
     if rig.scanners.len() != args.sources.len() {

@@ -9,6 +9,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_protocol::validity::ScanFault;
 use rowscan_sprayer::boom::Zone;
 use rowscan_sprayer::{Boom, Command, CommandLog, Controller, ControllerError, Drive, Pass, Target};
+use rowscan_vehicle::Tractor;
 
 /// The tractor's ECU says its speed so often, ns.
 const SPEED_NS: u64 = 100_000_000;
@@ -58,19 +59,7 @@ pub fn spray(
 ) -> Result<Sprayed, SprayingError> {
     let tractor = stage.tractor();
     let mut controller = Controller::new(boom.clone(), &stage.rig.scanners, reckoned_late_s)?;
-    let mut eyes = Vec::new();
-    for (number, mount) in stage.rig.scanners.iter().enumerate() {
-        let model = match AnyModel::by_name(&mount.model) {
-            Some(AnyModel::Cola(model)) => model,
-            Some(other) => return Err(SprayingError::Line(other.name())),
-            None => return Err(SprayingError::Line("scanner that is not known")),
-        };
-        let (device, view) = stage.scanner_on(&tractor, number, model)?;
-        let hertz = f64::from(device.mirror().frequency_centihz) / 100.0;
-        let mut offline = Offline::new(device, view);
-        offline.set_up(ColaConfig::default())?;
-        eyes.push((offline, hertz, 1_u64));
-    }
+    let mut eyes = eyes(stage, &tractor)?;
     let hertz = eyes.first().map_or(1.0, |(_, hertz, _)| *hertz);
     let end = SimTime((stage.scans_to_row_end(hertz) as f64 / hertz * 1e9) as u64);
     let (mut scan, mut said, mut told) = (Scan::default(), Vec::new(), vec![0.0; boom.sections.len()]);
@@ -115,4 +104,22 @@ pub fn spray(
     let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, end);
     let pass = Pass::new(boom, &stage.orchard, drive, stage.scene.seed);
     Ok(Sprayed { pass, log: said.into_iter().collect(), scans })
+}
+
+/// The scanners of a stage, each with its turns a second and the number of its next turn.
+fn eyes(stage: &Stage, tractor: &Tractor) -> Result<Vec<(Offline, f64, u64)>, SprayingError> {
+    let mut eyes = Vec::new();
+    for (number, mount) in stage.rig.scanners.iter().enumerate() {
+        let model = match AnyModel::by_name(&mount.model) {
+            Some(AnyModel::Cola(model)) => model,
+            Some(other) => return Err(SprayingError::Line(other.name())),
+            None => return Err(SprayingError::Line("scanner that is not known")),
+        };
+        let (device, view) = stage.scanner_on(tractor, number, model)?;
+        let hertz = f64::from(device.mirror().frequency_centihz) / 100.0;
+        let mut offline = Offline::new(device, view);
+        offline.set_up(ColaConfig::default())?;
+        eyes.push((offline, hertz, 1));
+    }
+    Ok(eyes)
 }

@@ -351,6 +351,12 @@ fn a_study_varies_the_sprayer_and_tells_litres_by_ground_leaf_wall_and_row_volum
         let width_m = trv * 4.0 / 1e4 / height_m;
         assert!((0.5..4.0).contains(&height_m) && (0.3..4.0).contains(&width_m), "{height_m} {width_m}");
     }
+    // The figure has shares on one scale, and no litres.
+    let figure = folder.path().join("study.svg");
+    let drawn = run(&["study", "run", text(&path), "--figure", text(&figure)]);
+    assert_eq!(drawn.code, Some(0), "{}", drawn.stderr);
+    let svg = std::fs::read_to_string(&figure).expect("drawn");
+    assert!(svg.contains("spray: recall") && !svg.contains("litres"), "{svg}");
     // In parts the same.
     let parts = ["1/2", "2/2"].map(|shard| {
         let file = folder.path().join(format!("{}.json", &shard[..1]));

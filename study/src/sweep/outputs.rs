@@ -111,6 +111,11 @@ impl Output {
         }
     }
 
+    /// True for a share of a sprayer's litres or leaves.
+    pub(crate) fn is_share(&self) -> bool {
+        self.of_sprayer().is_some_and(|key| super::sprayer::SHARES.contains(&key))
+    }
+
     /// Its key where it is of the sprayer.
     pub(super) fn of_sprayer(&self) -> Option<&'static str> {
         match self.kind {

@@ -34,6 +34,9 @@ pub struct SweptSprayer {
     pub sections: Option<u16>,
 }
 
+/// Those of the outputs that are shares, from 0 to 1: a figure has them on one scale.
+pub(super) const SHARES: &[&str] = &["recall", "waste", "saved_share", "off_target_share", "leaf_share"];
+
 /// What a sweep can keep of a sprayer, and what each is.
 pub(super) const OUTPUTS: &[(&str, &str)] = &[
     ("recall", "share of the wanted leaf area that passed before an open nozzle"),
