@@ -131,6 +131,7 @@ const CASES: &[Case] = &[
         "f.csv",
         &["study", "transfer", "--classes", "F", "--between-class", "F"],
     ),
+    ("study pieces", "table", Holds::Scene, "f.csv", &["study", "pieces", "F", "--table", "F"]),
     (
         "study coverage",
         "output",

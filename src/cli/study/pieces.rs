@@ -43,6 +43,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let scenes: Vec<Scene> =
         args.scene.iter().map(|name| files::load_scene(name, say)).collect::<Result<_, _>>()?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
+    if let Some(path) = &args.table {
+        output::can_be_written(path)?;
+    }
     let asked = PiecesStudy { scenes, seeds: args.seeds.0.clone(), models, distances_m };
     let bar = progress::bar("driving past", "rows", passes(&asked) as u64);
     let work = move || {
