@@ -68,6 +68,8 @@ pub enum Sprayed {
     Edges,
     /// From a fault until nothing flows.
     TimeToSafe,
+    /// How far the flow is off what the speed wants.
+    RateError,
 }
 
 /// Counts of one device's delivered bytes.
@@ -279,11 +281,11 @@ pub const WHATS: &[What] = &[
         &["above", "below"],
         "share of the litres that no leaf intercepts",
     ),
-    later(
+    sprayer(
         "rate_error",
-        "hydraulics",
-        &["above", "below", "between"],
-        "how far the rate is off after steps of speed and sections",
+        Sprayed::RateError,
+        &["of", "after", "above", "below", "abs_below", "between"],
+        "how far the flow of open nozzles is off what `[rate]` of the boom wants at the tractor's speed, by `of`: `p95` [of the error without its sign, as a share], `mean`, `settling_s` after steps of speed and sections, `overshoot` (a share), or `reported`: the controller's litres beside the true ones, as a share; from an event on with `after`",
     ),
     later(
         "ddi",

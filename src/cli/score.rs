@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use rowscan_check::{Relative, SprayerRun};
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
 use rowscan_sprayer::safety::{Breach, Rule, Switches, breaches};
-use rowscan_sprayer::{Edge, Score, map};
+use rowscan_sprayer::hydraulics::Balance;
+use rowscan_sprayer::{Edge, Rate, Score, map};
 use serde::Serialize;
 
 use super::output::{can_be_written, print_json, print_rows, say, write_file};
@@ -18,8 +19,9 @@ const NOT_MODELLED: &[&str] = &[
     "interception by single leaves",
     "run-off",
     "evaporation",
-    "pressure and hoses",
 ];
+/// What more, of a boom without `[hydraulics]` and of one with it.
+const PRESSURE: [&str; 2] = ["pressure and hoses", "waves of pressure"];
 
 /// Widths of the classes of speed, m/s.
 const SPEED_M_S: f64 = 0.5;
@@ -52,7 +54,16 @@ struct Report {
     edges: Vec<EdgeRow>,
     /// Litres against rules that follow from the drive and the boom.
     forbidden: Vec<Breach>,
-    not_modelled: &'static [&'static str],
+    /// How the rate was kept; absent where the boom has no `[rate]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate: Option<Rate>,
+    /// Share by which the litres that the controller reported are off the true ones; absent where it reported none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reported_error: Option<f64>,
+    /// Where the pump's litres went; absent where the pressure is constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hydraulics: Option<Balance>,
+    not_modelled: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<Box<Self>>,
 }
@@ -109,7 +120,7 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
         Format::Table | Format::Csv => print_rows(args.format, &report.rows())?,
     }
     if args.format == Format::Table {
-        say(format_args!("not modelled: {}", NOT_MODELLED.join(", ")));
+        say(format_args!("not modelled: {}", report.not_modelled.join(", ")));
     }
     if let Some(path) = &args.picture {
         write_file(path, &picture(&own, &args.run))?;
@@ -159,7 +170,14 @@ impl Report {
                 .into_iter()
                 .filter(|breach| !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty))
                 .collect(),
-            not_modelled: NOT_MODELLED,
+            rate: run.rate.clone(),
+            reported_error: run.reported_error(0.0),
+            hydraulics: run.node.as_ref().map(|node| node.balance(run.pass.time())),
+            not_modelled: NOT_MODELLED
+                .iter()
+                .copied()
+                .chain([PRESSURE[usize::from(run.node.is_some())]])
+                .collect(),
             beside: None,
         }
     }
@@ -212,6 +230,20 @@ impl Report {
         }
         let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
         all.push(("forbidden_litres".to_owned(), Some(litres)));
+        if let Some(Rate { mean, p95, settling_s, overshoot, .. }) = &self.rate {
+            let rows = [
+                ("rate_mean_error", mean),
+                ("rate_p95_error", p95),
+                ("rate_settling_s", settling_s),
+                ("rate_overshoot", overshoot),
+            ];
+            all.extend(rows.map(|(name, value)| (name.to_owned(), *value)));
+        }
+        all.extend(self.reported_error.map(|error| ("reported_error".to_owned(), Some(error))));
+        if let Some(Balance { pump_l, returned_l, hoses_l, .. }) = self.hydraulics {
+            let rows = [("pump_litres", pump_l), ("returned_litres", returned_l), ("hoses_litres", hoses_l)];
+            all.extend(rows.map(|(name, litres)| (name.to_owned(), Some(litres))));
+        }
         all
     }
 }

@@ -368,3 +368,50 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
     assert_eq!(judged("what = \"waste\", below = 0.1", &[(0.0, 0.0)]), Error);
     assert_eq!(judged("what = \"latency_error_m\", p95_below = 1e9", &[(0.0, 0.0)]), Failed);
 }
+
+#[test]
+fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |expect: &str, at_m_s: f64, reports: &[(f64, f64)]| {
+        let mut sprayer = sprayed(&[(2.0, 1.0), (7.0, 0.0)]);
+        let boom = Boom {
+            rate: (at_m_s > 0.0).then_some(rowscan_sprayer::hydraulics::RateTable {
+                at_m_s,
+                window_s: 0.1,
+                band: 0.1,
+            }),
+            ..sprayer.pass.boom().clone()
+        };
+        let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
+        let pass = Pass::new(boom, &orchard, sprayer.pass.drive().clone(), 1);
+        sprayer = SprayerRun { reports: reports.to_vec(), ..SprayerRun::judged(pass, sprayer.log) };
+        let run = RunRecord {
+            sprayer: Some(Ok(sprayer)),
+            ended: SimTime(10 * SECOND),
+            events: vec![event("late", 8.0), event("end", 10.0)],
+            ..record(folder.path())
+        };
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+    };
+    // At 1 m/s, one litre a minute is right at 1 m/s and 25 % too much where it was meant for 1.25 m/s.
+    for (expect, at_m_s, found) in [
+        ("what = \"rate_error\", below = 0.01", 1.0, Passed),
+        ("what = \"rate_error\", below = 0.2", 1.25, Failed),
+        ("what = \"rate_error\", of = \"mean\", between = [0.2499, 0.2501]", 1.25, Passed),
+        ("what = \"rate_error\", of = \"mean\", abs_below = 0.01", 0.8, Failed),
+        ("what = \"rate_error\", of = \"settling_s\", below = 0.2", 1.0, Passed),
+        ("what = \"rate_error\", of = \"settling_s\", below = 99", 1.25, Failed),
+        ("what = \"rate_error\", of = \"overshoot\", below = 0.01", 1.0, Passed),
+        ("what = \"rate_error\", after = \"late\", below = 1", 1.0, Error),
+        ("what = \"rate_error\", below = 1", 0.0, Error),
+        ("what = \"rate_error\", of = \"reported\", below = 1", 1.0, Error),
+    ] {
+        assert_eq!(judged(expect, at_m_s, &[]), found, "{expect}, {at_m_s}");
+    }
+    // A litre a minute for 5 s are 83 ml; the meter says 4 % more.
+    let reports = [(1.0, 5.0), (4.0, 5.04), (9.0, 5.0 + 1.04 / 12.0)];
+    let reported = "what = \"rate_error\", of = \"reported\"";
+    assert_eq!(judged(&format!("{reported}, between = [0.0399, 0.0401]"), 1.0, &reports), Passed);
+    assert_eq!(judged(&format!("{reported}, abs_below = 0.03"), 1.0, &reports), Failed);
+    assert_eq!(judged(&format!("{reported}, below = 1"), 1.0, &reports[..1]), Error);
+}

@@ -5,7 +5,7 @@ mod kept;
 mod run;
 mod spec;
 
-pub(crate) use judge::judge;
+pub(crate) use judge::{RATE, judge};
 pub use kept::KeptError;
 pub use run::{Relative, SprayerRun};
 pub use spec::SprayerSpec;
