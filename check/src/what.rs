@@ -70,6 +70,8 @@ pub enum Sprayed {
     TimeToSafe,
     /// How far the flow is off what the speed wants.
     RateError,
+    /// What was sprayed while that was forbidden.
+    Forbidden,
 }
 
 /// Counts of one device's delivered bytes.
@@ -274,6 +276,12 @@ pub const WHATS: &[What] = &[
         Sprayed::TimeToSafe,
         &["after", "above", "below", "between"],
         "from an event until the last valve has shut, to stay shut until the event's `.end`, or the end of the run; simulated seconds",
+    ),
+    sprayer(
+        "forbidden_litres",
+        Sprayed::Forbidden,
+        &["of", "within_s", "equals", "above", "below", "between"],
+        "litres while a rule forbade spraying: `master`, `override`, `tank_empty`, `headland`, `reverse`, `standstill` or `no_spray` (`of`), or any of them; from `within_s` seconds [0] after the rule began",
     ),
     later(
         "off_target_share",

@@ -41,8 +41,6 @@ pub enum SprayerFault {
     Drip(Valves, f64),
     /// The pump gives this share of its flow.
     PumpLow(f64),
-    /// The flow meter counts so many pulses for one.
-    FlowMeterOff(f64),
     /// The master switch is off.
     MasterOff,
     /// The driver holds the valves shut.

@@ -77,7 +77,8 @@ fn settling(valve: &Valve, wanted: &Spans) -> Spans {
     // Each with the time for which it is open, and what came before that.
     let mut pulses: Vec<(Span, Span, f64)> = Vec::new();
     for open in wanted.iter() {
-        let (mut open, mut gap_s) = (*open, pulses.last().map_or(f64::INFINITY, |(_, last, _)| open.from - last.to));
+        let (mut open, mut gap_s) =
+            (*open, pulses.last().map_or(f64::INFINITY, |(_, last, _)| open.from - last.to));
         loop {
             let from = open.from - lead_s(valve, gap_s) - on_s;
             let to = open.to - tail_s(valve, open.length()) - off_s;

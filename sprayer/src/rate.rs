@@ -63,8 +63,10 @@ impl Rate {
         let (mut longest_s, mut overshoot) = (None::<f64>, None::<f64>);
         for (place, step) in steps.iter().enumerate() {
             let until = steps.get(place + 1).map_or(f64::INFINITY, |next| next.from);
-            let behind: Vec<&Window> =
-                windows.iter().filter(|window| window.span.from >= step.to && window.span.to <= until).collect();
+            let behind: Vec<&Window> = windows
+                .iter()
+                .filter(|window| window.span.from >= step.to && window.span.to <= until)
+                .collect();
             let Some(last) = behind.last() else { continue };
             count += 1;
             let is_off = |window: &&&Window| window.error().abs() > keys.band;

@@ -318,10 +318,15 @@ proptest! {
 
 /// The same with a pump, and a rate that is right at 1.5 m/s.
 fn with_pump(regulator: &str) -> Boom {
-    let keys = format!("[hydraulics]\npump_l_min = 16\nregulator = \"{regulator}\"\ntravel_s = 6\n[rate]\nat_m_s = 1.5\n");
+    let keys = format!(
+        "[hydraulics]\npump_l_min = 16\nregulator = \"{regulator}\"\ntravel_s = 6\n[rate]\nat_m_s = 1.5\n"
+    );
     let text = (0..4).map(|n| {
         let z = 0.5 + 0.5 * f64::from(n);
-        format!("[[section]]\nid = \"s{n}\"\nside = \"right\"\nz_from_m = {z}\nz_to_m = {}\nnozzles = 2\n", z + 0.5)
+        format!(
+            "[[section]]\nid = \"s{n}\"\nside = \"right\"\nz_from_m = {z}\nz_to_m = {}\nnozzles = 2\n",
+            z + 0.5
+        )
     });
     Boom::read(&format!("version = 1\n[valve]\n{IDEAL}\n{keys}{}", text.collect::<String>())).expect("a boom")
 }
@@ -376,15 +381,22 @@ fn a_boom_without_hydraulics_keeps_its_numbers() {
 
 #[test]
 fn the_oracle_of_proportional_valves_opens_and_shuts_them_exactly_at_the_leaves() {
-    // Gaps that are long, short beside the time constant, and too short to close in.
+    // Gaps that are long, and short beside the time constant: it is told to close long before, and passes its twentieth where the leaves end.
     let orchard = row(&[[3.0, 3.4], [3.9, 5.0], [5.3, 7.0], [7.02, 8.0], [10.0, 10.2]]);
-    let valve = "kind = \"proportional\"\ntau_s = 0.3\non_ms = 20\noff_ms = 10";
-    let pass = pass(valve, &orchard, 1.0);
-    let flows = pass.flows(&oracle::commands(&pass));
+    // With a dead time of 2 s it cannot be told to open again in time, but after the gap of 2 m.
+    for (on_ms, joined_s) in [(20, 0.0), (2000, 1.0)] {
+        let valve = format!("kind = \"proportional\"\ntau_s = 0.3\non_ms = {on_ms}\noff_ms = 10");
+        opens_and_shuts_at(&pass(&valve, &orchard, 1.0), joined_s);
+    }
+}
+
+/// The oracle's valves are open exactly while leaves are wanted, and in gaps below `joined_s`.
+fn opens_and_shuts_at(pass: &Pass, joined_s: f64) {
+    let flows = pass.flows(&oracle::commands(pass));
     for (flow, wanted) in flows.iter().zip(pass.wanted()) {
         assert!(wanted.and(&flow.open).length() > wanted.length() - 1e-8);
         let ends = |spans: &Spans| spans.iter().flat_map(|span| [span.from, span.to]).collect::<Vec<_>>();
-        let expected = ends(&wanted.joined(0.05));
+        let expected = ends(&wanted.joined(joined_s));
         let found = ends(&flow.open);
         assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
         for (found, expected) in found.iter().zip(&expected) {

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rowscan_check::{Relative, SprayerRun};
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
-use rowscan_sprayer::safety::{Breach, Rule, Switches, breaches};
 use rowscan_sprayer::hydraulics::Balance;
+use rowscan_sprayer::safety::{Breach, Rule, breaches};
 use rowscan_sprayer::{Edge, Rate, Score, map};
 use serde::Serialize;
 
@@ -13,13 +13,8 @@ use super::output::{can_be_written, print_json, print_rows, say, write_file};
 use super::{Failure, Format, Outcome};
 
 /// What no number here knows of.
-const NOT_MODELLED: &[&str] = &[
-    "air and drift",
-    "drops and their flight",
-    "interception by single leaves",
-    "run-off",
-    "evaporation",
-];
+const NOT_MODELLED: &[&str] =
+    &["air and drift", "drops and their flight", "interception by single leaves", "run-off", "evaporation"];
 /// What more, of a boom without `[hydraulics]` and of one with it.
 const PRESSURE: [&str; 2] = ["pressure and hoses", "waves of pressure"];
 
@@ -52,7 +47,7 @@ struct Report {
     /// Shares of the oracle's.
     relative: Relative,
     edges: Vec<EdgeRow>,
-    /// Litres against rules that follow from the drive and the boom.
+    /// Litres against rules: of the drive, of the boom, and of switches and tank that faults of the run were about.
     forbidden: Vec<Breach>,
     /// How the rate was kept; absent where the boom has no `[rate]`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -166,10 +161,19 @@ impl Report {
             relative: run.relative(),
             edges,
             // Nobody can throw the other switches in a scenario: of them nothing is known.
-            forbidden: breaches(&run.pass, &run.flows, &Switches::default(), 0.0)
-                .into_iter()
-                .filter(|breach| !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty))
-                .collect(),
+            forbidden: breaches(
+                &run.pass,
+                &run.flows,
+                &run.pass.troubles().switches(run.pass.time().to),
+                0.0,
+            )
+            .into_iter()
+            // Switches that nobody has thrown say nothing.
+            .filter(|breach| {
+                !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty)
+                    || breach.forbidden_s > 0.0
+            })
+            .collect(),
             rate: run.rate.clone(),
             reported_error: run.reported_error(0.0),
             hydraulics: run.node.as_ref().map(|node| node.balance(run.pass.time())),

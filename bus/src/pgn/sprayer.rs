@@ -125,7 +125,9 @@ mod tests {
         let data = SPRAYER_CONTROL.encode(&[Some(25.2), Some(12.345)]);
         assert_eq!(data.bytes(), [63, 255, 255, 255, 0x39, 0x30, 0, 0]);
         let (opening, litres) = sprayer_control(data.bytes());
-        assert!((opening.expect("said") - 0.252).abs() < 1e-12 && (litres.expect("said") - 12.345).abs() < 1e-9);
+        assert!(
+            (opening.expect("said") - 0.252).abs() < 1e-12 && (litres.expect("said") - 12.345).abs() < 1e-9
+        );
         assert_eq!(sprayer_control(&[255; 8]), (None, None));
     }
 }

@@ -290,7 +290,7 @@ fn what_needs_the_sprayer_is_not_judged() {
     };
     let sprayer: Vec<_> =
         crate::what::WHATS.iter().filter_map(|what| Some((what.name, keys(what)?))).collect();
-    assert_eq!(sprayer.len(), 10);
+    assert_eq!(sprayer.len(), 11);
     for (name, keys) in sprayer {
         holds(&[(&format!("what = \"{name}\"{keys}"), Error)]);
     }
@@ -414,4 +414,40 @@ fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() 
     assert_eq!(judged(&format!("{reported}, between = [0.0399, 0.0401]"), 1.0, &reports), Passed);
     assert_eq!(judged(&format!("{reported}, abs_below = 0.03"), 1.0, &reports), Failed);
     assert_eq!(judged(&format!("{reported}, below = 1"), 1.0, &reports[..1]), Error);
+}
+
+#[test]
+fn litres_are_counted_while_a_switch_forbids_them() {
+    use rowscan_fault_table::sprayer::SprayerFault;
+    use rowscan_sprayer::{Trouble, Troubles};
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |expect: &str, troubles: Vec<Trouble>| {
+        let SprayerRun { pass, log, .. } = sprayed(&[(2.0, 1.0), (7.0, 0.0)]);
+        let sprayer = SprayerRun::judged(pass.with_troubles(Troubles(troubles)), log);
+        let run = RunRecord {
+            sprayer: Some(Ok(sprayer)),
+            ended: SimTime(10 * SECOND),
+            events: vec![event("end", 10.0)],
+            ..record(folder.path())
+        };
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+    };
+    let off = |from, to| vec![Trouble { fault: SprayerFault::MasterOff, from, to }];
+    // A litre a minute, from 4 to 5.2 s: 20 ml.
+    for (expect, troubles, found) in [
+        ("of = \"master\", between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
+        ("of = \"master\", below = 0.0199", off(4.0, Some(5.2)), Failed),
+        ("between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
+        // Half a second to shut is allowed; then 0.7 s are left.
+        ("of = \"master\", within_s = 0.5, between = [0.01166, 0.01167]", off(4.0, Some(5.2)), Passed),
+        // Shut for its whole time.
+        ("of = \"master\", below = 1e-9", off(7.5, None), Passed),
+        // Rules that never held say nothing.
+        ("of = \"override\", below = 1", off(4.0, None), Error),
+        ("of = \"master\", below = 1", Vec::new(), Error),
+        ("below = 1e-9", Vec::new(), Passed),
+    ] {
+        assert_eq!(judged(&format!("what = \"forbidden_litres\", {expect}"), troubles), found, "{expect}");
+    }
 }

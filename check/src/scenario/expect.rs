@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use rowscan_sprayer::Edge;
+use rowscan_sprayer::safety::Rule;
 
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
@@ -435,6 +436,13 @@ impl Expect {
             Kind::Sprayer(Sprayed::RateError) => match self.on.as_deref() {
                 Some(other) if !RATE.contains(&other) => {
                     Err(format!("`of`: expected one of {}, found \"{other}\"", RATE.join(", ")))
+                }
+                _ => Ok(()),
+            },
+            Kind::Sprayer(Sprayed::Forbidden) => match self.on.as_deref() {
+                Some(other) if Rule::named(other).is_none() => {
+                    let known = Rule::ALL.map(Rule::name);
+                    Err(format!("`of`: expected one of {}, found \"{other}\"", known.join(", ")))
                 }
                 _ => Ok(()),
             },

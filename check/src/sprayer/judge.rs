@@ -1,8 +1,8 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
+use rowscan_sprayer::safety::{Rule, breaches, time_to_safe_s};
 use rowscan_sprayer::{Rate, Spans};
-use rowscan_sprayer::safety::time_to_safe_s;
 
 use super::run::SprayerRun;
 use crate::judged::{Judged, from_event, seconds_after};
@@ -37,6 +37,7 @@ pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result 
         Sprayed::Valves => valves(expect, sprayer, run),
         Sprayed::TimeToSafe => time_to_safe(expect, sprayer, run),
         Sprayed::RateError => rate_error(expect, sprayer, run),
+        Sprayed::Forbidden => forbidden(expect, sprayer),
     }
 }
 
@@ -140,6 +141,29 @@ fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Resul
     })
 }
 
+fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
+    let rule =
+        expect.on.as_deref().map(|name| Rule::named(name).ok_or(format!("`of`: there is no rule {name}")));
+    let rule = rule.transpose()?;
+    let grace_s = expect.within_s.unwrap_or_default();
+    let switches = sprayer.pass.troubles().switches(sprayer.pass.time().to);
+    let all = breaches(&sprayer.pass, &sprayer.flows, &switches, grace_s);
+    let of = all.iter().filter(|breach| rule.is_none_or(|rule| rule == breach.rule));
+    let (litres, forbidden_s) =
+        of.fold((0.0, 0.0), |(litres, s), breach| (litres + breach.litres, s + breach.forbidden_s));
+    let name = rule.map_or("any rule", Rule::name);
+    if rule.is_some() && forbidden_s <= 0.0 {
+        return Err(format!(
+            "`forbidden_litres` of `{name}`: unknown: that rule never forbade spraying in this run"
+        ));
+    }
+    let message = format!(
+        "litres against {name}: expected {}, found {litres:.4} in {forbidden_s:.3} s",
+        expect.bounds.words()
+    );
+    Ok(Judged::holds(expect.bounds.hold(litres), message))
+}
+
 /// What `of` may be.
 pub(crate) const RATE: &[&str] = &["p95", "mean", "settling_s", "overshoot", "reported"];
 
@@ -154,7 +178,9 @@ fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result 
     let none_open = "no nozzle was open for a whole window while the tractor drove";
     let (found, also) = match asked {
         "reported" if sprayer.reports.is_empty() => {
-            return Err(unknown("the controller reports no litres; name the signal by `sprayer.reported_litres`"));
+            return Err(unknown(
+                "the controller reports no litres; name the signal by `sprayer.reported_litres`",
+            ));
         }
         "reported" => {
             let why = "it takes two reports, and litres between them";

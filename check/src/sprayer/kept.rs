@@ -6,7 +6,7 @@ use rowscan_files::OutputFile;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::files::{LoadError, fill};
 use rowscan_scenes::{GrowError, Orchard, Scene};
-use rowscan_sprayer::{Boom, Command, Drive, Pass, Target};
+use rowscan_sprayer::{Boom, Command, Drive, Pass, Target, Troubles};
 use serde::{Deserialize, Serialize};
 
 use super::run::SprayerRun;
@@ -30,6 +30,9 @@ struct File {
     /// Seconds, and the litres that the controller reported.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     reports: Vec<(f64, f64)>,
+    /// What went wrong with it.
+    #[serde(default, skip_serializing_if = "Troubles::is_empty")]
+    troubles: Troubles,
 }
 
 /// A command.
@@ -88,6 +91,7 @@ impl SprayerRun {
             drive: self.pass.drive().clone(),
             commands: self.log.all().iter().map(said).collect(),
             reports: self.reports.clone(),
+            troubles: self.pass.troubles().clone(),
         };
         let text = serde_json::to_string(&file).map_err(std::io::Error::other)?;
         OutputFile::create(&folder.join(NAME))?.write_whole(text.as_bytes())
@@ -103,7 +107,7 @@ impl SprayerRun {
             .map_err(|cause| KeptError::Read { path: path.clone(), cause })?;
         let content = |why: String| KeptError::Content { path: path.clone(), why };
         let file: File = serde_json::from_slice(&bytes).map_err(|error| content(error.to_string()))?;
-        let File { version, scene_folder, mut scene, boom, drive, commands, reports } = file;
+        let File { version, scene_folder, mut scene, boom, drive, commands, reports, troubles } = file;
         if version != VERSION {
             return Err(content(format!("found version {version}")));
         }
@@ -117,7 +121,10 @@ impl SprayerRun {
         let log = commands
             .map(|said| Command { at: SimTime(said.t_ns), target: said.target, duty: said.duty })
             .collect();
-        Ok(Self { reports, ..Self::judged(Pass::new(boom, &orchard, drive, scene.seed), log) })
+        Ok(Self {
+            reports,
+            ..Self::judged(Pass::new(boom, &orchard, drive, scene.seed).with_troubles(troubles), log)
+        })
     }
 }
 

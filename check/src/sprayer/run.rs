@@ -3,7 +3,9 @@
 use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
-use rowscan_sprayer::{Command, CommandLog, Delivery, Drive, Edges, Flow, Node, Pass, Rate, Score, Span, Spans, oracle};
+use rowscan_sprayer::{
+    Command, CommandLog, Delivery, Drive, Edges, Flow, Node, Pass, Rate, Score, Span, Spans, Troubles, oracle,
+};
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
 
@@ -45,11 +47,11 @@ pub struct Relative {
 }
 
 impl SprayerRun {
-    /// Of a run that ended at `ended`: who drove, and what its bus carried.
+    /// Of a run that ended at `ended`: who drove, what went wrong with the sprayer, and what its bus carried.
     pub(crate) fn of(
         spec: &SprayerSpec,
         (scene, orchard): (&Scene, &Orchard),
-        (tractor, ended): (&Tractor, SimTime),
+        ((tractor, ended), troubles): ((&Tractor, SimTime), Troubles),
         bus: &BusRecord,
     ) -> Result<Self, String> {
         if bus.lost > 0 {
@@ -67,7 +69,7 @@ impl SprayerRun {
             commands.extend(said.map(|(target, duty)| Command { at, target, duty }));
             reports.extend(spec.reported_litres(id, &bytes).map(|litres| (at.as_secs_f64(), litres)));
         }
-        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed);
+        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed).with_troubles(troubles);
         Ok(Self { reports, ..Self::judged(pass, commands.into_iter().collect()) })
     }
 

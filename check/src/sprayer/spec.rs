@@ -93,12 +93,8 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
 
 /// The signal on a bus that is called `name`.
 fn field(name: &str, ways: &Ways<'_>) -> Result<(String, Field), String> {
-    let keys = SignalKeys {
-        name: name.to_owned(),
-        pgn: None,
-        bytes: None,
-        must: crate::signal::Must::default(),
-    };
+    let keys =
+        SignalKeys { name: name.to_owned(), pgn: None, bytes: None, must: crate::signal::Must::default() };
     match Source::resolve(&keys, false, ways)? {
         Source::Field { bus, field } => Ok((bus, *field)),
         _ => Err(format!("expected a signal on a bus, found \"{name}\"")),
@@ -137,7 +133,8 @@ impl SprayerSpec {
             return ours(id, bytes).into_iter().chain(opening).collect();
         }
         let fitting = self.fields.iter().filter(|(_, field)| fits(&field));
-        let duties = fitting.filter_map(|(number, field)| Some((Target::Section(*number), duty(field, bytes)?)));
+        let duties =
+            fitting.filter_map(|(number, field)| Some((Target::Section(*number), duty(field, bytes)?)));
         duties.chain(opening).collect()
     }
 

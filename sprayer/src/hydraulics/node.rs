@@ -162,8 +162,7 @@ impl Node {
 
     /// Goes on to `until_s`. `flows` are the nozzles' at the nominal pressure, complete as far as that.
     pub fn advance(&mut self, flows: &[Flow], signals: Signals<'_>, until_s: f64) {
-        let plateaus: Vec<Vec<Plateau>> =
-            flows.iter().map(|flow| plateaus(&flow.pieces, self.at)).collect();
+        let plateaus: Vec<Vec<Plateau>> = flows.iter().map(|flow| plateaus(&flow.pieces, self.at)).collect();
         let mut next: Vec<usize> = vec![0; plateaus.len()];
         while self.at < until_s {
             // Which plateau each nozzle is on, and the first event of any.
@@ -233,8 +232,7 @@ impl Node {
         // Where nothing is wanted, as at standstill, the valve stays where it is.
         let aim_bar = self.nominal * self.nominal * (share * share).max(LEAST_AIM);
         let off = self.sensed_bar / aim_bar - 1.0;
-        self.moving =
-            if off.abs() <= self.keys.dead || share <= 0.0 { 0.0 } else { off.signum() };
+        self.moving = if off.abs() <= self.keys.dead || share <= 0.0 { 0.0 } else { off.signum() };
     }
 
     /// Goes on to `to`, with nothing that changes between.
@@ -286,7 +284,11 @@ impl Node {
 
     /// What has come out of each nozzle so far, where `flows` is what would have at the nominal pressure.
     pub fn flows(&self, flows: Vec<Flow>) -> Vec<Flow> {
-        flows.into_iter().zip(&self.pieces).map(|(flow, pieces)| Flow { pieces: pieces.clone(), ..flow }).collect()
+        flows
+            .into_iter()
+            .zip(&self.pieces)
+            .map(|(flow, pieces)| Flow { pieces: pieces.clone(), ..flow })
+            .collect()
     }
 
     /// Its time so far, from event to event.

@@ -8,7 +8,12 @@ use crate::valve::Step;
 
 /// Four nozzles of 6 l/min at 9 bar and a pump of 48 l/min: half of it goes back to the tank while all are open.
 fn boom(valve: &str, hydraulics: &str) -> Boom {
-    let section = |n: u8| format!("[[section]]\nid = \"{n}\"\nside = \"left\"\nz_from_m = {n}\nz_to_m = {}\nflow_l_min = 6\nat_bar = 9\n", n + 1);
+    let section = |n: u8| {
+        format!(
+            "[[section]]\nid = \"{n}\"\nside = \"left\"\nz_from_m = {n}\nz_to_m = {}\nflow_l_min = 6\nat_bar = 9\n",
+            n + 1
+        )
+    };
     let sections: String = (0..4).map(section).collect();
     let text = format!(
         "version = 1\npressure_bar = 9\n[valve]\n{valve}\n[rate]\nat_m_s = 2\n[hydraulics]\npump_l_min = 48\nhose_l = 0.03\nsensor_s = 0\n{hydraulics}\n{sections}"

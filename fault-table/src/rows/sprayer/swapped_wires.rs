@@ -20,7 +20,8 @@ pub(in crate::rows) const ROW: Row = Row {
         let number = |key, default| Ok(settings.count(key, default)?.try_into().unwrap_or(u16::MAX));
         let (one, other) = (number("section", 1)?, number("with", 2)?);
         if one == other {
-            return Err(settings.refuse("`section` and `with`: expected two sections, found one: nothing would happen"));
+            return Err(settings
+                .refuse("`section` and `with`: expected two sections, found one: nothing would happen"));
         }
         Ok(PartFault::Sprayer(SprayerFault::SwappedWires(one, other)))
     },
