@@ -89,7 +89,14 @@ fn settling(valve: &Valve, wanted: &Spans) -> Spans {
                     pulses.pop();
                 }
                 _ => {
-                    pulses.push((Span::new(from.max(0.0), to.max(from + SHORTEST_S)), open, gap_s));
+                    pulses.push((
+                        Span::new(
+                            from.max(0.0),
+                            to.max(from + valve.min_pulse_ms.max(SHORTEST_S * 1e3) / 1e3),
+                        ),
+                        open,
+                        gap_s,
+                    ));
                     break;
                 }
             }

@@ -24,7 +24,7 @@ pub(crate) struct SprayerTable {
     /// The file that describes the boom, from this file; docs/sprayer.md has its keys.
     #[schemars(example = &"boom.toml")]
     pub(crate) boom: String,
-    /// The bus on which its commands are heard: `NozzleDuty` and `SectionDuty` of docs/rowscan.dbc.
+    /// The bus on which its commands are heard: `NozzleDuty`, `SectionDuty` and `SprayerControl` of docs/rowscan.dbc.
     #[schemars(example = &"can0")]
     pub(crate) bus: Option<String>,
     /// Signals of a DBC file that are its commands in their place, `{n}` for the section's number: a duty in %, or 0 and 1.
