@@ -75,6 +75,10 @@ pub enum Sprayed {
     TimeToSafe,
     /// Share of the litres that met neither leaf, wood nor fruit.
     OffTarget,
+    /// How far the flow is off what the speed wants.
+    RateError,
+    /// What was sprayed while that was forbidden.
+    Forbidden,
 }
 
 /// Counts of one device's delivered bytes.
@@ -281,16 +285,22 @@ pub const WHATS: &[What] = &[
         "from an event until the last valve has shut, to stay shut until the event's `.end`, or the end of the run; simulated seconds",
     ),
     sprayer(
+        "forbidden_litres",
+        Sprayed::Forbidden,
+        &["of", "within_s", "equals", "above", "below", "between"],
+        "litres while a rule forbade spraying: `master`, `override`, `tank_empty`, `headland`, `reverse`, `standstill` or `no_spray` (`of`), or any of them; from `within_s` seconds [0] after the rule began",
+    ),
+    sprayer(
         "off_target_share",
         Sprayed::OffTarget,
         &["above", "below", "between"],
         "interception: share of the litres that meet neither leaf, wood nor fruit on a straight way from the nozzle, 0 to 1; air, drift, droplets, run-off and evaporation are not modelled",
     ),
-    later(
+    sprayer(
         "rate_error",
-        "hydraulics",
-        &["above", "below", "between"],
-        "how far the rate is off after steps of speed and sections",
+        Sprayed::RateError,
+        &["of", "after", "above", "below", "abs_below", "between"],
+        "how far the flow of open nozzles is off what `[rate]` of the boom wants at the tractor's speed, by `of`: `p95` [of the error without its sign, as a share], `mean`, `settling_s` after steps of speed and sections, `overshoot` (a share), or `reported`: the controller's litres beside the true ones, as a share; from an event on with `after`",
     ),
     later(
         "ddi",

@@ -3,6 +3,7 @@
 use rowscan_strict_toml::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
+use crate::hydraulics::{Hydraulics, RateTable};
 use crate::span::Span;
 use crate::valve::{Valve, ValveError};
 
@@ -33,7 +34,7 @@ pub struct Boom {
     /// The same along the row, degrees.
     #[serde(default = "twenty")]
     pub width_deg: f64,
-    /// Pressure at the nozzles, bar: constant. Flow grows with its square root.
+    /// Pressure at the nozzles, bar: constant without `[hydraulics]`, nominal with it. Flow grows with its square root.
     #[serde(default = "ten")]
     pub pressure_bar: f64,
     /// Leaves within so much along the row want spray: the decision strip, metres.
@@ -52,6 +53,12 @@ pub struct Boom {
     /// Every section's valve that has none of its own.
     #[serde(default)]
     pub valve: Valve,
+    /// Pump, hoses and regulating valve; the pressure is constant where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hydraulics: Option<Hydraulics>,
+    /// What is wanted of the rate; it is not judged where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<RateTable>,
     /// The sections.
     #[serde(rename = "section")]
     #[schemars(example = empty())]
@@ -315,6 +322,7 @@ impl Boom {
         within("standstill_m_s", self.standstill_m_s, 0.0, 5.0, "0 to 5 m/s")?;
         within("watchdog_s", self.watchdog_s.unwrap_or(1.0), 0.001, 3600.0, "0.001 to 3600 s")?;
         self.valve.validate().map_err(|cause| BoomError::Valve { of: "`valve`".to_owned(), cause })?;
+        self.validate_hydraulics()?;
         if self.sections.is_empty() {
             return Err(value_error("section", "1 section or more", 0));
         }
@@ -341,6 +349,21 @@ impl Boom {
         match ids.windows(2).find(|pair| pair[0] == pair[1]) {
             Some(pair) => Err(BoomError::Twice { what: "id", which: format!("`{}`", pair[0]) }),
             None => Ok(()),
+        }
+    }
+
+    fn validate_hydraulics(&self) -> Result<(), BoomError> {
+        use crate::hydraulics::Regulator;
+
+        self.rate.as_ref().map_or(Ok(()), RateTable::validate)?;
+        let Some(hydraulics) = &self.hydraulics else { return Ok(()) };
+        hydraulics.validate()?;
+        match (hydraulics.regulator, self.rate) {
+            (Regulator::Rate, None) => {
+                let expected = "a table `[rate]` beside `regulator = \"rate\"`";
+                Err(value_error("hydraulics.regulator", expected, "none"))
+            }
+            _ => Ok(()),
         }
     }
 

@@ -27,6 +27,37 @@ pub enum Rule {
     NoSpray,
 }
 
+impl Rule {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Master,
+        Self::Override,
+        Self::TankEmpty,
+        Self::Headland,
+        Self::Reverse,
+        Self::Standstill,
+        Self::NoSpray,
+    ];
+
+    /// What expectations and files call it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Master => "master",
+            Self::Override => "override",
+            Self::TankEmpty => "tank_empty",
+            Self::Headland => "headland",
+            Self::Reverse => "reverse",
+            Self::Standstill => "standstill",
+            Self::NoSpray => "no_spray",
+        }
+    }
+
+    /// The rule of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|rule| rule.name() == name)
+    }
+}
+
 /// What the driver and the tank say: when each forbids spraying.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Switches {

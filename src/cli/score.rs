@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use rowscan_check::{Intercepted, Relative, SprayerRun};
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
+use rowscan_sprayer::hydraulics::Balance;
 use rowscan_sprayer::interception::Sink;
-use rowscan_sprayer::safety::{Breach, Rule, Switches, breaches};
-use rowscan_sprayer::{Edge, Interception, Score, map};
+use rowscan_sprayer::safety::{Breach, Rule, breaches};
+use rowscan_sprayer::{Edge, Interception, Rate, Score, map};
 use serde::Serialize;
 
 use super::output::{can_be_written, print_json, print_rows, say, write_file};
@@ -14,7 +15,9 @@ use super::{Failure, Format, Outcome};
 use crate::export::FigureFormat;
 
 /// What no number here knows of.
-const NOT_MODELLED: &[&str] = &["air", "drift", "droplets", "run-off", "evaporation", "pressure", "hoses"];
+const NOT_MODELLED: &[&str] = &["air", "drift", "droplets", "run-off", "evaporation"];
+/// What more, of a boom without `[hydraulics]` and of one with it.
+const PRESSURE: [&str; 2] = ["pressure and hoses", "waves of pressure"];
 
 /// Widths of the classes of speed, m/s.
 const SPEED_M_S: f64 = 0.5;
@@ -45,12 +48,21 @@ struct Report {
     /// Shares of the oracle's.
     relative: Relative,
     edges: Vec<EdgeRow>,
-    /// Litres against rules that follow from the drive and the boom.
+    /// Litres against rules: of the drive, of the boom, and of switches and tank that faults of the run were about.
     forbidden: Vec<Breach>,
     /// On what the liquid would have fallen if it flew straight; absent where nothing is known of the controller.
     #[serde(skip_serializing_if = "Option::is_none")]
     interception: Option<Intercepted>,
-    not_modelled: &'static [&'static str],
+    /// How the rate was kept; absent where the boom has no `[rate]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate: Option<Rate>,
+    /// Share by which the litres that the controller reported are off the true ones; absent where it reported none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reported_error: Option<f64>,
+    /// Where the pump's litres went; absent where the pressure is constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hydraulics: Option<Balance>,
+    not_modelled: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<Box<Self>>,
 }
@@ -120,7 +132,7 @@ pub(super) fn tell(
         Format::Json | Format::Jsonl => print_json(format, &report)?,
         Format::Table | Format::Csv => {
             print_rows(format, &report.rows())?;
-            say(format_args!("interception is no dose; not modelled: {}", NOT_MODELLED.join(", ")));
+            say(format_args!("interception is no dose; not modelled: {}", report.not_modelled.join(", ")));
         }
     }
     if let Some((path, format)) = picture {
@@ -166,13 +178,29 @@ impl Report {
             relative: run.relative(),
             edges,
             // Nobody can throw the other switches in a scenario: of them nothing is known.
-            forbidden: breaches(&run.pass, &run.flows, &Switches::default(), 0.0)
-                .into_iter()
-                .filter(|breach| !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty))
+            forbidden: breaches(
+                &run.pass,
+                &run.flows,
+                &run.pass.troubles().switches(run.pass.time().to),
+                0.0,
+            )
+            .into_iter()
+            // Switches that nobody has thrown say nothing.
+            .filter(|breach| {
+                !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty)
+                    || breach.forbidden_s > 0.0
+            })
+            .collect(),
+            rate: run.rate.clone(),
+            reported_error: run.reported_error(0.0),
+            hydraulics: run.node.as_ref().map(|node| node.balance(run.pass.time())),
+            not_modelled: NOT_MODELLED
+                .iter()
+                .copied()
+                .chain([PRESSURE[usize::from(run.node.is_some())]])
                 .collect(),
             // Of valves that were told nothing it would say nothing of a controller.
             interception: run.unheard().is_none().then(|| run.interception().clone()),
-            not_modelled: NOT_MODELLED,
             beside: None,
         }
     }
@@ -230,6 +258,20 @@ impl Report {
             all.extend(intercepted(&found.run));
             let constant = found.constant.off_target_share;
             all.push(("interception_off_target_share_of_constant_rate".to_owned(), constant));
+        }
+        if let Some(Rate { mean, p95, settling_s, overshoot, .. }) = &self.rate {
+            let rows = [
+                ("rate_mean_error", mean),
+                ("rate_p95_error", p95),
+                ("rate_settling_s", settling_s),
+                ("rate_overshoot", overshoot),
+            ];
+            all.extend(rows.map(|(name, value)| (name.to_owned(), *value)));
+        }
+        all.extend(self.reported_error.map(|error| ("reported_error".to_owned(), Some(error))));
+        if let Some(Balance { pump_l, returned_l, hoses_l, .. }) = self.hydraulics {
+            let rows = [("pump_litres", pump_l), ("returned_litres", returned_l), ("hoses_litres", hoses_l)];
+            all.extend(rows.map(|(name, litres)| (name.to_owned(), Some(litres))));
         }
         all
     }

@@ -123,6 +123,32 @@ fn valves_are_shut_soon_after_the_scanner_is_lost_and_a_controller_that_holds_th
 }
 
 #[test]
+fn faults_of_the_machine_are_found_by_scores_and_kept_with_the_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(found) = verdicts("machine.toml", "none", folder.path()) else { return };
+    assert!(found.iter().all(|(_, verdict, _)| verdict == "passed"), "{found:?}");
+    let told = score(folder.path(), 0);
+    let recall = told["recall"].as_f64().expect("leaves passed");
+    assert!(found.iter().any(|(_, _, message)| message.contains(&format!("found {recall:.4}"))), "{found:?}");
+    // The oracle's machine is sound.
+    assert!(told["oracle"]["recall"].as_f64() > Some(0.999), "{told}");
+    let rules: Vec<&str> = told["forbidden"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter(|breach| breach["litres"].as_f64() > Some(0.0))
+        .filter_map(|breach| breach["rule"].as_str())
+        .collect();
+    assert!(rules.contains(&"override"), "{told}");
+    // What the pump gave went through nozzles, back to the tank or into hoses.
+    let litres = |key: &str| told["hydraulics"][key].as_f64().expect("litres");
+    let rest = litres("pump_l") - litres("nozzles_l") - litres("returned_l") - litres("hoses_l");
+    assert!(rest.abs() < 1e-9 * litres("pump_l"), "{told}");
+    assert!((litres("nozzles_l") - told["litres"].as_f64().expect("litres")).abs() < 1e-9, "{told}");
+    assert!(told["rate"]["p95"].is_f64(), "{told}");
+}
+
+#[test]
 fn the_same_run_gives_the_same_valves_and_scores_to_the_byte() {
     let folder = tempfile::tempdir().expect("a folder");
     let kept = ["one", "two"].map(|name| folder.path().join(name));

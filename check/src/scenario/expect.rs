@@ -6,9 +6,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use rowscan_sprayer::Edge;
+use rowscan_sprayer::safety::Rule;
 
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
+use crate::sprayer::RATE;
 use crate::what::{self, Count, Kind, Sprayed, WHATS, What};
 
 /// What `equals` says where the device itself tells how much is right.
@@ -430,6 +432,19 @@ impl Expect {
             Kind::Sprayer(Sprayed::Edges) => match self.on.as_deref() {
                 None | Some("missed" | "spurious") => Ok(()),
                 Some(other) => Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
+            },
+            Kind::Sprayer(Sprayed::RateError) => match self.on.as_deref() {
+                Some(other) if !RATE.contains(&other) => {
+                    Err(format!("`of`: expected one of {}, found \"{other}\"", RATE.join(", ")))
+                }
+                _ => Ok(()),
+            },
+            Kind::Sprayer(Sprayed::Forbidden) => match self.on.as_deref() {
+                Some(other) if Rule::named(other).is_none() => {
+                    let known = Rule::ALL.map(Rule::name);
+                    Err(format!("`of`: expected one of {}, found \"{other}\"", known.join(", ")))
+                }
+                _ => Ok(()),
             },
             Kind::SameBytes if self.runs < 2 => Err("`runs`: expected 2 or more".to_owned()),
             _ => Ok(()),

@@ -6,7 +6,10 @@ use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
 use rowscan_sprayer::interception::{Settings, intercept};
-use rowscan_sprayer::{Command, CommandLog, Drive, Edges, Flow, Interception, Pass, Score, oracle};
+use rowscan_sprayer::{
+    Command, CommandLog, Delivery, Drive, Edges, Flow, Interception, Node, Pass, Rate, Score, Span, Spans,
+    Troubles, oracle,
+};
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
 
@@ -24,10 +27,16 @@ pub struct SprayerRun {
     pub flows: Vec<Flow>,
     /// Its scores.
     pub score: Score,
-    /// Those of the best that this boom and these valves can do.
+    /// Those of the best that this boom and these valves, sound ones, can do.
     pub oracle: Score,
     /// Its edges.
     pub edges: Edges,
+    /// Its pressure; none where that is constant.
+    pub node: Option<Node>,
+    /// How it kept its rate; none where the boom has no `[rate]`.
+    pub rate: Option<Rate>,
+    /// When the controller told how many litres it believes it has sprayed, seconds, and how many.
+    pub reports: Vec<(f64, f64)>,
     orchard: Arc<Orchard>,
     /// Found when it is asked for: it takes a second and more.
     interception: OnceLock<Intercepted>,
@@ -57,11 +66,11 @@ pub struct Relative {
 }
 
 impl SprayerRun {
-    /// Of a run that ended at `ended`: who drove, and what its bus carried.
+    /// Of a run that ended at `ended`: who drove, what went wrong with the sprayer, and what its bus carried.
     pub(crate) fn of(
         spec: &SprayerSpec,
         (scene, orchard): (&Scene, &Orchard),
-        (tractor, ended): (&Tractor, SimTime),
+        ((tractor, ended), troubles): ((&Tractor, SimTime), Troubles),
         bus: &BusRecord,
     ) -> Result<Self, String> {
         if bus.lost > 0 {
@@ -73,31 +82,42 @@ impl SprayerRun {
         let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, ended);
         let mut assembly = Assembly::default();
         let heard = bus.all.iter().filter_map(|carried| Some((carried.at, assembly.take(&carried.frame)?)));
-        let log = heard
-            .flat_map(|(at, (id, bytes))| {
-                let said = spec.commands(id, &bytes).into_iter();
-                said.map(move |(target, duty)| Command { at, target, duty }).collect::<Vec<_>>()
-            })
-            .collect();
-        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed);
-        Ok(Self::judged(pass, log, orchard.clone().into()))
+        let (mut commands, mut reports) = (Vec::new(), Vec::new());
+        for (at, (id, bytes)) in heard {
+            let said = spec.commands(id, &bytes).into_iter();
+            commands.extend(said.map(|(target, duty)| Command { at, target, duty }));
+            reports.extend(spec.reported_litres(id, &bytes).map(|litres| (at.as_secs_f64(), litres)));
+        }
+        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed).with_troubles(troubles);
+        let log = commands.into_iter().collect();
+        Ok(Self { reports, ..Self::judged(pass, log, orchard.clone().into()) })
     }
 
     /// Of these commands on this pass of an orchard.
     pub fn judged(pass: Pass, log: CommandLog, orchard: Arc<Orchard>) -> Self {
-        let flows = pass.flows(&log);
+        let Delivery { flows, node } = pass.deliver(&log);
+        let rate = pass.boom().rate.map(|keys| Rate::of(&pass, &keys, &flows, 0.0));
         let (score, edges) = (Score::of(&pass, &flows), Edges::of(&pass, &flows));
         // Valves that nobody has told anything say nothing of a controller.
         let score = if log.reaches(pass.boom()) { score } else { score.unheard() };
-        let best = Score::of(&pass, &pass.flows(&oracle::commands(&pass)));
-        let interception = OnceLock::new();
-        Self { pass, log, flows, score, oracle: best, edges, orchard, interception }
+        let best = Score::of(&pass, &pass.deliver_sound(&oracle::commands(&pass)).flows);
+        let (reports, interception) = (Vec::new(), OnceLock::new());
+        Self { pass, log, flows, score, oracle: best, edges, node, rate, reports, orchard, interception }
+    }
+
+    /// Share by which the litres that the controller reported are off the true ones, from its first report after `from_s` to its last one; none where that is unknown.
+    pub fn reported_error(&self, from_s: f64) -> Option<f64> {
+        let mut reports = self.reports.iter().filter(|(at, _)| *at >= from_s);
+        let (first, last) = (reports.next()?, reports.next_back()?);
+        let times = Spans::of([Span::new(first.0, last.0)]);
+        let litres: f64 = self.flows.iter().map(|flow| flow.litres_in(&times)).sum();
+        (litres > 0.0).then(|| (last.1 - first.1) / litres - 1.0)
     }
 
     /// On what its liquid would have fallen if it flew straight. Nothing is known of it where [`Self::unheard`] says why.
     pub fn interception(&self) -> &Intercepted {
         self.interception.get_or_init(|| {
-            let best = self.pass.flows(&oracle::commands(&self.pass));
+            let best = self.pass.deliver_sound(&oracle::commands(&self.pass)).flows;
             let constant = self.pass.constant_flows();
             let settings = Settings::new(self.pass.seed());
             let runs: [&[Flow]; 3] = [&self.flows, &best, &constant];
