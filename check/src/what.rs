@@ -81,6 +81,9 @@ pub enum Sprayed {
     Forbidden,
 }
 
+/// What `of` of `rate_error` may be.
+pub(crate) const RATE: &[&str] = &["p95", "mean", "settling_s", "overshoot", "reported"];
+
 /// Counts of one device's delivered bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Count {

@@ -3,7 +3,7 @@
 use rowscan_strict_toml::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
-use crate::hydraulics::{Hydraulics, RateTable};
+use crate::hydraulics::{Hydraulics, RateTable, Wrong};
 use crate::span::Span;
 use crate::valve::{Valve, ValveError};
 
@@ -355,9 +355,10 @@ impl Boom {
     fn validate_hydraulics(&self) -> Result<(), BoomError> {
         use crate::hydraulics::Regulator;
 
-        self.rate.as_ref().map_or(Ok(()), RateTable::validate)?;
+        let told = |Wrong { key, expected, found }: Wrong| BoomError::Value { key, expected, found };
+        self.rate.as_ref().map_or(Ok(()), RateTable::validate).map_err(told)?;
         let Some(hydraulics) = &self.hydraulics else { return Ok(()) };
-        hydraulics.validate()?;
+        hydraulics.validate().map_err(told)?;
         match (hydraulics.regulator, self.rate) {
             (Regulator::Rate, None) => {
                 let expected = "a table `[rate]` beside `regulator = \"rate\"`";

@@ -18,8 +18,6 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::boom::BoomError;
-
 pub use node::{Balance, Node, Segment, Signals};
 
 /// Who moves the regulating valve.
@@ -119,7 +117,7 @@ fn band() -> f64 {
 
 impl Hydraulics {
     /// Checks all values.
-    pub(crate) fn validate(&self) -> Result<(), BoomError> {
+    pub(crate) fn validate(&self) -> Result<(), Wrong> {
         let l_min = "0.01 to 10000 l/min";
         let checks = [
             ("pump_l_min", self.pump_l_min, 0.01, 10_000.0, l_min),
@@ -140,7 +138,7 @@ impl Hydraulics {
 
 impl RateTable {
     /// Checks all values.
-    pub(crate) fn validate(&self) -> Result<(), BoomError> {
+    pub(crate) fn validate(&self) -> Result<(), Wrong> {
         let checks = [
             ("at_m_s", self.at_m_s, 0.01, 15.0, "0.01 to 15 m/s"),
             ("window_s", self.window_s, 0.01, 10.0, "0.01 to 10 s"),
@@ -150,13 +148,21 @@ impl RateTable {
     }
 }
 
+/// A value out of its range.
+#[derive(Debug)]
+pub(crate) struct Wrong {
+    pub(crate) key: String,
+    pub(crate) expected: &'static str,
+    pub(crate) found: String,
+}
+
 /// A value and the range that it must be in.
 type Check = (&'static str, f64, f64, f64, &'static str);
 
 /// The first value out of its range.
-pub(crate) fn wrong(table: &str, checks: &[Check]) -> Result<(), BoomError> {
+fn wrong(table: &str, checks: &[Check]) -> Result<(), Wrong> {
     let wrong = checks.iter().find(|(_, value, low, high, _)| !(*low..=*high).contains(value));
     wrong.map_or(Ok(()), |(key, found, _, _, expected)| {
-        Err(BoomError::Value { key: format!("{table}.{key}"), expected, found: found.to_string() })
+        Err(Wrong { key: format!("{table}.{key}"), expected, found: found.to_string() })
     })
 }

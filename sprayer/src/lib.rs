@@ -29,6 +29,7 @@ pub mod rate;
 pub mod safety;
 pub mod score;
 pub mod span;
+pub mod switches;
 pub mod troubles;
 pub mod valve;
 pub mod wanted;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::flow::Flow;
 use crate::pass::Pass;
 use crate::span::{Span, Spans};
+pub use crate::switches::Switches;
 use crate::zones;
 
 /// Why spraying is forbidden.
@@ -56,17 +57,6 @@ impl Rule {
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|rule| rule.name() == name)
     }
-}
-
-/// What the driver and the tank say: when each forbids spraying.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Switches {
-    /// The master switch is off.
-    pub master_off: Spans,
-    /// The driver holds the valves shut.
-    pub held_shut: Spans,
-    /// The tank is empty.
-    pub tank_empty: Spans,
 }
 
 /// What was sprayed against a rule.

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::boom::{Boom, Nozzle};
 use crate::flow::{Course, Flow, Piece};
-use crate::safety::Switches;
 use crate::span::{Span, Spans};
+use crate::switches::Switches;
 use crate::valve::{OPEN_SHARE, Step};
 
 /// A fault for a time.
@@ -34,6 +34,9 @@ impl Trouble {
 #[serde(transparent)]
 pub struct Troubles(pub Vec<Trouble>);
 
+/// Whose duties a fault changes, and to what; none where it changes none.
+type Change = Option<(Valves, Vec<Step>)>;
+
 impl Troubles {
     /// True where nothing goes wrong.
     pub fn is_empty(&self) -> bool {
@@ -52,7 +55,7 @@ impl Troubles {
                 swap(&mut duties, &nozzles, (one, other), trouble.span());
             }
         }
-        let mut each = |apply: &dyn Fn(&Trouble, &[Step]) -> Option<(Valves, Vec<Step>)>| {
+        let mut each = |apply: &dyn Fn(&Trouble, &[Step]) -> Change| {
             for trouble in &self.0 {
                 for (nozzle, steps) in nozzles.iter().zip(&mut duties) {
                     if let Some((_, new)) =

@@ -10,8 +10,7 @@ use rowscan_sprayer::safety::Rule;
 
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
-use crate::sprayer::RATE;
-use crate::what::{self, Count, Kind, Sprayed, WHATS, What};
+use crate::what::{self, Count, Kind, RATE, Sprayed, WHATS, What};
 
 /// What `equals` says where the device itself tells how much is right.
 const DEVICE: &str = "device";

@@ -169,9 +169,6 @@ fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
     Ok(Judged::holds(expect.bounds.hold(litres), message))
 }
 
-/// What `of` may be.
-pub(crate) const RATE: &[&str] = &["p95", "mean", "settling_s", "overshoot", "reported"];
-
 fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
     let from_s = from_event(expect.after.as_ref(), run)?.as_secs_f64();
     let asked = expect.on.as_deref().unwrap_or("p95");

@@ -6,7 +6,7 @@ mod part;
 mod run;
 mod spec;
 
-pub(crate) use judge::{RATE, judge};
+pub(crate) use judge::judge;
 pub use kept::KeptError;
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};
