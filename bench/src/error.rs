@@ -49,6 +49,12 @@ pub enum BenchError {
         /// The model.
         model: &'static str,
     },
+    /// The model sends no datagrams.
+    #[error("{model} sends no datagrams: --udp and --allow-destination are for models with Compact output, such as picoscan150")]
+    NoDatagrams {
+        /// The model.
+        model: &'static str,
+    },
     /// An LMS2xx has three fields.
     #[error("an LMS2xx has 3 fields, A, B and C; found {found}")]
     TooManyFields {

@@ -1,6 +1,6 @@
 //! A scanner of a bench: the one place where the two families differ.
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
 use rowscan_emulator::clock::TimeScale;
@@ -11,7 +11,7 @@ use rowscan_emulator::{
 };
 use rowscan_faults::{FaultControl, Language, Medium, StreamFaults};
 use rowscan_ports::Untaken;
-use rowscan_protocol::device::{Device, Options};
+use rowscan_protocol::device::{Device, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_recording::Taps;
@@ -106,6 +106,7 @@ impl Wiring<'_> {
             lines: self.watched.then(|| lines.clone()),
             taps: self.taps.clone(),
             stream: spec.stream.clone(),
+            allowed_destinations: allowed_destinations(spec),
             faults: self.stream(spec, if on_a_line { Medium::Wire } else { Medium::Tcp }, Language::Cola),
             ..EmulatorConfig::default()
         };
@@ -180,6 +181,12 @@ impl Wiring<'_> {
     }
 }
 
+/// Where a scanner's datagrams may go, besides loopback.
+fn allowed_destinations(spec: &ScannerSpec) -> Vec<IpAddr> {
+    let directed = spec.udp.map(|to| IpAddr::from(*to.ip()));
+    spec.allowed_destinations.iter().copied().chain(directed).collect()
+}
+
 /// A CoLa device as the specification has it, and where it keeps its settings.
 fn cola_device(
     spec: &ScannerSpec,
@@ -207,6 +214,15 @@ fn cola_device(
     });
     let open = |path| StateFile::open(path, |text| device.restore(text));
     let state = of.state.as_deref().map(open).transpose()?;
+    if model.compact.is_none() && (spec.udp.is_some() || !spec.allowed_destinations.is_empty()) {
+        return Err(BenchError::NoDatagrams { model: model.title });
+    }
+    if let Some(to) = spec.udp {
+        device.direct(to);
+    }
+    if model.compact.is_some() && of.start == Some(StartState::Cola(Start::Streaming)) {
+        device.enable_streaming();
+    }
     if let Some(level) = of.contamination {
         device.set_contamination(level);
     }
@@ -237,6 +253,9 @@ fn lms2xx_options(
         Some(StartState::Cola(_)) => return Err(BenchError::ForeignStart { model: model.title }),
         None => lms2xx::device::Start::default_of(of.profile),
     };
+    if spec.udp.is_some() || !spec.allowed_destinations.is_empty() {
+        return Err(BenchError::NoDatagrams { model: model.title });
+    }
     if of.ident.is_some() || spec.search.is_some() {
         return Err(BenchError::NoIdent { model: model.title });
     }

@@ -150,6 +150,12 @@ pub(super) struct Counters {
     pub(super) telegram: u16,
     /// Scans still to be marked as the first after LMCstartmeas.
     pub(super) start_up_scans: u32,
+    /// Compact scan telegrams sent since power-up.
+    pub(super) scan_telegrams: u64,
+    /// The same of the encoder's.
+    pub(super) encoder_telegrams: u64,
+    /// Ticks in the last of those, and when they were read, µs.
+    pub(super) encoder_before: (u32, u64),
 }
 
 impl Device {
