@@ -33,7 +33,7 @@ mod switching;
 mod ticks;
 mod trouble;
 mod troubles;
-mod variable;
+pub mod variable;
 
 pub use command::writable;
 pub use eeprom::SavedSettingsError;
@@ -46,5 +46,4 @@ pub use segment::{Datagram, Silent, Stream};
 pub use session::{AfterReply, DialectPolicy, Reply, Session};
 pub use state::{Device, Identity, Mirror, ModeError};
 pub use switching::{DigitalLineError, FieldError};
-pub use variable::{Access, Kind, Part, VARIABLES, Value, Variable};
 pub use troubles::{LeftBehind, Part, RefusedWith, Trouble};
