@@ -9,6 +9,7 @@ use rowscan_ports::PortError;
 use rowscan_protocol::device::{DigitalLineError, FieldError};
 use rowscan_protocol::lms2xx::firmware::FirmwareError;
 use rowscan_recording::StreamKind;
+use rowscan_rest::RestError;
 
 /// Why a bench cannot be.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +21,9 @@ pub enum BenchError {
     /// An address is not to be had.
     #[error(transparent)]
     Listen(#[from] ListenError),
+    /// The address of a REST interface is not to be had.
+    #[error(transparent)]
+    Rest(#[from] RestError),
     /// A line is not to be had.
     #[error(transparent)]
     Port(#[from] PortError),
@@ -50,7 +54,9 @@ pub enum BenchError {
         model: &'static str,
     },
     /// The model sends no datagrams.
-    #[error("{model} sends no datagrams: --udp and --allow-destination are for models with Compact output, such as picoscan150")]
+    #[error(
+        "{model} has no Compact output: --udp, --allow-destination and --rest are for models that have it, such as picoscan150"
+    )]
     NoDatagrams {
         /// The model.
         model: &'static str,

@@ -79,6 +79,8 @@ pub struct ScannerSpec {
     pub endpoints: Vec<Endpoint>,
     /// CoLa: where SICK's device search finds it, over UDP.
     pub search: Option<String>,
+    /// With Compact output: where its REST interface is; port 0 takes a free one.
+    pub rest: Option<String>,
     /// With Compact output: where all its datagrams go, in place of 192.168.0.100; allowed wherever that is.
     pub udp: Option<SocketAddrV4>,
     /// With Compact output: addresses besides loopback that clients may direct its datagrams to.
@@ -213,6 +215,7 @@ impl ScannerSpec {
             model: model.into(),
             endpoints: Vec::new(),
             search: None,
+            rest: None,
             udp: None,
             allowed_destinations: Vec::new(),
             stream: None,

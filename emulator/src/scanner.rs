@@ -13,6 +13,7 @@ use tokio::task::JoinSet;
 
 use crate::clock::SimClock;
 use crate::connection;
+use crate::device_handle::DeviceHandle;
 use crate::listener::{self, Bound, ListenError};
 use crate::refused_settings::RefusedSetting;
 use crate::replay::Part;
@@ -117,6 +118,11 @@ impl Emulator {
     /// A handle that tells its counts, and does not keep it running.
     pub fn counter(&self) -> Counter {
         Counter(Arc::downgrade(&self.shared))
+    }
+
+    /// Reaches the device, for another interface than CoLa.
+    pub fn device_handle(&self) -> DeviceHandle {
+        DeviceHandle(Arc::downgrade(&self.shared))
     }
 
     /// What a replay has refused because the recorded scans would have to be others.

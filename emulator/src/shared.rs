@@ -261,12 +261,7 @@ impl Shared {
         if polls > 0 {
             self.polls.send_modify(|known| known.asked += polls);
         }
-        self.spread(&device);
-        self.datagrams.tell(&device);
-        if self.datagrams.is_streaming(&device) != was_streaming {
-            // Time may wait for whoever takes scans.
-            self.interest.notify_one();
-        }
+        self.notice(&device, was_streaming);
         (device.saves() != saves).then(|| device.saved_settings())
     }
 
@@ -289,6 +284,27 @@ impl Shared {
     pub(crate) fn counted(&self) -> EmulatorCounts {
         let datagrams = self.datagrams.counts(&self.device());
         EmulatorCounts { datagrams, ..self.counts.so_far() }
+    }
+
+    /// Lets `ask` have the device as it is now; the settings, if they were saved.
+    pub(crate) fn ask(&self, ask: &mut dyn FnMut(&mut Device, SimTime)) -> Option<String> {
+        let mut device = self.device();
+        let now = self.clock.now();
+        self.obey(&mut device, now);
+        let (was_streaming, saves) = (self.datagrams.is_streaming(&device), device.saves());
+        ask(&mut device, now);
+        self.notice(&device, was_streaming);
+        (device.saves() != saves).then(|| device.saved_settings())
+    }
+
+    /// Has everybody notice what a client has changed.
+    fn notice(&self, device: &Device, was_streaming: bool) {
+        self.spread(device);
+        self.datagrams.tell(device);
+        if self.datagrams.is_streaming(device) != was_streaming {
+            // Time may wait for whoever takes scans.
+            self.interest.notify_one();
+        }
     }
 
     /// When something goes wrong with the device, or comes right, next.

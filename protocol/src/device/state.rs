@@ -291,6 +291,17 @@ impl Device {
         self.saves
     }
 
+    /// Keeps the settings over restarts.
+    pub(super) fn save(&mut self) {
+        self.saved = self.settings.clone();
+        self.saves = self.saves.wrapping_add(1);
+    }
+
+    /// The settings of a new device.
+    pub(super) fn as_delivered(&self) -> Settings {
+        Settings::new(self.model, &self.identity.location_name)
+    }
+
     /// A restart: saved settings are restored, counters and clocks start at zero.
     pub(super) fn reboot(&mut self, now: SimTime) {
         let identity = Identity {

@@ -36,26 +36,8 @@ pub(in crate::device) fn scan_config(context: &Context<'_>) -> Vec<Value> {
     let device = &context.device;
     let ScanMode { frequency_centihz, step } = device.settings.mode;
     let ends = [device.model.start_angle, device.model.stop_angle].map(|angle| i64::from(angle - TO_COLA));
-    let all = [i64::from(frequency_centihz), i64::from(step)].into_iter().chain(ends);
+    let all = [i64::from(frequency_centihz), 1, i64::from(step)].into_iter().chain(ends);
     all.map(Value::Number).collect()
-}
-
-pub(in crate::device) fn set_scan_config(
-    context: &mut Context<'_>,
-    value: &[Value],
-) -> Result<(), SopasError> {
-    let now = scan_config(context);
-    let (asked, ends) = value.split_at_checked(2).ok_or(Fault::NoSuchCode)?;
-    if now.get(2..) != Some(ends) {
-        return Err(Fault::FixedHere.into());
-    }
-    let [frequency, step] = [0, 1].map(|part| asked.get(part).map_or(0, Value::number));
-    let is_asked = |mode: &&ScanMode| {
-        i64::from(mode.frequency_centihz) == frequency && i64::from(mode.step) == step
-    };
-    let mode = *context.device.model.modes.iter().find(is_asked).ok_or(Fault::NoSuchCode)?;
-    switch_mode(context.device, mode);
-    Ok(())
 }
 
 pub(in crate::device) fn device_type(context: &Context<'_>) -> Vec<Value> {

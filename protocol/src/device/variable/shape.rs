@@ -7,7 +7,7 @@ use crate::telegram::wire::{Fields, FlexString, Reader, WireError, Writer};
 /// A part of a variable's value.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
-    /// What REST calls it, where the value is a struct.
+    /// What REST calls it, where the value is a struct; a path with dots where structs and lists are nested, places in lists as numbers.
     pub key: &'static str,
     /// What it is.
     pub kind: Kind,
