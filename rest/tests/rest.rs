@@ -185,7 +185,7 @@ fn five_failed_logins_lock_for_thirty_seconds() {
     assert_eq!((locked.http, status(&locked)), (429, 11));
     // Reading needs no login.
     bench.get("DeviceIdent");
-    bench.now = SimTime::ZERO + LOCKED_FOR - Duration::from_nanos(1);
+    bench.now = SimTime::ZERO + (LOCKED_FOR - Duration::from_nanos(1));
     assert_eq!(status(&bench.ask(Verb::Post, "getChallenge", ask)), 11);
     bench.now = SimTime::ZERO + LOCKED_FOR;
     assert_eq!(bench.set("ScanDataEnable", json!(true)), 0);
@@ -277,7 +277,8 @@ fn methods_answer_in_data_and_do_what_they_say() {
     assert_eq!(bench.get("PerformanceProfileNumber"), json!({ "PerformanceProfileNumber": 9 }));
     bench.post("LoadFactoryDefaults", Value::Null);
     assert_eq!(bench.get("PerformanceProfileNumber"), json!({ "PerformanceProfileNumber": 2 }));
-    let time = json!({ "uiYear": 2026, "usiMonth": 11, "usiDay": 25, "usiHour": 1, "usiMinute": 2, "usiSec": 3, "udiUSec": 4 });
+    // The calendar has whole milliseconds, as recorded devices tell it.
+    let time = json!({ "uiYear": 2026, "usiMonth": 11, "usiDay": 25, "usiHour": 1, "usiMinute": 2, "usiSec": 3, "udiUSec": 4000 });
     assert_eq!(data(bench.post("LSPsetdatetime", json!({ "DateTime": time }))), json!({ "ErrorCode": 0 }));
     assert_eq!(bench.get("LSPdatetime"), json!({ "LSPdatetime": time }));
     // A method is no variable.
