@@ -7,8 +7,8 @@ use std::time::Duration;
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
-    Bound, CountReader, DeviceHandle, Emulator, EmulatorConfig, LineWatch, Rig, SeenScanner, SerialConfig, StateFile, ViewError,
-    VirtualScanner, pause_slack,
+    Bound, CountReader, DeviceHandle, Emulator, EmulatorConfig, LineWatch, Rig, SeenScanner, SerialConfig,
+    StateFile, ViewError, VirtualScanner, pause_slack,
 };
 use rowscan_faults::{FaultControl, Language, Medium, StreamFaults};
 use rowscan_ports::Untaken;

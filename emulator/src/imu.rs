@@ -94,7 +94,8 @@ mod tests {
             [0.5, 0.5, -0.5, 0.5],
             [0.1, -0.7, 0.1, 0.7],
         ] {
-            let length = dot([parts[1], parts[2], parts[3]], [parts[1], parts[2], parts[3]]) + parts[0] * parts[0];
+            let length =
+                dot([parts[1], parts[2], parts[3]], [parts[1], parts[2], parts[3]]) + parts[0] * parts[0];
             let unit = parts.map(|part: f64| part / length.sqrt());
             let found = quaternion(axes(unit));
             for (found, wanted) in found.iter().zip(unit) {

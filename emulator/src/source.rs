@@ -75,11 +75,9 @@ impl Source {
         match self {
             Self::Lms2xx(scanner) => scanner.poll_input(cx),
             Self::Bus(bus) => bus.poll_input(cx).map(Ok),
-            Self::Mirror(_)
-            | Self::Datagrams(_)
-            | Self::Faults(_)
-            | Self::LineChanges(_)
-            | Self::Gnss(_) => Poll::Pending,
+            Self::Mirror(_) | Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Gnss(_) => {
+                Poll::Pending
+            }
         }
     }
 
@@ -157,11 +155,9 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.last_scan(),
             Self::Lms2xx(scanner) => scanner.last_scan(),
-            Self::Datagrams(_)
-            | Self::Faults(_)
-            | Self::LineChanges(_)
-            | Self::Bus(_)
-            | Self::Gnss(_) => None,
+            Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Bus(_) | Self::Gnss(_) => {
+                None
+            }
         }
     }
 

@@ -62,7 +62,8 @@ fn part_of(part: &Part, json: &Json) -> Result<Value, Status> {
         Kind::Number { .. } => Value::Number(whole(found)?),
         Kind::Address => {
             let list = found.as_array().ok_or(Status::InvalidData)?;
-            let bytes: [&Json; 4] = list.iter().collect::<Vec<_>>().try_into().map_err(|_| Status::OutOfBounds)?;
+            let bytes: [&Json; 4] =
+                list.iter().collect::<Vec<_>>().try_into().map_err(|_| Status::OutOfBounds)?;
             let mut address = [0; 4];
             for (byte, told) in address.iter_mut().zip(bytes) {
                 *byte = u8::try_from(whole(told)?).map_err(|_| Status::OutOfRange)?;

@@ -136,10 +136,7 @@ mod tests {
         assert_eq!(found, "539b96ac6bd891cb9f2d2e1cfbcf59a68230b7e9a734e69b37307f8366363d73");
         let mut secret = b"Service:SICK Sensor:servicelevel:".to_vec();
         secret.extend(&salt);
-        assert_eq!(
-            sha256::hex(&secret),
-            "341d54cda98b6031c574c64cee5a4424858e1c2b427f83f051309828e9c9523b"
-        );
+        assert_eq!(sha256::hex(&secret), "341d54cda98b6031c574c64cee5a4424858e1c2b427f83f051309828e9c9523b");
         assert_eq!(
             sha256::hex(b"POST:ScanDataEnable"),
             "68cc174dca111fb57a1c0c0e9709c81399496cef62a0afac3407bdd50e93311d"

@@ -20,7 +20,11 @@ pub(crate) static METHODS: &[Method] = &[
     Method { name: "mStartMeasure", action: |_| Ok(Some(Action::Start)), result: error_code },
     Method { name: "mStopMeasure", action: |_| Ok(Some(Action::Stop)), result: error_code },
     Method { name: "mStandby", action: |_| Ok(Some(Action::Standby)), result: error_code },
-    Method { name: "WriteEeprom", action: |_| Ok(Some(Action::Save)), result: |done| json!({ "Success": done }) },
+    Method {
+        name: "WriteEeprom",
+        action: |_| Ok(Some(Action::Save)),
+        result: |done| json!({ "Success": done }),
+    },
     Method { name: "SoftReset", action: |_| Ok(Some(Action::Restart)), result: |_| json!({}) },
     Method { name: "RebootDevice", action: |_| Ok(Some(Action::SaveAndRestart)), result: |_| json!({}) },
     Method { name: "LoadFactoryDefaults", action: |_| Ok(Some(Action::Deliver)), result: |_| json!({}) },

@@ -109,7 +109,10 @@ fn the_start_of_sicks_sdk_is_answered() {
 #[test]
 fn the_configuration_example_reads_and_writes() {
     let mut bench = Bench::new();
-    assert_eq!(bench.get("DeviceIdent"), json!({ "DeviceIdent": { "Name": "picoScan", "Version": "2.2.1.0R" } }));
+    assert_eq!(
+        bench.get("DeviceIdent"),
+        json!({ "DeviceIdent": { "Name": "picoScan", "Version": "2.2.1.0R" } })
+    );
     assert_eq!(bench.get("DeviceType"), json!({ "DeviceType": "picoScan1xx" }));
     assert_eq!(bench.get("LocationName"), json!({ "LocationName": "not defined" }));
     assert_eq!(bench.get("EtherIPAddress"), json!({ "EtherIPAddress": [192, 168, 0, 1] }));
@@ -227,7 +230,11 @@ fn each_refusal_has_its_number() {
         ("ScanDataEthSettings", json!({ "Protocol": 1, "IPAddress": [1, 2, 3], "Port": 2115 }), 7),
         ("ScanDataEthSettings", json!({ "Protocol": 1, "IPAddress": [1, 2, 3, 256], "Port": 2115 }), 6),
         ("ScanDataEthSettings", json!({ "Protocol": 1, "IPAddress": [1, 2, 3, 4], "Port": 65536 }), 6),
-        ("LFPangleRangeFilter", json!({ "bEnable": true, "fThetaStart": -10.5, "fThetaStop": 10, "fPhiStart": 0, "fPhiStop": 0, "uiBeamIncrement": 1 }), 2),
+        (
+            "LFPangleRangeFilter",
+            json!({ "bEnable": true, "fThetaStart": -10.5, "fThetaStop": 10, "fPhiStart": 0, "fPhiStop": 0, "uiBeamIncrement": 1 }),
+            2,
+        ),
         ("LocationName", json!("a name that is too long for it"), 7),
         ("SerialNumber", json!("1"), 8),
     ] {

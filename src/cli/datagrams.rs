@@ -33,7 +33,9 @@ impl DatagramArgs {
             spec.allowed_destinations = self.allow_destination.iter().copied().map(Into::into).collect();
         }
         let unused = directed.len() + served.len();
-        if unused > 0 || (!self.allow_destination.is_empty() && !scanners.iter_mut().any(|spec| streams(&spec))) {
+        if unused > 0
+            || (!self.allow_destination.is_empty() && !scanners.iter_mut().any(|spec| streams(&spec)))
+        {
             return Err(Failure::Usage(format!(
                 "--udp, --allow-destination and --rest are for scanners with Compact output, such as --model picoscan150; found {} --udp and {} --rest, {unused} of them for no such scanner",
                 self.udp.len(),

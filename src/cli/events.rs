@@ -102,9 +102,8 @@ pub(super) fn tell_ends(format: Format, streams: &[End<'_>]) -> Result<(), Failu
 
 /// What a scanner has done, for people.
 pub(super) fn told(counts: &ScannerCounts) -> String {
-    let ScannerCounts {
-        scans_sent, scans_dropped, scans_missed, connections, bytes_lost, datagrams, ..
-    } = counts;
+    let ScannerCounts { scans_sent, scans_dropped, scans_missed, connections, bytes_lost, datagrams, .. } =
+        counts;
     let mut text = format!("{scans_sent} scans sent");
     let mut add = |count: &Option<u64>, what: &str| {
         if let Some(count) = count {

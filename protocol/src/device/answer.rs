@@ -123,11 +123,7 @@ pub(super) fn read_command(
 }
 
 /// Writes one.
-pub(super) fn write_command(
-    context: &mut Context<'_>,
-    name: &str,
-    args: Args<'_>,
-) -> Result<(), SopasError> {
+pub(super) fn write_command(context: &mut Context<'_>, name: &str, args: Args<'_>) -> Result<(), SopasError> {
     known(context.device, name).and_then(|command| command.write).ok_or(Fault::NoVariable)?(context, args)
 }
 

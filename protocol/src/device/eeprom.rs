@@ -88,7 +88,8 @@ impl Device {
         let saved = VARIABLES.iter().filter(|variable| self.model.compact.is_some() && variable.is_saved());
         for variable in saved {
             let mut line = Vec::new();
-            let written = variable.read(context, &mut Writer::begin(Dialect::A, Kind::Wn, variable.name, &mut line));
+            let written =
+                variable.read(context, &mut Writer::begin(Dialect::A, Kind::Wn, variable.name, &mut line));
             if written.is_ok() {
                 text.extend(line.iter().copied().map(char::from));
                 text.push('\n');

@@ -311,8 +311,8 @@ impl Turn<'_> {
     /// When a beam is measured: the mirror turns evenly.
     fn instant(&self, beam: usize) -> SimTime {
         let mirror = self.device.mirror();
-        let turn_s = 100.0 / f64::from(mirror.frequency_centihz.max(1))
-            * (1.0 + f64::from(mirror.period_ppm) * 1e-6);
+        let turn_s =
+            100.0 / f64::from(mirror.frequency_centihz.max(1)) * (1.0 + f64::from(mirror.period_ppm) * 1e-6);
         self.at + Duration::from_secs_f64(beam as f64 * self.line.grid.step_deg() / 360.0 * turn_s)
     }
 }

@@ -136,7 +136,10 @@ fn binary_settings_are_those_of_the_guide() {
         bench.send(&request).pop().unwrap().bytes
     };
     let set = ask(b"sWN ScanDataEthSettings \x01\xC0\xA8\x00\x64\x08\x43");
-    assert_eq!(set, [b"\x02\x02\x02\x02\x00\x00\x00\x18sWA ScanDataEthSettings ".as_slice(), &[0x16]].concat());
+    assert_eq!(
+        set,
+        [b"\x02\x02\x02\x02\x00\x00\x00\x18sWA ScanDataEthSettings ".as_slice(), &[0x16]].concat()
+    );
     let filter = ask(
         b"sWN LFPangleRangeFilter \x01\xFF\xF2\x44\x60\x00\x0D\xBB\xA0\xFF\xF2\x44\x60\x00\x0D\xBB\xA0\x00\x01",
     );
@@ -243,10 +246,7 @@ fn the_angle_filter_sends_zeros_and_no_hidden_segment() {
     bench.table(&[
         ("sMN SetAccessMode 4 81BE23AA", "sAN SetAccessMode 1"),
         // -10° to +10°: in segments 4 (-18° to 11.5°) alone, so one datagram.
-        (
-            "sWN LFPangleRangeFilter 1 -100000 +100000 -900000 +900000 1",
-            "sWA LFPangleRangeFilter",
-        ),
+        ("sWN LFPangleRangeFilter 1 -100000 +100000 -900000 +900000 1", "sWA LFPangleRangeFilter"),
     ]);
     let one = modules(&mut bench.device, SimTime::ZERO);
     assert_eq!(one.iter().map(|module| module.segment_counter).collect::<Vec<_>>(), [4]);
@@ -284,7 +284,10 @@ fn a_beam_without_echo_is_zero_and_a_mirror_sets_the_reflector_bit() {
     echoes[0].remission[4] = 0xFFFF;
     let first = turn(&mut device, SimTime::ZERO, &echoes).remove(0);
     let (.., module) = scan(&mut device, first);
-    assert_eq!((module.beams.distance[9..12].to_vec(), module.beams.rssi[9..12].to_vec()), (vec![0; 3], vec![0; 3]));
+    assert_eq!(
+        (module.beams.distance[9..12].to_vec(), module.beams.rssi[9..12].to_vec()),
+        (vec![0; 3], vec![0; 3])
+    );
     assert_eq!(module.beams.distance[6..9], [1002, 0, 0]);
     assert_eq!(module.beams.properties[3..6], [0, REFLECTOR, 0]);
     assert_eq!(module.beams.rssi[12], 0xFFFF);

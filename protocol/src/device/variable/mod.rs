@@ -9,8 +9,8 @@ mod table;
 
 pub use shape::{Kind, Part, Value};
 pub(super) use stored::Stored;
-pub use table::{Access, VARIABLES, Variable};
 use table::Source;
+pub use table::{Access, VARIABLES, Variable};
 
 use alloc::vec::Vec;
 
@@ -35,7 +35,11 @@ impl Variable {
             Source::Own { get, .. } => Ok(get(context)),
             Source::Command => {
                 let mut payload = Vec::new();
-                read_command(context, self.name, &mut Writer::begin(Dialect::A, TelegramKind::Ra, self.name, &mut payload))?;
+                read_command(
+                    context,
+                    self.name,
+                    &mut Writer::begin(Dialect::A, TelegramKind::Ra, self.name, &mut payload),
+                )?;
                 let telegram = Telegram::parse(Dialect::A, &payload).map_err(|_| Fault::NoVariable)?;
                 self.read_parts(&mut telegram.args.reader())
             }
@@ -53,7 +57,10 @@ impl Variable {
             Source::Own { set, .. } => set(context, &value),
             Source::Command => {
                 let mut payload = Vec::new();
-                self.write_parts(&value, &mut Writer::begin(Dialect::A, TelegramKind::Wn, self.name, &mut payload));
+                self.write_parts(
+                    &value,
+                    &mut Writer::begin(Dialect::A, TelegramKind::Wn, self.name, &mut payload),
+                );
                 let telegram = Telegram::parse(Dialect::A, &payload).map_err(|_| Fault::NoVariable)?;
                 write_command(context, self.name, telegram.args)
             }

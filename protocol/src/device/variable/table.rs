@@ -133,11 +133,8 @@ impl Variable {
 }
 
 /// Where a stream goes.
-const DESTINATION: &[Part] = &[
-    part("Protocol", byte(1..=2)),
-    part("IPAddress", Kind::Address),
-    part("Port", word(0..=65_535)),
-];
+const DESTINATION: &[Part] =
+    &[part("Protocol", byte(1..=2)), part("IPAddress", Kind::Address), part("Port", word(0..=65_535))];
 /// 192.168.0.100, as one number.
 const DELIVERED_TO: i64 = 0xC0A8_0064;
 const SWITCH: &[Part] = &plain(FLAG);
