@@ -130,6 +130,12 @@ impl Args {
         let endpoint = match self.line(stage)? {
             Line::Tcp => {
                 let spec = ScannerSpec::new(0, self.scene.model(&stage.rig, 0)?);
+                if spec.model.compact().is_some() {
+                    return Err(Failure::Usage(format!(
+                        "a {} sends Compact telegrams over UDP, which no estimate reads yet; name another of `rowscan models`, or see docs/picoscan.md for `rowscan emulate`",
+                        spec.model.title()
+                    )));
+                }
                 let spec = ScannerSpec { dialects: self.dialect.into(), ..spec };
                 let latency = Some(Arc::new(Latency::default()));
                 return Ok(ScannerSpec { latency, ..spec }.at(Endpoint::Tcp(free())));

@@ -8,6 +8,7 @@ mod check_page;
 mod client_limits;
 mod completions;
 mod control;
+mod datagrams;
 mod decode;
 mod demo;
 mod device;
