@@ -19,7 +19,7 @@ use tokio::sync::{Notify, mpsc};
 
 use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
-use crate::datagrams::DatagramSource;
+use crate::datagram_source::DatagramSource;
 use crate::end::EndWhen;
 use crate::fault_source::FaultSource;
 use crate::faulted::{BusFaults, DeviceFaults, Receivers, VehiclePart};

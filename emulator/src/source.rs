@@ -8,7 +8,7 @@ use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 
 use crate::bus_output::BusOutput;
-use crate::datagrams::DatagramSource;
+use crate::datagram_source::DatagramSource;
 use crate::fault_source::FaultSource;
 use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;

@@ -1,6 +1,6 @@
 //! What hits are counted by, and the scale that makes leaf area of it.
 
-use super::law::Sums;
+use super::sums::Sums;
 use super::withheld::Withheld;
 use crate::calibration::{Calibration, ContactScale};
 use crate::class::ClassKey;

@@ -3,54 +3,16 @@
 use super::areas::{Known, LeafAreas};
 use super::counted::{Count, Counted, reads_remission, shares_over_contact};
 use super::estimator::LeafAreaEstimator;
+use super::sums::Sums;
 use super::withheld::Withheld;
 use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
-use crate::row::Totals;
 use crate::row_pass::RowPass;
-use crate::trees::Cell;
 
 /// Share of the hits that may be denser than foliage: trunks and posts are.
 const NO_FOLIAGE: f64 = 0.25;
 
 /// Of what rows differ by, a regression must tell this share, of rows that were not fitted: else the rows' mean is as good.
 const LEAST_R2: f64 = 0.5;
-
-/// What was measured of a stretch of row.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sums {
-    /// Metres that regressions count.
-    pub(crate) length_m: f64,
-    pub(crate) impacted_m2: f64,
-    pub(crate) contact_m2: f64,
-    /// By the shares of spots.
-    pub(crate) share_m2: f64,
-    /// Canopy returns.
-    pub(crate) returns: u64,
-}
-
-impl From<&Cell> for Sums {
-    fn from(cell: &Cell) -> Self {
-        Self {
-            length_m: cell.scanned_m,
-            impacted_m2: cell.impacted_m2,
-            contact_m2: cell.contact_m2,
-            share_m2: cell.share_m2,
-            returns: cell.returns,
-        }
-    }
-}
-
-impl From<&Totals> for Sums {
-    fn from(totals: &Totals) -> Self {
-        Self {
-            length_m: totals.canopy_m,
-            impacted_m2: totals.impacted_m2,
-            contact_m2: totals.contact_m2,
-            share_m2: totals.share_m2,
-            returns: totals.returns.canopy,
-        }
-    }
-}
 
 /// How the sums of a row, up to its latest line, become leaf areas of any stretch of it. Made without allocation.
 #[derive(Clone, Debug)]

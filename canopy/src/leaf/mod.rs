@@ -13,15 +13,17 @@ mod law;
 mod piece_leaf;
 mod row_leaf;
 mod slices;
+mod sums;
 mod window;
 mod withheld;
 
 pub use areas::{Known, LeafAreas};
 pub(crate) use counted::Count;
 pub use estimator::LeafAreaEstimator;
-pub(crate) use law::{Law, RangedAreas, Sums};
+pub(crate) use law::{Law, RangedAreas};
 pub use piece_leaf::PieceLeaf;
 pub use row_leaf::RowLeaf;
 pub(crate) use slices::{SliceLeaf, Slices, by_band};
+pub(crate) use sums::Sums;
 pub use window::{LeafSlice, LeafWindow};
 pub use withheld::Withheld;

@@ -3,8 +3,7 @@
 //! The estimator is that of small areas (Fay and Herriot 1979, J. Am. Stat. Assoc. 74:269): of a row's pieces, the scatter that is more than their known
 //! error is taken for true. With x a piece over the row's mean a metre, σ its error and τ the true scatter: x′ = 1 + ρ (x − 1), ρ = τ² / (τ² + σ²).
 
-use serde::Serialize;
-
+use super::reliability::Reliability;
 use super::scatter::{ByLength, PieceScatter};
 
 /// A piece below this share of the median piece stands for missing or young trees: it is not of the row's kind, and stays as measured.
@@ -25,19 +24,6 @@ pub(crate) struct Shrunk {
     pub(crate) leaf_m2: f64,
     /// Standard deviation of its error about its row, m².
     pub(crate) sd_m2: f64,
-}
-
-/// How much the measured differences between pieces of a row say of true ones.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Reliability {
-    /// Pieces drawn toward the row's mean: all that hold foliage.
-    pub pieces: u32,
-    /// Share of the pieces' variance that is true, 0 to 1: what a difference from the mean is multiplied by.
-    pub reliability: f64,
-    /// Standard deviation of a whole piece's error, over the row's mean; by the pieces study.
-    pub error_relative_sd: f64,
-    /// Standard deviation of the true differences, over the row's mean; of this row.
-    pub truth_relative_sd: f64,
 }
 
 /// Draws pieces of about `length_m` toward their mean. `None` without a piece that holds foliage.

@@ -8,6 +8,7 @@ use serde_json::Value;
 use rowscan_sprayer::Edge;
 use rowscan_sprayer::safety::Rule;
 
+use super::valve_state::ValveState;
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
 use crate::what::{self, Count, Kind, RATE, Sprayed, WHATS, What};
@@ -151,30 +152,6 @@ pub struct Expect {
     pub p95_below: Option<f64>,
     /// The state that all valves have.
     pub all: Option<ValveState>,
-}
-
-/// The state of a valve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ValveState {
-    /// Something flows.
-    Open,
-    /// Nothing flows.
-    Closed,
-}
-
-impl ValveState {
-    /// As it is written.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Closed => "closed",
-        }
-    }
-
-    fn named(name: &str) -> Result<Self, String> {
-        let known = [Self::Open, Self::Closed].into_iter().find(|state| state.name() == name);
-        known.ok_or_else(|| format!("`all`: expected \"open\" or \"closed\", found \"{name}\""))
-    }
 }
 
 /// What a number must be; all that are given.

@@ -2,11 +2,11 @@
 
 use alloc::vec::Vec;
 
-use super::command::{Command, by_event, by_name};
+use super::command::{Command, by_event};
 use super::context::{Context, Readable};
 use super::event::DeviceEvent;
+use super::known::known;
 use super::refusal::Fault;
-use super::state::Device;
 use super::variable::{self, Access, Variable};
 use crate::frame::Dialect;
 use crate::telegram::wire::Writer;
@@ -86,11 +86,6 @@ fn try_answer(
     }
 }
 
-/// The command called `name`, if this model has it.
-fn known(device: &Device, name: &str) -> Option<&'static Command> {
-    by_name(name).filter(|_| !device.model.lacks.contains(&name))
-}
-
 /// Reads or writes a variable that REST has, too.
 fn answer_variable(
     context: &mut Context<'_>,
@@ -111,20 +106,6 @@ fn answer_variable(
     variable.write(context, args)?;
     encode_empty(args.dialect, Kind::Wa, name, true, out);
     Ok(())
-}
-
-/// Reads a variable of the command table.
-pub(super) fn read_command(
-    context: &Context<'_>,
-    name: &str,
-    writer: &mut Writer<'_>,
-) -> Result<(), SopasError> {
-    known(context.device, name).and_then(|command| command.read).ok_or(Fault::NoVariable)?(context, writer)
-}
-
-/// Writes one.
-pub(super) fn write_command(context: &mut Context<'_>, name: &str, args: Args<'_>) -> Result<(), SopasError> {
-    known(context.device, name).and_then(|command| command.write).ok_or(Fault::NoVariable)?(context, args)
 }
 
 /// Applies one line of saved settings, as a write of a logged-in client would.

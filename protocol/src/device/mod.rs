@@ -17,6 +17,7 @@ mod effect;
 mod encoder;
 mod event;
 mod filter;
+mod known;
 mod lifecycle;
 mod lines;
 mod measure;

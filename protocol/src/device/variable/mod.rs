@@ -9,13 +9,15 @@ mod table;
 
 pub use shape::{Kind, Part, Value};
 pub(super) use stored::Stored;
+pub(super) use table::Own;
 use table::Source;
 pub use table::{Access, VARIABLES, Variable};
 
 use alloc::vec::Vec;
 
-use super::answer::{read_command, write_command};
 use super::context::Context;
+use super::effect::compact;
+use super::known::{read_command, write_command};
 use super::refusal::Fault;
 use crate::frame::Dialect;
 use crate::telegram::wire::{Reader, Writer};
@@ -32,7 +34,7 @@ impl Variable {
     pub(super) fn value(&self, context: &Context<'_>) -> Result<Vec<Value>, SopasError> {
         match self.source {
             Source::Stored(_) => Ok(context.device.settings.variables.of(self).to_vec()),
-            Source::Own { get, .. } => Ok(get(context)),
+            Source::Own(own) => Ok(compact::get(own, context)),
             Source::Command => {
                 let mut payload = Vec::new();
                 read_command(
@@ -54,7 +56,7 @@ impl Variable {
                 context.device.settings.variables.set(self, value);
                 Ok(())
             }
-            Source::Own { set, .. } => set(context, &value),
+            Source::Own(own) => compact::set(own, context, &value),
             Source::Command => {
                 let mut payload = Vec::new();
                 self.write_parts(

@@ -1,12 +1,8 @@
 //! All variables, a row each.
 
-use alloc::vec::Vec;
 use core::fmt;
 
-use super::shape::{Kind, Part, Value};
-use crate::device::context::Context;
-use crate::device::effect::compact as own;
-use crate::telegram::SopasError;
+use super::shape::{Kind, Part};
 
 /// The numbers a part takes.
 type Range = core::ops::RangeInclusive<i64>;
@@ -26,13 +22,33 @@ pub(in crate::device) enum Source {
     /// From what clients have set; these numbers as delivered, an address as one number.
     Stored(&'static [i64]),
     /// From something of the device's own.
-    Own { get: Get, set: Set },
+    Own(Own),
     /// From the CoLa command of this name, whose value has these parts.
     Command,
 }
 
-pub(in crate::device) type Get = fn(&Context<'_>) -> Vec<Value>;
-pub(in crate::device) type Set = fn(&mut Context<'_>, &[Value]) -> Result<(), SopasError>;
+/// What variables tell of the device's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::device) enum Own {
+    /// The number of the scan mode.
+    Profile,
+    /// The scan mode in force.
+    ScanConfig,
+    /// The type's name.
+    DeviceType,
+    /// The model's order number.
+    OrderNumber,
+    /// Starting up, normal or out of order.
+    DeviceStatus,
+    /// Tenths of an hour.
+    OperatingHours,
+    /// How often it was switched on.
+    PowerOnCount,
+    /// Its IP address.
+    Address,
+    /// Its calendar.
+    DateTime,
+}
 
 /// One variable.
 pub struct Variable {
@@ -151,24 +167,24 @@ pub static VARIABLES: &[Variable] = &[
     stored("ImuDataEthSettings", DESTINATION, &[1, DELIVERED_TO, 7503], "where IMU telegrams go", CLIENTS),
     stored("EncoderDataEnable", SWITCH, &[0], "an encoder telegram a turn is sent while it measures", OAPI),
     stored("EncoderDataEthSettings", DESTINATION, &[1, DELIVERED_TO, 7504], "where encoder telegrams go", OAPI),
-    own("PerformanceProfileNumber", &plain(byte(1..=11)), Source::Own { get: own::profile, set: own::set_profile }, "the scan mode of this number", CLIENTS),
-    own("ScanConfig", &[part("udiScanFreq", long(1500..=5000)), part("ScanRange.uiLength", word(1..=1)), part("ScanRange.aRange.0.udiAngleRes", long(500..=10_000)), part("ScanRange.aRange.0.diStartAngle", ANGLE), part("ScanRange.aRange.0.diStopAngle", ANGLE)], Source::Own { get: own::scan_config, set: own::nobody }, "the scan mode in force, not the schema's 4000 and 2500, which contradict its profile 2", OAPI).read_only(),
+    own("PerformanceProfileNumber", &plain(byte(1..=11)), Source::Own(Own::Profile), "the scan mode of this number", CLIENTS),
+    own("ScanConfig", &[part("udiScanFreq", long(1500..=5000)), part("ScanRange.uiLength", word(1..=1)), part("ScanRange.aRange.0.udiAngleRes", long(500..=10_000)), part("ScanRange.aRange.0.diStartAngle", ANGLE), part("ScanRange.aRange.0.diStopAngle", ANGLE)], Source::Own(Own::ScanConfig), "the scan mode in force, not the schema's 4000 and 2500, which contradict its profile 2", OAPI).read_only(),
     stored("LFPangleRangeFilter", &[part("bEnable", FLAG), part("fThetaStart", ANGLE), part("fThetaStop", ANGLE), part("fPhiStart", ELEVATION), part("fPhiStop", ELEVATION), part("uiBeamIncrement", word(1..=20))], &[0, -900_000, 900_000, -900_000, 900_000, 1], "Compact: beams outside, and between each n-th, are sent as zero; a hidden segment is not sent", LOGGED),
     stored("LFPintervalFilter", &[part("bEnable", FLAG), part("uiReductionFactor", long(2..=50))], &[0, 2], "Compact: only every n-th turn is sent", GUIDE),
     stored("LFPradialDistanceRangeFilter", &[part("bEnable", FLAG), part("ulDistMin", long(0..=200_000)), part("ulDistMax", long(0..=200_000))], &[0, 0, 200_000], "Compact: echoes outside are sent as zero", OAPI),
     command("FREchoFilter", &plain(byte(0..=2)), "0 first echo, 1 all, 2 last", LOGGED),
     command("LocationName", &plain(Kind::Text(16)), "kept, and told in LMDscandata", OAPI),
     command("DeviceIdent", &[part("Name", Kind::Text(64)), part("Version", Kind::Text(64))], "the model and its firmware", OAPI).read_only(),
-    own("DeviceType", &plain(Kind::Text(64)), Source::Own { get: own::device_type, set: own::nobody }, "as the schema has it", OAPI).read_only(),
+    own("DeviceType", &plain(Kind::Text(64)), Source::Own(Own::DeviceType), "as the schema has it", OAPI).read_only(),
     command("SerialNumber", &plain(Kind::Text(9)), "the one in Compact telegrams", OAPI).read_only(),
-    own("OrderNumber", &plain(Kind::Text(9)), Source::Own { get: own::order_number, set: own::nobody }, "the model's", OAPI).read_only(),
+    own("OrderNumber", &plain(Kind::Text(9)), Source::Own(Own::OrderNumber), "the model's", OAPI).read_only(),
     command("FirmwareVersion", &plain(Kind::Text(32)), "the model's", OAPI).read_only(),
     command("SCdevicestate", &plain(byte(0..=3)), "0 busy or logged in, 1 ready, 2 error", OAPI).read_only(),
-    own("DeviceStatus", &plain(byte(0..=8)), Source::Own { get: own::device_status, set: own::nobody }, "1 while it starts up, 3 normal, 8 out of order", OAPI).read_only(),
-    own("OpHours", &plain(long(0..=4_294_967_295)), Source::Own { get: own::operating_hours, set: own::nobody }, "tenths of an hour, as ODoprh", OAPI).read_only(),
-    own("PowerOnCnt", &plain(long(0..=4_294_967_295)), Source::Own { get: own::power_on_count, set: own::nobody }, "as ODpwrc", OAPI).read_only(),
-    own("EtherIPAddress", &plain(Kind::Address), Source::Own { get: own::address, set: own::nobody }, "192.168.0.1 as delivered, whatever it is reached by", OAPI).read_only(),
-    own("LSPdatetime", &[part("uiYear", word(0..=65_535)), part("usiMonth", byte(0..=255)), part("usiDay", byte(0..=255)), part("usiHour", byte(0..=255)), part("usiMinute", byte(0..=255)), part("usiSec", byte(0..=255)), part("udiUSec", long(0..=4_294_967_295))], Source::Own { get: own::date_time, set: own::nobody }, "the device's calendar, 1970 at power-up until LSPsetdatetime", OAPI).read_only(),
+    own("DeviceStatus", &plain(byte(0..=8)), Source::Own(Own::DeviceStatus), "1 while it starts up, 3 normal, 8 out of order", OAPI).read_only(),
+    own("OpHours", &plain(long(0..=4_294_967_295)), Source::Own(Own::OperatingHours), "tenths of an hour, as ODoprh", OAPI).read_only(),
+    own("PowerOnCnt", &plain(long(0..=4_294_967_295)), Source::Own(Own::PowerOnCount), "as ODpwrc", OAPI).read_only(),
+    own("EtherIPAddress", &plain(Kind::Address), Source::Own(Own::Address), "192.168.0.1 as delivered, whatever it is reached by", OAPI).read_only(),
+    own("LSPdatetime", &[part("uiYear", word(0..=65_535)), part("usiMonth", byte(0..=255)), part("usiDay", byte(0..=255)), part("usiHour", byte(0..=255)), part("usiMinute", byte(0..=255)), part("usiSec", byte(0..=255)), part("udiUSec", long(0..=4_294_967_295))], Source::Own(Own::DateTime), "the device's calendar, 1970 at power-up until LSPsetdatetime", OAPI).read_only(),
     stored("SensitivityMode", &plain(byte(0..=2)), &[1], "kept, without effect", OAPI),
     stored("EnableLongRangeMode", SWITCH, &[0], "kept, without effect", OAPI),
     stored("EtherAuxEnabled", SWITCH, &[1], "kept, without effect: CoLa is always on", OAPI),
