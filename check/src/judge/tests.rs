@@ -284,6 +284,7 @@ fn what_needs_the_sprayer_is_not_judged() {
         Kind::Sprayer(Sprayed::LatencyError) => Some(", p95_below = 1000"),
         Kind::Sprayer(Sprayed::Valves) => Some(", all = \"closed\""),
         Kind::Sprayer(Sprayed::TimeToSafe) => Some(", after = \"early\", below = 1000"),
+        Kind::Sprayer(Sprayed::Recall | Sprayed::Waste | Sprayed::OffTarget) => Some(", below = 0.5"),
         Kind::Sprayer(_) => Some(", below = 1000"),
         Kind::Needs(_) => Some(""),
         _ => None,
