@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use glam::{DMat3, DQuat};
 use rowscan_protocol::compact::Imu;
 use rowscan_protocol::device::Mirror;
 use rowscan_protocol::time::SimTime;
@@ -52,23 +53,10 @@ fn dot(a: Vector, b: Vector) -> f64 {
 }
 
 /// The rotation that takes the scanner's axes to where they point in the scene: w, x, y, z with w not negative.
-fn quaternion([x, y, z]: [Vector; 3]) -> [f64; 4] {
-    // The part that is largest is divided by: Shepperd's method.
-    let trace = x[0] + y[1] + z[2];
-    let squares = [trace, x[0], y[1], z[2]].map(|part| 1.0 + 2.0 * part - trace);
-    let squares = [1.0 + trace, squares[1], squares[2], squares[3]];
-    let largest = (0..4).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(0);
-    let root = squares[largest].max(0.0).sqrt();
-    let (wx, wy, wz) = (y[2] - z[1], z[0] - x[2], x[1] - y[0]);
-    let (xy, xz, yz) = (x[1] + y[0], z[0] + x[2], y[2] + z[1]);
-    let others = match largest {
-        0 => [root * root, wx, wy, wz],
-        1 => [wx, root * root, xy, xz],
-        2 => [wy, xy, root * root, yz],
-        _ => [wz, xz, yz, root * root],
-    };
-    let sign = if others[0] < 0.0 { -1.0 } else { 1.0 };
-    others.map(|part| sign * part / (2.0 * root))
+fn quaternion(axes: [Vector; 3]) -> [f64; 4] {
+    let [x, y, z, w] = DQuat::from_mat3(&DMat3::from_cols_array_2d(&axes)).to_array();
+    let sign = if w < 0.0 { -1.0 } else { 1.0 };
+    [w, x, y, z].map(|part| sign * part)
 }
 
 #[cfg(test)]

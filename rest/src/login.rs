@@ -1,4 +1,4 @@
-//! Login by challenge: who asks gets a nonce that is good for one request, and proves with it that he knows the password.
+//! Login by challenge: a client asks for a nonce that is valid for one request, and proves with it that it knows the password.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -18,11 +18,11 @@ pub const PASSWORD: &str = "servicelevel";
 pub const USERS: [&str; 5] = ["Run", "Operator", "Maintenance", "AuthorizedClient", "Service"];
 /// Challenges that may be open at once; the oldest makes room.
 pub const MAX_CHALLENGES: usize = 32;
-/// Failed logins in a row after which nobody may log in for [`LOCKED_FOR`].
+/// After so many failed logins in a row, every login is refused for [`LOCKED_FOR`].
 pub const MAX_FAILURES: u32 = 5;
 /// How long that is, on the device's clock.
 pub const LOCKED_FOR: Duration = Duration::from_secs(30);
-/// Bytes of salt: always sent, for clients stumble over a list that is empty or missing.
+/// Bytes of salt: always sent, because some clients fail on a list that is empty or missing.
 const SALT: usize = 16;
 /// What the random numbers are for.
 const PURPOSE: u64 = 0x4E57;

@@ -45,14 +45,14 @@ impl Server {
     /// Serves `rest` of `scanner` at `address`; port 0 takes a free one.
     ///
     /// # Errors
-    /// The address is not to be had.
+    /// The address cannot be bound.
     pub async fn open(address: &str, rest: Rest, scanner: Arc<dyn Scanner>) -> Result<Self, RestError> {
         let rest = Arc::new(Mutex::new(rest));
         let routes = Router::new().fallback(move |request: HttpRequest| {
             let (rest, scanner) = (Arc::clone(&rest), Arc::clone(&scanner));
             async move { told(answer(request, &rest, &*scanner).await) }
         });
-        // As a scanner's own port, for whoever reaches it; but for no web page that a browser there shows.
+        // Open to every client that reaches it, as a scanner's own port is; but not to web pages in a browser.
         let served = Served { guarded: routes, public: Router::new(), connections: MAX_CONNECTIONS };
         Ok(Self(rowscan_control::Server::open(address, served, |_| Guard::open()).await?))
     }

@@ -10,7 +10,7 @@ use super::Failure;
 #[command(next_help_heading = "Datagrams and REST (picoscan150)")]
 pub(super) struct DatagramArgs {
     /// Serve the REST interface at this address, such as 127.0.0.1:8080; repeatable, in the order of the scanners; port 0 takes a free one (docs/picoscan.md says
-    /// how port 80 is had, which some clients insist on)
+    /// how to bind port 80, which some clients require)
     #[arg(long, value_name = "ADDR")]
     rest: Vec<String>,
     /// Send scans to this address, and IMU and encoder to its ports 7503 and 7504, in place of 192.168.0.100; repeatable, in the order of the scanners.

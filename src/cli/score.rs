@@ -6,7 +6,7 @@ use rowscan_check::{Intercepted, Relative, SprayerRun};
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
 use rowscan_sprayer::hydraulics::Balance;
 use rowscan_sprayer::interception::Sink;
-use rowscan_sprayer::safety::{Breach, Rule, breaches};
+use rowscan_sprayer::safety::{Breach, Rule};
 use rowscan_sprayer::{Edge, Interception, Rate, Score, map};
 use serde::Serialize;
 
@@ -178,19 +178,15 @@ impl Report {
             relative: run.relative(),
             edges,
             // Nobody can throw the other switches in a scenario: of them nothing is known.
-            forbidden: breaches(
-                &run.pass,
-                &run.flows,
-                &run.pass.troubles().switches(run.pass.time().to),
-                0.0,
-            )
-            .into_iter()
-            // Switches that nobody has thrown say nothing.
-            .filter(|breach| {
-                !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty)
-                    || breach.forbidden_s > 0.0
-            })
-            .collect(),
+            forbidden: run
+                .breaches(0.0)
+                .into_iter()
+                // Switches that nobody has thrown say nothing.
+                .filter(|breach| {
+                    !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty)
+                        || breach.forbidden_s > 0.0
+                })
+                .collect(),
             rate: run.rate.clone(),
             reported_error: run.reported_error(0.0),
             hydraulics: run.node.as_ref().map(|node| node.balance(run.pass.time())),

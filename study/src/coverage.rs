@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibrations;
 use crate::classes::Classes;
 use crate::wilson::wilson;
-use crate::{Header, Study, Unit, UnitError, fingerprint};
+use crate::{Header, Study, Unit, UnitError, fingerprint, rms};
 
 /// Rows of every class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -167,7 +167,7 @@ pub fn report(provenance: Header<CoverageStudy>, units: &[Unit<CoverageRow>]) ->
             class: class.name.clone(),
             n: errors.len(),
             bias: mean(&errors),
-            rmse: mean(&errors.iter().map(|error| error * error).collect::<Vec<_>>()).sqrt(),
+            rmse: rms(&errors),
             sampling_holds: share(&own, |row| row.sampling_m2),
             interval_holds: share(&own, |row| row.interval_m2),
             half_width: (!widths.is_empty()).then(|| mean(&widths)),

@@ -170,6 +170,11 @@ pub(crate) fn moments(values: &[f64]) -> (f64, Option<f64>) {
     (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
 }
 
+/// Root mean square.
+pub(crate) fn rms(values: &[f64]) -> f64 {
+    rowscan_canopy::regression::mean(&values.iter().map(|value| value * value).collect::<Vec<_>>()).sqrt()
+}
+
 /// The middle value, or the mean of the two in the middle; None of nothing.
 pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);

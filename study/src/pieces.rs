@@ -4,7 +4,6 @@ use rayon::prelude::*;
 use rowscan_canopy::regression::{FittedLine, mean};
 use rowscan_canopy::{Estimate, PieceLeaf};
 use rowscan_emulator::stage::Stage as Set;
-use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::optics::Stages;
 use rowscan_scenes::{Scene, TruthGrid};
@@ -12,8 +11,9 @@ use serde::Serialize;
 
 use crate::class::row_class;
 use crate::eye::placed;
-use crate::reading::{CalibrationChoice, Reading, reading_remission, rig_with};
-use crate::trial::{StartUpRequests, TrialError, each_scan};
+use crate::reading::rig_with;
+use crate::rms;
+use crate::trial::{ByHitsAndShares, TrialError, each_scan};
 
 /// Length of the truth's slabs, metres.
 const SLAB_M: f64 = 0.05;
@@ -143,16 +143,10 @@ fn pass(mut scene: Scene, model: AnyModel, eye: bool) -> Result<Vec<RowPieces>, 
     scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
     let set = Set::grow(scene, &|_, _| {})?;
     let rig = rig_with(&set.rig, 0, model.name());
-    let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig)?;
-    let of_shares = reading_remission(&rig, 0)
-        .filter(|_| eye)
-        .map(|rig| Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig))
-        .transpose()?;
-    let cola = ColaConfig { remission: of_shares.is_some(), ..reading.cola };
-    let asked = StartUpRequests { cola, lms2xx: reading.lms2xx };
+    let ByHitsAndShares { by_hits, by_shares, asked } = ByHitsAndShares::of(&rig, eye)?;
     let class = row_class(&set.scene, &set.orchard.truth());
-    let mut pipelines = vec![("contact", reading.pipeline.of_class(class.clone()))];
-    pipelines.extend(of_shares.map(|reading| ("share", reading.pipeline.of_class(class))));
+    let mut pipelines = vec![("contact", by_hits.of_class(class.clone()))];
+    pipelines.extend(by_shares.map(|pipeline| ("share", pipeline.of_class(class))));
     each_scan(&set, model, asked, &mut |scan| {
         for (_, pipeline) in &mut pipelines {
             pipeline.push(scan);
@@ -296,10 +290,6 @@ fn kind_summed_up(
         holds: of_intervals(|interval| f64::from(u8::from(interval.0))),
         half_width: of_intervals(|interval| interval.1),
     })
-}
-
-fn rms(values: &[f64]) -> f64 {
-    mean(&values.iter().map(|value| value * value).collect::<Vec<_>>()).sqrt()
 }
 
 /// The table that estimates take the error of pieces from: canopy's `pieces.csv`. Laws of the length are fitted to pieces of 1, 2 and 3 m.

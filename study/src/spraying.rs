@@ -48,17 +48,17 @@ pub struct Sprayed {
 }
 
 /// Drives the scanners of a stage past its row, has the reference controller command `boom`, and ends at the row's end. A command reaches its valve `late_s` seconds after the scan
-/// that it follows from; the controller reckons with `reckoned_late_s`. What stands before the first scan nobody has seen: it is not wanted.
+/// that it follows from; the controller assumes `assumed_late_s`. What stands before the first scan nobody has seen: it is not wanted.
 ///
 /// # Errors
 /// Scanners, rig and boom that do not fit each other.
 pub fn spray(
     stage: &Stage,
     boom: Boom,
-    (late_s, reckoned_late_s): (f64, f64),
+    (late_s, assumed_late_s): (f64, f64),
 ) -> Result<Sprayed, SprayingError> {
     let tractor = stage.tractor();
-    let mut controller = Controller::new(boom.clone(), &stage.rig.scanners, reckoned_late_s)?;
+    let mut controller = Controller::new(boom.clone(), &stage.rig.scanners, assumed_late_s)?;
     let mut eyes = eyes(stage, &tractor)?;
     let hertz = eyes.first().map_or(1.0, |(_, hertz, _)| *hertz);
     let end = SimTime((stage.scans_to_row_end(hertz) as f64 / hertz * 1e9) as u64);

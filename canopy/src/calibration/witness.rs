@@ -30,7 +30,7 @@ pub struct Witness {
 /// Fewest rows that tell how ratios scatter.
 const LEAST_ROWS: usize = 8;
 
-/// Smallest standard deviation that counts: no rows agree better than two estimators of one row do.
+/// Smallest standard deviation that counts: two estimators of one row do not agree better.
 const LEAST_SD: f64 = 0.02;
 
 impl Witness {

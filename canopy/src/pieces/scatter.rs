@@ -50,7 +50,7 @@ impl PieceScatter {
         &LINES
     }
 
-    /// The line for pieces measured like this: of the model, or of the model whose pieces are farthest off where the table has it not; of the nearest distance.
+    /// The line for pieces measured like this: of the model, or, where the table does not have it, of the model whose pieces are farthest off; of the nearest distance.
     /// `None` where nothing was measured that way.
     pub fn find(count: &str, beams: &str, model: &str, distance_m: f64) -> Option<&'static Self> {
         let alike = || Self::table().iter().filter(|line| line.count == count && line.beams == beams);

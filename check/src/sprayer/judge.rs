@@ -1,7 +1,7 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_sprayer::safety::{Rule, breaches, time_to_safe_s};
+use rowscan_sprayer::safety::{Rule, time_to_safe_s};
 use rowscan_sprayer::{Rate, Spans};
 
 use super::run::SprayerRun;
@@ -151,8 +151,7 @@ fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
         expect.on.as_deref().map(|name| Rule::named(name).ok_or(format!("`of`: there is no rule {name}")));
     let rule = rule.transpose()?;
     let grace_s = expect.within_s.unwrap_or_default();
-    let switches = sprayer.pass.troubles().switches(sprayer.pass.time().to);
-    let all = breaches(&sprayer.pass, &sprayer.flows, &switches, grace_s);
+    let all = sprayer.breaches(grace_s);
     let of = all.iter().filter(|breach| rule.is_none_or(|rule| rule == breach.rule));
     let (litres, forbidden_s) =
         of.fold((0.0, 0.0), |(litres, s), breach| (litres + breach.litres, s + breach.forbidden_s));

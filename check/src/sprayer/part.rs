@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_noted_with_their_times_and_what_the_boom_has_not_is_refused() {
+    fn faults_are_noted_with_their_times_and_what_the_boom_lacks_is_refused() {
         let part = SprayerPart::new(boom());
         let fault = PartFault::Sprayer(SprayerFault::CoilOpen(Valves::All));
         let order = |key, s| Order { key, at: Duration::from_secs(s), fault: &fault, seed: 0, p: 1.0 };

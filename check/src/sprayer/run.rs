@@ -6,6 +6,7 @@ use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
 use rowscan_sprayer::interception::{Settings, intercept};
+use rowscan_sprayer::safety::{Breach, breaches};
 use rowscan_sprayer::{
     Command, CommandLog, Delivery, Drive, Edges, Flow, Interception, Node, Pass, Rate, Score, Span, Spans,
     Troubles, oracle,
@@ -37,6 +38,7 @@ pub struct SprayerRun {
     pub rate: Option<Rate>,
     /// When the controller told how many litres it believes it has sprayed, seconds, and how many.
     pub reports: Vec<(f64, f64)>,
+    oracle_flows: Vec<Flow>,
     orchard: Arc<Orchard>,
     /// Found when it is asked for: it takes a second and more.
     interception: OnceLock<Intercepted>,
@@ -100,9 +102,23 @@ impl SprayerRun {
         let (score, edges) = (Score::of(&pass, &flows), Edges::of(&pass, &flows));
         // Valves that nobody has told anything say nothing of a controller.
         let score = if log.reaches(pass.boom()) { score } else { score.unheard() };
-        let best = Score::of(&pass, &pass.deliver_sound(&oracle::commands(&pass)).flows);
+        let oracle_flows = pass.deliver_sound(&oracle::commands(&pass)).flows;
+        let best = Score::of(&pass, &oracle_flows);
         let (reports, interception) = (Vec::new(), OnceLock::new());
-        Self { pass, log, flows, score, oracle: best, edges, node, rate, reports, orchard, interception }
+        Self {
+            pass,
+            log,
+            flows,
+            score,
+            oracle: best,
+            oracle_flows,
+            edges,
+            node,
+            rate,
+            reports,
+            orchard,
+            interception,
+        }
     }
 
     /// Share by which the litres that the controller reported are off the true ones, from its first report after `from_s` to its last one; none where that is unknown.
@@ -114,13 +130,18 @@ impl SprayerRun {
         (litres > 0.0).then(|| (last.1 - first.1) / litres - 1.0)
     }
 
+    /// Litres against every rule, those of switches and tank by the faults of the run, from `grace_s` after a rule begins.
+    pub fn breaches(&self, grace_s: f64) -> Vec<Breach> {
+        let switches = self.pass.troubles().switches(self.pass.time().to);
+        breaches(&self.pass, &self.flows, &switches, grace_s)
+    }
+
     /// On what its liquid would have fallen if it flew straight. Nothing is known of it where [`Self::unheard`] says why.
     pub fn interception(&self) -> &Intercepted {
         self.interception.get_or_init(|| {
-            let best = self.pass.deliver_sound(&oracle::commands(&self.pass)).flows;
             let constant = self.pass.constant_flows();
             let settings = Settings::new(self.pass.seed());
-            let runs: [&[Flow]; 3] = [&self.flows, &best, &constant];
+            let runs: [&[Flow]; 3] = [&self.flows, &self.oracle_flows, &constant];
             let mut found = intercept(&self.pass, &self.orchard, &runs, &settings).into_iter();
             let mut next = || found.next().unwrap_or_default();
             Intercepted { run: next(), oracle: next(), constant: next() }

@@ -69,7 +69,7 @@ impl Segment {
         if sensor_s <= 0.0 {
             return self.pressure_bar(at);
         }
-        // The square of a + b e^(−t/τ) has the rates 1/τ and 2/τ; where the sensor's is one of them, it is taken a little aside.
+        // The square of a + b e^(−t/τ) has the rates 1/τ and 2/τ; where the sensor's is one of them, it is shifted slightly.
         let ratio = [1.0, 2.0].into_iter().fold(sensor_s / self.tau_s, |ratio, rate| {
             if (1.0 - rate * ratio).abs() < 1e-6 { ratio * (1.0 + 2e-6) } else { ratio }
         });
@@ -131,7 +131,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// The node of `boom` at time 0: all nozzles shut and the pressure come to rest.
+    /// The node of `boom` at time 0: all nozzles are shut and the pressure is steady.
     pub fn new(boom: &Boom, keys: Hydraulics) -> Self {
         let nominal = boom.pressure_bar.sqrt();
         let nozzles: Vec<f64> = boom.nozzles().iter().map(|nozzle| nozzle.flow_l_s / nominal).collect();

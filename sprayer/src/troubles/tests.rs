@@ -115,7 +115,7 @@ fn pump_and_switches_are_told_over_time() {
 }
 
 #[test]
-fn what_the_boom_has_not_is_refused_with_what_it_has() {
+fn what_the_boom_lacks_is_refused_with_what_it_has() {
     let said = |fault| refusal(&boom(""), &fault).unwrap_or_default();
     assert_eq!(said(SprayerFault::CoilOpen(Valves::Section(7))), "the boom has no section 7; it has 1, 2");
     assert_eq!(said(SprayerFault::Drip(Valves::Nozzle(4), 0.01)), "the boom has no nozzle 4; it has 0 to 3");

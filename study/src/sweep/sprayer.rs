@@ -13,7 +13,7 @@ use crate::{Setting, settings};
 
 /// What its keys begin with in a study.
 const PREFIX: &str = "sprayer.";
-/// From the end of a scan until a valve hears of it, as the controller reckons, seconds.
+/// From the end of a scan until a valve hears of it, as the controller assumes, seconds.
 const LATE_S: f64 = 0.02;
 /// Rays of a bundle: a study is of means over many of them.
 const RAYS: u32 = 8;
@@ -26,7 +26,7 @@ const HECTARE_M2: f64 = 1e4;
 pub struct SweptSprayer {
     /// The boom.
     pub boom: Boom,
-    /// Latency that the controller does not reckon with, ms.
+    /// Latency that the controller does not know of, ms.
     #[serde(default)]
     pub latency_ms: f64,
     /// Sections of each side, evenly over the height of those in the boom, with its nozzles dealt out evenly, one each at least; as the boom has them where left out.
