@@ -62,14 +62,8 @@ impl Name {
 
     /// The boom's sensors: agriculture, class of sprayers, a function of its own class without a registered number; it takes what address is free.
     pub fn boom() -> Self {
-        NameParts {
-            self_configurable: true,
-            class: 6,
-            function: 254,
-            identity: 3,
-            ..Self::tractor_parts()
-        }
-        .into()
+        NameParts { self_configurable: true, class: 6, function: 254, identity: 3, ..Self::tractor_parts() }
+            .into()
     }
 
     /// The parts of the tractor's.

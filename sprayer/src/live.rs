@@ -42,12 +42,20 @@ pub struct States {
     pub flow_l_s: f64,
     /// Pulses of the flow meter since the start; the last one may not be whole.
     pub pulses: f64,
+    /// Pulses a second, as a mean since the last look.
+    pub pulse_hz: f64,
     /// What the pressure sensor tells, bar; none where the pressure is not modelled.
     pub pressure_bar: Option<f64>,
     /// Where the regulating valve is, 0 to 1; none where there is none.
     pub opening: Option<f64>,
     /// What is left in the tank, litres; none where nothing is known of it.
     pub tank_l: Option<f64>,
+    /// The master switch is off.
+    pub master_off: bool,
+    /// The driver holds the valves shut.
+    pub held_shut: bool,
+    /// Nothing is left in the tank.
+    pub tank_empty: bool,
 }
 
 /// A boom while it runs.
@@ -109,12 +117,8 @@ impl Live {
     pub fn look(&mut self, at_s: f64, troubles: &Troubles, speed_m_s: &dyn Fn(f64) -> f64) -> States {
         let since = Span::new(self.at_s, at_s);
         self.duties.silent(at_s);
-        let flows = valve_flows(
-            (&self.boom, &self.nozzles, self.seed),
-            self.duties.steps.clone(),
-            troubles,
-            at_s,
-        );
+        let flows =
+            valve_flows((&self.boom, &self.nozzles, self.seed), self.duties.steps.clone(), troubles, at_s);
         let sections = self.sections(&flows, since);
         if let Some(node) = &mut self.node {
             let at_m_s = self.boom.rate.map_or(1.0, |rate| rate.at_m_s);
@@ -134,14 +138,25 @@ impl Live {
         self.litres += litres_in(since);
         self.pulses += metered * self.sensors.pulses_per_l;
         self.at_s = at_s;
-        self.duties.forget(troubles.0.iter().map(|trouble| trouble.from).fold(at_s, f64::min) - self.memory_s);
+        self.duties
+            .forget(troubles.0.iter().map(|trouble| trouble.from).fold(at_s, f64::min) - self.memory_s);
+        let is_now = |fault: SprayerFault| {
+            troubles.0.iter().any(|trouble| {
+                trouble.fault == fault && trouble.from <= at_s && trouble.to.is_none_or(|to| at_s < to)
+            })
+        };
+        let flow_l_s = if since.length() > 0.0 { metered / since.length() } else { 0.0 };
         States {
             sections,
-            flow_l_s: if since.length() > 0.0 { metered / since.length() } else { 0.0 },
+            flow_l_s,
+            pulse_hz: flow_l_s * self.sensors.pulses_per_l,
             pulses: self.pulses,
             pressure_bar: node.map(|node| node.sensed_bar(at_s)),
             opening: node.map(Node::opening),
             tank_l: self.sensors.tank_l.map(|tank_l| (tank_l - self.litres).max(0.0)),
+            master_off: is_now(SprayerFault::MasterOff),
+            held_shut: is_now(SprayerFault::HeldShut),
+            tank_empty: is_now(SprayerFault::TankEmpty),
         }
     }
 

@@ -136,12 +136,8 @@ impl Pass {
 
     fn delivered(&self, log: &CommandLog, troubles: &Troubles) -> Delivery {
         let until_s = self.time().to;
-        let flows = valve_flows(
-            (&self.boom, &self.nozzles, self.seed),
-            log.duties(&self.boom),
-            troubles,
-            until_s,
-        );
+        let flows =
+            valve_flows((&self.boom, &self.nozzles, self.seed), log.duties(&self.boom), troubles, until_s);
         let Some(keys) = self.boom.hydraulics else { return Delivery { flows, node: None } };
         let at_m_s = self.boom.rate.map_or(1.0, |rate| rate.at_m_s);
         let rate = |at: f64| self.drive.speed_m_s(at) / at_m_s;
@@ -188,8 +184,7 @@ pub(crate) fn valve_flows(
 ) -> Vec<Flow> {
     let duties = troubles.duties(boom, commanded);
     let each = nozzles.iter().zip(duties);
-    let flows = each.map(|(nozzle, steps)| {
-        nozzle.valve.flow(&steps, (nozzle.number, seed), nozzle.flow_l_s, until_s)
-    });
+    let flows = each
+        .map(|(nozzle, steps)| nozzle.valve.flow(&steps, (nozzle.number, seed), nozzle.flow_l_s, until_s));
     troubles.flows(boom, flows.collect(), until_s)
 }

@@ -146,12 +146,16 @@ pub const SPRAYER_STATE: Message = Message {
     period_ms: Some(STATES_MS),
     len: 8,
     source: SPRAYER_ADDRESS,
-    about: "pressure, flow, tank and regulating valve; not available where the boom has no such sensor (proprietary B)",
+    about: "pressure, flow, tank, regulating valve and the driver's switches; not available where the boom has no such sensor (proprietary B)",
     signals: &[
         Signal::new("Pressure", 0, 16, 0.01, "bar"),
-        Signal::new("Flow", 16, 16, 0.01, "l/min").about("through all nozzles, by the flow meter, as a mean since the last frame"),
+        Signal::new("Flow", 16, 16, 0.01, "l/min")
+            .about("through all nozzles, by the flow meter, as a mean since the last frame"),
         Signal::new("Tank", 32, 16, 0.1, "l").about("what is left in the tank"),
         Signal::new("RegulatorOpening", 48, 8, 0.4, "%").about("0 is shut: all flow to the nozzles"),
+        Signal::choice("MasterSwitch", 56, 2, &[(0, "off"), (1, "on")]),
+        Signal::choice("HeldShut", 58, 2, &[(0, "no"), (1, "yes")]),
+        Signal::choice("TankEmpty", 60, 2, &[(0, "no"), (1, "yes")]),
     ],
 };
 

@@ -18,7 +18,8 @@ fn boom(valve: &str, tables: &str) -> Boom {
         )
     };
     let sections: String = (0..3).map(section).collect();
-    Boom::read(&format!("version = 1\nwatchdog_s = 3\n[valve]\n{valve}\n{tables}\n{sections}")).expect("a boom")
+    Boom::read(&format!("version = 1\nwatchdog_s = 3\n[valve]\n{valve}\n{tables}\n{sections}"))
+        .expect("a boom")
 }
 
 fn sensors() -> Sensors {
@@ -38,7 +39,8 @@ fn looks(boom: &Boom, commands: &[Command], troubles: &Troubles) -> Vec<States> 
             }
             // It knows what has gone wrong until now.
             let so_far = troubles.0.iter().filter(|trouble| trouble.from <= at_s);
-            let so_far = so_far.map(|trouble| Trouble { to: trouble.to.filter(|to| *to <= at_s), ..*trouble });
+            let so_far =
+                so_far.map(|trouble| Trouble { to: trouble.to.filter(|to| *to <= at_s), ..*trouble });
             live.look(at_s, &Troubles(so_far.collect()), &|_| 1.5)
         })
         .collect()
@@ -163,6 +165,24 @@ fn a_flow_meter_that_is_off_tells_its_own_flow_and_the_tank_the_true_one() {
     // The watchdog closes all after 3 s, and a tank is never below empty.
     assert!(told[59].flow_l_s > 0.0 && told[60].flow_l_s < 1e-12);
     assert_eq!(told[59].pressure_bar, None, "no pressure is modelled");
+}
+
+#[test]
+fn switches_and_tank_are_told_while_they_forbid() {
+    let faults = [SprayerFault::MasterOff, SprayerFault::HeldShut, SprayerFault::TankEmpty];
+    let troubles = faults.iter().zip(1..).map(|(fault, s)| Trouble {
+        fault: *fault,
+        from: f64::from(s),
+        to: Some(f64::from(s) + 0.5),
+    });
+    let told = looks(&boom("on_ms = 15", ""), &[], &Troubles(troubles.collect()));
+    let at = |tick: usize| (told[tick].master_off, told[tick].held_shut, told[tick].tank_empty);
+    assert_eq!(at(8), (false, false, false));
+    assert_eq!([at(9), at(13), at(14)], [(true, false, false), (true, false, false), (false, false, false)]);
+    assert_eq!(
+        [at(19), at(24), at(29), at(34)],
+        [(false, true, false), (false, false, false), (false, false, true), (false, false, false)]
+    );
 }
 
 #[test]

@@ -5,8 +5,12 @@ use crate::part_fault::PartFault;
 use crate::row::{Family, Row};
 use crate::sprayer::SprayerFault;
 
-const RATIO: Parameter =
-    Parameter::new("ratio", Form::Number(0.0, 10.0), "0.8", "it tells so many times the flow; 0 is no pulse at all");
+const RATIO: Parameter = Parameter::new(
+    "ratio",
+    Form::Number(0.0, 10.0),
+    "0.8",
+    "it tells so many times the flow; 0 is no pulse at all",
+);
 
 /// It tells another flow.
 pub(in crate::rows) const ROW: Row = Row {
