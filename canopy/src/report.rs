@@ -188,6 +188,7 @@ fn tell_how_sure(
         sampling: sampled.map(|(sd, _)| amplified * sd),
         between_class: class.and_then(|_| between(&compared)),
         density: counted.scale.map(|scale| scale.density_sd(raw_m2_per_m)),
+        calibration: counted.scale.and_then(|scale| scale.k_sd),
         remission: pass.row.remission().filter(|_| counted.count == Count::Shares).map(|scale| {
             let power_sd = uncertainty::combined([scale.power_sd.unwrap_or(0.0), scale.rig_sd]);
             amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
@@ -201,10 +202,11 @@ fn tell_how_sure(
     let leaf_m2 = leaf.areas.best_m2().ok();
     let ends = |sd: f64| leaf_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
     let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
+    let of_factor = parts.calibration.unwrap_or(0.0);
     let all = parts
         .sampling
         .zip(parts.between_class)
-        .map(|(a, b)| uncertainty::combined([a, b, of_density, of_remission, of_spot]));
+        .map(|(a, b)| uncertainty::combined([a, b, of_density, of_factor, of_remission, of_spot]));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
     leaf.interval_m2 = all.and_then(ends);
     leaf.uncertainty = Some(parts);

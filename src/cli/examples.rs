@@ -204,6 +204,14 @@ pub const EXAMPLES: &[Examples] = &[
         ],
     ),
     of(
+        "study field",
+        "validation",
+        [
+            "rowscan study field --plan --rig spindle",
+            "rowscan study field field.csv --rig rig.toml -o field.toml",
+        ],
+    ),
+    of(
         "study pieces",
         "accuracy",
         [

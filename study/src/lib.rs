@@ -16,6 +16,7 @@ mod complaint;
 pub mod coverage;
 mod document;
 pub mod eye;
+pub mod field;
 pub mod figure;
 mod fine_scan;
 pub mod fingerprint;

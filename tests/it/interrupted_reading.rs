@@ -39,6 +39,7 @@ const CASES: &[&[&str]] = &[
     &["study", "coverage", "--classes", "F"],
     &["study", "estimators", "F"],
     &["study", "eye", "F"],
+    &["study", "field", "F", "--rig", "spindle"],
     &["study", "pieces", "F"],
     &["study", "physics", "F"],
     &["study", "recording", "F", "--model", "lms111"],

@@ -34,6 +34,7 @@ mod exports;
 mod fault_table;
 mod faults;
 mod features;
+mod field;
 mod frozen_clock;
 mod help;
 mod hostile;

@@ -22,6 +22,7 @@ enum Holds {
     Faults,
     Scenario,
     Shard,
+    Sheet,
 }
 
 /// An option that names a file to be written: command, option, what the file holds, its name, and the command line, where `F` is the file and `P` the
@@ -131,6 +132,7 @@ const CASES: &[Case] = &[
         "f.csv",
         &["study", "transfer", "--classes", "F", "--between-class", "F"],
     ),
+    ("study field", "output", Holds::Sheet, "f.csv", &["study", "field", "F", "--rig", "spindle", "-o", "F"]),
     ("study pieces", "table", Holds::Scene, "f.csv", &["study", "pieces", "F", "--table", "F"]),
     (
         "study coverage",
@@ -266,6 +268,7 @@ fn content(holds: Holds) -> Vec<u8> {
         Holds::Faults => b"[[fault]]\nname = \"stall\"\nat = { scan = 10 }\nfor = { s = 1 }\n".into(),
         Holds::Scenario => SCENARIO.into(),
         Holds::Shard => shard(),
+        Holds::Sheet => b"recording,from_m,to_m,leaf_area_m2\nrow.mcap,1,2,5\n".into(),
     }
 }
 

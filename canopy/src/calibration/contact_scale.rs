@@ -21,6 +21,9 @@ pub struct ContactScale {
     /// The rows it was fitted on; `None` in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fitted: Option<FittedRows>,
+    /// Relative standard deviation of `k`, where it was fitted on so few pieces of a real orchard that it counts; `None` where it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_sd: Option<f64>,
     /// How good it is.
     pub quality: FitQuality,
 }
@@ -45,6 +48,7 @@ fn proportion() -> f64 {
 /// The names of a scale's values in a file.
 pub(super) struct ScaleKeys {
     k: &'static str,
+    k_sd: &'static str,
     p: &'static str,
     low: &'static str,
     high: &'static str,
@@ -57,6 +61,7 @@ macro_rules! keys {
     ($table:literal) => {
         ScaleKeys {
             k: concat!($table, ".k"),
+            k_sd: concat!($table, ".k_sd"),
             p: concat!($table, ".p"),
             low: concat!($table, ".quality.low_m2_per_m"),
             high: concat!($table, ".quality.high_m2_per_m"),
@@ -87,6 +92,9 @@ impl ContactScale {
         let low = self.quality.low_m2_per_m;
         if self.p != 1.0 && (low.is_nan() || low <= 0.0) {
             return Err(CalibrationError::NotPositive { key: keys.low, value: low });
+        }
+        if let Some(value) = self.k_sd.filter(|sd| !(sd.is_finite() && *sd >= 0.0)) {
+            return Err(CalibrationError::NotPositive { key: keys.k_sd, value });
         }
         let Some(rows) = self.fitted else { return Ok(()) };
         positive(keys.mean, rows.mean_m2_per_m)?;

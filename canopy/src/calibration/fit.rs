@@ -168,12 +168,12 @@ fn scale(key: &'static str, x: &[f64], y: &[f64], spot_sd: f64) -> Result<Contac
     };
     let fitted = FittedLine::fit(&ln_x, &ln_y).map(own);
     let good = quality(x, y, Goodness::of_line(&line, x, y));
-    let proportion = ContactScale { k: line.slope, p: 1.0, fitted, quality: good };
+    let proportion = ContactScale { k: line.slope, p: 1.0, fitted, k_sd: None, quality: good };
     let pays = |power: &Power| {
         power.p > 1.0 && power.quality.loo_rmse_relative < PAYS * proportion.quality.loo_rmse_relative
     };
     Ok(match power(x, y, spot_sd).ok().filter(pays) {
-        Some(Power { c, p, quality }) => ContactScale { k: c, p, fitted, quality },
+        Some(Power { c, p, quality }) => ContactScale { k: c, p, fitted, k_sd: None, quality },
         None => proportion,
     })
 }

@@ -102,7 +102,7 @@ mod tests {
             low_m2_per_m: 2.0,
             high_m2_per_m: 8.0,
         };
-        ContactScale { k: 1.0, p: 1.0, fitted: None, quality }
+        ContactScale { k: 1.0, p: 1.0, fitted: None, k_sd: None, quality }
     }
 
     /// Rows of ratio 1.1 · (x / 4)^0.2, each off by one of two factors.

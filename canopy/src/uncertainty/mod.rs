@@ -24,6 +24,9 @@ pub struct Uncertainty {
     /// Of rows denser or thinner than those the calibration was fitted on are on average, where they had a larger exponent than the calibration applies;
     /// `None` without a calibration.
     pub density: Option<f64>,
+    /// Of the factor of a calibration that was fitted on few pieces of a real orchard; `None` elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<f64>,
     /// Of what shares of spots tell, where the leaf area is made of them: how leaves of an echo share its remission, and of a card the power that a full leaf
     /// returns. `None` elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]

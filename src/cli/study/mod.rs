@@ -10,6 +10,7 @@ mod confirmed_markdown;
 mod coverage;
 mod estimators;
 mod eye;
+mod field;
 mod merge;
 mod orchards;
 mod physics;
@@ -54,6 +55,8 @@ pub(super) enum Command {
     Estimators(estimators::Args),
     /// Leaf area through the device's optics: every estimator against the truth, by model and distance
     Eye(eye::Args),
+    /// Fit a calibration to pieces of real rows whose leaf area was measured by hand, and plan such a measurement
+    Field(field::Args),
     /// Single trees and metres against the truth: how far each is off beside its row, by model, distance and length
     Pieces(pieces::Args),
     /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
@@ -76,6 +79,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
         | Command::Budget(_)
         | Command::Estimators(_)
         | Command::Eye(_)
+        | Command::Field(_)
         | Command::Pieces(_)
         | Command::Physics(_)
         | Command::Recording(_) => None,
@@ -94,6 +98,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
             Command::Coverage(args) => coverage::run(args).await,
             Command::Estimators(args) => estimators::run(args).await,
             Command::Eye(args) => eye::run(args).await,
+            Command::Field(args) => field::run(args).await,
             Command::Pieces(args) => pieces::run(args).await,
             Command::Physics(args) => physics::run(args).await,
             Command::Recording(args) => recording::run(args).await,

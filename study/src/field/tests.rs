@@ -1,0 +1,80 @@
+use rowscan_canopy::calibration::{CanopyClass, EchoRule, Optics};
+
+use super::*;
+
+fn class() -> CalibrationClass {
+    CalibrationClass {
+        preset: "field".to_owned(),
+        shady_threshold_percent: 101.0,
+        growth_stage: "full leaf".to_owned(),
+        tree_spacing_m: 1.5,
+        scanner_model: "lms111".to_owned(),
+        resolution_deg: 0.5,
+        echo_rule: EchoRule::First,
+        optics: Optics::Measured,
+        distance_m: Some(2.0),
+        canopy: CanopyClass::default(),
+    }
+}
+
+/// Metres of a recording: raw contact, and the leaf area that is measured where leaves are `factor` times that.
+fn pieces(recording: &str, raw_m2: &[f64], factor: f64) -> Vec<ScannedPiece> {
+    let piece = |(place, raw_m2): (usize, &f64)| ScannedPiece {
+        measured: MeasuredPiece {
+            line: place as u64 + 2,
+            recording: recording.to_owned(),
+            from_m: place as f64,
+            to_m: place as f64 + 1.0,
+            leaf_area_m2: raw_m2 * factor,
+        },
+        sample: Sample {
+            length_m: 1.0,
+            impacted_total_area_m2: 1.0 + raw_m2 / 10.0,
+            contact_leaf_area_m2: *raw_m2,
+            leaf_area_m2: raw_m2 * factor,
+            spot_relative_sd: 0.0,
+            share_leaf_area_m2: None,
+        },
+        before_m2: Some(raw_m2 * 0.9),
+    };
+    raw_m2.iter().enumerate().map(piece).collect()
+}
+
+#[test]
+fn a_row_whose_leaves_are_a_multiple_of_contact_gives_that_factor_and_no_error() {
+    let found = calibrate(&pieces("a", &[4.0, 5.0, 6.0, 5.5], 1.25), &class(), Provenance::default());
+    let found = found.expect("a calibration");
+    assert_eq!(found.left_out, "piece");
+    assert!((found.factor - 1.25).abs() < 1e-12 && found.after.rmse < 1e-12, "{found:?}");
+    let before = found.before.expect("the rig had one");
+    assert!((before.bias - (0.9 / 1.25 - 1.0)).abs() < 1e-12, "{before:?}");
+    assert!((found.calibration.contact.k - 1.25).abs() < 1e-12);
+    assert!(found.calibration.contact.k_sd.is_some_and(|sd| sd < 1e-12));
+    assert_eq!(found.pieces_for_ten_percent, 2);
+}
+
+/// Pieces of one row agree with each other and tell nothing of the next row: a fit that has seen the row looks better than it is.
+#[test]
+fn rows_with_factors_of_their_own_are_left_out_whole() {
+    let mut all = Vec::new();
+    for (name, factor) in [("a", 1.0), ("b", 1.2), ("c", 1.1)] {
+        all.extend(pieces(name, &[4.0, 5.0, 6.0, 5.5], factor));
+    }
+    let found = calibrate(&all, &class(), Provenance::default()).expect("a calibration");
+    assert_eq!(found.left_out, "recording");
+    assert!((found.factor - 1.1).abs() < 1e-9, "{}", found.factor);
+    // Without its own row, a is estimated with 1.15 and b with 1.05.
+    assert!((found.pieces[0].left_out_m2 - 4.0 * 1.15).abs() < 1e-9, "{:?}", found.pieces[0]);
+    assert!((found.pieces[4].left_out_m2 - 4.0 * 1.05).abs() < 1e-9, "{:?}", found.pieces[4]);
+    // Three rows, not twelve pieces, say how well the factor is known: it may be off by as much as rows differ.
+    let half = (found.factor_interval[1] / found.factor_interval[0] - 1.0) / 2.0;
+    assert!(half > 0.25, "{:?}", found.factor_interval);
+}
+
+#[test]
+fn three_pieces_are_too_few_and_pieces_without_scatter_no_calibration() {
+    let few = calibrate(&pieces("a", &[4.0, 5.0, 6.0], 1.0), &class(), Provenance::default());
+    assert!(matches!(few, Err(FieldError::TooFew { expected: 4, found: 3 })), "{few:?}");
+    let alike = calibrate(&pieces("a", &[4.0; 5], 1.0), &class(), Provenance::default());
+    assert!(matches!(alike, Err(FieldError::Fit(FitError::NoSpread { .. }))), "{alike:?}");
+}

@@ -1,0 +1,85 @@
+//! `rowscan study field`, through the whole binary: virtual defoliation of rows that were scanned through a device.
+
+use rowscan_scenes::files::load_scene;
+use rowscan_scenes::{Orchard, TruthGrid};
+
+use crate::common::binary::{Emulator, assert_says, refused, run};
+use crate::common::recorded::folder;
+
+/// A sheet of three metres of each of three rows, their scans beside it; leaf areas are the true ones times `factor`.
+fn strip(file: &impl Fn(&str) -> String, factor: f64) -> String {
+    let mut sheet = String::from("recording,from_m,to_m,leaf_area_m2\n");
+    for seed in 9401..9404 {
+        let name = format!("row-{seed}.mcap");
+        let seed_text = seed.to_string();
+        let emulator = Emulator::start(&["spindle", "--seed", &seed_text, "--time-scale", "max"]);
+        let recorded = run(&["record", &emulator.url(), "-o", &file(&name), "--scans", "500"]);
+        assert_eq!(recorded.code, Some(0), "{}", recorded.stderr);
+        emulator.end();
+        let scene = load_scene("spindle", |_| {}).expect("built in");
+        let orchard = Orchard::grow(&scene.orchard, seed, &|_, _| {}).expect("it grows");
+        let grid = TruthGrid { slab_m: 1.0, ..TruthGrid::default() };
+        let slabs = orchard.truth_of_row(0, grid).slabs;
+        for metre in [2, 4, 6] {
+            let leaf_area_m2 = slabs[metre].leaf_area_m2 * factor;
+            sheet.push_str(&format!("{name},{metre},{},{leaf_area_m2}\n", metre + 1));
+        }
+    }
+    sheet
+}
+
+#[test]
+fn a_calibration_of_measured_metres_is_that_of_the_leaves_and_a_sheet_in_wrong_units_shows() {
+    let (_folder, file) = folder();
+    let sheet = file("field.csv");
+    let report = |factor: f64| -> serde_json::Value {
+        std::fs::write(&sheet, strip(&file, factor)).expect("written");
+        let ended =
+            run(&["study", "field", &sheet, "--rig", "spindle", "-o", &file("new.toml"), "--format", "json"]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        serde_json::from_str(&ended.stdout).expect("JSON")
+    };
+    let found = report(1.0);
+    assert_eq!(found["left_out"], "recording");
+    assert_eq!(found["pieces"].as_array().map(Vec::len), Some(9));
+    let error = |of: &str, what: &str| found[of][what].as_f64().expect("known");
+    // Rays of the class that the shipped calibration was made for: both are near the leaves.
+    assert!(error("before", "bias").abs() < 0.1 && error("after", "bias").abs() < 0.1, "{found}");
+    assert!(error("after", "rmse") < 0.2, "{found}");
+    let new = std::fs::read_to_string(file("new.toml")).expect("written");
+    assert!(new.contains("preset = \"field\"") && new.contains("k_sd = "), "{new}");
+    let row = file("row-9401.mcap");
+    let told =
+        run(&["estimate", &row, "--rig", "spindle", "--calibration", &file("new.toml"), "--format", "json"]);
+    let told: serde_json::Value = serde_json::from_str(&told.stdout).expect("JSON");
+    assert!(told["leaf_area_uncertainty"]["calibration"].as_f64() > Some(0.0), "{told}");
+    // dm² in the place of m².
+    let wrong = report(100.0);
+    assert!(wrong["before"]["bias"].as_f64() < Some(-0.9), "{wrong}");
+    assert!(wrong["factor"].as_f64() > Some(50.0), "{wrong}");
+}
+
+#[test]
+fn sheets_that_name_what_was_not_scanned_are_refused_by_line() {
+    let (_folder, file) = folder();
+    let sheet = file("field.csv");
+    let emulator = Emulator::start(&["spindle", "--time-scale", "max"]);
+    let recorded = run(&["record", &emulator.url(), "-o", &file("row.mcap"), "--scans", "100"]);
+    assert_eq!(recorded.code, Some(0), "{}", recorded.stderr);
+    emulator.end();
+    for (line, says) in [
+        ("row.mcap,0.2,1.7,5", ["line 2: from 0.2 to 1.7 m", "whole metres of the row, or one tree"]),
+        ("row.mcap,40,41,5", ["line 2: from 40 to 41 m", "holds scans of 0.0 to"]),
+        ("row.mcap,1,2,-5", ["`leaf_area_m2`", "found -5"]),
+        ("none.mcap,1,2,5", ["none.mcap", "No such file"]),
+        ("row.mcap,0,1,5", ["expected 4 pieces or more", "measure more"]),
+    ] {
+        std::fs::write(&sheet, format!("recording,from_m,to_m,leaf_area_m2\n{line}\n")).expect("written");
+        let said = refused(&["study", "field", &sheet, "--rig", "spindle"]);
+        assert_says(&said, &says);
+    }
+    assert_says(
+        &refused(&["study", "field", "--plan", "--rig", "spindle", "--hand-sd", "2"]),
+        &["--hand-sd"],
+    );
+}
