@@ -28,6 +28,11 @@ pub trait HostSession: fmt::Debug {
     /// No more bytes will come, as at a recording's end: valid frames inside an unfinished one are found.
     fn handle_end(&mut self);
 
+    /// What is unfinished stays so: bytes are missing between those that came and those that will.
+    fn handle_gap(&mut self) {
+        self.handle_end();
+    }
+
     /// Tells the session the time.
     fn handle_timeout(&mut self, now: Duration);
 
@@ -48,6 +53,11 @@ pub trait HostSession: fmt::Debug {
 
     /// Frames and bytes received so far.
     fn counts(&self) -> FrameCounts;
+
+    /// Parts of scans that were lost on their way, where the scanner sends scans in parts: those scans have beams of which nothing is known.
+    fn segments_lost(&self) -> u64 {
+        0
+    }
 
     /// True once the session waits for nothing more and sends nothing more.
     fn is_done(&self) -> bool;
