@@ -95,7 +95,7 @@ pub enum HostEvent {
         /// The command: its CoLa name, or the LMS2xx request in words.
         command: &'static str,
         /// The device's reason; an LMS2xx gives none.
-        error: Option<SopasError>,
+        error: Option<Refusal>,
         /// The start-up cannot go on without it: the session is done.
         fatal: bool,
     },
@@ -121,6 +121,37 @@ pub enum HostEvent {
     Stopped,
 }
 
+/// Why a device refused a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// By CoLa.
+    Cola(SopasError),
+    /// By REST.
+    Rest {
+        /// `header.status` of the answer; none where the answer has none.
+        status: Option<u64>,
+        /// The code of HTTP.
+        http: u16,
+    },
+}
+
+impl From<SopasError> for Refusal {
+    fn from(error: SopasError) -> Self {
+        Self::Cola(error)
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Cola(error) => error.fmt(f),
+            Self::Rest { status: Some(status), http } => write!(f, "status {status}, HTTP {http}"),
+            Self::Rest { status: None, http } => write!(f, "HTTP {http}"),
+        }
+    }
+}
+
 /// What a device says of itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
@@ -140,6 +171,8 @@ pub enum Language {
     Cola(Dialect),
     /// LMS2xx telegrams at this rate.
     Lms2xx(Rate),
+    /// Compact telegrams over UDP, and REST.
+    Compact,
 }
 
 impl fmt::Display for Language {
@@ -147,6 +180,7 @@ impl fmt::Display for Language {
         match self {
             Self::Cola(dialect) => dialect.fmt(f),
             Self::Lms2xx(rate) => write!(f, "{rate} bits a second"),
+            Self::Compact => f.write_str("Compact over UDP"),
         }
     }
 }

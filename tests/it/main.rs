@@ -52,6 +52,7 @@ mod outputs;
 mod overwriting;
 mod part_faults;
 mod picoscan;
+mod picoscan_driver;
 mod proxy;
 mod pty;
 mod record;
