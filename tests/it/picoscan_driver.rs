@@ -94,7 +94,7 @@ fn a_row_is_the_same_over_udp_over_cola_and_from_recordings() {
     let told = parsed(&ended.stdout);
     let stream = &told["streams"][0];
     assert_eq!((&stream["kind"], &stream["scans"]), (&"compact".into(), &20.into()), "{told}");
-    let shown = run(&["export", &kept, "-o", &path("scans.csv")]);
+    let shown = run(&["export", &kept, "--to", "csv", "-o", &path("scans.csv")]);
     assert_eq!(shown.code, Some(0), "{}", shown.stderr);
     let lines = std::fs::read_to_string(path("scans.csv")).expect("written");
     assert!(lines.lines().count() > 20, "{lines}");
@@ -105,7 +105,7 @@ fn a_row_is_the_same_over_udp_over_cola_and_from_recordings() {
 /// The same recording without every ninth datagram from the 30th on.
 fn lost_segments_are_told(folder: &Path, file: &str, scene: &str, whole: &Value) {
     let mut recording = Recording::open(Path::new(file)).expect("it opens");
-    let about = About { source: recording.about().source, ..About::default() };
+    let about = About { source: recording.about().source.clone(), ..About::default() };
     let mut writer =
         McapWriter::new(std::io::Cursor::new(Vec::new()), &about, Decoded::default()).expect("begun");
     let stream = writer.add_stream("scanner", StreamKind::Compact).expect("added");
@@ -181,4 +181,64 @@ async fn datagrams_that_never_come_are_told() {
         &cause.to_string(),
         &["no Compact telegram came to UDP 127.0.0.1:", "firewall", "--allow-destination"],
     );
+}
+
+/// An emulator with one fault from the start of time.
+fn faulty(scene: &str, folder: &Path, fault: &str) -> Pico {
+    let file = folder.join("faults.toml");
+    std::fs::write(&file, format!("[[fault]]\nat = {{ s = 0 }}\n{fault}\n")).expect("written");
+    Pico::start(scene, &["--faults", text(&file), "--time-scale", "4"])
+}
+
+/// What each fault of datagrams costs: segments lost of 40 turns of ten, and whether that is told.
+#[test]
+fn faults_of_datagrams_cost_what_they_say() {
+    let (base, path) = folder();
+    let scene = path("row.toml");
+    for (fault, lost) in [
+        ("name = \"udp_loss\"\np = 0.1", 15..=80),
+        ("name = \"udp_loss\"\npb = 0.02\npg = 0.25", 5..=90),
+        ("name = \"udp_dup\"\np = 0.5", 0..=0),
+        ("name = \"udp_reorder\"\nbehind = 3\np = 0.2", 0..=0),
+        ("name = \"udp_reorder\"\nbehind = 9\np = 0.1", 10..=80),
+        ("name = \"udp_late\"\nms = 80\np = 0.1", 10..=80),
+        // Telegrams of the default profile need one packet of 1500 bytes, and three of 576.
+        ("name = \"udp_fragment\"\np = 0.05", 0..=0),
+        ("name = \"udp_fragment\"\nmtu = 576\np = 0.05", 20..=110),
+    ] {
+        let pico = faulty(&scene, base.path(), fault);
+        let told = parsed(&estimate(&pico.source(), &scene, &["--model", "picoscan150", "--scans", "40"]));
+        let found = told["segments_lost"].as_u64().expect("a count");
+        assert!(lost.contains(&found), "{fault}: {found}");
+        assert_eq!((&told["scans_repeated"], &told["telegrams_bad"]), (&0.into(), &0.into()), "{fault}");
+        assert_eq!(told["warnings"].to_string().contains("segments_lost"), found > 0, "{fault}");
+    }
+}
+
+/// What REST refuses is told, or waited for.
+#[test]
+fn faults_of_rest_are_told_or_waited_for() {
+    let (base, path) = folder();
+    let scene = path("row.toml");
+    let estimated = |fault: &str| {
+        let pico = faulty(&scene, base.path(), fault);
+        let args = ["estimate", &pico.source(), "--rig", &scene, "--model", "picoscan150", "--scans", "5"];
+        run(&args)
+    };
+    for (fault, said) in [
+        ("name = \"login\"", "status 10, HTTP 401"),
+        ("name = \"nonce_stale\"", "status 10, HTTP 401"),
+        ("name = \"too_many_requests\"", "status 11, HTTP 429"),
+    ] {
+        let ended = estimated(fault);
+        assert!(ended.code != Some(0), "{fault}");
+        assert_says(&ended.stderr, &["refused the login of `Service`", said]);
+    }
+    // Over in a second of the host: the second pause outlasts it.
+    let ended = estimated("name = \"too_many_requests\"\nfor = { s = 4 }");
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let lms = base.path().join("faults.toml");
+    std::fs::write(&lms, "[[fault]]\nname = \"nonce_stale\"\nat = { s = 0 }\n").expect("written");
+    let args = ["emulate", "spindle", "--tcp", "127.0.0.1:0", "--faults", text(&lms)];
+    assert_says(&crate::common::binary::refused(&args), &["no REST interface", "picoscan150"]);
 }
