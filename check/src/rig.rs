@@ -8,6 +8,7 @@ use std::time::Duration;
 use rowscan_bench::{
     At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
 };
+use rowscan_bus::control_function::ControlFunction;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
@@ -27,7 +28,7 @@ use crate::run_file::RunFile;
 use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::sentences::Sentences;
 use crate::signal::Source;
-use crate::sprayer::{NAME, SprayerPart};
+use crate::sprayer::{BoomSensors, NAME, SprayerPart};
 use crate::verdict::name_of;
 use crate::witness::Witness;
 
@@ -126,10 +127,19 @@ impl ScenarioRig {
             witness.watch(&device.id, reading.pipeline);
             spec.scanners.push(scanner(device, folder));
         }
+        let boom = scenario.sprayer.as_ref().map(|spec| spec.boom.clone());
+        let sprayer = boom.map(|boom| Arc::new(SprayerPart::new(boom)));
         for bus in &scenario.buses {
             let ports = bus.ports.iter().map(|port| in_folder(port, folder).parse());
             let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
-            spec.buses.push(BusSpec { taps: frames.taps(&bus.id, &journal).and(recorded()), ..bus });
+            let own = scenario.sprayer.as_ref().zip(sprayer.clone()).filter(|(own, _)| own.bus == bus.id);
+            let sensors = own.and_then(|(own, part)| {
+                let beside = (part, spec.tractor());
+                let sensors = BoomSensors::new(own, own.boom.sensors?, stage.scene.seed, beside);
+                Some(Box::new(sensors) as Box<dyn ControlFunction>)
+            });
+            let taps = frames.taps(&bus.id, &journal).and(recorded());
+            spec.buses.push(BusSpec { taps, functions: sensors.into_iter().collect(), ..bus });
         }
         for port in &scenario.nmea {
             spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
@@ -142,8 +152,6 @@ impl ScenarioRig {
         let ids = scenario.devices.iter().map(|device| device.id.clone()).collect();
         let plan = bench.faults().cloned().zip(bench.take_fault_events());
         let plan = plan.ok_or("the bench was opened without faults")?;
-        let boom = scenario.sprayer.as_ref().map(|spec| spec.boom.clone());
-        let sprayer = boom.map(|boom| Arc::new(SprayerPart::new(boom)));
         if let Some(part) = &sprayer {
             plan.0.part(NAME, Arc::<SprayerPart>::clone(part));
         }

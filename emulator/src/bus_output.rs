@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_bus::control_function::ControlFunction;
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::troubles::{Carried, Speaker};
@@ -19,6 +20,8 @@ use crate::faulted::BusFaults;
 use crate::firing::Firing;
 use crate::lockstep::OutputCount;
 
+/// Frames that the rig's control functions answer at one instant; more is a quarrel without end.
+const MOST_ANSWERS: usize = 256;
 /// Name of the recorded stream.
 const STREAM: &str = "can";
 
@@ -26,6 +29,8 @@ const STREAM: &str = "can";
 #[derive(Debug)]
 pub(crate) struct BusOutput {
     ecu: TractorEcu,
+    /// The rig's control functions here beside the tractor's.
+    functions: Vec<Box<dyn ControlFunction>>,
     bus: Bus,
     inbox: Inbox,
     /// What the ports have heard and is not answered yet.
@@ -43,7 +48,7 @@ pub(crate) struct BusOutput {
     /// Nothing is sent before the drive starts.
     held: bool,
     /// To be sent at the next instant.
-    first: Vec<CanFrame>,
+    first: Vec<(Speaker, CanFrame)>,
     /// Who counts the frames that others send.
     counts: Vec<OutputCount>,
     faults: BusFaults,
@@ -51,7 +56,7 @@ pub(crate) struct BusOutput {
 
 impl BusOutput {
     pub(crate) fn new(
-        mut ecu: TractorEcu,
+        (ecu, functions): (TractorEcu, Vec<Box<dyn ControlFunction>>),
         (bus, inbox): (Bus, Inbox),
         news: Option<mpsc::Sender<BusNews>>,
         delivery: Delivery,
@@ -59,12 +64,9 @@ impl BusOutput {
         faults: BusFaults,
     ) -> Self {
         let (open, held) = (bus.is_open_from_the_start(), delivery.is_patient());
-        let mut first = Vec::new();
-        if open && !held {
-            ecu.open(SimTime::ZERO, &mut first);
-        }
-        Self {
+        let mut output = Self {
             ecu,
+            functions,
             bus,
             inbox,
             heard: VecDeque::new(),
@@ -75,10 +77,32 @@ impl BusOutput {
             tap: taps.open(STREAM, StreamKind::Can),
             open,
             held,
-            first,
+            first: Vec::new(),
             counts: Vec::new(),
             faults,
+        };
+        if open && !held {
+            output.first = output.opened(SimTime::ZERO, false);
         }
+        output
+    }
+
+    /// What is said when a port opens; settled where its nodes have been on the bus for long.
+    fn opened(&mut self, at: SimTime, settled: bool) -> Vec<(Speaker, CanFrame)> {
+        let mut frames = Vec::new();
+        match settled {
+            true => self.ecu.open_settled(at, &mut frames),
+            false => self.ecu.open(at, &mut frames),
+        }
+        let mut said: Vec<_> = frames.drain(..).map(|frame| (Speaker::Tractor, frame)).collect();
+        for (place, function) in self.functions.iter_mut().enumerate() {
+            match settled {
+                true => function.open_settled(at, &mut frames),
+                false => function.open(at, &mut frames),
+            }
+            said.extend(frames.drain(..).map(|frame| (Speaker::Function(place), frame)));
+        }
+        said
     }
 
     /// From now on what others say takes effect so much later.
@@ -97,21 +121,29 @@ impl BusOutput {
             (false, false) => Some(SimTime::ZERO),
             (false, true) => {
                 let later = self.later.front().map(|(at, ..)| *at);
-                [self.ecu.next(), self.faults.next(), later].into_iter().flatten().min()
+                let own = self.functions.iter().filter_map(|function| function.next()).min();
+                [self.ecu.next(), own, self.faults.next(), later].into_iter().flatten().min()
             }
         }
     }
 
     pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
         let changed = self.faults.act(firing.at, &mut self.ecu);
+        let changed = self.answered(firing.at, changed);
         self.put(firing.at, changed, firing.delivery).await;
         while self.later.front().is_some_and(|(due, ..)| *due <= firing.at) {
             let Some((_, origin, heard)) = self.later.pop_front() else { break };
             self.take(firing.at, (origin, heard), firing.delivery).await;
         }
-        let mut frames = std::mem::take(&mut self.first);
+        let mut said = std::mem::take(&mut self.first);
+        let mut frames = Vec::new();
         self.ecu.poll(firing.at, &mut frames);
-        self.send(firing.at, frames, firing.delivery).await;
+        said.extend(frames.drain(..).map(|frame| (Speaker::Tractor, frame)));
+        for (place, function) in self.functions.iter_mut().enumerate() {
+            function.poll(firing.at, &mut frames);
+            said.extend(frames.drain(..).map(|frame| (Speaker::Function(place), frame)));
+        }
+        self.send(firing.at, said, firing.delivery).await;
         false
     }
 
@@ -155,13 +187,12 @@ impl BusOutput {
             PortEvent::Opened => {
                 self.open = true;
                 if !self.held {
-                    self.ecu.open(at, &mut replies);
+                    replies = self.opened(at, false);
                 }
             }
             PortEvent::Frame(frame) => {
                 let said = vec![(Speaker::Port(origin), frame)];
-                let carried = self.faults.carry(at, &mut self.ecu, said);
-                self.put(at, carried, delivery).await;
+                self.send(at, said, delivery).await;
             }
             PortEvent::Lost(_) => {}
         }
@@ -184,15 +215,39 @@ impl BusOutput {
     /// The drive has started. Where time stood until then, the tractor has stood long enough to have its address: speeds are told from the start on.
     pub(crate) fn begin(&mut self, at: SimTime) {
         if std::mem::take(&mut self.held) && self.open {
-            self.ecu.open_settled(at, &mut self.first);
+            self.first = self.opened(at, true);
         }
     }
 
-    /// What the tractor says goes out, as far as the bus is in order.
-    async fn send(&mut self, at: SimTime, frames: Vec<CanFrame>, delivery: Delivery) {
-        let said = frames.into_iter().map(|frame| (Speaker::Tractor, frame)).collect();
+    /// What is said goes out, as far as the bus is in order, with the answers to it.
+    async fn send(&mut self, at: SimTime, said: Vec<(Speaker, CanFrame)>, delivery: Delivery) {
         let carried = self.faults.carry(at, &mut self.ecu, said);
+        let carried = self.answered(at, carried);
         self.put(at, carried, delivery).await;
+    }
+
+    /// What passed, with what the rig's control functions answer to it.
+    fn answered(&mut self, at: SimTime, carried: Vec<Carried>) -> Vec<Carried> {
+        if self.functions.is_empty() {
+            return carried;
+        }
+        let (mut all, mut next, mut answers) = (carried, 0, 0);
+        while let Some(passed) = all.get(next).copied() {
+            next += 1;
+            let Carried::Frame(speaker, frame) = passed else { continue };
+            for (place, function) in self.functions.iter_mut().enumerate() {
+                let mut said = Vec::new();
+                if speaker != Speaker::Function(place) {
+                    function.handle(at, &frame, &mut said);
+                }
+                answers += said.len();
+                if answers <= MOST_ANSWERS {
+                    let said = said.into_iter().map(|frame| (Speaker::Function(place), frame)).collect();
+                    all.extend(self.faults.carry(at, &mut self.ecu, said));
+                }
+            }
+        }
+        all
     }
 
     async fn put(&self, at: SimTime, carried: Vec<Carried>, delivery: Delivery) {
@@ -201,7 +256,7 @@ impl BusOutput {
                 Carried::Frame(speaker, frame) => {
                     let (side, from) = match speaker {
                         Speaker::Port(origin) => (Side::Host, Some(origin)),
-                        Speaker::Tractor | Speaker::Ghost(_) => (Side::Device, None),
+                        Speaker::Tractor | Speaker::Function(_) | Speaker::Ghost(_) => (Side::Device, None),
                     };
                     self.tap.record(side, frame.to_text().as_bytes());
                     self.bus.send((at, frame), from, delivery).await;
