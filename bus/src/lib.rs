@@ -30,7 +30,7 @@ pub mod transport;
 pub mod troubles;
 
 pub use address::{BusAddress, BusAddressError};
-pub use datagrams::Datagrams;
+pub use datagrams::{Datagrams, Passage};
 pub use dbc::{dbc, load, markdown};
 pub use error_frame::ErrorFrame;
 pub use frame::{CanFrame, CanId, J1939Id};

@@ -28,6 +28,8 @@ pub struct Estimate {
     pub scans_excluded: u64,
     /// Frames refused by checksum or length. The caller knows them; 0 here.
     pub telegrams_bad: u64,
+    /// Parts of scans that were lost on their way, where scans come in parts (picoScan): what their beams met is unknown. The caller knows them; 0 here.
+    pub segments_lost: u64,
     /// Beams of the latest scan.
     pub points_per_scan: Option<u32>,
     /// Telegrams a second, lost ones included, on the device clock.
@@ -75,6 +77,16 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Takes note of what the link to the scanner knows: frames refused, and parts of scans that were lost.
+    pub fn heard_over(&mut self, telegrams_bad: u64, segments_lost: u64) {
+        (self.telegrams_bad, self.segments_lost) = (telegrams_bad, segments_lost);
+        let RangeStatistics { returns, misses, invalid, .. } = self.ranges;
+        if segments_lost > 0 {
+            let share = invalid as f64 / (returns + misses + invalid).max(1) as f64;
+            self.warnings.push(Warning::SegmentsLost { segments: segments_lost, share });
+        }
+    }
+
     /// True if the row's areas, or those of its leaves, are not told. With a rig, the reason is among the warnings.
     pub fn is_withheld(&self) -> bool {
         self.impacted_total_area_m2.is_none() || self.leaf.areas.best_m2().is_err()

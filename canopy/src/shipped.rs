@@ -18,6 +18,8 @@ shipped! {
     "mature-lms291-device",
     "mature-lms511",
     "mature-lms511-device",
+    "mature-picoscan150",
+    "mature-picoscan150-device",
     "mature-tim561-device",
     "paper-lms111",
     "paper-lms200",
@@ -32,6 +34,8 @@ shipped! {
     "spindle-lms291-device",
     "spindle-lms511",
     "spindle-lms511-device",
+    "spindle-picoscan150",
+    "spindle-picoscan150-device",
     "spindle-tim561-device",
 }
 

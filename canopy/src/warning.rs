@@ -132,6 +132,13 @@ pub enum Warning {
         /// Of so many.
         of: u64,
     },
+    /// Parts of scans were lost on their way.
+    SegmentsLost {
+        /// How many.
+        segments: u64,
+        /// Share of all beams of which nothing is known.
+        share: f64,
+    },
     /// Scan telegrams that passed their checksum and gave no scan.
     Unreadable {
         /// The first one's fault.
@@ -228,6 +235,7 @@ impl Warning {
             Self::Restarts { .. } => "restarts",
             Self::NoDeviceClock { .. } => "no_device_clock",
             Self::TurnsLeftOut { .. } => "turns_left_out",
+            Self::SegmentsLost { .. } => "segments_lost",
             Self::Unreadable { .. } => "unreadable",
             Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
             Self::Excluded { .. } => "excluded",
@@ -348,6 +356,12 @@ impl fmt::Display for Warning {
                 f,
                 "the scanner left out {turns} of {of} turns of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
                  slower (--time-scale 0.5), or as fast as it can (--time-scale max)"
+            ),
+            Self::SegmentsLost { segments, share } => write!(
+                f,
+                "{segments} segments of scans were lost on their way; of {:.1} % of all beams nothing is known: impacted areas are too small by about that, leaf areas \
+                 go by the beams that came; look for a slow network or a busy host",
+                100.0 * share
             ),
             Self::ContaminationWarning { scans } => {
                 write!(f, "the device warns of a dirty window in {scans} scans; they were used: clean the window")

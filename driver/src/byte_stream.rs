@@ -45,7 +45,11 @@ impl ByteStream {
                 Self::open_port(Place::Remote(address.clone()), *rate).await.map_err(port)
             }
             source => {
-                let cause = io::Error::new(io::ErrorKind::Unsupported, "it is no live source of this build");
+                let why = match source {
+                    Source::Picoscan(_) => "its scans are datagrams, which pass no stream of bytes",
+                    _ => "it is no live source of this build",
+                };
+                let cause = io::Error::new(io::ErrorKind::Unsupported, why);
                 Err(DriverError::Port { place: source.to_string(), cause })
             }
         }

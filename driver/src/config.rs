@@ -22,6 +22,8 @@ pub struct DriverConfig {
     pub stall_timeout: Duration,
     /// The same until a connection's first scan: a real LMS1xx may need more than 30 s to settle after its scan mode was set.
     pub first_scan_timeout: Duration,
+    /// A scanner that sends datagrams has accepted its settings: so long the first one may take.
+    pub first_datagram_timeout: Duration,
     /// Keep trying when the first connection fails, instead of failing fast.
     pub wait: bool,
     /// Pauses between attempts.
@@ -39,6 +41,7 @@ impl Default for DriverConfig {
             connect_timeout: Duration::from_secs(3),
             stall_timeout: Duration::from_secs(5),
             first_scan_timeout: Duration::from_secs(60),
+            first_datagram_timeout: Duration::from_secs(10),
             wait: false,
             backoff: Backoff::default(),
             tap: Tap::default(),
@@ -59,6 +62,7 @@ impl DriverConfig {
             connect_timeout: PATIENCE,
             stall_timeout: PATIENCE,
             first_scan_timeout: PATIENCE,
+            first_datagram_timeout: PATIENCE,
             ..self
         }
     }

@@ -13,8 +13,8 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use crate::clock::{LATE_HOST, Stopwatch, Timer};
 
-/// Bytes taken from the stream at a time; a few scan telegrams.
-const READ_CHUNK: usize = 16 * 1024;
+/// Bytes taken from the stream at a time: a few scan telegrams, or the largest datagram.
+const READ_CHUNK: usize = 66 * 1024;
 
 /// A session `S` on any byte stream `T`: TCP, a serial line, a pair in a test.
 #[derive(Debug)]

@@ -1,12 +1,13 @@
 //! What can go wrong between a host and its scanner.
 
 use std::io;
+use std::net::SocketAddrV4;
 #[cfg(feature = "recordings")]
 use std::path::PathBuf;
 use std::time::Duration;
 
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::telegram::SopasError;
+use rowscan_protocol::host::Refusal;
 #[cfg(feature = "recordings")]
 use rowscan_recording::{Format, ReadError, Torn};
 
@@ -16,7 +17,7 @@ use rowscan_recording::{Format, ReadError, Torn};
 pub enum DriverError {
     /// The source is written in a way the driver does not know.
     #[error(
-        "source `{found}` is not understood: {reason}; expected tcp://HOST:PORT, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT or the path of a recording"
+        "source `{found}` is not understood: {reason}; expected tcp://HOST:PORT, picoscan://HOST:PORT?udp=2115, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT or the path of a recording"
     )]
     Source {
         /// What was given.
@@ -41,6 +42,62 @@ pub enum DriverError {
         address: String,
         /// What the system said.
         cause: io::Error,
+    },
+    /// No connection to a REST interface could be made.
+    #[error(
+        "cannot connect to the REST interface at {address}: {cause}; is the scanner powered, and is this its address and port (80 on a picoScan)?"
+    )]
+    ConnectRest {
+        /// Host and port.
+        address: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// Datagrams cannot be received where they are to come to.
+    #[error(
+        "cannot receive datagrams at {at}: {cause}; expected a port that no other program listens at (?udp=PORT) and an address of this machine (bind=ADDRESS)"
+    )]
+    Udp {
+        /// Address and port.
+        at: String,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// A scanner has accepted its settings, and sends nothing that comes here.
+    #[error(
+        "{address} has accepted its settings, and no Compact telegram came to UDP {to} within {timeout:?}: expected an open port in this machine's firewall, and an          address that the scanner reaches (bind=ADDRESS); a virtual scanner sends to this machine only, unless --allow-destination {} allows it", to.ip()
+    )]
+    NoDatagrams {
+        /// Host and port of REST.
+        address: String,
+        /// Where they should come to.
+        to: SocketAddrV4,
+        /// How long they were waited for.
+        timeout: Duration,
+    },
+    /// No answer of a REST interface.
+    #[error(
+        "{address} accepts connections and gave no answer to `/api/{name}` within {timeout:?} that can be read; is this the HTTP port of a picoScan?"
+    )]
+    NoRest {
+        /// Host and port.
+        address: String,
+        /// What was asked.
+        name: &'static str,
+        /// How long it was given.
+        timeout: Duration,
+    },
+    /// A login over REST was refused.
+    #[error(
+        "{address} refused the login of `{user}` ({code}): expected the scanner's own password, as in picoscan://HOST?password=PASSWORD (as delivered: user Service,          password servicelevel); after five failed logins it refuses all for 30 s"
+    )]
+    Login {
+        /// Host and port.
+        address: String,
+        /// Who wanted to log in.
+        user: String,
+        /// The device's reason.
+        code: Refusal,
     },
     /// A serial port could not be opened.
     #[error(
@@ -111,7 +168,7 @@ pub enum DriverError {
         /// The command.
         command: &'static str,
         /// The device's reason.
-        code: SopasError,
+        code: Refusal,
     },
     /// The peer closed the connection.
     #[error("{address} closed the connection {when}")]

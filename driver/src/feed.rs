@@ -32,6 +32,9 @@ pub(crate) trait Feed: Send {
     /// Connections that reached streaming.
     fn connections(&self) -> u64;
 
+    /// Parts of scans that were lost on their way.
+    fn segments_lost(&self) -> u64;
+
     /// Frames refused by checksum or length.
     fn frames_bad(&self) -> u64;
 }

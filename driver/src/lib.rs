@@ -19,7 +19,7 @@
 //!
 //! | feature | opens |
 //! |---|---|
-//! | `tcp` (default) | `tcp://HOST:PORT`: CoLa; `rfc2217://HOST:PORT`: an LMS2xx behind a serial port server |
+//! | `tcp` (default) | `tcp://HOST:PORT`: CoLa; `picoscan://HOST:PORT?udp=2115`: REST and Compact over UDP; `rfc2217://HOST:PORT`: an LMS2xx behind a serial port server |
 //! | `serial` | `serial:/dev/ttyUSB0?baud=38400`: an LMS2xx on a serial port of this machine |
 //! | `recordings` | the path of a recording |
 //!
@@ -73,6 +73,9 @@ mod feed;
 #[cfg(any(feature = "tcp", feature = "serial"))]
 mod link;
 mod link_event;
+#[cfg(feature = "tcp")]
+mod picoscan;
+mod picoscan_address;
 #[cfg(feature = "recordings")]
 mod recording;
 mod scanner;
@@ -87,5 +90,6 @@ pub use config::{Backoff, DriverConfig};
 pub use connection::{Connection, ConnectionEvent};
 pub use error::{DriverError, JunkBytes};
 pub use link_event::{LinkEvent, LinkEvents};
+pub use picoscan_address::PicoscanAddress;
 pub use scanner::{Arrival, LinkCounts, Record, Scanner};
 pub use source::Source;

@@ -32,6 +32,8 @@ pub(crate) struct Link<E: Endpoint> {
     connections: u64,
     /// Bad frames of the connections before this one.
     frames_bad_before: u64,
+    /// Parts of scans that those lost.
+    segments_lost_before: u64,
     /// A stop that was begun ends at this time, whatever the device does.
     stop_by: Option<Duration>,
 }
@@ -71,6 +73,7 @@ impl<E: Endpoint> Link<E> {
             last_received: Duration::ZERO,
             connections: 0,
             frames_bad_before: 0,
+            segments_lost_before: 0,
             stop_by: None,
         }
     }
@@ -150,7 +153,7 @@ impl<E: Endpoint> Link<E> {
 
     fn connected(&self, stream: E::Stream) -> Connected<E> {
         let connection = Connection::on_line(stream, self.endpoint.session(), E::set_rate, self.watch);
-        Box::new(connection.tapped(self.config.tap.clone()))
+        Box::new(connection.tapped(self.endpoint.tap(&self.config.tap)))
     }
 
     /// What the session says while it starts up.
@@ -186,6 +189,7 @@ impl<E: Endpoint> Link<E> {
     /// Notes that the link is lost; an error once it has been lost for too long.
     fn lose(&mut self, cause: DriverError) -> Result<(), DriverError> {
         self.frames_bad_before = self.frames_bad();
+        self.segments_lost_before = self.segments_lost();
         self.endpoint.failed();
         let now = self.watch.now();
         let backoff = self.config.backoff;
@@ -258,6 +262,14 @@ impl<E: Endpoint> Feed for Link<E> {
 
     fn connections(&self) -> u64 {
         self.connections
+    }
+
+    fn segments_lost(&self) -> u64 {
+        let now = match &self.phase {
+            Phase::Streaming { connection, .. } => connection.session().segments_lost(),
+            _ => 0,
+        };
+        self.segments_lost_before + now
     }
 
     fn frames_bad(&self) -> u64 {

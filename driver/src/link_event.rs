@@ -4,8 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use rowscan_protocol::host::DeviceInfo;
-use rowscan_protocol::telegram::SopasError;
+use rowscan_protocol::host::{DeviceInfo, Refusal};
 use rowscan_protocol::validity::ScanFault;
 use tokio::sync::Notify;
 
@@ -22,7 +21,7 @@ pub enum LinkEvent {
         /// The command: its CoLa name, or the LMS2xx request in words.
         command: &'static str,
         /// The device's reason; an LMS2xx gives none.
-        error: Option<SopasError>,
+        error: Option<Refusal>,
     },
     /// The device cannot do something that would be of use.
     Limited {

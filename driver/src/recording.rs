@@ -198,6 +198,10 @@ impl Feed for Recording {
         0
     }
 
+    fn segments_lost(&self) -> u64 {
+        self.client().map_or(0, ScanReader::segments_lost)
+    }
+
     fn frames_bad(&self) -> u64 {
         self.client().map_or(0, |client| client.counts().bad)
     }

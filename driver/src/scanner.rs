@@ -19,6 +19,8 @@ use crate::feed::Feed;
 #[cfg(any(feature = "tcp", feature = "serial"))]
 use crate::link::Link;
 use crate::link_event::{LinkEvent, LinkEvents};
+#[cfg(feature = "tcp")]
+use crate::picoscan::PicoEndpoint;
 #[cfg(feature = "recordings")]
 use crate::recording::Recording;
 use crate::source::Source;
@@ -59,6 +61,8 @@ pub struct LinkCounts {
     pub connections: u64,
     /// Frames refused by checksum or length, and scan telegrams that could not be read.
     pub telegrams_bad: u64,
+    /// Parts of scans that were lost on their way, where scans come in parts; what their beams met is unknown.
+    pub segments_lost: u64,
 }
 
 /// A live scanner or a recording, opened.
@@ -76,6 +80,10 @@ impl Scanner {
             #[cfg(feature = "tcp")]
             Source::Tcp { address } => {
                 live(ColaEndpoint::new(address.clone(), &config), config, &events).await?
+            }
+            #[cfg(feature = "tcp")]
+            Source::Picoscan(place) => {
+                live(PicoEndpoint::new(place.clone(), &config), config, &events).await?
             }
             #[cfg(feature = "serial")]
             Source::Serial { path, rate } => {
@@ -172,6 +180,7 @@ impl Scanner {
         LinkCounts {
             connections: self.feed.connections(),
             telegrams_bad: self.feed.frames_bad() + self.faults.total(),
+            segments_lost: self.feed.segments_lost(),
         }
     }
 

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use rowscan_protocol::lms2xx::Rate;
 
 use crate::DriverError;
+use crate::picoscan_address::{PicoscanAddress, REST_PORT, without_password};
 
 /// A live scanner or a recording, as written on a command line.
 ///
@@ -23,6 +24,8 @@ pub enum Source {
         /// Host and port; an IPv6 host stands in brackets.
         address: String,
     },
+    /// REST for the settings, Compact over UDP for the scans.
+    Picoscan(PicoscanAddress),
     /// An LMS2xx on a serial port.
     Serial {
         /// The port's device file.
@@ -74,7 +77,8 @@ impl FromStr for Source {
     type Err = DriverError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let refuse = |reason: &str| DriverError::Source { found: text.to_owned(), reason: reason.to_owned() };
+        let refuse =
+            |reason: &str| DriverError::Source { found: without_password(text), reason: reason.to_owned() };
         if let Some(rest) = text.strip_prefix("serial:") {
             let (path, rate) = with_rate(rest).map_err(|reason| refuse(&reason))?;
             // serial:///dev/ttyS0 is the same in the form of other addresses.
@@ -97,6 +101,14 @@ impl FromStr for Source {
             "tcp" => parse_address(rest, DEFAULT_PORT)
                 .map(|address| Self::Tcp { address })
                 .map_err(|reason| refuse(&reason)),
+            "picoscan" => {
+                let (address, query) = rest.split_once('?').unwrap_or((rest, ""));
+                let place = parse_address(address, REST_PORT).map(PicoscanAddress::new);
+                place
+                    .and_then(|place| place.with_query(query))
+                    .map(Self::Picoscan)
+                    .map_err(|reason| refuse(&reason))
+            }
             "rfc2217" => {
                 let (rest, rate) = with_rate(rest).map_err(|reason| refuse(&reason))?;
                 let address = parse_address(rest, RFC2217_PORT).map_err(|reason| refuse(&reason))?;
@@ -112,7 +124,7 @@ impl Source {
     /// The feature of this crate that opens such a source.
     pub fn feature(&self) -> &'static str {
         match self {
-            Self::Tcp { .. } | Self::Rfc2217 { .. } => "tcp",
+            Self::Tcp { .. } | Self::Picoscan(_) | Self::Rfc2217 { .. } => "tcp",
             Self::Serial { .. } => "serial",
             Self::Recording { .. } => "recordings",
         }
@@ -155,6 +167,7 @@ impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Tcp { address } => write!(f, "tcp://{address}"),
+            Self::Picoscan(place) => place.fmt(f),
             Self::Serial { path, .. } => write!(f, "serial:{}", path.display()),
             Self::Rfc2217 { address, .. } => write!(f, "rfc2217://{address}"),
             Self::Recording { path, stream: None } => write!(f, "{}", path.display()),
@@ -197,6 +210,31 @@ mod tests {
     }
 
     #[test]
+    fn a_picoscan_has_a_port_of_rest_and_one_of_datagrams() {
+        let place = |text: &str| match text.parse() {
+            Ok(Source::Picoscan(place)) => place,
+            other => panic!("{other:?}"),
+        };
+        let found = place("picoscan://10.0.0.5");
+        assert_eq!((found.address.as_str(), found.udp, found.bind), ("10.0.0.5:80", 2115, None));
+        let found = place("picoscan://h:8080?udp=0&bind=127.0.0.1&user=Run&password=a=b");
+        assert_eq!((found.address.as_str(), found.udp), ("h:8080", 0));
+        assert_eq!(found.bind, Some(std::net::Ipv4Addr::LOCALHOST));
+        assert_eq!((found.user.as_str(), found.password.as_str()), ("Run", "a=b"));
+    }
+
+    /// Sources are told in logs, recordings and messages.
+    #[test]
+    fn a_password_is_never_shown() {
+        let text = "picoscan://h?udp=1&password=secret";
+        let source: Source = text.parse().unwrap();
+        let refused = format!("{text}&bind=x").parse::<Source>().unwrap_err();
+        for told in [source.to_string(), format!("{source:?}"), refused.to_string(), format!("{refused:?}")] {
+            assert!(!told.contains("secret") && told.contains("password=***"), "{told}");
+        }
+    }
+
+    #[test]
     fn files_with_colons_are_files() {
         for path in ["./127.0.0.1:29111", "run:1.mcap", "C:2112", "logs/a:12", "a:b", "12:00:70000"] {
             let source = path.parse::<Source>().expect(path);
@@ -216,6 +254,11 @@ mod tests {
             ("serial:/dev/ttyUSB0?baud=115200", "`?baud=115200` is not"),
             ("rfc2217://h?rate=9600", "`?rate=9600` is not"),
             ("rfc2217://", "host is missing"),
+            ("picoscan://", "host is missing"),
+            ("picoscan://h?udp=70000", "`udp` is a port from 0 to 65535, found `70000`"),
+            ("picoscan://h?bind=::1", "`bind` is an IPv4 address"),
+            ("picoscan://h?password=", "`password` is a text"),
+            ("picoscan://h?password=secret&port=1", "`port` is not one of"),
             ("gopher://h", "scheme `gopher://`"),
             ("127.0.0.1:29111", "write tcp://127.0.0.1:29111"),
             ("scanner.local:2112", "write tcp://scanner.local:2112"),

@@ -104,7 +104,7 @@ pub(crate) struct Shared {
     /// Its Compact telegrams.
     pub(crate) datagrams: Datagrams,
     /// What goes wrong with the device itself.
-    troubles: Option<Arc<DeviceFaults>>,
+    pub(crate) troubles: Option<Arc<DeviceFaults>>,
 }
 
 /// How many polls for scans there were.
@@ -199,7 +199,7 @@ impl Shared {
         // What is recorded cannot be otherwise.
         let faults = config.faults.as_ref().filter(|_| matches!(program, Program::Device));
         let troubles = faults.map(|faults| {
-            let troubles = DeviceFaults::cola(&interest);
+            let troubles = DeviceFaults::cola(&interest, device.model().compact.is_some());
             faults.part(Arc::<DeviceFaults>::clone(&troubles));
             troubles
         });

@@ -13,8 +13,19 @@ pub enum DeviceFault {
     Broken(Broken),
     /// What it refuses.
     Refusal(Refusal),
+    /// What its REST interface refuses.
+    Rest(RestFault),
     /// What it is found with.
     Stored(Stored),
+}
+
+/// A fault of a REST interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RestFault {
+    /// A nonce is stale when it is used.
+    StaleNonces,
+    /// Every POST is one too many.
+    TooMany,
 }
 
 /// A supply that fails.

@@ -28,6 +28,11 @@ pub trait HostSession: fmt::Debug {
     /// No more bytes will come, as at a recording's end: valid frames inside an unfinished one are found.
     fn handle_end(&mut self);
 
+    /// What is unfinished stays so: bytes are missing between those that came and those that will.
+    fn handle_gap(&mut self) {
+        self.handle_end();
+    }
+
     /// Tells the session the time.
     fn handle_timeout(&mut self, now: Duration);
 
@@ -48,6 +53,11 @@ pub trait HostSession: fmt::Debug {
 
     /// Frames and bytes received so far.
     fn counts(&self) -> FrameCounts;
+
+    /// Parts of scans that were lost on their way, where the scanner sends scans in parts: those scans have beams of which nothing is known.
+    fn segments_lost(&self) -> u64 {
+        0
+    }
 
     /// True once the session waits for nothing more and sends nothing more.
     fn is_done(&self) -> bool;
@@ -85,7 +95,7 @@ pub enum HostEvent {
         /// The command: its CoLa name, or the LMS2xx request in words.
         command: &'static str,
         /// The device's reason; an LMS2xx gives none.
-        error: Option<SopasError>,
+        error: Option<Refusal>,
         /// The start-up cannot go on without it: the session is done.
         fatal: bool,
     },
@@ -111,6 +121,37 @@ pub enum HostEvent {
     Stopped,
 }
 
+/// Why a device refused a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// By CoLa.
+    Cola(SopasError),
+    /// By REST.
+    Rest {
+        /// `header.status` of the answer; none where the answer has none.
+        status: Option<u64>,
+        /// The code of HTTP.
+        http: u16,
+    },
+}
+
+impl From<SopasError> for Refusal {
+    fn from(error: SopasError) -> Self {
+        Self::Cola(error)
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Cola(error) => error.fmt(f),
+            Self::Rest { status: Some(status), http } => write!(f, "status {status}, HTTP {http}"),
+            Self::Rest { status: None, http } => write!(f, "HTTP {http}"),
+        }
+    }
+}
+
 /// What a device says of itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
@@ -130,6 +171,8 @@ pub enum Language {
     Cola(Dialect),
     /// LMS2xx telegrams at this rate.
     Lms2xx(Rate),
+    /// Compact telegrams over UDP, and REST.
+    Compact,
 }
 
 impl fmt::Display for Language {
@@ -137,6 +180,7 @@ impl fmt::Display for Language {
         match self {
             Self::Cola(dialect) => dialect.fmt(f),
             Self::Lms2xx(rate) => write!(f, "{rate} bits a second"),
+            Self::Compact => f.write_str("Compact over UDP"),
         }
     }
 }

@@ -67,6 +67,8 @@ pub mod validity;
 #[cfg(feature = "telegrams")]
 pub mod can;
 #[cfg(feature = "telegrams")]
+pub mod challenge;
+#[cfg(feature = "telegrams")]
 pub mod client;
 #[cfg(feature = "telegrams")]
 pub mod compact;

@@ -201,6 +201,7 @@ async fn follow(
         tokio::task::coop::consume_budget().await;
     };
     let mut found = pipeline.finish();
-    found.telegrams_bad = scanner.stop(wait::STOP_TIMEOUT).await.telegrams_bad;
+    let heard = scanner.stop(wait::STOP_TIMEOUT).await;
+    found.heard_over(heard.telegrams_bad, heard.segments_lost);
     Ok((found, reached))
 }

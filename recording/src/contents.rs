@@ -31,7 +31,7 @@ pub fn contents(recording: Recording) -> Result<Option<String>, ReadError> {
 fn name(frame: &RecordedFrame) -> String {
     let other = match frame.kind {
         StreamKind::Lms2xx => "LMS2xx telegrams that are no scans",
-        StreamKind::Compact => "Compact telegrams, which are described and not estimated from",
+        StreamKind::Compact => "Compact telegrams that make no whole turn of a scanner of one line",
         StreamKind::Nmea => "NMEA packets",
         StreamKind::Can => "CAN frames",
         StreamKind::Bytes => "packets of unknown content",

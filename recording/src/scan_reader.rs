@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use rowscan_protocol::client::ColaClient;
+use rowscan_protocol::compact::CompactListener;
 use rowscan_protocol::frame::FrameCounts;
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::lms2xx::client::Lms2xxClient;
@@ -28,7 +29,8 @@ impl ScanReader {
         match kind {
             StreamKind::Cola => Some(Self(Box::new(ColaClient::listen(max_payload)))),
             StreamKind::Lms2xx => Some(Self::lms2xx()),
-            StreamKind::Compact | StreamKind::Nmea | StreamKind::Can | StreamKind::Bytes => None,
+            StreamKind::Compact => Some(Self(Box::new(CompactListener::default()))),
+            StreamKind::Nmea | StreamKind::Can | StreamKind::Bytes => None,
         }
     }
 
@@ -39,7 +41,7 @@ impl ScanReader {
         }
         if packet.joint != Joint::Seamless {
             // What was unfinished stays so.
-            self.finish();
+            self.0.handle_gap();
         }
         self.push_bytes(at, &packet.bytes);
     }
@@ -71,6 +73,11 @@ impl ScanReader {
     /// The scan of the last [`HostEvent::Scan`].
     pub fn scan(&self) -> &Scan {
         self.0.scan()
+    }
+
+    /// Parts of scans that were lost on their way.
+    pub fn segments_lost(&self) -> u64 {
+        self.0.segments_lost()
     }
 
     /// Frames and bytes received so far.

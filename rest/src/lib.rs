@@ -10,7 +10,6 @@ mod method;
 mod rest;
 mod schema;
 mod server;
-mod sha256;
 
 pub use answer::{Answer, Status};
 pub use login::{LOCKED_FOR, Login, MAX_CHALLENGES, MAX_FAILURES, PASSWORD, REALM, USERS, response};

@@ -3,17 +3,13 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+pub use rowscan_protocol::challenge::{PASSWORD, REALM, response};
 use rowscan_protocol::random::{Rng, Stream};
 use rowscan_protocol::time::SimTime;
 use serde_json::{Value, json};
 
 use crate::answer::Status;
-use crate::sha256;
 
-/// The realm of every challenge.
-pub const REALM: &str = "SICK Sensor";
-/// The password of the one user that is enabled as delivered.
-pub const PASSWORD: &str = "servicelevel";
 /// All users. Only the last is enabled as delivered.
 pub const USERS: [&str; 5] = ["Run", "Operator", "Maintenance", "AuthorizedClient", "Service"];
 /// Challenges that may be open at once; the oldest makes room.
@@ -42,17 +38,6 @@ struct Challenge {
     user: String,
     nonce: String,
     opaque: String,
-}
-
-/// The response that proves the password for a POST of `name`: what a client computes.
-pub fn response(user: &str, password: &str, salt: &[u8], nonce: &str, name: &str) -> String {
-    let mut secret = format!("{user}:{REALM}:{password}").into_bytes();
-    if !salt.is_empty() {
-        secret.push(b':');
-        secret.extend_from_slice(salt);
-    }
-    let (secret, asked) = (sha256::hex(&secret), sha256::hex(format!("POST:{name}").as_bytes()));
-    sha256::hex(format!("{secret}:{nonce}:{asked}").as_bytes())
 }
 
 impl Login {
@@ -120,26 +105,5 @@ impl Login {
     /// 64 hex digits: which form a real device gives is not known.
     fn word(&mut self) -> String {
         (0..4).map(|_| format!("{:016x}", self.random.next_u64())).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// As the fact sheet works it out, equal with SICK's own Python client.
-    #[test]
-    fn the_worked_example() {
-        let salt: Vec<u8> = (1..=16).collect();
-        let nonce = "0123456789abcdef0123456789abcdef";
-        let found = response("Service", PASSWORD, &salt, nonce, "ScanDataEnable");
-        assert_eq!(found, "539b96ac6bd891cb9f2d2e1cfbcf59a68230b7e9a734e69b37307f8366363d73");
-        let mut secret = b"Service:SICK Sensor:servicelevel:".to_vec();
-        secret.extend(&salt);
-        assert_eq!(sha256::hex(&secret), "341d54cda98b6031c574c64cee5a4424858e1c2b427f83f051309828e9c9523b");
-        assert_eq!(
-            sha256::hex(b"POST:ScanDataEnable"),
-            "68cc174dca111fb57a1c0c0e9709c81399496cef62a0afac3407bdd50e93311d"
-        );
     }
 }

@@ -1,7 +1,7 @@
 //! The interface without I/O: a request and the device in, an answer out.
 
-use rowscan_protocol::device::Device;
 use rowscan_protocol::device::variable::{Access, Variable};
+use rowscan_protocol::device::{Device, RestTrouble};
 use rowscan_protocol::telegram::SopasError;
 use rowscan_protocol::time::SimTime;
 use serde_json::{Map, Value, json};
@@ -61,6 +61,10 @@ impl Rest {
         let body: Value = serde_json::from_slice(body).map_err(|_| Status::ParsingFailed)?;
         let body = body.as_object().ok_or(Status::ParsingFailed)?;
         let data = body.get("data").cloned().unwrap_or_else(|| json!({}));
+        let trouble = device.rest_trouble();
+        if trouble == Some(RestTrouble::TooMany) {
+            return Err(Status::TooMany);
+        }
         if name == "getChallenge" {
             let user = data.get("user").and_then(Value::as_str).ok_or(Status::InvalidData)?;
             return self.login.challenge(user, now).map(Answer::challenge);
@@ -69,6 +73,9 @@ impl Rest {
         let method = METHODS.iter().find(|method| method.name == name);
         if known.is_none() && method.is_none() {
             return Err(unknown(name));
+        }
+        if trouble.is_some() {
+            return Err(Status::InvalidChallenge);
         }
         self.login.judge(body.get("header").unwrap_or(&Value::Null), name, now)?;
         if let Some(method) = method {

@@ -129,13 +129,8 @@ impl Args {
         let free = || "127.0.0.1:0".to_owned();
         let endpoint = match self.line(stage)? {
             Line::Tcp => {
+                // A picoScan is asked for LMDscandata: datagrams at the pace of `max` would be lost.
                 let spec = ScannerSpec::new(0, self.scene.model(&stage.rig, 0)?);
-                if spec.model.compact().is_some() {
-                    return Err(Failure::Usage(format!(
-                        "a {} sends Compact telegrams over UDP, which no estimate reads yet; name another of `rowscan models`, or see docs/picoscan.md for `rowscan emulate`",
-                        spec.model.title()
-                    )));
-                }
                 let spec = ScannerSpec { dialects: self.dialect.into(), ..spec };
                 let latency = Some(Arc::new(Latency::default()));
                 return Ok(ScannerSpec { latency, ..spec }.at(Endpoint::Tcp(free())));
@@ -243,7 +238,8 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     };
     bar.finish_and_clear();
     let mut found = pipeline.finish();
-    found.telegrams_bad = scanner.stop(STOP_TIMEOUT).await.telegrams_bad;
+    let heard = scanner.stop(STOP_TIMEOUT).await;
+    found.heard_over(heard.telegrams_bad, heard.segments_lost);
     drop(telling);
     ended?;
 

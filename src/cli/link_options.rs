@@ -32,6 +32,7 @@ impl From<Prefer> for Dialect {
 pub(super) fn stream_kind(source: &Source) -> StreamKind {
     match source {
         Source::Serial { .. } | Source::Rfc2217 { .. } => StreamKind::Lms2xx,
+        Source::Picoscan(_) => StreamKind::Compact,
         _ => StreamKind::Cola,
     }
 }

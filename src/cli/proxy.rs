@@ -114,6 +114,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             "{source} is a recording: `rowscan replay {source} --faults FILE` has the same faults"
         )));
     }
+    if let Source::Picoscan(_) = source {
+        return Err(Failure::Usage(format!(
+            "{source} sends datagrams, and a proxy stands in a stream of bytes: expected tcp://HOST:PORT or a serial port; `rowscan emulate --faults FILE` loses datagrams"
+        )));
+    }
     let name = name.unwrap_or_else(|| NAME.to_owned());
     let script = args.faults.read()?;
     let faulting = Faulting::start(args.seed, Arc::new(HostClock::start()), (args.format, &Log::default()));

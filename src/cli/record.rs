@@ -251,6 +251,7 @@ async fn follow(
 ) -> Result<(), Failure> {
     let name = named.name.clone().unwrap_or_else(|| match &named.it {
         Source::Tcp { address } => address.clone(),
+        Source::Picoscan(place) => place.address.clone(),
         other => other.to_string(),
     });
     let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };

@@ -32,7 +32,7 @@ const ADDRESS: u8 = 0x27;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// tcp://HOST:PORT, serial:/dev/ttyUSB0?baud=38400 or rfc2217://HOST:PORT; one for each scanner of the rig, in its order
+    /// tcp://HOST:PORT, picoscan://HOST:PORT?udp=2115, serial:/dev/ttyUSB0?baud=38400 or rfc2217://HOST:PORT; one for each scanner of the rig, in its order
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<Source>,
     /// The bus with the tractor's speed and the valves: socketcan:can0, socketcand-client:HOST:PORT/can0, udp:239.74.163.2:43113, slcan:LINK

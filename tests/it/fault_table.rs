@@ -106,6 +106,7 @@ fn may_change(fault: &Fault) -> &'static [Aspect] {
 fn refusal(fault: &Fault, client: Client) -> Option<&'static str> {
     match (client, fault.name, fault.layer) {
         (_, _, Layer::Part(Family::Datagrams | Family::Sprayer)) => Some("nothing here has one"),
+        (_, "nonce_stale" | "too_many_requests", _) => Some("no REST interface"),
         (Client::ColaLine | Client::Lms2xxLine, _, Layer::Connection | Layer::Accept) if !fault.on_wires => {
             Some("is a serial wire; leave it out")
         }

@@ -53,6 +53,7 @@ mod outputs;
 mod overwriting;
 mod part_faults;
 mod picoscan;
+mod picoscan_driver;
 mod proxy;
 mod pty;
 mod record;

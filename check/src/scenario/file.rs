@@ -151,6 +151,9 @@ pub(super) struct DeviceTable {
     /// Where a CoLa scanner listens; port 0 takes a free one.
     #[schemars(example = &"127.0.0.1:0")]
     pub(super) tcp: Option<String>,
+    /// Where the REST interface of a scanner with Compact output listens; port 0 takes a free one, and so does leaving it out. `{ID.rest}` is its address.
+    #[schemars(example = &"127.0.0.1:0")]
+    pub(super) rest: Option<String>,
     /// Where an LMS2xx is: a link to its pseudo-terminal, from the run's folder.
     #[schemars(example = &"scanner")]
     pub(super) pty: Option<String>,

@@ -109,6 +109,8 @@ pub enum DeviceKind {
         model: &'static Model,
         /// Where it listens.
         tcp: String,
+        /// Where its REST interface is, if it has one.
+        rest: Option<String>,
         /// How it is found.
         start: Start,
     },

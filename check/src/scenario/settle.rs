@@ -298,13 +298,20 @@ fn device(place: usize, table: DeviceTable, mode: Mode) -> Result<DeviceSpec, St
                     Start::by_name(name).unwrap_or_default()
                 }
             };
-            let tcp = table.tcp.unwrap_or_else(|| "127.0.0.1:0".to_owned());
-            DeviceKind::Cola { model, tcp, start }
+            if table.rest.is_some() && model.compact.is_none() {
+                return Err(format!("`rest` of `{id}`: a {} has no REST interface", model.name));
+            }
+            let free = || "127.0.0.1:0".to_owned();
+            let tcp = table.tcp.unwrap_or_else(free);
+            let rest = model.compact.map(|_| table.rest.unwrap_or_else(free));
+            DeviceKind::Cola { model, tcp, rest, start }
         }
         AnyModel::Lms2xx(model) => {
             use lms2xx::device::Start;
-            if table.tcp.is_some() {
-                return Err(format!("`{id}` has a serial line: `pty` names its link, leave `tcp` out"));
+            if table.tcp.is_some() || table.rest.is_some() {
+                return Err(format!(
+                    "`{id}` has a serial line: `pty` names its link, leave `tcp` and `rest` out"
+                ));
             }
             if mode == Mode::Lockstep {
                 let why = "nobody can see what its client has read";

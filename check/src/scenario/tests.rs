@@ -469,7 +469,14 @@ fn mistakes_are_told_with_line_and_remedy() {
             "a lms111 has no state `installation`",
         ),
         ("device = [{ id = \"a\", model = \"lms111\", pty = \"a\" }]\n", "leave `pty` and `rate` out"),
-        ("device = [{ id = \"a\", model = \"lms291\", tcp = \"127.0.0.1:0\" }]\n", "leave `tcp` out"),
+        (
+            "device = [{ id = \"a\", model = \"lms291\", tcp = \"127.0.0.1:0\" }]\n",
+            "leave `tcp` and `rest` out",
+        ),
+        (
+            "device = [{ id = \"a\", model = \"lms111\", rest = \"127.0.0.1:0\" }]\n",
+            "a lms111 has no REST interface",
+        ),
         ("device = [{ id = \"a\", model = \"lms291\", rate = 57600 }]\n", "found 57600"),
         (
             "clock = { mode = \"lockstep\" }\ndevice = [{ id = \"a\", model = \"lms291\" }]\n",

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::frame::{Dialect, FrameCounts};
-use rowscan_protocol::host::{DeviceInfo, Language};
+use rowscan_protocol::host::{DeviceInfo, Language, Refusal};
 use rowscan_protocol::lms2xx::Rate;
 use rowscan_protocol::telegram::SopasError;
 use tokio::net::TcpStream;
@@ -89,8 +89,8 @@ impl Endpoint for ColaEndpoint {
         DriverError::Connect { address: self.address.clone(), cause }
     }
 
-    fn refused(&self, command: &'static str, error: Option<SopasError>) -> DriverError {
-        let code = error.unwrap_or(SopasError::UnknownError);
+    fn refused(&self, command: &'static str, error: Option<Refusal>) -> DriverError {
+        let code = error.unwrap_or(SopasError::UnknownError.into());
         DriverError::Refused { address: self.address.clone(), command, code }
     }
 }

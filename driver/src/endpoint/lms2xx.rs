@@ -3,10 +3,9 @@
 use std::io;
 
 use rowscan_protocol::frame::FrameCounts;
-use rowscan_protocol::host::{DeviceInfo, Language};
+use rowscan_protocol::host::{DeviceInfo, Language, Refusal};
 use rowscan_protocol::lms2xx::Rate;
 use rowscan_protocol::lms2xx::client::{Lms2xxClient, Lms2xxConfig};
-use rowscan_protocol::telegram::SopasError;
 
 use super::port::{Place, Port};
 use super::{Endpoint, Opening};
@@ -66,7 +65,7 @@ impl Endpoint for Lms2xxEndpoint {
         DriverError::Port { place: self.address.clone(), cause }
     }
 
-    fn refused(&self, what: &'static str, _: Option<SopasError>) -> DriverError {
+    fn refused(&self, what: &'static str, _: Option<Refusal>) -> DriverError {
         DriverError::Declined { place: self.address.clone(), what }
     }
 }

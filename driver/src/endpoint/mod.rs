@@ -15,9 +15,9 @@ pub(crate) use cola::ColaEndpoint;
 pub(crate) use lms2xx::Lms2xxEndpoint;
 pub(crate) use port::{Place, Port};
 use rowscan_protocol::frame::FrameCounts;
-use rowscan_protocol::host::{DeviceInfo, HostSession};
+use rowscan_protocol::host::{DeviceInfo, HostSession, Refusal};
 use rowscan_protocol::lms2xx::Rate;
-use rowscan_protocol::telegram::SopasError;
+use rowscan_recording::Tap;
 use tokio::io::{AsyncRead, AsyncWrite};
 
 use crate::error::DriverError;
@@ -42,6 +42,11 @@ pub(crate) trait Endpoint: Send {
     /// A session for a stream that was just opened.
     fn session(&self) -> Self::Session;
 
+    /// What gets a copy of the bytes of a stream.
+    fn tap(&self, tap: &Tap) -> Tap {
+        tap.clone()
+    }
+
     /// The device streams: what it answered to is tried first from now on.
     fn ready(&mut self, info: &DeviceInfo);
 
@@ -55,5 +60,5 @@ pub(crate) trait Endpoint: Send {
     fn cannot_open(&self, cause: io::Error) -> DriverError;
 
     /// The device refused what no scan can come without.
-    fn refused(&self, command: &'static str, error: Option<SopasError>) -> DriverError;
+    fn refused(&self, command: &'static str, error: Option<Refusal>) -> DriverError;
 }

@@ -7,9 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::frame::{Dialect, FrameCounts};
-use rowscan_protocol::host::DeviceInfo;
+use rowscan_protocol::host::{DeviceInfo, Refusal};
 use rowscan_protocol::lms2xx::Rate;
-use rowscan_protocol::telegram::SopasError;
 use tokio::io::DuplexStream;
 use tokio::time::{sleep, timeout};
 
@@ -99,7 +98,7 @@ impl Endpoint for FakeEndpoint {
         DriverError::Connect { address: self.address().to_owned(), cause }
     }
 
-    fn refused(&self, command: &'static str, _: Option<SopasError>) -> DriverError {
+    fn refused(&self, command: &'static str, _: Option<Refusal>) -> DriverError {
         DriverError::Declined { place: self.address().to_owned(), what: command }
     }
 }

@@ -29,6 +29,7 @@ impl Part for BusPart {
     fn fits(&self, fault: &PartFault) -> Fit {
         match fault {
             PartFault::Bus(_) => Fit::Acts,
+            PartFault::Datagrams(fault) if fault.fate.needs_a_scanner() => Fit::Foreign,
             PartFault::Datagrams(_) if self.datagrams.is_some() => Fit::Acts,
             _ => Fit::Foreign,
         }

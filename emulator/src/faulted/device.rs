@@ -4,9 +4,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use rowscan_bus::Datagrams;
 use rowscan_fault_table::PartFault;
 use rowscan_fault_table::clock::ClockFault;
-use rowscan_fault_table::device::{Answer, Broken, DeviceFault, Dirt, Piece, Power, Refusal, Stored};
+use rowscan_fault_table::device::{
+    Answer, Broken, DeviceFault, Dirt, Piece, Power, Refusal, RestFault, Stored,
+};
 use rowscan_faults::{Fit, Order, Part};
 use rowscan_protocol::device::{self, Device, LeftBehind, RefusedWith, Trouble};
 use rowscan_protocol::frame::Dialect;
@@ -47,23 +50,32 @@ pub(crate) struct DeviceFaults {
     active: Mutex<Vec<(u64, PartFault)>>,
     /// The clock's wrap is set already.
     foreseen: AtomicBool,
+    /// What becomes of its datagrams, where it sends any: then it has REST as well.
+    datagrams: Option<Datagrams>,
 }
 
 impl DeviceFaults {
-    pub(crate) fn cola(changed: &Arc<Notify>) -> Arc<Self> {
-        Self::of(Family::Cola, changed)
+    /// Of a scanner that sends datagrams, if so.
+    pub(crate) fn cola(changed: &Arc<Notify>, sends_datagrams: bool) -> Arc<Self> {
+        Self::of(Family::Cola, changed, sends_datagrams.then(Datagrams::default))
     }
 
     pub(crate) fn lms2xx(changed: &Arc<Notify>) -> Arc<Self> {
-        Self::of(Family::Lms2xx, changed)
+        Self::of(Family::Lms2xx, changed, None)
     }
 
-    fn of(family: Family, changed: &Arc<Notify>) -> Arc<Self> {
+    /// What becomes of its datagrams, where it sends any.
+    pub(crate) fn datagrams(&self) -> Option<&Datagrams> {
+        self.datagrams.as_ref()
+    }
+
+    fn of(family: Family, changed: &Arc<Notify>, datagrams: Option<Datagrams>) -> Arc<Self> {
         Arc::new(Self {
             family,
             orders: Orders::new(changed),
             active: Mutex::default(),
             foreseen: AtomicBool::new(false),
+            datagrams,
         })
     }
 
@@ -165,6 +177,10 @@ impl DeviceFaults {
 impl Part for DeviceFaults {
     fn fits(&self, fault: &PartFault) -> Fit {
         match (self.family, fault) {
+            (_, PartFault::Datagrams(_)) if self.datagrams.is_some() => Fit::Acts,
+            (_, PartFault::Device(DeviceFault::Rest(_))) if self.datagrams.is_none() => Fit::Refuses(
+                "this scanner has no REST interface: expected a model such as picoscan150".to_owned(),
+            ),
             (Family::Cola, PartFault::Device(fault)) => fits_cola(fault),
             (Family::Cola, PartFault::Clock(_)) => Fit::Acts,
             (Family::Lms2xx, PartFault::Device(fault)) => fits_lms2xx(fault),
@@ -179,6 +195,14 @@ impl Part for DeviceFaults {
         let (key, at) = (order.key, SimTime::ZERO + order.at);
         self.remember(key, order.fault);
         match order.fault {
+            PartFault::Datagrams(fault) => {
+                if let Some(datagrams) = &self.datagrams {
+                    datagrams.begin(key, *fault, order.p, order.seed);
+                }
+            }
+            PartFault::Device(DeviceFault::Rest(fault)) => {
+                self.orders.push(at, Change::Begin(key, rest_trouble(*fault)));
+            }
             PartFault::Device(DeviceFault::Power(power)) => self.begin_power(key, at, power),
             PartFault::Device(DeviceFault::Dirt(dirt)) => self.begin_dirt(key, at, *dirt),
             PartFault::Device(DeviceFault::Broken(broken)) => {
@@ -202,6 +226,9 @@ impl Part for DeviceFaults {
     }
 
     fn end(&self, key: u64, at: Duration) {
+        if let Some(datagrams) = &self.datagrams {
+            datagrams.end(key);
+        }
         let at = SimTime::ZERO + at;
         let active = self.active.lock().unwrap_or_else(PoisonError::into_inner);
         let fault = active.iter().find(|(other, _)| *other == key).map(|(_, fault)| fault.clone());
@@ -241,6 +268,7 @@ fn fits_lms2xx(fault: &DeviceFault) -> Fit {
         DeviceFault::Dirt(_) => {
             refuses("an LMS2xx tells dirt by channels of its window, not by angle; leave `sector` out")
         }
+        DeviceFault::Rest(_) => refuses("an LMS2xx has no REST interface"),
         DeviceFault::Broken(_) => refuses(
             "which error numbers an LMS2xx reports for a failing part is not emulated; use `contamination` or `power`",
         ),
@@ -280,6 +308,13 @@ fn refusal(refused: &Refusal) -> Trouble {
         Answer::Declined => RefusedWith::Zero,
     };
     Trouble::Refusal { command: refused.command.clone(), answer, busy: refused.busy }
+}
+
+fn rest_trouble(fault: RestFault) -> Trouble {
+    Trouble::Rest(match fault {
+        RestFault::StaleNonces => device::RestTrouble::StaleNonces,
+        RestFault::TooMany => device::RestTrouble::TooMany,
+    })
 }
 
 fn left_behind(stored: Stored) -> LeftBehind {

@@ -67,7 +67,10 @@ impl VehiclePart {
 
 impl Part for VehiclePart {
     fn fits(&self, fault: &PartFault) -> Fit {
-        if matches!(fault, PartFault::Datagrams(_)) && self.kind == Kind::Gnss {
+        if let (PartFault::Datagrams(fault), Kind::Gnss) = (fault, self.kind) {
+            if fault.fate.needs_a_scanner() {
+                return Fit::Foreign;
+            }
             let sends = self.receivers.sends_datagrams.load(Ordering::Relaxed);
             return if sends { Fit::Acts } else { Fit::Foreign };
         }

@@ -1,4 +1,6 @@
-//! Datagrams that do not arrive, or arrive twice.
+//! Datagrams that do not arrive, arrive twice, late or in another order.
+
+use std::time::Duration;
 
 use crate::datagrams::{DatagramFault, Fate};
 use crate::parameter::{Form, Parameter};
@@ -35,8 +37,8 @@ pub(super) const UDP_LOSS: Row = Row {
     name: "udp_loss",
     family: Family::Datagrams,
     parameters: PARAMETERS,
-    about: "Datagrams of NMEA sentences or CAN frames are lost, each with probability `p`, or in bursts.",
-    reports: "frames lost",
+    about: "Datagrams of Compact telegrams, NMEA sentences or CAN frames are lost, each with probability `p`, or in bursts.",
+    reports: "segments_lost, frames lost",
     recovery: "next frame",
     make: |settings| datagrams(settings, Fate::Lost),
 };
@@ -46,8 +48,60 @@ pub(super) const UDP_DUP: Row = Row {
     name: "udp_dup",
     family: Family::Datagrams,
     parameters: PARAMETERS,
-    about: "Datagrams of NMEA sentences or CAN frames come twice, each with probability `p`, or in bursts.",
+    about: "Datagrams of Compact telegrams, NMEA sentences or CAN frames come twice, each with probability `p`, or in bursts.",
     reports: "nothing",
     recovery: "next frame",
     make: |settings| datagrams(settings, Fate::Doubled),
+};
+
+/// Late.
+pub(super) const UDP_LATE: Row = Row {
+    name: "udp_late",
+    family: Family::Datagrams,
+    parameters: &[Parameter::new("ms", Form::Number(0.1, 60_000.0), "50", "so much later, milliseconds")],
+    about: "Datagrams of Compact telegrams come late, each with probability `p`: behind those that are sent meanwhile.",
+    reports: "segments_lost where more than four telegrams overtake one",
+    recovery: "next turn",
+    make: |settings| {
+        let late = Duration::from_secs_f64(settings.number("ms")?.unwrap_or(50.0) / 1e3);
+        Ok(PartFault::Datagrams(DatagramFault { fate: Fate::Late(late), bursts: None }))
+    },
+};
+
+/// In another order.
+pub(super) const UDP_REORDER: Row = Row {
+    name: "udp_reorder",
+    family: Family::Datagrams,
+    parameters: &[Parameter::new(
+        "behind",
+        Form::Whole(1, 100),
+        "1",
+        "so many that are sent after it come before it",
+    )],
+    about: "Datagrams of Compact telegrams are overtaken by those behind them, each with probability `p`.",
+    reports: "nothing up to four; segments_lost beyond",
+    recovery: "next turn",
+    make: |settings| {
+        let behind = settings.whole("behind")?.and_then(|behind| u32::try_from(behind).ok()).unwrap_or(1);
+        Ok(PartFault::Datagrams(DatagramFault { fate: Fate::Overtaken(behind), bursts: None }))
+    },
+};
+
+/// A part of it is lost.
+pub(super) const UDP_FRAGMENT: Row = Row {
+    name: "udp_fragment",
+    family: Family::Datagrams,
+    parameters: &[Parameter::new(
+        "mtu",
+        Form::Whole(576, 9000),
+        "1500",
+        "bytes that a packet of the network holds, with its headers",
+    )],
+    about: "A fragment of a datagram is lost, each with probability `p`, and with it the datagram; those that fit one packet arrive. Telegrams of picoScan profiles 3, 6 and 9 need several.",
+    reports: "segments_lost",
+    recovery: "next turn",
+    make: |settings| {
+        let mtu = settings.whole("mtu")?.and_then(|mtu| u32::try_from(mtu).ok()).unwrap_or(1500);
+        Ok(PartFault::Datagrams(DatagramFault { fate: Fate::InFragments { mtu }, bursts: None }))
+    },
 };

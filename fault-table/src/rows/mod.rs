@@ -11,6 +11,7 @@ mod gnss;
 mod node;
 mod power;
 mod refusal;
+mod rest;
 mod sprayer;
 mod stored;
 
@@ -28,6 +29,8 @@ pub const ROWS: &[Row] = &[
     refusal::BUSY,
     refusal::EEPROM_FULL,
     refusal::FAULT_CODE,
+    rest::STALE,
+    rest::TOO_MANY,
     stored::ROW,
     clock::DRIFT,
     clock::STEP,
@@ -51,6 +54,9 @@ pub const ROWS: &[Row] = &[
     node::NAME_CLASH,
     datagrams::UDP_LOSS,
     datagrams::UDP_DUP,
+    datagrams::UDP_LATE,
+    datagrams::UDP_REORDER,
+    datagrams::UDP_FRAGMENT,
     sprayer::valve_stuck::ROW,
     sprayer::valve_slow::ROW,
     sprayer::coil_open::ROW,

@@ -26,7 +26,7 @@ pub(super) const LOGIN: Row = Row {
     name: "login",
     family: Family::Device,
     parameters: &[],
-    about: "No password is right: SetAccessMode is answered with 0.",
+    about: "No password is right: SetAccessMode is answered with 0, a POST of REST with status 10.",
     reports: "refusal in words",
     recovery: "retries where it helps only",
     make: |_| Ok(refusal(Some("SetAccessMode".to_owned()), Answer::Declined, false)),

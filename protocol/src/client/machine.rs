@@ -192,7 +192,7 @@ impl Machine {
             return self.answered();
         }
         let fatal = step.required && self.phase != Phase::Stopping;
-        let event = HostEvent::Refused { command: step.command, error: Some(error), fatal };
+        let event = HostEvent::Refused { command: step.command, error: Some(error.into()), fatal };
         if fatal {
             self.finish(event);
         } else {

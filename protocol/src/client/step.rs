@@ -20,7 +20,9 @@ use crate::telegram::lmc_meas::{ACCEPTED, StartMeasurement};
 use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
 use crate::telegram::lmp_output_range::{OutputRange, Sector};
 use crate::telegram::lmp_scancfg::{self, ScanConfig, SetScanConfig, SetScanConfigReply};
+use crate::telegram::performance_profile_number::PerformanceProfileNumber;
 use crate::telegram::run::Run;
+use crate::telegram::scan_data_format::{self, ScanDataFormat};
 use crate::telegram::set_access_mode::{PasswordHash, SetAccessMode};
 use crate::telegram::wire::{Fields, LowHigh};
 use crate::telegram::{Args, Kind, LmdScandata, Method, SopasError, Variable, encode_frame};
@@ -31,8 +33,10 @@ pub(super) static START_UP: &[Step] = &[
     read::<FirmwareVersion>(take_firmware),
     call::<SetAccessMode>(log_in, take_yes),
     call::<SetScanConfig>(set_scan_mode, take_scan_mode)
-        .only_if(|plan| plan.config.scan_mode.is_some())
+        .only_if(|plan| plan.config.scan_mode.is_some() && compact_model(plan).is_none())
         .slow(),
+    write::<PerformanceProfileNumber>(set_profile).only_if(|plan| profile(plan).is_some()).slow(),
+    write::<ScanDataFormat>(set_format).only_if(|plan| compact_model(plan).is_some()),
     read::<OutputRange>(take_step).only_if(|plan| plan.config.output_range.is_some()),
     write::<OutputRange>(set_output_range).only_if(|plan| plan.config.output_range.is_some()),
     write::<InputsThreeAndFour>(set_encoder_inputs).only_if(wants_encoder).where_known(),
@@ -154,6 +158,24 @@ fn set_scan_mode(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
     let sectors = vec![Sector { step, start: 0, stop: 1_800_000 }];
     let frequency_centihz = mode.map_or(0, |mode| mode.frequency_centihz);
     tell(dialect, &SetScanConfig { config: ScanConfig { frequency_centihz, sectors } }, out);
+}
+
+/// The device's model, if it is one that sends scans as Compact telegrams unless it is told otherwise.
+fn compact_model(plan: &Plan) -> Option<&'static model::Model> {
+    model::by_ident(&plan.ident).next().filter(|model| model.compact.is_some())
+}
+
+/// The number of the scan mode that is wanted.
+fn profile(plan: &Plan) -> Option<u8> {
+    compact_model(plan)?.profile(plan.config.scan_mode?)
+}
+
+fn set_profile(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    set(dialect, &PerformanceProfileNumber { number: profile(plan).unwrap_or_default() }, out);
+}
+
+fn set_format(_: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+    set(dialect, &ScanDataFormat { code: scan_data_format::LMD_SCANDATA }, out);
 }
 
 fn set_output_range(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {

@@ -1,5 +1,7 @@
 //! A beam's angle in its plane, as a 16-bit code.
 
+/// From Compact's and REST's angles, 0 straight ahead, to CoLa's, 1/10000°.
+pub const TO_COLA: i32 = 900_000;
 /// Codes a radian (SICK's ScanSegmentAPI and perception SDK agree).
 const CODES_A_RADIAN: f64 = 5215.0;
 /// The code of angle 0.

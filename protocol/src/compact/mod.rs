@@ -12,6 +12,8 @@
 //! Ambient light (3) and the telegrams of a multiScan200 (6, 7) are refused by their number. A structure's fields are written down once; that
 //! definition decodes, encodes and describes them.
 //!
+//! A driver reads scans from them: an [`Assembler`] puts segments together to turns ([`Frame`]), and a [`CompactListener`] is the session of a stream of them.
+//!
 //! ```
 //! use rowscan_protocol::compact::{Imu, Telegram};
 //! # fn main() -> Result<(), Box<dyn core::error::Error>> {
@@ -25,26 +27,35 @@
 //! ```
 
 mod angle;
+mod assembler;
 mod beams;
 mod crc;
 mod encoder;
 mod error;
+mod frame;
 mod imu;
 mod length;
+mod listener;
 mod scan;
+mod segment;
 mod shape;
 mod stream;
 mod telegram;
+mod window;
 mod wire;
 
-pub use angle::{theta_code, theta_rad};
+pub use angle::{TO_COLA, theta_code, theta_rad};
+pub use assembler::{Assembler, MAX_OPEN, REORDER, SegmentCounts};
 pub use beams::{Beams, REFLECTOR};
 pub use crc::crc32;
 pub use encoder::{Encoder, PayloadLength};
 pub use error::{CompactError, EncodeError, Expected};
+pub use frame::Frame;
 pub use imu::Imu;
 pub use length::{MAX_TELEGRAM, length};
+pub use listener::CompactListener;
 pub use scan::{DistanceScale, Module, ModuleSize, Modules, ScanTelegram};
+pub use segment::Segment;
 pub use shape::{Content, MAX_BEAMS, MAX_ECHOES, MAX_LINES, MAX_MODULES, Shape, Version};
 pub use stream::{Found, StreamDecoder, begins};
 pub use telegram::Telegram;

@@ -49,4 +49,4 @@ pub use segment::{Datagram, Silent, Stream};
 pub use session::{AfterReply, DialectPolicy, Reply, Session};
 pub use state::{Device, Identity, Mirror, ModeError};
 pub use switching::{DigitalLineError, FieldError};
-pub use troubles::{LeftBehind, Part, RefusedWith, Trouble};
+pub use troubles::{LeftBehind, Part, RefusedWith, RestTrouble, Trouble};

@@ -6,13 +6,13 @@ use core::net::SocketAddrV4;
 use core::time::Duration;
 
 use super::clock::Clock;
-use super::effect::compact::TO_COLA;
 use super::measured::MeasuredLine;
 use super::random::Stage;
 use super::state::Device;
 use super::variable::{Stored, Value};
 use crate::compact::{
-    Beams, Encoder, Imu, Module, Modules, PerLine, REFLECTOR, ScanTelegram, Shape, Telegram, theta_code,
+    Beams, Encoder, Imu, Module, Modules, PerLine, REFLECTOR, ScanTelegram, Shape, TO_COLA, Telegram,
+    theta_code,
 };
 use crate::model::{CompactOutput, ScanMode};
 use crate::telegram::fr_echo_filter;

@@ -4,8 +4,9 @@ use alloc::vec::Vec;
 
 use super::condition::Activity;
 use super::state::Device;
-use super::troubles::{LeftBehind, Part, RefusedWith, Trouble};
-use crate::telegram::{Kind, SopasError, Telegram, encode};
+use super::troubles::{LeftBehind, Part, RefusedWith, RestTrouble, Trouble};
+use crate::telegram::set_access_mode::SetAccessMode;
+use crate::telegram::{Kind, Method, SopasError, Telegram, encode};
 use crate::time::SimTime;
 
 impl Device {
@@ -36,6 +37,17 @@ impl Device {
     /// Something is wrong from now on.
     pub fn begin_trouble(&mut self, key: u64, trouble: Trouble) {
         self.troubles.list.push((key, trouble));
+    }
+
+    /// What its REST interface refuses now: where CoLa takes no password, nor does REST.
+    pub fn rest_trouble(&self) -> Option<RestTrouble> {
+        self.troubles.list.iter().find_map(|(_, trouble)| match trouble {
+            Trouble::Rest(trouble) => Some(*trouble),
+            Trouble::Refusal { command: Some(command), .. } if command == SetAccessMode::NAME => {
+                Some(RestTrouble::Passwords)
+            }
+            _ => None,
+        })
     }
 
     /// It is over; what needs a restart stays until then. False if there is none of this key.

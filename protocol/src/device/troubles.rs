@@ -16,6 +16,8 @@ pub enum Trouble {
         /// From an error on, beams between these device angles see nothing, degrees.
         sector_deg: Option<(f64, f64)>,
     },
+    /// Its REST interface refuses.
+    Rest(RestTrouble),
     /// A part of it fails.
     Failure {
         /// Which.
@@ -43,6 +45,17 @@ pub enum Part {
     Laser,
     /// What keeps its temperature.
     Temperature,
+}
+
+/// What a REST interface refuses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RestTrouble {
+    /// A nonce is stale when it is used.
+    StaleNonces,
+    /// No password is right.
+    Passwords,
+    /// Every POST is one too many.
+    TooMany,
 }
 
 /// How a command is refused.

@@ -332,6 +332,13 @@ impl Model {
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
         BeamGrid::spanning(self.start_angle, self.stop_angle, mode.step)
     }
+
+    /// The number that a scan mode has in PerformanceProfileNumber, from 1 on; `None` where the model has no profiles, or none of this mode.
+    pub fn profile(&self, mode: ScanMode) -> Option<u8> {
+        let profiles = usize::from(self.compact?.profiles);
+        let place = self.modes.iter().take(profiles).position(|known| *known == mode)?;
+        u8::try_from(place + 1).ok()
+    }
 }
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ pub(super) static PICOSCAN150: Model = Model {
         "period: nominal; two recorded ones were 5538 and 5559 µs a segment, within their jitter of 20 µs",
         "transmission: −0.42 to +1.7 ms from the first beam in three recorded telegrams, so before the last beam; drawn evenly between (assumed)",
         "telegram counter: 1 at power-up, and it goes on over stop and start (assumed)",
-        "optics: no public measurement of the spot was at hand; an LMS1xx's numbers stand for it (assumed)",
+        "optics: no public measurement of the spot was at hand; an LMS1xx's numbers stand for it (assumed), and the calibrations `spindle-picoscan150`, `mature-picoscan150` and their `-device` are of rows seen so",
         "boot, initialisation and reply times: an LMS1xx's, not verified; IMU period: a recorded multiScan136's",
         "reflector: the guide's 254 in LMDscandata; that the bit follows the receiver's end is assumed",
     ],

@@ -14,6 +14,7 @@ mod bench;
 mod facts;
 
 mod compact;
+mod compact_frames;
 mod conditions;
 mod device;
 mod examples;

@@ -274,7 +274,7 @@ fn a_refused_option_is_reported_and_the_start_up_goes_on() {
     pair.settle();
     let refused = HostEvent::Refused {
         command: "LMPoutputRange",
-        error: Some(SopasError::LocalConditionFailed),
+        error: Some(SopasError::LocalConditionFailed.into()),
         fatal: false,
     };
     assert_eq!(pair.events[0], refused);
@@ -307,7 +307,7 @@ fn replies_that_come_twice_and_events_between_are_tolerated() {
     assert_eq!(request(&mut client), "sMN SetAccessMode 3 F4724744");
     let wrong = HostEvent::Refused {
         command: "SetAccessMode",
-        error: Some(SopasError::MethodAccessDenied),
+        error: Some(SopasError::MethodAccessDenied.into()),
         fatal: false,
     };
     assert_eq!(reply(&mut client, "sAN SetAccessMode 0"), [wrong]);
@@ -320,8 +320,11 @@ fn replies_that_come_twice_and_events_between_are_tolerated() {
     assert_eq!(request(&mut client), "sMN Run");
     reply(&mut client, "sAN Run 1");
     assert_eq!(request(&mut client), "sEN LMDscandata 1");
-    let refused =
-        HostEvent::Refused { command: "LMDscandata", error: Some(SopasError::UnknownEvent), fatal: true };
+    let refused = HostEvent::Refused {
+        command: "LMDscandata",
+        error: Some(SopasError::UnknownEvent.into()),
+        fatal: true,
+    };
     assert_eq!(reply(&mut client, "sFA F"), [refused]);
     assert!(client.is_done());
 }

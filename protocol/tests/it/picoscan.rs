@@ -25,7 +25,7 @@ fn logged_in() -> Bench {
 }
 
 /// A device that streams to this machine.
-fn streaming(profile: u8) -> Device {
+pub(crate) fn streaming(profile: u8) -> Device {
     let mut bench = logged_in();
     bench.table(&[
         ("sWN ScanDataEthSettings 1 +127 +0 +0 +1 +2115", "sWA ScanDataEthSettings"),

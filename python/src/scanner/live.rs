@@ -105,7 +105,9 @@ impl Order {
             AnyModel::Cola(_) => self.addresses(index).into_iter().map(Endpoint::Tcp).collect(),
             AnyModel::Lms2xx(_) => vec![Endpoint::Pty(self.pty.clone().unwrap_or_else(own_link))],
         };
-        Ok(ScannerSpec { endpoints, stream: Some(spec.id.clone()), ..spec })
+        // The last of its places.
+        let rest = model.compact().map(|_| FREE_PORT.to_owned());
+        Ok(ScannerSpec { endpoints, rest, stream: Some(spec.id.clone()), ..spec })
     }
 
     /// Where the scanner of this number listens: one scanner at all addresses, several at one each.

@@ -80,7 +80,7 @@ impl Follower {
                 Ok(Taken::SentBack) => true,
                 Err(_) => false,
             };
-            let telegrams_bad = scanner.stop(STOP_TIMEOUT).await.telegrams_bad;
+            let counts = scanner.stop(STOP_TIMEOUT).await;
             drop(telling);
             if let Some(feed) = self.feed.as_mut().filter(|_| again) {
                 feed.begin_anew();
@@ -88,7 +88,7 @@ impl Follower {
                 continue;
             }
             let mut estimate = self.pipeline.finish();
-            estimate.telegrams_bad = telegrams_bad;
+            estimate.heard_over(counts.telegrams_bad, counts.segments_lost);
             // What was seen before a failure is not lost by it.
             let seen = taken.is_ok() || estimate.scans > 0 || estimate.telegrams_bad > 0;
             return self.ended(seen.then_some(estimate), taken.map(drop));

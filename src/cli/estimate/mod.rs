@@ -37,7 +37,7 @@ pub(super) use print::warnings;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// tcp://HOST:PORT, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT, or the file of a recording, with `#STREAM` behind it where it holds several;
+    /// tcp://HOST:PORT, picoscan://HOST:PORT?udp=2115, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT, or the file of a recording, with `#STREAM` behind it where it holds several;
     /// repeatable, an estimate a scanner
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<Source>,

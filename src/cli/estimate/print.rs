@@ -112,6 +112,9 @@ fn facts(estimate: &Estimate) -> String {
             estimate.telegrams_bad
         ),
     );
+    if estimate.segments_lost > 0 {
+        line("segments lost", estimate.segments_lost.to_string());
+    }
     line(
         "scan frequency",
         format!(

@@ -27,8 +27,7 @@ pub(super) fn load(
 /// What the first scanner's bytes are in a recording.
 pub(super) fn recorded_kind(source: &Source) -> Option<StreamKind> {
     let Source::Recording { path, .. } = source else { return None };
-    let is_scanner = |kind: &StreamKind| matches!(kind, StreamKind::Cola | StreamKind::Lms2xx);
-    opened(path)?.streams().iter().map(|stream| stream.kind).find(is_scanner)
+    opened(path)?.streams().iter().map(|stream| stream.kind).find(|kind| kind.is_scanner())
 }
 
 /// A recording with its first packet read, to see what it says of itself. Whatever is wrong with it is told by whoever reads its scans.

@@ -5,14 +5,12 @@ use alloc::vec::Vec;
 
 use super::identity::on_for;
 use super::scanning::switch_mode;
+use crate::compact::TO_COLA;
 use crate::device::context::Context;
 use crate::device::refusal::Fault;
 use crate::device::variable::{Own, Value};
 use crate::model::ScanMode;
 use crate::telegram::{DateTime, SopasError, scdevicestate};
-
-/// From Compact's and REST's angles, 0 straight ahead, to CoLa's, 1/10000°.
-pub(in crate::device) const TO_COLA: i32 = 900_000;
 
 /// What a variable of the device's own tells now.
 pub(in crate::device) fn get(own: Own, context: &Context<'_>) -> Vec<Value> {

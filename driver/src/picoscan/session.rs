@@ -1,0 +1,308 @@
+//! The conversation with a scanner: REST until it streams, then datagrams.
+
+use std::collections::VecDeque;
+use std::net::SocketAddrV4;
+use std::time::Duration;
+
+use rowscan_protocol::challenge::{REALM, response};
+use rowscan_protocol::compact::CompactListener;
+use rowscan_protocol::frame::FrameCounts;
+use rowscan_protocol::host::{DeviceInfo, HostEvent, HostSession, Language, Refusal, Transmit};
+use rowscan_protocol::scan::Scan;
+use serde_json::{Value, json};
+
+use super::http::{self, Answer};
+use super::piece::{ANSWER, DATAGRAM};
+use super::step::{self, Step};
+use crate::config::DriverConfig;
+use crate::picoscan_address::PicoscanAddress;
+
+/// What is refused where a login is.
+pub(super) const LOGIN: &str = "getChallenge";
+/// What does not come where no datagram does.
+pub(super) const DATAGRAMS: &str = "datagrams";
+/// `header.status` of a nonce that is used up, and of a wrong password.
+const INVALID_CHALLENGE: u64 = 10;
+/// `header.status` of too many requests.
+const TOO_MANY: u64 = 11;
+/// Pauses before a request that was one too many is made again.
+const PAUSES: [Duration; 3] =
+    [Duration::from_millis(500), Duration::from_millis(1000), Duration::from_millis(2000)];
+/// Numbers of salt that are believed.
+const MAX_SALT: usize = 64;
+
+/// One conversation.
+#[derive(Debug)]
+pub(crate) struct PicoSession {
+    place: PicoscanAddress,
+    reply_timeout: Duration,
+    datagram_timeout: Duration,
+    steps: VecDeque<Step>,
+    state: State,
+    /// How often the step's login was refused, and how often it was one request too many.
+    refused: u32,
+    too_many: usize,
+    info: DeviceInfo,
+    listener: CompactListener,
+    events: VecDeque<HostEvent>,
+    is_stopping: bool,
+}
+
+/// Where the conversation stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum State {
+    /// The next step is to be asked, from this time on.
+    Next(Option<Duration>),
+    /// An answer is awaited: to a challenge, if so, else to the step itself; since the time it was sent, once that is known.
+    Asked {
+        for_challenge: bool,
+        until: Option<Duration>,
+    },
+    /// A challenge has come: the header of the POST.
+    Challenged(String),
+    /// All is set; the first datagram is awaited.
+    Set {
+        until: Option<Duration>,
+    },
+    /// Scans come.
+    Streams,
+    Done,
+}
+
+impl PicoSession {
+    pub(super) fn new(place: &PicoscanAddress, to: Option<SocketAddrV4>, config: &DriverConfig) -> Self {
+        let (steps, has_mode) = to.map_or((Vec::new(), true), |to| step::start_up(to, &config.cola));
+        let limited = HostEvent::Limited {
+            what: "a picoScan has no profile of the rig's frequency and resolution: it keeps its own",
+        };
+        Self {
+            place: place.clone(),
+            reply_timeout: config.cola.reply_timeout,
+            datagram_timeout: config.first_datagram_timeout,
+            steps: steps.into(),
+            state: State::Next(None),
+            refused: 0,
+            too_many: 0,
+            info: DeviceInfo { ident: String::new(), firmware: String::new(), language: Language::Compact },
+            listener: CompactListener::default(),
+            events: (!has_mode).then_some(limited).into_iter().collect(),
+            is_stopping: false,
+        }
+    }
+
+    fn datagram(&mut self, now: Duration, bytes: &[u8]) {
+        let is_set = matches!(self.state, State::Set { .. } | State::Streams) || self.is_stopping;
+        if !is_set {
+            // Of a stream that somebody else has set up.
+            return;
+        }
+        self.listener.handle_datagram(now, bytes);
+        if matches!(self.state, State::Set { .. }) && self.listener.counts().frames > 0 {
+            self.state = State::Streams;
+            self.events.push_back(HostEvent::Ready(self.info.clone()));
+        }
+    }
+
+    fn answer(&mut self, now: Duration, bytes: &[u8]) {
+        let State::Asked { for_challenge, .. } = self.state else { return };
+        let Some(Answer { code, body }) = http::answer(bytes) else { return self.end_without_answer() };
+        let body: Value = serde_json::from_slice(&body).unwrap_or_default();
+        let status = body.pointer("/header/status").and_then(Value::as_u64);
+        if code == 429 || status == Some(TOO_MANY) {
+            return self.too_many(now, Refusal::Rest { status, http: code });
+        }
+        match (for_challenge, status) {
+            (true, Some(0)) => match self.header(&body) {
+                Some(header) => self.state = State::Challenged(header),
+                None => self.refuse(LOGIN, Refusal::Rest { status, http: code }, true),
+            },
+            (true, _) => self.refuse(LOGIN, Refusal::Rest { status, http: code }, true),
+            // A nonce may have gone stale on its way: once more, and then it is the password.
+            (false, Some(INVALID_CHALLENGE)) if self.refused == 0 => {
+                self.refused += 1;
+                self.state = State::Next(None);
+            }
+            (false, Some(INVALID_CHALLENGE)) => {
+                self.refuse(LOGIN, Refusal::Rest { status, http: code }, true);
+            }
+            (false, Some(0)) => self.done(&body),
+            (false, _) => {
+                let (name, is_needed) =
+                    self.steps.front().map_or((DATAGRAMS, true), |step| (step.name, step.is_needed));
+                self.refuse(name, Refusal::Rest { status, http: code }, is_needed);
+            }
+        }
+    }
+
+    /// The step is done.
+    fn done(&mut self, body: &Value) {
+        let Some(step) = self.steps.pop_front() else { return };
+        let text = |pointer: &str| body.pointer(pointer).and_then(Value::as_str).unwrap_or_default();
+        match step.name {
+            // Real devices wrap structs by their name; the schema shows them bare.
+            "DeviceIdent" => {
+                let [name, version] = ["Name", "Version"].map(|part| {
+                    let wrapped = text(&format!("/data/DeviceIdent/{part}"));
+                    if wrapped.is_empty() { text(&format!("/data/{part}")) } else { wrapped }
+                });
+                self.info.ident = format!("{name} {version}");
+                version.clone_into(&mut self.info.firmware);
+            }
+            "FirmwareVersion" => text("/data/FirmwareVersion").clone_into(&mut self.info.firmware),
+            _ => {}
+        }
+        self.go_on();
+    }
+
+    fn go_on(&mut self) {
+        (self.refused, self.too_many) = (0, 0);
+        self.state = match (self.steps.is_empty(), self.is_stopping) {
+            (false, _) => State::Next(None),
+            (true, false) => State::Set { until: None },
+            (true, true) => {
+                self.events.push_back(HostEvent::Stopped);
+                State::Done
+            }
+        };
+    }
+
+    fn too_many(&mut self, now: Duration, refusal: Refusal) {
+        match PAUSES.get(self.too_many) {
+            Some(pause) => {
+                self.too_many += 1;
+                self.state = State::Next(Some(now.saturating_add(*pause)));
+            }
+            None => self.refuse(LOGIN, refusal, true),
+        }
+    }
+
+    fn refuse(&mut self, command: &'static str, refusal: Refusal, fatal: bool) {
+        self.events.push_back(HostEvent::Refused { command, error: Some(refusal), fatal });
+        if fatal && !self.is_stopping {
+            self.state = State::Done;
+            return;
+        }
+        self.steps.pop_front();
+        self.go_on();
+    }
+
+    fn end_without_answer(&mut self) {
+        let command = self.steps.front().map_or(DATAGRAMS, |step| step.name);
+        let event = if self.is_stopping { HostEvent::Stopped } else { HostEvent::NoAnswer { command } };
+        self.events.push_back(event);
+        self.state = State::Done;
+    }
+
+    /// The header of a POST that answers the challenge in `body`.
+    fn header(&self, body: &Value) -> Option<String> {
+        let name = self.steps.front()?.name;
+        let challenge = body.get("challenge")?;
+        let text = |key: &str| challenge.get(key).and_then(Value::as_str);
+        let (nonce, opaque) = (text("nonce")?, text("opaque")?);
+        let salt = match challenge.get("salt") {
+            Some(list) => list.as_array()?.iter().map(|byte| u8::try_from(byte.as_u64()?).ok()).collect(),
+            None => Some(Vec::new()),
+        };
+        let salt: Vec<u8> = salt.filter(|salt: &Vec<u8>| salt.len() <= MAX_SALT)?;
+        let PicoscanAddress { user, password, .. } = &self.place;
+        let response = response(user, password, &salt, nonce, name);
+        let header = json!({
+            "nonce": nonce, "opaque": opaque, "realm": text("realm").unwrap_or(REALM), "response": response, "user": user,
+        });
+        Some(header.to_string())
+    }
+
+    fn deadline(&self) -> Option<Duration> {
+        match self.state {
+            State::Next(until) | State::Asked { until, .. } | State::Set { until } => until,
+            State::Challenged(_) | State::Streams | State::Done => None,
+        }
+    }
+}
+
+impl HostSession for PicoSession {
+    fn handle_bytes(&mut self, now: Duration, bytes: &[u8]) {
+        match bytes.split_first() {
+            Some((&DATAGRAM, datagram)) => self.datagram(now, datagram),
+            Some((&ANSWER, answer)) => self.answer(now, answer),
+            _ => {}
+        }
+        // Deadlines run from the first time that is told after their state began.
+        self.handle_timeout(now);
+    }
+
+    fn handle_end(&mut self) {
+        self.listener.handle_end();
+    }
+
+    fn handle_timeout(&mut self, now: Duration) {
+        match &mut self.state {
+            State::Asked { until: until @ None, .. } => *until = Some(now.saturating_add(self.reply_timeout)),
+            State::Set { until: until @ None } => *until = Some(now.saturating_add(self.datagram_timeout)),
+            State::Next(until @ Some(_)) if *until <= Some(now) => *until = None,
+            State::Asked { until: Some(until), .. } if *until <= now => self.end_without_answer(),
+            State::Set { until: Some(until) } if *until <= now => {
+                self.events.push_back(HostEvent::NoAnswer { command: DATAGRAMS });
+                self.state = State::Done;
+            }
+            _ => {}
+        }
+    }
+
+    fn poll_timeout(&self) -> Option<Duration> {
+        match self.state {
+            // To be told the time at once.
+            State::Asked { until: None, .. } | State::Set { until: None } => Some(Duration::ZERO),
+            _ => self.deadline(),
+        }
+    }
+
+    fn poll_transmit(&mut self) -> Option<Transmit> {
+        let step = self.steps.front()?;
+        let host = &self.place.address;
+        let (request, for_challenge) = match &self.state {
+            State::Next(None) if step.data.is_none() => (http::request(host, step.name, None), false),
+            State::Next(None) => {
+                let body = json!({ "data": { "user": self.place.user } }).to_string();
+                (http::request(host, LOGIN, Some(&body)), true)
+            }
+            State::Challenged(header) => {
+                let data = step.data.as_ref().map_or_else(String::new, Value::to_string);
+                let body = format!(r#"{{"header":{header},"data":{data}}}"#);
+                (http::request(host, step.name, Some(&body)), false)
+            }
+            _ => return None,
+        };
+        self.state = State::Asked { for_challenge, until: None };
+        Some(Transmit::Frame(request))
+    }
+
+    fn poll_event(&mut self) -> Option<HostEvent> {
+        self.events.pop_front().or_else(|| self.listener.poll_event())
+    }
+
+    fn stop(&mut self, _: Duration) {
+        self.is_stopping = true;
+        self.steps = VecDeque::from([step::stop()]);
+        self.go_on();
+    }
+
+    fn scan(&self) -> &Scan {
+        self.listener.scan()
+    }
+
+    fn counts(&self) -> FrameCounts {
+        self.listener.counts()
+    }
+
+    fn segments_lost(&self) -> u64 {
+        self.listener.segments_lost()
+    }
+
+    fn is_done(&self) -> bool {
+        self.state == State::Done
+    }
+}
+
+#[cfg(test)]
+mod tests;

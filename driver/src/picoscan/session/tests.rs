@@ -1,0 +1,261 @@
+//! The conversation against a scanner that a test plays, in time that it tells.
+
+use rowscan_protocol::client::ColaConfig;
+use rowscan_protocol::compact::{Imu, Telegram};
+use rowscan_protocol::model::ScanMode;
+use rowscan_protocol::rig::EchoChoice;
+
+use super::*;
+
+/// Plays the scanner: what it is asked, and what it answers.
+struct Bench {
+    session: PicoSession,
+    now: Duration,
+    nonces: u32,
+    /// Writes and methods that were taken, in their order.
+    taken: Vec<(String, Value)>,
+}
+
+fn place(password: &str) -> PicoscanAddress {
+    PicoscanAddress { password: password.into(), ..PicoscanAddress::new("pico:80".into()) }
+}
+
+fn answer(http: u16, body: &Value) -> Vec<u8> {
+    let body = body.to_string();
+    let mut piece = vec![ANSWER];
+    piece.extend(format!("HTTP/1.1 {http} X\r\nContent-Length: {}\r\n\r\n{body}", body.len()).bytes());
+    piece
+}
+
+fn refusal(http: u16, status: u64) -> Vec<u8> {
+    answer(http, &json!({ "header": { "status": status, "message": "" } }))
+}
+
+fn datagram() -> Vec<u8> {
+    let mut piece = vec![DATAGRAM];
+    Telegram::Imu(Imu::default()).encode(&mut piece).expect("it is encoded");
+    piece
+}
+
+impl Bench {
+    fn new(password: &str, config: &DriverConfig) -> Self {
+        let to = Some("127.0.0.1:2115".parse().expect("an address"));
+        let session = PicoSession::new(&place(password), to, config);
+        Self { session, now: Duration::ZERO, nonces: 0, taken: Vec::new() }
+    }
+
+    fn request(&mut self) -> Option<(String, Value)> {
+        let frame = self.session.poll_transmit()?.into_frame()?;
+        self.session.handle_timeout(self.now);
+        let text = String::from_utf8(frame).expect("text");
+        let (head, body) = text.split_once("\r\n\r\n").expect("a head and a body");
+        let target = head.split(' ').take(2).collect::<Vec<_>>().join(" ");
+        let body = if body.is_empty() { Value::Null } else { serde_json::from_str(body).expect("JSON") };
+        Some((target, body))
+    }
+
+    fn hear(&mut self, piece: &[u8]) {
+        self.session.handle_bytes(self.now, piece);
+    }
+
+    /// As a picoScan with the password as delivered and this salt answers; none of a body that is no more than its header.
+    fn reply(&mut self, target: &str, body: &Value, salt: Option<&[u8]>) -> Vec<u8> {
+        let ok = json!({ "status": 0, "message": "Ok" });
+        match target {
+            "GET /api/DeviceIdent" => {
+                let ident = json!({ "Name": "picoScan", "Version": "2.2.1.0R" });
+                answer(200, &json!({ "header": ok, "data": { "DeviceIdent": ident } }))
+            }
+            "GET /api/FirmwareVersion" => {
+                answer(200, &json!({ "header": ok, "data": { "FirmwareVersion": "2.2.1.0R" } }))
+            }
+            "POST /api/getChallenge" => {
+                assert_eq!(body["data"]["user"], "Service");
+                self.nonces += 1;
+                let mut challenge =
+                    json!({ "realm": REALM, "nonce": format!("n{}", self.nonces), "opaque": "o" });
+                if let Some(salt) = salt {
+                    challenge["salt"] = json!(salt);
+                }
+                answer(200, &json!({ "header": ok, "challenge": challenge }))
+            }
+            post => {
+                let name = post.strip_prefix("POST /api/").expect("a POST");
+                let (header, salt) = (&body["header"], salt.unwrap_or_default());
+                let nonce = format!("n{}", self.nonces);
+                let expected = response("Service", "servicelevel", salt, &nonce, name);
+                assert_eq!((&header["nonce"], &header["opaque"]), (&json!(nonce), &json!("o")));
+                if header["response"] != expected {
+                    return refusal(401, INVALID_CHALLENGE);
+                }
+                self.taken.push((name.to_owned(), body["data"].clone()));
+                answer(200, &json!({ "header": ok, "data": {} }))
+            }
+        }
+    }
+
+    /// Answers until nothing more is asked.
+    fn answer_all(&mut self, salt: Option<&[u8]>) {
+        while let Some((target, body)) = self.request() {
+            let reply = self.reply(&target, &body, salt);
+            self.hear(&reply);
+        }
+    }
+
+    /// Answers up to the request for `wanted`, which is left open.
+    fn answer_up_to(&mut self, wanted: &str) {
+        while let Some((target, body)) = self.request() {
+            if target.ends_with(wanted) {
+                return;
+            }
+            let reply = self.reply(&target, &body, Some(&[1, 2]));
+            self.hear(&reply);
+        }
+        panic!("{wanted} was not asked");
+    }
+
+    fn events(&mut self) -> Vec<HostEvent> {
+        std::iter::from_fn(|| self.session.poll_event()).collect()
+    }
+}
+
+fn as_delivered() -> Bench {
+    Bench::new("servicelevel", &DriverConfig::default())
+}
+
+#[test]
+fn the_start_up_is_that_of_sicks_sdk_and_ends_with_a_datagram() {
+    let mode = ScanMode { frequency_centihz: 2500, step: 2500 };
+    let cola = ColaConfig { scan_mode: Some(mode), echo: Some(EchoChoice::Last), ..ColaConfig::default() };
+    // An empty salt is none, and so is one that is missing: clients differ on it, and scanners send 16 numbers.
+    for salt in [Some(&[7_u8; 16][..]), Some(&[]), None] {
+        let mut bench =
+            Bench::new("servicelevel", &DriverConfig { cola: cola.clone(), ..DriverConfig::default() });
+        bench.hear(&datagram());
+        bench.answer_all(salt);
+        assert_eq!(bench.events(), [], "what came before the settings is another's stream");
+        let to = json!({ "Protocol": 1, "IPAddress": [127, 0, 0, 1], "Port": 2115 });
+        let expected = [
+            ("ScanDataEthSettings", to),
+            ("ScanDataFormat", json!(2)),
+            ("PerformanceProfileNumber", json!(5)),
+            ("FREchoFilter", json!(2)),
+            ("ScanDataEnable", json!(true)),
+        ];
+        let taken = bench.taken.iter().zip(&expected);
+        assert!(taken.clone().count() == 5 && bench.taken.len() == 6, "{:?}", bench.taken);
+        for ((name, data), (wanted, value)) in taken {
+            assert_eq!((name.as_str(), &data[*wanted]), (*wanted, value));
+        }
+        assert_eq!(bench.taken[5].0, "mStartMeasure");
+        bench.hear(&datagram());
+        let [HostEvent::Ready(info)] = &bench.events()[..] else { panic!("ready") };
+        assert_eq!((info.ident.as_str(), info.firmware.as_str()), ("picoScan 2.2.1.0R", "2.2.1.0R"));
+        bench.session.stop(bench.now);
+        bench.answer_all(salt);
+        assert_eq!(bench.taken[6], ("ScanDataEnable".to_owned(), json!({ "ScanDataEnable": false })));
+        assert_eq!((bench.events(), bench.session.is_done()), (vec![HostEvent::Stopped], true));
+    }
+}
+
+#[test]
+fn a_wrong_password_is_tried_twice_and_no_more() {
+    let mut bench = Bench::new("wrong", &DriverConfig::default());
+    bench.answer_all(Some(&[1]));
+    let error = Some(Refusal::Rest { status: Some(10), http: 401 });
+    assert_eq!(bench.events(), [HostEvent::Refused { command: LOGIN, error, fatal: true }]);
+    // Five would lock everybody out.
+    assert_eq!((bench.nonces, bench.session.is_done()), (2, true));
+}
+
+#[test]
+fn a_nonce_that_has_gone_stale_is_replaced() {
+    let mut bench = as_delivered();
+    bench.answer_up_to("/api/ScanDataFormat");
+    bench.hear(&refusal(401, INVALID_CHALLENGE));
+    bench.answer_all(Some(&[1, 2]));
+    bench.hear(&datagram());
+    assert!(matches!(bench.events()[..], [HostEvent::Ready(_)]));
+    assert_eq!(bench.taken.iter().filter(|(name, _)| name == "ScanDataFormat").count(), 1);
+}
+
+#[test]
+fn too_many_requests_are_made_again_after_pauses_that_grow() {
+    let mut bench = as_delivered();
+    bench.answer_up_to("/api/getChallenge");
+    for pause in PAUSES {
+        bench.hear(&refusal(429, TOO_MANY));
+        assert_eq!(bench.request(), None, "not at once");
+        assert_eq!(bench.session.poll_timeout(), Some(bench.now + pause));
+        bench.now += pause;
+        bench.session.handle_timeout(bench.now);
+        assert_eq!(bench.request().map(|(target, _)| target).as_deref(), Some("POST /api/getChallenge"));
+    }
+    bench.hear(&refusal(429, TOO_MANY));
+    let error = Some(Refusal::Rest { status: Some(11), http: 429 });
+    assert_eq!(bench.events(), [HostEvent::Refused { command: LOGIN, error, fatal: true }]);
+}
+
+#[test]
+fn what_scans_can_do_without_may_be_refused() {
+    let mut bench = as_delivered();
+    bench.answer_up_to("/api/FREchoFilter");
+    bench.hear(&refusal(404, 5));
+    bench.answer_all(Some(&[1, 2]));
+    bench.hear(&datagram());
+    let [HostEvent::Refused { command: "FREchoFilter", fatal: false, .. }, HostEvent::Ready(_)] =
+        bench.events()[..]
+    else {
+        panic!("it goes on")
+    };
+    let mut bench = as_delivered();
+    bench.answer_up_to("/api/ScanDataFormat");
+    bench.hear(&refusal(400, 9));
+    let error = Some(Refusal::Rest { status: Some(9), http: 400 });
+    assert_eq!(bench.events(), [HostEvent::Refused { command: "ScanDataFormat", error, fatal: true }]);
+}
+
+#[test]
+fn silence_and_nonsense_are_told() {
+    let mut bench = as_delivered();
+    assert!(bench.request().is_some());
+    let due = bench.session.poll_timeout().expect("a reply is awaited");
+    assert_eq!(due, bench.now + ColaConfig::default().reply_timeout);
+    bench.session.handle_timeout(due);
+    assert_eq!(bench.events(), [HostEvent::NoAnswer { command: "DeviceIdent" }]);
+    for nonsense in [&b"\x01SSH-2.0-OpenSSH\r\n"[..], b"\x01", b"\x01HTTP/1.1 200 OK\r\n\r\n"] {
+        let mut bench = as_delivered();
+        assert!(bench.request().is_some());
+        bench.hear(nonsense);
+        let events = bench.events();
+        let told = matches!(
+            events[..],
+            [HostEvent::NoAnswer { command: "DeviceIdent" } | HostEvent::Refused { fatal: true, .. }]
+        );
+        assert!(told, "{events:?}");
+    }
+}
+
+#[test]
+fn datagrams_that_never_come_are_waited_for_so_long() {
+    let config = DriverConfig::default();
+    let mut bench = Bench::new("servicelevel", &config);
+    bench.answer_all(Some(&[1]));
+    bench.session.handle_timeout(bench.now);
+    // What is no telegram is none.
+    bench.hear(&[DATAGRAM, 2, 2, 2, 2, 1]);
+    let due = bench.session.poll_timeout().expect("a datagram is awaited");
+    assert_eq!(due, bench.now + config.first_datagram_timeout);
+    bench.session.handle_timeout(due);
+    assert_eq!(bench.events(), [HostEvent::NoAnswer { command: DATAGRAMS }]);
+}
+
+#[test]
+fn a_mode_that_no_profile_has_is_told() {
+    let mode = ScanMode { frequency_centihz: 2500, step: 5000 };
+    let cola = ColaConfig { scan_mode: Some(mode), ..ColaConfig::default() };
+    let mut bench = Bench::new("servicelevel", &DriverConfig { cola, ..DriverConfig::default() });
+    bench.answer_all(Some(&[1]));
+    assert!(matches!(bench.events()[..], [HostEvent::Limited { .. }]));
+    assert!(bench.taken.iter().all(|(name, _)| name != "PerformanceProfileNumber"));
+}

@@ -1,0 +1,61 @@
+//! What is asked of a scanner, in the order in which SICK's own SDK asks.
+
+use std::net::SocketAddrV4;
+
+use rowscan_protocol::client::ColaConfig;
+use rowscan_protocol::model;
+use rowscan_protocol::rig::EchoChoice;
+use serde_json::{Value, json};
+
+/// One request: a variable that is read, or written, or a method.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    pub(super) name: &'static str,
+    /// The data of a POST; none of a GET.
+    pub(super) data: Option<Value>,
+    /// No scan can come without it.
+    pub(super) is_needed: bool,
+}
+
+impl Step {
+    fn read(name: &'static str, is_needed: bool) -> Self {
+        Self { name, data: None, is_needed }
+    }
+
+    fn write(name: &'static str, value: Value, is_needed: bool) -> Self {
+        Self { name, data: Some(json!({ name: value })), is_needed }
+    }
+}
+
+/// The profile of a picoScan with this scan mode, if one is asked for; an error if it has none.
+fn profile(config: &ColaConfig) -> Result<Option<u8>, ()> {
+    let Some(mode) = config.scan_mode else { return Ok(None) };
+    let model = model::by_name("picoscan150").ok_or(())?;
+    model.profile(mode).map(Some).ok_or(())
+}
+
+/// The start-up, and whether the scanner has the scan mode that is asked for.
+pub(super) fn start_up(to: SocketAddrV4, config: &ColaConfig) -> (Vec<Step>, bool) {
+    let profile = profile(config);
+    let destination = json!({ "Protocol": 1, "IPAddress": to.ip().octets(), "Port": to.port() });
+    let echo = config.echo.map(|echo| match echo {
+        EchoChoice::First => json!(0),
+        EchoChoice::Last => json!(2),
+    });
+    let all = [
+        Some(Step::read("DeviceIdent", true)),
+        Some(Step::read("FirmwareVersion", false)),
+        Some(Step::write("ScanDataEthSettings", destination, true)),
+        Some(Step::write("ScanDataFormat", json!(2), true)),
+        profile.ok().flatten().map(|number| Step::write("PerformanceProfileNumber", json!(number), false)),
+        echo.map(|code| Step::write("FREchoFilter", code, false)),
+        Some(Step::write("ScanDataEnable", json!(true), true)),
+        Some(Step { name: "mStartMeasure", data: Some(json!({})), is_needed: false }),
+    ];
+    (all.into_iter().flatten().collect(), profile.is_ok())
+}
+
+/// The end of the stream.
+pub(super) fn stop() -> Step {
+    Step::write("ScanDataEnable", json!(false), false)
+}

@@ -1,0 +1,221 @@
+//! Puts the segments of turns together, as datagrams bring them: lost, late, twice, in any order.
+//!
+//! Segments of a turn have its number; telegrams are counted over all turns, and a gap in the counter is what was lost. A turn is given once all its
+//! segments are there, or once [`REORDER`] telegrams behind its end have come; what comes later than that is lost. Memory is bounded: at most
+//! [`MAX_OPEN`] turns are waited for.
+
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::format;
+
+use super::frame::{Frame, Layout};
+use super::scan::ScanTelegram;
+use super::segment::Segment;
+use super::window::Window;
+use crate::validity::ScanFault;
+
+/// A telegram may be overtaken by so many others.
+pub const REORDER: u64 = 4;
+/// Turns that are waited for at once.
+pub const MAX_OPEN: usize = 4;
+/// Turns that one telegram may stand for: the scanner's interval filter sends every 50th at least.
+const MAX_INTERVAL: u64 = 50;
+
+/// What became of segments.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SegmentCounts {
+    /// Put into turns.
+    pub taken: u64,
+    /// Never came, or too late.
+    pub lost: u64,
+    /// Came again.
+    pub repeated: u64,
+    /// Of turns that had begun before the stream was heard, or ended after it.
+    pub cut: u64,
+}
+
+/// Puts segments together.
+#[derive(Clone, Debug, Default)]
+pub struct Assembler {
+    /// By the turn's number.
+    open: BTreeMap<u64, Open>,
+    ready: VecDeque<Frame>,
+    window: Option<Window>,
+    closed: Option<Closed>,
+    layout: Layout,
+    /// Turns from one that is sent to the next.
+    interval: Option<u64>,
+    counts: SegmentCounts,
+    /// Lost before the counter began anew.
+    lost_before: u64,
+}
+
+/// A turn whose segments are coming.
+#[derive(Clone, Debug)]
+struct Open {
+    segments: BTreeMap<u64, Segment>,
+    /// Its least and its greatest telegram counter.
+    counters: [u64; 2],
+}
+
+/// The turn that was closed last.
+#[derive(Clone, Copy, Debug)]
+struct Closed {
+    number: u64,
+    counter: u16,
+    /// Its greatest telegram counter.
+    last: u64,
+}
+
+impl Assembler {
+    /// Takes the next telegram.
+    ///
+    /// # Errors
+    /// It is no segment that a scan can be made of; see [`Segment::of`].
+    pub fn push(&mut self, telegram: ScanTelegram) -> Result<(), ScanFault> {
+        let segment = Segment::of(telegram)?;
+        if self.begins_anew(&segment) {
+            self.close_all();
+            self.lost_before += self.window.take().map_or(0, |window| window.missing());
+            self.closed = None;
+        }
+        let window = self.window.get_or_insert_with(|| Window::new(segment.telegram_counter));
+        if window.has_seen(segment.telegram_counter) {
+            self.counts.repeated += 1;
+            return Ok(());
+        }
+        if self.closed.is_some_and(|closed| segment.frame_number <= closed.number) {
+            // Too late: it stays lost.
+            return Ok(());
+        }
+        window.take(segment.telegram_counter);
+        self.insert(segment)?;
+        self.close_passed();
+        Ok(())
+    }
+
+    /// No more telegrams will come. The last turn is given if its last segment is there, or if it is the only one.
+    pub fn finish(&mut self) {
+        self.close_all();
+    }
+
+    /// The next turn, in the order of their numbers.
+    pub fn next_frame(&mut self) -> Option<Frame> {
+        self.ready.pop_front()
+    }
+
+    /// What became of segments so far. Those that may still come late count as lost until they do.
+    pub fn counts(&self) -> SegmentCounts {
+        let missing = self.window.as_ref().map_or(0, Window::missing);
+        SegmentCounts { lost: self.lost_before + missing, ..self.counts }
+    }
+
+    /// True if counters tell of another stream: the scanner has restarted, or its numbers are no continuation.
+    fn begins_anew(&self, segment: &Segment) -> bool {
+        let Some(window) = &self.window else { return false };
+        let newest = self.open.keys().next_back().copied().or(self.closed.map(|closed| closed.number));
+        match window.ahead(segment.telegram_counter) {
+            Err(_far) => true,
+            Ok(0) => false,
+            // Later telegrams are of the same turn or of later ones.
+            Ok(ahead) => newest.is_some_and(|newest| {
+                let most = newest.saturating_add(ahead.saturating_mul(MAX_INTERVAL));
+                !(newest..=most).contains(&segment.frame_number)
+            }),
+        }
+    }
+
+    fn insert(&mut self, segment: Segment) -> Result<(), ScanFault> {
+        let counter = segment.telegram_counter;
+        let open = self
+            .open
+            .entry(segment.frame_number)
+            .or_insert_with(|| Open { segments: BTreeMap::new(), counters: [counter, counter] });
+        if open.segments.contains_key(&segment.number) {
+            self.counts.repeated += 1;
+            return Ok(());
+        }
+        if !open.has_room_for(&segment) {
+            return Err(ScanFault::Fields {
+                reason: format!(
+                    "segment {} of turn {} does not fit the other segments of it",
+                    segment.number, segment.frame_number
+                ),
+            });
+        }
+        open.counters = [open.counters[0].min(counter), open.counters[1].max(counter)];
+        open.segments.insert(segment.number, segment);
+        self.counts.taken += 1;
+        Ok(())
+    }
+
+    /// Closes turns, the oldest first, of which nothing more will come.
+    fn close_passed(&mut self) {
+        while let Some((&number, oldest)) = self.open.first_key_value() {
+            let newest = self.window.as_ref().map_or(0, Window::newest);
+            let next = self.open.values().skip(1).map(|open| open.counters[0]).min();
+            let is_passed = next.is_some_and(|next| newest >= next.saturating_add(REORDER));
+            let is_whole = self.layout.is_all(&oldest.segments) && self.follows(oldest);
+            if !is_whole && !is_passed && self.open.len() <= MAX_OPEN {
+                break;
+            }
+            self.close(number);
+        }
+    }
+
+    fn close_all(&mut self) {
+        while let Some((&number, oldest)) = self.open.first_key_value() {
+            let is_over = self.layout.last().is_none_or(|last| oldest.segments.contains_key(&last));
+            if self.open.len() == 1 && !is_over {
+                self.counts.cut += oldest.segments.len() as u64;
+                self.open.clear();
+                return;
+            }
+            self.close(number);
+        }
+    }
+
+    /// True if no telegram is missing between the turn that was closed last and this one.
+    fn follows(&self, open: &Open) -> bool {
+        self.closed.is_none_or(|closed| closed.last.checked_add(1) == Some(open.counters[0]))
+    }
+
+    fn close(&mut self, number: u64) {
+        let Some(open) = self.open.remove(&number) else { return };
+        let follows = self.follows(&open);
+        let [first, last] = open.counters;
+        let is_unbroken = follows && (last - first).checked_add(1) == Some(open.segments.len() as u64);
+        let is_ended = self.open.first_key_value().is_some_and(|(_, next)| next.counters[0] == last + 1);
+        let found = Layout::of(&open.segments);
+        if let (Some(closed), true) = (self.closed, follows) {
+            self.interval = Some(number - closed.number);
+        }
+        let turns = self.closed.map(|closed| (number - closed.number) / self.interval.unwrap_or(1).max(1));
+        let counter = match (self.closed, turns) {
+            (Some(closed), Some(turns)) => closed.counter.wrapping_add(turns.max(1) as u16),
+            _ => number as u16,
+        };
+        let is_cut = self.closed.is_none() && !open.segments.contains_key(&0);
+        self.closed = Some(Closed { number, counter, last });
+        if is_cut {
+            self.counts.cut += open.segments.len() as u64;
+            return;
+        }
+        // Segments that the scanner's filter hides are not sent: where nothing is missing, these are all there are.
+        self.layout = if is_unbroken && is_ended { found } else { self.layout.and(found) };
+        let beams = self.layout.beams();
+        self.ready.push_back(Frame { number, counter, segments: open.segments, beams });
+    }
+}
+
+impl Open {
+    /// True if the segment is of the same grid as the others and lies between its neighbours.
+    fn has_room_for(&self, segment: &Segment) -> bool {
+        let before = self.segments.range(..segment.number).next_back();
+        let after = self.segments.range(segment.number..).next();
+        let is_behind =
+            |other: &Segment| segment.steps_from(other).is_some_and(|steps| steps >= other.beams as i64);
+        let is_ahead =
+            |other: &Segment| other.steps_from(segment).is_some_and(|steps| steps >= segment.beams as i64);
+        before.is_none_or(|(_, other)| is_behind(other)) && after.is_none_or(|(_, other)| is_ahead(other))
+    }
+}

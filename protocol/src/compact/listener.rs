@@ -1,0 +1,120 @@
+//! The session of a stream of Compact telegrams: it listens, and gives scans.
+
+use alloc::collections::VecDeque;
+use core::time::Duration;
+
+use super::assembler::{Assembler, SegmentCounts};
+use super::stream::{Found, StreamDecoder};
+use super::telegram::Telegram;
+use crate::frame::FrameCounts;
+use crate::host::{HostEvent, HostSession, Transmit};
+use crate::scan::Scan;
+use crate::validity::ScanFault;
+
+/// Faults kept until they are told; more in one piece of bytes are told by their count.
+const MAX_FAULTS: usize = 64;
+
+/// Listens to Compact telegrams: datagrams, or a stream of bytes. Telegrams of IMU and encoder are passed over.
+#[derive(Clone, Debug, Default)]
+pub struct CompactListener {
+    decoder: StreamDecoder,
+    assembler: Assembler,
+    faults: VecDeque<ScanFault>,
+    scan: Scan,
+    counts: FrameCounts,
+}
+
+impl CompactListener {
+    /// Takes a whole datagram: nothing of it goes on in the next one.
+    pub fn handle_datagram(&mut self, now: Duration, bytes: &[u8]) {
+        self.handle_bytes(now, bytes);
+        self.handle_gap();
+    }
+
+    /// What became of segments so far.
+    pub fn segments(&self) -> SegmentCounts {
+        self.assembler.counts()
+    }
+
+    fn take(&mut self, found: Found) {
+        match found {
+            Found::Bad { len, .. } => {
+                self.counts.bad += 1;
+                self.counts.skipped_bytes += len as u64;
+            }
+            Found::Telegram { telegram, .. } => {
+                self.counts.frames += 1;
+                let Telegram::Scan(scan) = telegram else { return };
+                if let Err(fault) = self.assembler.push(scan) {
+                    self.faults.truncate(MAX_FAULTS - 1);
+                    self.faults.push_back(fault);
+                }
+            }
+        }
+    }
+
+    fn take_all(&mut self) {
+        while let Some(found) = self.decoder.next_found() {
+            self.take(found);
+        }
+    }
+}
+
+impl HostSession for CompactListener {
+    fn handle_bytes(&mut self, _: Duration, bytes: &[u8]) {
+        self.decoder.push(bytes);
+    }
+
+    fn handle_gap(&mut self) {
+        self.decoder.finish();
+        self.take_all();
+        self.decoder = StreamDecoder::default();
+    }
+
+    fn handle_end(&mut self) {
+        self.handle_gap();
+        self.assembler.finish();
+    }
+
+    fn handle_timeout(&mut self, _: Duration) {}
+
+    fn poll_timeout(&self) -> Option<Duration> {
+        None
+    }
+
+    fn poll_transmit(&mut self) -> Option<Transmit> {
+        None
+    }
+
+    fn poll_event(&mut self) -> Option<HostEvent> {
+        loop {
+            if let Some(fault) = self.faults.pop_front() {
+                return Some(HostEvent::Malformed { fault });
+            }
+            if let Some(frame) = self.assembler.next_frame() {
+                frame.to_scan_into(&mut self.scan);
+                return Some(HostEvent::Scan);
+            }
+            let found = self.decoder.next_found()?;
+            self.take(found);
+        }
+    }
+
+    fn stop(&mut self, _: Duration) {}
+
+    fn scan(&self) -> &Scan {
+        &self.scan
+    }
+
+    fn counts(&self) -> FrameCounts {
+        self.counts
+    }
+
+    fn segments_lost(&self) -> u64 {
+        self.segments().lost
+    }
+
+    fn is_done(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,244 @@
+//! The driver's side of a picoScan: REST and datagrams over real sockets, the same estimate as over CoLa and of the recording, and what goes wrong.
+
+use std::path::Path;
+use std::time::Duration;
+
+use rowscan_driver::{DriverConfig, DriverError, Scanner, Source};
+use rowscan_protocol::challenge::{PASSWORD, REALM, USER, response};
+use rowscan_recording::{About, Decoded, McapWriter, Recording, StreamKind};
+use serde_json::{Value, json};
+
+use crate::common::binary::{Telling, assert_says, rowscan, run, text};
+use crate::common::recorded::{estimate, folder};
+use crate::picoscan::ask;
+
+/// An emulator of a scene: its CoLa port and its REST.
+struct Pico {
+    telling: Telling,
+    tcp: String,
+    rest: String,
+}
+
+impl Pico {
+    fn start(scene: &str, args: &[&str]) -> Self {
+        let places = ["--model", "picoscan150", "--tcp", "127.0.0.1:0", "--rest", "127.0.0.1:0"];
+        let mut telling = Telling::start("emulate", &[&[scene], &places[..], args].concat());
+        let mut place = |kind: &str| {
+            let told = telling.next().expect("it listens");
+            assert_eq!(told["endpoint"], kind);
+            told["address"].as_str().expect("an address").to_owned()
+        };
+        let (tcp, rest) = (place("tcp"), place("rest"));
+        Self { telling, tcp, rest }
+    }
+
+    /// A free port, so that tests do not meet.
+    fn source(&self) -> String {
+        format!("picoscan://{}?udp=0", self.rest)
+    }
+
+    /// Writes a variable as a client does.
+    fn post(&self, name: &str, value: &Value) {
+        let (_, told) = ask(&self.rest, "POST /api/getChallenge", br#"{"data":{"user":"Service"}}"#);
+        let challenge = &told["challenge"];
+        let word = |key: &str| challenge[key].as_str().expect("a word");
+        let byte = |byte: &Value| byte.as_u64().and_then(|byte| u8::try_from(byte).ok()).expect("a byte");
+        let salt: Vec<u8> = challenge["salt"].as_array().expect("a list").iter().map(byte).collect();
+        let header = json!({
+            "user": USER, "realm": REALM, "nonce": word("nonce"), "opaque": word("opaque"),
+            "response": response(USER, PASSWORD, &salt, word("nonce"), name),
+        });
+        let body = json!({ "header": header, "data": { name: value } }).to_string();
+        let (code, told) = ask(&self.rest, &format!("POST /api/{name}"), body.as_bytes());
+        assert_eq!(code, 200, "{told}");
+    }
+}
+
+fn parsed(text: &str) -> Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+const SCANS: [&str; 4] = ["--model", "picoscan150", "--scans", "60"];
+
+#[test]
+fn a_row_is_the_same_over_udp_over_cola_and_from_recordings() {
+    let (base, path) = folder();
+    let (scene, live, kept) = (path("row.toml"), path("live.mcap"), path("kept.mcap"));
+    let pico = Pico::start(&scene, &["--time-scale", "4"]);
+    let over_udp = estimate(&pico.source(), &scene, &[&SCANS[..], &["--record", &live]].concat());
+    drop(pico.telling);
+    let over_cola = {
+        let pico = Pico::start(&scene, &["--time-scale", "4"]);
+        estimate(&format!("tcp://{}", pico.tcp), &scene, &SCANS)
+    };
+    let (udp, cola) = (parsed(&over_udp), parsed(&over_cola));
+    assert_eq!(
+        (&udp["scans"], &udp["segments_lost"], &udp["scans_lost"]),
+        (&60.into(), &0.into(), &0.into())
+    );
+    assert_eq!(udp["points_per_scan"], cola["points_per_scan"]);
+    for key in ["impacted_total_area_m2", "advance_m", "leaf_area_contact_raw_m2"] {
+        let [udp, cola] = [&udp, &cola].map(|told| told[key].as_f64().unwrap_or(f64::NAN));
+        let off = udp / cola - 1.0;
+        // Stamps are whole microseconds, and the two met the drive at different ones.
+        assert!(off.abs() < 1e-4, "{key}: {udp} over UDP, {cola} over CoLa");
+    }
+    assert_eq!(estimate(&live, &scene, &SCANS[..2]), over_udp, "the recording, to the byte");
+
+    let pico = Pico::start(&scene, &["--time-scale", "4"]);
+    let ended = run(&["record", &pico.source(), "-o", &kept, "--scans", "20", "--format", "jsonl"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    drop(pico);
+    let ended = run(&["record", "--info", &kept, "--format", "json"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let told = parsed(&ended.stdout);
+    let stream = &told["streams"][0];
+    assert_eq!((&stream["kind"], &stream["scans"]), (&"compact".into(), &20.into()), "{told}");
+    let shown = run(&["export", &kept, "--to", "csv", "-o", &path("scans.csv")]);
+    assert_eq!(shown.code, Some(0), "{}", shown.stderr);
+    let lines = std::fs::read_to_string(path("scans.csv")).expect("written");
+    assert!(lines.lines().count() > 20, "{lines}");
+
+    lost_segments_are_told(base.path(), &live, &scene, &udp);
+}
+
+/// The same recording without every ninth datagram from the 30th on.
+fn lost_segments_are_told(folder: &Path, file: &str, scene: &str, whole: &Value) {
+    let mut recording = Recording::open(Path::new(file)).expect("it opens");
+    let about = About { source: recording.about().source.clone(), ..About::default() };
+    let mut writer =
+        McapWriter::new(std::io::Cursor::new(Vec::new()), &about, Decoded::default()).expect("begun");
+    let stream = writer.add_stream("scanner", StreamKind::Compact).expect("added");
+    let (mut number, mut dropped) = (0, 0);
+    while let Some(packet) = recording.next_packet().expect("it reads") {
+        number += 1;
+        if number > 30 && number % 9 == 0 {
+            dropped += 1;
+            continue;
+        }
+        let (from, at) = (packet.from.expect("a side"), packet.at_ns.expect("a time"));
+        writer.write(stream, from, at, 0, &packet.bytes).expect("written");
+    }
+    writer.finish().expect("finished");
+    let file = folder.join("lossy.mcap");
+    std::fs::write(&file, writer.into_inner().into_inner()).expect("kept");
+    let told = parsed(&estimate(text(&file), scene, &SCANS[..2]));
+    assert_eq!((&told["scans"], &told["segments_lost"]), (&60.into(), &dropped.into()));
+    let warnings = told["warnings"].to_string();
+    assert!(warnings.contains("segments_lost"), "{warnings}");
+    // Beams that are not known are neither returns nor misses.
+    let count = |told: &Value, key: &str| told["ranges"][key].as_u64().expect("a count");
+    let all = |told: &Value| count(told, "returns") + count(told, "misses") + count(told, "invalid");
+    assert_eq!(all(&told), all(whole));
+    let share = count(&told, "invalid") as f64 / all(&told) as f64;
+    assert!((share - dropped as f64 / number as f64).abs() < 0.01, "{share}");
+    let ratio = |key: &str| told[key].as_f64().expect("known") / whole[key].as_f64().expect("known");
+    assert!((ratio("leaf_area_contact_raw_m2") - 1.0).abs() < 0.1, "{}", ratio("leaf_area_contact_raw_m2"));
+    let impacted = ratio("impacted_total_area_m2");
+    assert!((0.8..0.97).contains(&impacted), "an eleventh of the beams is missing: {impacted}");
+}
+
+#[test]
+fn what_goes_wrong_is_told_with_its_remedy() {
+    let (_folder, path) = folder();
+    let scene = path("row.toml");
+    let pico = Pico::start(&scene, &[]);
+    let fails = |source: &str| {
+        let ended =
+            rowscan().args(["estimate", source, "--rig", &scene, "--scans", "1"]).output().expect("it runs");
+        assert!(!ended.status.success(), "{source}");
+        String::from_utf8(ended.stderr).expect("text")
+    };
+    let wrong = fails(&format!("picoscan://{}?udp=0&password=servicelevle", pico.rest));
+    assert_says(&wrong, &["refused the login of `Service`", "status 10, HTTP 401", "password=PASSWORD"]);
+    assert!(!wrong.contains("servicelevle"), "{wrong}");
+    let taken = std::net::UdpSocket::bind("127.0.0.1:0").expect("a port");
+    let port = taken.local_addr().expect("bound").port();
+    let busy = fails(&format!("picoscan://{}?udp={port}", pico.rest));
+    assert_says(&busy, &[&format!("cannot receive datagrams at 127.0.0.1:{port}"), "?udp=PORT"]);
+    let cola = fails(&format!("picoscan://{}?udp=0", pico.tcp));
+    assert_says(&cola, &["/api/DeviceIdent", "HTTP port of a picoScan"]);
+    let ended = run(&["proxy", &pico.source(), "--tcp", "127.0.0.1:0"]);
+    assert_eq!(ended.code, Some(2));
+    assert_says(&ended.stderr, &["sends datagrams", "expected tcp://HOST:PORT"]);
+}
+
+/// A scanner whose filter hides every beam has accepted all settings and sends nothing.
+#[tokio::test]
+async fn datagrams_that_never_come_are_told() {
+    let (_folder, path) = folder();
+    let pico = Pico::start(&path("row.toml"), &[]);
+    let above = json!({
+        "bEnable": true, "fThetaStart": -900_000, "fThetaStop": 900_000, "fPhiStart": 100_000, "fPhiStop": 200_000, "uiBeamIncrement": 1,
+    });
+    pico.post("LFPangleRangeFilter", &above);
+    let source: Source = pico.source().parse().expect("a source");
+    let patience = Duration::from_millis(700);
+    let config = DriverConfig { first_datagram_timeout: patience, ..DriverConfig::default() };
+    let Err(cause) = Scanner::open(&source, config).await else { panic!("nothing streams") };
+    assert!(matches!(&cause, DriverError::NoDatagrams { timeout, .. } if *timeout == patience), "{cause}");
+    assert_says(
+        &cause.to_string(),
+        &["no Compact telegram came to UDP 127.0.0.1:", "firewall", "--allow-destination"],
+    );
+}
+
+/// An emulator with one fault from the start of time.
+fn faulty(scene: &str, folder: &Path, fault: &str) -> Pico {
+    let file = folder.join("faults.toml");
+    std::fs::write(&file, format!("[[fault]]\nat = {{ s = 0 }}\n{fault}\n")).expect("written");
+    Pico::start(scene, &["--faults", text(&file), "--time-scale", "4"])
+}
+
+/// What each fault of datagrams costs: segments lost of 40 turns of ten, and whether that is told.
+#[test]
+fn faults_of_datagrams_cost_what_they_say() {
+    let (base, path) = folder();
+    let scene = path("row.toml");
+    for (fault, lost) in [
+        ("name = \"udp_loss\"\np = 0.1", 15..=80),
+        ("name = \"udp_loss\"\npb = 0.02\npg = 0.25", 5..=90),
+        ("name = \"udp_dup\"\np = 0.5", 0..=0),
+        ("name = \"udp_reorder\"\nbehind = 3\np = 0.2", 0..=0),
+        ("name = \"udp_reorder\"\nbehind = 9\np = 0.1", 10..=80),
+        ("name = \"udp_late\"\nms = 80\np = 0.1", 10..=80),
+        // Telegrams of the default profile need one packet of 1500 bytes, and three of 576.
+        ("name = \"udp_fragment\"\np = 0.05", 0..=0),
+        ("name = \"udp_fragment\"\nmtu = 576\np = 0.05", 20..=110),
+    ] {
+        let pico = faulty(&scene, base.path(), fault);
+        let told = parsed(&estimate(&pico.source(), &scene, &["--model", "picoscan150", "--scans", "40"]));
+        let found = told["segments_lost"].as_u64().expect("a count");
+        assert!(lost.contains(&found), "{fault}: {found}");
+        assert_eq!((&told["scans_repeated"], &told["telegrams_bad"]), (&0.into(), &0.into()), "{fault}");
+        assert_eq!(told["warnings"].to_string().contains("segments_lost"), found > 0, "{fault}");
+    }
+}
+
+/// What REST refuses is told, or waited for.
+#[test]
+fn faults_of_rest_are_told_or_waited_for() {
+    let (base, path) = folder();
+    let scene = path("row.toml");
+    let estimated = |fault: &str| {
+        let pico = faulty(&scene, base.path(), fault);
+        let args = ["estimate", &pico.source(), "--rig", &scene, "--model", "picoscan150", "--scans", "5"];
+        run(&args)
+    };
+    for (fault, said) in [
+        ("name = \"login\"", "status 10, HTTP 401"),
+        ("name = \"nonce_stale\"", "status 10, HTTP 401"),
+        ("name = \"too_many_requests\"", "status 11, HTTP 429"),
+    ] {
+        let ended = estimated(fault);
+        assert!(ended.code != Some(0), "{fault}");
+        assert_says(&ended.stderr, &["refused the login of `Service`", said]);
+    }
+    // Over in a second of the host: the second pause outlasts it.
+    let ended = estimated("name = \"too_many_requests\"\nfor = { s = 4 }");
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let lms = base.path().join("faults.toml");
+    std::fs::write(&lms, "[[fault]]\nname = \"nonce_stale\"\nat = { s = 0 }\n").expect("written");
+    let args = ["emulate", "spindle", "--tcp", "127.0.0.1:0", "--faults", text(&lms)];
+    assert_says(&crate::common::binary::refused(&args), &["no REST interface", "picoscan150"]);
+}
