@@ -2,6 +2,7 @@
 
 pub mod canopy;
 pub mod gnss;
+pub mod isobus;
 pub mod network;
 pub mod sprayer;
 pub mod tractor;
@@ -27,6 +28,9 @@ pub const MESSAGES: &[&Message] = &[
     &canopy::LEAF_STATUS,
     &sprayer::NOZZLE_DUTY,
     &sprayer::SECTION_DUTY,
+    &isobus::PROCESS_DATA,
+    &isobus::WORKING_SET_MASTER,
+    &isobus::LANGUAGE,
 ];
 
 /// Where the virtual tractor sits: the address of tractor ECUs.
