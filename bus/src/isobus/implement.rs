@@ -23,7 +23,7 @@ pub mod element {
 pub struct Implement {
     /// The NAME of its control function.
     pub name: Name,
-    /// Width that a pass treats, mm.
+    /// Width that a pass treats, mm; 0 where it is not known.
     pub width_mm: i32,
     /// The nozzles are so far behind the connector, mm.
     pub behind_mm: i32,

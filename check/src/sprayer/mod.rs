@@ -1,10 +1,12 @@
 //! The sprayer of a scenario: its boom, how its commands are heard on a bus, what a run of it did, and what is expected of that.
 
+mod client;
 mod judge;
 mod kept;
 mod run;
 mod spec;
 
+pub use client::ClientSpec;
 pub(crate) use judge::judge;
 pub use kept::KeptError;
 pub use run::{Relative, SprayerRun};

@@ -190,7 +190,9 @@ impl Bank {
         if flow == 0.0 {
             return Some(0.0);
         }
-        let m2_s = self.speed_m_s?.abs() * f64::from(self.implement.width_mm) / 1000.0;
+        // Without a width nothing is known of an area.
+        let width_m = Some(f64::from(self.implement.width_mm) / 1000.0).filter(|width_m| *width_m > 0.0);
+        let m2_s = self.speed_m_s?.abs() * width_m?;
         Some(flow / 60.0 / m2_s * 10_000.0)
     }
 

@@ -62,6 +62,8 @@ pub struct TaskClient {
     speed: Option<(SimTime, f64)>,
     canopy: Option<(SimTime, f64)>,
     trouble: Trouble,
+    /// It needs no silence before its first step.
+    is_settled: bool,
 }
 
 impl TaskClient {
@@ -85,6 +87,7 @@ impl TaskClient {
             speed: None,
             canopy: None,
             trouble: Trouble::default(),
+            is_settled: false,
         }
     }
 
@@ -113,9 +116,10 @@ impl TaskClient {
         self.node.open(at, out);
     }
 
-    /// The same where it has sat on the bus for long: it has its address already.
+    /// The same where it has sat on the bus for long: it has its address already, and its silence is over.
     pub fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         self.node.open_settled(at, out);
+        self.is_settled = true;
     }
 
     /// When [`TaskClient::poll`] has something to do.
@@ -187,8 +191,10 @@ impl TaskClient {
         if had {
             self.lost(at);
         }
-        if address.is_none() {
-            self.session.state = Connection::Off;
+        match address {
+            None => self.session.state = Connection::Off,
+            Some(_) if std::mem::take(&mut self.is_settled) => self.session.state = Connection::Alone,
+            Some(_) => {}
         }
     }
 

@@ -7,6 +7,8 @@ const MS: u64 = 1_000_000;
 const S: u64 = 1000 * MS;
 /// Where task controllers sit.
 const SERVER: u8 = 0xF7;
+/// Its address is claimed, and its silence over.
+const READY: u64 = 6 * S + 250 * MS;
 
 /// A client, its time, and what it says.
 struct Played {
@@ -19,7 +21,7 @@ impl Played {
     fn new(sections: u16, on_loss: OnLoss) -> Self {
         let mut client = TaskClient::new(implement(sections), on_loss);
         let mut out = Vec::new();
-        client.open_settled(SimTime::ZERO, &mut out);
+        client.open(SimTime::ZERO, &mut out);
         Self { client, at: SimTime::ZERO, said: Vec::new() }
     }
 
@@ -71,7 +73,7 @@ impl Played {
 
     /// Up to where its pool is in use; the pool.
     fn connect(&mut self) -> Pool {
-        self.pass(6 * S);
+        self.pass(READY);
         self.status();
         assert_eq!(self.said(), [[0x00, 255, 255, 255, 255, 255, 255, 255]], "the version is asked for");
         self.told([0x10, 4, 0xFF, 0x11, 0, 1, 32, 0]);
@@ -163,8 +165,8 @@ fn its_status_comes_every_two_seconds() {
     let mut played = Played::new(4, OnLoss::Close);
     played.connect();
     played.said.clear();
-    for s in 7..20 {
-        played.pass(s * S);
+    for s in 1..14 {
+        played.pass(READY + s * S);
         played.status();
     }
     let beats: Vec<_> = played.said.iter().filter(|(_, frame)| frame.data()[0] == 0xFF).collect();
@@ -202,11 +204,11 @@ fn without_a_status_for_six_seconds_the_task_controller_is_lost() {
 #[test]
 fn a_pool_that_is_there_is_used_and_another_one_is_deleted_first() {
     let mut played = Played::new(4, OnLoss::Close);
-    played.pass(6 * S);
+    played.pass(READY);
     played.status();
     played.told([0x10, 4, 0xFF, 0x11, 0, 1, 32, 0]);
     // Nobody answers what the language is.
-    played.pass(8 * S);
+    played.pass(READY + 2 * S);
     let [s0, s1, s2, s3, s4, s5, s6] = played.client.session.structure;
     played.said();
     played.told([0x11, s0, s1, s2, s3, s4, s5, s6]);
@@ -215,10 +217,10 @@ fn a_pool_that_is_there_is_used_and_another_one_is_deleted_first() {
     played.told([0x31, l0, l1, l2, l3, l4, l5, l6]);
     assert_eq!(played.said()[0][0], 0x81, "it is activated without an upload");
     let mut played = Played::new(4, OnLoss::Close);
-    played.pass(6 * S);
+    played.pass(READY);
     played.status();
     played.told([0x10, 3, 0xFF, 0x11, 0, 1, 32, 0]);
-    played.pass(8 * S);
+    played.pass(READY + 2 * S);
     played.said();
     played.told([0x11, b'o', b'l', b'd', b' ', b' ', b' ', b' ']);
     assert_eq!(played.said()[0][0], 0xA1);
@@ -230,10 +232,10 @@ fn a_pool_that_is_there_is_used_and_another_one_is_deleted_first() {
 #[test]
 fn a_refused_pool_is_told_with_its_object_and_tried_again() {
     let mut played = Played::new(4, OnLoss::Close);
-    played.pass(6 * S);
+    played.pass(READY);
     played.status();
     played.told([0x10, 4, 0xFF, 0x11, 0, 1, 32, 0]);
-    played.pass(8 * S);
+    played.pass(READY + 2 * S);
     played.told([0x11, 255, 255, 255, 255, 255, 255, 255]);
     played.said.clear();
     played.told([0x51, 0, 255, 255, 255, 255, 255, 255]);
