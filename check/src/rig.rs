@@ -166,6 +166,7 @@ impl ScenarioRig {
             sleeps,
             compute,
             frames,
+            sections,
             sentences,
             child_clock,
             _seen: seen,

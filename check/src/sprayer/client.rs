@@ -19,7 +19,7 @@ pub(crate) enum OnLossValue {
 
 /// The sprayer as client of a task controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClientSpec {
+pub(crate) struct ClientSpec {
     on_loss: OnLoss,
     tank_l: Option<f64>,
 }
@@ -67,7 +67,7 @@ fn implement(boom: &Boom, width_m: Option<f64>, tank_l: Option<f64>) -> Implemen
         .collect();
     sections.sort_by_key(|section| section.number);
     let slowest =
-        |of: fn(&rowscan_sprayer::Nozzle) -> f64| nozzles.iter().map(of).fold(0.0, f64::max).round();
+        |of: fn(&rowscan_sprayer::boom::Nozzle) -> f64| nozzles.iter().map(of).fold(0.0, f64::max).round();
     Implement {
         name: Implement::name(),
         width_mm: width_m.map_or(0, mm),

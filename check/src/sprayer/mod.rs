@@ -6,7 +6,6 @@ mod kept;
 mod run;
 mod spec;
 
-pub use client::ClientSpec;
 pub(crate) use judge::judge;
 pub use kept::KeptError;
 pub use run::{Relative, SprayerRun};
