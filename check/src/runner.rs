@@ -237,7 +237,7 @@ fn sprayed(scenario: &Scenario, rig: &ScenarioRig, record: &RunRecord) -> Option
     let spec = scenario.sprayer.as_ref()?;
     let unknown = || format!("nothing is known of {}", spec.bus);
     let (grown, driven) = ((&rig.stage.scene, &rig.stage.orchard), (rig.bench.tractor(), record.ended));
-    let of = |bus| SprayerRun::of(spec, grown, driven, (bus, &rig.sections));
+    let of = |bus| SprayerRun::of(spec, grown, driven, bus);
     Some(record.frames.get(&spec.bus).ok_or_else(unknown).and_then(of))
 }
 

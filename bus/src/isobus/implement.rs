@@ -249,7 +249,7 @@ pub(crate) mod tests {
     pub(crate) fn implement(sections: u16) -> Implement {
         let section = |place: u16| ImplementSection {
             number: place + 1,
-            is_left: place % 2 == 0,
+            is_left: place.is_multiple_of(2),
             height_mm: (500 * i32::from(place / 2), 500 * i32::from(place / 2 + 1)),
             nozzles: 2,
             flow_l_min: 2.0,

@@ -28,9 +28,6 @@ pub const MESSAGES: &[&Message] = &[
     &canopy::LEAF_STATUS,
     &sprayer::NOZZLE_DUTY,
     &sprayer::SECTION_DUTY,
-    &isobus::PROCESS_DATA,
-    &isobus::WORKING_SET_MASTER,
-    &isobus::LANGUAGE,
 ];
 
 /// Where the virtual tractor sits: the address of tractor ECUs.

@@ -1,6 +1,5 @@
 //! What a sprayer did in a run, beside what it should have done.
 
-use rowscan_bus::isobus::role::SectionLog;
 use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
@@ -8,7 +7,6 @@ use rowscan_sprayer::{Command, CommandLog, Drive, Edges, Flow, Pass, Score, orac
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
 
-use super::client;
 use super::spec::SprayerSpec;
 use crate::frames::BusRecord;
 
@@ -41,12 +39,12 @@ pub struct Relative {
 }
 
 impl SprayerRun {
-    /// Of a run that ended at `ended`: who drove, what its bus carried, and what the sections of a task controller's client were told.
+    /// Of a run that ended at `ended`: who drove, and what its bus carried.
     pub(crate) fn of(
         spec: &SprayerSpec,
         (scene, orchard): (&Scene, &Orchard),
         (tractor, ended): (&Tractor, SimTime),
-        (bus, sections): (&BusRecord, &SectionLog),
+        bus: &BusRecord,
     ) -> Result<Self, String> {
         if bus.lost > 0 {
             return Err(format!(
@@ -55,10 +53,6 @@ impl SprayerRun {
             ));
         }
         let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, ended);
-        if spec.client.is_some() {
-            let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed);
-            return Ok(Self::judged(pass, client::commands(sections)));
-        }
         let mut assembly = Assembly::default();
         let heard = bus.all.iter().filter_map(|carried| Some((carried.at, assembly.take(&carried.frame)?)));
         let log = heard

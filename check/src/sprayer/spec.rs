@@ -8,7 +8,6 @@ use rowscan_bus::{CanId, J1939Id};
 use rowscan_sprayer::{Boom, Target};
 use serde::Deserialize;
 
-use super::client::{ClientSpec, OnLossValue};
 use crate::signal::{SignalKeys, Source, Ways};
 
 /// The largest file of a boom.
@@ -29,14 +28,6 @@ pub(crate) struct SprayerTable {
     /// Signals of a DBC file that are its commands in their place, `{n}` for the section's number: a duty in %, or 0 and 1.
     #[schemars(example = &"can0:Nozzles.Section{n}")]
     pub(crate) command: Option<String>,
-    /// The bus on which it is a client of the controller's ISOBUS task controller, in the place of `bus` and `command`; docs/isobus.md.
-    #[schemars(example = &"can0")]
-    pub(crate) isobus: Option<String>,
-    /// With `isobus`: what sections do when their task controller is lost, `close` [close] or `hold`.
-    pub(crate) on_loss: Option<OnLossValue>,
-    /// With `isobus`: what its tank holds at the start, litres; nothing is told of a tank where left out.
-    #[schemars(range(min = 1, max = 100_000), example = 400.0)]
-    pub(crate) tank_l: Option<f64>,
 }
 
 /// A sprayer, its values checked.
@@ -48,8 +39,6 @@ pub struct SprayerSpec {
     pub bus: String,
     /// The signals that are its commands, by section number; our own messages where there are none.
     fields: Vec<(u16, Field)>,
-    /// It is a client of a task controller on this bus.
-    pub(crate) client: Option<ClientSpec>,
 }
 
 /// The sprayer of a scenario in `folder`.
@@ -61,38 +50,19 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         String::from_utf8(bytes).map_err(|_| told(&"expected text, found bytes that are not UTF-8"))?;
     let boom = Boom::read(&text).map_err(|error| told(&error))?;
     let known: Vec<&str> = ways.buses.iter().map(|(bus, _)| *bus).collect();
-    let there = |key: &str, bus: String| match known.contains(&bus.as_str()) {
-        true => Ok(bus),
-        false => Err(format!(
-            "`sprayer.{key}`: there is no bus `{bus}`{}",
+    match (table.bus, table.command) {
+        (Some(_), Some(_)) => {
+            Err("`sprayer`: `bus` and `command` both say where commands are heard; leave one out".to_owned())
+        }
+        (None, None) => Err("`sprayer`: nothing says where its commands are heard; add `bus`".to_owned()),
+        (Some(bus), None) if known.contains(&bus.as_str()) => {
+            Ok(SprayerSpec { boom, bus, fields: Vec::new() })
+        }
+        (Some(bus), None) => Err(format!(
+            "`sprayer.bus`: there is no bus `{bus}`{}",
             rowscan_strict_toml::suggestion(&bus, &known)
         )),
-    };
-    if table.isobus.is_none() && (table.on_loss.is_some() || table.tank_l.is_some()) {
-        return Err(
-            "`sprayer`: `on_loss` and `tank_l` are of a client of a task controller; add `isobus`".to_owned()
-        );
-    }
-    match (table.bus, table.command, table.isobus) {
-        (None, None, None) => {
-            Err("`sprayer`: nothing says where its commands are heard; add `bus`".to_owned())
-        }
-        (Some(bus), None, None) => {
-            Ok(SprayerSpec { boom, bus: there("bus", bus)?, fields: Vec::new(), client: None })
-        }
-        (None, Some(name), None) => named(boom, &name, ways),
-        (None, None, Some(bus)) => {
-            let client = Some(ClientSpec::new(table.on_loss, table.tank_l)?);
-            Ok(SprayerSpec { boom, bus: there("isobus", bus)?, fields: Vec::new(), client })
-        }
-        (bus, command, _) => {
-            let keys = match (bus.is_some(), command.is_some()) {
-                (true, true) => "`bus` and `command`",
-                (true, false) => "`bus` and `isobus`",
-                _ => "`command` and `isobus`",
-            };
-            Err(format!("`sprayer`: {keys} both say where commands are heard; leave one out"))
-        }
+        (None, Some(name)) => named(boom, &name, ways),
     }
 }
 
@@ -117,7 +87,7 @@ fn named(boom: Boom, name: &str, ways: &Ways<'_>) -> Result<SprayerSpec, String>
             _ => return Err(told(&format!("expected a signal on a bus, found \"{name}\""))),
         }
     }
-    Ok(SprayerSpec { boom, bus, fields, client: None })
+    Ok(SprayerSpec { boom, bus, fields })
 }
 
 impl SprayerSpec {
@@ -163,14 +133,7 @@ mod tests {
         let boom = format!("version = 1\n{}{}number = 4\n", section("a"), section("b"));
         std::fs::write(folder.join("boom.toml"), boom).expect("written");
         let bus = command.is_none().then(|| "can0".to_owned());
-        let table = SprayerTable {
-            boom: "boom.toml".to_owned(),
-            bus,
-            command: command.map(str::to_owned),
-            isobus: None,
-            on_loss: None,
-            tank_l: None,
-        };
+        let table = SprayerTable { boom: "boom.toml".to_owned(), bus, command: command.map(str::to_owned) };
         let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: vec!["sut"] };
         settled(table, folder, &ways)
     }
