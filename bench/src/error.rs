@@ -9,6 +9,7 @@ use rowscan_ports::PortError;
 use rowscan_protocol::device::{DigitalLineError, FieldError};
 use rowscan_protocol::lms2xx::firmware::FirmwareError;
 use rowscan_recording::StreamKind;
+use rowscan_rest::RestError;
 
 /// Why a bench cannot be.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +21,9 @@ pub enum BenchError {
     /// An address is not to be had.
     #[error(transparent)]
     Listen(#[from] ListenError),
+    /// The address of a REST interface is not to be had.
+    #[error(transparent)]
+    Rest(#[from] RestError),
     /// A line is not to be had.
     #[error(transparent)]
     Port(#[from] PortError),
@@ -46,6 +50,14 @@ pub enum BenchError {
         "{model} has no DeviceIdent, and no search finds it on its line; its firmware says what it answers (--firmware)"
     )]
     NoIdent {
+        /// The model.
+        model: &'static str,
+    },
+    /// The model sends no datagrams.
+    #[error(
+        "{model} has no Compact output: --udp, --allow-destination and --rest are for models that have it, such as picoscan150"
+    )]
+    NoDatagrams {
         /// The model.
         model: &'static str,
     },

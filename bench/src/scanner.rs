@@ -1,20 +1,23 @@
 //! A scanner of a bench: the one place where the two families differ.
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_emulator::{
-    Bound, CountReader, EmulatorConfig, LineWatch, Rig, SeenScanner, SerialConfig, StateFile, ViewError,
-    VirtualScanner, pause_slack,
+    Bound, CountReader, DeviceHandle, Emulator, EmulatorConfig, LineWatch, Rig, SeenScanner, SerialConfig,
+    StateFile, ViewError, VirtualScanner, pause_slack,
 };
 use rowscan_faults::{FaultControl, Language, Medium, StreamFaults};
 use rowscan_ports::Untaken;
-use rowscan_protocol::device::{Device, Options};
+use rowscan_protocol::device::{Device, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
+use rowscan_protocol::time::SimTime;
 use rowscan_recording::Taps;
+use rowscan_rest::{Kept, Rest, Server};
 
 use crate::endpoint::{At, Line};
 use crate::spec::{DeviceSpec, ScannerSpec, StartState};
@@ -36,7 +39,12 @@ pub struct BenchScanner {
     pub scans_per_row: u64,
     device: Box<dyn VirtualScanner>,
     lines: LineWatch,
+    /// Its drop ends the interface.
+    _rest: Option<Server>,
 }
+
+/// A scanner that was opened: the scans of a row, and its REST interface.
+type Opened = (Box<dyn VirtualScanner>, u64, Option<Server>);
 
 impl BenchScanner {
     /// A handle that tells what it has done.
@@ -77,12 +85,12 @@ impl Wiring<'_> {
             return Err(StageError::from(ViewError::NoSuchScanner { index: spec.mount, found }).into());
         }
         let lines = LineWatch::default();
-        let (device, scans_per_row): (Box<dyn VirtualScanner>, u64) = match spec.model {
+        let (device, scans_per_row, rest): Opened = match spec.model {
             AnyModel::Cola(model) => self.cola(spec, model, &lines).await?,
             AnyModel::Lms2xx(model) => self.lms2xx(spec, model, &lines).await?,
         };
         let ScannerSpec { id, mount, model, .. } = spec.clone();
-        Ok(BenchScanner { id, mount, model, scans_per_row, device, lines })
+        Ok(BenchScanner { id, mount, model, scans_per_row, device, lines, _rest: rest })
     }
 
     async fn cola(
@@ -90,7 +98,7 @@ impl Wiring<'_> {
         spec: &ScannerSpec,
         model: &'static Model,
         lines: &LineWatch,
-    ) -> Result<(Box<dyn VirtualScanner>, u64), BenchError> {
+    ) -> Result<Opened, BenchError> {
         let (device, view) = self.stage.scanner_on(&self.rig.tractor(), spec.mount, model)?;
         let scans_per_row = self.stage.scans_per_row(&device);
         let (device, state) = cola_device(spec, model, device, self.stage.scene.seed)?;
@@ -106,9 +114,11 @@ impl Wiring<'_> {
             lines: self.watched.then(|| lines.clone()),
             taps: self.taps.clone(),
             stream: spec.stream.clone(),
+            allowed_destinations: allowed_destinations(spec),
             faults: self.stream(spec, if on_a_line { Medium::Wire } else { Medium::Tcp }, Language::Cola),
             ..EmulatorConfig::default()
         };
+        let serial_number = device.serial_number();
         let mut emulator = self.rig.scanner(device, view, config);
         for endpoint in &spec.endpoints {
             match endpoint {
@@ -133,7 +143,25 @@ impl Wiring<'_> {
             let Bound { address } = emulator.answer_searches(address, found_at).await?;
             self.place(spec, "search", At::Address(address));
         }
-        Ok((Box::new(emulator), scans_per_row))
+        let rest = match &spec.rest {
+            Some(address) => Some(self.rest(spec, address, &emulator, serial_number).await?),
+            None => None,
+        };
+        Ok((Box::new(emulator), scans_per_row, rest))
+    }
+
+    /// Serves the scanner's REST interface.
+    async fn rest(
+        &mut self,
+        spec: &ScannerSpec,
+        address: &str,
+        emulator: &Emulator,
+        serial_number: u32,
+    ) -> Result<Server, BenchError> {
+        let rest = Rest::new(self.stage.scene.seed, serial_number);
+        let server = Server::open(address, rest, Arc::new(Asked(emulator.device_handle()))).await?;
+        self.place(spec, "rest", At::Address(server.address()));
+        Ok(server)
     }
 
     async fn lms2xx(
@@ -141,7 +169,7 @@ impl Wiring<'_> {
         spec: &ScannerSpec,
         model: &'static lms2xx::model::Model,
         lines: &LineWatch,
-    ) -> Result<(Box<dyn VirtualScanner>, u64), BenchError> {
+    ) -> Result<Opened, BenchError> {
         let [endpoint] = spec.endpoints.as_slice() else {
             return Err(BenchError::NotOneLine { model: model.title, found: spec.endpoints.len() });
         };
@@ -167,7 +195,7 @@ impl Wiring<'_> {
             lines: self.watched.then(|| lines.clone()),
             faults: self.stream(spec, Medium::Wire, Language::Lms2xx),
         };
-        Ok((Box::new(self.rig.lms2xx(device, view, line.wire, config)), scans_per_row))
+        Ok((Box::new(self.rig.lms2xx(device, view, line.wire, config)), scans_per_row, None))
     }
 
     /// Its part of the faults, if faults may come.
@@ -178,6 +206,26 @@ impl Wiring<'_> {
     fn place(&mut self, spec: &ScannerSpec, kind: &'static str, at: At) {
         self.places.push(Place { part: spec.id.clone(), kind, at });
     }
+}
+
+/// The device as its REST interface asks it.
+struct Asked(DeviceHandle);
+
+impl rowscan_rest::Scanner for Asked {
+    fn ask(&self, ask: &mut dyn FnMut(&mut Device, SimTime)) -> Kept {
+        Box::pin(self.0.ask(ask))
+    }
+}
+
+/// Whether something is asked for that only models with Compact output have.
+fn wants_compact(spec: &ScannerSpec) -> bool {
+    spec.udp.is_some() || spec.rest.is_some() || !spec.allowed_destinations.is_empty()
+}
+
+/// Where a scanner's datagrams may go, besides loopback.
+fn allowed_destinations(spec: &ScannerSpec) -> Vec<IpAddr> {
+    let directed = spec.udp.map(|to| IpAddr::from(*to.ip()));
+    spec.allowed_destinations.iter().copied().chain(directed).collect()
 }
 
 /// A CoLa device as the specification has it, and where it keeps its settings.
@@ -207,6 +255,15 @@ fn cola_device(
     });
     let open = |path| StateFile::open(path, |text| device.restore(text));
     let state = of.state.as_deref().map(open).transpose()?;
+    if model.compact.is_none() && wants_compact(spec) {
+        return Err(BenchError::NoDatagrams { model: model.title });
+    }
+    if let Some(to) = spec.udp {
+        device.direct(to);
+    }
+    if model.compact.is_some() && of.start == Some(StartState::Cola(Start::Streaming)) {
+        device.enable_streaming();
+    }
     if let Some(level) = of.contamination {
         device.set_contamination(level);
     }
@@ -237,6 +294,9 @@ fn lms2xx_options(
         Some(StartState::Cola(_)) => return Err(BenchError::ForeignStart { model: model.title }),
         None => lms2xx::device::Start::default_of(of.profile),
     };
+    if wants_compact(spec) {
+        return Err(BenchError::NoDatagrams { model: model.title });
+    }
     if of.ident.is_some() || spec.search.is_some() {
         return Err(BenchError::NoIdent { model: model.title });
     }

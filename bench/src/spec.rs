@@ -1,5 +1,6 @@
 //! What a bench is made of.
 
+use std::net::{IpAddr, SocketAddrV4};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
@@ -78,6 +79,12 @@ pub struct ScannerSpec {
     pub endpoints: Vec<Endpoint>,
     /// CoLa: where SICK's device search finds it, over UDP.
     pub search: Option<String>,
+    /// With Compact output: where its REST interface is; port 0 takes a free one.
+    pub rest: Option<String>,
+    /// With Compact output: where all its datagrams go, in place of 192.168.0.100; allowed wherever that is.
+    pub udp: Option<SocketAddrV4>,
+    /// With Compact output: addresses besides loopback that clients may direct its datagrams to.
+    pub allowed_destinations: Vec<IpAddr>,
     /// What its recorded stream is called; as the model is, where absent.
     pub stream: Option<String>,
     /// In which state it is, and how it behaves.
@@ -208,6 +215,9 @@ impl ScannerSpec {
             model: model.into(),
             endpoints: Vec::new(),
             search: None,
+            rest: None,
+            udp: None,
+            allowed_destinations: Vec::new(),
             stream: None,
             device: DeviceSpec::default(),
             dialects: DialectPolicy::Auto,

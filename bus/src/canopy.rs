@@ -106,14 +106,14 @@ impl CanopyEcu {
 mod tests {
     use super::*;
     use rowscan_protocol::angle::BeamGrid;
-    use rowscan_protocol::rig::Rig;
+    use rowscan_protocol::rig::{BeamWidth, Rig};
     use rowscan_protocol::scan::{Echo, Scan};
 
     const MS: u64 = 1_000_000;
 
     #[test]
     fn a_wall_is_told_ten_times_a_second_by_its_height() {
-        let rig = Rig { row_spacing_m: Some(4.0), ..Rig::default() };
+        let rig = Rig { row_spacing_m: Some(4.0), optics: Some(BeamWidth::Ideal), ..Rig::default() };
         let mut pipeline = Pipeline::new(Some(&rig), 0, None).unwrap();
         let (mut ecu, mut out) = (CanopyEcu::default(), Vec::new());
         ecu.open(SimTime::ZERO, &mut out);

@@ -55,6 +55,11 @@ impl Name {
         Self::tractor_parts().into()
     }
 
+    /// A controller of a sprayer's valves: agriculture, class of sprayers; the function is assumed. It keeps to its address.
+    pub fn sprayer_controller() -> Self {
+        NameParts { class: 6, function: 133, ..Self::tractor_parts() }.into()
+    }
+
     /// The parts of the tractor's.
     pub fn tractor_parts() -> NameParts {
         NameParts {

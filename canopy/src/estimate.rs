@@ -6,8 +6,9 @@ use crate::calibration::model::CalibrationClass;
 use crate::cut::{CutMethod, FoundTree};
 use crate::estimator::measure::Measure;
 pub use crate::leaf::LeafAreaEstimator;
-use crate::leaf::{LeafAreas, RowLeaf};
+use crate::leaf::{PieceLeaf, RowLeaf};
 use crate::odometry::AdvanceSource;
+use crate::pieces::PieceReliability;
 use crate::voxel_edge::EdgeBy;
 use crate::warning::Warning;
 
@@ -59,6 +60,8 @@ pub struct Estimate {
     pub calibration: Option<CalibrationClass>,
     /// What a reader must know beside the numbers.
     pub warnings: Vec<Warning>,
+    /// How much the differences between its trees and between its metres say; `None` where leaf areas are withheld.
+    pub pieces: Option<PieceReliability>,
     /// By tree, in the order of travel; empty without a tree spacing.
     pub trees: Vec<TreeEstimate>,
     /// By metre of row, in the order of travel.
@@ -161,7 +164,7 @@ pub struct TreeEstimate {
     pub impacted_total_area_m2: f64,
     /// Leaf areas; the index over row spacing × tree spacing (× metres scanned where the cell is not complete).
     #[serde(flatten)]
-    pub leaf: LeafAreas,
+    pub leaf: PieceLeaf,
     /// Height that 99.5 % of the canopy returns stay below, metres; `None` without returns.
     pub height_m: Option<f64>,
     /// Crown volume from the side scanned, doubled, m³.
@@ -193,7 +196,7 @@ pub struct SliceEstimate {
     pub impacted_total_area_m2: f64,
     /// Leaf areas.
     #[serde(flatten)]
-    pub leaf: LeafAreas,
+    pub leaf: PieceLeaf,
     /// Canopy returns.
     pub returns: u64,
 }

@@ -37,6 +37,34 @@ pub struct Footprint {
     pub clump_m: f64,
 }
 
+/// The glass that light passes on its way out and back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrontWindow {
+    /// Share of the light that it lets through, one way; 1 where it is clean.
+    pub transmission: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+}
+
+impl Default for FrontWindow {
+    /// Clean.
+    fn default() -> Self {
+        Self { transmission: 1.0, sd: 0.0 }
+    }
+}
+
+impl FrontWindow {
+    /// Share of the power that passes it twice.
+    pub fn power(self) -> f64 {
+        self.transmission * self.transmission
+    }
+
+    /// Relative standard deviation of that.
+    pub fn power_sd(self) -> f64 {
+        2.0 * self.sd / self.transmission
+    }
+}
+
 /// The leaves of a canopy, on average.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeafShape {
@@ -46,6 +74,8 @@ pub struct LeafShape {
     pub outline_m: f64,
     /// Share of light that comes back.
     pub reflectance: f64,
+    /// Its standard deviation.
+    pub reflectance_sd: f64,
     /// Mean cosine of incidence, weighted by projected area.
     pub cosine: f64,
 }
@@ -53,7 +83,7 @@ pub struct LeafShape {
 impl Default for LeafShape {
     /// An apple leaf: 24 cm², an ellipse of axis ratio 0.6, reflectance at 905 nm as PROSPECT gives it.
     fn default() -> Self {
-        Self { area_m2: 24e-4, outline_m: 0.1822, reflectance: 0.47, cosine: 0.64 }
+        Self { area_m2: 24e-4, outline_m: 0.1822, reflectance: 0.47, reflectance_sd: 0.0, cosine: 0.64 }
     }
 }
 
@@ -79,6 +109,12 @@ impl Footprint {
         let echo = Some(EchoChoice::First);
         let (clumping, clump_m) = (1.0, CROWN_CLUMP_M);
         Self { spot: optics.spot, least_power, least_share: 0.0, leaf, echo, merged_m, clumping, clump_m }
+    }
+
+    /// The same behind this window: it takes more to be detected.
+    #[must_use]
+    pub fn behind(self, window: FrontWindow) -> Self {
+        Self { least_power: (self.least_power / window.power()).min(1.0), ..self }
     }
 
     /// Refuses values no correction could be made with.

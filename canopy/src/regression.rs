@@ -123,7 +123,15 @@ impl Goodness {
 /// Student's t that 97.5 % stay below, by the expansion about the normal quantile (Abramowitz and Stegun 26.7.5): to a thousandth from 5 degrees of
 /// freedom on.
 pub fn student_t_95(freedom: f64) -> f64 {
-    let z: f64 = 1.959_963_985;
+    student_t(1.959_963_985, freedom)
+}
+
+/// Student's t that 99.5 % stay below, by the same expansion.
+pub(crate) fn student_t_99(freedom: f64) -> f64 {
+    student_t(2.575_829_304, freedom)
+}
+
+fn student_t(z: f64, freedom: f64) -> f64 {
     let terms = [
         (z.powi(3) + z) / 4.0,
         (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,

@@ -8,7 +8,8 @@ use rowscan_protocol::optics::{Optics, RemissionCurve};
 use rowscan_protocol::rig::RemissionReading;
 
 use crate::error::PipelineError;
-use crate::footprint::LeafShape;
+use crate::footprint::{FrontWindow, LeafShape};
+use crate::uncertainty::combined;
 
 /// How remission becomes the share of the spot that leaves took.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,11 +18,15 @@ pub struct RemissionScale {
     pub digits_a_decade: f64,
     /// The most that counts, of a leaf's mean: a leaf that is square on.
     pub most: f64,
-    /// Relative standard deviation of the power that a full leaf returns; `None` where the curve is the model's, which is assumed.
+    /// Relative standard deviation of the power that a full leaf returns, as the card tells it; `None` where the curve is the model's, which is assumed.
     pub power_sd: Option<f64>,
+    /// The same by what the rig says of leaves and window.
+    pub rig_sd: f64,
     /// What leaves that fill the spot return, by range, nearest first; repeated at the end where there are fewer. Between two of them it goes by the
     /// logarithm of the range, beyond the ends it is that of the end.
     pub full: [Knot; Self::MOST_KNOTS],
+    /// Whether that is known at enough ranges to go by: of a model's curve always, of a card by [`Self::read`].
+    pub enough_readings: bool,
 }
 
 /// What full leaves return at one range.
@@ -35,29 +40,49 @@ pub struct Knot {
 
 impl RemissionScale {
     /// Ranges that a card can be measured at.
-    pub const MOST_KNOTS: usize = 8;
+    pub const MOST_KNOTS: usize = 32;
+    /// A card must be measured at so many at least, [`Self::LEAST_A_SIDE`] of them on each side of the near-field knee. Three readings at 1, 2 and 4 m miss
+    /// the knee and give 43 % too much leaf area, eight are right within 5 %.
+    pub const LEAST_READINGS: usize = 8;
+    /// So many at least on each side of the knee.
+    pub const LEAST_A_SIDE: usize = 3;
+    /// Neighbouring ranges of a card are at most this factor apart.
+    pub const WIDEST_STEP: f64 = 1.5;
 
     /// As the scanner's model has it, before such leaves: assumed, as `rowscan models` says. `None` where remission does not tell power: a
     /// curve that compresses it to a tenth, or a scanner that sends none.
-    pub fn of(optics: &Optics, leaf: LeafShape) -> Option<Self> {
+    pub fn of(optics: &Optics, leaf: LeafShape, window: FrontWindow) -> Option<Self> {
         let RemissionCurve::Logarithmic { digits_a_decade, .. } = optics.remission else { return None };
         let near_m = optics.near_field_m.value;
         let digits = |range_m: f64| {
             let near = (range_m / near_m).min(1.0);
-            let power = leaf.reflectance * leaf.cosine * (near / range_m).powi(2) / optics.least_power();
+            let power = window.power() * leaf.reflectance * leaf.cosine * (near / range_m).powi(2)
+                / optics.least_power();
             1.0 + digits_a_decade.value * power.log10()
         };
         let knot = |range_m| [range_m, digits(range_m)];
         let full = knots(&[knot(near_m), knot(FARTHEST_M)])?;
-        Some(Self { digits_a_decade: digits_a_decade.value, most: 1.0 / leaf.cosine, power_sd: None, full })
+        Some(Self {
+            digits_a_decade: digits_a_decade.value,
+            most: 1.0 / leaf.cosine,
+            power_sd: None,
+            rig_sd: combined([leaf.reflectance_sd / leaf.reflectance, window.power_sd()]),
+            full,
+            enough_readings: true,
+        })
     }
 
     /// As the rig says that a scanner's remission is read.
     ///
     /// # Errors
     /// A model whose remission does not tell power, or a card without readings or with too many.
-    pub fn read(reading: &RemissionReading, optics: &Optics, leaf: LeafShape) -> Result<Self, PipelineError> {
-        let by_model = Self::of(optics, leaf).ok_or(PipelineError::RemissionTellsNoPower)?;
+    pub fn read(
+        reading: &RemissionReading,
+        optics: &Optics,
+        leaf: LeafShape,
+        window: FrontWindow,
+    ) -> Result<Self, PipelineError> {
+        let by_model = Self::of(optics, leaf, window).ok_or(PipelineError::RemissionTellsNoPower)?;
         match reading {
             RemissionReading::Model => Ok(by_model),
             RemissionReading::Card { reflectance, digits_a_decade, readings, power_sd } => {
@@ -68,7 +93,16 @@ impl RemissionScale {
                 let full = knots(&of_leaves)
                     .ok_or(PipelineError::CardReadings { most: Self::MOST_KNOTS, found: readings.len() })?;
                 let most = 1.0 / leaf.cosine;
-                let scale = Self { digits_a_decade: *digits_a_decade, most, power_sd: Some(*power_sd), full };
+                let enough_readings = enough(readings, optics.near_field_m.value);
+                let scale = Self {
+                    digits_a_decade: *digits_a_decade,
+                    most,
+                    power_sd: Some(*power_sd),
+                    // The card was read through the same window.
+                    rig_sd: leaf.reflectance_sd / leaf.reflectance,
+                    full,
+                    enough_readings,
+                };
                 scale.validate().map(|()| scale)
             }
         }
@@ -109,6 +143,19 @@ impl RemissionScale {
         }
         from.digits
     }
+}
+
+/// Whether a card was measured at enough ranges, dense enough, on both sides of the near-field knee.
+fn enough(readings: &[[f64; 2]], knee_m: f64) -> bool {
+    let before = readings.iter().filter(|[range_m, _]| *range_m < knee_m).count();
+    let dense = readings
+        .iter()
+        .zip(readings.iter().skip(1))
+        .all(|([from_m, _], [to_m, _])| to_m / from_m <= RemissionScale::WIDEST_STEP + 1e-9);
+    readings.len() >= RemissionScale::LEAST_READINGS
+        && before >= RemissionScale::LEAST_A_SIDE
+        && readings.len() - before >= RemissionScale::LEAST_A_SIDE
+        && dense
 }
 
 /// No orchard's leaf is farther away, metres.

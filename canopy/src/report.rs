@@ -5,8 +5,9 @@ use crate::class::{Compared, Holds, Look, RowClass, Standing};
 use crate::estimate::{ContactReport, Estimate, MountReport, RangeStatistics, SliceEstimate, TreeEstimate};
 use crate::estimator::Measure;
 use crate::gate::Gate;
-use crate::leaf::{Count, Law, LeafAreas, RangedAreas, RowLeaf, Sums, Withheld};
+use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RangedAreas, RowLeaf, Sums, Withheld};
 use crate::odometry::AdvanceSource;
+use crate::pieces::{self, PieceScatter, RowSds};
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty};
@@ -71,7 +72,8 @@ pub(crate) fn estimate(
         Ok(pass) => {
             let law = Law::of(pass, calibration);
             row(&mut estimate, pass, latest, &law, calibration);
-            tell_how_sure(&mut estimate, pass, &law, calibration, class);
+            let sds = tell_how_sure(&mut estimate, pass, &law, calibration, class);
+            pieces::tell(&mut estimate, piece_scatter(pass, &law), pass.row.cut().tree_spacing_m(), sds);
         }
         Err(why) => {
             estimate.leaf = RowLeaf::withheld(why);
@@ -152,7 +154,7 @@ fn tell_how_sure(
     law: &Law<'_>,
     calibration: Option<&Calibration>,
     class: Option<&RowClass>,
-) {
+) -> RowSds {
     let holds = calibration.map_or(Holds::Assumptions, |calibration| Holds::For(&calibration.class));
     // Classes differ in what shares tell about as much as in what hits tell: so the study's figures of hits stand for both.
     let estimator = if calibration.is_some() { "contact" } else { "contact_raw" };
@@ -187,7 +189,8 @@ fn tell_how_sure(
         between_class: class.and_then(|_| between(&compared)),
         density: counted.scale.map(|scale| scale.density_sd(raw_m2_per_m)),
         remission: pass.row.remission().filter(|_| counted.count == Count::Shares).map(|scale| {
-            amplified * uncertainty::combined([SHARES_SD, BY_POWER * scale.power_sd.unwrap_or(0.0)])
+            let power_sd = uncertainty::combined([scale.power_sd.unwrap_or(0.0), scale.rig_sd]);
+            amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
         }),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
@@ -197,13 +200,22 @@ fn tell_how_sure(
     let leaf = &mut estimate.leaf;
     let leaf_m2 = leaf.areas.best_m2().ok();
     let ends = |sd: f64| leaf_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
-    leaf.sampling_error_m2 = parts.sampling.and_then(ends);
     let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
-    leaf.interval_m2 = parts
+    let all = parts
         .sampling
         .zip(parts.between_class)
-        .and_then(|(a, b)| ends(uncertainty::combined([a, b, of_density, of_remission, of_spot])));
+        .map(|(a, b)| uncertainty::combined([a, b, of_density, of_remission, of_spot]));
+    leaf.sampling_error_m2 = parts.sampling.and_then(ends);
+    leaf.interval_m2 = all.and_then(ends);
     leaf.uncertainty = Some(parts);
+    RowSds { sampling: parts.sampling, all }
+}
+
+/// What is known of the pieces of a row that is measured like this.
+fn piece_scatter(pass: &RowPass, law: &Law<'_>) -> Option<&'static PieceScatter> {
+    let beams = if pass.row.takes_out_the_spot() { "eye" } else { "rays" };
+    let Mount { model, distance_m, .. } = &pass.mount;
+    PieceScatter::find(law.counted().count.name(), beams, model, *distance_m)
 }
 
 /// Fills in everything that needs a rig.
@@ -264,6 +276,10 @@ fn row(
             estimate.calibration = Some(calibration.class.clone());
             warn_of_class(estimate, calibration, pass, latest);
             warn_of_range(estimate, &law.row_ranged(), calibration);
+            if law.no_regression() == Some(Withheld::WeakRegression) {
+                let r2 = calibration.quality(calibration.best_regression()).r2_left_out();
+                estimate.warnings.push(Warning::WeakRegression { r2 });
+            }
         }
     }
 
@@ -296,6 +312,7 @@ fn row(
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });
         }
         Err(Withheld::EchoUnknown) => estimate.warnings.push(Warning::EchoUnknown),
+        Err(Withheld::OpticsUnknown) => estimate.warnings.push(Warning::OpticsUnknown),
         _ => {}
     }
 }
@@ -306,7 +323,18 @@ fn warn_of_remission(estimate: &mut Estimate, pass: &RowPass, law: &Law<'_>) {
     if !law.reads_remission() {
         let (hits, read) = (pass.row.totals().hits, pass.row.totals().shares);
         estimate.warnings.push(Warning::RemissionMissing { hits, read });
-    } else if scale.power_sd.is_none() {
+        return;
+    }
+    match law.no_shares() {
+        Some(Withheld::SharesDisagree) => {
+            let told = law.shares_over_contact().map(|(ratio, band)| Warning::SharesDisagree { ratio, band });
+            estimate.warnings.extend(told);
+        }
+        Some(Withheld::NoWitness) => estimate.warnings.push(Warning::NoWitness),
+        Some(Withheld::CardTooShort) => estimate.warnings.push(Warning::CardTooShort),
+        _ => {}
+    }
+    if scale.power_sd.is_none() {
         estimate.warnings.push(Warning::RemissionAssumed);
     }
 }
@@ -318,7 +346,7 @@ fn tree(cell: &Cell, leaf: LeafAreas, spacing_m: f64) -> Option<TreeEstimate> {
         complete: cell.complete(spacing_m),
         scanned_m: cell.scanned_m,
         impacted_total_area_m2: cell.impacted_m2,
-        leaf,
+        leaf: PieceLeaf::measured(leaf),
         height_m: cell.height_m,
         volume_m3: cell.volume_m3,
         returns: cell.returns,
@@ -331,7 +359,7 @@ fn slice(cell: &Cell, leaf: LeafAreas) -> SliceEstimate {
         y_m: cell.index as f64 + 0.5,
         scanned_m: cell.scanned_m,
         impacted_total_area_m2: cell.impacted_m2,
-        leaf,
+        leaf: PieceLeaf::measured(leaf),
         returns: cell.returns,
     }
 }
@@ -380,17 +408,17 @@ fn warn_of_class(
         mismatch("tree_spacing_m", class.tree_spacing_m.to_string(), found.to_string());
     }
     match (class.optics, pass.rig.optics) {
-        (Optics::Ideal, None) => estimate.warnings.push(Warning::IdealOptics),
         (Optics::Ideal, Some(BeamWidth::Device)) => estimate.warnings.push(Warning::CalibratedOnRays),
-        (Optics::Footprint | Optics::Measured, found @ (None | Some(BeamWidth::Ideal))) => {
-            let found = if found.is_some() { "ideal" } else { "unknown" };
+        (Optics::Footprint | Optics::Measured, Some(BeamWidth::Ideal)) => {
             estimate.warnings.push(Warning::ClassMismatch {
                 key: "optics",
                 expected: "device".to_owned(),
-                found: found.to_owned(),
+                found: "ideal".to_owned(),
             });
         }
-        (Optics::Ideal, Some(BeamWidth::Ideal))
+        // Told with what is withheld.
+        (_, None)
+        | (Optics::Ideal, Some(BeamWidth::Ideal))
         | (Optics::Footprint | Optics::Measured, Some(BeamWidth::Device)) => {}
     }
     let (fitted, taken) = match (class.echo_rule, pass.mount.echo) {

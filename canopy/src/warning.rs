@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
+use crate::remission::RemissionScale;
 
 /// What a reader of an estimate must know beside its numbers. Serialises as its text, which begins with its [`code`](Warning::code).
 #[derive(Clone, Debug, PartialEq)]
@@ -16,12 +17,28 @@ pub enum Warning {
     Uncalibrated,
     /// The rig knows no row spacing: the far row is not removed.
     NoFarRowGate,
-    /// The calibration was fitted on ideal rays; a real beam's footprint inflates the impacted area 1.1 to 2.3 times.
-    IdealOptics,
+    /// The rig does not say how wide the scanner's beams are: leaf areas are withheld.
+    OpticsUnknown,
     /// The calibration was fitted on ideal rays, and these are the beams of a device: contact is corrected for the spot, I_T is not.
     CalibratedOnRays,
     /// The beams have a width, and nobody knows which echo the scans hold: leaf areas are withheld.
     EchoUnknown,
+    /// The calibration's regression on I_T tells too little of what rows differ by: it is withheld.
+    WeakRegression {
+        /// Share of what rows differ by that it tells, of rows that were not fitted.
+        r2: f64,
+    },
+    /// Shares of spots and contact agree otherwise than on the calibration's rows: the leaf area is by contact.
+    SharesDisagree {
+        /// Raw leaf area by shares over that by contact.
+        ratio: f64,
+        /// What 99 of 100 rows of the calibration have.
+        band: [f64; 2],
+    },
+    /// The calibration does not say how shares of spots and contact agree: the leaf area is by contact.
+    NoWitness,
+    /// The card was measured at too few ranges: the leaf area is by contact.
+    CardTooShort,
     /// What remission means is assumed.
     RemissionAssumed,
     /// The rig says how remission is read, and too few hits have one: leaf areas are not by shares of spots.
@@ -190,7 +207,11 @@ impl Warning {
         match self {
             Self::Uncalibrated => "uncalibrated",
             Self::NoFarRowGate => "no_far_row_gate",
-            Self::IdealOptics => "ideal_optics",
+            Self::OpticsUnknown => "optics_unknown",
+            Self::WeakRegression { .. } => "weak_regression",
+            Self::SharesDisagree { .. } => "shares_disagree",
+            Self::NoWitness => "no_witness",
+            Self::CardTooShort => "card_too_short",
             Self::CalibratedOnRays => "calibrated_on_rays",
             Self::EchoUnknown => "echo_unknown",
             Self::RemissionAssumed => "remission_assumed",
@@ -234,9 +255,32 @@ impl fmt::Display for Warning {
             Self::NoFarRowGate => {
                 f.write_str("the rig has no row_spacing_m, so returns from the next row count as canopy")
             }
-            Self::IdealOptics => f.write_str(
-                "the calibration was fitted on ideal rays; a real beam's footprint inflates leaf area by contact and gap 1.5 to 3 times and the \
-                 impacted area 1.1 to 2.3 times: say in the rig whose beams they are, optics = \"device\" or \"ideal\"",
+            Self::OpticsUnknown => f.write_str(
+                "the rig does not say how wide the scanner's beams are, and a real beam's width makes leaf area by contact 1.5 to 3 times as large: leaf areas \
+                 are withheld; add optics = \"device\" below [rig] for a real scanner or scans through the device's optics, optics = \"ideal\" for \
+                 simulated rays",
+            ),
+            Self::WeakRegression { r2 } => write!(
+                f,
+                "the calibration's regression on I_T tells {:.0} % of what rows differ by, of rows that were not fitted: it is withheld",
+                100.0 * r2.max(0.0)
+            ),
+            Self::SharesDisagree { ratio, band: [low, high] } => write!(
+                f,
+                "shares of spots say {ratio:.2} times what contact says, the calibration's rows {low:.2} to {high:.2} times: something changes the power that \
+                 returns (a dirty or wet window, wet or other leaves, a misread card), or the row is of another class; the leaf area is by contact"
+            ),
+            Self::NoWitness => f.write_str(
+                "the calibration does not say how shares of spots and contact agree ([witness]): the leaf area is by contact; make the calibration anew with \
+                 `rowscan study calibration`",
+            ),
+            Self::CardTooShort => write!(
+                f,
+                "the card of rig.scanner.remission has too few readings for its curve: expected {} or more, {} of them on each side of the near field's end \
+                 (1.5 m), neighbours within a factor of {}; the leaf area is by contact",
+                RemissionScale::LEAST_READINGS,
+                RemissionScale::LEAST_A_SIDE,
+                RemissionScale::WIDEST_STEP
             ),
             Self::CalibratedOnRays => f.write_str(
                 "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \

@@ -6,7 +6,7 @@ use common::*;
 use proptest::prelude::*;
 use rowscan_canopy::{Parameters, Pipeline};
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::{Mount, Orientation, Rig, Roof, RowSide};
+use rowscan_protocol::rig::{BeamWidth, Mount, Orientation, Rig, Roof, RowSide};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 use rowscan_protocol::validity::DeviceStatus;
 
@@ -60,15 +60,19 @@ fn rig() -> impl Strategy<Value = Rig> {
             ..Mount::default()
         },
     );
-    (0.0f64..100.0, -1e6f64..1e6, spacing(), prop::option::of(0.1f64..1000.0), -10.0f64..10.0, mount)
-        .prop_map(|(speed_m_s, start_m, tree_spacing_m, row_spacing_m, ground_clearance_m, mount)| Rig {
-            speed_m_s,
-            start_m,
-            tree_spacing_m,
-            row_spacing_m,
-            ground_clearance_m,
-            scanners: vec![mount],
-            ..Rig::default()
+    let optics = prop::option::of(Just(BeamWidth::Ideal));
+    (0.0f64..100.0, -1e6f64..1e6, spacing(), prop::option::of(0.1f64..1000.0), -10.0f64..10.0, optics, mount)
+        .prop_map(|(speed_m_s, start_m, tree_spacing_m, row_spacing_m, ground_clearance_m, optics, mount)| {
+            Rig {
+                optics,
+                speed_m_s,
+                start_m,
+                tree_spacing_m,
+                row_spacing_m,
+                ground_clearance_m,
+                scanners: vec![mount],
+                ..Rig::default()
+            }
         })
 }
 
@@ -97,7 +101,7 @@ proptest! {
             prop_assert!(numbers_are_finite(&progress));
         }
         let estimate = pipeline.finish();
-        let solid = estimate.warnings.iter().any(|warning| warning.code() == "no_foliage");
+        let withheld = estimate.warnings.iter().any(|warning| ["no_foliage", "optics_unknown"].contains(&warning.code()));
         // serde_json writes NaN as null: what must be a number is looked at by itself.
         for (key, value) in [
             ("scanned_m", estimate.scanned_m),
@@ -105,8 +109,8 @@ proptest! {
             ("leaf_area_m2", estimate.leaf.areas.best_m2().ok()),
             ("leaf_area_contact_raw_m2", estimate.leaf.areas.contact_raw_m2().ok()),
         ] {
-            // Of what is no foliage there is no leaf area.
-            let known = !(key.starts_with("leaf_area") && solid);
+            // Of what is no foliage there is no leaf area, nor through beams of an unknown width.
+            let known = !(key.starts_with("leaf_area") && withheld);
             prop_assert_eq!(value.is_some(), known && estimate.impacted_total_area_m2.is_some(), "{}", key);
             prop_assert!(value.is_none_or(|v| v.is_finite() && v >= 0.0), "{} = {:?}", key, value);
         }
@@ -115,10 +119,10 @@ proptest! {
         }
         for tree in &estimate.trees {
             prop_assert!(tree.impacted_total_area_m2.is_finite() && tree.volume_m3.is_finite() && tree.scanned_m > 0.0);
-            prop_assert!(tree.leaf.best_m2().ok().map_or(solid, f64::is_finite));
+            prop_assert!(tree.leaf.areas.best_m2().ok().map_or(withheld, f64::is_finite));
         }
         if rig.is_some() && estimate.is_withheld() {
-            let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage"];
+            let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage", "optics_unknown"];
             let told = estimate.warnings.iter().any(|warning| reasons.contains(&warning.code()));
             prop_assert!(told, "areas are null without a reason: {:?}", estimate.warnings);
         }

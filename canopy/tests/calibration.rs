@@ -6,10 +6,12 @@ mod common;
 
 use common::*;
 use rowscan_canopy::calibration::{
-    CalibrationClass, CalibrationError, ContactScale, EchoRule, FittedRange, FittedRows, Optics, Provenance,
-    RegressionKind,
+    CalibrationClass, CalibrationError, ContactScale, EchoRule, FitQuality, FittedRange, FittedRows, Optics,
+    Provenance, RegressionKind,
 };
-use rowscan_canopy::{Calibration, CanopyClass, Estimate, FitError, Pipeline, RowClass, Sample, fit};
+use rowscan_canopy::{
+    Calibration, CanopyClass, Estimate, FitError, Pipeline, RowClass, Sample, Withheld, fit,
+};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
@@ -189,7 +191,8 @@ fn a_bent_calibration_widens_the_sampling_error_and_old_files_are_proportions() 
     let raw_m2 = found.leaf.areas.contact_raw_m2().ok().unwrap();
     assert!(relative(bent_m2, calibration.contact.k * x.powf(0.5) * raw_m2) < 1e-12);
     // Trees have the row's factor: they add up to it.
-    let trees_m2: f64 = passed(&calibration).trees.iter().filter_map(|tree| tree.leaf.best_m2().ok()).sum();
+    let trees_m2: f64 =
+        passed(&calibration).trees.iter().filter_map(|tree| tree.leaf.areas.best_m2().ok()).sum();
     assert!(relative(trees_m2, bent_m2) < 1e-9, "{trees_m2} {bent_m2}");
     calibration.contact.quality.low_m2_per_m = 0.0;
     let refusal = Pipeline::new(None, 0, Some(calibration)).unwrap_err().to_string();
@@ -340,20 +343,84 @@ fn a_calibration_scales_the_contact_and_gives_no_leaves_to_a_gap() {
     assert_eq!(found.leaf.areas.best_m2().ok(), found.leaf.areas.contact_m2().ok());
     // `a` = 1 m²/m must not reach the gap.
     let gap = &found.trees[1];
-    assert_eq!((gap.leaf.regression_m2().ok(), gap.leaf.contact_m2().ok()), (Some(0.0), Some(0.0)));
+    assert_eq!(
+        (gap.leaf.areas.regression_m2().ok(), gap.leaf.areas.contact_m2().ok()),
+        (Some(0.0), Some(0.0))
+    );
     for tree in [&found.trees[0], &found.trees[2]] {
         let expected = tree.scanned_m + 2.0 * tree.impacted_total_area_m2;
-        assert!(relative(tree.leaf.regression_m2().ok().unwrap(), expected) < 1e-9);
+        assert!(relative(tree.leaf.areas.regression_m2().ok().unwrap(), expected) < 1e-9);
     }
     // Metre 1 (y = 1..2) is half gap; metre 2 is all gap: the row's `a` counts 3.5 m of 4.5 m.
     let slices: Vec<f64> = found.slices.iter().map(|s| s.scanned_m).collect();
-    assert_eq!(found.slices[2].leaf.regression_m2().ok(), Some(0.0));
+    assert_eq!(found.slices[2].leaf.areas.regression_m2().ok(), Some(0.0));
     let canopy_m: f64 = slices.iter().sum::<f64>() - slices[2];
     let expected = canopy_m + 2.0 * found.impacted_total_area_m2.unwrap();
     assert!(relative(found.leaf.areas.regression_m2().ok().unwrap(), expected) < 1e-9);
     let codes: Vec<_> = found.warnings.iter().map(|w| w.code()).collect();
-    assert!(codes.contains(&"ideal_optics") && !codes.contains(&"uncalibrated"), "{codes:?}");
+    assert!(!codes.contains(&"optics_unknown") && !codes.contains(&"uncalibrated"), "{codes:?}");
     assert_eq!(found.calibration.unwrap().preset, "spindle");
+}
+
+#[test]
+fn without_the_width_of_the_beams_no_leaf_area_is_told_by_any_way() {
+    let (impacted, contact) = hedge_per_metre();
+    let rig = Rig { optics: None, ..orchard_rig() };
+    for found in [calibrated(around(impacted, contact), &rig), estimate(&rig, &hedge(75))] {
+        let areas = &found.leaf.areas;
+        for known in
+            [areas.best_m2(), areas.contact_m2(), areas.contact_raw_m2(), areas.regression_m2(), areas.lai()]
+        {
+            assert_eq!(known, Err(Withheld::OpticsUnknown));
+        }
+        assert!(found.trees.iter().all(|tree| tree.leaf.areas.best_m2().is_err()) && found.is_withheld());
+        assert!(found.impacted_total_area_m2.is_some(), "what was hit is known");
+        let told: Vec<_> = found.warnings.iter().filter(|w| w.code() == "optics_unknown").collect();
+        assert!(
+            told.len() == 1 && told[0].to_string().contains("optics = \"device\" below [rig]"),
+            "{told:?}"
+        );
+    }
+}
+
+#[test]
+fn a_regression_that_tells_less_than_half_of_what_rows_differ_by_is_withheld() {
+    let (impacted, contact) = hedge_per_metre();
+    let with = |scatter: f64| {
+        let samples: Vec<Sample> = (0..12)
+            .map(|row| (0.8 + 0.04 * f64::from(row), if row % 2 == 0 { scatter } else { -scatter }))
+            .map(|(f, off)| Sample {
+                length_m: 1.0,
+                impacted_total_area_m2: f * impacted,
+                contact_leaf_area_m2: f * contact,
+                leaf_area_m2: 1.0 + 2.0 * f * impacted + off,
+                spot_relative_sd: 0.0,
+                share_leaf_area_m2: None,
+            })
+            .collect();
+        line_on(&samples)
+    };
+    let strong = calibrated(with(0.05 * impacted), &orchard_rig());
+    assert!(strong.leaf.areas.regression_m2().is_ok(), "{:?}", strong.warnings);
+    let weak = with(0.6 * impacted);
+    let quality = weak.quality(weak.best_regression());
+    assert!(quality.r2_left_out() < quality.r2 && quality.r2 < 0.5, "{quality:?}");
+    let found = calibrated(weak, &orchard_rig());
+    assert_eq!(found.leaf.areas.regression_m2(), Err(Withheld::WeakRegression));
+    assert!(found.leaf.areas.best_m2().is_ok(), "contact is no regression on I_T");
+    assert!(found.warnings.iter().any(|warning| warning.code() == "weak_regression"), "{:?}", found.warnings);
+}
+
+#[test]
+fn the_left_out_share_of_scatter_follows_from_what_a_calibration_file_holds() {
+    let (impacted, contact) = hedge_per_metre();
+    let quality = around(impacted, contact).linear.quality;
+    assert!((quality.r2_left_out() - 1.0).abs() < 1e-9, "a line without error");
+    // Σ(L − mean)² is 4 % of ΣL²: so the scatter is 0.2041 of the mean, and errors of half of it leave three quarters.
+    let scatter = (0.04_f64 / 0.96).sqrt();
+    let half =
+        FitQuality { r2: 0.8, r2_uncentred: 1.0 - 0.2 * 0.04, loo_rmse_relative: 0.5 * scatter, ..quality };
+    assert!((half.r2_left_out() - 0.75).abs() < 1e-9, "{}", half.r2_left_out());
 }
 
 #[test]
@@ -393,7 +460,7 @@ fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
         (far.leaf.areas.regression_m2().ok(), far.leaf.areas.best_m2().ok(), far.leaf.areas.lai().ok()),
         (None, None, None)
     );
-    assert_eq!(far.trees[0].leaf.best_m2().ok(), None);
+    assert_eq!(far.trees[0].leaf.areas.best_m2().ok(), None);
     assert!(far.leaf.areas.contact_raw_m2().ok().unwrap() > 0.0);
     assert!(warnings(&far).contains(&"refused") && warnings(&far).contains(&"trees_refused"));
 

@@ -89,12 +89,20 @@ fn no_number_but_the_intervals_width_depends_on_the_class() {
         for key in ["warnings", "leaf_area_interval_m2", "leaf_area_uncertainty"] {
             assert!(keys.remove(key).is_some(), "{key}");
         }
+        for list in ["trees", "slices"] {
+            for piece in keys.get_mut(list).and_then(|list| list.as_array_mut()).expect("a list") {
+                let interval = piece.as_object_mut().expect("an object").remove("leaf_area_interval_m2");
+                assert!(interval.is_some(), "{list}");
+            }
+        }
         json
     };
     assert_eq!(numbers(&same), numbers(&other));
     assert_eq!(numbers(&same), numbers(&bare));
     let width = |estimate: &Estimate| estimate.leaf.interval_m2.map(|[low, high]| high - low);
     assert!(width(&other) > width(&same), "{:?} {:?}", width(&other), width(&same));
+    let of_tree = |estimate: &Estimate| estimate.trees[1].leaf.interval_m2.map(|[low, high]| high - low);
+    assert!(of_tree(&other) > of_tree(&same) && of_tree(&bare).is_none(), "{:?}", of_tree(&other));
     // Where all agree nothing is between classes; where nothing is told it is sampling error only.
     assert_eq!(same.leaf.interval_m2, same.leaf.sampling_error_m2);
     assert_eq!(width(&bare), None);

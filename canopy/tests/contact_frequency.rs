@@ -76,13 +76,16 @@ fn lai_is_leaf_area_over_ground_by_row_and_by_tree() {
     assert_eq!(found.trees.len(), 5);
     for tree in &found.trees {
         assert!(tree.complete);
-        assert!(relative(tree.leaf.lai().ok().unwrap(), expected) < 0.04, "{tree:?}");
+        assert!(relative(tree.leaf.areas.lai().ok().unwrap(), expected) < 0.04, "{tree:?}");
         assert!(
-            relative(tree.leaf.best_m2().ok().unwrap(), tree.leaf.lai().ok().unwrap() * 1.5 * 4.0) < 1e-12
+            relative(
+                tree.leaf.areas.best_m2().ok().unwrap(),
+                tree.leaf.areas.lai().ok().unwrap() * 1.5 * 4.0
+            ) < 1e-12
         );
     }
-    let of_trees: f64 = found.trees.iter().filter_map(|t| t.leaf.best_m2().ok()).sum();
-    let of_slices: f64 = found.slices.iter().filter_map(|s| s.leaf.best_m2().ok()).sum();
+    let of_trees: f64 = found.trees.iter().filter_map(|t| t.leaf.areas.best_m2().ok()).sum();
+    let of_slices: f64 = found.slices.iter().filter_map(|s| s.leaf.areas.best_m2().ok()).sum();
     assert!(relative(of_trees, found.leaf.areas.best_m2().ok().unwrap()) < 1e-12);
     assert!(relative(of_slices, found.leaf.areas.best_m2().ok().unwrap()) < 1e-12);
     assert!(found.warnings.iter().any(|w| w.code() == "uncalibrated"));

@@ -56,8 +56,8 @@ fn a_tree_s_own_leaf_areas_stand_before_the_measures_of_the_estimators() {
         let all = tree.side_by_side();
         let names: Vec<&str> = all.iter().take(2).map(|measure| measure.estimator).collect();
         assert_eq!(names, ["contact", "regression"]);
-        assert_eq!(all[0].value, tree.leaf.contact_m2().ok());
-        assert_eq!(all[1].value, tree.leaf.regression_m2().ok());
+        assert_eq!(all[0].value, tree.leaf.areas.contact_m2().ok());
+        assert_eq!(all[1].value, tree.leaf.areas.regression_m2().ok());
         assert_eq!(all[2..], tree.measures);
     }
 }

@@ -186,7 +186,7 @@ fn a_wall_has_an_impacted_area_and_no_leaves() {
     );
     assert!(
         found.impacted_total_area_m2 > Some(10.0)
-            && found.trees.iter().all(|tree| tree.leaf.best_m2().ok().is_none())
+            && found.trees.iter().all(|tree| tree.leaf.areas.best_m2().ok().is_none())
     );
     // Beams of which three in four pass are foliage, and none is too dense.
     let sparse = |y_m: f64, theta: f64| {
@@ -279,7 +279,10 @@ fn a_gap_between_trees_holds_next_to_nothing() {
     let found = estimate(&rig, &scans);
     assert_eq!(found.trees.len(), 3);
     let gap = &found.trees[1];
-    assert_eq!((gap.impacted_total_area_m2, gap.leaf.best_m2().ok(), gap.height_m), (0.0, Some(0.0), None));
+    assert_eq!(
+        (gap.impacted_total_area_m2, gap.leaf.areas.best_m2().ok(), gap.height_m),
+        (0.0, Some(0.0), None)
+    );
     assert_eq!(gap.volume_m3, 0.0);
     for tree in [&found.trees[0], &found.trees[2]] {
         assert!(tree.complete);

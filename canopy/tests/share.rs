@@ -8,9 +8,10 @@ mod slab;
 
 use common::*;
 use rowscan_canopy::calibration::{self, CalibrationClass, CanopyClass, EchoRule, Provenance};
+use rowscan_canopy::estimate::LeafAreaEstimator;
 use rowscan_canopy::{
-    Calibration, Estimate, Footprint, LeafShape, Parameters, Pipeline, PipelineError, RemissionScale, Sample,
-    Warning, fit,
+    Calibration, Estimate, Footprint, FrontWindow, LeafShape, Parameters, Pipeline, PipelineError,
+    RemissionScale, Sample, Warning, Withheld, fit,
 };
 use rowscan_protocol::optics::{
     DAZZLED, Fact, FactoryEcho, FogFilter, Noise, NoiseShape, Optics, Pulse, RemissionCurve, Spot,
@@ -64,7 +65,7 @@ fn compressed() -> Optics {
 }
 
 fn model_scale() -> RemissionScale {
-    RemissionScale::of(&logarithmic(), LeafShape::default()).unwrap()
+    RemissionScale::of(&logarithmic(), LeafShape::default(), FrontWindow::default()).unwrap()
 }
 
 /// What leaves send back that take this share of a spot, by the model's curve; digits.
@@ -196,7 +197,7 @@ fn a_card_that_was_measured_is_as_good_as_the_curve_it_was_measured_on() {
         readings: [0.5, 1.5, 3.0, 6.0].map(|r| [r, scale.full_digits(r) + brighter]).to_vec(),
         power_sd: 0.1,
     };
-    let measured = RemissionScale::read(&card, &logarithmic(), leaf).unwrap();
+    let measured = RemissionScale::read(&card, &logarithmic(), leaf, FrontWindow::default()).unwrap();
     for range_m in [0.4, 1.0, 1.7, 2.5, 5.0] {
         assert!((measured.full_digits(range_m) - scale.full_digits(range_m)).abs() < 1e-9, "{range_m}");
     }
@@ -218,7 +219,7 @@ fn cards_and_models_that_tell_no_power_are_refused() {
     let leaf = LeafShape::default();
     let tim = &compressed();
     let of = |reading: RemissionReading, optics: &Optics| {
-        RemissionScale::read(&reading, optics, leaf).unwrap_err()
+        RemissionScale::read(&reading, optics, leaf, FrontWindow::default()).unwrap_err()
     };
     assert_eq!(of(RemissionReading::Model, tim), PipelineError::RemissionTellsNoPower);
     let lms1xx = logarithmic();
@@ -231,21 +232,21 @@ fn cards_and_models_that_tell_no_power_are_refused() {
     };
     assert!(matches!(read(card(0.5, Vec::new())), PipelineError::CardReadings { found: 0, .. }));
     assert!(matches!(
-        read(card(0.5, vec![[1.0, 9.0]; 9])),
-        PipelineError::CardReadings { found: 9, most: 8 }
+        read(card(0.5, vec![[1.0, 9.0]; 33])),
+        PipelineError::CardReadings { found: 33, most: 32 }
     ));
     assert!(matches!(read(card(0.5, vec![[2.0, 9.0], [1.0, 9.0]])), PipelineError::CardOrder { .. }));
     assert!(matches!(read(card(50.0, vec![[2.0, 9.0]])), PipelineError::OutOfRange { .. }));
     let good = card(0.5, vec![[2.0, 190.0]]);
-    assert!(RemissionScale::read(&good, &logarithmic(), leaf).is_ok());
+    assert!(RemissionScale::read(&good, &logarithmic(), leaf, FrontWindow::default()).is_ok());
     assert_eq!(of(good, tim), PipelineError::RemissionTellsNoPower, "its digits are no logarithm");
 }
 
 /// A calibration on rows like the slab, `share` by a factor of 1.1.
 fn fitted(found: &Estimate) -> Calibration {
     let length_m = found.canopy_m.unwrap();
-    let samples: Vec<Sample> = [0.8, 1.0, 1.2, 1.3]
-        .iter()
+    let samples: Vec<Sample> = (0..10)
+        .map(|row| 0.8 + 0.05 * f64::from(row))
         .map(|f| Sample {
             length_m,
             impacted_total_area_m2: f * found.impacted_total_area_m2.unwrap(),
@@ -286,7 +287,7 @@ fn with_remission_and_a_scale_the_leaf_area_is_by_shares_and_without_by_contact(
         relative(with.leaf.areas.best_m2().ok().unwrap(), 1.1 * raw.leaf.areas.share_raw_m2().ok().unwrap())
             < 1e-9
     );
-    let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf.best_m2().ok()).sum();
+    let of_trees: f64 = with.trees.iter().filter_map(|tree| tree.leaf.areas.best_m2().ok()).sum();
     assert!(relative(of_trees, with.leaf.areas.best_m2().ok().unwrap()) < 1e-9, "trees add up to the row");
 
     // One beam in ten lost its remission: too many to go by the rest.
@@ -305,6 +306,102 @@ fn with_remission_and_a_scale_the_leaf_area_is_by_shares_and_without_by_contact(
     let unread = estimated(Parameters { remission: None, ..reading() }, Some(calibration), &scans);
     assert_eq!(unread.leaf.areas.best_m2().ok(), without.leaf.areas.best_m2().ok());
     assert_eq!(unread.leaf.areas.share_m2().ok(), None);
+}
+
+/// What an estimate of these scans through this scale says: its estimator, its leaf area over that of the fitted row, and its warnings' codes.
+fn read_as(
+    scale: RemissionScale,
+    calibration: &Calibration,
+    scans: &[Scan],
+) -> (Option<LeafAreaEstimator>, Estimate, Vec<&'static str>) {
+    let parameters = Parameters { remission: Some(scale), ..reading() };
+    let found = estimated(parameters, Some(calibration.clone()), scans);
+    let codes = found.warnings.iter().map(Warning::code).collect();
+    (found.leaf.estimator, found, codes)
+}
+
+/// The scans as they come through a window that lets so much light pass, one way.
+fn behind_window(scans: &[Scan], transmission: f64) -> Vec<Scan> {
+    let lost = 2.0 * transmission.log10() * model_scale().digits_a_decade;
+    let mut scans = scans.to_vec();
+    for remission in scans.iter_mut().flat_map(|scan| &mut scan.echoes[0].remission) {
+        if *remission > 0 {
+            *remission = (f64::from(*remission) + lost).round().clamp(1.0, 254.0) as u16;
+        }
+    }
+    scans
+}
+
+#[test]
+fn shares_that_contact_does_not_bear_out_are_withheld_whatever_changed_the_power() {
+    use rowscan_canopy::estimate::LeafAreaEstimator::{ContactCalibratedSpotCorrected, ShareCalibrated};
+    let scans = beams_of_rays(1.0, 1.0, 150, 11);
+    let calibration = fitted(&estimated(reading(), None, &scans));
+    let (by, clean, codes) = read_as(model_scale(), &calibration, &scans);
+    assert!(by == Some(ShareCalibrated) && !codes.contains(&"shares_disagree"), "{codes:?}");
+
+    // Eight digits of sixty a decade: 0.858.
+    let transmission = 10_f64.powf(-8.0 / 120.0);
+    let dirty = behind_window(&scans, transmission);
+    let (by, found, codes) = read_as(model_scale(), &calibration, &dirty);
+    assert_eq!(by, Some(ContactCalibratedSpotCorrected));
+    assert!(codes.contains(&"shares_disagree"), "{codes:?}");
+    assert_eq!(found.leaf.areas.share_m2(), Err(Withheld::SharesDisagree));
+    assert_eq!(found.leaf.areas.best_m2(), clean.leaf.areas.contact_m2(), "contact does not hang on power");
+    // By shares it would have been 28 % too little.
+    let raw = |found: &Estimate| found.leaf.areas.share_raw_m2().unwrap();
+    assert!(raw(&found) < 0.8 * raw(&clean), "{} {}", raw(&found), raw(&clean));
+
+    // Who knows the window says so, and gets shares again; how well it is known widens the interval.
+    let window = FrontWindow { transmission, sd: 0.02 };
+    let told = RemissionScale::of(&logarithmic(), LeafShape::default(), window).unwrap();
+    let (by, found, codes) = read_as(told, &calibration, &dirty);
+    assert!(by == Some(ShareCalibrated) && !codes.contains(&"shares_disagree"), "{codes:?}");
+    assert!(relative(found.leaf.areas.best_m2().unwrap(), clean.leaf.areas.best_m2().unwrap()) < 0.01);
+    let part = |found: &Estimate| found.leaf.uncertainty.unwrap().remission.unwrap();
+    assert!(part(&found) > part(&clean), "{} {}", part(&found), part(&clean));
+
+    // Brighter leaves than the rig says are found as well.
+    let darker = LeafShape { reflectance: 0.35, ..LeafShape::default() };
+    let misread = RemissionScale::of(&logarithmic(), darker, FrontWindow::default()).unwrap();
+    assert!(read_as(misread, &calibration, &scans).2.contains(&"shares_disagree"));
+
+    // A calibration that says nothing of it bears no witness.
+    let (by, _, codes) = read_as(model_scale(), &Calibration { witness: None, ..calibration }, &scans);
+    assert!(by == Some(ContactCalibratedSpotCorrected) && codes.contains(&"no_witness"), "{codes:?}");
+}
+
+#[test]
+fn a_card_of_few_readings_gives_no_shares() {
+    use rowscan_canopy::estimate::LeafAreaEstimator::{ContactCalibratedSpotCorrected, ShareCalibrated};
+    let scans = beams_of_rays(1.0, 1.0, 150, 11);
+    let calibration = fitted(&estimated(reading(), None, &scans));
+    let leaf = LeafShape::default();
+    let brighter = (0.5 / (leaf.reflectance * leaf.cosine)).log10() * model_scale().digits_a_decade;
+    let card = |ranges_m: &[f64]| {
+        let reading = RemissionReading::Card {
+            reflectance: 0.5,
+            digits_a_decade: model_scale().digits_a_decade,
+            readings: ranges_m.iter().map(|r| [*r, model_scale().full_digits(*r) + brighter]).collect(),
+            power_sd: 0.1,
+        };
+        RemissionScale::read(&reading, &logarithmic(), leaf, FrontWindow::default()).unwrap()
+    };
+    let enough = [0.7, 0.9, 1.2, 1.5, 1.9, 2.5, 3.3, 4.5];
+    assert_eq!(read_as(card(&enough), &calibration, &scans).0, Some(ShareCalibrated));
+    let cards: [(&str, &[f64]); 4] = [
+        ("three", &[1.0, 2.0, 4.0]),
+        ("one less", &enough[1..]),
+        ("two before the knee", &[1.0, 1.3, 1.7, 2.0, 2.5, 3.0, 3.5, 4.5]),
+        ("far apart", &[0.7, 0.9, 1.2, 1.9, 2.5, 3.3, 4.0, 6.1]),
+    ];
+    for (name, ranges_m) in cards {
+        let (by, _, codes) = read_as(card(ranges_m), &calibration, &scans);
+        assert!(
+            by == Some(ContactCalibratedSpotCorrected) && codes.contains(&"card_too_short"),
+            "{name}: {codes:?}"
+        );
+    }
 }
 
 #[test]

@@ -44,5 +44,5 @@ pub use journal::Event;
 pub use onlooker::{Look, Onlooker};
 pub use scenario::{Scenario, ScenarioError};
 pub use signal::{Must, SignalKeys, Source};
-pub use sprayer::{KeptError, Relative, SprayerRun, SprayerSpec};
+pub use sprayer::{Intercepted, KeptError, Relative, SprayerRun, SprayerSpec};
 pub use verdict::{Case, Tried, Verdict, worst};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_bench::{
@@ -26,6 +27,7 @@ use crate::run_file::RunFile;
 use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::sentences::Sentences;
 use crate::signal::Source;
+use crate::sprayer::{NAME, SprayerPart};
 use crate::verdict::name_of;
 use crate::witness::Witness;
 
@@ -56,6 +58,8 @@ pub(crate) struct ScenarioRig {
     pub(crate) sentences: Sentences,
     /// The clock of children whose time is simulated, if there are any.
     pub(crate) child_clock: Option<ChildClock>,
+    /// The sprayer, if there is one.
+    pub(crate) sprayer: Option<Arc<SprayerPart>>,
     /// Who looks at it, until it is over.
     _seen: Option<Box<dyn Send>>,
 }
@@ -138,6 +142,11 @@ impl ScenarioRig {
         let ids = scenario.devices.iter().map(|device| device.id.clone()).collect();
         let plan = bench.faults().cloned().zip(bench.take_fault_events());
         let plan = plan.ok_or("the bench was opened without faults")?;
+        let boom = scenario.sprayer.as_ref().map(|spec| spec.boom.clone());
+        let sprayer = boom.map(|boom| Arc::new(SprayerPart::new(boom)));
+        if let Some(part) = &sprayer {
+            plan.0.part(NAME, Arc::<SprayerPart>::clone(part));
+        }
         let desk = FaultDesk::start(plan, faults, ids, journal.clone())?;
         witness.beside(desk.clone());
         let seen = look.map(|look| {
@@ -159,6 +168,7 @@ impl ScenarioRig {
             frames,
             sentences,
             child_clock,
+            sprayer,
             _seen: seen,
         })
     }

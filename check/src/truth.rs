@@ -38,7 +38,7 @@ impl Trees {
         let (mut found_m2, mut real_m2) = (0.0, 0.0);
         for found in estimate.trees.iter().filter(|tree| tree.complete) {
             let real = self.0.iter().find(|tree| tree.number == found.tree)?;
-            found_m2 += found.leaf.best_m2().ok()?;
+            found_m2 += found.leaf.areas.best_m2().ok()?;
             real_m2 += real.leaf_area_m2?;
         }
         (real_m2 > 0.0).then(|| (found_m2 - real_m2) / real_m2)

@@ -18,6 +18,11 @@ impl What {
     pub fn takes_events(&self) -> bool {
         matches!(self.kind, Kind::Count(_))
     }
+
+    /// True if it is a share of a whole: never below 0 or above 1. The load of a bus is none: frames may ask for more than a bus has.
+    pub fn is_share(&self) -> bool {
+        matches!(self.kind, Kind::Sprayer(Sprayed::Recall | Sprayed::Waste | Sprayed::OffTarget))
+    }
 }
 
 /// How an expectation is judged.
@@ -68,7 +73,16 @@ pub enum Sprayed {
     Edges,
     /// From a fault until nothing flows.
     TimeToSafe,
+    /// Share of the litres that met neither leaf, wood nor fruit.
+    OffTarget,
+    /// How far the flow is off what the speed wants.
+    RateError,
+    /// What was sprayed while that was forbidden.
+    Forbidden,
 }
+
+/// What `of` of `rate_error` may be.
+pub(crate) const RATE: &[&str] = &["p95", "mean", "settling_s", "overshoot", "reported"];
 
 /// Counts of one device's delivered bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -273,17 +287,23 @@ pub const WHATS: &[What] = &[
         &["after", "above", "below", "between"],
         "from an event until the last valve has shut, to stay shut until the event's `.end`, or the end of the run; simulated seconds",
     ),
-    later(
-        "off_target_share",
-        "interception on leaves; `waste` tells what left a nozzle that was not wanted",
-        &["above", "below"],
-        "share of the litres that no leaf intercepts",
+    sprayer(
+        "forbidden_litres",
+        Sprayed::Forbidden,
+        &["of", "within_s", "equals", "above", "below", "between"],
+        "litres while a rule forbade spraying: `master`, `override`, `tank_empty`, `headland`, `reverse`, `standstill` or `no_spray` (`of`), or any of them; from `within_s` seconds [0] after the rule began",
     ),
-    later(
-        "rate_error",
-        "hydraulics",
+    sprayer(
+        "off_target_share",
+        Sprayed::OffTarget,
         &["above", "below", "between"],
-        "how far the rate is off after steps of speed and sections",
+        "interception: share of the litres that meet neither leaf, wood nor fruit on a straight way from the nozzle, 0 to 1; air, drift, droplets, run-off and evaporation are not modelled",
+    ),
+    sprayer(
+        "rate_error",
+        Sprayed::RateError,
+        &["of", "after", "above", "below", "abs_below", "between"],
+        "how far the flow of open nozzles is off what `[rate]` of the boom wants at the tractor's speed, by `of`: `p95` [of the error without its sign, as a share], `mean`, `settling_s` after steps of speed and sections, `overshoot` (a share), or `reported`: the controller's litres beside the true ones, as a share; from an event on with `after`",
     ),
     later(
         "ddi",

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::datagrams::DatagramCounts;
 use crate::lms2xx::SerialCounts;
 use crate::refused_settings::RefusedSetting;
 use crate::scanner::Emulator;
@@ -31,6 +32,8 @@ pub struct ScannerCounts {
     pub connections: Option<ConnectionCounts>,
     /// Bytes lost because the client of a line did not take them.
     pub bytes_lost: Option<u64>,
+    /// What became of datagrams.
+    pub datagrams: Option<DatagramCounts>,
 }
 
 /// What became of connections in a full house.
@@ -68,6 +71,7 @@ impl From<EmulatorCounts> for ScannerCounts {
                 idle: counts.connections_idle,
             }),
             bytes_lost: None,
+            datagrams: counts.datagrams,
         }
     }
 }

@@ -6,10 +6,11 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use rowscan_ports::in_flight::InFlight;
-use rowscan_protocol::device::Mirror;
+use rowscan_protocol::device::{Mirror, Stream};
 use rowscan_protocol::time::SimTime;
 
 use crate::firing::{Claim, Firing};
+use crate::imu;
 use crate::roster::{Member, Wants};
 use crate::scan_moment::LastScan;
 use crate::shared::Shared;
@@ -87,22 +88,47 @@ impl MirrorSource {
         // The scan at time zero is never sent, so that every run begins alike.
         let heard = firing.heard && at > SimTime::ZERO;
         self.audience.clear();
-        if heard {
+        if heard && self.shared.device().sends_scan_events() {
             self.shared.roster.audience(&mut self.audience);
         }
         let telegram = Telegram::measure(&self.shared, at, &self.world, &self.audience);
+        let streamed = heard && telegram.is_some() && self.stream(mirror, at);
         self.turns.advance(mirror);
         let Some(telegram) = telegram else { return false };
         self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
         self.shared.counts.numbered.store(u32::from(telegram.counter()) + 1, Ordering::Relaxed);
         telegram.deliver(&self.shared, &self.audience, firing.delivery).await;
         let polled = heard && self.shared.answer_polls();
-        let taken = polled || !self.audience.is_empty();
+        self.shared.counts.sent.fetch_add(u64::from(streamed), Ordering::Relaxed);
+        let taken = polled || streamed || !self.audience.is_empty();
         self.shared.counts.unheard.fetch_add(u64::from(!taken), Ordering::Relaxed);
         if firing.driving {
             self.time_silence(taken, self.turns.next().elapsed().saturating_sub(at.elapsed()));
         }
         taken
+    }
+
+    /// Hands the turn that was measured at `at` over as datagrams, each for its own instant; true if its scan goes somewhere.
+    fn stream(&self, mirror: Mirror, at: SimTime) -> bool {
+        let mut device = self.shared.device();
+        let Some(imu_period) = device.model().compact.map(|_| device.imu_period()) else { return false };
+        let mut datagrams = Vec::new();
+        device.segments(at, &self.world.line(), &mut datagrams);
+        let streamed = !datagrams.is_empty() && self.shared.datagrams.is_streaming(&device);
+        if device.destination(Stream::Encoder).is_ok() {
+            let speed_mm_s = (1e3 * self.world.wheel_speed_m_s(at)) as f32;
+            datagrams.push(device.encoder_telegram(at, self.world.encoder_ticks(at), speed_mm_s));
+        }
+        if let Some(period) = imu_period.filter(|_| device.destination(Stream::Imu).is_ok()) {
+            let (period_ns, next) = (period.as_nanos() as u64, self.turns.after(mirror));
+            let readings = (at.0.div_ceil(period_ns)..).map(|number| SimTime(number * period_ns));
+            for instant in readings.take_while(|instant| *instant < next) {
+                datagrams.push(device.imu(instant, imu::reading(&self.world, mirror, instant)));
+            }
+        }
+        drop(device);
+        self.shared.datagrams.wait(datagrams);
+        streamed
     }
 
     /// Adds a scan's time to that in which nobody listens; a client that polls listens between its polls.
@@ -133,7 +159,9 @@ impl MirrorSource {
         if device.is_settling(self.shared.clock.now()) {
             return Claim::Busy;
         }
-        let wanted = device.is_measuring() && (self.shared.roster.has_audience() || self.shared.polls_wait());
+        let streams = self.shared.datagrams.is_streaming(&device);
+        let subscribed = device.sends_scan_events() && self.shared.roster.has_audience();
+        let wanted = device.is_measuring() && (streams || subscribed || self.shared.polls_wait());
         if wanted { Claim::Taker } else { Claim::Idle }
     }
 
@@ -144,7 +172,7 @@ impl MirrorSource {
 
     /// Whether somebody has subscribed to its scans, or has ever polled for them.
     pub(crate) fn has_taker(&self) -> bool {
-        self.shared.roster.has_audience() || self.shared.polls_take_scans()
+        self.shared.has_taker()
     }
 
     /// Time waits for others: polls are answered with the scan there is.

@@ -19,6 +19,7 @@ use tokio::sync::{Notify, mpsc};
 
 use crate::bus_output::BusOutput;
 use crate::clock::{SimClock, TimeScale, Timer};
+use crate::datagram_source::DatagramSource;
 use crate::end::EndWhen;
 use crate::fault_source::FaultSource;
 use crate::faulted::{BusFaults, DeviceFaults, Receivers, VehiclePart};
@@ -207,6 +208,9 @@ impl Rig {
         }
         let mirror = MirrorSource::new(Arc::clone(&shared), world);
         timeline.sources.push(Source::Mirror(Box::new(mirror)));
+        if shared.device().model().compact.is_some() {
+            timeline.sources.push(Source::Datagrams(DatagramSource::new(Arc::clone(&shared))));
+        }
         self.receivers.encoder.store(true, Ordering::Relaxed);
         if let Some(control) = control {
             self.set_faults(&control);

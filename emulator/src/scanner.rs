@@ -13,6 +13,7 @@ use tokio::task::JoinSet;
 
 use crate::clock::SimClock;
 use crate::connection;
+use crate::device_handle::DeviceHandle;
 use crate::listener::{self, Bound, ListenError};
 use crate::refused_settings::RefusedSetting;
 use crate::replay::Part;
@@ -27,12 +28,12 @@ pub struct Counter(Weak<Shared>);
 impl Counter {
     /// Its counts so far; none once it is gone.
     pub fn counts(&self) -> Option<EmulatorCounts> {
-        self.0.upgrade().map(|shared| shared.counts.so_far())
+        self.0.upgrade().map(|shared| shared.counted())
     }
 
     /// Whether somebody takes its scans; none once it is gone.
     pub fn is_taken(&self) -> Option<bool> {
-        self.0.upgrade().map(|shared| shared.roster.has_audience() || shared.polls_take_scans())
+        self.0.upgrade().map(|shared| shared.has_taker())
     }
 
     /// How many clients are connected; none once it is gone.
@@ -111,12 +112,17 @@ impl Emulator {
 
     /// What it has done so far.
     pub fn counts(&self) -> EmulatorCounts {
-        self.shared.counts.so_far()
+        self.shared.counted()
     }
 
     /// A handle that tells its counts, and does not keep it running.
     pub fn counter(&self) -> Counter {
         Counter(Arc::downgrade(&self.shared))
+    }
+
+    /// Reaches the device, for another interface than CoLa.
+    pub fn device_handle(&self) -> DeviceHandle {
+        DeviceHandle(Arc::downgrade(&self.shared))
     }
 
     /// What a replay has refused because the recorded scans would have to be others.

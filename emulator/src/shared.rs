@@ -1,5 +1,6 @@
 //! What the tasks of one virtual CoLa scanner share: the device behind a lock, its clients, its configuration.
 
+use std::net::IpAddr;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -16,6 +17,7 @@ use rowscan_recording::{StreamKind, Taps};
 use tokio::sync::{Notify, watch};
 
 use crate::clock::{SimClock, TimeScale, Timer};
+use crate::datagrams::{DatagramCounts, Datagrams};
 use crate::faulted::DeviceFaults;
 use crate::line_change::LineChange;
 use crate::line_watch::LineWatch;
@@ -55,6 +57,8 @@ pub struct EmulatorConfig {
     pub taps: Taps,
     /// What those streams are called; as the model is, where absent.
     pub stream: Option<String>,
+    /// Addresses that are not this machine's and that its datagrams may go to.
+    pub allowed_destinations: Vec<IpAddr>,
     /// What goes wrong between it and its clients. Then a recording holds what went over the clients' wires.
     pub faults: Option<StreamFaults>,
 }
@@ -73,6 +77,7 @@ impl Default for EmulatorConfig {
             lines: None,
             taps: Taps::default(),
             stream: None,
+            allowed_destinations: Vec::new(),
             faults: None,
         }
     }
@@ -96,6 +101,8 @@ pub(crate) struct Shared {
     pub(crate) config: EmulatorConfig,
     pub(crate) counts: Counts,
     pub(crate) refused_settings: Mutex<RefusedSettings>,
+    /// Its Compact telegrams.
+    pub(crate) datagrams: Datagrams,
     /// What goes wrong with the device itself.
     troubles: Option<Arc<DeviceFaults>>,
 }
@@ -158,6 +165,8 @@ pub struct EmulatorCounts {
     pub connections_silent: u64,
     /// Connections closed in a full house because nothing had passed for [`EmulatorConfig::idle_limit`].
     pub connections_idle: u64,
+    /// What became of its datagrams; none where it sends none.
+    pub datagrams: Option<DatagramCounts>,
 }
 
 impl Counts {
@@ -173,6 +182,7 @@ impl Counts {
             connections_refused: self.refused.total(),
             connections_silent: self.silent.total(),
             connections_idle: self.idle.total(),
+            datagrams: None,
         }
     }
 }
@@ -204,6 +214,7 @@ impl Shared {
             polls: watch::Sender::default(),
             news: watch::Sender::default(),
             in_flight: InFlight::default(),
+            datagrams: Datagrams::new(config.allowed_destinations.clone()),
             config,
             counts: Counts::default(),
         })
@@ -236,6 +247,7 @@ impl Shared {
         let now = self.clock.now();
         self.obey(&mut device, now);
         let saves = device.saves();
+        let was_streaming = self.datagrams.is_streaming(&device);
         let mut polls = 0;
         let mut fixed = device.fixed_by_recording();
         session.handle_bytes_with(&mut device, now, bytes, replies, &mut |device, frame, reply| {
@@ -249,8 +261,50 @@ impl Shared {
         if polls > 0 {
             self.polls.send_modify(|known| known.asked += polls);
         }
-        self.spread(&device);
+        self.notice(&device, was_streaming);
         (device.saves() != saves).then(|| device.saved_settings())
+    }
+
+    /// Whether somebody takes its scans: a subscriber, a client that polls, or a place that datagrams go to.
+    pub(crate) fn has_taker(&self) -> bool {
+        self.takes_events() || self.polls_take_scans() || self.streams_datagrams()
+    }
+
+    /// Whether a subscriber gets scans.
+    pub(crate) fn takes_events(&self) -> bool {
+        self.roster.has_audience() && (self.is_replayed() || self.device().sends_scan_events())
+    }
+
+    /// Whether scans go out as datagrams.
+    pub(crate) fn streams_datagrams(&self) -> bool {
+        self.datagrams.is_streaming(&self.device())
+    }
+
+    /// What it has done so far.
+    pub(crate) fn counted(&self) -> EmulatorCounts {
+        let datagrams = self.datagrams.counts(&self.device());
+        EmulatorCounts { datagrams, ..self.counts.so_far() }
+    }
+
+    /// Lets `ask` have the device as it is now; the settings, if they were saved.
+    pub(crate) fn ask(&self, ask: &mut dyn FnMut(&mut Device, SimTime)) -> Option<String> {
+        let mut device = self.device();
+        let now = self.clock.now();
+        self.obey(&mut device, now);
+        let (was_streaming, saves) = (self.datagrams.is_streaming(&device), device.saves());
+        ask(&mut device, now);
+        self.notice(&device, was_streaming);
+        (device.saves() != saves).then(|| device.saved_settings())
+    }
+
+    /// Has everybody notice what a client has changed.
+    fn notice(&self, device: &Device, was_streaming: bool) {
+        self.spread(device);
+        self.datagrams.tell(device);
+        if self.datagrams.is_streaming(device) != was_streaming {
+            // Time may wait for whoever takes scans.
+            self.interest.notify_one();
+        }
     }
 
     /// When something goes wrong with the device, or comes right, next.

@@ -8,6 +8,7 @@ use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
 
 use crate::bus_output::BusOutput;
+use crate::datagram_source::DatagramSource;
 use crate::fault_source::FaultSource;
 use crate::firing::{Claim, Firing};
 use crate::gnss_output::GnssOutput;
@@ -23,6 +24,8 @@ pub(crate) enum Source {
     Mirror(Box<MirrorSource>),
     /// An LMS2xx with its serial line.
     Lms2xx(Box<Lms2xxScanner>),
+    /// A scanner's Compact telegrams.
+    Datagrams(DatagramSource),
     /// What goes wrong.
     Faults(FaultSource),
     /// A scanner's digital lines.
@@ -38,6 +41,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => Some(mirror.next()),
             Self::Lms2xx(scanner) => scanner.next(),
+            Self::Datagrams(datagrams) => datagrams.next(),
             Self::Faults(faults) => faults.next(),
             Self::LineChanges(changes) => changes.next(),
             Self::Bus(bus) => bus.next(),
@@ -56,6 +60,10 @@ impl Source {
         match self {
             Self::Mirror(mirror) => Ok(mirror.fire(firing).await),
             Self::Lms2xx(scanner) => scanner.fire(firing).await,
+            Self::Datagrams(datagrams) => {
+                datagrams.fire(firing).await;
+                Ok(false)
+            }
             Self::Faults(faults) => Ok(faults.fire(firing.at)),
             Self::LineChanges(changes) => Ok(changes.fire(firing.at)),
             Self::Bus(bus) => Ok(bus.fire(firing).await),
@@ -67,7 +75,9 @@ impl Source {
         match self {
             Self::Lms2xx(scanner) => scanner.poll_input(cx),
             Self::Bus(bus) => bus.poll_input(cx).map(Ok),
-            Self::Mirror(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Gnss(_) => Poll::Pending,
+            Self::Mirror(_) | Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Gnss(_) => {
+                Poll::Pending
+            }
         }
     }
 
@@ -81,7 +91,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.claim(),
             Self::Lms2xx(scanner) => scanner.claim(),
-            Self::Faults(_) | Self::LineChanges(_) => Claim::Idle,
+            Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) => Claim::Idle,
             Self::Bus(bus) => {
                 if bus.has_taker() {
                     Claim::Taker
@@ -112,7 +122,7 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.has_taker(),
             Self::Lms2xx(scanner) => scanner.has_taker(),
-            Self::Faults(_) | Self::LineChanges(_) => false,
+            Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) => false,
             Self::Bus(bus) => bus.has_taker(),
             Self::Gnss(gnss) => gnss.has_taker(),
         }
@@ -124,8 +134,8 @@ impl Source {
             Self::Mirror(mirror) => all.push(mirror.in_flight().clone()),
             Self::Bus(bus) => all.push(bus.in_flight().clone()),
             Self::Gnss(gnss) => all.extend(gnss.in_flight().cloned()),
-            // A line is written where it acts.
-            Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
+            // A line is written where it acts, and so are datagrams.
+            Self::Lms2xx(_) | Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) => {}
         }
     }
 
@@ -134,7 +144,7 @@ impl Source {
         match self {
             Self::Faults(_) => 0,
             Self::LineChanges(_) => 1,
-            Self::Mirror(_) | Self::Lms2xx(_) => 2,
+            Self::Mirror(_) | Self::Lms2xx(_) | Self::Datagrams(_) => 2,
             Self::Bus(_) => 3,
             Self::Gnss(_) => 4,
         }
@@ -145,7 +155,9 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.last_scan(),
             Self::Lms2xx(scanner) => scanner.last_scan(),
-            Self::Faults(_) | Self::LineChanges(_) | Self::Bus(_) | Self::Gnss(_) => None,
+            Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Bus(_) | Self::Gnss(_) => {
+                None
+            }
         }
     }
 
@@ -158,7 +170,11 @@ impl Source {
         match self {
             Self::Bus(bus) => bus.begin(at),
             Self::Gnss(gnss) => gnss.begin(at),
-            Self::Mirror(_) | Self::Lms2xx(_) | Self::Faults(_) | Self::LineChanges(_) => {}
+            Self::Mirror(_)
+            | Self::Lms2xx(_)
+            | Self::Datagrams(_)
+            | Self::Faults(_)
+            | Self::LineChanges(_) => {}
         }
     }
 

@@ -4,7 +4,7 @@ use rowscan_protocol::device::Mirror;
 use rowscan_protocol::time::SimTime;
 
 /// When the mirror passes its zero index: absolute instants epoch + n·T, never a sum of periods.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Turns {
     epoch: SimTime,
     turned: u64,
@@ -25,6 +25,13 @@ impl Turns {
     /// The next turn's instant.
     pub(crate) fn next(&self) -> SimTime {
         SimTime(self.epoch.0 + period_times(self.turned, self.frequency_centihz, self.period_ppm))
+    }
+
+    /// The instant of the turn after the next one.
+    pub(crate) fn after(&self, mirror: Mirror) -> SimTime {
+        let mut turns = Self { ..*self };
+        turns.advance(mirror);
+        turns.next()
     }
 
     /// On to the turn after; a changed frequency starts a new epoch there.

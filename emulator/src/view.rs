@@ -242,6 +242,29 @@ impl ScannerView {
         (0.0, Some(axes))
     }
 
+    /// The scanner's own axes at `at`, in the scene: x straight ahead, y at +90° of its plane, z square to it.
+    pub(crate) fn axes_at(&self, mirror: Mirror, at: SimTime) -> [[f64; 3]; 3] {
+        let view = self.view(mirror, at);
+        let (sense, offset_deg) = self.mount.angle_map();
+        let (sense, offset_deg) =
+            if view.towards_x { (sense, offset_deg) } else { (-sense, 180.0 - offset_deg) };
+        let Axes { to_row, up, .. } = view.axes.unwrap_or(Axes::LEVEL);
+        // Straight ahead is 90° as CoLa counts.
+        let towards = |device_deg: f64| -> [f64; 3] {
+            let (up_share, row_share) =
+                ((sense * device_deg + offset_deg).to_radians() + view.tilt_rad).sin_cos();
+            std::array::from_fn(|k| row_share * to_row[k] + up_share * up[k])
+        };
+        let (x, y) = (towards(90.0), towards(180.0));
+        let z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+        [x, y, z]
+    }
+
+    /// How fast the wheel's rim goes at `at`, m/s.
+    pub(crate) fn wheel_speed_m_s(&self, at: SimTime) -> f64 {
+        self.tractor.motion(at).wheel_speed_m_s
+    }
+
     /// The ticks that the encoder on this tractor's wheel has given by `at`.
     pub fn encoder_ticks(&self, at: SimTime) -> f64 {
         self.tractor.encoder_ticks(&self.encoder, at)

@@ -1,4 +1,4 @@
-//! What can go wrong with a scanner, its tractor and its bus: one row a fault. A row's parameters are read here, strictly; what a fault does is
+//! What can go wrong with a scanner, its tractor, its bus and its sprayer: one row a fault. A row's parameters are read here, strictly; what a fault does is
 //! the business of whoever owns the part.
 //!
 //! | part | is |
@@ -17,6 +17,7 @@ mod part_fault;
 mod row;
 mod rows;
 mod settings;
+pub mod sprayer;
 pub mod vehicle;
 
 pub use parameter::{Form, Parameter};

@@ -6,6 +6,7 @@ use crate::bus::BusFault;
 use crate::clock::ClockFault;
 use crate::datagrams::DatagramFault;
 use crate::device::DeviceFault;
+use crate::sprayer::SprayerFault;
 use crate::vehicle::{DriveFault, EncoderFault, GnssFault};
 
 /// A fault as its part gets it.
@@ -26,6 +27,8 @@ pub enum PartFault {
     Bus(BusFault),
     /// Of datagrams.
     Datagrams(DatagramFault),
+    /// Of a sprayer.
+    Sprayer(SprayerFault),
 }
 
 impl PartFault {

@@ -19,6 +19,8 @@ pub enum Family {
     Bus,
     /// Datagrams of sentences and of CAN frames.
     Datagrams,
+    /// The sprayer and its driver's switches.
+    Sprayer,
 }
 
 impl Family {
@@ -30,6 +32,7 @@ impl Family {
             Self::Vehicle => "vehicle",
             Self::Bus => "bus",
             Self::Datagrams => "datagrams",
+            Self::Sprayer => "sprayer",
         }
     }
 }

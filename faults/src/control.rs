@@ -67,6 +67,7 @@ pub enum FaultError {
     /// Nothing here is what it acts on.
     #[error(
         "fault `{id}`: `{name}` is a fault of the {family}, and {}", match .parts.as_slice() {
+            [] if *.family == "sprayer" => "nothing here has one: use it in a scenario of `rowscan check` that has `sprayer = { … }`".to_owned(),
             [] => "nothing here has one: a recording and a real device's byte path have no such part; use it with `rowscan emulate` or `rowscan check`".to_owned(),
             parts => format!("`on` must be one of {}", parts.join(", ")),
         }

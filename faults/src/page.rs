@@ -62,7 +62,7 @@ In lockstep, what `delay`, `jitter`, `stall` or `bandwidth` holds back is no par
 ## Parts
 
 Faults of the byte path act wherever bytes pass. The others act on a part of an emulated rig, at an instant of simulated time: a *device* or *clock* fault on a scanner (by the name of \
-its stream), a *vehicle* fault on `tractor`, `encoder` or `gnss`, a *bus* fault on `can0` (all ports of `--can` are one bus), a *datagrams* fault on `gnss` or `can0` where they send UDP. A part that is not there refuses them, with the reason; so \
+its stream), a *vehicle* fault on `tractor`, `encoder` or `gnss`, a *bus* fault on `can0` (all ports of `--can` are one bus), a *sprayer* fault on `sprayer` of a scenario that has one, a *datagrams* fault on `gnss` or `can0` where they send UDP. A part that is not there refuses them, with the reason; so \
 do `replay` and `proxy`, because a recording and a real device have no such part. The truth of where the tractor is stands in the events (`row_m`): `stop`, `reverse`, \
 `speed_command`, `lateral` and `bounce` move scanners, encoder and antenna with it; `encoder` and `gnss` change only what is reported. Time itself goes on evenly, whatever a clock says. \
 A fault of a part that `row_m` or `tree` begins does so within 10 ms.

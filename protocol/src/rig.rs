@@ -58,6 +58,14 @@ pub struct Rig {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = 24.0))]
     pub leaf_area_cm2: Option<f64>,
+    /// Share of light that a leaf returns at the scanner's wavelength, square on: at 905 nm an apple leaf's 0.47 where left out. Shares of spots go by it.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = 0.47))]
+    pub leaf_reflectance: Option<f64>,
+    /// Standard deviation of `leaf_reflectance`, as it is: widens the interval of a leaf area by shares.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = 0.0)))]
+    pub leaf_reflectance_sd: f64,
     /// Edge of the voxels that densities are measured in, metres; by a rule from beams and leaves where left out.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = 0.1))]
@@ -83,6 +91,11 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
+#[cfg(feature = "serde")]
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
 impl Default for Rig {
     fn default() -> Self {
         Self {
@@ -96,6 +109,8 @@ impl Default for Rig {
             max_excluded: MAX_EXCLUDED,
             optics: None,
             leaf_area_cm2: None,
+            leaf_reflectance: None,
+            leaf_reflectance_sd: 0.0,
             voxel_edge_m: None,
             calibration: None,
             scanners: alloc::vec![Mount::default()],
@@ -179,6 +194,14 @@ pub struct Mount {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = RemissionReading::Model))]
     pub remission: Option<RemissionReading>,
+    /// Share of the light that the scanner's window lets through, one way: 1 where it is clean. A card that was read through the same window needs none.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_one"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = 1.0)))]
+    pub window_transmission: f64,
+    /// Standard deviation of `window_transmission`, as it is: widens the interval of a leaf area by shares.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = 0.0)))]
+    pub window_transmission_sd: f64,
 }
 
 /// One echo of a beam.
@@ -212,6 +235,8 @@ impl Default for Mount {
             resolution_deg: None,
             echo: None,
             remission: None,
+            window_transmission: 1.0,
+            window_transmission_sd: 0.0,
         }
     }
 }
@@ -269,6 +294,8 @@ impl Mount {
         within("scanner.offset_y_m", self.offset_y_m, -20.0, 20.0)?;
         within("scanner.yaw_deg", self.yaw_deg, -STEEPEST_DEG, STEEPEST_DEG)?;
         within("scanner.pitch_deg", self.pitch_deg, -STEEPEST_DEG, STEEPEST_DEG)?;
+        within("scanner.window_transmission", self.window_transmission, 0.05, 1.0)?;
+        within("scanner.window_transmission_sd", self.window_transmission_sd, 0.0, 1.0)?;
         within("scanner.roll_deg", self.roll_deg, -180.0, 180.0)
     }
 }
@@ -301,6 +328,8 @@ impl Rig {
         if let Some(area) = self.leaf_area_cm2 {
             positive("leaf_area_cm2", area)?;
         }
+        within("leaf_reflectance", self.leaf_reflectance.unwrap_or(0.5), 0.01, 1.0)?;
+        within("leaf_reflectance_sd", self.leaf_reflectance_sd, 0.0, 1.0)?;
         if let Some(edge) = self.voxel_edge_m {
             positive("voxel_edge_m", edge)?;
         }

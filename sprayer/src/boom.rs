@@ -3,6 +3,7 @@
 use rowscan_strict_toml::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
+use crate::hydraulics::{Hydraulics, RateTable, Wrong};
 use crate::span::Span;
 use crate::valve::{Valve, ValveError};
 
@@ -10,6 +11,9 @@ use crate::valve::{Valve, ValveError};
 const VERSION: u32 = 1;
 /// The most nozzles of a boom.
 const MOST_NOZZLES: usize = 256;
+
+/// The nearest that a nozzle is to the row's axis, metres.
+const LEAST_M: f64 = 0.05;
 
 /// A boom: file `boom.toml`. Every number that is left out is an assumption; docs/sprayer.md says which.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -21,7 +25,16 @@ pub struct Boom {
     /// How far the nozzles are behind the scanners, metres; negative ahead.
     #[serde(default = "two")]
     pub offset_y_m: f64,
-    /// Pressure at the nozzles, bar: constant. Flow grows with its square root.
+    /// From the nozzles across to the axis of the row that they spray, metres.
+    #[serde(default = "distance_m")]
+    pub distance_m: f64,
+    /// Vertical angle of the nozzles' fans where they have none of their own, degrees.
+    #[serde(default = "eighty")]
+    pub fan_deg: f64,
+    /// The same along the row, degrees.
+    #[serde(default = "twenty")]
+    pub width_deg: f64,
+    /// Pressure at the nozzles, bar: constant without `[hydraulics]`, nominal with it. Flow grows with its square root.
     #[serde(default = "ten")]
     pub pressure_bar: f64,
     /// Leaves within so much along the row want spray: the decision strip, metres.
@@ -40,6 +53,12 @@ pub struct Boom {
     /// Every section's valve that has none of its own.
     #[serde(default)]
     pub valve: Valve,
+    /// Pump, hoses and regulating valve; the pressure is constant where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hydraulics: Option<Hydraulics>,
+    /// What is wanted of the rate; it is not judged where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<RateTable>,
     /// The sections.
     #[serde(rename = "section")]
     #[schemars(example = empty())]
@@ -55,6 +74,14 @@ fn two() -> f64 {
 
 fn ten() -> f64 {
     10.0
+}
+
+fn distance_m() -> f64 {
+    1.5
+}
+
+fn twenty() -> f64 {
+    20.0
 }
 
 fn strip_m() -> f64 {
@@ -146,9 +173,14 @@ pub struct NozzleTable {
     /// Where its axis points, degrees above level.
     #[serde(default)]
     pub pitch_deg: f64,
-    /// Angle of its fan, degrees.
-    #[serde(default = "eighty")]
-    pub fan_deg: f64,
+    /// Vertical angle of its fan, degrees; the boom's where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 80.0)]
+    pub fan_deg: Option<f64>,
+    /// The same along the row, degrees; the boom's where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 20.0)]
+    pub width_deg: Option<f64>,
     /// Its flow, l/min; the section's where left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(example = 1.0)]
@@ -157,6 +189,22 @@ pub struct NozzleTable {
 
 fn eighty() -> f64 {
     80.0
+}
+
+impl NozzleTable {
+    /// A nozzle with this share of height, and all else as where it is left out.
+    pub fn between(z_from_m: f64, z_to_m: f64) -> Self {
+        Self {
+            z_from_m,
+            z_to_m,
+            behind_m: 0.0,
+            out_m: 0.0,
+            pitch_deg: 0.0,
+            fan_deg: None,
+            width_deg: None,
+            flow_l_min: None,
+        }
+    }
 }
 
 /// A stretch of the rows: table `[[no_spray]]`.
@@ -188,6 +236,23 @@ pub struct Nozzle {
     pub flow_l_s: f64,
     /// Its valve.
     pub valve: Valve,
+    /// How what leaves it flies.
+    pub jet: Jet,
+}
+
+/// How what leaves a nozzle flies: straight, within a fan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jet {
+    /// Height of the nozzle, metres: the middle of its share of height.
+    pub z_m: f64,
+    /// From the nozzle across to the row's axis, metres.
+    pub distance_m: f64,
+    /// Where its axis points, degrees above level.
+    pub pitch_deg: f64,
+    /// Vertical angle of the fan, degrees.
+    pub fan_deg: f64,
+    /// Angle of the fan along the row, degrees.
+    pub width_deg: f64,
 }
 
 /// Why a boom cannot be.
@@ -248,17 +313,21 @@ impl Boom {
             return Err(value_error("version", "1", self.version));
         }
         within("offset_y_m", self.offset_y_m, -20.0, 20.0, "-20 to 20 m")?;
+        within("distance_m", self.distance_m, 0.05, 20.0, "0.05 to 20 m")?;
+        within("fan_deg", self.fan_deg, 0.0, 170.0, "0 to 170 degrees")?;
+        within("width_deg", self.width_deg, 0.0, 170.0, "0 to 170 degrees")?;
         within("pressure_bar", self.pressure_bar, 0.1, 100.0, "0.1 to 100 bar")?;
         within("strip_m", self.strip_m, 0.0, 1.0, "0 to 1 m")?;
         within("join_m", self.join_m, 0.0, 10.0, "0 to 10 m")?;
         within("standstill_m_s", self.standstill_m_s, 0.0, 5.0, "0 to 5 m/s")?;
         within("watchdog_s", self.watchdog_s.unwrap_or(1.0), 0.001, 3600.0, "0.001 to 3600 s")?;
         self.valve.validate().map_err(|cause| BoomError::Valve { of: "`valve`".to_owned(), cause })?;
+        self.validate_hydraulics()?;
         if self.sections.is_empty() {
             return Err(value_error("section", "1 section or more", 0));
         }
         for section in &self.sections {
-            section.validate()?;
+            section.validate(self.distance_m)?;
         }
         for zone in &self.no_spray {
             let expected = "a number above `y_from_m`";
@@ -280,6 +349,22 @@ impl Boom {
         match ids.windows(2).find(|pair| pair[0] == pair[1]) {
             Some(pair) => Err(BoomError::Twice { what: "id", which: format!("`{}`", pair[0]) }),
             None => Ok(()),
+        }
+    }
+
+    fn validate_hydraulics(&self) -> Result<(), BoomError> {
+        use crate::hydraulics::Regulator;
+
+        let told = |Wrong { key, expected, found }: Wrong| BoomError::Value { key, expected, found };
+        self.rate.as_ref().map_or(Ok(()), RateTable::validate).map_err(told)?;
+        let Some(hydraulics) = &self.hydraulics else { return Ok(()) };
+        hydraulics.validate().map_err(told)?;
+        match (hydraulics.regulator, self.rate) {
+            (Regulator::Rate, None) => {
+                let expected = "a table `[rate]` beside `regulator = \"rate\"`";
+                Err(value_error("hydraulics.regulator", expected, "none"))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -311,6 +396,13 @@ impl Boom {
                     ahead_m: -(self.offset_y_m + table.behind_m),
                     flow_l_s: flow_l_min / 60.0 * (self.pressure_bar / section.at_bar).sqrt(),
                     valve: section.valve.unwrap_or(self.valve),
+                    jet: Jet {
+                        z_m: table.z_from_m.midpoint(table.z_to_m),
+                        distance_m: self.distance_m - table.out_m,
+                        pitch_deg: table.pitch_deg,
+                        fan_deg: table.fan_deg.unwrap_or(self.fan_deg),
+                        width_deg: table.width_deg.unwrap_or(self.width_deg),
+                    },
                 }
             })
             .collect()
@@ -326,19 +418,12 @@ impl Section {
     fn tables(&self) -> impl Iterator<Item = NozzleTable> + '_ {
         let count = if self.each.is_empty() { self.nozzles.unwrap_or(1) } else { 0 };
         let step_m = (self.z_to_m - self.z_from_m) / f64::from(count.max(1));
-        let evenly = (0..count).map(move |place| NozzleTable {
-            z_from_m: self.z_from_m + f64::from(place) * step_m,
-            z_to_m: self.z_from_m + f64::from(place + 1) * step_m,
-            behind_m: 0.0,
-            out_m: 0.0,
-            pitch_deg: 0.0,
-            fan_deg: eighty(),
-            flow_l_min: None,
-        });
+        let at = move |place: u16| self.z_from_m + f64::from(place) * step_m;
+        let evenly = (0..count).map(move |place| NozzleTable::between(at(place), at(place + 1)));
         evenly.chain(self.each.iter().copied())
     }
 
-    fn validate(&self) -> Result<(), BoomError> {
+    fn validate(&self, distance_m: f64) -> Result<(), BoomError> {
         let key = |key: &str| format!("{key} of section {}", self.id);
         let within = |name: &str, value: f64, low: f64, high: f64, expected| {
             (low..=high)
@@ -367,8 +452,14 @@ impl Section {
             )?;
             within("behind_m", nozzle.behind_m, -20.0, 20.0, "-20 to 20 m")?;
             within("out_m", nozzle.out_m, -20.0, 20.0, "-20 to 20 m")?;
+            if distance_m - nozzle.out_m < LEAST_M {
+                return Err(value_error(&key("out_m"), "less than the boom's `distance_m`", nozzle.out_m));
+            }
             within("pitch_deg", nozzle.pitch_deg, -90.0, 90.0, "-90 to 90 degrees")?;
-            within("fan_deg", nozzle.fan_deg, 1.0, 170.0, "1 to 170 degrees")?;
+            let angles = [("fan_deg", nozzle.fan_deg), ("width_deg", nozzle.width_deg)];
+            for (name, angle_deg) in angles {
+                within(name, angle_deg.unwrap_or(1.0), 0.0, 170.0, "0 to 170 degrees")?;
+            }
             within("z_from_m", nozzle.z_from_m, 0.0, 20.0, "0 to 20 m")?;
             if nozzle.z_to_m <= nozzle.z_from_m || nozzle.z_to_m > 20.0 {
                 return Err(value_error(

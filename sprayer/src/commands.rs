@@ -16,6 +16,8 @@ pub enum Target {
     Section(u16),
     /// The nozzle with this number, from 0.
     Nozzle(u16),
+    /// The regulating valve: how far it shall be open. No nozzle.
+    Regulator,
 }
 
 /// A command, from an instant on.
@@ -60,6 +62,7 @@ impl CommandLog {
             Target::All => true,
             Target::Section(number) => numbers.contains(&number),
             Target::Nozzle(number) => usize::from(number) < nozzles,
+            Target::Regulator => false,
         })
     }
 
@@ -76,6 +79,7 @@ impl CommandLog {
                     Target::All => true,
                     Target::Section(number) => numbers.get(nozzle.section) == Some(&number),
                     Target::Nozzle(number) => nozzle.number == usize::from(number),
+                    Target::Regulator => false,
                 };
                 if is_meant {
                     tell(steps, at, command.duty.clamp(0.0, 1.0));
@@ -87,6 +91,12 @@ impl CommandLog {
             }
         }
         duties
+    }
+
+    /// Openings of the regulating valve that were commanded, 0 to 1.
+    pub fn openings(&self) -> Vec<Step> {
+        let own = self.0.iter().filter(|command| command.target == Target::Regulator);
+        own.map(|command| (command.at.as_secs_f64(), command.duty.clamp(0.0, 1.0))).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::span::{Span, Spans};
 
-/// A course of the flow's share of full, 0 to 1.
+/// A course of the flow's share of full: 0 to 1, and more while the pressure is above the nominal one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Course {
     /// In a straight line from one share to another.
@@ -62,7 +62,7 @@ impl Piece {
 /// The flow of one nozzle. Between its pieces nothing flows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flow {
-    /// Full flow, litres a second.
+    /// Full flow at the nominal pressure, litres a second.
     pub full_l_s: f64,
     /// In the order of time.
     pub pieces: Vec<Piece>,
@@ -71,6 +71,12 @@ pub struct Flow {
 }
 
 impl Flow {
+    /// Full flow in these times and none between them.
+    pub fn full(full_l_s: f64, open: Spans) -> Self {
+        let full = |span: &Span| Piece { span: *span, course: Course::Ramp { from: 1.0, to: 1.0 } };
+        Self { full_l_s, pieces: open.iter().map(full).collect(), open }
+    }
+
     /// What has left it in all, litres.
     pub fn litres(&self) -> f64 {
         self.pieces.iter().map(|piece| piece.integral(piece.span)).sum::<f64>() * self.full_l_s

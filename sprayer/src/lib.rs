@@ -14,26 +14,37 @@
 
 pub mod boom;
 pub mod commands;
+pub mod controller;
 pub mod drive;
 pub mod edges;
 pub mod flow;
+pub mod hydraulics;
+pub mod interception;
 pub mod leaves;
 pub mod line;
 pub mod map;
 pub mod oracle;
 pub mod pass;
+pub mod rate;
 pub mod safety;
 pub mod score;
 pub mod span;
+pub mod switches;
+pub mod troubles;
 pub mod valve;
 pub mod wanted;
 mod zones;
 
 pub use boom::{Boom, BoomError, Side};
 pub use commands::{Command, CommandLog, Target};
+pub use controller::{Controller, ControllerError};
 pub use drive::Drive;
 pub use edges::{Edge, Edges};
 pub use flow::Flow;
-pub use pass::Pass;
+pub use hydraulics::{Hydraulics, Node};
+pub use interception::Interception;
+pub use pass::{Delivery, Pass};
+pub use rate::Rate;
 pub use score::Score;
 pub use span::{Span, Spans};
+pub use troubles::{Trouble, Troubles};

@@ -1,8 +1,7 @@
 //! The best that a boom and its valves can do: commands of one who knows every leaf.
 //!
 //! Of all commands to sections that leave no wanted time uncovered, those with the least litres at full duty: opened a dead time before, closed a dead time and the tail of
-//! the flow before, and kept open where the valve could not close and open again in time. Exact for valves without a rise of their own time constant; for proportional ones
-//! it is close.
+//! the flow before, and kept open where the valve could not close and open again in time. Of a proportional valve what is left of the flow before counts, too.
 
 use rowscan_protocol::time::SimTime;
 
@@ -10,7 +9,7 @@ use crate::boom::Nozzle;
 use crate::commands::{Command, CommandLog, Target};
 use crate::pass::Pass;
 use crate::span::{Span, Spans};
-use crate::valve::{Kind, Phase, Valve};
+use crate::valve::{Kind, OPEN_SHARE, Phase, Valve};
 
 /// The shortest pulse of current, seconds.
 const SHORTEST_S: f64 = 1e-9;
@@ -23,7 +22,10 @@ pub fn commands(pass: &Pass) -> CommandLog {
         let Some(valve) = nozzles.first().map(|nozzle| nozzle.valve) else { continue };
         let phases: Vec<f64> =
             nozzles.iter().map(|nozzle| valve.phase_s(nozzle.number, pass.seed())).collect();
-        let pulses: Spans = wanted.iter().map(|span| pulse(&valve, &phases, *span)).collect();
+        let pulses: Spans = match valve.kind {
+            Kind::Proportional => settling(&valve, wanted),
+            _ => wanted.iter().map(|span| pulse(&valve, &phases, *span)).collect(),
+        };
         for span in pulses.iter() {
             let command = |at: u64, duty| Command { at: SimTime(at), target: Target::Section(number), duty };
             // To the nanosecond: sooner rather than too late, later rather than too soon.
@@ -41,7 +43,7 @@ fn pulse(valve: &Valve, phases: &[f64], open: Span) -> Span {
     let (on_s, _) = valve.dead_s();
     let long_s = acting_s(valve, open.length());
     // Before the beginning of time nobody can say anything: what passes then is missed by everybody.
-    let from = open.from - on_s - lead_s(valve);
+    let from = open.from - on_s;
     let (from, to) = (from.max(0.0), from + long_s);
     if valve.kind != Kind::Pwm || valve.phase != Phase::Free {
         return Span::new(from, to);
@@ -62,7 +64,6 @@ fn acting_s(valve: &Valve, open_s: f64) -> f64 {
     let (on_s, off_s) = valve.dead_s();
     let (rise_s, fall_s) = (valve.rise_ms / 1e3, valve.fall_ms / 1e3);
     let flowing_s = match valve.kind {
-        Kind::Proportional => open_s + lead_s(valve) - tail_s(valve, open_s),
         _ if open_s - fall_s >= rise_s => open_s - fall_s,
         // It is closed before it is quite open: the tail is shorter.
         _ => open_s * rise_s / (rise_s + fall_s),
@@ -70,17 +71,53 @@ fn acting_s(valve: &Valve, open_s: f64) -> f64 {
     (flowing_s + on_s - off_s).max(valve.min_pulse_ms / 1e3).max(SHORTEST_S)
 }
 
-/// From the first flow until a proportional valve counts as open.
-fn lead_s(valve: &Valve) -> f64 {
-    if valve.kind == Kind::Proportional { -valve.tau_s * libm::log1p(-0.05) } else { 0.0 }
+/// When current must flow for a proportional valve to be open in all of `wanted`.
+fn settling(valve: &Valve, wanted: &Spans) -> Spans {
+    let (on_s, off_s) = valve.dead_s();
+    // Each with the time for which it is open, and what came before that.
+    let mut pulses: Vec<(Span, Span, f64)> = Vec::new();
+    for open in wanted.iter() {
+        let (mut open, mut gap_s) =
+            (*open, pulses.last().map_or(f64::INFINITY, |(_, last, _)| open.from - last.to));
+        loop {
+            let from = open.from - lead_s(valve, gap_s) - on_s;
+            let to = open.to - tail_s(valve, open.length()) - off_s;
+            match pulses.last() {
+                // It cannot close and open again in time: both are one.
+                Some((before, last, gap)) if from <= before.to => {
+                    (open.from, gap_s) = (last.from, *gap);
+                    pulses.pop();
+                }
+                _ => {
+                    pulses.push((
+                        Span::new(
+                            from.max(0.0),
+                            to.max(from + valve.min_pulse_ms.max(SHORTEST_S * 1e3) / 1e3),
+                        ),
+                        open,
+                        gap_s,
+                    ));
+                    break;
+                }
+            }
+        }
+    }
+    pulses.into_iter().map(|(pulse, ..)| pulse).collect()
+}
+
+/// From the first current, without the dead time, until a proportional valve counts as open, which it last did so long ago: it is not quite shut yet.
+fn lead_s(valve: &Valve, gap_s: f64) -> f64 {
+    -valve.tau_s * libm::log(1.0 - OPEN_SHARE + OPEN_SHARE * libm::exp(-gap_s / valve.tau_s))
 }
 
 /// How long a proportional valve still counts as open after it is told to close.
 fn tail_s(valve: &Valve, open_s: f64) -> f64 {
-    // Told to close after p seconds it has come to 1 - exp(-p/tau), and needs tau log of that over 0.05 more: halves until both are `open_s`.
+    // Told to close p seconds after it was open it has come to 1 - 0.95 exp(-p/tau), and needs tau log of that over 0.05 more: halves until both are `open_s`.
     let (mut low, mut high) = (0.0, open_s);
-    let tail =
-        |p: f64| (valve.tau_s * libm::log(-libm::expm1(-(p + lead_s(valve)) / valve.tau_s) / 0.05)).max(0.0);
+    let tail = |p: f64| {
+        let share = 1.0 - (1.0 - OPEN_SHARE) * libm::exp(-p / valve.tau_s);
+        (valve.tau_s * libm::log(share / OPEN_SHARE)).max(0.0)
+    };
     for _ in 0..60 {
         let p = f64::midpoint(low, high);
         if p + tail(p) < open_s { low = p } else { high = p }

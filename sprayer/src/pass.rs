@@ -6,7 +6,9 @@ use crate::boom::{Boom, Nozzle};
 use crate::commands::CommandLog;
 use crate::drive::Drive;
 use crate::flow::Flow;
+use crate::hydraulics::{Node, Signals};
 use crate::span::{Span, Spans};
+use crate::troubles::Troubles;
 use crate::wanted::Passing;
 
 /// A drive of a boom past an orchard.
@@ -18,12 +20,22 @@ pub struct Pass {
     passing: Passing,
     /// Of valves that run free.
     seed: u64,
+    troubles: Troubles,
     /// By nozzle.
     wanted: Vec<Spans>,
     /// By section.
     section_wanted: Vec<Spans>,
     /// Beginnings of the parts of the drive in which Y grows or falls only, with the metres driven before.
     ways: Vec<(f64, f64)>,
+}
+
+/// What a boom did.
+#[derive(Clone, Debug)]
+pub struct Delivery {
+    /// By nozzle.
+    pub flows: Vec<Flow>,
+    /// Its pressure; none where that is constant.
+    pub node: Option<Node>,
 }
 
 impl Pass {
@@ -47,7 +59,17 @@ impl Pass {
                 (part.from, before_m)
             })
             .collect();
-        Self { boom, nozzles, drive, passing, seed, wanted, section_wanted, ways }
+        Self {
+            boom,
+            nozzles,
+            drive,
+            passing,
+            seed,
+            troubles: Troubles::default(),
+            wanted,
+            section_wanted,
+            ways,
+        }
     }
 
     /// The boom.
@@ -85,15 +107,55 @@ impl Pass {
         &self.section_wanted
     }
 
+    /// The same with what goes wrong on the way.
+    #[must_use]
+    pub fn with_troubles(self, troubles: Troubles) -> Self {
+        Self { troubles, ..self }
+    }
+
+    /// What goes wrong on the way.
+    pub fn troubles(&self) -> &Troubles {
+        &self.troubles
+    }
+
     /// What comes out of each nozzle for these commands.
     pub fn flows(&self, log: &CommandLog) -> Vec<Flow> {
+        self.deliver(log).flows
+    }
+
+    /// What comes out of each nozzle for these commands, and what the pressure does.
+    pub fn deliver(&self, log: &CommandLog) -> Delivery {
+        self.delivered(log, &self.troubles)
+    }
+
+    /// The same of a sound machine.
+    pub fn deliver_sound(&self, log: &CommandLog) -> Delivery {
+        self.delivered(log, &Troubles::default())
+    }
+
+    fn delivered(&self, log: &CommandLog, troubles: &Troubles) -> Delivery {
         let until_s = self.time().to;
-        let duties = log.duties(&self.boom);
+        let duties = troubles.duties(&self.boom, log.duties(&self.boom));
         let each = self.nozzles.iter().zip(duties);
-        each.map(|(nozzle, steps)| {
-            nozzle.valve.flow(&steps, (nozzle.number, self.seed), nozzle.flow_l_s, until_s)
-        })
-        .collect()
+        let flows: Vec<Flow> = each
+            .map(|(nozzle, steps)| {
+                nozzle.valve.flow(&steps, (nozzle.number, self.seed), nozzle.flow_l_s, until_s)
+            })
+            .collect();
+        let flows = troubles.flows(&self.boom, flows, until_s);
+        let Some(keys) = self.boom.hydraulics else { return Delivery { flows, node: None } };
+        let at_m_s = self.boom.rate.map_or(1.0, |rate| rate.at_m_s);
+        let rate = |at: f64| self.drive.speed_m_s(at) / at_m_s;
+        let mut node = Node::new(&self.boom, keys);
+        let signals = Signals { opening: &log.openings(), pump: &troubles.pump(), rate: &rate };
+        node.advance(&flows, signals, until_s);
+        Delivery { flows: node.flows(flows), node: Some(node) }
+    }
+
+    /// The same of all nozzles at full flow while the tractor goes ahead in its alleys.
+    pub fn constant_flows(&self) -> Vec<Flow> {
+        let open = self.drive.going(self.boom.standstill_m_s);
+        self.nozzles.iter().map(|nozzle| Flow::full(nozzle.flow_l_s, open.clone())).collect()
     }
 
     /// When each section has an open nozzle.

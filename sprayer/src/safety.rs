@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::flow::Flow;
 use crate::pass::Pass;
 use crate::span::{Span, Spans};
+pub use crate::switches::Switches;
 use crate::zones;
 
 /// Why spraying is forbidden.
@@ -27,15 +28,35 @@ pub enum Rule {
     NoSpray,
 }
 
-/// What the driver and the tank say: when each forbids spraying.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Switches {
-    /// The master switch is off.
-    pub master_off: Spans,
-    /// The driver holds the valves shut.
-    pub held_shut: Spans,
-    /// The tank is empty.
-    pub tank_empty: Spans,
+impl Rule {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Master,
+        Self::Override,
+        Self::TankEmpty,
+        Self::Headland,
+        Self::Reverse,
+        Self::Standstill,
+        Self::NoSpray,
+    ];
+
+    /// What expectations and files call it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Master => "master",
+            Self::Override => "override",
+            Self::TankEmpty => "tank_empty",
+            Self::Headland => "headland",
+            Self::Reverse => "reverse",
+            Self::Standstill => "standstill",
+            Self::NoSpray => "no_spray",
+        }
+    }
+
+    /// The rule of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|rule| rule.name() == name)
+    }
 }
 
 /// What was sprayed against a rule.

@@ -9,7 +9,7 @@ use crate::span::{Span, Spans};
 /// Key of the random numbers: phases of valves that run free.
 const PURPOSE: u64 = 301;
 /// Above this share of full a proportional valve counts as open.
-const OPEN_SHARE: f64 = 0.05;
+pub(crate) const OPEN_SHARE: f64 = 0.05;
 
 /// What kind of valve it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -90,6 +90,18 @@ pub struct ValveError {
     key: &'static str,
     expected: &'static str,
     found: f64,
+}
+
+impl ValveError {
+    /// The key.
+    pub fn key(&self) -> &'static str {
+        self.key
+    }
+
+    /// The values allowed.
+    pub fn expected(&self) -> &'static str {
+        self.expected
+    }
 }
 
 /// A duty that holds from an instant on, seconds.

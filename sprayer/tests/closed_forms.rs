@@ -7,7 +7,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Leaf, Orchard};
 use rowscan_sprayer::safety::{Rule, Switches, breaches, time_to_safe_s};
 use rowscan_sprayer::{
-    Boom, Command, CommandLog, Drive, Edge, Edges, Pass, Score, Span, Spans, Target, oracle,
+    Boom, Command, CommandLog, Drive, Edge, Edges, Pass, Rate, Score, Span, Spans, Target, oracle,
 };
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::trajectory::{Course, SpeedProfile, Trajectory};
@@ -312,6 +312,95 @@ proptest! {
             if found.missed_area_m2 <= best.missed_area_m2 + 1e-9 {
                 prop_assert!(found.litres >= best.litres - 1e-6, "{:?} {:?}", found, best);
             }
+        }
+    }
+}
+
+/// The same with a pump, and a rate that is right at 1.5 m/s.
+fn with_pump(regulator: &str) -> Boom {
+    let keys = format!(
+        "[hydraulics]\npump_l_min = 16\nregulator = \"{regulator}\"\ntravel_s = 6\n[rate]\nat_m_s = 1.5\n"
+    );
+    let text = (0..4).map(|n| {
+        let z = 0.5 + 0.5 * f64::from(n);
+        format!(
+            "[[section]]\nid = \"s{n}\"\nside = \"right\"\nz_from_m = {z}\nz_to_m = {}\nnozzles = 2\n",
+            z + 0.5
+        )
+    });
+    Boom::read(&format!("version = 1\n[valve]\n{IDEAL}\n{keys}{}", text.collect::<String>())).expect("a boom")
+}
+
+#[test]
+fn a_rate_is_off_by_the_roots_of_the_pressures_until_a_loop_brings_it_back() {
+    let open = |log: &mut Vec<Command>, s: u64, number, duty| {
+        log.push(Command { at: SimTime(s * 1_000_000_000), target: Target::Section(number), duty });
+    };
+    let mut log = Vec::new();
+    (1..=4).for_each(|number| open(&mut log, 0, number, 1.0));
+    // Half of the boom shuts: 16 of 16 l/min become 16 of 12, by the root.
+    [1, 2].into_iter().for_each(|number| open(&mut log, 10, number, 0.0));
+    let log: CommandLog = log.into_iter().collect();
+    let rate_of = |regulator: &str, speed_m_s: f64| {
+        let boom = with_pump(regulator);
+        let keys = boom.rate.expect("a rate");
+        let pass = Pass::new(boom, &row(&[]), straight(speed_m_s, 30.0), 5);
+        let flows = pass.flows(&log);
+        let own = Rate::of(&pass, &keys, &flows, 20.0);
+        (Rate::of(&pass, &keys, &flows, 0.0), own)
+    };
+    let (whole, late) = rate_of("fixed", 1.5);
+    assert!((late.mean.expect("it sprays") - 1.0 / 3.0).abs() < 1e-6, "{late:?}");
+    assert!((late.p95.expect("it sprays") - 1.0 / 3.0).abs() < 1e-6);
+    assert_eq!((whole.steps, whole.unsettled, whole.settling_s), (2, 1, None), "{whole:?}");
+    // Twice as fast, the same flow is half of what is wanted.
+    let (_, fast) = rate_of("fixed", 3.0);
+    assert!((fast.mean.expect("it sprays") - (2.0 / 3.0 - 1.0)).abs() < 1e-6, "{fast:?}");
+    for (regulator, speed_m_s) in [("pressure", 1.5), ("rate", 1.5), ("rate", 1.2)] {
+        let (whole, late) = rate_of(regulator, speed_m_s);
+        assert!(late.p95.expect("it sprays") < 0.04, "{regulator}: {late:?}");
+        let settling_s = whole.settling_s.expect("it settles");
+        assert!((0.2..6.0).contains(&settling_s), "{regulator}: {whole:?}");
+        // It comes from above, and goes by a notch or two to the other side.
+        assert!(whole.overshoot.is_some_and(|share| share < 0.1), "{regulator}: {whole:?}");
+    }
+}
+
+#[test]
+fn a_boom_without_hydraulics_keeps_its_numbers() {
+    let orchard = row(&[[3.0, 5.0]]);
+    let pass = pass("kind = \"pwm\"", &orchard, 1.5);
+    let delivery = pass.deliver(&truth(&pass, 0.0, |n| n));
+    assert!(delivery.node.is_none());
+    let duties = truth(&pass, 0.0, |n| n).duties(pass.boom());
+    for ((nozzle, steps), flow) in pass.nozzles().iter().zip(duties).zip(&delivery.flows) {
+        let alone = nozzle.valve.flow(&steps, (nozzle.number, 5), nozzle.flow_l_s, pass.time().to);
+        assert_eq!(*flow, alone);
+    }
+}
+
+#[test]
+fn the_oracle_of_proportional_valves_opens_and_shuts_them_exactly_at_the_leaves() {
+    // Gaps that are long, and short beside the time constant: it is told to close long before, and passes its twentieth where the leaves end.
+    let orchard = row(&[[3.0, 3.4], [3.9, 5.0], [5.3, 7.0], [7.02, 8.0], [10.0, 10.2]]);
+    // With a dead time of 2 s it cannot be told to open again in time, but after the gap of 2 m.
+    for (on_ms, joined_s) in [(20, 0.0), (2000, 1.0)] {
+        let valve = format!("kind = \"proportional\"\ntau_s = 0.3\non_ms = {on_ms}\noff_ms = 10");
+        opens_and_shuts_at(&pass(&valve, &orchard, 1.0), joined_s);
+    }
+}
+
+/// The oracle's valves are open exactly while leaves are wanted, and in gaps below `joined_s`.
+fn opens_and_shuts_at(pass: &Pass, joined_s: f64) {
+    let flows = pass.flows(&oracle::commands(pass));
+    for (flow, wanted) in flows.iter().zip(pass.wanted()) {
+        assert!(wanted.and(&flow.open).length() > wanted.length() - 1e-8);
+        let ends = |spans: &Spans| spans.iter().flat_map(|span| [span.from, span.to]).collect::<Vec<_>>();
+        let expected = ends(&wanted.joined(joined_s));
+        let found = ends(&flow.open);
+        assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found - expected).abs() < 1e-7, "{found} {expected}");
         }
     }
 }

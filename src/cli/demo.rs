@@ -22,7 +22,7 @@ use super::link_events::LinkTeller;
 use super::link_options::{Prefer, STOP_TIMEOUT};
 use super::output::{self, number, percent, say};
 use super::scene::SceneArgs;
-use super::{Failure, Format, Outcome, pictured, progress};
+use super::{Failure, Format, Outcome, pictured, progress, spray_demo};
 use rowscan_bench::{At, Bench, BenchScanner, BenchSpec, DeviceSpec, Endpoint, ScannerSpec};
 use rowscan_emulator::ScannerCounts;
 use rowscan_emulator::clock::{TimeScale, Timer};
@@ -49,7 +49,13 @@ pub(super) struct Args {
     /// What the scanner and the driver speak over; a serial line has an LMS2xx on it [default: pty for an LMS2xx, tcp for any other]
     #[arg(long, value_enum)]
     line: Option<Line>,
-    /// Draw the row, the returns that were received, and the estimate beside the truth by metre to this PNG or SVG file
+    /// Spray the row with the reference controller: scans, valves and interception on leaves, beside the best that the boom can do
+    #[arg(long, conflicts_with_all = ["time_scale", "dialect", "calibration", "line"])]
+    spray: bool,
+    /// The file that describes the boom of --spray; one with six sections on the right where left out
+    #[arg(long, value_name = "FILE", requires = "spray")]
+    boom: Option<PathBuf>,
+    /// Draw the row, the returns that were received, and the estimate beside the truth by metre to this PNG or SVG file; with --spray the map of the run
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     /// How to write the result
@@ -124,6 +130,12 @@ impl Args {
         let endpoint = match self.line(stage)? {
             Line::Tcp => {
                 let spec = ScannerSpec::new(0, self.scene.model(&stage.rig, 0)?);
+                if spec.model.compact().is_some() {
+                    return Err(Failure::Usage(format!(
+                        "a {} sends Compact telegrams over UDP, which no estimate reads yet; name another of `rowscan models`, or see docs/picoscan.md for `rowscan emulate`",
+                        spec.model.title()
+                    )));
+                }
                 let spec = ScannerSpec { dialects: self.dialect.into(), ..spec };
                 let latency = Some(Arc::new(Latency::default()));
                 return Ok(ScannerSpec { latency, ..spec }.at(Endpoint::Tcp(free())));
@@ -192,6 +204,13 @@ struct Outcomes {
 
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     args.picture.as_deref().map(pictured::check).transpose()?;
+    if args.spray {
+        let Args { scene, boom, picture, format, .. } = &args;
+        picture.as_deref().map_or(Ok(()), output::can_be_written)?;
+        let asked =
+            spray_demo::Asked { scene, boom: boom.as_deref(), picture: picture.clone(), format: *format };
+        return spray_demo::run(asked, &mut interrupt).await;
+    }
     let watch = Stopwatch::start();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     if stage.scene.drive == Drive::default() && stage.rig.speed_m_s == 0.0 {
@@ -318,7 +337,7 @@ fn beside_truth(outcomes: &Outcomes) -> Vec<TreeBesideTruth<'_>> {
         .map(|(estimate, truth)| {
             let leaf_area_m2 = truth.cell_leaf_area_m2;
             let error = |(found, real): (f64, f64)| (found - real) / real;
-            let known = estimate.leaf.best_m2().ok().zip(leaf_area_m2);
+            let known = estimate.leaf.areas.best_m2().ok().zip(leaf_area_m2);
             TreeBesideTruth {
                 estimate,
                 truth_leaf_area_m2: leaf_area_m2,
@@ -341,7 +360,7 @@ fn trees(outcomes: &Outcomes) -> String {
             "y m",
             "I_T m²",
             "leaf m² by I_T",
-            "by contact",
+            "leaf m²",
             "truth",
             "error",
             "LAI",
@@ -356,11 +375,11 @@ fn trees(outcomes: &Outcomes) -> String {
             number(Some(found.tree.into()), 0),
             number(Some(found.y_m), 2),
             number(Some(found.impacted_total_area_m2), 3),
-            number(found.leaf.regression_m2().ok(), 2),
-            number(found.leaf.contact_m2().ok(), 2),
+            number(found.leaf.areas.regression_m2().ok(), 2),
+            number(found.leaf.areas.best_m2().ok(), 2),
             number(row.truth_leaf_area_m2, 2),
             percent(row.leaf_area_error),
-            number(found.leaf.lai().ok(), 2),
+            number(found.leaf.areas.lai().ok(), 2),
             number(row.truth_lai, 2),
             number(found.height_m, 2),
             number(Some(row.truth_height_m), 2),
@@ -371,7 +390,7 @@ fn trees(outcomes: &Outcomes) -> String {
         Cell::new(""),
         number(estimate.impacted_total_area_m2, 3),
         number(estimate.leaf.areas.regression_m2().ok(), 2),
-        number(estimate.leaf.areas.contact_m2().ok(), 2),
+        number(estimate.leaf.areas.best_m2().ok(), 2),
         number(Some(truth.leaf_area_m2), 2),
         percent(outcomes.leaf_area_error),
         number(estimate.leaf.areas.lai().ok(), 2),

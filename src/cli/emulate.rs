@@ -17,6 +17,7 @@ use tokio::task::JoinSet;
 
 use super::client_limits::ClientLimitArgs;
 use super::control::{ControlArgs, Controlled};
+use super::datagrams::DatagramArgs;
 use super::device::DeviceArgs;
 use super::ending::EndArgs;
 use super::endpoint::{DEFAULT_PORTS, announce_all};
@@ -93,6 +94,8 @@ pub(super) struct Args {
     web: WebArgs,
     #[command(flatten)]
     end: EndArgs,
+    #[command(flatten)]
+    datagrams: DatagramArgs,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -267,7 +270,9 @@ impl Args {
                 ..spec
             })
         };
-        fitted.iter().enumerate().map(spec).collect()
+        let mut specs = fitted.iter().enumerate().map(spec).collect::<Result<Vec<_>, Failure>>()?;
+        self.datagrams.add_to(&mut specs)?;
+        Ok(specs)
     }
 
     /// Where a network scanner is found that has so many others before it.

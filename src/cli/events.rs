@@ -45,11 +45,24 @@ pub(super) struct Counted {
     connections_idle: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes_lost: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    datagrams_sent: Option<u64>,
+    /// Not sent, because nobody has allowed their destination.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    datagrams_withheld: Option<u64>,
+    /// Refused by the system.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    datagrams_failed: Option<u64>,
+    /// Where scans would go, and may not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    destination_not_allowed: Option<String>,
 }
 
 impl From<ScannerCounts> for Counted {
     fn from(counts: ScannerCounts) -> Self {
-        let ScannerCounts { scans_sent, scans_dropped, scans_missed, connections, bytes_lost, .. } = counts;
+        let ScannerCounts {
+            scans_sent, scans_dropped, scans_missed, connections, bytes_lost, datagrams, ..
+        } = counts;
         Self {
             scans_sent,
             scans_dropped,
@@ -58,6 +71,10 @@ impl From<ScannerCounts> for Counted {
             connections_silent: connections.map(|of| of.silent),
             connections_idle: connections.map(|of| of.idle),
             bytes_lost,
+            datagrams_sent: datagrams.map(|of| of.sent),
+            datagrams_withheld: datagrams.map(|of| of.withheld),
+            datagrams_failed: datagrams.map(|of| of.failed),
+            destination_not_allowed: datagrams.and_then(|of| of.foreign).map(|to| to.to_string()),
         }
     }
 }
@@ -85,7 +102,8 @@ pub(super) fn tell_ends(format: Format, streams: &[End<'_>]) -> Result<(), Failu
 
 /// What a scanner has done, for people.
 pub(super) fn told(counts: &ScannerCounts) -> String {
-    let ScannerCounts { scans_sent, scans_dropped, scans_missed, connections, bytes_lost, .. } = counts;
+    let ScannerCounts { scans_sent, scans_dropped, scans_missed, connections, bytes_lost, datagrams, .. } =
+        counts;
     let mut text = format!("{scans_sent} scans sent");
     let mut add = |count: &Option<u64>, what: &str| {
         if let Some(count) = count {
@@ -95,6 +113,11 @@ pub(super) fn told(counts: &ScannerCounts) -> String {
     add(scans_dropped, "dropped for slow clients");
     add(scans_missed, "missed by a slow host");
     add(bytes_lost, "bytes not taken");
+    if let Some(datagrams) = datagrams {
+        add(&Some(datagrams.sent), "datagrams sent");
+        let unsent = [(datagrams.withheld, "withheld"), (datagrams.failed, "refused by the system")];
+        unsent.iter().filter(|(count, _)| *count > 0).for_each(|(count, what)| add(&Some(*count), what));
+    }
     if let Some(ConnectionCounts { refused, silent, idle }) = connections {
         text += &format!("; connections: {refused} refused, {silent} closed as silent, {idle} as idle");
     }

@@ -41,6 +41,14 @@ pub const EXAMPLES: &[Examples] = &[
         ],
     ),
     of(
+        "spray",
+        "sprayer",
+        [
+            "rowscan spray tcp://192.168.0.1:2112 --can socketcan:can0 --boom boom.toml --rig rig.toml",
+            "rowscan spray tcp://127.0.0.1:2112 --can socketcand-client:127.0.0.1:29536/can0 --boom boom.toml",
+        ],
+    ),
+    of(
         "estimate",
         "estimators",
         [
@@ -193,6 +201,14 @@ pub const EXAMPLES: &[Examples] = &[
         [
             "rowscan study eye spindle --seeds 401..402 --model lms111",
             "rowscan study eye --distance 2 --format csv",
+        ],
+    ),
+    of(
+        "study pieces",
+        "accuracy",
+        [
+            "rowscan study pieces spindle --seeds 1201..1202 --model lms111 --distance 2",
+            "rowscan study pieces --distance 2 --format csv",
         ],
     ),
     of(

@@ -8,6 +8,7 @@ mod check_page;
 mod client_limits;
 mod completions;
 mod control;
+mod datagrams;
 mod decode;
 mod demo;
 mod device;
@@ -48,6 +49,8 @@ mod schema;
 mod score;
 mod sensor;
 mod service;
+mod spray;
+mod spray_demo;
 mod stream_states;
 mod study;
 mod table_file;
@@ -90,6 +93,8 @@ enum Command {
     Check(check::Args),
     /// How well a run of a sprayer that `check --keep` kept fits the leaves, beside the best that its boom can do
     Score(score::Args),
+    /// Be the reference controller of a sprayer: scans of live scanners in, duties of sections out on the CAN bus
+    Spray(spray::Args),
     /// Estimate leaf area from a live scanner or a recording
     #[command(after_long_help = estimators::list())]
     Estimate(estimate::Args),
@@ -377,6 +382,7 @@ fn run_command(command: Command) -> Result<Outcome, Failure> {
             Command::Emulate(args) => emulate::run(*args, interrupt).await,
             Command::Check(args) => check::run(args, interrupt).await,
             Command::Score(args) => score::run(&args),
+            Command::Spray(args) => spray::run(args, interrupt).await,
             Command::Estimate(args) => estimate::run(args, interrupt).await,
             Command::Watch(args) => estimate::watch(args, interrupt).await,
             Command::Orchard(command) => orchard::run(command, interrupt).await,

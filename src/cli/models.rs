@@ -262,7 +262,7 @@ fn models_page(rows: &[Row]) -> String {
     section("Every CoLa model emulates", model::ALL_EMULATE);
     section("No CoLa model emulates", model::NONE_EMULATE);
     section("Not certain of any CoLa model", model::ALL_EVIDENCE);
-    for model in model::MODELS {
+    for model in model::all() {
         page += &format!("\n## {}\n", model.title);
         for (title, lines) in
             [("emulates", model.emulates), ("not emulated", model.not_emulated), ("evidence", model.evidence)]
@@ -318,7 +318,7 @@ fn times() -> String {
          one scan's own time).\n\n\
          | model | boots | initialises | spins up | saves | first scan, warm | first scan, cold |\n|---|---|---|---|---|---|---|\n",
     );
-    for model in model::MODELS {
+    for model in model::all() {
         let Times { boot, initialisation, spin_up, first_scan, save_reply, .. } = model.times;
         let cold = boot + initialisation + spin_up + first_scan;
         let seconds = [boot, initialisation, spin_up, save_reply, first_scan, cold]
@@ -346,7 +346,7 @@ fn scatter_table() -> String {
         "\n## Periods and time stamps\n\nMicroseconds on the device's clock with `--profile field`; with `bench` periods are nominal and the transmission comes after the constant in \
          the last column. The period is that of the default scan mode; in the others its scatter is assumed to be the same. Lag 1 and lag 2 are the correlations of a \
          period with the one before it and the one before that; no period is farther off the mean than `within`. The transmission is drawn from the recorded distribution; \
-         that it follows no order is assumed.\n\n\
+         that it follows no order is assumed. A picoScan's stand at the model.\n\n\
          | model | mean period | standard deviation | lag 1 | lag 2 | within | transmission after, mean | standard deviation | from | to | `bench` |\n\
          |---|---|---|---|---|---|---|---|---|---|---|\n",
     );

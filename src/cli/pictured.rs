@@ -107,7 +107,7 @@ pub(super) fn demo(
         Metre {
             y_m,
             truth_m2: slab.leaf_area_m2,
-            estimate_m2: slice.and_then(|slice| slice.leaf.best_m2().ok()),
+            estimate_m2: slice.and_then(|slice| slice.leaf.areas.best_m2().ok()),
         }
     });
     let total = |area_m2: Option<f64>| {

@@ -2,24 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
-use rowscan_check::{Relative, SprayerRun};
+use rowscan_check::{Intercepted, Relative, SprayerRun};
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
-use rowscan_sprayer::safety::{Breach, Rule, Switches, breaches};
-use rowscan_sprayer::{Edge, Score, map};
+use rowscan_sprayer::hydraulics::Balance;
+use rowscan_sprayer::interception::Sink;
+use rowscan_sprayer::safety::{Breach, Rule};
+use rowscan_sprayer::{Edge, Interception, Rate, Score, map};
 use serde::Serialize;
 
 use super::output::{can_be_written, print_json, print_rows, say, write_file};
 use super::{Failure, Format, Outcome};
+use crate::export::FigureFormat;
 
 /// What no number here knows of.
-const NOT_MODELLED: &[&str] = &[
-    "air and drift",
-    "drops and their flight",
-    "interception by single leaves",
-    "run-off",
-    "evaporation",
-    "pressure and hoses",
-];
+const NOT_MODELLED: &[&str] = &["air", "drift", "droplets", "run-off", "evaporation"];
+/// What more, of a boom without `[hydraulics]` and of one with it.
+const PRESSURE: [&str; 2] = ["pressure and hoses", "waves of pressure"];
 
 /// Widths of the classes of speed, m/s.
 const SPEED_M_S: f64 = 0.5;
@@ -35,7 +33,7 @@ pub(super) struct Args {
     /// How to write the scores
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Draw it to this SVG file: wanted, sprayed, missed and wasted by metre and height, and the valves over time
+    /// Draw it to this SVG or PNG file: wanted, sprayed, missed and wasted by metre and height, and the valves over time
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
 }
@@ -50,9 +48,21 @@ struct Report {
     /// Shares of the oracle's.
     relative: Relative,
     edges: Vec<EdgeRow>,
-    /// Litres against rules that follow from the drive and the boom.
+    /// Litres against rules: of the drive, of the boom, and of switches and tank that faults of the run were about.
     forbidden: Vec<Breach>,
-    not_modelled: &'static [&'static str],
+    /// On what the liquid would have fallen if it flew straight; absent where nothing is known of the controller.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interception: Option<Intercepted>,
+    /// How the rate was kept; absent where the boom has no `[rate]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate: Option<Rate>,
+    /// Share by which the litres that the controller reported are off the true ones; absent where it reported none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reported_error: Option<f64>,
+    /// Where the pump's litres went; absent where the pressure is constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hydraulics: Option<Balance>,
+    not_modelled: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<Box<Self>>,
 }
@@ -82,13 +92,8 @@ struct Row {
 }
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let picture = args.picture.as_deref().map(picture_format).transpose()?;
     if let Some(path) = &args.picture {
-        if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
-            return Err(Failure::Usage(format!(
-                "--picture: expected a file that ends in .svg, found {}: it is drawn as SVG alone",
-                path.display()
-            )));
-        }
         for run in [Some(&args.run), args.beside.as_ref()].into_iter().flatten() {
             rowscan_files::will_be_read(run);
         }
@@ -103,27 +108,45 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
             say(format_args!("{}: {why}", path.display()));
         }
     }
-    let report = Report { beside: beside.as_ref().map(|run| Box::new(Report::of(run))), ..Report::of(&own) };
-    match args.format {
-        Format::Json | Format::Jsonl => print_json(args.format, &report)?,
-        Format::Table | Format::Csv => print_rows(args.format, &report.rows())?,
+    let picture = args.picture.as_deref().zip(picture);
+    tell(&own, beside.as_ref(), (args.format, picture), &Titled(args.run.display().to_string()))
+}
+
+/// What a run is called in its picture.
+pub(super) struct Titled(pub(super) String);
+
+/// The format of a picture by its name.
+pub(super) fn picture_format(path: &Path) -> Result<FigureFormat, Failure> {
+    Ok(FigureFormat::of_picture(path)?.check()?)
+}
+
+/// Prints all that is told of a run, beside another, and draws it.
+pub(super) fn tell(
+    run: &SprayerRun,
+    beside: Option<&SprayerRun>,
+    (format, picture): (Format, Option<(&Path, FigureFormat)>),
+    title: &Titled,
+) -> Result<Outcome, Failure> {
+    let report = Report { beside: beside.map(|run| Box::new(Report::of(run))), ..Report::of(run) };
+    match format {
+        Format::Json | Format::Jsonl => print_json(format, &report)?,
+        Format::Table | Format::Csv => {
+            print_rows(format, &report.rows())?;
+            say(format_args!("interception is no dose; not modelled: {}", report.not_modelled.join(", ")));
+        }
     }
-    if args.format == Format::Table {
-        say(format_args!("not modelled: {}", NOT_MODELLED.join(", ")));
-    }
-    if let Some(path) = &args.picture {
-        write_file(path, &picture(&own, &args.run))?;
+    if let Some((path, format)) = picture {
+        write_file(path, &format.convert(drawn(run, title))?)?;
     }
     // What the run does not tell is unknown, and no result.
     let knows = report.score.recall.is_some() && report.score.waste.is_some();
     Ok(if knows { Outcome::Done } else { Outcome::Finding })
 }
 
-fn picture(run: &SprayerRun, path: &Path) -> String {
+fn drawn(run: &SprayerRun, Titled(title): &Titled) -> String {
     let told = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.3}"));
     let Score { recall, waste, litres, .. } = &run.score;
-    let title =
-        format!("{}: recall {}, waste {}, {litres:.3} l", path.display(), told(*recall), told(*waste));
+    let title = format!("{title}: recall {}, waste {}, {litres:.3} l", told(*recall), told(*waste));
     map::svg(&run.pass, &run.flows, &title)
 }
 
@@ -155,11 +178,25 @@ impl Report {
             relative: run.relative(),
             edges,
             // Nobody can throw the other switches in a scenario: of them nothing is known.
-            forbidden: breaches(&run.pass, &run.flows, &Switches::default(), 0.0)
+            forbidden: run
+                .breaches(0.0)
                 .into_iter()
-                .filter(|breach| !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty))
+                // Switches that nobody has thrown say nothing.
+                .filter(|breach| {
+                    !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty)
+                        || breach.forbidden_s > 0.0
+                })
                 .collect(),
-            not_modelled: NOT_MODELLED,
+            rate: run.rate.clone(),
+            reported_error: run.reported_error(0.0),
+            hydraulics: run.node.as_ref().map(|node| node.balance(run.pass.time())),
+            not_modelled: NOT_MODELLED
+                .iter()
+                .copied()
+                .chain([PRESSURE[usize::from(run.node.is_some())]])
+                .collect(),
+            // Of valves that were told nothing it would say nothing of a controller.
+            interception: run.unheard().is_none().then(|| run.interception().clone()),
             beside: None,
         }
     }
@@ -167,7 +204,8 @@ impl Report {
     /// Its scores, and its edges over all sections and speeds.
     fn rows(&self) -> Vec<Row> {
         let mine = self.numbers();
-        let oracle = scores(&self.oracle);
+        let mut oracle = scores(&self.oracle);
+        oracle.extend(self.interception.iter().flat_map(|found| intercepted(&found.oracle)));
         let Relative { recall, litres, score } = self.relative;
         let relative = [("recall", recall), ("litres", litres), ("score", score)]
             .map(|(name, value)| (name.to_owned(), value));
@@ -212,8 +250,51 @@ impl Report {
         }
         let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
         all.push(("forbidden_litres".to_owned(), Some(litres)));
+        if let Some(found) = &self.interception {
+            all.extend(intercepted(&found.run));
+            let constant = found.constant.off_target_share;
+            all.push(("interception_off_target_share_of_constant_rate".to_owned(), constant));
+        }
+        if let Some(Rate { mean, p95, settling_s, overshoot, .. }) = &self.rate {
+            let rows = [
+                ("rate_mean_error", mean),
+                ("rate_p95_error", p95),
+                ("rate_settling_s", settling_s),
+                ("rate_overshoot", overshoot),
+            ];
+            all.extend(rows.map(|(name, value)| (name.to_owned(), *value)));
+        }
+        all.extend(self.reported_error.map(|error| ("reported_error".to_owned(), Some(error))));
+        if let Some(Balance { pump_l, returned_l, hoses_l, .. }) = self.hydraulics {
+            let rows = [("pump_litres", pump_l), ("returned_litres", returned_l), ("hoses_litres", hoses_l)];
+            all.extend(rows.map(|(name, litres)| (name.to_owned(), Some(litres))));
+        }
         all
     }
+}
+
+/// Where the litres went, as shares, and what leaves got.
+fn intercepted(found: &Interception) -> Vec<(String, Option<f64>)> {
+    let share = |sink: Sink| (found.litres > 0.0).then(|| found.sinks.litres(sink) / found.litres);
+    let sinks = Sink::ALL.map(|sink| (format!("interception_{}_share", sink.name()), share(sink)));
+    let leaves = found.on_leaves.as_ref();
+    let of_leaves = [
+        ("ml_m2", leaves.map(|leaves| leaves.mean_ml_m2)),
+        ("cv", leaves.and_then(|leaves| leaves.cv)),
+        ("p5_ml_m2", leaves.map(|leaves| leaves.p5_ml_m2)),
+        ("p95_ml_m2", leaves.map(|leaves| leaves.p95_ml_m2)),
+    ];
+    let of_leaves = of_leaves.map(|(name, value)| (format!("interception_{name}"), value));
+    let cells = leaves.iter().flat_map(|leaves| {
+        let ends = [("lowest_cell", leaves.lowest.ml_m2), ("highest_cell", leaves.highest.ml_m2)];
+        let ends = ends.into_iter().map(|(name, value)| (format!("interception_{name}_ml_m2"), Some(value)));
+        let parts = leaves.by_depth.iter().chain(&leaves.by_band);
+        let parts =
+            parts.map(|of| (format!("interception_{}_ml_m2", of.part.replace(' ', "_")), Some(of.ml_m2)));
+        ends.chain(parts).collect::<Vec<_>>()
+    });
+    let off = ("off_target_share".to_owned(), found.off_target_share);
+    [off].into_iter().chain(sinks).chain(of_leaves).chain(cells).collect()
 }
 
 fn scores(score: &Score) -> Vec<(String, Option<f64>)> {

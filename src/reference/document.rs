@@ -90,6 +90,9 @@ impl Document {
         if matches!(self, Self::Scene | Self::Rig) {
             ranges::ask(&mut schema);
         }
+        if self == Self::Boom {
+            ranges::ask_boom(&mut schema);
+        }
         schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
         schema["title"] = json!(format!("rowscan {}", self.name()));
         schema["description"] = json!(self.about());

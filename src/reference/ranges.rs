@@ -4,6 +4,7 @@
 use rowscan_protocol::rig::RigError;
 use rowscan_scenes::scene::VERSION;
 use rowscan_scenes::{Scene, SceneError, builtin};
+use rowscan_sprayer::{Boom, BoomError};
 use rowscan_vehicle::trajectory::DriveError;
 use serde_json::{Map, Value, json};
 
@@ -12,13 +13,28 @@ const FAR: [f64; 2] = [-1e12, 1e12];
 /// The same for whole numbers.
 const FAR_WHOLE: [u64; 2] = [0, u32::MAX as u64];
 
+/// What a reader says of a document with a number out of range: the number's path, and the values allowed.
+type Reader = fn(&Value) -> Option<(String, String)>;
+
 /// Adds to every number of a scene or rig what the reader says of its range.
 pub(super) fn ask(schema: &mut Value) {
-    let bases = bases();
+    ask_of(schema, &bases(), scene_says);
+}
+
+/// The same of a boom.
+pub(super) fn ask_boom(schema: &mut Value) {
+    ask_of(
+        schema,
+        &[json!({ "version": 1, "section": [begun(&schema["properties"]["section"]["items"])] })],
+        boom_says,
+    );
+}
+
+fn ask_of(schema: &mut Value, bases: &[Value], says: Reader) {
     let whole = schema.clone();
     numbers(schema, &mut Vec::new(), &mut |path, key| {
-        let Some(words) = bases.iter().find_map(|base| refusal(&whole, base, path, key["type"] == "integer"))
-        else {
+        let is_whole = key["type"] == "integer";
+        let Some(words) = bases.iter().find_map(|base| refusal(&whole, base, path, (is_whole, says))) else {
             return;
         };
         if let Value::Object(map) = key {
@@ -53,16 +69,50 @@ fn numbers(schema: &mut Value, path: &mut Vec<String>, on: &mut impl FnMut(&[Str
 }
 
 /// What the reader says to a number out of range.
-fn refusal(schema: &Value, base: &Value, path: &[String], whole: bool) -> Option<String> {
-    let far = if whole { FAR_WHOLE.map(|far| json!(far)) } else { FAR.map(|far| json!(far)) };
+fn refusal(
+    schema: &Value,
+    base: &Value,
+    path: &[String],
+    (is_whole, says): (bool, Reader),
+) -> Option<String> {
+    let far = if is_whole { FAR_WHOLE.map(|far| json!(far)) } else { FAR.map(|far| json!(far)) };
     far.iter().find_map(|far| {
-        let mut scene = base.clone();
-        set(schema, &mut scene, path, far);
-        // As text: a reader of JSON values would be compiled for all that a scene holds, and nobody else uses it.
-        let scene: Scene = serde_json::from_slice(scene.to_string().as_bytes()).ok()?;
-        let (key, words) = told(scene.validate().err()?)?;
+        let mut document = base.clone();
+        set(schema, &mut document, path, far);
+        let (key, words) = says(&document)?;
         (key == path.join(".")).then_some(words)
     })
+}
+
+fn scene_says(scene: &Value) -> Option<(String, String)> {
+    // As text: a reader of JSON values would be compiled for all that a scene holds, and nobody else uses it.
+    let scene: Scene = serde_json::from_slice(scene.to_string().as_bytes()).ok()?;
+    told(scene.validate().err()?)
+}
+
+fn boom_says(boom: &Value) -> Option<(String, String)> {
+    let boom: Boom = serde_json::from_slice(boom.to_string().as_bytes()).ok()?;
+    match boom.validate().err()? {
+        BoomError::Value { key, expected, .. } => {
+            // A section's key names the section, a nozzle's itself.
+            let (key, is_of_section) = match key.split_once(" of section ") {
+                Some((key, _)) => (key.to_owned(), true),
+                None => (key, false),
+            };
+            let nozzle = boom.sections.iter().any(|section| !section.each.is_empty());
+            let table = match (is_of_section, nozzle) {
+                (false, _) => "",
+                (true, false) => "section.",
+                (true, true) => "section.nozzle.",
+            };
+            Some((format!("{table}{}", key.trim_start_matches("nozzle.")), expected.to_owned()))
+        }
+        BoomError::Valve { of, cause } => {
+            let table = if of.starts_with("section") { "section.valve" } else { "valve" };
+            Some((format!("{table}.{}", cause.key()), cause.expected().to_owned()))
+        }
+        _ => None,
+    }
 }
 
 /// The key that an error is about, and the values allowed.

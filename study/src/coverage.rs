@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibrations;
 use crate::classes::Classes;
 use crate::wilson::wilson;
-use crate::{Header, Study, Unit, UnitError, fingerprint};
+use crate::{Header, Study, Unit, UnitError, fingerprint, rms};
 
 /// Rows of every class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,6 +35,27 @@ pub struct CoverageRow {
     pub sampling_m2: Option<[f64; 2]>,
     /// Ends of the interval.
     pub interval_m2: Option<[f64; 2]>,
+    /// Codes of the estimate's warnings.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+}
+
+/// Warnings that say what every simulated row has: they warn of no error.
+const ALWAYS: [&str; 1] = ["remission_assumed"];
+/// A row without a warning is silently wrong where its error is above so much of the truth,
+const SILENT_ERROR: f64 = 0.25;
+/// or above so many half widths of its interval.
+const SILENT_WIDTHS: f64 = 2.0;
+
+impl CoverageRow {
+    /// No warning, and far off.
+    fn is_silently_wrong(&self) -> bool {
+        let Some(leaf_m2) = self.leaf_area_m2 else { return false };
+        let error_m2 = (leaf_m2 - self.truth_m2).abs();
+        let beyond = |[low, high]: [f64; 2]| error_m2 > SILENT_WIDTHS * (high - low) / 2.0;
+        let warned = self.warnings.iter().any(|code| !ALWAYS.contains(&code.as_str()));
+        !warned && (error_m2 > SILENT_ERROR * self.truth_m2 || self.interval_m2.is_some_and(beyond))
+    }
 }
 
 impl Study for CoverageStudy {
@@ -74,6 +95,7 @@ impl Study for CoverageStudy {
             leaf_area_m2: trial.estimate.leaf.areas.best_m2().ok(),
             sampling_m2: trial.estimate.leaf.sampling_error_m2,
             interval_m2: trial.estimate.leaf.interval_m2,
+            warnings: trial.estimate.warnings.iter().map(|warning| warning.code().to_owned()).collect(),
         })
     }
 }
@@ -106,6 +128,8 @@ pub struct Covered {
     pub interval_holds: Option<Share>,
     /// Half of an interval's width over the estimate, mean.
     pub half_width: Option<f64>,
+    /// Rows that are far off and bear no warning: an error above 25 %, or above twice half the interval's width.
+    pub silent: usize,
 }
 
 /// A share with Wilson's 95 % interval.
@@ -143,10 +167,11 @@ pub fn report(provenance: Header<CoverageStudy>, units: &[Unit<CoverageRow>]) ->
             class: class.name.clone(),
             n: errors.len(),
             bias: mean(&errors),
-            rmse: mean(&errors.iter().map(|error| error * error).collect::<Vec<_>>()).sqrt(),
+            rmse: rms(&errors),
             sampling_holds: share(&own, |row| row.sampling_m2),
             interval_holds: share(&own, |row| row.interval_m2),
             half_width: (!widths.is_empty()).then(|| mean(&widths)),
+            silent: own.iter().filter(|row| row.is_silently_wrong()).count(),
         }
     };
     let rows = classes.iter().enumerate().map(row).collect();
@@ -165,4 +190,35 @@ fn share(rows: &[&CoverageRow], ends: impl Fn(&CoverageRow) -> Option<[f64; 2]>)
 
 fn mean(values: &[f64]) -> f64 {
     rowscan_canopy::regression::mean(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(leaf_m2: f64, interval_m2: Option<[f64; 2]>, warnings: &[&str]) -> CoverageRow {
+        let warnings = warnings.iter().map(|code| (*code).to_owned()).collect();
+        CoverageRow {
+            seed: 1,
+            truth_m2: 10.0,
+            leaf_area_m2: Some(leaf_m2),
+            sampling_m2: None,
+            interval_m2,
+            warnings,
+        }
+    }
+
+    #[test]
+    fn a_row_that_is_far_off_is_silent_unless_it_warns_of_it() {
+        assert!(row(13.0, None, &[]).is_silently_wrong(), "above 25 %");
+        assert!(!row(12.0, None, &[]).is_silently_wrong());
+        assert!(
+            row(12.0, Some([11.5, 12.5]), &["remission_assumed"]).is_silently_wrong(),
+            "four half widths"
+        );
+        assert!(!row(12.0, Some([10.8, 13.2]), &[]).is_silently_wrong(), "less than two");
+        assert!(!row(30.0, Some([29.0, 31.0]), &["shares_disagree"]).is_silently_wrong());
+        let withheld = CoverageRow { leaf_area_m2: None, ..row(0.0, None, &[]) };
+        assert!(!withheld.is_silently_wrong(), "what is withheld is no number");
+    }
 }

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 use rowscan_canopy::estimator::by_name;
 use rowscan_canopy::{Estimate, Parameters, Pipeline, Quantity};
 use rowscan_emulator::stage::Stage as Set;
-use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
@@ -12,8 +11,8 @@ use rowscan_scenes::optics::Stages;
 use serde::Serialize;
 
 use crate::class::row_class;
-use crate::reading::{CalibrationChoice, Reading, ReadingError, reading_remission, rig_with};
-use crate::trial::{StartUpRequests, TrialError, each_scan};
+use crate::reading::{ReadingError, rig_with};
+use crate::trial::{ByHitsAndShares, TrialError, each_scan};
 use crate::wilson::wilson;
 use crate::{median, moments};
 
@@ -177,16 +176,11 @@ fn row(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Vec
     let set = Set::grow(scene, &|_, _| {})?;
     let truth = set.orchard.truth();
     let rig = rig_with(&set.rig, 0, model.name());
-    let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig)?;
-    let of_shares = reading_remission(&rig, 0)
-        .map(|rig| Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig))
-        .transpose()?;
-    let cola = ColaConfig { remission: of_shares.is_some(), ..reading.cola };
-    let asked = StartUpRequests { cola, lms2xx: reading.lms2xx };
+    let ByHitsAndShares { by_hits, by_shares, asked } = ByHitsAndShares::of(&rig, true)?;
     let wanted: Vec<_> = ["voxel", "polar", "gap"].into_iter().filter_map(by_name).collect();
     let class = row_class(&set.scene, &truth);
-    let mut shares = of_shares.map(|reading| reading.pipeline.of_class(class.clone()));
-    let mut corrected = reading.pipeline.with_estimators(&wanted).of_class(class);
+    let mut shares = by_shares.map(|pipeline| pipeline.of_class(class.clone()));
+    let mut corrected = by_hits.with_estimators(&wanted).of_class(class);
     let mut before = spot_left_in(&rig)?;
     each_scan(&set, model, asked, &mut |scan| {
         before.push(scan);

@@ -22,6 +22,7 @@ pub mod fingerprint;
 pub mod foliage;
 pub mod journal;
 pub mod physics;
+pub mod pieces;
 pub mod reading;
 pub mod recorded;
 pub mod resolution;
@@ -30,6 +31,7 @@ pub mod search;
 mod settings;
 mod shard;
 pub mod side_by_side;
+pub mod spraying;
 pub mod sweep;
 pub mod transfer;
 pub mod trial;
@@ -108,6 +110,9 @@ pub enum UnitError {
         /// Metres needed.
         needed_m: f64,
     },
+    /// A sprayer that does not fit the rig, or a scan that gave none.
+    #[error(transparent)]
+    Spraying(#[from] spraying::SprayingError),
     /// A scanner model that is none.
     #[error("unknown scanner model `{found}`; see `rowscan models`")]
     UnknownModel {
@@ -163,6 +168,11 @@ pub(crate) fn moments(values: &[f64]) -> (f64, Option<f64>) {
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     (mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
+}
+
+/// Root mean square.
+pub(crate) fn rms(values: &[f64]) -> f64 {
+    rowscan_canopy::regression::mean(&values.iter().map(|value| value * value).collect::<Vec<_>>()).sqrt()
 }
 
 /// The middle value, or the mean of the two in the middle; None of nothing.

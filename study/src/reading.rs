@@ -2,8 +2,8 @@
 //! every study derives both from the rig here.
 
 use rowscan_canopy::{
-    Calibration, EdgeBy, Field, Footprint, LeafShape, Parameters, Pipeline, PipelineError, RemissionScale,
-    Sampling,
+    Calibration, EdgeBy, Field, Footprint, FrontWindow, LeafShape, Parameters, Pipeline, PipelineError,
+    RemissionScale, Sampling,
 };
 use rowscan_emulator::stage;
 use rowscan_protocol::angle::exact_step_deg;
@@ -172,7 +172,9 @@ pub fn parameters(rig: &Rig, mount: &Mount, live: bool) -> Result<Parameters, Pi
 /// The leaves that the rig says are scanned.
 fn leaves(rig: &Rig) -> LeafShape {
     let leaf = LeafShape::default();
-    rig.leaf_area_cm2.map_or(leaf, |area_cm2| leaf.of_area(area_cm2 * 1e-4))
+    let leaf = rig.leaf_area_cm2.map_or(leaf, |area_cm2| leaf.of_area(area_cm2 * 1e-4));
+    let reflectance = rig.leaf_reflectance.unwrap_or(leaf.reflectance);
+    LeafShape { reflectance, reflectance_sd: rig.leaf_reflectance_sd, ..leaf }
 }
 
 /// What remission says of shares, where the mount wants it read.
@@ -181,7 +183,12 @@ fn remission(leaf: LeafShape, mount: &Mount) -> Result<Option<RemissionScale>, P
     let Some(model @ AnyModel::Cola(_)) = AnyModel::by_name(&mount.model) else {
         return Err(PipelineError::RemissionTellsNoPower);
     };
-    RemissionScale::read(reading, model.optics(), leaf).map(Some)
+    RemissionScale::read(reading, model.optics(), leaf, window(mount)).map(Some)
+}
+
+/// The scanner's window.
+fn window(mount: &Mount) -> FrontWindow {
+    FrontWindow { transmission: mount.window_transmission, sd: mount.window_transmission_sd }
 }
 
 /// What the rule for the voxel edge asks of a mount: beams and lines at the row axis, by the rig or the model's own mode.
@@ -208,7 +215,7 @@ fn footprint(rig: &Rig, mount: &Mount, live: bool) -> Option<Footprint> {
     let model = AnyModel::by_name(&mount.model)?;
     let first_by_itself = model.optics().factory_echo != FactoryEcho::Last;
     let echo = mount.echo.or((live || first_by_itself).then_some(EchoChoice::First));
-    Some(Footprint { echo, ..Footprint::of(model.optics(), leaves(rig)) })
+    Some(Footprint { echo, ..Footprint::of(model.optics(), leaves(rig)) }.behind(window(mount)))
 }
 
 /// Where the mount's model can measure, if the model is known.

@@ -180,10 +180,12 @@ fn caster(stage: &Stage, plan: &ScanPlan) -> Result<Box<dyn Casts>, RowScanError
     let (Beams::Fan(fan), WoodTest::Exact) = (plan.beams(), settings.wood) else {
         return Err(RowScanError::Optics(optics.stages));
     };
-    let model = AnyModel::named(stage.rig.scanners.first().map_or("", |mount| mount.model.as_str()))?;
+    let mount = stage.rig.scanners.first();
+    let model = AnyModel::named(mount.map_or("", |mount| mount.model.as_str()))?;
     let (min_range_m, max_range_m) = model.range_m();
     let limits = RangeLimits { min_range_m, max_range_m };
     let eye = EyeModel { optics: model.optics(), echoes: model.echoes(), limits };
     let towards_x = settings.kind != ScanKind::Opposite;
-    Ok(Box::new(EyeCaster::new(stage.caster().clone(), eye, optics, stage.scene.seed, fan, towards_x)))
+    let caster = EyeCaster::new(stage.caster().clone(), eye, optics, stage.scene.seed, fan, towards_x);
+    Ok(Box::new(caster.asked_for(mount.and_then(|mount| mount.echo))))
 }

@@ -1,7 +1,7 @@
 //! One row, scanned in memory and estimated, beside its truth: what calibrations and accuracy tables are made of.
 
 use rayon::prelude::*;
-use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo, RowClass};
+use rowscan_canopy::{Calibration, CutMethod, Estimate, EstimatorInfo, Pipeline, RowClass};
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::lms2xx::{self, Rate};
@@ -16,7 +16,7 @@ use rowscan_emulator::offline_lms2xx::OfflineLms2xx;
 use rowscan_emulator::stage::{Stage, StageError};
 
 use crate::class::row_class;
-use crate::reading::{CalibrationChoice, Reading, ReadingError, rig_with};
+use crate::reading::{CalibrationChoice, Reading, ReadingError, reading_remission, rig_with};
 
 /// What came out of one row.
 #[derive(Clone, Debug)]
@@ -129,6 +129,32 @@ pub struct StartUpRequests {
     pub cola: ColaConfig,
     /// Of an LMS2xx.
     pub lms2xx: Lms2xxConfig,
+}
+
+/// The estimators of a pass by the rig's first scanner, and what the device is asked for them.
+pub(crate) struct ByHitsAndShares {
+    /// By hits.
+    pub(crate) by_hits: Pipeline,
+    /// By shares of spots; none where they are not wanted, and of a scanner whose remission tells no power.
+    pub(crate) by_shares: Option<Pipeline>,
+    pub(crate) asked: StartUpRequests,
+}
+
+impl ByHitsAndShares {
+    /// As the rig says, with the calibration that it names.
+    pub(crate) fn of(rig: &Rig, wants_shares: bool) -> Result<Self, ReadingError> {
+        let reading = Reading::of(Some(rig), 0, true, CalibrationChoice::OfRig)?;
+        let of_shares = reading_remission(rig, 0)
+            .filter(|_| wants_shares)
+            .map(|rig| Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig))
+            .transpose()?;
+        let cola = ColaConfig { remission: of_shares.is_some(), ..reading.cola };
+        Ok(Self {
+            by_hits: reading.pipeline,
+            by_shares: of_shares.map(|reading| reading.pipeline),
+            asked: StartUpRequests { cola, lms2xx: reading.lms2xx },
+        })
+    }
 }
 
 /// Hands out the scans of one pass by the rig's first scanner, a device of `model`.

@@ -51,6 +51,7 @@ const ROWS: &[(&str, &[&str])] = &[
     ("study budget", &["{}/small.toml", "--seeds", "1..2"]),
     ("study physics", &["{}/small.toml", "--seeds", "201..201", "--model", "lms111", "--distance", "2"]),
     ("study eye", &["{}/small.toml", "--seeds", "401..401", "--model", "lms111", "--distance", "2"]),
+    ("study pieces", &["{}/small.toml", "--seeds", "1201..1201", "--model", "lms111", "--distance", "2"]),
     ("study run", &["docs/examples/quick-study.toml"]),
     ("study search", &["{}/search.toml"]),
     ("study transfer", &["--rows", "6", "--classes", "{}/classes.toml"]),
@@ -263,13 +264,13 @@ fn a_demo_in_rows_has_the_truth_beside_the_estimate() {
     let column = |name: &str| {
         head.iter().position(|found| found == name).unwrap_or_else(|| panic!("{name}: {head:?}"))
     };
-    let (contact, truth, error) =
-        (column("leaf_area_contact_m2"), column("truth_leaf_area_m2"), column("leaf_area_error"));
+    let (leaf, truth, error) =
+        (column("leaf_area_m2"), column("truth_leaf_area_m2"), column("leaf_area_error"));
     let number = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().expect("a number");
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
     assert_eq!(rows.len(), 12);
     for row in &rows {
-        let (found, real) = (number(row, contact), number(row, truth));
+        let (found, real) = (number(row, leaf), number(row, truth));
         assert!((number(row, error) - (found - real) / real).abs() < 1e-9, "{row:?}");
     }
 }

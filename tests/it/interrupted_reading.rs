@@ -39,6 +39,7 @@ const CASES: &[&[&str]] = &[
     &["study", "coverage", "--classes", "F"],
     &["study", "estimators", "F"],
     &["study", "eye", "F"],
+    &["study", "pieces", "F"],
     &["study", "physics", "F"],
     &["study", "recording", "F", "--model", "lms111"],
     &["record", "F", "-o", "/dev/null"],
@@ -54,6 +55,7 @@ const CASES: &[&[&str]] = &[
     &["rig", "check", "F"],
     &["rig", "show", "F"],
     &["score", "F"],
+    &["spray", "tcp://127.0.0.1:9", "--can", "udp:239.74.163.2:43113", "--boom", "F"],
 ];
 
 /// Commands that read nothing.

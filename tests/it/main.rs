@@ -51,6 +51,7 @@ mod orchards;
 mod outputs;
 mod overwriting;
 mod part_faults;
+mod picoscan;
 mod proxy;
 mod pty;
 mod record;

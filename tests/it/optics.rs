@@ -17,8 +17,10 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::Scene;
 use rowscan_scenes::optics::Stages;
+use rowscan_scenes::scan::{ScanKind, ScanSettings};
 use rowscan_study::calibrations::load_calibration_for;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
+use rowscan_study::row_scan::{self, RowScan};
 use rowscan_study::trial::Trial;
 
 fn seen_by(stages: &str) -> Scene {
@@ -265,6 +267,27 @@ fn a_scan_through_the_eye_sees_more_and_repeats_and_parallel_beams_have_no_spot(
     let told = refused(&["scan", "--type", "zenith-orthogonal", "--optics", "spot"]);
     assert_says(&told, &["--optics ideal"]);
     assert_says(&refused(&["scan", "--optics", "sport"]), &["found `sport`"]);
+}
+
+#[test]
+fn a_scan_takes_the_echo_that_the_rig_asks_for_and_else_the_one_that_the_model_sends() {
+    let impacted = |model: &str, echo| {
+        let mut scene = seen_by("device");
+        (scene.rig.scanners[0].model, scene.rig.scanners[0].echo) = (model.into(), echo);
+        let settings =
+            ScanSettings { dy_m: 0.2, dtheta_deg: 1.0, ..row_scan::settings(&scene, ScanKind::Lateral) };
+        let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
+        let scanned = RowScan::new(&stage, 0, &settings).expect("it fits").lines(|_| ()).0;
+        serde_json::to_value(scanned).expect("json")["I_T"].as_f64().expect("an area")
+    };
+    let [first, last] = [EchoChoice::First, EchoChoice::Last].map(|echo| impacted("lms511", Some(echo)));
+    assert_ne!(first.to_bits(), last.to_bits());
+    assert_eq!(impacted("lms511", None).to_bits(), last.to_bits(), "as delivered");
+    assert_eq!(
+        impacted("lms111", None).to_bits(),
+        impacted("lms111", Some(EchoChoice::First)).to_bits(),
+        "as delivered"
+    );
 }
 
 /// First echoes of ten scans of a row in fog, after a client has told the device this: those where fog answers, and all.

@@ -131,6 +131,7 @@ const CASES: &[Case] = &[
         "f.csv",
         &["study", "transfer", "--classes", "F", "--between-class", "F"],
     ),
+    ("study pieces", "table", Holds::Scene, "f.csv", &["study", "pieces", "F", "--table", "F"]),
     (
         "study coverage",
         "output",
@@ -147,6 +148,8 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("emulate", &["fault_file", "pty", "serial", "state"]),
     ("check", &["scenarios", "keep"]),
     ("score", &["run", "beside"]),
+    ("demo", &["boom"]),
+    ("spray", &["boom"]),
     ("orchard import", &["branches", "leaves", "mesh"]),
     ("record", &["repair"]),
     ("replay", &["file", "fault_file", "pty", "serial", "state"]),

@@ -48,7 +48,7 @@ fn estimated(said: impl Fn(u16) -> Said) -> (Option<i32>, Value, String) {
     estimated_by(rig.to_str().expect("UTF-8"), said)
 }
 
-const RIG: &str = "[rig]\nspeed_m_s = 1.0\ntree_spacing_m = 1.5\nrow_spacing_m = 4.0\n[[rig.scanner]]\nmodel = \"lms111\"\n";
+const RIG: &str = "[rig]\nspeed_m_s = 1.0\ntree_spacing_m = 1.5\nrow_spacing_m = 4.0\noptics = \"ideal\"\n[[rig.scanner]]\nmodel = \"lms111\"\n";
 
 fn estimated_by(rig: &str, said: impl Fn(u16) -> Said) -> (Option<i32>, Value, String) {
     let folder = tempfile::tempdir().expect("a folder");
@@ -146,8 +146,11 @@ fn a_stretch_without_valid_scans_withholds_areas_only_if_it_is_too_long() {
     // The rig may allow more.
     let folder = tempfile::tempdir().expect("a folder");
     let rig = folder.path().join("rig.toml");
-    std::fs::write(&rig, "[rig]\nmax_excluded = 0.2\n[[rig.scanner]]\nmodel = \"lms111\"\n")
-        .expect("written");
+    std::fs::write(
+        &rig,
+        "[rig]\nmax_excluded = 0.2\noptics = \"ideal\"\n[[rig.scanner]]\nmodel = \"lms111\"\n",
+    )
+    .expect("written");
     let said = |counter: u16| if (200..250).contains(&counter) { Said { scale: 0, ..GOOD } } else { GOOD };
     let (exit, estimate, stderr) = estimated_by(rig.to_str().expect("UTF-8"), said);
     assert_eq!(exit, Some(0), "{stderr}");

@@ -28,6 +28,7 @@ pub const MESSAGES: &[&Message] = &[
     &canopy::LEAF_STATUS,
     &sprayer::NOZZLE_DUTY,
     &sprayer::SECTION_DUTY,
+    &sprayer::SPRAYER_CONTROL,
 ];
 
 /// Where the virtual tractor sits: the address of tractor ECUs.

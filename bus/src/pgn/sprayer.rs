@@ -71,6 +71,28 @@ pub fn section_duties(data: &[u8]) -> impl Iterator<Item = (u16, f64)> + use<> {
     (1..).zip(values).filter_map(|(number, percent)| Some((number, percent? / 100.0)))
 }
 
+/// What a controller tells beside duties: where the regulating valve shall go, and how much it believes it has sprayed.
+pub const SPRAYER_CONTROL: Message = Message {
+    name: "SprayerControl",
+    pgn: 65_301,
+    priority: 3,
+    period_ms: None,
+    len: 8,
+    source: 0xFE,
+    about: "where the regulating valve shall go, and the litres that the controller believes it has sprayed; all bits 1 say nothing (proprietary B)",
+    signals: &[
+        Signal::new("RegulatorOpening", 0, 8, 0.4, "%").about("0 is shut: all flow to the nozzles"),
+        Signal::new("ReportedLitres", 32, 32, 0.001, "l").about("all since the controller was started"),
+    ],
+};
+
+/// The opening of the regulating valve that a [`SPRAYER_CONTROL`] asks for, 0 to 1, and the litres that it reports.
+pub fn sprayer_control(data: &[u8]) -> (Option<f64>, Option<f64>) {
+    let mut values = SPRAYER_CONTROL.decode(data).into_iter();
+    let percent = values.next().flatten();
+    (percent.map(|percent| percent / 100.0), values.next().flatten())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,5 +118,16 @@ mod tests {
         let data = SECTION_DUTY.encode(&[Some(100.0), None, Some(62.0)]);
         assert_eq!(data.bytes(), [250, 255, 155, 255, 255, 255, 255, 255]);
         assert_eq!(SECTION_DUTY.id(0x27).id().bits(), 0x0CFF_1427);
+    }
+
+    #[test]
+    fn a_controller_asks_for_an_opening_and_reports_its_litres() {
+        let data = SPRAYER_CONTROL.encode(&[Some(25.2), Some(12.345)]);
+        assert_eq!(data.bytes(), [63, 255, 255, 255, 0x39, 0x30, 0, 0]);
+        let (opening, litres) = sprayer_control(data.bytes());
+        assert!(
+            (opening.expect("said") - 0.252).abs() < 1e-12 && (litres.expect("said") - 12.345).abs() < 1e-9
+        );
+        assert_eq!(sprayer_control(&[255; 8]), (None, None));
     }
 }

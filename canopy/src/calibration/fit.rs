@@ -8,6 +8,7 @@ use crate::regression::{FittedLine, Goodness, mean, spread};
 use super::contact_scale::{ContactScale, FittedRows};
 use super::model::{Calibration, CalibrationClass, Linear, Power, Provenance, Training, Units};
 use super::quality::FitQuality;
+use super::witness::Witness;
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -114,6 +115,7 @@ pub fn fit(
     let share_raw: Option<Vec<f64>> =
         samples.iter().map(|s| s.share_leaf_area_m2.map(|area_m2| area_m2 / s.length_m)).collect();
     let leaf = per_metre(|s| s.leaf_area_m2);
+    let length: Vec<f64> = samples.iter().map(|s| s.length_m).collect();
     let spot: Vec<f64> = samples.iter().map(|s| s.spot_relative_sd.max(0.0)).collect();
     let n = u32::try_from(samples.len()).unwrap_or(u32::MAX);
     if !spread(&leaf) {
@@ -127,6 +129,7 @@ pub fn fit(
         linear: linear(&impacted, &leaf)?,
         power: power(&impacted, &leaf, 0.0)?,
         contact: scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot))?,
+        witness: share_raw.as_ref().and_then(|share| Witness::of(&length, &contact_raw, share)),
         share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, 0.0)).transpose()?,
     })
 }

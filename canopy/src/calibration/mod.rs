@@ -15,6 +15,7 @@ pub(crate) mod error;
 mod fit;
 pub(crate) mod model;
 mod quality;
+mod witness;
 
 pub use canopy::CanopyClass;
 pub use contact_scale::{ContactScale, FittedRows};
@@ -25,3 +26,4 @@ pub use model::{
     Units,
 };
 pub use quality::{FAR, FitQuality, FittedRange};
+pub use witness::Witness;

@@ -7,6 +7,7 @@ use super::canopy::CanopyClass;
 use super::contact_scale::{CONTACT_KEYS, ContactScale, SHARE_KEYS};
 use super::error::CalibrationError;
 use super::quality::FitQuality;
+use super::witness::Witness;
 
 /// How areas become leaf area, for one class. `class` and `units` are required in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,6 +30,9 @@ pub struct Calibration {
     /// The scale of what shares of spots tell; `None` where remission tells no power, and in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<ContactScale>,
+    /// How shares and contact agreed on the fitted rows; without it no row goes by shares.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub witness: Option<Witness>,
 }
 
 /// The unit of a calibration's areas.
@@ -196,6 +200,7 @@ impl Calibration {
         }
         self.contact.validate(&CONTACT_KEYS)?;
         self.share.map_or(Ok(()), |share| share.validate(&SHARE_KEYS))?;
+        self.witness.map_or(Ok(()), |witness| witness.validate())?;
         if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(CalibrationError::NotPositive { key: "class.distance_m", value });
         }

@@ -35,6 +35,17 @@ pub enum FittedRange {
 }
 
 impl FitQuality {
+    /// 1 − Σ(leave-one-out error)² / Σ(L − mean)²: how much of what rows differ by is told of rows that were not fitted. Follows from the other three, for
+    /// SSE / ΣL² over SSE / Σ(L − mean)² says how large the scatter of L is beside its mean.
+    pub fn r2_left_out(&self) -> f64 {
+        // Of a fit without error the other two tell no scatter.
+        if self.loo_rmse_relative < 1e-6 {
+            return 1.0;
+        }
+        let scatter = (1.0 - self.r2_uncentred) / (1.0 - self.r2);
+        1.0 - self.loo_rmse_relative.powi(2) * (1.0 - scatter) / scatter
+    }
+
     /// Where a value per metre of row stands against the fitted range.
     pub fn range(&self, value_m2_per_m: f64) -> FittedRange {
         if value_m2_per_m > self.high_m2_per_m * FAR || value_m2_per_m < self.low_m2_per_m / FAR {

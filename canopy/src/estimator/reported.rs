@@ -43,8 +43,8 @@ impl TreeEstimate {
     /// The leaf areas every tree's estimate holds, then what the requested estimators measured.
     pub fn side_by_side(&self) -> Vec<Measure> {
         let mut all = vec![
-            leaf_area("contact", self.leaf.contact_m2()),
-            leaf_area("regression", self.leaf.regression_m2()),
+            leaf_area("contact", self.leaf.areas.contact_m2()),
+            leaf_area("regression", self.leaf.areas.regression_m2()),
         ];
         all.extend_from_slice(&self.measures);
         all

@@ -38,6 +38,11 @@ impl LeafAreas {
         }
     }
 
+    /// The same with another best one.
+    pub(crate) fn with_best(self, leaf_m2: f64) -> Self {
+        Self { best: Ok(leaf_m2), ..self }
+    }
+
     /// What the leaf area is: by shares of spots where the row is measured by them, else by contact frequency.
     ///
     /// # Errors

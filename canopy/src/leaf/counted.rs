@@ -1,5 +1,7 @@
 //! What hits are counted by, and the scale that makes leaf area of it.
 
+use super::sums::Sums;
+use super::withheld::Withheld;
 use crate::calibration::{Calibration, ContactScale};
 use crate::class::ClassKey;
 use crate::row::{Row, Totals};
@@ -47,19 +49,40 @@ impl<'a> Counted<'a> {
         Self::new(Count::Hits, totals.contact_m2, totals.canopy_m, calibration.map(|c| &c.contact))
     }
 
-    /// By shares of spots, where the remission of nearly all hits is read and the calibration knows what to make of it from there: leaves share a wider
-    /// spot otherwise.
+    /// By shares of spots, where the remission of nearly all hits is read, the calibration knows what to make of it from there (leaves share a wider spot
+    /// otherwise), and contact bears witness.
+    ///
+    /// # Errors
+    /// Why not by them.
     pub(super) fn by_shares(
         row: &Row,
         totals: &Totals,
         calibration: Option<&'a Calibration>,
-    ) -> Option<Self> {
-        let fitted_m = calibration?.class.distance_m?;
-        let holds =
-            reads_remission(row, totals) && ClassKey::Distance.is_same(fitted_m, row.frame().distance_m);
-        let scale = calibration?.share.as_ref().filter(|_| holds)?;
-        Some(Self::new(Count::Shares, totals.share_m2, totals.canopy_m, Some(scale)))
+    ) -> Result<Self, Withheld> {
+        let scale = row.remission().filter(|_| reads_remission(row, totals)).ok_or(Withheld::NoShares)?;
+        let calibration = calibration.ok_or(Withheld::NoShares)?;
+        let fitted_m = calibration.class.distance_m.ok_or(Withheld::NoShares)?;
+        if !ClassKey::Distance.is_same(fitted_m, row.frame().distance_m) {
+            return Err(Withheld::NoShares);
+        }
+        let share = calibration.share.as_ref().ok_or(Withheld::NoShares)?;
+        if !scale.enough_readings {
+            return Err(Withheld::CardTooShort);
+        }
+        let (ratio, [low, high]) =
+            shares_over_contact(calibration, &Sums::from(totals)).ok_or(Withheld::NoWitness)?;
+        // Before the first hit there is nothing to disagree about.
+        if totals.contact_m2 > 0.0 && !(low..=high).contains(&ratio) {
+            return Err(Withheld::SharesDisagree);
+        }
+        Ok(Self::new(Count::Shares, totals.share_m2, totals.canopy_m, Some(share)))
     }
+}
+
+/// What a row's shares say over what its contact says, both raw, and what 99 of 100 rows of the calibration have. `None` where the calibration says nothing of it.
+pub(crate) fn shares_over_contact(calibration: &Calibration, row: &Sums) -> Option<(f64, [f64; 2])> {
+    let band = calibration.witness?.band(&calibration.contact, row.contact_m2 / row.length_m, row.length_m);
+    Some((row.share_m2 / row.contact_m2, band))
 }
 
 /// Whether remission is read, and nearly all hits have it.

@@ -1,53 +1,18 @@
 //! From sums to leaf areas, by one calibration and with one verdict.
 
 use super::areas::{Known, LeafAreas};
-use super::counted::{Count, Counted, reads_remission};
+use super::counted::{Count, Counted, reads_remission, shares_over_contact};
 use super::estimator::LeafAreaEstimator;
+use super::sums::Sums;
 use super::withheld::Withheld;
-use crate::calibration::{Calibration, FittedRange, Optics};
-use crate::row::Totals;
+use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
 use crate::row_pass::RowPass;
-use crate::trees::Cell;
 
 /// Share of the hits that may be denser than foliage: trunks and posts are.
 const NO_FOLIAGE: f64 = 0.25;
 
-/// What was measured of a stretch of row.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sums {
-    /// Metres that regressions count.
-    pub(crate) length_m: f64,
-    pub(crate) impacted_m2: f64,
-    pub(crate) contact_m2: f64,
-    /// By the shares of spots.
-    pub(crate) share_m2: f64,
-    /// Canopy returns.
-    pub(crate) returns: u64,
-}
-
-impl From<&Cell> for Sums {
-    fn from(cell: &Cell) -> Self {
-        Self {
-            length_m: cell.scanned_m,
-            impacted_m2: cell.impacted_m2,
-            contact_m2: cell.contact_m2,
-            share_m2: cell.share_m2,
-            returns: cell.returns,
-        }
-    }
-}
-
-impl From<&Totals> for Sums {
-    fn from(totals: &Totals) -> Self {
-        Self {
-            length_m: totals.canopy_m,
-            impacted_m2: totals.impacted_m2,
-            contact_m2: totals.contact_m2,
-            share_m2: totals.share_m2,
-            returns: totals.returns.canopy,
-        }
-    }
-}
+/// Of what rows differ by, a regression must tell this share, of rows that were not fitted: else the rows' mean is as good.
+const LEAST_R2: f64 = 0.5;
 
 /// How the sums of a row, up to its latest line, become leaf areas of any stretch of it. Made without allocation.
 #[derive(Clone, Debug)]
@@ -55,11 +20,11 @@ pub(crate) struct Law<'a> {
     calibration: Option<&'a Calibration>,
     /// Why no leaf area of this row is told, whichever way it is made.
     withheld: Option<Withheld>,
-    /// The calibration is one of rays and the scans are not: what it says of impacted areas does not hold.
-    of_rays: bool,
+    /// The calibration's regression on I_T, or why it says nothing here.
+    regression: Result<RegressionKind, Withheld>,
     contact: Counted<'a>,
-    /// Where remission is read and the calibration knows what to make of it.
-    share: Option<Counted<'a>>,
+    /// Where remission is read, the calibration knows what to make of it, and contact bears it out.
+    share: Result<Counted<'a>, Withheld>,
     reads_remission: bool,
     /// Densities are those of rays although the beams have a width.
     spot_corrected: bool,
@@ -105,7 +70,9 @@ impl RangedAreas {
 impl<'a> Law<'a> {
     pub(crate) fn of(pass: &RowPass, calibration: Option<&'a Calibration>) -> Self {
         let (row, totals) = (&pass.row, pass.row.so_far());
-        let withheld = if row.lacks_the_echo() {
+        let withheld = if pass.rig.optics.is_none() {
+            Some(Withheld::OpticsUnknown)
+        } else if row.lacks_the_echo() {
             Some(Withheld::EchoUnknown)
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
@@ -117,7 +84,7 @@ impl<'a> Law<'a> {
             calibration,
             withheld,
             spot_corrected,
-            of_rays: spot_corrected && calibration.is_some_and(|c| c.class.optics == Optics::Ideal),
+            regression: regression(calibration, spot_corrected),
             contact: Counted::by_hits(&totals, calibration),
             share: Counted::by_shares(row, &totals, calibration),
             reads_remission: reads_remission(row, &totals),
@@ -136,7 +103,7 @@ impl<'a> Law<'a> {
     /// Where the leaf area comes from.
     pub(crate) fn estimator(&self) -> LeafAreaEstimator {
         match (self.calibration.is_some(), self.spot_corrected) {
-            _ if self.share.is_some() => LeafAreaEstimator::ShareCalibrated,
+            _ if self.share.is_ok() => LeafAreaEstimator::ShareCalibrated,
             (true, true) => LeafAreaEstimator::ContactCalibratedSpotCorrected,
             (true, false) => LeafAreaEstimator::ContactCalibrated,
             (false, true) => LeafAreaEstimator::ContactRawSpotCorrected,
@@ -156,7 +123,23 @@ impl<'a> Law<'a> {
 
     /// Whether it goes by the shares of spots.
     pub(crate) fn goes_by_shares(&self) -> bool {
-        self.share.is_some()
+        self.share.is_ok()
+    }
+
+    /// Why it does not go by the shares of spots.
+    pub(crate) fn no_shares(&self) -> Option<Withheld> {
+        self.share.as_ref().err().copied()
+    }
+
+    /// What the row's shares say over what its contact says, both raw, and what 99 of 100 rows of the calibration have.
+    /// `None` where the calibration says nothing of it.
+    pub(crate) fn shares_over_contact(&self) -> Option<(f64, [f64; 2])> {
+        shares_over_contact(self.calibration?, &self.row)
+    }
+
+    /// Why the regression on I_T tells nothing.
+    pub(crate) fn no_regression(&self) -> Option<Withheld> {
+        self.regression.err()
     }
 
     /// The row's leaf areas.
@@ -175,16 +158,13 @@ impl<'a> Law<'a> {
             return LeafAreas::withheld(why);
         }
         let ranged = self.ranged(of);
-        let regression = match (self.calibration, ranged.regression) {
-            (_, Some(regression)) => regression.known(),
-            (Some(_), None) => Err(Withheld::CalibratedOnRays),
-            (None, None) => Err(Withheld::Uncalibrated),
-        };
+        let regression =
+            self.regression.and_then(|_| ranged.regression.ok_or(Withheld::Uncalibrated)?.known());
         LeafAreas {
             best: ranged.best().known(),
             contact: ranged.contact.known(),
             contact_raw: Ok(of.contact_m2),
-            share: ranged.share.map_or(Err(Withheld::NoShares), Ranged::known),
+            share: self.share.and_then(|_| ranged.share.ok_or(Withheld::NoShares)?.known()),
             share_raw: if self.reads_remission { Ok(of.share_m2) } else { Err(Withheld::NoShares) },
             regression,
             ground: self.ground_width_m().map(|width_m| width_m * ground_length_m),
@@ -233,11 +213,27 @@ impl<'a> Law<'a> {
                 },
             )
         };
-        let regression = self.calibration.filter(|_| !self.of_rays).map(|calibration| {
-            let kind = calibration.best_regression();
+        let regression = self.calibration.zip(self.regression.ok()).map(|(calibration, kind)| {
             let leaf_m2 = calibration.regression_m2(kind, length_m, of.impacted_m2);
             ranged(leaf_m2, of.impacted_m2, &|value| calibration.quality(kind).range(value))
         });
-        RangedAreas { contact: scaled(&self.contact), share: self.share.as_ref().map(scaled), regression }
+        RangedAreas {
+            contact: scaled(&self.contact),
+            share: self.share.as_ref().ok().map(scaled),
+            regression,
+        }
     }
+}
+
+/// The regression on I_T that a calibration has for such beams.
+///
+/// # Errors
+/// Why there is none.
+fn regression(calibration: Option<&Calibration>, spot_corrected: bool) -> Result<RegressionKind, Withheld> {
+    let calibration = calibration.ok_or(Withheld::Uncalibrated)?;
+    if spot_corrected && calibration.class.optics == Optics::Ideal {
+        return Err(Withheld::CalibratedOnRays);
+    }
+    let kind = calibration.best_regression();
+    if calibration.quality(kind).r2_left_out() < LEAST_R2 { Err(Withheld::WeakRegression) } else { Ok(kind) }
 }

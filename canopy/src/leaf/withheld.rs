@@ -54,6 +54,11 @@ reasons! {
     NoSpacing = 12, "no_spacing", "the rig knows no row spacing or no tree spacing";
     NotScanned = 13, "not_scanned", "no metre of row was scanned";
     Stale = 14, "stale", "no valid scan has come lately";
+    OpticsUnknown = 15, "optics_unknown", "the rig does not say how wide the scanner's beams are";
+    WeakRegression = 16, "weak_regression", "the calibration's regression tells less than half of what rows differ by";
+    SharesDisagree = 17, "shares_disagree", "shares of spots and contact agree otherwise than on the calibration's rows";
+    NoWitness = 18, "no_witness", "the calibration does not say how shares of spots and contact agree";
+    CardTooShort = 19, "card_too_short", "the card was measured at too few ranges";
 }
 
 impl fmt::Display for Withheld {

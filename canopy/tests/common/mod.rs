@@ -3,7 +3,7 @@
 
 use rowscan_canopy::{Estimate, Parameters, Pipeline};
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 
 /// LMS111 at 50 Hz, 0.5°: all of −45°..225°.
@@ -18,12 +18,17 @@ pub(crate) fn lms511() -> BeamGrid {
 
 /// A rig with no ground to remove and no next row.
 pub(crate) fn open_rig() -> Rig {
-    Rig { ground_clearance_m: -10.0, row_spacing_m: None, ..Rig::default() }
+    Rig { optics: Some(BeamWidth::Ideal), ground_clearance_m: -10.0, row_spacing_m: None, ..Rig::default() }
 }
 
 /// The default orchard: trees 1.5 m apart in rows 4 m apart.
 pub(crate) fn orchard_rig() -> Rig {
-    Rig { tree_spacing_m: Some(1.5), row_spacing_m: Some(4.0), ..Rig::default() }
+    Rig {
+        optics: Some(BeamWidth::Ideal),
+        tree_spacing_m: Some(1.5),
+        row_spacing_m: Some(4.0),
+        ..Rig::default()
+    }
 }
 
 /// θ of a beam, radians, and whether it looks ahead.

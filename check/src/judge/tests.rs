@@ -284,13 +284,14 @@ fn what_needs_the_sprayer_is_not_judged() {
         Kind::Sprayer(Sprayed::LatencyError) => Some(", p95_below = 1000"),
         Kind::Sprayer(Sprayed::Valves) => Some(", all = \"closed\""),
         Kind::Sprayer(Sprayed::TimeToSafe) => Some(", after = \"early\", below = 1000"),
+        Kind::Sprayer(Sprayed::Recall | Sprayed::Waste | Sprayed::OffTarget) => Some(", below = 0.5"),
         Kind::Sprayer(_) => Some(", below = 1000"),
         Kind::Needs(_) => Some(""),
         _ => None,
     };
     let sprayer: Vec<_> =
         crate::what::WHATS.iter().filter_map(|what| Some((what.name, keys(what)?))).collect();
-    assert_eq!(sprayer.len(), 10);
+    assert_eq!(sprayer.len(), 11);
     for (name, keys) in sprayer {
         holds(&[(&format!("what = \"{name}\"{keys}"), Error)]);
     }
@@ -324,7 +325,7 @@ fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
         duty: *duty,
     };
     let pass = Pass::new(Boom::read(boom).expect("a boom"), &orchard, drive, 1);
-    SprayerRun::judged(pass, commands.iter().map(command).collect())
+    SprayerRun::judged(pass, commands.iter().map(command).collect(), orchard.into())
 }
 
 #[test]
@@ -350,6 +351,9 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
         ("what = \"saved_litres\", between = [0.0833, 0.0834]", Passed),
         ("what = \"latency_error_m\", edge = \"open\", p95_below = 0.41", Passed),
         ("what = \"latency_error_m\", edge = \"close\", p95_below = 0.39", Failed),
+        // From 1.5 m before a wall of 1 m less than half of the fan is on it; 0.4 s of 5 meet a gap.
+        ("what = \"off_target_share\", between = [0.5, 0.6]", Passed),
+        ("what = \"off_target_share\", below = 0.5", Failed),
         ("what = \"edges\", equals = 0", Passed),
         ("what = \"valves\", all = \"open\", after = \"early\"", Passed),
         ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.5", Passed),
@@ -367,4 +371,89 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
     assert_eq!(judged("what = \"recall\", above = 0.1", &[(0.0, 0.0)]), Failed);
     assert_eq!(judged("what = \"waste\", below = 0.1", &[(0.0, 0.0)]), Error);
     assert_eq!(judged("what = \"latency_error_m\", p95_below = 1e9", &[(0.0, 0.0)]), Failed);
+}
+
+#[test]
+fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |expect: &str, at_m_s: f64, reports: &[(f64, f64)]| {
+        let mut sprayer = sprayed(&[(2.0, 1.0), (7.0, 0.0)]);
+        let boom = Boom {
+            rate: (at_m_s > 0.0).then_some(rowscan_sprayer::hydraulics::RateTable {
+                at_m_s,
+                window_s: 0.1,
+                band: 0.1,
+            }),
+            ..sprayer.pass.boom().clone()
+        };
+        let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
+        let pass = Pass::new(boom, &orchard, sprayer.pass.drive().clone(), 1);
+        sprayer = SprayerRun::judged(pass, sprayer.log, orchard.into());
+        sprayer.reports = reports.to_vec();
+        let run = RunRecord {
+            sprayer: Some(Ok(sprayer)),
+            ended: SimTime(10 * SECOND),
+            events: vec![event("late", 8.0), event("end", 10.0)],
+            ..record(folder.path())
+        };
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+    };
+    // At 1 m/s, one litre a minute is right at 1 m/s and 25 % too much where it was meant for 1.25 m/s.
+    for (expect, at_m_s, found) in [
+        ("what = \"rate_error\", below = 0.01", 1.0, Passed),
+        ("what = \"rate_error\", below = 0.2", 1.25, Failed),
+        ("what = \"rate_error\", of = \"mean\", between = [0.2499, 0.2501]", 1.25, Passed),
+        ("what = \"rate_error\", of = \"mean\", abs_below = 0.01", 0.8, Failed),
+        ("what = \"rate_error\", of = \"settling_s\", below = 0.2", 1.0, Passed),
+        ("what = \"rate_error\", of = \"settling_s\", below = 99", 1.25, Failed),
+        ("what = \"rate_error\", of = \"overshoot\", below = 0.01", 1.0, Passed),
+        ("what = \"rate_error\", after = \"late\", below = 1", 1.0, Error),
+        ("what = \"rate_error\", below = 1", 0.0, Error),
+        ("what = \"rate_error\", of = \"reported\", below = 1", 1.0, Error),
+    ] {
+        assert_eq!(judged(expect, at_m_s, &[]), found, "{expect}, {at_m_s}");
+    }
+    // A litre a minute for 5 s are 83 ml; the meter says 4 % more.
+    let reports = [(1.0, 5.0), (4.0, 5.04), (9.0, 5.0 + 1.04 / 12.0)];
+    let reported = "what = \"rate_error\", of = \"reported\"";
+    assert_eq!(judged(&format!("{reported}, between = [0.0399, 0.0401]"), 1.0, &reports), Passed);
+    assert_eq!(judged(&format!("{reported}, abs_below = 0.03"), 1.0, &reports), Failed);
+    assert_eq!(judged(&format!("{reported}, below = 1"), 1.0, &reports[..1]), Error);
+}
+
+#[test]
+fn litres_are_counted_while_a_switch_forbids_them() {
+    use rowscan_fault_table::sprayer::SprayerFault;
+    use rowscan_sprayer::{Trouble, Troubles};
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |expect: &str, troubles: Vec<Trouble>| {
+        let SprayerRun { pass, log, .. } = sprayed(&[(2.0, 1.0), (7.0, 0.0)]);
+        let bare = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
+        let sprayer = SprayerRun::judged(pass.with_troubles(Troubles(troubles)), log, bare.into());
+        let run = RunRecord {
+            sprayer: Some(Ok(sprayer)),
+            ended: SimTime(10 * SECOND),
+            events: vec![event("end", 10.0)],
+            ..record(folder.path())
+        };
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+    };
+    let off = |from, to| vec![Trouble { fault: SprayerFault::MasterOff, from, to }];
+    // A litre a minute, from 4 to 5.2 s: 20 ml.
+    for (expect, troubles, found) in [
+        ("of = \"master\", between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
+        ("of = \"master\", below = 0.0199", off(4.0, Some(5.2)), Failed),
+        ("between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
+        // Half a second to shut is allowed; then 0.7 s are left.
+        ("of = \"master\", within_s = 0.5, between = [0.01166, 0.01167]", off(4.0, Some(5.2)), Passed),
+        // Shut for its whole time.
+        ("of = \"master\", below = 1e-9", off(7.5, None), Passed),
+        // Rules that never held say nothing.
+        ("of = \"override\", below = 1", off(4.0, None), Error),
+        ("of = \"master\", below = 1", Vec::new(), Error),
+        ("below = 1e-9", Vec::new(), Passed),
+    ] {
+        assert_eq!(judged(&format!("what = \"forbidden_litres\", {expect}"), troubles), found, "{expect}");
+    }
 }

@@ -6,10 +6,12 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use rowscan_sprayer::Edge;
+use rowscan_sprayer::safety::Rule;
 
+use super::valve_state::ValveState;
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
-use crate::what::{self, Count, Kind, Sprayed, WHATS, What};
+use crate::what::{self, Count, Kind, RATE, Sprayed, WHATS, What};
 
 /// What `equals` says where the device itself tells how much is right.
 const DEVICE: &str = "device";
@@ -150,30 +152,6 @@ pub struct Expect {
     pub p95_below: Option<f64>,
     /// The state that all valves have.
     pub all: Option<ValveState>,
-}
-
-/// The state of a valve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ValveState {
-    /// Something flows.
-    Open,
-    /// Nothing flows.
-    Closed,
-}
-
-impl ValveState {
-    /// As it is written.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Closed => "closed",
-        }
-    }
-
-    fn named(name: &str) -> Result<Self, String> {
-        let known = [Self::Open, Self::Closed].into_iter().find(|state| state.name() == name);
-        known.ok_or_else(|| format!("`all`: expected \"open\" or \"closed\", found \"{name}\""))
-    }
 }
 
 /// What a number must be; all that are given.
@@ -431,6 +409,19 @@ impl Expect {
                 None | Some("missed" | "spurious") => Ok(()),
                 Some(other) => Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
             },
+            Kind::Sprayer(Sprayed::RateError) => match self.on.as_deref() {
+                Some(other) if !RATE.contains(&other) => {
+                    Err(format!("`of`: expected one of {}, found \"{other}\"", RATE.join(", ")))
+                }
+                _ => Ok(()),
+            },
+            Kind::Sprayer(Sprayed::Forbidden) => match self.on.as_deref() {
+                Some(other) if Rule::named(other).is_none() => {
+                    let known = Rule::ALL.map(Rule::name);
+                    Err(format!("`of`: expected one of {}, found \"{other}\"", known.join(", ")))
+                }
+                _ => Ok(()),
+            },
             Kind::SameBytes if self.runs < 2 => Err("`runs`: expected 2 or more".to_owned()),
             _ => Ok(()),
         }
@@ -526,6 +517,9 @@ impl Expect {
             ("between", least, f64::MIN),
             ("between", most, least.unwrap_or(f64::MIN)),
         ];
+        if self.what.is_share() {
+            self.check_share()?;
+        }
         let wrong = numbers
             .into_iter()
             .find(|(_, value, lowest)| value.is_some_and(|value| !(*lowest..=f64::MAX).contains(&value)));
@@ -536,6 +530,24 @@ impl Expect {
             _ => format!("a number from {lowest} on"),
         };
         Err(format!("`{key}`: expected {expected}, found {found}"))
+    }
+
+    /// Refuses bounds that no share of a whole, or every one, keeps to.
+    fn check_share(&self) -> Result<(), String> {
+        let Bounds { above, below, between, .. } = self.bounds;
+        let (least, most) = between.unzip();
+        let wrong = [
+            ("above", above, "a share from 0 to less than 1", 0.0..1.0),
+            ("below", below, "a share of more than 0, up to 1", f64::MIN_POSITIVE..1.0 + f64::EPSILON),
+            ("between", least, "shares from 0 to 1", 0.0..1.0 + f64::EPSILON),
+            ("between", most, "shares from 0 to 1", 0.0..1.0 + f64::EPSILON),
+        ];
+        let wrong = wrong.into_iter().find_map(|(key, value, expected, range)| {
+            value.filter(|value| !range.contains(value)).map(|found| (key, expected, found))
+        });
+        wrong.map_or(Ok(()), |(key, expected, found)| {
+            Err(format!("`{key}` of `{}`: expected {expected}, found {found}", self.what.name))
+        })
     }
 
     /// What it expects of whom, in a few words: the same words in every run.

@@ -4,6 +4,7 @@ mod events;
 mod expect;
 mod file;
 mod settle;
+mod valve_state;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,9 +16,10 @@ use rowscan_protocol::lms2xx::{self, Rate};
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_strict_toml::{TomlError, from_toml};
 
-pub use expect::{Bounds, Expect, ValveState};
+pub use expect::{Bounds, Expect};
 use file::ScenarioFile;
 pub use file::{Mode, Time};
+pub use valve_state::ValveState;
 
 use crate::fault::ScenarioFault;
 use crate::frames::FramePattern;

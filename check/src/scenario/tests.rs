@@ -261,6 +261,32 @@ fn a_wrong_fault_is_told_with_its_line() {
     }
 }
 
+/// Whatever is a share: a bound that no share keeps to, or every one, is refused, and the others are taken.
+#[test]
+fn bounds_of_shares_are_shares() {
+    let folder = Folder::new();
+    let shares = crate::what::WHATS.iter().filter(|what| what.is_share());
+    for what in shares.clone() {
+        let text =
+            |bound: &str| format!("use = \"base.toml\"\n[[expect]]\nwhat = \"{}\"\n{bound}\n", what.name);
+        for bound in ["above = 0", "above = 0.999", "below = 1", "below = 0.001", "between = [0, 1]"] {
+            folder.load(&text(bound)).unwrap_or_else(|error| panic!("{}: {bound}: {error}", what.name));
+        }
+        for bound in [
+            "above = 1",
+            "above = -0.1",
+            "below = 0",
+            "below = 1.01",
+            "between = [-1, 0.5]",
+            "between = [0.5, 2]",
+        ] {
+            let message = folder.refused(&text(bound));
+            assert!(message.contains(&format!("of `{}`: expected", what.name)), "{bound}: {message}");
+        }
+    }
+    assert_eq!(shares.count(), 3);
+}
+
 #[test]
 fn mistakes_are_told_with_line_and_remedy() {
     let folder = Folder::new();
@@ -291,6 +317,18 @@ fn mistakes_are_told_with_line_and_remedy() {
         (
             "[[expect]]\nwhat = \"scans_lost\"\nabove = 5\nbelow = 3\n",
             ":1: `above` and `below`: expected numbers with others between them, found 5 and 3",
+        ),
+        (
+            "[[expect]]\nwhat = \"recall\"\nabove = 1.5\n",
+            ":1: `above` of `recall`: expected a share from 0 to less than 1, found 1.5",
+        ),
+        (
+            "[[expect]]\nwhat = \"waste\"\nbelow = 0\n",
+            ":1: `below` of `waste`: expected a share of more than 0, up to 1, found 0",
+        ),
+        (
+            "[[expect]]\nwhat = \"off_target_share\"\nbetween = [0.2, 20]\n",
+            ":1: `between` of `off_target_share`: expected shares from 0 to 1, found 20",
         ),
         ("[[expect]]\nwhat = \"log\"\nmatches = \"(\"\n", ":1: `matches`: `(` is no pattern"),
         (

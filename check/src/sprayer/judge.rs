@@ -1,8 +1,8 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_sprayer::Spans;
-use rowscan_sprayer::safety::time_to_safe_s;
+use rowscan_sprayer::safety::{Rule, time_to_safe_s};
+use rowscan_sprayer::{Rate, Spans};
 
 use super::run::SprayerRun;
 use crate::judged::{Judged, from_event, seconds_after};
@@ -36,6 +36,13 @@ pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result 
         Sprayed::Edges => edges(expect, sprayer),
         Sprayed::Valves => valves(expect, sprayer, run),
         Sprayed::TimeToSafe => time_to_safe(expect, sprayer, run),
+        Sprayed::OffTarget => {
+            let found = sprayer.interception();
+            let (own, best) = (found.run.off_target_share, found.oracle.off_target_share);
+            bounded(expect, own, best, "nothing was sprayed")
+        }
+        Sprayed::RateError => rate_error(expect, sprayer, run),
+        Sprayed::Forbidden => forbidden(expect, sprayer),
     }
 }
 
@@ -137,4 +144,70 @@ fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Resul
             ),
         ),
     })
+}
+
+fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
+    let rule =
+        expect.on.as_deref().map(|name| Rule::named(name).ok_or(format!("`of`: there is no rule {name}")));
+    let rule = rule.transpose()?;
+    let grace_s = expect.within_s.unwrap_or_default();
+    let all = sprayer.breaches(grace_s);
+    let of = all.iter().filter(|breach| rule.is_none_or(|rule| rule == breach.rule));
+    let (litres, forbidden_s) =
+        of.fold((0.0, 0.0), |(litres, s), breach| (litres + breach.litres, s + breach.forbidden_s));
+    let name = rule.map_or("any rule", Rule::name);
+    if rule.is_some() && forbidden_s <= 0.0 {
+        return Err(format!(
+            "`forbidden_litres` of `{name}`: unknown: that rule never forbade spraying in this run"
+        ));
+    }
+    let message = format!(
+        "litres against {name}: expected {}, found {litres:.4} in {forbidden_s:.3} s",
+        expect.bounds.words()
+    );
+    Ok(Judged::holds(expect.bounds.hold(litres), message))
+}
+
+fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
+    let from_s = from_event(expect.after.as_ref(), run)?.as_secs_f64();
+    let asked = expect.on.as_deref().unwrap_or("p95");
+    let unknown = |why: &str| format!("`rate_error` of `{asked}`: unknown: {why}");
+    let rate = || {
+        let keys = sprayer.pass.boom().rate.ok_or_else(|| unknown("the boom has no `[rate]`; add it"))?;
+        Ok::<_, String>(Rate::of(&sprayer.pass, &keys, &sprayer.flows, from_s))
+    };
+    let none_open = "no nozzle was open for a whole window while the tractor drove";
+    let (found, also) = match asked {
+        "reported" if sprayer.reports.is_empty() => {
+            return Err(unknown(
+                "the controller reports no litres; name the signal by `sprayer.reported_litres`",
+            ));
+        }
+        "reported" => {
+            let why = "it takes two reports, and litres between them";
+            (sprayer.reported_error(from_s).ok_or_else(|| unknown(why))?, String::new())
+        }
+        "mean" => (rate()?.mean.ok_or_else(|| unknown(none_open))?, String::new()),
+        "overshoot" => {
+            let rate = rate()?;
+            (rate.overshoot.ok_or_else(|| unknown("no step has windows behind it"))?, told(&rate))
+        }
+        "settling_s" => {
+            let rate = rate()?;
+            let settled = match rate.settling_s {
+                None if rate.steps == 0 => return Err(unknown("no step has windows behind it")),
+                // It never did, which is longer than any number.
+                None => f64::INFINITY,
+                Some(found) => found,
+            };
+            (settled, told(&rate))
+        }
+        _ => (rate()?.p95.ok_or_else(|| unknown(none_open))?, String::new()),
+    };
+    let message = format!("rate error, {asked}: expected {}, found {found:.4}{also}", expect.bounds.words());
+    Ok(Judged::holds(expect.bounds.hold(found), message))
+}
+
+fn told(rate: &Rate) -> String {
+    format!("; {} steps, {} of them not settled when the next one came", rate.steps, rate.unsettled)
 }

@@ -6,7 +6,7 @@ use rowscan_files::OutputFile;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::files::{LoadError, fill};
 use rowscan_scenes::{GrowError, Orchard, Scene};
-use rowscan_sprayer::{Boom, Command, Drive, Pass, Target};
+use rowscan_sprayer::{Boom, Command, Drive, Pass, Target, Troubles};
 use serde::{Deserialize, Serialize};
 
 use super::run::SprayerRun;
@@ -27,6 +27,12 @@ struct File {
     boom: Boom,
     drive: Drive,
     commands: Vec<Said>,
+    /// Seconds, and the litres that the controller reported.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    reports: Vec<(f64, f64)>,
+    /// What went wrong with it.
+    #[serde(default, skip_serializing_if = "Troubles::is_empty")]
+    troubles: Troubles,
 }
 
 /// A command.
@@ -84,6 +90,8 @@ impl SprayerRun {
             boom: self.pass.boom().clone(),
             drive: self.pass.drive().clone(),
             commands: self.log.all().iter().map(said).collect(),
+            reports: self.reports.clone(),
+            troubles: self.pass.troubles().clone(),
         };
         let text = serde_json::to_string(&file).map_err(std::io::Error::other)?;
         OutputFile::create(&folder.join(NAME))?.write_whole(text.as_bytes())
@@ -99,7 +107,7 @@ impl SprayerRun {
             .map_err(|cause| KeptError::Read { path: path.clone(), cause })?;
         let content = |why: String| KeptError::Content { path: path.clone(), why };
         let file: File = serde_json::from_slice(&bytes).map_err(|error| content(error.to_string()))?;
-        let File { version, scene_folder, mut scene, boom, drive, commands } = file;
+        let File { version, scene_folder, mut scene, boom, drive, commands, reports, troubles } = file;
         if version != VERSION {
             return Err(content(format!("found version {version}")));
         }
@@ -113,7 +121,10 @@ impl SprayerRun {
         let log = commands
             .map(|said| Command { at: SimTime(said.t_ns), target: said.target, duty: said.duty })
             .collect();
-        Ok(Self::judged(Pass::new(boom, &orchard, drive, scene.seed), log))
+        let pass = Pass::new(boom, &orchard, drive, scene.seed).with_troubles(troubles);
+        let mut run = Self::judged(pass, log, orchard.into());
+        run.reports = reports;
+        Ok(run)
     }
 }
 

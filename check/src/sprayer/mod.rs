@@ -2,11 +2,13 @@
 
 mod judge;
 mod kept;
+mod part;
 mod run;
 mod spec;
 
 pub(crate) use judge::judge;
 pub use kept::KeptError;
-pub use run::{Relative, SprayerRun};
+pub(crate) use part::{NAME, SprayerPart};
+pub use run::{Intercepted, Relative, SprayerRun};
 pub use spec::SprayerSpec;
 pub(crate) use spec::{SprayerTable, settled};

@@ -1,9 +1,16 @@
 //! What a sprayer did in a run, beside what it should have done.
 
+use std::sync::{Arc, OnceLock};
+
 use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
-use rowscan_sprayer::{Command, CommandLog, Drive, Edges, Flow, Pass, Score, oracle};
+use rowscan_sprayer::interception::{Settings, intercept};
+use rowscan_sprayer::safety::{Breach, breaches};
+use rowscan_sprayer::{
+    Command, CommandLog, Delivery, Drive, Edges, Flow, Interception, Node, Pass, Rate, Score, Span, Spans,
+    Troubles, oracle,
+};
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
 
@@ -21,10 +28,32 @@ pub struct SprayerRun {
     pub flows: Vec<Flow>,
     /// Its scores.
     pub score: Score,
-    /// Those of the best that this boom and these valves can do.
+    /// Those of the best that this boom and these valves, sound ones, can do.
     pub oracle: Score,
     /// Its edges.
     pub edges: Edges,
+    /// Its pressure; none where that is constant.
+    pub node: Option<Node>,
+    /// How it kept its rate; none where the boom has no `[rate]`.
+    pub rate: Option<Rate>,
+    /// When the controller told how many litres it believes it has sprayed, seconds, and how many.
+    pub reports: Vec<(f64, f64)>,
+    oracle_flows: Vec<Flow>,
+    orchard: Arc<Orchard>,
+    /// Found when it is asked for: it takes a second and more.
+    interception: OnceLock<Intercepted>,
+}
+
+/// What the liquid of a run has met, beside that of others on the same drive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Intercepted {
+    /// The run's own.
+    #[serde(flatten)]
+    pub run: Interception,
+    /// That of the best that this boom and these valves can do.
+    pub oracle: Interception,
+    /// That of all nozzles at full flow while the tractor goes ahead in its alleys.
+    pub constant: Interception,
 }
 
 /// A run's scores as shares of the oracle's. None where either is unknown.
@@ -39,11 +68,11 @@ pub struct Relative {
 }
 
 impl SprayerRun {
-    /// Of a run that ended at `ended`: who drove, and what its bus carried.
+    /// Of a run that ended at `ended`: who drove, what went wrong with the sprayer, and what its bus carried.
     pub(crate) fn of(
         spec: &SprayerSpec,
         (scene, orchard): (&Scene, &Orchard),
-        (tractor, ended): (&Tractor, SimTime),
+        ((tractor, ended), troubles): ((&Tractor, SimTime), Troubles),
         bus: &BusRecord,
     ) -> Result<Self, String> {
         if bus.lost > 0 {
@@ -55,23 +84,68 @@ impl SprayerRun {
         let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, ended);
         let mut assembly = Assembly::default();
         let heard = bus.all.iter().filter_map(|carried| Some((carried.at, assembly.take(&carried.frame)?)));
-        let log = heard
-            .flat_map(|(at, (id, bytes))| {
-                let said = spec.commands(id, &bytes).into_iter();
-                said.map(move |(target, duty)| Command { at, target, duty }).collect::<Vec<_>>()
-            })
-            .collect();
-        Ok(Self::judged(Pass::new(spec.boom.clone(), orchard, drive, scene.seed), log))
+        let (mut commands, mut reports) = (Vec::new(), Vec::new());
+        for (at, (id, bytes)) in heard {
+            let said = spec.commands(id, &bytes).into_iter();
+            commands.extend(said.map(|(target, duty)| Command { at, target, duty }));
+            reports.extend(spec.reported_litres(id, &bytes).map(|litres| (at.as_secs_f64(), litres)));
+        }
+        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed).with_troubles(troubles);
+        let log = commands.into_iter().collect();
+        Ok(Self { reports, ..Self::judged(pass, log, orchard.clone().into()) })
     }
 
-    /// Of these commands on this pass.
-    pub fn judged(pass: Pass, log: CommandLog) -> Self {
-        let flows = pass.flows(&log);
+    /// Of these commands on this pass of an orchard.
+    pub fn judged(pass: Pass, log: CommandLog, orchard: Arc<Orchard>) -> Self {
+        let Delivery { flows, node } = pass.deliver(&log);
+        let rate = pass.boom().rate.map(|keys| Rate::of(&pass, &keys, &flows, 0.0));
         let (score, edges) = (Score::of(&pass, &flows), Edges::of(&pass, &flows));
         // Valves that nobody has told anything say nothing of a controller.
         let score = if log.reaches(pass.boom()) { score } else { score.unheard() };
-        let best = Score::of(&pass, &pass.flows(&oracle::commands(&pass)));
-        Self { pass, log, flows, score, oracle: best, edges }
+        let oracle_flows = pass.deliver_sound(&oracle::commands(&pass)).flows;
+        let best = Score::of(&pass, &oracle_flows);
+        let (reports, interception) = (Vec::new(), OnceLock::new());
+        Self {
+            pass,
+            log,
+            flows,
+            score,
+            oracle: best,
+            oracle_flows,
+            edges,
+            node,
+            rate,
+            reports,
+            orchard,
+            interception,
+        }
+    }
+
+    /// Share by which the litres that the controller reported are off the true ones, from its first report after `from_s` to its last one; none where that is unknown.
+    pub fn reported_error(&self, from_s: f64) -> Option<f64> {
+        let mut reports = self.reports.iter().filter(|(at, _)| *at >= from_s);
+        let (first, last) = (reports.next()?, reports.next_back()?);
+        let times = Spans::of([Span::new(first.0, last.0)]);
+        let litres: f64 = self.flows.iter().map(|flow| flow.litres_in(&times)).sum();
+        (litres > 0.0).then(|| (last.1 - first.1) / litres - 1.0)
+    }
+
+    /// Litres against every rule, those of switches and tank by the faults of the run, from `grace_s` after a rule begins.
+    pub fn breaches(&self, grace_s: f64) -> Vec<Breach> {
+        let switches = self.pass.troubles().switches(self.pass.time().to);
+        breaches(&self.pass, &self.flows, &switches, grace_s)
+    }
+
+    /// On what its liquid would have fallen if it flew straight. Nothing is known of it where [`Self::unheard`] says why.
+    pub fn interception(&self) -> &Intercepted {
+        self.interception.get_or_init(|| {
+            let constant = self.pass.constant_flows();
+            let settings = Settings::new(self.pass.seed());
+            let runs: [&[Flow]; 3] = [&self.flows, &self.oracle_flows, &constant];
+            let mut found = intercept(&self.pass, &self.orchard, &runs, &settings).into_iter();
+            let mut next = || found.next().unwrap_or_default();
+            Intercepted { run: next(), oracle: next(), constant: next() }
+        })
     }
 
     /// Why nothing is known of the controller, in words; none where a command was heard that names a part of the boom.

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use rowscan_bus::field::Field;
-use rowscan_bus::pgn::sprayer::{NOZZLE_DUTY, SECTION_DUTY, nozzle_duties, section_duties};
+use rowscan_bus::pgn::sprayer::{
+    NOZZLE_DUTY, SECTION_DUTY, SPRAYER_CONTROL, nozzle_duties, section_duties, sprayer_control,
+};
 use rowscan_bus::{CanId, J1939Id};
 use rowscan_sprayer::{Boom, Target};
 use serde::Deserialize;
@@ -22,12 +24,18 @@ pub(crate) struct SprayerTable {
     /// The file that describes the boom, from this file; docs/sprayer.md has its keys.
     #[schemars(example = &"boom.toml")]
     pub(crate) boom: String,
-    /// The bus on which its commands are heard: `NozzleDuty` and `SectionDuty` of docs/rowscan.dbc.
+    /// The bus on which its commands are heard: `NozzleDuty`, `SectionDuty` and `SprayerControl` of docs/rowscan.dbc.
     #[schemars(example = &"can0")]
     pub(crate) bus: Option<String>,
     /// Signals of a DBC file that are its commands in their place, `{n}` for the section's number: a duty in %, or 0 and 1.
     #[schemars(example = &"can0:Nozzles.Section{n}")]
     pub(crate) command: Option<String>,
+    /// The signal that says how far the regulating valve shall be open, in % or 0 to 1; `SprayerControl.RegulatorOpening` where left out.
+    #[schemars(example = &"can0:Rate.Opening")]
+    pub(crate) regulator: Option<String>,
+    /// The signal that tells the litres which the controller believes it has sprayed; `SprayerControl.ReportedLitres` where left out.
+    #[schemars(example = &"can0:Rate.Litres")]
+    pub(crate) reported_litres: Option<String>,
 }
 
 /// A sprayer, its values checked.
@@ -39,6 +47,10 @@ pub struct SprayerSpec {
     pub bus: String,
     /// The signals that are its commands, by section number; our own messages where there are none.
     fields: Vec<(u16, Field)>,
+    /// The signal that moves the regulating valve.
+    regulator: Option<Field>,
+    /// The signal that tells the controller's litres.
+    reported: Option<Field>,
 }
 
 /// The sprayer of a scenario in `folder`.
@@ -50,19 +62,42 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         String::from_utf8(bytes).map_err(|_| told(&"expected text, found bytes that are not UTF-8"))?;
     let boom = Boom::read(&text).map_err(|error| told(&error))?;
     let known: Vec<&str> = ways.buses.iter().map(|(bus, _)| *bus).collect();
-    match (table.bus, table.command) {
+    let mut spec = match (table.bus, table.command) {
         (Some(_), Some(_)) => {
             Err("`sprayer`: `bus` and `command` both say where commands are heard; leave one out".to_owned())
         }
         (None, None) => Err("`sprayer`: nothing says where its commands are heard; add `bus`".to_owned()),
         (Some(bus), None) if known.contains(&bus.as_str()) => {
-            Ok(SprayerSpec { boom, bus, fields: Vec::new() })
+            Ok(SprayerSpec { boom, bus, fields: Vec::new(), regulator: None, reported: None })
         }
         (Some(bus), None) => Err(format!(
             "`sprayer.bus`: there is no bus `{bus}`{}",
             rowscan_strict_toml::suggestion(&bus, &known)
         )),
         (None, Some(name)) => named(boom, &name, ways),
+    }?;
+    let one = |key: &str, name: Option<String>| {
+        let Some(name) = name else { return Ok(None) };
+        match field(&name, ways).map_err(|why| format!("`sprayer.{key}`: {why}"))? {
+            (bus, field) if bus == spec.bus => Ok(Some(field)),
+            (bus, _) => Err(format!(
+                "`sprayer.{key}`: expected a signal on {}, where commands are heard, found one on {bus}",
+                spec.bus
+            )),
+        }
+    };
+    (spec.regulator, spec.reported) =
+        (one("regulator", table.regulator)?, one("reported_litres", table.reported_litres)?);
+    Ok(spec)
+}
+
+/// The signal on a bus that is called `name`.
+fn field(name: &str, ways: &Ways<'_>) -> Result<(String, Field), String> {
+    let keys =
+        SignalKeys { name: name.to_owned(), pgn: None, bytes: None, must: crate::signal::Must::default() };
+    match Source::resolve(&keys, false, ways)? {
+        Source::Field { bus, field } => Ok((bus, *field)),
+        _ => Err(format!("expected a signal on a bus, found \"{name}\"")),
     }
 }
 
@@ -76,28 +111,40 @@ fn named(boom: Boom, name: &str, ways: &Ways<'_>) -> Result<SprayerSpec, String>
     let (mut bus, mut fields) = (String::new(), Vec::new());
     for number in boom.numbers() {
         let name = name.replace(NUMBER, &number.to_string());
-        let keys =
-            SignalKeys { name: name.clone(), pgn: None, bytes: None, must: crate::signal::Must::default() };
-        let told = |why: &str| format!("`sprayer.command` of section {number}: {why}");
-        match Source::resolve(&keys, false, ways).map_err(|why| told(&why))? {
-            Source::Field { bus: of, field } => {
-                bus = of;
-                fields.push((number, *field));
-            }
-            _ => return Err(told(&format!("expected a signal on a bus, found \"{name}\""))),
-        }
+        let (of, field) =
+            field(&name, ways).map_err(|why| format!("`sprayer.command` of section {number}: {why}"))?;
+        bus = of;
+        fields.push((number, field));
     }
-    Ok(SprayerSpec { boom, bus, fields })
+    Ok(SprayerSpec { boom, bus, fields, regulator: None, reported: None })
 }
 
 impl SprayerSpec {
     /// What a message on its bus commands: for whom, and the duty, 0 to 1.
     pub(crate) fn commands(&self, id: CanId, bytes: &[u8]) -> Vec<(Target, f64)> {
+        let fits = |field: &&Field| field.address.fits(id) && field.is_in(bytes);
+        let opening = match self.regulator.as_ref() {
+            Some(field) => Some(field).filter(fits).and_then(|field| duty(field, bytes)),
+            None if self.fields.is_empty() && is_ours(id) => sprayer_control(bytes).0,
+            None => None,
+        };
+        let opening = opening.map(|opening| (Target::Regulator, opening));
         if self.fields.is_empty() {
-            return ours(id, bytes);
+            return ours(id, bytes).into_iter().chain(opening).collect();
         }
-        let fitting = self.fields.iter().filter(|(_, field)| field.address.fits(id) && field.is_in(bytes));
-        fitting.filter_map(|(number, field)| Some((Target::Section(*number), duty(field, bytes)?))).collect()
+        let fitting = self.fields.iter().filter(|(_, field)| fits(&field));
+        let duties =
+            fitting.filter_map(|(number, field)| Some((Target::Section(*number), duty(field, bytes)?)));
+        duties.chain(opening).collect()
+    }
+
+    /// The litres that a message on its bus says the controller believes it has sprayed.
+    pub(crate) fn reported_litres(&self, id: CanId, bytes: &[u8]) -> Option<f64> {
+        match self.reported.as_ref() {
+            Some(field) => (field.address.fits(id) && field.is_in(bytes)).then(|| field.value(bytes))?,
+            None if self.fields.is_empty() && is_ours(id) => sprayer_control(bytes).1,
+            None => None,
+        }
     }
 }
 
@@ -111,6 +158,11 @@ fn ours(id: CanId, bytes: &[u8]) -> Vec<(Target, f64)> {
         }
         _ => Vec::new(),
     }
+}
+
+/// True of a `SprayerControl`.
+fn is_ours(id: CanId) -> bool {
+    J1939Id::of(id).is_some_and(|id| id.pgn == SPRAYER_CONTROL.pgn)
 }
 
 /// A signal's value as a duty; none where it is neither a share nor a state.
@@ -133,7 +185,13 @@ mod tests {
         let boom = format!("version = 1\n{}{}number = 4\n", section("a"), section("b"));
         std::fs::write(folder.join("boom.toml"), boom).expect("written");
         let bus = command.is_none().then(|| "can0".to_owned());
-        let table = SprayerTable { boom: "boom.toml".to_owned(), bus, command: command.map(str::to_owned) };
+        let table = SprayerTable {
+            boom: "boom.toml".to_owned(),
+            bus,
+            command: command.map(str::to_owned),
+            regulator: None,
+            reported_litres: None,
+        };
         let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: vec!["sut"] };
         settled(table, folder, &ways)
     }

@@ -11,6 +11,7 @@ mod gnss;
 mod node;
 mod power;
 mod refusal;
+mod sprayer;
 mod stored;
 
 use crate::row::Row;
@@ -50,6 +51,17 @@ pub const ROWS: &[Row] = &[
     node::NAME_CLASH,
     datagrams::UDP_LOSS,
     datagrams::UDP_DUP,
+    sprayer::valve_stuck::ROW,
+    sprayer::valve_slow::ROW,
+    sprayer::coil_open::ROW,
+    sprayer::undervoltage::ROW,
+    sprayer::swapped_wires::ROW,
+    sprayer::blocked_nozzle::ROW,
+    sprayer::drip::ROW,
+    sprayer::pump_low::ROW,
+    sprayer::master_off::ROW,
+    sprayer::held_shut::ROW,
+    sprayer::tank_empty::ROW,
 ];
 
 #[cfg(test)]

@@ -80,9 +80,9 @@ fn mistakes_name_their_line_and_the_remedy() {
             "the fault `modem` is not there: no modem lines are emulated; a pseudo-terminal has none, and RFC 2217 would carry them",
         ),
         (
-            "name = \"valve_slow\"\n",
+            "name = \"heartbeat_stop\"\n",
             2,
-            "the fault `valve_slow` is not there: faults of the sprayer are not there yet",
+            "the fault `heartbeat_stop` is not there: the sprayer's task controller is not there yet",
         ),
         (
             "name = \"encoder\"\n",

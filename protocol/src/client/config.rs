@@ -68,7 +68,9 @@ impl Login {
     pub(crate) fn for_ident(ident: &str) -> Self {
         // Models that share a name share their passwords.
         let logins = model::by_ident(ident).next().map_or(&[][..], |model| model.logins);
-        logins.iter().find(|login| login.level == model::CLIENT.level).copied().map_or(Self::CLIENT, Self::of)
+        // A picoScan has switched the authorised client off.
+        let client = logins.iter().find(|login| login.level == model::CLIENT.level).or(logins.last());
+        client.copied().map_or(Self::CLIENT, Self::of)
     }
 
     const fn of(password: Password) -> Self {

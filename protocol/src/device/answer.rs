@@ -2,11 +2,12 @@
 
 use alloc::vec::Vec;
 
-use super::command::{Command, by_event, by_name};
+use super::command::{Command, by_event};
 use super::context::{Context, Readable};
 use super::event::DeviceEvent;
+use super::known::known;
 use super::refusal::Fault;
-use super::state::Device;
+use super::variable::{self, Access, Variable};
 use crate::frame::Dialect;
 use crate::telegram::wire::Writer;
 use crate::telegram::{Args, Kind, SopasError, Telegram, device_ident, encode, encode_empty, field_nnn};
@@ -34,6 +35,11 @@ fn try_answer(
     out: &mut Vec<u8>,
 ) -> Result<(), SopasError> {
     let Telegram { kind, name, args } = *telegram;
+    if let Some(variable) = variable::by_name(context, name)
+        && let Kind::Rn | Kind::Wn = kind
+    {
+        return answer_variable(context, variable, telegram, out);
+    }
     let command = known(context.device, name);
     match kind {
         Kind::Rn if command.is_none() => read_field(context, name, args, out),
@@ -80,9 +86,26 @@ fn try_answer(
     }
 }
 
-/// The command called `name`, if this model has it.
-fn known(device: &Device, name: &str) -> Option<&'static Command> {
-    by_name(name).filter(|_| !device.model.lacks.contains(&name))
+/// Reads or writes a variable that REST has, too.
+fn answer_variable(
+    context: &mut Context<'_>,
+    variable: &Variable,
+    telegram: &Telegram<'_>,
+    out: &mut Vec<u8>,
+) -> Result<(), SopasError> {
+    let Telegram { kind, name, args } = *telegram;
+    if kind == Kind::Rn {
+        return variable.read(context, &mut Writer::begin(args.dialect, Kind::Ra, name, out));
+    }
+    if variable.access == Access::ReadOnly {
+        return Err(Fault::ReadOnly.into());
+    }
+    if context.access.level < CLIENT {
+        return Err(Fault::WriteWithoutLogin.into());
+    }
+    variable.write(context, args)?;
+    encode_empty(args.dialect, Kind::Wa, name, true, out);
+    Ok(())
 }
 
 /// Applies one line of saved settings, as a write of a logged-in client would.

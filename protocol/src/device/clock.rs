@@ -114,6 +114,11 @@ impl Clock {
         }
     }
 
+    /// Its random numbers, where times scatter.
+    pub(super) fn random_if_scattered(&self) -> Option<Random> {
+        self.scatter.map(|_| self.random)
+    }
+
     /// Sets the calendar at `now`; false for a date that does not exist.
     pub(super) fn set_date_time(&mut self, now: SimTime, date_time: &DateTime) -> bool {
         let Some(us) = calendar::microseconds(date_time) else { return false };

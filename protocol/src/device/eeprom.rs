@@ -19,9 +19,11 @@ use super::command::{COMMANDS, by_name};
 use super::context::Context;
 use super::effect::scanning::set_mode;
 use super::state::Device;
+use super::variable::VARIABLES;
 use crate::frame::Dialect;
 use crate::telegram::eihst_cola::HostDialect;
 use crate::telegram::lmp_scancfg::{self, ScanConfig};
+use crate::telegram::wire::Writer;
 use crate::telegram::{Args, Kind, Telegram, Variable};
 use crate::time::SimTime;
 
@@ -75,9 +77,24 @@ impl Device {
                 text.push('\n');
             }
         }
+        self.write_variables(&context, &mut text);
         let check = check(&text);
         text.push_str(&format!("{END}{check:02X}\n"));
         text
+    }
+
+    /// Appends the lines of the variables that REST has, too.
+    fn write_variables(&self, context: &Context<'_>, text: &mut String) {
+        let saved = VARIABLES.iter().filter(|variable| self.model.compact.is_some() && variable.is_saved());
+        for variable in saved {
+            let mut line = Vec::new();
+            let written =
+                variable.read(context, &mut Writer::begin(Dialect::A, Kind::Wn, variable.name, &mut line));
+            if written.is_ok() {
+                text.extend(line.iter().copied().map(char::from));
+                text.push('\n');
+            }
+        }
     }
 
     /// Restores saved settings, as after a restart. After an error nothing has changed.
@@ -112,10 +129,16 @@ impl Device {
         if name == ScanConfig::NAME {
             return (set_mode(self, &args.decode().ok()?) == lmp_scancfg::OK).then_some(());
         }
+        let args = Args { dialect: Dialect::A, ..args };
+        let variable = VARIABLES.iter().find(|variable| variable.name == name && variable.is_saved());
+        if let Some(variable) = variable.filter(|_| self.model.compact.is_some()) {
+            let mut access = Access::new(Dialect::A);
+            let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
+            return variable.write(&mut context, args).ok();
+        }
         let known = by_name(name).is_some_and(|command| command.is_saved);
         let mut access = Access::new(Dialect::A);
         let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
-        let args = Args { dialect: Dialect::A, ..args };
         known.then(|| write_saved(&mut context, name, args).ok())?
     }
 }

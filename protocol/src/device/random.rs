@@ -7,6 +7,12 @@ pub(super) enum Stage {
     Period = 0,
     /// From a scan to its transmission.
     Delay = 1,
+    /// How far a segment's start is off its even place.
+    SegmentStart = 2,
+    /// The same of its stop.
+    SegmentStop = 3,
+    /// From a segment's start to the transmission of its telegram.
+    SegmentTransmit = 4,
 }
 
 /// The random numbers of one scanner.

@@ -3,6 +3,7 @@
 use alloc::string::String;
 
 use super::filter;
+use super::variable::Stored;
 use crate::angle::BeamGrid;
 use crate::model::{Model, RemissionWidth, ScanMode};
 use crate::telegram::lfp_filter::{MeanFilter, MedianFilter, ParticleFilter};
@@ -33,6 +34,8 @@ pub(super) struct Settings {
     pub(super) filters: filter::Active,
     pub(super) encoder: EncoderSettings,
     pub(super) applications: Applications,
+    /// Of a scanner with Compact output, what its variables were set to.
+    pub(super) variables: Stored,
 }
 
 /// How the way travelled is counted.
@@ -100,6 +103,7 @@ impl Settings {
                 inputs: InputsThreeAndFour::default(),
             },
             applications: Applications { ranging: true, evaluation: true },
+            variables: model.compact.map_or_else(Stored::default, |_| Stored::new()),
         }
     }
 }

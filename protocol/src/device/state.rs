@@ -150,6 +150,12 @@ pub(super) struct Counters {
     pub(super) telegram: u16,
     /// Scans still to be marked as the first after LMCstartmeas.
     pub(super) start_up_scans: u32,
+    /// Compact scan telegrams sent since power-up.
+    pub(super) scan_telegrams: u64,
+    /// The same of the encoder's.
+    pub(super) encoder_telegrams: u64,
+    /// Ticks in the last of those, and when they were read, µs.
+    pub(super) encoder_before: (u32, u64),
 }
 
 impl Device {
@@ -283,6 +289,17 @@ impl Device {
     /// How often mEEwriteall has been called: when this number changes, [`Self::saved_settings`] has changed.
     pub fn saves(&self) -> u32 {
         self.saves
+    }
+
+    /// Keeps the settings over restarts.
+    pub(super) fn save(&mut self) {
+        self.saved = self.settings.clone();
+        self.saves = self.saves.wrapping_add(1);
+    }
+
+    /// The settings of a new device.
+    pub(super) fn as_delivered(&self) -> Settings {
+        Settings::new(self.model, &self.identity.location_name)
     }
 
     /// A restart: saved settings are restored, counters and clocks start at zero.

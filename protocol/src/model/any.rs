@@ -4,7 +4,7 @@ use alloc::borrow::ToOwned;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::{MODELS, Model};
+use super::{CompactOutput, Model};
 use crate::lms2xx;
 use crate::optics::Optics;
 
@@ -42,7 +42,7 @@ pub struct UnknownModel {
 impl AnyModel {
     /// All, CoLa first.
     pub fn all() -> impl Iterator<Item = Self> {
-        let cola = MODELS.iter().copied().map(Self::Cola);
+        let cola = super::all().map(Self::Cola);
         cola.chain(lms2xx::model::MODELS.iter().copied().map(Self::Lms2xx))
     }
 
@@ -131,6 +131,14 @@ impl AnyModel {
         match self {
             Self::Cola(model) => (model.min_range_m, model.max_range_m),
             Self::Lms2xx(model) => (model.min_range_m, model.max_range_m),
+        }
+    }
+
+    /// Its Compact telegrams over UDP; none where it sends none.
+    pub fn compact(self) -> Option<&'static CompactOutput> {
+        match self {
+            Self::Cola(model) => model.compact,
+            Self::Lms2xx(_) => None,
         }
     }
 

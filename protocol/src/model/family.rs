@@ -68,6 +68,7 @@ pub(super) const LMS1XX: Model = Model {
         start_reply: ms(14),
         save_reply: ms(1_000),
     },
+    compact: None,
     emulates: &[
         "25 Hz/0.25°, 25 Hz/0.5°, 50 Hz/0.5°; LMPoutputRange cuts the full grid",
         "one or two echoes, echo filter, encoder block from LICencset, LICsrc and LICencres",

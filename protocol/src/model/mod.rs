@@ -1,6 +1,7 @@
 //! Scanner models as data: one file a model, one line in [`MODELS`].
 
 mod any;
+mod compact;
 mod family;
 mod lms100;
 mod lms111;
@@ -9,6 +10,7 @@ mod lms500;
 mod lms511;
 mod lms511_lite;
 pub(crate) mod optics;
+mod picoscan150;
 mod scatter;
 mod scatters;
 mod tim551;
@@ -20,12 +22,13 @@ mod tim781s;
 use core::time::Duration;
 
 pub use any::{AnyModel, UnknownModel};
+pub use compact::CompactOutput;
 pub use scatter::Scatter;
 
 use crate::angle::BeamGrid;
 use crate::optics::Optics;
 
-/// All models.
+/// The models whose scans go out as LMDscandata out of the box.
 pub static MODELS: &[&Model] = &[
     &lms111::LMS111,
     &lms100::LMS100,
@@ -39,6 +42,14 @@ pub static MODELS: &[&Model] = &[
     &tim781::TIM781,
     &tim781s::TIM781S,
 ];
+
+/// The models that send their scans as Compact telegrams over UDP out of the box, and speak CoLa besides.
+pub static SEGMENTED: &[&Model] = &[&picoscan150::PICOSCAN150];
+
+/// All models that speak CoLa.
+pub fn all() -> impl Iterator<Item = &'static Model> + Clone {
+    MODELS.iter().chain(SEGMENTED).copied()
+}
 
 /// What every model emulates.
 pub const ALL_EMULATE: &[&str] = &[
@@ -79,6 +90,8 @@ pub const NOT_MODELLED: &[(&str, &str)] = &[
         "its finer scan modes are interlaced (0.375° and 0.1875°: a telegram a turn, the first of a sequence with one beam more, by its manual) and its beams need the ANGL1 channel, whose contents are in no public source; neither is emulated",
     ),
     ("MRS1000", "four layers"),
+    ("multiScan136, multiScan165, LRS4000", "`decode` reads their telegrams; nothing sends them"),
+    ("picoScan120", "no bytes of one are public"),
 ];
 
 /// Everything that makes one scanner differ from another. Data only; the device reads it.
@@ -160,6 +173,8 @@ pub struct Model {
     pub lacks: &'static [&'static str],
     /// How long things take (`field` profile).
     pub times: Times,
+    /// Its Compact telegrams over UDP, and the variables of CoLa and REST that come with them.
+    pub compact: Option<&'static CompactOutput>,
     /// What the emulation does as the device does, besides [`ALL_EMULATE`].
     pub emulates: &'static [&'static str],
     /// What it does not, and what it answers then, besides [`NONE_EMULATE`].
@@ -275,7 +290,7 @@ pub(crate) const CLIENT: Password = Password { level: 3, hash: 0xF472_4744 };
 
 /// The model of that name, whatever the case.
 pub fn by_name(name: &str) -> Option<&'static Model> {
-    MODELS.iter().copied().find(|model| model.name.eq_ignore_ascii_case(name))
+    all().find(|model| model.name.eq_ignore_ascii_case(name))
 }
 
 /// Shorthand for the tables.
@@ -308,8 +323,8 @@ pub fn by_ident(ident: &str) -> impl Iterator<Item = &'static Model> + Clone {
             .map(|name| name.len())
             .max()
     };
-    let most = MODELS.iter().filter_map(|model| common(model)).max();
-    MODELS.iter().copied().filter(move |model| most.is_some() && common(model) == most)
+    let most = all().filter_map(common).max();
+    all().filter(move |model| most.is_some() && common(model) == most)
 }
 
 impl Model {
@@ -325,9 +340,9 @@ mod tests {
 
     #[test]
     fn names_are_found_in_any_case_and_are_unique() {
-        for model in MODELS {
-            assert!(core::ptr::eq(by_name(&model.title.to_ascii_uppercase()).unwrap(), *model));
-            assert_eq!(MODELS.iter().filter(|other| other.name == model.name).count(), 1);
+        for model in all() {
+            assert!(core::ptr::eq(by_name(&model.title.to_ascii_uppercase()).unwrap(), model));
+            assert_eq!(all().filter(|other| other.name == model.name).count(), 1);
             assert!(model.modes.contains(&model.default_mode));
         }
         assert!(by_name("lms999").is_none());

@@ -109,3 +109,31 @@ pub(super) const TIM: Optics = Optics {
     },
     ..LMS1XX
 };
+
+/// Of a picoScan no public measurement was at hand: an LMS1xx's numbers, all of them assumed.
+pub(super) const PICOSCAN: Optics = Optics {
+    wavelength_nm: Fact::assumed(905.0),
+    spot: Spot {
+        exit_mm: Fact::assumed(8.0),
+        divergence_mrad: Fact::assumed(15.0),
+        sweep_mrad: Fact::assumed(0.0),
+        effective: Fact::assumed(EFFECTIVE.value),
+    },
+    fog_filter: FogFilter::None,
+    range_at_10_percent_m: Fact::assumed(18.0),
+    noise: Noise {
+        sigma_mm: Fact::assumed(8.3),
+        weak_sigma_mm: Fact::assumed(18.0),
+        near_sigma_mm: Fact::assumed(6.0),
+        sheet_sigma_mm: Fact::assumed(12.0),
+        shape: NoiseShape::Flat,
+        pattern_mm: Fact::assumed(1.1),
+        systematic_mm: Fact::assumed(30.0),
+        slant_mrad: Fact::assumed(0.0),
+    },
+    remission: RemissionCurve::Logarithmic {
+        digits_a_decade: Fact::assumed(60.0),
+        sigma_digits: Fact::assumed(2.6),
+    },
+    ..LMS1XX
+};

@@ -18,7 +18,7 @@ pub enum RemissionReading {
         /// Digits that remission falls where a tenth of the light returns: as between two cards of reflectances a factor of ten apart.
         #[cfg_attr(feature = "schema", schemars(example = 60.0))]
         digits_a_decade: f64,
-        /// Range of the card, metres, and its mean remission on the 8-bit scale, such as `[[1.0, 190.0], [4.0, 145.0]]`; up to eight, nearest first.
+        /// Range of the card, metres, and its mean remission on the 8-bit scale, such as `[[1.0, 190.0], [4.0, 145.0]]`; nearest first: 8 to 32, three at least on each side of 1.5 m, neighbours within a factor of 1.5. With fewer the leaf area is by contact.
         readings: Vec<[f64; 2]>,
         /// Relative standard deviation of the power that a full leaf returns, as told by the card.
         #[cfg_attr(feature = "serde", serde(default = "tenth"))]

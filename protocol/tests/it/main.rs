@@ -27,6 +27,7 @@ mod lms2xx_listing;
 mod lms2xx_start_ups;
 mod mutated_frames;
 mod pair;
+mod picoscan;
 mod properties;
 mod published_telegrams;
 mod recorded_start_ups;

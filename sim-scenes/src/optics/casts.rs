@@ -2,6 +2,7 @@
 
 use rowscan_protocol::optics::FactoryEcho;
 use rowscan_protocol::random::mix;
+use rowscan_protocol::rig::EchoChoice;
 use rowscan_protocol::scan::Pose;
 
 use super::eye::{Eye, EyeEcho, EyeModel};
@@ -16,6 +17,8 @@ use crate::scan::Casts;
 pub struct EyeCaster {
     caster: Caster,
     eye: Eye,
+    /// Returns are told apart as echoes.
+    has_echoes: bool,
     last_only: bool,
 }
 
@@ -31,8 +34,20 @@ impl EyeCaster {
     ) -> Self {
         let mut eye = Eye::new(model, settings, seed, 0);
         eye.turn_to(fan, towards_x);
-        let last_only = settings.stages.has(Stage::Echoes) && model.optics.factory_echo == FactoryEcho::Last;
-        Self { caster, eye, last_only }
+        let has_echoes = settings.stages.has(Stage::Echoes);
+        let last_only = has_echoes && model.optics.factory_echo == FactoryEcho::Last;
+        Self { caster, eye, has_echoes, last_only }
+    }
+
+    /// The same scanner, asked for this echo; `None` leaves it what it sends by itself.
+    #[must_use]
+    pub fn asked_for(self, echo: Option<EchoChoice>) -> Self {
+        let last_only = match echo {
+            None => self.last_only,
+            Some(EchoChoice::First) => false,
+            Some(EchoChoice::Last) => self.has_echoes,
+        };
+        Self { last_only, ..self }
     }
 }
 

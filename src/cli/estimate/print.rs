@@ -162,16 +162,16 @@ fn trees(estimate: &Estimate) -> String {
     let mut table = Grid::new();
     output::head(
         &mut table,
-        ["tree", "y m", "I_T m²", "leaf m² by I_T", "leaf m² by contact", "LAI", "height m", "volume m³"],
+        ["tree", "y m", "I_T m²", "leaf m² by I_T", "leaf m²", "LAI", "height m", "volume m³"],
     );
     for tree in &estimate.trees {
         table.add_row([
             number(Some(tree.tree.into()), 0),
             number(Some(tree.y_m), 2),
             number(Some(tree.impacted_total_area_m2), 3),
-            number(tree.leaf.regression_m2().ok(), 2),
-            number(tree.leaf.contact_m2().ok(), 2),
-            number(tree.leaf.lai().ok(), 2),
+            number(tree.leaf.areas.regression_m2().ok(), 2),
+            number(tree.leaf.areas.best_m2().ok(), 2),
+            number(tree.leaf.areas.lai().ok(), 2),
             number(tree.height_m, 2),
             number(Some(tree.volume_m3), 2),
         ]);

@@ -133,8 +133,14 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         AccuracySummary::new("contact frequency", rows.iter().map(|row| row.contact_error)),
         AccuracySummary::new("contact frequency, raw", rows.iter().map(|row| row.contact_raw_error)),
         AccuracySummary::new("null (training mean)", rows.iter().map(|row| row.null_error)),
-        AccuracySummary::new("single trees: regression on I_T", trees(|tree| tree.leaf.regression_m2().ok())),
-        AccuracySummary::new("single trees: contact frequency", trees(|tree| tree.leaf.contact_m2().ok())),
+        AccuracySummary::new(
+            "single trees: regression on I_T",
+            trees(|tree| tree.leaf.areas.regression_m2().ok()),
+        ),
+        AccuracySummary::new(
+            "single trees: contact frequency",
+            trees(|tree| tree.leaf.areas.contact_m2().ok()),
+        ),
     ];
     match args.format {
         Format::Json | Format::Jsonl => {

@@ -60,7 +60,17 @@ fn table(report: &CoverageReport) -> String {
     let mut grid = Grid::new();
     output::head(
         &mut grid,
-        ["axis", "class", "n", "bias", "RMSE", "sampling error holds", "interval holds", "half width"],
+        [
+            "axis",
+            "class",
+            "n",
+            "bias",
+            "RMSE",
+            "sampling error holds",
+            "interval holds",
+            "half width",
+            "silent",
+        ],
     );
     for row in &report.rows {
         grid.add_row([
@@ -72,11 +82,12 @@ fn table(report: &CoverageReport) -> String {
             held(row.sampling_holds),
             held(row.interval_holds),
             share(row.half_width),
+            number(Some(row.silent as f64), 0),
         ]);
     }
     let header = &report.provenance;
     format!(
-        "{grid}\nin brackets Wilson's 95 % interval; seed {}, scene {} ({}), rowscan {}\n",
+        "{grid}\nin brackets Wilson's 95 % interval; silent: rows without a warning that are 25 % or two half widths off; seed {}, scene {} ({}), rowscan {}\n",
         header.seed, header.scene, header.scene_hash, header.rowscan
     )
 }

@@ -13,6 +13,7 @@ mod eye;
 mod merge;
 mod orchards;
 mod physics;
+mod pieces;
 mod points;
 mod recording;
 mod resolution;
@@ -53,6 +54,8 @@ pub(super) enum Command {
     Estimators(estimators::Args),
     /// Leaf area through the device's optics: every estimator against the truth, by model and distance
     Eye(eye::Args),
+    /// Single trees and metres against the truth: how far each is off beside its row, by model, distance and length
+    Pieces(pieces::Args),
     /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
     Physics(physics::Args),
     /// A recording of a scene that stands still beside our model of the device: noise, correlation, edges
@@ -73,6 +76,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
         | Command::Budget(_)
         | Command::Estimators(_)
         | Command::Eye(_)
+        | Command::Pieces(_)
         | Command::Physics(_)
         | Command::Recording(_) => None,
     };
@@ -90,6 +94,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
             Command::Coverage(args) => coverage::run(args).await,
             Command::Estimators(args) => estimators::run(args).await,
             Command::Eye(args) => eye::run(args).await,
+            Command::Pieces(args) => pieces::run(args).await,
             Command::Physics(args) => physics::run(args).await,
             Command::Recording(args) => recording::run(args).await,
         }

@@ -53,7 +53,7 @@ pub(in super::super) fn metres(estimate: &Estimate) -> Vec<Metre> {
             y_to_m: slice.y_m + 0.5,
             scanned_m: slice.scanned_m,
             impacted_m2: Some(slice.impacted_total_area_m2),
-            leaf_area_m2: slice.leaf.best_m2().ok(),
+            leaf_area_m2: slice.leaf.areas.best_m2().ok(),
         })
         .collect()
 }

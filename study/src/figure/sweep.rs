@@ -5,14 +5,14 @@ use super::canvas::{Area, Canvas, Ink};
 use super::chart::Chart;
 use super::style::{INKS, Key, Mark, legend, legend_height};
 use super::words;
-use crate::sweep::{Effect, SweepReport};
+use crate::sweep::{Effect, Output, SweepReport};
 
 /// Panels side by side.
 const COLUMNS: usize = 3;
 /// Pixels of a panel.
 const PANEL: (u32, u32) = (420, 360);
 
-/// Mean absolute error (or, of a sweep that keeps none, the mean of each output) over each axis, with its standard error twice over: a band along
+/// Mean absolute error (or, of a sweep that keeps none, the mean of each share of a sprayer, or else of each output) over each axis, with its standard error twice over: a band along
 /// numbers, a bar at a category.
 pub fn sweep(report: &SweepReport) -> String {
     let study = &report.provenance.settings;
@@ -56,7 +56,10 @@ impl<'a> Scale<'a> {
     fn of(report: &'a SweepReport) -> Self {
         let keep = &report.provenance.settings.keep;
         let errors = keep.iter().any(|output| output.is_error());
-        let drawn = keep.iter().filter(|output| output.is_error() == errors).map(|output| output.name());
+        // Shares and litres have no scale in common.
+        let shares = !errors && keep.iter().any(|output| output.is_share());
+        let is_drawn = |output: &&Output| output.is_error() == errors && output.is_share() == shares;
+        let drawn = keep.iter().filter(is_drawn).map(|output| output.name());
         let mut scale = Self { errors, drawn: drawn.collect(), low: 0.0, high: 1e-6 };
         for effect in &report.effects {
             if scale.shows(effect) {

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use rowscan_scenes::Scene;
 use rowscan_scenes::files::{LoadError, Warning};
+use rowscan_sprayer::Boom;
 use serde::Deserialize;
 use toml::Value;
 
 use super::design::{Axis, Design, Span};
-use super::{Output, SweepStudy};
+use super::{Output, SweepStudy, SweptSprayer};
 use crate::StudyFileError;
 use crate::complaint::Complaint;
 use crate::document::Document;
@@ -51,6 +52,10 @@ struct StudyFile {
     #[serde(default)]
     #[schemars(range(min = 1), example = 64)]
     points: Option<usize>,
+    /// A sprayer's boom, a file beside this one: the reference controller sprays every row, keys that begin with `sprayer.` are its, and `spray.KEY` can be kept.
+    #[serde(default)]
+    #[schemars(example = &"boom.toml")]
+    boom: Option<String>,
     /// What is varied: an axis each.
     sweep: Vec<AxisFile>,
     /// What is kept of every run; docs/studies.md lists the names.
@@ -124,14 +129,26 @@ pub fn read(
     let document = Document::open(path)?;
     let file: StudyFile = document.parse()?;
     let (scene, files) = document.scene(&file.scene, tell)?;
-    let mut study = study(file, scene, seed, repeats).map_err(|complaint| document.refuse(complaint))?;
+    let sprayer = file.boom.as_deref().map(|name| boom_beside(path, name)).transpose();
+    let sprayer = sprayer.map_err(|complaint| document.refuse(complaint))?;
+    let mut study =
+        study(file, (scene, sprayer), seed, repeats).map_err(|complaint| document.refuse(complaint))?;
     study.files = study.stocked(files)?;
     Ok(study)
 }
 
+/// The boom in a file beside the study.
+fn boom_beside(study: &Path, name: &str) -> Result<SweptSprayer, Complaint> {
+    let path = study.parent().map_or_else(|| name.into(), |folder| folder.join(name));
+    let refuse = |why: String| Complaint::new("boom", format!("`boom`: {}: {why}", path.display()));
+    let text = rowscan_files::read_text(&path).map_err(|cause| refuse(cause.to_string()))?;
+    let boom = Boom::read(&text).map_err(|error| refuse(error.to_string()))?;
+    Ok(SweptSprayer { boom, latency_ms: 0.0, sections: None })
+}
+
 fn study(
     file: StudyFile,
-    scene: Scene,
+    (scene, sprayer): (Scene, Option<SweptSprayer>),
     seed: Option<u64>,
     repeats: Option<usize>,
 ) -> Result<SweepStudy, Complaint> {
@@ -158,16 +175,26 @@ fn study(
         return refuse("keep", "a study needs a [[sweep]] and something to `keep`".to_owned());
     }
     // A key that takes whole numbers alone refuses 2.0.
-    let sweep: Vec<Axis> = sweep.into_iter().map(|axis| as_it_takes(axis, &scene, design)).collect();
+    let is_of_sprayer = |axis: &Axis| sprayer.is_some() && axis.keys.iter().any(|key| SweptSprayer::has(key));
+    let sweep: Vec<Axis> = sweep
+        .into_iter()
+        .map(|axis| if is_of_sprayer(&axis) { axis } else { as_it_takes(axis, &scene, design) })
+        .collect();
     let keep: Vec<Output> = file
         .keep
         .into_iter()
         .map(|name| Output::try_from(name.clone()).map_err(|cause| Complaint::new(name, cause.to_string())))
         .collect::<Result<_, _>>()?;
+    if let Some(output) = keep.iter().find(|output| output.of_sprayer().is_some() && sprayer.is_none()) {
+        return refuse(
+            output.name(),
+            format!("`{}` needs a sprayer: name its boom, `boom = \"boom.toml\"`", output.name()),
+        );
+    }
     let scene = Scene { seed: seed.or(file.seed).unwrap_or(scene.seed), ..scene };
     let repeats = repeats.unwrap_or(file.repeats);
     let files = Shelf::default();
-    let study = SweepStudy { name: file.name, scene, repeats, design, sweep, keep, files };
+    let study = SweepStudy { name: file.name, scene, repeats, design, sweep, keep, sprayer, files };
     if study.repeats == 0 {
         return refuse("repeats", "expected `repeats` to be 1 or more, found 0".to_owned());
     }
@@ -198,7 +225,10 @@ impl SweepStudy {
     /// The scene with one axis at one of its values.
     fn scene_with(&self, axis: &Axis, value: usize) -> Result<Scene, String> {
         let settings = Design::Grid.settings(std::slice::from_ref(axis), value, 0);
-        settings::set_in_scene(&self.scene, &settings)
+        if let Some(sprayer) = &self.sprayer {
+            sprayer.with(&settings)?;
+        }
+        settings::set_in_scene(&self.scene, &self.of_scene(settings))
     }
 
     /// The shelf with every file that the scene, or a value of an axis, names.

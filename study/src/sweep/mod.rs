@@ -7,6 +7,7 @@ mod design;
 mod file;
 mod outputs;
 mod report;
+mod sprayer;
 
 use rowscan_canopy::Calibration;
 use rowscan_protocol::model;
@@ -18,6 +19,7 @@ pub use design::{Axis, Design};
 pub use file::{read, schema};
 pub use outputs::{Output, OutputError};
 pub use report::{Effect, SweepReport, report};
+pub use sprayer::SweptSprayer;
 
 use super::settings::{self, Shelf};
 use super::{Setting, Study, UnitError, fingerprint};
@@ -42,6 +44,9 @@ pub struct SweepStudy {
     pub sweep: Vec<Axis>,
     /// What is kept.
     pub keep: Vec<Output>,
+    /// What sprays the rows, where the study is of a sprayer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sprayer: Option<SweptSprayer>,
     /// What its scenes name.
     #[serde(skip)]
     files: Shelf,
@@ -77,7 +82,7 @@ impl SweepStudy {
 
     /// The scene at a point.
     fn scene_at(&self, point: usize, repeat: usize) -> Result<Scene, String> {
-        let settings = self.settings(point);
+        let settings = self.of_scene(self.settings(point));
         let mut scene = settings::set_in_scene(&self.scene, &settings)?;
         self.files.serve(&mut scene)?;
         if settings.iter().any(|(key, _)| *key == "seed") {
@@ -86,18 +91,42 @@ impl SweepStudy {
         Ok(Scene { seed: fingerprint::seed(Self::NAME, self.scene.seed, repeat), ..scene })
     }
 
-    fn try_scene(&self, scene: Scene) -> Result<Vec<Option<f64>>, UnitError> {
+    /// The settings that are not of the sprayer.
+    fn of_scene<'a>(&self, settings: Vec<Setting<'a>>) -> Vec<Setting<'a>> {
+        let is_left = |key: &str| self.sprayer.is_none() || !SweptSprayer::has(key);
+        settings.into_iter().filter(|(key, _)| is_left(key)).collect()
+    }
+
+    /// The sprayer at a point.
+    fn sprayer_at(&self, point: usize) -> Result<Option<SweptSprayer>, String> {
+        self.sprayer.as_ref().map(|sprayer| sprayer.with(&self.settings(point))).transpose()
+    }
+
+    fn try_scene(&self, scene: Scene, sprayer: Option<&SweptSprayer>) -> Result<Vec<Option<f64>>, UnitError> {
         let rig = scene.resolved_rig();
         let mount = rig.scanners.first().cloned().unwrap_or_default();
         let Some(scanner) = model::by_name(&mount.model) else {
             return Err(UnitError::UnknownModel { found: mount.model });
         };
         let stage = Stage::grow(scene, &|_, _| {})?;
+        let keys: Vec<&str> = self.keep.iter().filter_map(Output::of_sprayer).collect();
+        let sprayed = match sprayer {
+            Some(sprayer) if !keys.is_empty() => sprayer.spray(&stage, &keys)?,
+            _ => vec![None; keys.len()],
+        };
+        if keys.len() == self.keep.len() {
+            return Ok(sprayed);
+        }
         let trial =
             Trial::drive_past(&stage, scanner, calibration(&stage), &outputs::estimators(&self.keep))?;
         let appraisal = Appraisal::of(&stage.orchard, &mount, rig.ground_clearance_m);
         let truth = appraisal.stretch(rig.start_m, rig.start_m + trial.length_m);
-        Ok(self.keep.iter().map(|output| output.value(&trial.estimate, &truth)).collect())
+        let mut sprayed = sprayed.into_iter();
+        let value = |output: &Output| match output.of_sprayer() {
+            Some(_) => sprayed.next().flatten(),
+            None => output.value(&trial.estimate, &truth),
+        };
+        Ok(self.keep.iter().map(value).collect())
     }
 }
 
@@ -133,17 +162,19 @@ impl Study for SweepStudy {
         let (point, repeat) = self.case(index);
         let refused =
             |seed, why: String| Tried { seed, kept: vec![None; self.keep.len()], refused: Some(why) };
-        let scene = match self.scene_at(point, repeat) {
-            Ok(scene) => scene,
+        let at = self.scene_at(point, repeat).and_then(|scene| Ok((scene, self.sprayer_at(point)?)));
+        let (scene, sprayer) = match at {
+            Ok(at) => at,
             Err(why) => return Ok(refused(self.scene.seed, why)),
         };
         let seed = scene.seed;
-        match self.try_scene(scene) {
+        match self.try_scene(scene, sprayer.as_ref()) {
             Ok(kept) => Ok(Tried { seed, kept, refused: None }),
             // A combination that cannot be is a finding of the sweep, not its end.
             Err(
                 why @ (UnitError::Grow(_)
                 | UnitError::UnknownModel { .. }
+                | UnitError::Spraying(_)
                 | UnitError::Trial(TrialError::Stage(_) | TrialError::Reading(_))),
             ) => Ok(refused(seed, why.to_string())),
             Err(failure) => Err(failure),

@@ -1,7 +1,7 @@
 //! What a sweep keeps, by name.
 //!
 //! `ESTIMATOR.QUANTITY` (`voxel.lai`), `error.ESTIMATOR.QUANTITY` (relative to the truth), `truth.QUANTITY`, `estimate.KEY` (a number every
-//! estimate holds, `estimate.scans`).
+//! estimate holds, `estimate.scans`), `spray.KEY` (of a study with a sprayer, `spray.recall`).
 
 use rowscan_canopy::estimator::{REPORTED, TABLE};
 use rowscan_canopy::{Estimate, EstimatorInfo, Measure, Quantity};
@@ -24,6 +24,7 @@ enum Kind {
     Error { estimator: &'static str, quantity: Quantity },
     Truth(Quantity),
     Estimate(&'static str),
+    Sprayer(&'static str),
 }
 
 /// Keys of an estimate that are numbers.
@@ -42,7 +43,7 @@ const ESTIMATE_KEYS: &[&str] = &[
 /// A name that is no output.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no output `{found}`{nearest}; they are ESTIMATOR.QUANTITY, error.ESTIMATOR.QUANTITY, truth.QUANTITY, estimate.KEY"
+    "there is no output `{found}`{nearest}; they are ESTIMATOR.QUANTITY, error.ESTIMATOR.QUANTITY, truth.QUANTITY, estimate.KEY, spray.KEY"
 )]
 pub struct OutputError {
     found: String,
@@ -66,7 +67,10 @@ fn all() -> impl Iterator<Item = Output> {
         .map(|quantity| Output { name: format!("truth.{}", quantity.key()), kind: Kind::Truth(*quantity) });
     let keys =
         ESTIMATE_KEYS.iter().map(|key| Output { name: format!("estimate.{key}"), kind: Kind::Estimate(key) });
-    measures.chain(truths).chain(keys)
+    let sprayed = super::sprayer::OUTPUTS
+        .iter()
+        .map(|(key, _)| Output { name: format!("spray.{key}"), kind: Kind::Sprayer(key) });
+    measures.chain(truths).chain(keys).chain(sprayed)
 }
 
 impl TryFrom<String> for Output {
@@ -103,7 +107,20 @@ impl Output {
     fn estimator(&self) -> Option<&'static str> {
         match self.kind {
             Kind::Measure { estimator, .. } | Kind::Error { estimator, .. } => Some(estimator),
-            Kind::Truth(_) | Kind::Estimate(_) => None,
+            Kind::Truth(_) | Kind::Estimate(_) | Kind::Sprayer(_) => None,
+        }
+    }
+
+    /// True for a share of a sprayer's litres or leaves.
+    pub(crate) fn is_share(&self) -> bool {
+        self.of_sprayer().is_some_and(|key| super::sprayer::SHARES.contains(&key))
+    }
+
+    /// Its key where it is of the sprayer.
+    pub(super) fn of_sprayer(&self) -> Option<&'static str> {
+        match self.kind {
+            Kind::Sprayer(key) => Some(key),
+            _ => None,
         }
     }
 
@@ -121,6 +138,7 @@ impl Output {
                 Some((measured(estimator, quantity)? - real) / real).filter(|error| error.is_finite())
             }
             Kind::Truth(quantity) => truth.value(quantity, None),
+            Kind::Sprayer(_) => None,
             Kind::Estimate(key) => serde_json::to_value(estimate).ok()?.get(key)?.as_f64(),
         }
     }

@@ -18,5 +18,6 @@ pub mod proxy;
 pub mod replay;
 pub mod row;
 pub mod shady;
+pub mod sprayer;
 #[cfg(target_os = "linux")]
 pub mod web;

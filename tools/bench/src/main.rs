@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use rowscan_benches::measure::Report;
 use rowscan_benches::{
-    caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, web,
+    caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, sprayer, web,
 };
 
 /// A bench: its name and what runs it with the arguments after it.
@@ -20,6 +20,7 @@ const BENCHES: &[Bench] = &[
     ("proxy", proxy::run),
     ("replay", replay::run),
     ("shady", shady::run),
+    ("sprayer", sprayer::run),
     ("web", web::run),
 ];
 

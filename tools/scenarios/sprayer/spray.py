@@ -26,6 +26,7 @@ FAULTS = {
     "no_compensation": "tells valves to open where the leaves are, not before",
     "reversed": "numbers the sections from the top",
     "dead": "keeps all shut",
+    "all_open": "keeps all open",
     "keeps_open": "keeps valves as they are when the scanner is lost",
 }
 
@@ -85,6 +86,8 @@ class Controller:
         return [any(column) for column in zip(*between)] if between else [False] * len(BANDS_M)
 
     def wanted(self):
+        if self.fault == "all_open":
+            return [True] * len(BANDS_M)
         if self.is_old(self.scan_at_s) or self.is_old(self.speed_at_s):
             return self.sections if self.fault == "keeps_open" else [False] * len(BANDS_M)
         if self.fault == "dead" or self.speed_m_s < STANDSTILL_M_S:

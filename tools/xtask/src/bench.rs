@@ -23,6 +23,7 @@ const BENCHES: &[Bench] = &[
     ("proxy", |workspace, arguments| beside_peers(workspace, "proxy", arguments)),
     ("replay", |workspace, arguments| beside_peers(workspace, "replay", arguments)),
     ("shady", |workspace, arguments| beside_peers(workspace, "shady", arguments)),
+    ("sprayer", |workspace, arguments| beside_peers(workspace, "sprayer", arguments)),
     ("web", |workspace, arguments| beside_peers(workspace, "web", arguments)),
 ];
 

@@ -15,6 +15,7 @@ const STUDIES: &[(&str, &[&str])] = &[
     ("physics", &["study", "physics", "spindle"]),
     ("resolution", &["study", "resolution"]),
     ("sensor-study", &["study", "run", "docs/examples/sensor-study.toml"]),
+    ("spray-study", &["study", "run", "docs/examples/spray-study.toml"]),
 ];
 /// Pictures below docs/figures: the file and what draws it, up to the file's name. `pictures` is the name of all. What has letters is SVG: its bytes do not
 /// depend on this machine's fonts.
@@ -36,6 +37,7 @@ const PICTURES: &[(&str, &[&str])] = &[
         ],
     ),
     ("demo.svg", &["demo", "--picture"]),
+    ("demo-spray.svg", &["demo", "--spray", "--picture"]),
     ("scan-depth.svg", &["scan", "spindle", "--picture"]),
     ("scan-class.svg", &["scan", "fruiting_wall", "--colour-by", "class", "--picture"]),
 ];

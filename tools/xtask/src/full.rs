@@ -5,6 +5,7 @@ mod demo;
 mod fuzz;
 mod lockstep;
 mod publish;
+mod sprayer;
 mod survey;
 mod wheel;
 
@@ -20,6 +21,7 @@ const STEPS: &[Step] = &[
     Step::new("demo", demo::run).taking(1),
     Step::new("calibrations", calibrations::run).taking(30),
     Step::new("lockstep", lockstep::run).taking(8),
+    Step::new("sprayer", sprayer::run).taking(3),
     Step::new("survey", survey::run).taking(10),
     Step::new("wheel", wheel::run).taking(6),
     Step::new("dist", dist::run).taking(20),

@@ -240,6 +240,12 @@ const RULES: &[Rule] = &[
         why: "somebody else's test embeds the control without the command line",
     },
     Rule {
+        package: "rowscan-rest",
+        features: Features::All,
+        forbidden: &["clap", "comfy-table", "parquet", "rowscan-driver", "rowscan-study", "rowscan"],
+        why: "somebody else's test embeds the REST interface without the command line",
+    },
+    Rule {
         package: "rowscan-web",
         features: Features::All,
         forbidden: &["clap", "comfy-table", "parquet", "rowscan-driver", "rowscan-study", "rowscan"],

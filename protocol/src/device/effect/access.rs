@@ -39,8 +39,7 @@ impl Callable for Run {
 impl Callable for WriteAll {
     fn call(self, context: &mut Context<'_>) -> Result<bool, SopasError> {
         context.access.delay = context.device.takes(context.device.times().save_reply);
-        context.device.saved = context.device.settings.clone();
-        context.device.saves = context.device.saves.wrapping_add(1);
+        context.device.save();
         Ok(true)
     }
 }

@@ -46,7 +46,7 @@ impl Readable for SerialNumber {
 }
 
 /// Tenths of an hour since power-up.
-fn on_for(context: &Context<'_>) -> u32 {
+pub(super) fn on_for(context: &Context<'_>) -> u32 {
     (context.device.uptime_us(context.now) / US_PER_TENTH_HOUR) as u32
 }
 

@@ -1,6 +1,7 @@
 //! What commands do to the device, by theme.
 
 mod access;
+pub(super) mod compact;
 mod filters;
 mod fixed;
 mod identity;

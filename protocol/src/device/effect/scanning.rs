@@ -55,6 +55,15 @@ impl Callable for SetScanConfig {
     }
 }
 
+/// Takes a mode that the model has.
+pub(super) fn switch_mode(device: &mut Device, mode: ScanMode) {
+    if device.settings.mode != mode {
+        device.condition.mode_changed = true;
+        device.settings.mode = mode;
+        device.settings.written_step = None;
+    }
+}
+
 /// The angles must be sent and are ignored, as the manual has it for LMS1xx and LMS5xx.
 pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u8 {
     let &[Sector { step, .. }] = config.sectors.as_slice() else {
@@ -68,11 +77,7 @@ pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u
         if device.settings.output_range.beams(device.model.beams(mode)).1.is_empty() {
             return INVALID_AREA;
         }
-        if device.settings.mode != mode {
-            device.condition.mode_changed = true;
-            device.settings.mode = mode;
-            device.settings.written_step = None;
-        }
+        switch_mode(device, mode);
         return OK;
     }
     device.fixed += u32::from(device.recorded.is_some() && device.model.modes.contains(&mode));

@@ -24,6 +24,7 @@ pub const CLOCKS: &[Clock] = &[
     // These wait by the clock of `ports` alone.
     Clock { name: "bench", folder: "bench/src/", file: "" },
     Clock { name: "bus", folder: "bus/src/", file: "" },
+    Clock { name: "rest", folder: "rest/src/", file: "" },
     Clock { name: "rowscan", folder: "src/", file: "" },
 ];
 

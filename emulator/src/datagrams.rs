@@ -1,0 +1,126 @@
+//! Compact telegrams on their way to UDP: what waits for its instant, where it may go, and what became of it.
+//!
+//! Anyone who reaches a scanner can tell it where to send. So a destination that a client has written is obeyed on loopback only, and elsewhere where the
+//! operator allows it; else nothing is sent, and log and counts say so.
+
+use std::collections::VecDeque;
+use std::net::{IpAddr, Ipv4Addr, SocketAddrV4};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use rowscan_protocol::device::{Datagram, Device, Silent, Stream};
+use rowscan_protocol::time::SimTime;
+
+/// Destinations and settings that the log tells of, each once.
+const MAX_TOLD: usize = 64;
+
+/// The Compact telegrams of one scanner.
+#[derive(Debug, Default)]
+pub(crate) struct Datagrams {
+    /// In the order of their instants.
+    waiting: Mutex<VecDeque<Datagram>>,
+    /// Addresses that are no loopback and may be sent to.
+    allowed: Vec<IpAddr>,
+    told: Mutex<Vec<(Stream, Result<SocketAddrV4, ()>)>>,
+    sent: AtomicU64,
+    withheld: AtomicU64,
+    failed: AtomicU64,
+}
+
+/// What became of a scanner's datagrams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DatagramCounts {
+    /// Sent.
+    pub sent: u64,
+    /// Not sent, because nobody has allowed their destination.
+    pub withheld: u64,
+    /// Refused by the system.
+    pub failed: u64,
+    /// Where scans would go now, if that is not allowed.
+    pub foreign: Option<SocketAddrV4>,
+}
+
+impl Datagrams {
+    pub(crate) fn new(allowed: Vec<IpAddr>) -> Self {
+        Self { allowed, ..Self::default() }
+    }
+
+    pub(crate) fn may_go_to(&self, address: Ipv4Addr) -> bool {
+        address.is_loopback() || self.allowed.contains(&address.into())
+    }
+
+    /// Where a stream goes; none where it is off or may not go there.
+    pub(crate) fn destination(&self, device: &Device, stream: Stream) -> Option<SocketAddrV4> {
+        device.destination(stream).ok().filter(|to| self.may_go_to(*to.ip()))
+    }
+
+    /// Whether scans go somewhere.
+    pub(crate) fn is_streaming(&self, device: &Device) -> bool {
+        self.destination(device, Stream::Scan).is_some()
+    }
+
+    pub(crate) fn wait(&self, datagrams: Vec<Datagram>) {
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        waiting.extend(datagrams);
+        waiting.make_contiguous().sort_by_key(|datagram| (datagram.at, datagram.stream));
+    }
+
+    pub(crate) fn next(&self) -> Option<SimTime> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner).front().map(|datagram| datagram.at)
+    }
+
+    pub(crate) fn take(&self, at: SimTime) -> Option<Datagram> {
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        waiting.front().is_some_and(|datagram| datagram.at <= at).then(|| waiting.pop_front())?
+    }
+
+    pub(crate) fn count_sent(&self) {
+        self.sent.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn count_withheld(&self) {
+        self.withheld.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn count_failed(&self) {
+        self.failed.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn counts(&self, device: &Device) -> Option<DatagramCounts> {
+        device.model().compact?;
+        let scans = device.destination(Stream::Scan).ok();
+        Some(DatagramCounts {
+            sent: self.sent.load(Ordering::Relaxed),
+            withheld: self.withheld.load(Ordering::Relaxed),
+            failed: self.failed.load(Ordering::Relaxed),
+            foreign: scans.filter(|to| !self.may_go_to(*to.ip())),
+        })
+    }
+
+    /// Tells once what is switched on and goes nowhere.
+    pub(crate) fn tell(&self, device: &Device) {
+        for stream in Stream::ALL {
+            let silent = match device.destination(stream) {
+                Ok(to) if self.may_go_to(*to.ip()) => continue,
+                Ok(to) => Ok(to),
+                Err(Silent::Off) => continue,
+                Err(Silent::Otherwise) => Err(()),
+            };
+            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            if told.contains(&(stream, silent)) || told.len() >= MAX_TOLD {
+                continue;
+            }
+            told.push((stream, silent));
+            let (what, [_, place]) = (stream.name(), stream.variables());
+            match silent {
+                Ok(to) => tracing::warn!(
+                    "{what} telegrams are to go to {to}, which is not this machine: nothing is sent there; --allow-destination {} allows it",
+                    to.ip()
+                ),
+                Err(()) => tracing::warn!(
+                    "{what} telegrams are on, and nothing is sent: {place} or ScanDataFormat asks for what goes out otherwise or is not emulated"
+                ),
+            }
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! `rowscan spray`: the reference controller between a scanner and the valves of a boom.
+
+use std::path::PathBuf;
+
+use rowscan_bus::name::Name;
+use rowscan_bus::pgn::gnss::COURSE_RAPID;
+use rowscan_bus::pgn::network::ADDRESS_CLAIMED;
+use rowscan_bus::pgn::sprayer::{NOZZLE_DUTY, NOZZLES, SECTION_DUTY, SECTIONS};
+use rowscan_bus::pgn::tractor::{GROUND_SPEED, ground_speed_m_s};
+use rowscan_bus::{Bus, BusAddress, CanFrame, J1939Id, PortEvent};
+use rowscan_driver::{DriverConfig, DriverError, Scanner, Source};
+use rowscan_ports::Delivery;
+use rowscan_ports::task;
+use rowscan_protocol::rig::Rig;
+use rowscan_protocol::scan::Scan;
+use rowscan_protocol::time::SimTime;
+use rowscan_scenes::files;
+use rowscan_sprayer::{Boom, Controller};
+use tokio::sync::mpsc;
+use tokio::task::JoinSet;
+
+use super::interrupt::Interrupt;
+use super::output::{print, say};
+use super::{Failure, Outcome};
+
+/// The largest file of a boom.
+const LARGEST: u64 = 1024 * 1024;
+/// Scans that may wait to be taken.
+const QUEUE: usize = 4;
+/// Its address on the bus, that of the example controllers.
+const ADDRESS: u8 = 0x27;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// tcp://HOST:PORT, serial:/dev/ttyUSB0?baud=38400 or rfc2217://HOST:PORT; one for each scanner of the rig, in its order
+    #[arg(required = true, value_name = "SOURCE")]
+    sources: Vec<Source>,
+    /// The bus with the tractor's speed and the valves: socketcan:can0, socketcand-client:HOST:PORT/can0, udp:239.74.163.2:43113, slcan:LINK
+    #[arg(long, value_name = "PORT", required = true)]
+    can: BusAddress,
+    /// The file that describes the boom
+    #[arg(long, value_name = "FILE", required = true)]
+    boom: PathBuf,
+    /// Where the scanners sit: a rig file, a scene file or a built-in scene's name; without it one on the right, 1.9 m before the row's axis and 1.6 m high
+    #[arg(long, value_name = "RIG")]
+    rig: Option<String>,
+    /// From the end of a scan until a valve hears of it, milliseconds: computing, and the bus
+    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = late_ms)]
+    late_ms: f64,
+    /// Wait for scanner and bus however long they are silent: for a bench whose time is not the host's
+    #[arg(long)]
+    patient: bool,
+}
+
+fn late_ms(text: &str) -> Result<f64, String> {
+    let expected = || format!("expected milliseconds from 0 to 2000, found `{text}`");
+    let value: f64 = text.parse().map_err(|_| expected())?;
+    (0.0..=2000.0).contains(&value).then_some(value).ok_or_else(expected)
+}
+
+/// Reads the file of a boom.
+pub(super) fn read_boom(path: &std::path::Path) -> Result<Boom, Failure> {
+    let what = || path.display().to_string();
+    let bytes = rowscan_files::read(path, LARGEST).map_err(|cause| Failure::Read { what: what(), cause })?;
+    let refused = |why: &dyn std::fmt::Display| Failure::Usage(format!("{}: {why}", what()));
+    let text =
+        String::from_utf8(bytes).map_err(|_| refused(&"expected text, found bytes that are not UTF-8"))?;
+    Boom::read(&text).map_err(|error| refused(&error))
+}
+
+pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
+    let boom = read_boom(&args.boom)?;
+    let rig = match &args.rig {
+        Some(name) => files::load_rig(name, say)?.0,
+        None => Rig::default(),
+    };
+    if rig.scanners.len() != args.sources.len() {
+        return Err(Failure::Usage(format!(
+            "expected one SOURCE for each scanner of the rig, {} in all, found {}; name the others, or another --rig",
+            rig.scanners.len(),
+            args.sources.len()
+        )));
+    }
+    if let Some(file) = args.sources.iter().find(|source| matches!(source, Source::Recording { .. })) {
+        return Err(Failure::Usage(format!(
+            "expected a live scanner, such as tcp://HOST:PORT, found the file {file}"
+        )));
+    }
+    let controller = Controller::new(boom, &rig.scanners, args.late_ms / 1e3)
+        .map_err(|error| Failure::Usage(error.to_string()))?;
+    let config = DriverConfig::default();
+    let config = if args.patient { config.patient() } else { config };
+    let (bus, mut heard) = Bus::open(std::slice::from_ref(&args.can), &mut |_| {}).await?;
+    let mut sprayer = Sprayer { controller, bus, told: Vec::new(), at: SimTime::ZERO };
+    sprayer.claim().await;
+    let (scans, mut seen) = mpsc::channel(QUEUE);
+    let mut tasks = JoinSet::new();
+    for (number, source) in args.sources.iter().enumerate() {
+        let Some(scanner) = interrupt.or(Scanner::open(source, config.clone())).await.transpose()? else {
+            return Ok(Outcome::Done);
+        };
+        let scans = scans.clone();
+        tasks.spawn(task(follow(number, scanner, scans)));
+    }
+    drop(scans);
+    print("ready\n")?;
+    loop {
+        tokio::select! {
+            biased;
+            () = interrupt.wait() => break,
+            event = heard.recv() => match event {
+                Some((_, PortEvent::Frame(frame))) => sprayer.hear(&frame).await,
+                Some((_, PortEvent::Lost(why))) => say(why),
+                Some((_, PortEvent::Opened)) => sprayer.claim().await,
+                None => break,
+            },
+            scan = seen.recv() => match scan {
+                Some((number, Ok(scan))) => sprayer.see(number, &scan).await,
+                Some((number, Err(error))) => {
+                    say(format_args!("scanner {number} is lost: {error}"));
+                    sprayer.controller.on_scanner_lost(number);
+                    sprayer.tell(false).await;
+                }
+                None => break,
+            },
+        }
+    }
+    // Whatever ends it, it leaves no valve open.
+    sprayer.shut().await;
+    Ok(Outcome::Done)
+}
+
+/// Hands on the scans of one scanner, and why no more come.
+async fn follow(
+    number: usize,
+    mut scanner: Scanner,
+    scans: mpsc::Sender<(usize, Result<Scan, DriverError>)>,
+) {
+    loop {
+        let next = match scanner.next().await {
+            Ok(Some(record)) => Ok(record.scan.clone()),
+            Ok(None) => return,
+            Err(error) => Err(error),
+        };
+        let is_over = next.is_err();
+        if scans.send((number, next)).await.is_err() || is_over {
+            return;
+        }
+    }
+}
+
+/// The controller on its bus.
+struct Sprayer {
+    controller: Controller,
+    bus: Bus,
+    /// What the valves were told.
+    told: Vec<f64>,
+    at: SimTime,
+}
+
+impl Sprayer {
+    async fn hear(&mut self, frame: &CanFrame) {
+        match J1939Id::of(frame.id).map(|id| id.pgn) {
+            Some(pgn) if pgn == GROUND_SPEED.pgn => {
+                self.controller.on_speed(ground_speed_m_s(frame.data()));
+                // Each speed is a heartbeat, for a watchdog at the valves.
+                self.tell(true).await;
+            }
+            Some(pgn) if pgn == COURSE_RAPID.pgn => {
+                if let Some(course_rad) = COURSE_RAPID.decode(frame.data()).get(2).copied().flatten() {
+                    self.controller.on_course(course_rad);
+                    self.tell(false).await;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    async fn see(&mut self, number: usize, scan: &Scan) {
+        self.controller.on_scan(number, scan);
+        self.tell(false).await;
+    }
+
+    /// Tells the valves what is to be done, where that is news or `always`.
+    async fn tell(&mut self, always: bool) {
+        let duties = self.controller.duties();
+        if always || duties != self.told {
+            self.send(&duties).await;
+            self.told = duties;
+        }
+    }
+
+    async fn shut(&mut self) {
+        let shut = vec![0.0; self.controller.boom().sections.len()];
+        self.send(&shut).await;
+        self.bus.written().await;
+    }
+
+    async fn claim(&self) {
+        let id = J1939Id { destination: 0xFF, ..ADDRESS_CLAIMED.id(ADDRESS) };
+        let frame = CanFrame::new(id.id(), &Name::sprayer_controller().0.to_le_bytes());
+        if let Some(frame) = frame {
+            self.bus.send((self.at, frame), None, Delivery::Patient).await;
+        }
+    }
+
+    /// Sections 1 to 8 by `SectionDuty`; nozzles of others by `NozzleDuty`.
+    async fn send(&self, duties: &[f64]) {
+        for frame in frames(self.controller.boom(), duties) {
+            self.bus.send((self.at, frame), None, Delivery::Patient).await;
+        }
+    }
+}
+
+/// The messages that tell a boom's sections these duties.
+fn frames(boom: &Boom, duties: &[f64]) -> Vec<CanFrame> {
+    let percent = |section: usize| duties.get(section).map(|duty| duty * 100.0);
+    let mut sections = [None; SECTIONS];
+    for (place, number) in boom.numbers().enumerate() {
+        if let Some(section) = sections.get_mut(usize::from(number) - 1) {
+            *section = percent(place);
+        }
+    }
+    let numbers: Vec<u16> = boom.numbers().collect();
+    let mut nozzles: Vec<[Option<f64>; NOZZLES]> = Vec::new();
+    for nozzle in boom.nozzles() {
+        if numbers.get(nozzle.section).is_some_and(|number| usize::from(*number) > SECTIONS) {
+            let frame = nozzle.number / NOZZLES;
+            nozzles.resize(nozzles.len().max(frame + 1), [None; NOZZLES]);
+            nozzles[frame][nozzle.number % NOZZLES] = percent(nozzle.section);
+        }
+    }
+    let of_sections = sections.iter().any(Option::is_some).then(|| {
+        let data = SECTION_DUTY.encode(&sections);
+        CanFrame::new(SECTION_DUTY.id(ADDRESS).id(), data.bytes())
+    });
+    let of_nozzles = nozzles.iter().enumerate().filter(|(_, duties)| duties.iter().any(Option::is_some)).map(
+        |(frame, duties)| {
+            let first = [Some((frame * NOZZLES) as f64)];
+            let values: Vec<Option<f64>> = first.into_iter().chain(duties.iter().copied()).collect();
+            CanFrame::new(NOZZLE_DUTY.id(ADDRESS).id(), NOZZLE_DUTY.encode(&values).bytes())
+        },
+    );
+    of_sections.into_iter().chain(of_nozzles).flatten().collect()
+}
