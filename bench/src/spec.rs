@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
+use rowscan_bus::isobus::role::Role;
 use rowscan_bus::nmea::NmeaAddress;
 use rowscan_bus::{BusAddress, BusNews};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
@@ -155,7 +156,7 @@ pub struct DeviceSpec {
 }
 
 /// A CAN bus.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct BusSpec {
     /// What faults, state and places call it.
     pub id: String,
@@ -165,6 +166,8 @@ pub struct BusSpec {
     pub taps: Taps,
     /// Where news of it go.
     pub news: Option<mpsc::Sender<BusNews>>,
+    /// What of ISOBUS the rig itself has on it.
+    pub isobus: Option<Role>,
 }
 
 /// A place for GNSS sentences.
@@ -247,6 +250,12 @@ impl ScannerSpec {
 impl BusSpec {
     /// A bus of this name with these ports, which nobody records.
     pub fn new(id: impl Into<String>, ports: impl IntoIterator<Item = BusAddress>) -> Self {
-        Self { id: id.into(), ports: ports.into_iter().collect(), taps: Taps::default(), news: None }
+        Self {
+            id: id.into(),
+            ports: ports.into_iter().collect(),
+            taps: Taps::default(),
+            news: None,
+            isobus: None,
+        }
     }
 }

@@ -8,6 +8,7 @@ use std::time::Duration;
 use rowscan_bench::{
     At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
 };
+use rowscan_bus::isobus::role::SectionLog;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
@@ -54,6 +55,8 @@ pub(crate) struct ScenarioRig {
     pub(crate) compute: Compute,
     /// What its buses have heard.
     pub(crate) frames: Frames,
+    /// What sections of the sprayer were told, where it is a task controller's client.
+    pub(crate) sections: SectionLog,
     /// What its GNSS receiver has said, if an expectation is of that.
     pub(crate) sentences: Sentences,
     /// The clock of children whose time is simulated, if there are any.
@@ -126,10 +129,16 @@ impl ScenarioRig {
             witness.watch(&device.id, reading.pipeline);
             spec.scanners.push(scanner(device, folder));
         }
+        let sections = SectionLog::default();
         for bus in &scenario.buses {
             let ports = bus.ports.iter().map(|port| in_folder(port, folder).parse());
             let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
-            spec.buses.push(BusSpec { taps: frames.taps(&bus.id, &journal).and(recorded()), ..bus });
+            let sprayer = scenario.sprayer.as_ref().filter(|sprayer| sprayer.bus == bus.id);
+            let isobus = sprayer.and_then(|sprayer| {
+                Some(sprayer.client?.role(&sprayer.boom, stage.rig.row_spacing_m, sections.clone()))
+            });
+            let taps = frames.taps(&bus.id, &journal).and(recorded());
+            spec.buses.push(BusSpec { taps, isobus, ..bus });
         }
         for port in &scenario.nmea {
             spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
@@ -166,6 +175,7 @@ impl ScenarioRig {
             sleeps,
             compute,
             frames,
+            sections,
             sentences,
             child_clock,
             sprayer,

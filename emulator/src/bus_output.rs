@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_bus::isobus::role::Role;
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::troubles::{Carried, Speaker};
@@ -19,6 +20,8 @@ use crate::faulted::BusFaults;
 use crate::firing::Firing;
 use crate::lockstep::OutputCount;
 
+/// Frames that the ISOBUS role answers at one instant; more is a quarrel without end.
+const MOST_ANSWERS: usize = 256;
 /// Name of the recorded stream.
 const STREAM: &str = "can";
 
@@ -26,6 +29,8 @@ const STREAM: &str = "can";
 #[derive(Debug)]
 pub(crate) struct BusOutput {
     ecu: TractorEcu,
+    /// What of ISOBUS the rig has here.
+    isobus: Option<Role>,
     bus: Bus,
     inbox: Inbox,
     /// What the ports have heard and is not answered yet.
@@ -43,7 +48,7 @@ pub(crate) struct BusOutput {
     /// Nothing is sent before the drive starts.
     held: bool,
     /// To be sent at the next instant.
-    first: Vec<CanFrame>,
+    first: Vec<(Speaker, CanFrame)>,
     /// Who counts the frames that others send.
     counts: Vec<OutputCount>,
     faults: BusFaults,
@@ -51,7 +56,7 @@ pub(crate) struct BusOutput {
 
 impl BusOutput {
     pub(crate) fn new(
-        mut ecu: TractorEcu,
+        (ecu, isobus): (TractorEcu, Option<Role>),
         (bus, inbox): (Bus, Inbox),
         news: Option<mpsc::Sender<BusNews>>,
         delivery: Delivery,
@@ -59,12 +64,9 @@ impl BusOutput {
         faults: BusFaults,
     ) -> Self {
         let (open, held) = (bus.is_open_from_the_start(), delivery.is_patient());
-        let mut first = Vec::new();
-        if open && !held {
-            ecu.open(SimTime::ZERO, &mut first);
-        }
-        Self {
+        let mut output = Self {
             ecu,
+            isobus,
             bus,
             inbox,
             heard: VecDeque::new(),
@@ -75,10 +77,30 @@ impl BusOutput {
             tap: taps.open(STREAM, StreamKind::Can),
             open,
             held,
-            first,
+            first: Vec::new(),
             counts: Vec::new(),
             faults,
+        };
+        if open && !held {
+            output.first = output.opened(SimTime::ZERO, false);
         }
+        output
+    }
+
+    /// What is said when a port opens; settled where its nodes have been on the bus for long.
+    fn opened(&mut self, at: SimTime, settled: bool) -> Vec<(Speaker, CanFrame)> {
+        let (mut ecu, mut isobus) = (Vec::new(), Vec::new());
+        match settled {
+            true => self.ecu.open_settled(at, &mut ecu),
+            false => self.ecu.open(at, &mut ecu),
+        }
+        match (&mut self.isobus, settled) {
+            (Some(role), true) => role.open_settled(at, &mut isobus),
+            (Some(role), false) => role.open(at, &mut isobus),
+            (None, _) => {}
+        }
+        let ecu = ecu.into_iter().map(|frame| (Speaker::Tractor, frame));
+        ecu.chain(isobus.into_iter().map(|frame| (Speaker::Isobus, frame))).collect()
     }
 
     /// From now on what others say takes effect so much later.
@@ -97,21 +119,29 @@ impl BusOutput {
             (false, false) => Some(SimTime::ZERO),
             (false, true) => {
                 let later = self.later.front().map(|(at, ..)| *at);
-                [self.ecu.next(), self.faults.next(), later].into_iter().flatten().min()
+                let isobus = self.isobus.as_ref().and_then(Role::next);
+                [self.ecu.next(), isobus, self.faults.next(), later].into_iter().flatten().min()
             }
         }
     }
 
     pub(crate) async fn fire(&mut self, firing: Firing) -> bool {
         let changed = self.faults.act(firing.at, &mut self.ecu);
+        let changed = self.answered(firing.at, changed);
         self.put(firing.at, changed, firing.delivery).await;
         while self.later.front().is_some_and(|(due, ..)| *due <= firing.at) {
             let Some((_, origin, heard)) = self.later.pop_front() else { break };
             self.take(firing.at, (origin, heard), firing.delivery).await;
         }
-        let mut frames = std::mem::take(&mut self.first);
+        let mut said = std::mem::take(&mut self.first);
+        let mut frames = Vec::new();
         self.ecu.poll(firing.at, &mut frames);
-        self.send(firing.at, frames, firing.delivery).await;
+        said.extend(frames.drain(..).map(|frame| (Speaker::Tractor, frame)));
+        if let Some(role) = &mut self.isobus {
+            role.poll(firing.at, &mut frames);
+        }
+        said.extend(frames.into_iter().map(|frame| (Speaker::Isobus, frame)));
+        self.send(firing.at, said, firing.delivery).await;
         false
     }
 
@@ -155,13 +185,12 @@ impl BusOutput {
             PortEvent::Opened => {
                 self.open = true;
                 if !self.held {
-                    self.ecu.open(at, &mut replies);
+                    replies = self.opened(at, false);
                 }
             }
             PortEvent::Frame(frame) => {
                 let said = vec![(Speaker::Port(origin), frame)];
-                let carried = self.faults.carry(at, &mut self.ecu, said);
-                self.put(at, carried, delivery).await;
+                self.send(at, said, delivery).await;
             }
             PortEvent::Lost(_) => {}
         }
@@ -184,15 +213,35 @@ impl BusOutput {
     /// The drive has started. Where time stood until then, the tractor has stood long enough to have its address: speeds are told from the start on.
     pub(crate) fn begin(&mut self, at: SimTime) {
         if std::mem::take(&mut self.held) && self.open {
-            self.ecu.open_settled(at, &mut self.first);
+            self.first = self.opened(at, true);
         }
     }
 
-    /// What the tractor says goes out, as far as the bus is in order.
-    async fn send(&mut self, at: SimTime, frames: Vec<CanFrame>, delivery: Delivery) {
-        let said = frames.into_iter().map(|frame| (Speaker::Tractor, frame)).collect();
+    /// What is said goes out, as far as the bus is in order, with the answers to it.
+    async fn send(&mut self, at: SimTime, said: Vec<(Speaker, CanFrame)>, delivery: Delivery) {
         let carried = self.faults.carry(at, &mut self.ecu, said);
+        let carried = self.answered(at, carried);
         self.put(at, carried, delivery).await;
+    }
+
+    /// What passed, with what the ISOBUS role answers to it.
+    fn answered(&mut self, at: SimTime, carried: Vec<Carried>) -> Vec<Carried> {
+        let Some(role) = &mut self.isobus else { return carried };
+        let (mut all, mut next, mut answers) = (carried, 0, 0);
+        while let Some(passed) = all.get(next).copied() {
+            next += 1;
+            let Carried::Frame(speaker, frame) = passed else { continue };
+            let mut said = Vec::new();
+            if speaker != Speaker::Isobus {
+                role.handle(at, &frame, &mut said);
+            }
+            answers += said.len();
+            if answers <= MOST_ANSWERS {
+                let said = said.into_iter().map(|frame| (Speaker::Isobus, frame)).collect();
+                all.extend(self.faults.carry(at, &mut self.ecu, said));
+            }
+        }
+        all
     }
 
     async fn put(&self, at: SimTime, carried: Vec<Carried>, delivery: Delivery) {
@@ -201,7 +250,7 @@ impl BusOutput {
                 Carried::Frame(speaker, frame) => {
                     let (side, from) = match speaker {
                         Speaker::Port(origin) => (Side::Host, Some(origin)),
-                        Speaker::Tractor | Speaker::Ghost(_) => (Side::Device, None),
+                        Speaker::Tractor | Speaker::Isobus | Speaker::Ghost(_) => (Side::Device, None),
                     };
                     self.tap.record(side, frame.to_text().as_bytes());
                     self.bus.send((at, frame), from, delivery).await;

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
+use rowscan_bus::isobus::role::Role;
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, Inbox};
@@ -263,13 +264,25 @@ impl Rig {
         news: Option<mpsc::Sender<BusNews>>,
         taps: &Taps,
     ) {
+        self.isobus(id, (ecu, None), bus, news, taps);
+    }
+
+    /// The same with what of ISOBUS the rig has on this bus.
+    pub fn isobus(
+        &mut self,
+        id: &str,
+        (ecu, role): (TractorEcu, Option<Role>),
+        bus: (Bus, Inbox),
+        news: Option<mpsc::Sender<BusNews>>,
+        taps: &Taps,
+    ) {
         let faults = BusFaults::new(&self.timeline.changed, bus.0.datagrams());
         if let Some(source) = &self.faults {
             source.control().part(id, faults.part());
         }
         self.buses.push((id.to_owned(), faults.part()));
         self.receivers.gnss.store(true, Ordering::Relaxed);
-        let output = BusOutput::new(ecu, bus, news, self.timeline.clock.delivery(), taps, faults);
+        let output = BusOutput::new((ecu, role), bus, news, self.timeline.clock.delivery(), taps, faults);
         self.timeline.sources.push(Source::Bus(Box::new(output)));
     }
 

@@ -9,5 +9,6 @@ pub mod ddi;
 pub mod implement;
 pub mod pool;
 pub mod process_data;
+pub mod role;
 pub mod transport;
 pub mod trouble;

@@ -29,6 +29,9 @@ pub const MESSAGES: &[&Message] = &[
     &sprayer::NOZZLE_DUTY,
     &sprayer::SECTION_DUTY,
     &sprayer::SPRAYER_CONTROL,
+    &isobus::PROCESS_DATA,
+    &isobus::WORKING_SET_MASTER,
+    &isobus::LANGUAGE,
 ];
 
 /// Where the virtual tractor sits: the address of tractor ECUs.
