@@ -9,6 +9,7 @@ use rowscan_bench::{
     At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
 };
 use rowscan_bus::isobus::role::SectionLog;
+use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
@@ -29,6 +30,7 @@ use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End
 use crate::sentences::Sentences;
 use crate::signal::Source;
 use crate::sprayer::{NAME, SprayerPart};
+use crate::task_controller::{self, TaskControllerPart};
 use crate::verdict::name_of;
 use crate::witness::Witness;
 
@@ -129,14 +131,17 @@ impl ScenarioRig {
             witness.watch(&device.id, reading.pipeline);
             spec.scanners.push(scanner(device, folder));
         }
-        let sections = SectionLog::default();
+        let (sections, troubles) = (SectionLog::default(), TroubleDesk::default());
+        let of_server = TroubleDesk::default();
         for bus in &scenario.buses {
-            let ports = bus.ports.iter().map(|port| in_folder(port, folder).parse());
+            let (task, ports) = (&bus.task, bus.ports.iter().map(|port| in_folder(port, folder).parse()));
             let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
             let sprayer = scenario.sprayer.as_ref().filter(|sprayer| sprayer.bus == bus.id);
             let isobus = sprayer.and_then(|sprayer| {
-                Some(sprayer.client?.role(&sprayer.boom, stage.rig.row_spacing_m, sections.clone()))
+                let desks = (sections.clone(), troubles.clone());
+                Some(sprayer.client?.role(&sprayer.boom, stage.rig.row_spacing_m, desks))
             });
+            let isobus = isobus.or_else(|| Some(task.as_ref()?.role(of_server.clone())));
             let taps = frames.taps(&bus.id, &journal).and(recorded());
             spec.buses.push(BusSpec { taps, isobus, ..bus });
         }
@@ -151,10 +156,15 @@ impl ScenarioRig {
         let ids = scenario.devices.iter().map(|device| device.id.clone()).collect();
         let plan = bench.faults().cloned().zip(bench.take_fault_events());
         let plan = plan.ok_or("the bench was opened without faults")?;
-        let boom = scenario.sprayer.as_ref().map(|spec| spec.boom.clone());
-        let sprayer = boom.map(|boom| Arc::new(SprayerPart::new(boom)));
+        let sprayer = scenario.sprayer.as_ref().map(|spec| {
+            let desk = spec.client.map(|_| troubles);
+            Arc::new(SprayerPart::new(spec.boom.clone(), desk))
+        });
         if let Some(part) = &sprayer {
             plan.0.part(NAME, Arc::<SprayerPart>::clone(part));
+        }
+        if scenario.buses.iter().any(|bus| bus.task.is_some()) {
+            plan.0.part(task_controller::NAME, Arc::new(TaskControllerPart(of_server)));
         }
         let desk = FaultDesk::start(plan, faults, ids, journal.clone())?;
         witness.beside(desk.clone());

@@ -10,5 +10,6 @@ pub mod implement;
 pub mod pool;
 pub mod process_data;
 pub mod role;
+pub mod server;
 pub mod transport;
 pub mod trouble;

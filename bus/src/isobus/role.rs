@@ -1,11 +1,13 @@
 //! What of ISOBUS the rig itself has on a bus.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rowscan_protocol::time::SimTime;
 
 use super::client::{SectionOrder, TaskClient};
-use super::trouble::Trouble;
+use super::server::{TaskServer, Wishes};
+use super::trouble::TroubleDesk;
 use crate::frame::CanFrame;
 
 /// What sections were told, in the order of time. Clones share it.
@@ -28,38 +30,70 @@ impl SectionLog {
 /// A control function of the rig that speaks ISOBUS.
 #[derive(Debug)]
 pub enum Role {
-    /// The sprayer, a client of somebody's task controller; what its sections are told goes to the log.
-    Client(Box<TaskClient>, SectionLog),
+    /// The sprayer, a client of somebody's task controller.
+    Client {
+        /// It.
+        client: Box<TaskClient>,
+        /// Where goes what its sections are told.
+        log: SectionLog,
+        /// What is wrong with it.
+        troubles: TroubleDesk,
+    },
+    /// A task controller, for somebody's client.
+    Server {
+        /// It.
+        server: Box<TaskServer>,
+        /// What it wants, and from when on.
+        task: VecDeque<(SimTime, Wishes)>,
+        /// What is wrong with it.
+        troubles: TroubleDesk,
+    },
 }
 
 impl Role {
     /// A bus, or another port of it, opens.
     pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self {
-            Self::Client(client, _) => client.open(at, out),
+            Self::Client { client, .. } => client.open(at, out),
+            Self::Server { server, .. } => server.open(at, out),
         }
     }
 
     /// The same where it has sat on the bus for long.
     pub fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self {
-            Self::Client(client, _) => client.open_settled(at, out),
+            Self::Client { client, .. } => client.open_settled(at, out),
+            Self::Server { server, .. } => server.open_settled(at, out),
         }
     }
 
     /// When [`Role::poll`] has something to do.
     pub fn next(&self) -> Option<SimTime> {
         match self {
-            Self::Client(client, _) => client.next(),
+            Self::Client { client, .. } => client.next(),
+            Self::Server { server, task, .. } => {
+                let due = task.front().map(|(due, _)| *due);
+                server.next().into_iter().chain(due).min()
+            }
         }
     }
 
     /// Does what is due.
     pub fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self {
-            Self::Client(client, log) => {
+            Self::Client { client, log, troubles } => {
+                client.set_trouble(troubles.now());
                 client.poll(at, out);
                 log.extend(client.take_orders());
+            }
+            Self::Server { server, task, troubles } => {
+                server.set_trouble(troubles.now());
+                server.poll(at, out);
+                while task.front().is_some_and(|(due, _)| *due <= at) {
+                    let Some((_, wishes)) = task.pop_front() else { break };
+                    server.command(at, wishes, out);
+                }
+                server.take_news();
             }
         }
     }
@@ -67,17 +101,16 @@ impl Role {
     /// A frame was received.
     pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
         match self {
-            Self::Client(client, log) => {
+            Self::Client { client, log, troubles } => {
+                client.set_trouble(troubles.now());
                 client.handle(at, frame, out);
                 log.extend(client.take_orders());
             }
-        }
-    }
-
-    /// From now on this is wrong.
-    pub fn set_trouble(&mut self, trouble: Trouble) {
-        match self {
-            Self::Client(client, _) => client.set_trouble(trouble),
+            Self::Server { server, troubles, .. } => {
+                server.set_trouble(troubles.now());
+                server.handle(at, frame, out);
+                server.take_news();
+            }
         }
     }
 }

@@ -12,7 +12,8 @@ pub const PROCESS_DATA: Message = Message {
     source: 0xFE,
     about: "a value of an element of a device, to one receiver; object pools go by the transport protocol (ISO 11783-10)",
     signals: &[
-        Signal::new("ProcessCommand", 0, 4, 1.0, "").about("3 tells or sets a value; docs/sprayer.md has all"),
+        Signal::new("ProcessCommand", 0, 4, 1.0, "")
+            .about("3 tells or sets a value; docs/sprayer.md has all"),
         Signal::new("Element", 4, 12, 1.0, "")
             .about("of commands 0 and 1 the low four bits say what is meant"),
         Signal::new("Ddi", 16, 16, 1.0, "").about("number in the data dictionary"),

@@ -3,6 +3,7 @@
 use rowscan_bus::isobus::client::{OnLoss, TaskClient};
 use rowscan_bus::isobus::implement::{Implement, ImplementSection};
 use rowscan_bus::isobus::role::{Role, SectionLog};
+use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_sprayer::{Boom, Command, Side, Target};
 use serde::Deserialize;
 
@@ -38,9 +39,14 @@ impl ClientSpec {
     }
 
     /// The control function of this boom, on a machine that treats so many metres in a pass.
-    pub(crate) fn role(&self, boom: &Boom, width_m: Option<f64>, log: SectionLog) -> Role {
-        let client = TaskClient::new(implement(boom, width_m, self.tank_l), self.on_loss);
-        Role::Client(Box::new(client), log)
+    pub(crate) fn role(
+        &self,
+        boom: &Boom,
+        width_m: Option<f64>,
+        (log, troubles): (SectionLog, TroubleDesk),
+    ) -> Role {
+        let client = Box::new(TaskClient::new(implement(boom, width_m, self.tank_l), self.on_loss));
+        Role::Client { client, log, troubles }
     }
 }
 

@@ -85,8 +85,14 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
             "`sprayer`: `on_loss` and `tank_l` are of a client of a task controller; add `isobus`".to_owned()
         );
     }
-    let heard_on =
-        |bus, client| SprayerSpec { boom: boom.clone(), bus, fields: Vec::new(), regulator: None, reported: None, client };
+    let heard_on = |bus, client| SprayerSpec {
+        boom: boom.clone(),
+        bus,
+        fields: Vec::new(),
+        regulator: None,
+        reported: None,
+        client,
+    };
     let mut spec = match (table.bus, table.command, table.isobus) {
         (None, None, None) => {
             Err("`sprayer`: nothing says where its commands are heard; add `bus`".to_owned())

@@ -13,6 +13,7 @@ mod power;
 mod refusal;
 mod sprayer;
 mod stored;
+mod task_controller;
 
 use crate::row::Row;
 
@@ -62,6 +63,10 @@ pub const ROWS: &[Row] = &[
     sprayer::master_off::ROW,
     sprayer::held_shut::ROW,
     sprayer::tank_empty::ROW,
+    task_controller::tc_lost::ROW,
+    task_controller::tc_busy::ROW,
+    task_controller::ddop_refused::ROW,
+    task_controller::heartbeat_stop::ROW,
 ];
 
 #[cfg(test)]

@@ -254,7 +254,8 @@ impl TaskClient {
             }
             return;
         }
-        if self.session.server != Some(id.source) {
+        // One that is busy says nothing but that.
+        if self.session.server != Some(id.source) || self.trouble.is_busy {
             return;
         }
         let say = match told.command {
