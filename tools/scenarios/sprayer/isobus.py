@@ -37,10 +37,14 @@ RATE_L_HA = 300
 class Bus(Can):
     """Frames with their whole identifiers."""
 
+    def __init__(self, host, port, address):
+        super().__init__(host, port)
+        self.address = address
+
     def say(self, group, destination, data, priority=3):
         group = group | destination if group < 0xF000 else group
         data = " ".join("%02X" % byte for byte in bytes(data).ljust(8, b"\xff"))
-        self.socket.sendall(b"< send %08X 8 %s >" % (priority << 26 | group << 8 | ADDRESS, data.encode()))
+        self.socket.sendall(b"< send %08X 8 %s >" % (priority << 26 | group << 8 | self.address, data.encode()))
 
     def receive(self):
         chunk = self.socket.recv(65536)
@@ -90,7 +94,7 @@ class TaskController(spray.Controller):
             self.client, self.active = None, False
         if destination == ADDRESS:
             self.on_message(at_s, group, source, data)
-        elif source < 0xF0 and group == spray.GROUND_SPEED:
+        elif destination == EVERYONE and source != self.client:
             super().on_frame(at_s, group, data)
 
     def on_message(self, at_s, group, source, data):
@@ -180,7 +184,7 @@ def main(scanner, can, *flags):
     known = {**spray.FAULTS, **FAULTS}
     if fault not in known:
         sys.exit("no fault is called %s; known are %s" % (fault, ", ".join(known)))
-    can, scanner = Bus(*place(can)), Scanner(*place(scanner), "none")
+    can, scanner = Bus(*place(can), ADDRESS), Scanner(*place(scanner), "none")
     can.say(CLAIMED, EVERYONE, NAME, 6)
     if not scanner.dial():
         sys.exit(1)
