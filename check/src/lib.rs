@@ -24,6 +24,7 @@ mod judged;
 mod onlooker;
 mod output;
 mod pause;
+mod process_value;
 pub mod report;
 mod rig;
 mod run_file;

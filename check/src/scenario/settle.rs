@@ -37,7 +37,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     let mut faults = file.faults.unwrap_or_default();
     ScenarioFault::name_all(&mut faults);
     let ports = file.bus.iter().flatten().flat_map(BusTable::all);
-    let mut refusal = needs_sprayer(ports).or_else(|| not_here(&faults));
+    let mut refusal = needs_agopengps(ports).or_else(|| not_here(&faults));
     let runs = file.run.unwrap_or_default();
     let clock = clock(&file.clock.unwrap_or_default(), &runs, &mut refusal)?;
     let mut settled_runs = Vec::new();
@@ -72,9 +72,9 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     Ok(scenario)
 }
 
-fn needs_sprayer<'a>(mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
+fn needs_agopengps<'a>(mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
     let port = ports.find(|port| port.starts_with("udp-aog:"))?;
-    Some(format!("`{port}` needs the sprayer's task controller, which is not there yet"))
+    Some(format!("`{port}` needs AgOpenGPS's messages, which are not there yet"))
 }
 
 /// The first fault that is not built, and why.

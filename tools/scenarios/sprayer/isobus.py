@@ -154,6 +154,7 @@ class TaskController(spray.Controller):
             self.active, self.said = True, None
             self.set(BOOM, AUTOMATIC, 1)
             self.set(TANK, RATE, RATE_L_HA * 10_000)
+            self.can.say(PROCESS_DATA, source, [2 | TANK << 4, 0, RATE, 0])  # what is it now?
         elif what == 3:
             element = data[0] >> 4 | data[1] << 4
             if (element, data[2] | data[3] << 8) == (BOOM, ACTUAL):
